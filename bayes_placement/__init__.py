@@ -1,0 +1,12 @@
+"""bayes_placement: Bayesian updating of structures whose sensors sat nobody knows exactly where.
+
+Names are imported on first use, so that the command line can answer before JAX is loaded. The
+list of names is in `__init__.pyi`.
+"""
+
+from importlib.metadata import version
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__version__ = version("bayes_placement")

@@ -1,0 +1,41 @@
+from . import (
+    beams,
+    damping,
+    engines,
+    information,
+    io,
+    marginals,
+    modes,
+    noise,
+    observe,
+    supports,
+)
+from .experiment import Experiment
+from .infer import infer
+from .measurement import Channel, Measurement
+from .simulate import simulate
+from .structure import Structure
+from .transducers import Actuator, Sensor
+
+__version__: str
+
+__all__ = [
+    "Actuator",
+    "Channel",
+    "Experiment",
+    "Measurement",
+    "Sensor",
+    "Structure",
+    "beams",
+    "damping",
+    "engines",
+    "infer",
+    "information",
+    "io",
+    "marginals",
+    "modes",
+    "noise",
+    "observe",
+    "simulate",
+    "supports",
+]

@@ -1,0 +1,92 @@
+"""_beam_roots: in, the two ends of a beam of unit length; out, wave numbers and shape coefficients.
+
+Not known here: stiffness, mass, units, JAX. Blevins, Formulas for Natural Frequency and Mode Shape.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import brentq
+
+# Terms of a shape: 1, x, cos bx, sin bx, exp(-bx), exp(-b(1-x)). Two decaying exponentials in
+# the place of cosh and sinh keep every number of order one, however high the mode.
+TERMS = 6
+
+# Which derivatives vanish at each kind of end.
+_VANISHING = {"fixed": (0, 1), "pinned": (0, 2), "free": (2, 3), "guided": (1, 3)}
+
+
+def _sech(b: float) -> float:
+    return 2 * np.exp(-b) / (1 + np.exp(-2 * b))
+
+
+_EQUATIONS: dict[frozenset[str], Callable[[float], float]] = {
+    frozenset({"fixed"}): lambda b: np.cos(b) - _sech(b),
+    frozenset({"free"}): lambda b: np.cos(b) - _sech(b),
+    frozenset({"fixed", "free"}): lambda b: np.cos(b) + _sech(b),
+    frozenset({"pinned"}): np.sin,
+    frozenset({"guided"}): np.sin,
+    frozenset({"pinned", "guided"}): np.cos,
+    frozenset({"fixed", "pinned"}): lambda b: np.sin(b) - np.cos(b) * np.tanh(b),
+    frozenset({"free", "pinned"}): lambda b: np.sin(b) - np.cos(b) * np.tanh(b),
+    frozenset({"fixed", "guided"}): lambda b: np.sin(b) + np.cos(b) * np.tanh(b),
+    frozenset({"free", "guided"}): lambda b: np.sin(b) + np.cos(b) * np.tanh(b),
+}
+
+_RIGID = {
+    frozenset({"free"}): ((1.0, 0.0), (-0.5, 1.0)),
+    frozenset({"guided"}): ((1.0, 0.0),),
+    frozenset({"free", "guided"}): ((1.0, 0.0),),
+}
+
+
+def rigid_shapes(left: str, right: str) -> list[np.ndarray]:
+    """Coefficients of the rigid-body modes, each of unit mean square."""
+    lines = _RIGID.get(frozenset({left, right}), ())
+    if {left, right} == {"free", "pinned"}:
+        lines = ((0.0, 1.0),) if left == "pinned" else ((1.0, -1.0),)
+    padded = [np.array([*line, 0.0, 0.0, 0.0, 0.0]) for line in lines]
+    return [_normalised(line, 0.0) for line in padded]
+
+
+def elastic_roots(left: str, right: str, count: int) -> np.ndarray:
+    """First positive roots of the frequency equation of a uniform beam of unit length."""
+    equation = _EQUATIONS[frozenset({left, right})]
+    # Roots lie about pi apart, so a grid of an eighth of that cannot step over two of them.
+    grid = 0.5 + np.arange(8 * (count + 2)) * np.pi / 8
+    values = np.array([equation(b) for b in grid])
+    change = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
+    roots = [brentq(equation, grid[i], grid[i + 1], xtol=1e-14, rtol=1e-15) for i in change]
+    return np.array(roots[:count])
+
+
+def elastic_shape(left: str, right: str, root: float) -> np.ndarray:
+    """Coefficients of the shape at a root, of unit mean square and positive near the left end."""
+    rows = [_condition(0.0, order, root) for order in _VANISHING[left]]
+    rows += [_condition(1.0, order, root) for order in _VANISHING[right]]
+    null_vector = np.linalg.svd(np.array(rows))[2][-1]
+    shape = _normalised(np.concatenate([[0.0, 0.0], null_vector]), root)
+    return shape * np.sign(terms(np.array([0.1 / root]), root) @ shape)
+
+
+def _condition(x: float, order: int, b: float) -> np.ndarray:
+    """Scaled derivative of cos, sin and the two exponentials at an end."""
+    turn = order * np.pi / 2
+    sign = (-1.0) ** order
+    return np.array(
+        [np.cos(b * x + turn), np.sin(b * x + turn), sign * np.exp(-b * x), np.exp(-b * (1 - x))]
+    )
+
+
+def terms(x: np.ndarray, b: float) -> np.ndarray:
+    """Six terms of a shape at positions x in [0, 1]."""
+    one = np.ones_like(x)
+    waves = [np.cos(b * x), np.sin(b * x), np.exp(-b * x), np.exp(-b * (1 - x))]
+    return np.stack([one, x, *waves], axis=-1)
+
+
+def _normalised(shape: np.ndarray, b: float) -> np.ndarray:
+    points = 32 + int(2 * b)  # several Gauss points in each half wave: exact to rounding
+    node, weight = np.polynomial.legendre.leggauss(points)
+    values = terms((node + 1) / 2, b) @ shape
+    return shape / np.sqrt(weight / 2 @ values**2)

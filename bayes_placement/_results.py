@@ -1,0 +1,182 @@
+"""_results: in, named draws and their statistics; out, one tree of results, in ArviZ's words.
+
+Not known here: how anything was computed.
+"""
+
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .engines._engine import Draws
+from .estimates import Figures, Weighting, figures, scalars
+from .experiment import MEASURED, RESPONSE, Experiment, is_placement, role
+
+PACKAGES = ("bayes_placement", "numpyro", "jax", "numpy", "blackjax", "arviz-base")
+EQUAL_DRAWS = 1000
+"""Draws of equal weight that stand for weighted ones in the posterior."""
+
+PREDICTED_NUMBERS = 5_000_000
+"""Most numbers kept in each variable of the posterior predictive."""
+
+Datasets = dict[str, xr.Dataset]
+
+
+def tree(
+    experiment: Experiment,
+    draws: Draws,
+    found: dict[str, Any],
+    prior: dict[str, Any],
+    record: dict[str, Any],
+) -> xr.DataTree:
+    """Lay out the results of one inference."""
+    equal = _equal_draws(draws)
+    groups = {
+        "posterior": named_draws(experiment, _pick(found["values"], equal)),
+        "sample_stats": _sample_stats(draws, found, equal),
+        "log_likelihood": _log_likelihood(experiment, draws, found, equal),
+        "posterior_predictive": _predictive(experiment, found, equal),
+        "observed_data": _observed(experiment, found["data"]),
+        "prior": named_draws(experiment, prior),
+        "estimates": _estimates(experiment, draws, found),
+    }
+    if draws.log_weight is not None:
+        weighted = named_draws(experiment, found["values"])
+        weighted["log_weight"] = (("chain", "draw"), np.asarray(draws.log_weight))
+        groups["weighted"] = weighted
+    whole = xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
+    whole.attrs = record | {f"version_{name}": version(name) for name in PACKAGES}
+    return whole
+
+
+def _equal_draws(draws: Draws) -> np.ndarray | None:
+    """Places of draws of equal weight (systematic resampling), or None where all are equal."""
+    if draws.log_weight is None:
+        return None
+    cumulative = np.cumsum(np.exp(np.asarray(draws.log_weight).ravel()))
+    steps = (np.arange(EQUAL_DRAWS) + 0.5) / EQUAL_DRAWS * cumulative[-1]
+    return np.searchsorted(cumulative, steps)
+
+
+def _pick(values: Any, equal: np.ndarray | None) -> Any:
+    if equal is None:
+        return values
+    if isinstance(values, dict):
+        return {name: _pick(value, equal) for name, value in values.items()}
+    array = np.asarray(values)
+    return array.reshape(-1, *array.shape[2:])[equal][None]
+
+
+def named_draws(experiment: Experiment, values: dict[str, Any]) -> xr.Dataset:
+    """Draws [chain, draw, ...] of the unknowns, in their order, with units and roles."""
+    variables = {}
+    for unknown in experiment.unknowns:
+        if unknown.name in values:
+            array = np.asarray(values[unknown.name])
+            extra = [f"{unknown.name}_dim_{i}" for i in range(array.ndim - 2)]
+            attributes = {"units": unknown.unit, "role": role(unknown.name)}
+            variables[unknown.name] = (("chain", "draw", *extra), array, attributes)
+    return _numbered(xr.Dataset(variables))
+
+
+def _numbered(dataset: xr.Dataset) -> xr.Dataset:
+    numbers = {name: np.arange(dataset.sizes[name]) for name in ("chain", "draw")}
+    return dataset.assign_coords(numbers)
+
+
+def outputs(
+    experiment: Experiment, variables: dict[str, Any], leading: tuple[str, ...]
+) -> xr.Dataset:
+    """Arrays of outputs with the names of channels, parts and lines."""
+    parts = ("part",) if experiment.observe.parts > 1 else ()
+    dimensions = (*leading, "sensor", "actuator", *parts, "frequency")
+    units = {"units": experiment.observe.label}
+    dataset = xr.Dataset({n: (dimensions, np.asarray(v), units) for n, v in variables.items()})
+    coordinates: dict[str, Any] = {
+        "sensor": [channel.label for channel in experiment.sensor_channels],
+        "actuator": [channel.label for channel in experiment.actuator_channels],
+        "frequency": ("frequency", np.asarray(experiment.frequency), {"units": "Hz"}),
+    }
+    if parts:
+        coordinates["part"] = ["real", "imaginary"]
+    return dataset.assign_coords(coordinates)
+
+
+def _observed(experiment: Experiment, data: Any) -> xr.Dataset:
+    z = np.where(np.asarray(data.measured), np.asarray(data.z), np.nan)
+    variables = {MEASURED: z}
+    if data.deviation is not None:
+        variables["deviation"] = np.asarray(data.deviation)
+    return outputs(experiment, variables, ())
+
+
+def _sample_stats(draws: Draws, found: dict[str, Any], equal: np.ndarray | None) -> xr.Dataset:
+    stats = dict(draws.stats) | {"log_likelihood_total": draws.log_likelihood}
+    if not np.all(np.isnan(found["node_ess"])):
+        stats["node_ess"] = found["node_ess"]
+    picked = {name: np.asarray(_pick(value, equal)) for name, value in stats.items()}
+    return _numbered(xr.Dataset({n: (("chain", "draw"), v) for n, v in picked.items()}))
+
+
+def _log_likelihood(
+    experiment: Experiment, draws: Draws, found: dict[str, Any], equal: np.ndarray | None
+) -> xr.Dataset:
+    """Log likelihood of each datum given parameters and placement, or of all data at once."""
+    pointwise = found.get("log_likelihood")
+    size = 4 + (experiment.observe.parts > 1)
+    if pointwise is None or np.ndim(pointwise) - 1 < size:
+        total = np.asarray(_pick(draws.log_likelihood, equal))
+        return _numbered(xr.Dataset({MEASURED: (("chain", "draw"), total)}))
+    picked = _pick(pointwise, equal)
+    return _numbered(outputs(experiment, {MEASURED: picked}, ("chain", "draw")))
+
+
+def _predictive(
+    experiment: Experiment, found: dict[str, Any], equal: np.ndarray | None
+) -> xr.Dataset:
+    names = {RESPONSE: "response", MEASURED: "replicate"}
+    arrays = {new: _pick(found[old], equal) for new, old in names.items() if old in found}
+    shape = arrays[RESPONSE].shape
+    stride = max(1, int(np.ceil(np.prod(shape) / PREDICTED_NUMBERS)))
+    thinned = {name: array[:, ::stride] for name, array in arrays.items()}
+    dataset = outputs(experiment, thinned, ("chain", "draw"))
+    places = {"chain": np.arange(shape[0]), "draw": np.arange(shape[1])[::stride]}
+    return dataset.assign_coords(places)
+
+
+def _estimates(experiment: Experiment, draws: Draws, found: dict[str, Any]) -> xr.Dataset:
+    """Figures of every unknown with standard errors, divergence from the prior, evidence."""
+    rows: dict[str, Figures] = {}
+    for name in (unknown.name for unknown in experiment.unknowns):
+        if name in found["values"]:
+            weighting = _weighting(draws, exact=draws.exact and not is_placement(name))
+            for word, values in scalars(name, found["values"][name]):
+                rows[word] = figures(values, weighting)
+    columns = {
+        field: ("unknown", np.array([getattr(row, field) for row in rows.values()]))
+        for field in Figures._fields
+    }
+    dataset = xr.Dataset(columns, coords={"unknown": list(rows)})
+    for word, divergence in found["divergences"].items():
+        dataset[f"kl_{word}"] = divergence.kl
+        dataset[f"kl_{word}_error"] = divergence.error
+    dataset["log_evidence"] = draws.log_evidence
+    dataset["log_evidence_error"] = draws.log_evidence_error
+    for name, value in draws.attributes.items():
+        dataset[name] = value
+    if found["mode"] is not None:
+        modes = dict(_mode_scalars(found["mode"]))
+        dataset["mode"] = ("unknown", [modes.get(name, np.nan) for name in rows])
+    return dataset
+
+
+def _mode_scalars(mode: dict[str, Any]) -> list[tuple[str, float]]:
+    pairs = [scalars(name, np.asarray(value)[None, None]) for name, value in mode.items()]
+    return [(word, float(values[0, 0])) for several in pairs for word, values in several]
+
+
+def _weighting(draws: Draws, *, exact: bool) -> Weighting:
+    weight = None if draws.log_weight is None else np.asarray(draws.log_weight)
+    lineage = None if draws.lineage is None else np.asarray(draws.lineage)
+    return Weighting(weight, lineage, exact)

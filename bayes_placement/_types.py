@@ -1,0 +1,30 @@
+"""_types: in, nothing; out, the dimension words of every annotation and the working precision.
+
+Not known here: any physics or probability. Dimensions are written as words in jaxtyping
+strings: frequency, sensor, actuator, axis, channel, mode, port, node, chain, draw, part.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Array, Complex, Float
+from numpyro.distributions import Distribution
+
+# Response amplitudes span many decades and posteriors are narrow: single precision loses both.
+jax.config.update("jax_enable_x64", True)
+
+Parameter = float | Array | np.ndarray | Distribution
+"""A number, an array, or a distribution where the number is not known."""
+
+Shapes = Float[Array, "channel mode"]
+Receptance = Complex[Array, "sensor actuator frequency"]
+Response = Float[Array, "sensor actuator *part frequency"]
+Key = Any
+Progress = Callable[[float], None]
+"""Called with the share of the work that is done, from 0 to 1."""
+
+
+def no_progress(share: float) -> None:
+    """Report nothing."""

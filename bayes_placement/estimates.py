@@ -1,0 +1,99 @@
+"""estimates: in, draws of one number with their weights or chains; out, figures with their errors.
+
+Not known here: what the number is, which engine drew it.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from arviz_stats.base import array_stats
+
+
+class Weighting(NamedTuple):
+    """How draws [chain, draw] stand to each other.
+
+    Parameters
+    ----------
+    log_weight
+        Logs of weights that sum to one, or None for equal weights.
+    lineage
+        Number of the family of dependent draws that each belongs to, or None.
+    exact
+        The draws are nodes of a quadrature: sums over them have no sampling error.
+    """
+
+    log_weight: np.ndarray | None = None
+    lineage: np.ndarray | None = None
+    exact: bool = False
+
+
+class Figures(NamedTuple):
+    """Mean, standard deviation and coefficient of variation with standard errors, diagnostics."""
+
+    mean: float
+    mean_error: float
+    sd: float
+    sd_error: float
+    cov: float
+    cov_error: float
+    ess: float
+    r_hat: float
+
+
+def figures(values: np.ndarray, weighting: Weighting) -> Figures:
+    """Figures of one number from its draws [chain, draw].
+
+    Errors follow from the influence of each draw on the figure, summed by weight (independent
+    draws), by family (populations that descend from common particles) or with the
+    autocorrelation of the chain.
+    """
+    weight = _weights(values, weighting)
+    mean = float(np.sum(weight * values))
+    centred = values - mean
+    sd = float(np.sqrt(np.sum(weight * centred**2)))
+    on_sd = (centred**2 - sd**2) / (2 * sd) if sd > 0 else np.zeros_like(centred)
+    on_cov = on_sd / mean - sd * centred / mean**2
+    errors = [standard_error(one, weighting) for one in (centred, on_sd, on_cov)]
+    ess = _ess(values, sd, errors[0], weighting)
+    return Figures(mean, errors[0], sd, errors[1], sd / mean, errors[2], ess, _r_hat(values, weighting))
+
+
+def standard_error(influence: np.ndarray, weighting: Weighting) -> float:
+    """Standard error of a mean whose draws [chain, draw] have this influence, of mean zero."""
+    if weighting.exact:
+        return 0.0
+    if weighting.log_weight is None and weighting.lineage is None:
+        return float(array_stats.mcse(influence)) if np.ptp(influence) > 0 else 0.0
+    shares = _weights(influence, weighting) * influence
+    if weighting.lineage is None:
+        return float(np.sqrt(np.sum(shares**2)))
+    families = np.unique(weighting.lineage, return_inverse=True)[1].ravel()
+    return float(np.sqrt(np.sum(np.bincount(families, shares.ravel()) ** 2)))
+
+
+def _weights(values: np.ndarray, weighting: Weighting) -> np.ndarray:
+    if weighting.log_weight is None:
+        return np.full(values.shape, 1 / values.size)
+    return np.exp(weighting.log_weight)
+
+
+def _ess(values: np.ndarray, sd: float, error: float, weighting: Weighting) -> float:
+    if weighting.log_weight is not None:
+        return float(1 / np.sum(_weights(values, weighting) ** 2))
+    if weighting.lineage is None:
+        return float(array_stats.ess(values)) if np.ptp(values) > 0 else float("nan")
+    return float((sd / error) ** 2) if error > 0 else float("nan")
+
+
+def _r_hat(values: np.ndarray, weighting: Weighting) -> float:
+    several = weighting.log_weight is None and values.shape[0] > 1 and np.ptp(values) > 0
+    return float(array_stats.rhat(values)) if several else float("nan")
+
+
+def scalars(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
+    """Split draws [chain, draw, ...] of an array into draws of named numbers."""
+    array = np.asarray(values)
+    if array.ndim == 2:
+        return [(name, array)]
+    flat = array.reshape(*array.shape[:2], -1)
+    return [(f"{name}[{i}]", flat[..., i]) for i in range(flat.shape[-1])]

@@ -1,0 +1,195 @@
+"""marginals: in, an experiment and a measurement; out, a NumPyro model with placement in or out.
+
+Placement is sampled along (Latent) or integrated out (Quadrature, KDE). Not known here: engines.
+"""
+
+import abc
+import math
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import numpyro
+
+from . import _kernel_density, _tensor_quadrature
+from ._sites import Unknown, realise
+from ._types import Key
+from .experiment import MEASURED, Experiment, is_placement
+from .noise import Data
+
+# The least effective number of nodes for each integrated coordinate. Gauss nodes a distance d
+# apart integrate a bell of standard deviation 0.7 d, the narrowest that they resolve to a few
+# percent, with 2 sqrt(pi) 0.7 = 2.5 effective nodes.
+LEAST_NODES_PER_COORDINATE = 2.5
+
+Model = Callable[[], None]
+
+
+class Marginal(eqx.Module):
+    """What becomes of the placement in the likelihood."""
+
+    samples_placement: eqx.AbstractClassVar[bool]
+
+    def sampled(self, experiment: Experiment) -> list[Unknown]:
+        """Return the unknowns that are left to the engine."""
+        chosen = self.samples_placement
+        return [one for one in experiment.unknowns if chosen or not is_placement(one.name)]
+
+    @abc.abstractmethod
+    def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
+        """NumPyro model whose unknowns are those that an engine is to sample."""
+
+    @abc.abstractmethod
+    def placement(self, experiment: Experiment, data: Data, key: Key) -> "Resolve | None":
+        """How to draw the integrated placement back; None if nothing was integrated."""
+
+    @abc.abstractmethod
+    def settings(self) -> dict[str, Any]:
+        """What determines the result, for the record."""
+
+
+Resolve = Callable[[Experiment, Key], tuple[dict[str, Any], Any]]
+"""From an experiment whose parameters are numbers, and a key: one placement drawn given data and
+parameters, and the node ESS."""
+
+
+class Latent(Marginal):
+    """Sample the placement along with the parameters: exact, for any number of transducers."""
+
+    samples_placement = True
+
+    def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
+        """Return the experiment's own model."""
+        return lambda: experiment.model(data)
+
+    def placement(self, experiment: Experiment, data: Data, key: Key) -> None:
+        """Nothing was integrated."""
+        return
+
+    def settings(self) -> dict[str, Any]:
+        """Only the name."""
+        return {"marginal": "Latent"}
+
+
+class Quadrature(Marginal):
+    """Integrate the placement by Gauss quadrature: exact once resolved, for few transducers.
+
+    Given the places of the actuators, sensors are independent of each other, so the cost grows
+    with points^(actuators + 1) (or sensors, whichever are fewer).
+
+    Parameters
+    ----------
+    points
+        Gauss nodes for each position.
+    """
+
+    samples_placement = False
+    points: int = eqx.field(static=True, default=64)
+
+    def _mixture(self, experiment: Experiment, data: Data) -> _tensor_quadrature.Nested:
+        _check_noise(experiment, "Quadrature")
+        return _tensor_quadrature.nested(experiment, self.points)
+
+    def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
+        """Return a model in which only parameters and output error are sampled."""
+        nodes = self._mixture(experiment, data)
+        return _marginal_model(
+            experiment, lambda one: _tensor_quadrature.log_likelihood(one, data, nodes)
+        )
+
+    def placement(self, experiment: Experiment, data: Data, key: Key) -> Resolve:
+        """Draw nodes in proportion to their share of the likelihood."""
+        nodes = self._mixture(experiment, data)
+        return lambda one, draw_key: _tensor_quadrature.resolve(one, data, nodes, draw_key)
+
+    def settings(self) -> dict[str, Any]:
+        """Name and number of nodes."""
+        return {"marginal": "Quadrature", "points": self.points}
+
+
+class KDE(Marginal):
+    """Estimate the density of z given h from draws of the placement, Eqs. (29) and (31).
+
+    Parameters
+    ----------
+    draws
+        Draws of the placement, n_sim,p of the paper.
+    kernel
+        `soize` (kernel centres shrunk so that the estimate keeps the variance of the draws) or
+        `silverman`; one bandwidth for each component of z.
+    noise_draws
+        None: Gaussian kernel plus Gaussian noise in closed form. A number: Eq. (29) literally,
+        by that many draws of the noise.
+    common
+        True: the same placement draws for every h, so that the likelihood is smooth in h. False:
+        independent draws for every h, as in the paper's Table 1.
+    """
+
+    samples_placement = False
+    draws: int = eqx.field(static=True, default=800)
+    kernel: str = eqx.field(static=True, default="soize")
+    noise_draws: int | None = eqx.field(static=True, default=None)
+    common: bool = eqx.field(static=True, default=True)
+
+    def __check_init__(self) -> None:
+        if self.kernel not in _kernel_density.SHRINKAGE:
+            raise ValueError(
+                f"marginals.KDE has no kernel {self.kernel!r}. The kernels are "
+                f"{' and '.join(_kernel_density.SHRINKAGE)}: KDE(kernel='soize')."
+            )
+        if self.draws < 2:
+            raise ValueError(
+                f"marginals.KDE(draws={self.draws}) was given; a spread needs at least two draws, "
+                "and an estimate hundreds: KDE(draws=800)."
+            )
+
+    def _estimate(
+        self, experiment: Experiment, data: Data, key: Key
+    ) -> _kernel_density.KernelDensity:
+        if not any(is_placement(unknown.name) for unknown in experiment.unknowns):
+            raise ValueError(
+                "marginals.KDE estimates the spread that unknown placement gives to z, but no "
+                "position or angle is a distribution. Declare one, at=supports.Segment(0.25, "
+                "within=0.04), or use marginals.Latent()."
+            )
+        return _kernel_density.KernelDensity(
+            data, key, self.draws, self.kernel, self.noise_draws, self.common
+        )
+
+    def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
+        """Return a model in which only parameters and output error are sampled."""
+        return _marginal_model(experiment, self._estimate(experiment, data, key).log_likelihood)
+
+    def placement(self, experiment: Experiment, data: Data, key: Key) -> Resolve:
+        """Draw placements in proportion to the share of their kernels in the likelihood."""
+        return self._estimate(experiment, data, key).resolve
+
+    def settings(self) -> dict[str, Any]:
+        """Name, sizes and options."""
+        options = {"kernel": self.kernel, "noise_draws": self.noise_draws or 0}
+        return {"marginal": "KDE", "draws": self.draws, **options, "common": int(self.common)}
+
+
+def least_nodes(experiment: Experiment) -> float:
+    """Return the node ESS below which an integral over the placement is not resolved."""
+    sizes = [math.prod(one.law.shape()) for one in experiment.unknowns if is_placement(one.name)]
+    return LEAST_NODES_PER_COORDINATE ** sum(sizes)
+
+
+def _marginal_model(
+    experiment: Experiment, log_likelihood: Callable[[Experiment], jax.Array]
+) -> Model:
+    def model() -> None:
+        one = realise(experiment, where=lambda name: not is_placement(name))
+        numpyro.factor(MEASURED, log_likelihood(one))
+
+    return model
+
+
+def _check_noise(experiment: Experiment, name: str) -> None:
+    if experiment.noise is None:
+        raise ValueError(
+            f"marginals.{name} integrates a density of the measured outputs, which noise=None "
+            "lacks. Give noise.Gaussian(sigma), or use marginals.KDE(), whose kernel is a density."
+        )
