@@ -8,11 +8,13 @@ from . import (
     modes,
     noise,
     observe,
+    plots,
     supports,
 )
 from .experiment import Experiment
 from .infer import infer
 from .measurement import Channel, Measurement
+from .report import report
 from .simulate import simulate
 from .structure import Structure
 from .transducers import Actuator, Sensor
@@ -36,6 +38,8 @@ __all__ = [
     "modes",
     "noise",
     "observe",
+    "plots",
+    "report",
     "simulate",
     "supports",
 ]

@@ -8,7 +8,6 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 from numpyro.distributions import Normal
@@ -48,15 +47,21 @@ class KernelDensity(eqx.Module):
 
     def log_likelihood(self, experiment: Experiment) -> Float[Array, ""]:
         """Log of the estimate at the measured outputs."""
-        return logsumexp(self._terms(experiment, self._placements(experiment)))
+        kernels = self._kernels(experiment, self._placements(experiment))
+        return logsumexp(self._log_density(experiment, *kernels)) - jnp.log(self.draws)
 
-    def resolve(self, experiment: Experiment, key: Key) -> tuple[dict[str, Any], Float[Array, ""]]:
-        """One placement drawn by its share of the estimate, and the effective number of nodes."""
+    def resolve(self, experiment: Experiment, key: Key) -> tuple[dict[str, Any], dict[str, Any]]:
+        """One placement drawn by its share of the estimate, and how well it is resolved."""
         placements = self._placements(experiment)
-        terms = self._terms(experiment, placements)
+        centres, variance = self._kernels(experiment, placements)
+        terms = self._log_density(experiment, centres, variance)
         chosen = jax.random.categorical(key, terms)
         ess = jnp.exp(2 * logsumexp(terms) - logsumexp(2 * terms))
-        return {name: values[chosen] for name, values in placements.items()}, ess
+        stats = {"node_ess": ess ** (1 / len(placements))}
+        if experiment.noise is not None:
+            noise = experiment.noise.law(self.data.z, self.data).variance
+            stats["kernel_over_noise"] = jnp.sqrt(jnp.mean(variance / noise))
+        return {name: values[chosen] for name, values in placements.items()}, stats
 
     def _placements(self, experiment: Experiment) -> dict[str, Any]:
         """Draws of the placement, by name."""
@@ -68,17 +73,14 @@ class KernelDensity(eqx.Module):
             for (name, law), k in zip(laws.items(), keys, strict=True)
         }
 
-    def _terms(self, experiment: Experiment, placements: dict[str, Any]) -> Float[Array, "node"]:
-        """Log share of each kernel in the estimate at the measured outputs."""
+    def _kernels(self, experiment: Experiment, placements: dict[str, Any]) -> tuple[Any, Any]:
+        """Centres [node, output] and variance [output] of the kernels."""
         z = jax.vmap(lambda values: substitute(experiment, values).predict())(placements)
         components = int(self.data.measured.sum())
         factor = (4 / (self.draws * (components + 2))) ** (1 / (components + 4))
         width, shrinkage = SHRINKAGE[self.kernel](factor, self.draws)
         mean, deviation = jnp.mean(z, axis=0), jnp.std(z, axis=0, ddof=1)
-        centres = mean + shrinkage * (z - mean)
-        return self._log_density(experiment, centres, (width * deviation) ** 2) - jnp.log(
-            self.draws
-        )
+        return mean + shrinkage * (z - mean), (width * deviation) ** 2
 
     def _log_density(self, experiment: Experiment, centres: Any, variance: Any) -> Any:
         if experiment.noise is not None and self.noise_draws is None:

@@ -62,7 +62,7 @@ def frf(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
         )
     gaps = np.argwhere(~np.isfinite(values) & ~unmeasured[..., None])
     if gaps.size:
-        row, column, line = gaps[0]
+        row, column, line = gaps[0].tolist()
         raise ValueError(
             f"frf is {values[row, column, line]:g} for {label(row, column)} at {lines[line]:g} Hz; "
             "a measured pair needs a finite value at every line, and NaN throughout means not "
@@ -75,7 +75,7 @@ def coherence(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
     known = ~np.isnan(values).all(axis=-1, keepdims=True)
     outside = np.argwhere(~((values >= 0) & (values <= 1)) & known)
     if outside.size:
-        row, column, line = outside[0]
+        row, column, line = outside[0].tolist()
         raise ValueError(
             f"coherence is {values[row, column, line]:g} for {label(row, column)} at "
             f"{lines[line]:g} Hz; it must lie between 0 and 1, being a share of power. Give the "
@@ -83,7 +83,7 @@ def coherence(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
         )
 
 
-def averages(given: int | None) -> None:
+def averages(given: float | int | None) -> None:
     """Refuse a number of averages that cannot be counted."""
     if given is not None and not (given >= 1 and given == int(given)):
         raise ValueError(
@@ -92,7 +92,7 @@ def averages(given: int | None) -> None:
         )
 
 
-def force_level(given: float | None) -> None:
+def force_level(given: float | int | None) -> None:
     """Refuse a force that is not one."""
     if given is not None and not 0 < given < np.inf:
         raise ValueError(
@@ -101,12 +101,12 @@ def force_level(given: float | None) -> None:
         )
 
 
-def positions(given: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, float, float]]:
+def positions(given: Mapping[str, Sequence[float | int]]) -> dict[str, tuple[float, float, float]]:
     """Return recorded coordinates as three finite numbers a transducer."""
     return {name: _point(name, point) for name, point in given.items()}
 
 
-def _point(name: str, point: Sequence[float]) -> tuple[float, float, float]:
+def _point(name: str, point: Sequence[float | int]) -> tuple[float, float, float]:
     coordinates = np.asarray(point, dtype=float)
     if coordinates.shape != (3,) or not np.isfinite(coordinates).all():
         raise ValueError(
@@ -122,7 +122,7 @@ def variance(values: np.ndarray, measured: np.ndarray, lines: np.ndarray, label:
     useful = (values > 0) & np.isfinite(values)
     useless = np.argwhere(~useful & measured[..., None])
     if useless.size:
-        row, column, line = useless[0]
+        row, column, line = useless[0].tolist()
         raise ValueError(
             f"Coherence and FRF make the variance of {label(row, column)} at {lines[line]:g} Hz "
             f"{values[row, column, line]:g}; a positive one is needed, since coherence 0 leaves "

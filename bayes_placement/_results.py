@@ -3,6 +3,7 @@
 Not known here: how anything was computed.
 """
 
+from collections.abc import Iterator
 from importlib.metadata import version
 from typing import Any
 
@@ -11,7 +12,7 @@ import xarray as xr
 
 from .engines._engine import Draws
 from .estimates import Figures, Weighting, figures, scalars
-from .experiment import MEASURED, RESPONSE, Experiment, is_placement, role
+from .experiment import MEASURED, RESPONSE, Experiment, role
 
 PACKAGES = ("bayes_placement", "numpyro", "jax", "numpy", "blackjax", "arviz-base")
 EQUAL_DRAWS = 1000
@@ -31,18 +32,17 @@ def tree(
     record: dict[str, Any],
 ) -> xr.DataTree:
     """Lay out the results of one inference."""
-    equal = _equal_draws(draws)
     groups = {
-        "posterior": named_draws(experiment, _pick(found["values"], equal)),
-        "sample_stats": _sample_stats(draws, found, equal),
-        "log_likelihood": _log_likelihood(experiment, draws, found, equal),
-        "posterior_predictive": _predictive(experiment, found, equal),
+        "posterior": named_draws(experiment, found["values"]),
+        "sample_stats": _sample_stats(draws, found),
+        "log_likelihood": _log_likelihood(experiment, draws, found),
+        "posterior_predictive": _predictive(experiment, found),
         "observed_data": _observed(experiment, found["data"]),
         "prior": named_draws(experiment, prior),
         "estimates": _estimates(experiment, draws, found),
     }
     if draws.log_weight is not None:
-        weighted = named_draws(experiment, found["values"])
+        weighted = named_draws(experiment, found["sampled"])
         weighted["log_weight"] = (("chain", "draw"), np.asarray(draws.log_weight))
         groups["weighted"] = weighted
     whole = xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
@@ -50,7 +50,7 @@ def tree(
     return whole
 
 
-def _equal_draws(draws: Draws) -> np.ndarray | None:
+def equal_draws(draws: Draws) -> np.ndarray | None:
     """Places of draws of equal weight (systematic resampling), or None where all are equal."""
     if draws.log_weight is None:
         return None
@@ -59,13 +59,11 @@ def _equal_draws(draws: Draws) -> np.ndarray | None:
     return np.searchsorted(cumulative, steps)
 
 
-def _pick(values: Any, equal: np.ndarray | None) -> Any:
-    if equal is None:
+def pick(values: Any, places: np.ndarray | None) -> Any:
+    """Take draws [chain, draw, ...] at some places, as one chain; all of them for None."""
+    if places is None:
         return values
-    if isinstance(values, dict):
-        return {name: _pick(value, equal) for name, value in values.items()}
-    array = np.asarray(values)
-    return array.reshape(-1, *array.shape[2:])[equal][None]
+    return values.reshape(-1, *values.shape[2:])[places][None]
 
 
 def named_draws(experiment: Experiment, values: dict[str, Any]) -> xr.Dataset:
@@ -111,32 +109,25 @@ def _observed(experiment: Experiment, data: Any) -> xr.Dataset:
     return outputs(experiment, variables, ())
 
 
-def _sample_stats(draws: Draws, found: dict[str, Any], equal: np.ndarray | None) -> xr.Dataset:
-    stats = dict(draws.stats) | {"log_likelihood_total": draws.log_likelihood}
-    if not np.all(np.isnan(found["node_ess"])):
-        stats["node_ess"] = found["node_ess"]
-    picked = {name: np.asarray(_pick(value, equal)) for name, value in stats.items()}
-    return _numbered(xr.Dataset({n: (("chain", "draw"), v) for n, v in picked.items()}))
+def _sample_stats(draws: Draws, found: dict[str, Any]) -> xr.Dataset:
+    own = draws.stats | {"log_likelihood_total": draws.log_likelihood}
+    picked = {name: pick(np.asarray(value), found["parents"]) for name, value in own.items()}
+    stats = picked | found["stats"]
+    return _numbered(xr.Dataset({n: (("chain", "draw"), v) for n, v in stats.items()}))
 
 
-def _log_likelihood(
-    experiment: Experiment, draws: Draws, found: dict[str, Any], equal: np.ndarray | None
-) -> xr.Dataset:
+def _log_likelihood(experiment: Experiment, draws: Draws, found: dict[str, Any]) -> xr.Dataset:
     """Log likelihood of each datum given parameters and placement, or of all data at once."""
     pointwise = found.get("log_likelihood")
-    size = 4 + (experiment.observe.parts > 1)
-    if pointwise is None or np.ndim(pointwise) - 1 < size:
-        total = np.asarray(_pick(draws.log_likelihood, equal))
-        return _numbered(xr.Dataset({MEASURED: (("chain", "draw"), total)}))
-    picked = _pick(pointwise, equal)
-    return _numbered(outputs(experiment, {MEASURED: picked}, ("chain", "draw")))
+    if pointwise is not None and pointwise.ndim == found["response"].ndim:
+        return _numbered(outputs(experiment, {MEASURED: pointwise}, ("chain", "draw")))
+    total = pick(np.asarray(draws.log_likelihood), found["parents"])
+    return _numbered(xr.Dataset({MEASURED: (("chain", "draw"), total)}))
 
 
-def _predictive(
-    experiment: Experiment, found: dict[str, Any], equal: np.ndarray | None
-) -> xr.Dataset:
+def _predictive(experiment: Experiment, found: dict[str, Any]) -> xr.Dataset:
     names = {RESPONSE: "response", MEASURED: "replicate"}
-    arrays = {new: _pick(found[old], equal) for new, old in names.items() if old in found}
+    arrays = {new: found[old] for new, old in names.items() if old in found}
     shape = arrays[RESPONSE].shape
     stride = max(1, int(np.ceil(np.prod(shape) / PREDICTED_NUMBERS)))
     thinned = {name: array[:, ::stride] for name, array in arrays.items()}
@@ -147,12 +138,7 @@ def _predictive(
 
 def _estimates(experiment: Experiment, draws: Draws, found: dict[str, Any]) -> xr.Dataset:
     """Figures of every unknown with standard errors, divergence from the prior, evidence."""
-    rows: dict[str, Figures] = {}
-    for name in (unknown.name for unknown in experiment.unknowns):
-        if name in found["values"]:
-            weighting = _weighting(draws, exact=draws.exact and not is_placement(name))
-            for word, values in scalars(name, found["values"][name]):
-                rows[word] = figures(values, weighting)
+    rows = dict(_figure_rows(experiment, draws, found))
     columns = {
         field: ("unknown", np.array([getattr(row, field) for row in rows.values()]))
         for field in Figures._fields
@@ -171,12 +157,36 @@ def _estimates(experiment: Experiment, draws: Draws, found: dict[str, Any]) -> x
     return dataset
 
 
+def _figure_rows(
+    experiment: Experiment, draws: Draws, found: dict[str, Any]
+) -> Iterator[tuple[str, Figures]]:
+    sampled, resolved = found["sampled"], found["values"]
+    for name in (unknown.name for unknown in experiment.unknowns):
+        engine_drew_it = name in sampled
+        values = sampled[name] if engine_drew_it else resolved.get(name)
+        weighting = _weighting(draws) if engine_drew_it else _of_resolved(draws, found)
+        if values is not None:
+            for word, one in scalars(name, values):
+                yield word, figures(one, weighting)
+
+
 def _mode_scalars(mode: dict[str, Any]) -> list[tuple[str, float]]:
     pairs = [scalars(name, np.asarray(value)[None, None]) for name, value in mode.items()]
     return [(word, float(values[0, 0])) for several in pairs for word, values in several]
 
 
-def _weighting(draws: Draws, *, exact: bool) -> Weighting:
+def _weighting(draws: Draws) -> Weighting:
     weight = None if draws.log_weight is None else np.asarray(draws.log_weight)
     lineage = None if draws.lineage is None else np.asarray(draws.lineage)
-    return Weighting(weight, lineage, exact)
+    return Weighting(weight, lineage, draws.exact)
+
+
+def _of_resolved(draws: Draws, found: dict[str, Any]) -> Weighting:
+    """Weighting of what was drawn back after the engine ran.
+
+    Copies of one weighted draw depend on each other, save on a grid, whose nodes are no draws.
+    """
+    parents = found["parents"]
+    if parents is None:
+        return _weighting(draws)
+    return Weighting(lineage=np.arange(parents.size)[None] if draws.exact else parents[None])

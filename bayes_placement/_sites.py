@@ -63,9 +63,7 @@ def realise(tree: Tree, where: Callable[[str], bool] = lambda name: True) -> Tre
     where
         Only the sites whose name passes are sampled; the others stay distributions.
     """
-    return map_unknowns(
-        tree, lambda name, law: numpyro.sample(name, law) if where(name) else law
-    )
+    return map_unknowns(tree, lambda name, law: numpyro.sample(name, law) if where(name) else law)
 
 
 def substitute(tree: Tree, values: Mapping[str, Any]) -> Tree:

@@ -102,16 +102,25 @@ class Target(eqx.Module):
         return jax.jit(jax.vmap(draw))(jax.random.split(key, draws))
 
     def prior_quadrature(
-        self, points: int
+        self, points: int, box: list[tuple[float, float]] | None = None
     ) -> tuple[Float[Array, "node unknown"], Float[Array, "node"]]:
         """Gauss nodes over the prior of scalar unknowns, and the logs of their weights.
 
+        Parameters
+        ----------
+        points
+            Nodes for each unknown; the last unknown runs fastest.
+        box
+            Part of each law, by its cumulative probabilities; the whole by default.
+
         Raises
         ------
-        ValueError
+        InfeasibleError
             If an unknown is no scalar or its law cannot be inverted.
         """
-        rules = [quadrature(law, points) for law in self.laws.values()]
+        parts = box or [(0.0, 1.0)] * len(self.laws)
+        pairs = zip(self.laws.values(), parts, strict=True)
+        rules = [quadrature(law, points, part) for law, part in pairs]
         grids = jnp.meshgrid(*(node for node, _ in rules), indexing="ij")
         weights = jnp.meshgrid(*(jnp.log(weight) for _, weight in rules), indexing="ij")
         values = {name: grid.ravel() for name, grid in zip(self.laws, grids, strict=True)}

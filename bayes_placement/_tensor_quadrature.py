@@ -14,7 +14,7 @@ from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
 from ._sites import substitute, unknowns
-from ._types import Key
+from ._types import InfeasibleError, Key
 from .experiment import Experiment, is_placement
 from .noise import Data
 from .supports import quadrature
@@ -43,8 +43,8 @@ def nested(experiment: Experiment, points: int) -> Nested:
 
     Raises
     ------
-    ValueError
-        If the outer tensor would be too large, or errors of different channels are correlated.
+    InfeasibleError
+        If the outer tensor would be too large.
     """
     inner_is_sensor = len(experiment.actuator) <= len(experiment.sensor)
     sides = ("actuator", experiment.sensor) if inner_is_sensor else ("sensor", experiment.actuator)
@@ -64,7 +64,7 @@ def nested(experiment: Experiment, points: int) -> Nested:
 def _check_size(points: int, outer: int, inner: list[int]) -> None:
     size = points**outer * max(points**count for count in inner)
     if size > LIMIT:
-        raise ValueError(
+        raise InfeasibleError(
             f"marginals.Quadrature({points}) would compute {size:.0e} responses for each h, since "
             f"{outer} coordinates are integrated together with those of one more transducer. At "
             f"most {LIMIT:.0e} are affordable: use marginals.Latent() with engines.SMC()."
@@ -96,8 +96,8 @@ def log_likelihood(experiment: Experiment, data: Data, nodes: Nested) -> Float[A
 
 def resolve(
     experiment: Experiment, data: Data, nodes: Nested, key: Key
-) -> tuple[dict[str, Any], Float[Array, ""]]:
-    """One placement drawn by its share of the integral, and the effective number of nodes."""
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """One placement drawn by its share of the integral, and how well the nodes resolve it."""
     inner = _inner_terms(experiment, data, nodes)
     outer = _outer_terms(nodes, inner)
     keys = jax.random.split(key, len(inner) + 1)
@@ -106,7 +106,7 @@ def resolve(
     for (_, one, _), terms, k in zip(nodes.inner, inner, keys[1:], strict=True):
         node = jax.random.categorical(k, terms[place])
         drawn |= {name: values[node] for name, values in one.values.items()}
-    return drawn, _node_ess(outer, inner)
+    return drawn, {"node_ess": _node_ess(nodes, outer, inner)}
 
 
 def _outer_terms(nodes: Nested, inner: list[Any]) -> Float[Array, "node"]:
@@ -136,9 +136,23 @@ def _inner_term(
     return over_both(nodes.outer.values, inner.values) + inner.log_weight
 
 
-def _node_ess(outer: Any, inner: list[Any]) -> Float[Array, ""]:
-    concentration = 2 * (outer - logsumexp(outer))
-    for terms in inner:
-        share = terms - logsumexp(terms, axis=1, keepdims=True)
-        concentration = concentration + logsumexp(2 * share, axis=1)
-    return jnp.exp(-logsumexp(concentration))
+def _node_ess(nodes: Nested, outer: Any, inner: list[Any]) -> Float[Array, ""]:
+    """Effective number of nodes along the coordinate where it is least.
+
+    Coordinates may hold each other tightly, so the inner ones are judged at given outer ones.
+    """
+    share = jax.nn.softmax(outer)
+    counts = [_along_one(_ess(outer), len(nodes.outer.values))]
+    for terms, (_, one, _) in zip(inner, nodes.inner, strict=True):
+        at_outer = jnp.exp(jnp.sum(share * jnp.log(jax.vmap(_ess)(terms))))
+        counts.append(_along_one(at_outer, len(one.values)))
+    return jnp.min(jnp.stack(counts))
+
+
+def _ess(log_share: Float[Array, "node"]) -> Float[Array, ""]:
+    return jnp.exp(2 * logsumexp(log_share) - logsumexp(2 * log_share))
+
+
+def _along_one(ess: Any, coordinates: int) -> Any:
+    """Effective nodes along each of several coordinates; no coordinate is always resolved."""
+    return ess ** (1 / coordinates) if coordinates else jnp.inf

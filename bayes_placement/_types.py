@@ -26,5 +26,9 @@ Progress = Callable[[float], None]
 """Called with the share of the work that is done, from 0 to 1."""
 
 
+class InfeasibleError(ValueError):
+    """A method that cannot treat this experiment, where another one can."""
+
+
 def no_progress(share: float) -> None:
     """Report nothing."""

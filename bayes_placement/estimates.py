@@ -55,7 +55,9 @@ def figures(values: np.ndarray, weighting: Weighting) -> Figures:
     on_cov = on_sd / mean - sd * centred / mean**2
     errors = [standard_error(one, weighting) for one in (centred, on_sd, on_cov)]
     ess = _ess(values, sd, errors[0], weighting)
-    return Figures(mean, errors[0], sd, errors[1], sd / mean, errors[2], ess, _r_hat(values, weighting))
+    return Figures(
+        mean, errors[0], sd, errors[1], sd / mean, errors[2], ess, _r_hat(values, weighting)
+    )
 
 
 def standard_error(influence: np.ndarray, weighting: Weighting) -> float:

@@ -20,7 +20,7 @@ from .engines import SMC
 from .engines._engine import Draws, Engine
 from .estimates import Weighting, standard_error
 from .experiment import Experiment, role
-from .marginals import Latent, Marginal, least_nodes
+from .marginals import LEAST_NODES, Latent, Marginal
 from .measurement import Measurement
 from .noise import Data
 from .simulate import sample_prior
@@ -86,11 +86,14 @@ def infer(
     target = Target(marginal.model(experiment, data, marginal_key), laws)
     draws = engine.run(target, engine_key, progress)
     resolve = marginal.placement(experiment, data, marginal_key)
-    found = _finish(experiment, data, target, draws, resolve, finish_key)
-    found["data"] = data
+    parents = _results.equal_draws(draws)
+    found = _finish(
+        experiment, data, target, _results.pick(draws.position, parents), resolve, finish_key
+    )
+    found |= {"data": data, "parents": parents, "sampled": _named(target, draws.position)}
     found["divergences"] = _divergences(target, draws)
     found["mode"] = None if draws.mode is None else target.constrain(draws.mode)
-    complaints = [*draws.complaints, *_unresolved(experiment, draws, found["node_ess"])]
+    complaints = [*draws.complaints, *_unresolved(found["stats"])]
     for complaint in complaints:
         warnings.warn(complaint, InferenceWarning, stacklevel=2)
     record = {
@@ -98,7 +101,7 @@ def infer(
         **{f"marginal_{name}": value for name, value in marginal.settings().items()},
         "experiment": str(experiment),
         "seed": _seed(key),
-        "complaints": complaints,
+        "complaints": "\n".join(complaints),
         "seconds": time.perf_counter() - began,
     }
     return _results.tree(experiment, draws, found, sample_prior(experiment, prior_key), record)
@@ -124,21 +127,21 @@ def _check(experiment: Experiment) -> None:
 
 
 def _finish(
-    experiment: Experiment, data: Data, target: Target, draws: Draws, resolve: Any, key: Key
+    experiment: Experiment, data: Data, target: Target, position: Any, resolve: Any, key: Key
 ) -> dict[str, Any]:
     """Name the draws, draw integrated placements back, and predict the outputs of each draw."""
 
     def one(flat: Any, key: Key) -> dict[str, Any]:
-        values, node_ess = target.constrain(flat), jnp.nan
+        values, stats = target.constrain(flat), {}
         place_key, noise_key = jax.random.split(key)
         if resolve is not None:
-            placement, node_ess = resolve(_with(experiment, values), place_key)
+            placement, stats = resolve(_with(experiment, values), place_key)
             values = {**values, **placement}
         predicted = _with(experiment, values)
-        return {"values": values, "node_ess": node_ess, **_predict(predicted, data, noise_key)}
+        return {"values": values, "stats": stats, **_predict(predicted, data, noise_key)}
 
-    chains, count = draws.position.shape[:2]
-    flat = draws.position.reshape(chains * count, -1)
+    chains, count = position.shape[:2]
+    flat = position.reshape(chains * count, -1)
     keys = jax.random.split(key, chains * count)
     mapped = jax.jit(
         lambda flat, keys: jax.lax.map(lambda pair: one(*pair), (flat, keys), batch_size=BATCH)
@@ -162,18 +165,27 @@ def _predict(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:
     }
 
 
-def _unresolved(experiment: Experiment, draws: Draws, nodes: np.ndarray) -> list[str]:
-    """Complain where fewer nodes carry the integral over the placement than resolve it."""
-    if np.all(np.isnan(nodes)):
-        return []
-    weight = None if draws.log_weight is None else np.exp(np.asarray(draws.log_weight))
-    typical, least = float(np.average(nodes, weights=weight)), least_nodes(experiment)
-    if typical >= least:
-        return []
-    return [
-        f"The integral over the placement is not resolved: {typical:.1f} nodes carry it where "
-        f"{least:.1f} are needed; use more nodes (points or draws), or marginals.Latent()."
-    ]
+def _named(target: Target, position: Any) -> dict[str, np.ndarray]:
+    return jax.tree.map(np.asarray, jax.jit(jax.vmap(jax.vmap(target.constrain)))(position))
+
+
+def _unresolved(stats: dict[str, np.ndarray]) -> list[str]:
+    """Complain where the integral over the placement is not resolved."""
+    mean = {name: float(np.mean(value)) for name, value in stats.items()}
+    complaints = []
+    if mean.get("node_ess", np.inf) < LEAST_NODES:
+        complaints.append(
+            f"The integral over the placement is not resolved: {mean['node_ess']:.1f} nodes carry "
+            f"it along a coordinate, where {LEAST_NODES} are needed; use more points or draws, or "
+            "marginals.Latent()."
+        )
+    if mean.get("kernel_over_noise", 0.0) > 1:
+        complaints.append(
+            f"The kernels of the density estimate are {mean['kernel_over_noise']:.1f} times as "
+            "wide as the output error, so this posterior is too broad; more draws narrow them only "
+            "slowly, so use marginals.Latent() or marginals.Quadrature()."
+        )
+    return complaints
 
 
 def _divergences(target: Target, draws: Draws) -> dict[str, information.Divergence]:
@@ -191,7 +203,8 @@ def _divergences(target: Target, draws: Draws) -> dict[str, information.Divergen
 def _whole_divergence(target: Target, draws: Draws) -> information.Divergence:
     likelihood = np.asarray(draws.log_likelihood)
     if draws.log_weight is not None:
-        prior = None if not draws.exact else np.asarray(draws.log_weight - likelihood).ravel()
+        weight = np.asarray(draws.log_weight - likelihood).ravel() + draws.log_evidence
+        prior = weight if draws.exact else None
         kl, error = information.from_prior_draws(likelihood.ravel(), prior)
         return information.Divergence(kl, 0.0 if draws.exact else error)
     if draws.lineage is not None:

@@ -4,7 +4,6 @@ Placement is sampled along (Latent) or integrated out (Quadrature, KDE). Not kno
 """
 
 import abc
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -14,14 +13,16 @@ import numpyro
 
 from . import _kernel_density, _tensor_quadrature
 from ._sites import Unknown, realise
-from ._types import Key
+from ._types import InfeasibleError, Key
 from .experiment import MEASURED, Experiment, is_placement
 from .noise import Data
 
-# The least effective number of nodes for each integrated coordinate. Gauss nodes a distance d
-# apart integrate a bell of standard deviation 0.7 d, the narrowest that they resolve to a few
-# percent, with 2 sqrt(pi) 0.7 = 2.5 effective nodes.
-LEAST_NODES_PER_COORDINATE = 2.5
+LEAST_NODES = 2.5
+"""Least effective number of nodes along a coordinate that resolves an integral.
+
+Nodes a distance d apart integrate a bell of standard deviation 0.7 d to a relative error of 1e-4,
+and 2 sqrt(pi) 0.7 = 2.5 of them are effective under it.
+"""
 
 Model = Callable[[], None]
 
@@ -49,9 +50,10 @@ class Marginal(eqx.Module):
         """What determines the result, for the record."""
 
 
-Resolve = Callable[[Experiment, Key], tuple[dict[str, Any], Any]]
+Resolve = Callable[[Experiment, Key], tuple[dict[str, Any], dict[str, Any]]]
 """From an experiment whose parameters are numbers, and a key: one placement drawn given data and
-parameters, and the node ESS."""
+parameters, and how well the integral is resolved: `node_ess` along a coordinate, and for kernels
+`kernel_over_noise`."""
 
 
 class Latent(Marginal):
@@ -171,12 +173,6 @@ class KDE(Marginal):
         return {"marginal": "KDE", "draws": self.draws, **options, "common": int(self.common)}
 
 
-def least_nodes(experiment: Experiment) -> float:
-    """Return the node ESS below which an integral over the placement is not resolved."""
-    sizes = [math.prod(one.law.shape()) for one in experiment.unknowns if is_placement(one.name)]
-    return LEAST_NODES_PER_COORDINATE ** sum(sizes)
-
-
 def _marginal_model(
     experiment: Experiment, log_likelihood: Callable[[Experiment], jax.Array]
 ) -> Model:
@@ -189,7 +185,7 @@ def _marginal_model(
 
 def _check_noise(experiment: Experiment, name: str) -> None:
     if experiment.noise is None:
-        raise ValueError(
+        raise InfeasibleError(
             f"marginals.{name} integrates a density of the measured outputs, which noise=None "
             "lacks. Give noise.Gaussian(sigma), or use marginals.KDE(), whose kernel is a density."
         )

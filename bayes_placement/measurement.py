@@ -65,7 +65,7 @@ class Measurement:
     coherence: np.ndarray | None = None
     averages: int | None = None
     positions: dict[str, Position] = field(default_factory=dict)
-    force_level: float | None = None
+    force_level: float | int | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays and refuse what cannot have been measured."""
@@ -96,8 +96,8 @@ class Measurement:
         quantity: str,
         coherence: Any = None,
         averages: int | None = None,
-        positions: Mapping[str, Sequence[float]] | None = None,
-        force_level: float | None = None,
+        positions: Mapping[str, Sequence[float | int]] | None = None,
+        force_level: float | int | None = None,
     ) -> "Measurement":
         """Make a measurement of plain arrays and channel labels.
 
@@ -154,7 +154,7 @@ class Measurement:
         frf = derivative(self.frf, self.frequency, self.quantity, quantity)
         return replace(self, frf=frf, quantity=quantity)
 
-    def band(self, low: float, high: float) -> "Measurement":
+    def band(self, low: float | int, high: float | int) -> "Measurement":
         """Return the lines from low to high [Hz], both included.
 
         Raises
@@ -166,7 +166,7 @@ class Measurement:
             (self.frequency >= low) & (self.frequency <= high), f"band({low:g}, {high:g})"
         )
 
-    def without(self, low: float, high: float) -> "Measurement":
+    def without(self, low: float | int, high: float | int) -> "Measurement":
         """Return the measurement less the lines from low to high [Hz], both included.
 
         Raises
@@ -297,8 +297,8 @@ class Measurement:
             f"Measurement: {self.quantity} [{UNIT[self.quantity]}] of "
             f"{_counted(len(self.sensors), 'sensor channel')} for "
             f"{_counted(len(self.actuators), 'actuator channel')}, "
-            f"{_counted(self.measured.sum(), 'pair')} measured, {self.frequency.size} lines from {low:g} to "
-            f"{high:g} Hz, {known}{averages}{force}."
+            f"{_counted(int(self.measured.sum()), 'pair')} measured, "
+            f"{self.frequency.size} lines from {low:g} to {high:g} Hz, {known}{averages}{force}."
         )
 
     def _label(self, row: int, column: int) -> str:
@@ -346,6 +346,8 @@ def derivative(frf: np.ndarray, frequency: np.ndarray, given: str, wanted: str) 
 
 def _frozen(values: Any, dtype: type) -> np.ndarray:
     array: np.ndarray = np.array(values, dtype=dtype)
+    if dtype is complex:
+        array[np.isnan(array)] = complex(np.nan, np.nan)  # a lone NaN is given the imaginary part 0
     array.setflags(write=False)
     return array
 

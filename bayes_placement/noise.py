@@ -9,7 +9,7 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool
 from numpyro.distributions import Distribution, MultivariateNormal, Normal
 
 from ._sites import is_unknown, quantity

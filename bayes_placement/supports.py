@@ -9,6 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution, Uniform
 
+from ._types import InfeasibleError
+
 
 class Segment(eqx.Module):
     """A stretch of a line structure: recorded place and what the glue may be off.
@@ -53,7 +55,7 @@ class Segment(eqx.Module):
 
 
 def quadrature(
-    law: Distribution, points: int
+    law: Distribution, points: int, between: tuple[float, float] = (0.0, 1.0)
 ) -> tuple[Float[Array, "node"], Float[Array, "node"]]:
     """Nodes and weights that integrate over the law of one variable.
 
@@ -63,22 +65,26 @@ def quadrature(
         A scalar distribution with an inverse cumulative distribution function.
     points
         Number of Gauss-Legendre nodes in probability.
+    between
+        Part of the law that is integrated, by its cumulative probabilities.
 
     Raises
     ------
-    ValueError
+    InfeasibleError
         If the law is not a scalar or has no inverse cumulative distribution function.
     """
     if law.shape() != ():
-        raise ValueError(
+        raise InfeasibleError(
             f"Quadrature needs scalar unknowns, but one has the shape {law.shape()}. "
             "Declare its components one by one, or use marginals.Latent()."
         )
     node, weight = np.polynomial.legendre.leggauss(points)
     try:
-        return law.icdf(jnp.asarray((node + 1) / 2)), jnp.asarray(weight / 2)
+        share = (between[1] - between[0]) / 2
+        probability = between[0] + share * (node + 1)
+        return law.icdf(jnp.asarray(probability)), jnp.asarray(weight * share)
     except NotImplementedError as error:
-        raise ValueError(
+        raise InfeasibleError(
             f"Quadrature needs the inverse distribution function of a law, which "
             f"{type(law).__name__} lacks. Use marginals.Latent() with engines.SMC() or NUTS()."
         ) from error

@@ -123,7 +123,9 @@ def test_a_gap_within_a_coherence_is_refused():
 def test_a_pair_may_be_left_unmeasured():
     values = FRF.copy()
     values[1, 0] = np.nan
-    assert measurement(frf=values).measured.tolist() == [[True, True], [False, True], [True, True]]
+    partly = measurement(frf=values)
+    assert partly.measured.tolist() == [[True, True], [False, True], [True, True]]
+    assert partly.to_dataset().frf[1, 0].isnull().all()
 
 
 def test_conversion_is_division_by_the_square_of_i_omega():

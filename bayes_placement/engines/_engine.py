@@ -9,7 +9,6 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -37,8 +36,10 @@ class Posterior(Protocol):
     def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:
         """Draws from the prior."""
 
-    def prior_quadrature(self, points: int) -> tuple[Any, Any]:
-        """Gauss nodes over the prior and the logs of their weights."""
+    def prior_quadrature(
+        self, points: int, box: list[tuple[float, float]] | None = None
+    ) -> tuple[Any, Any]:
+        """Gauss nodes over (part of) the prior and the logs of their weights."""
 
 
 class Draws(eqx.Module):
@@ -95,13 +96,12 @@ class Engine(eqx.Module):
 
 
 def in_batches(
-    function: Callable[[Flat], Scalar],
+    evaluate: Callable[[Float[Array, "draw unknown"]], Float[Array, "draw"]],
     vectors: Float[Array, "draw unknown"],
     batch: int,
     progress: Progress,
 ) -> Float[Array, "draw"]:
-    """Evaluate a function at many vectors, so many at a time, in one compiled call each."""
-    evaluate = jax.jit(jax.vmap(function))
+    """Evaluate a compiled, vectorised function at many vectors, so many at a time."""
     count = vectors.shape[0]
     # The last batch is filled up, so that a second shape need not be compiled.
     padding = jnp.repeat(vectors[:1], -count % batch, axis=0)

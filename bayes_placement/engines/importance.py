@@ -7,6 +7,7 @@ import dataclasses
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from arviz_stats.base import array_stats
@@ -37,7 +38,8 @@ class Importance(Engine):
         """Weight draws from the prior by their likelihood."""
         vectors = posterior.sample_prior(key, self.draws)
         batch = min(self.batch, self.draws)
-        likelihood = in_batches(posterior.log_likelihood, vectors, batch, progress)
+        evaluate = jax.jit(jax.vmap(posterior.log_likelihood))
+        likelihood = in_batches(evaluate, vectors, batch, progress)
         found = weighted(vectors, likelihood, jnp.full(self.draws, -jnp.log(self.draws)))
         return _diagnosed(found)
 

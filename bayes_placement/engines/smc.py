@@ -223,9 +223,7 @@ def evidence_error(evidences: np.ndarray, lineage: np.ndarray, steps: list[int])
     count = evidences.size
     relative = np.exp(evidences - evidences.max())
     spread = np.std(relative, ddof=1) / np.mean(relative) / np.sqrt(count)
-    variances = [
-        _genealogical_variance(one, n) for one, n in zip(lineage, steps, strict=True)
-    ]
+    variances = [_genealogical_variance(one, n) for one, n in zip(lineage, steps, strict=True)]
     return float(max(spread, np.sqrt(max(np.mean(variances), 0.0) / count)))
 
 

@@ -1,4 +1,8 @@
-"""io: in, files of other programs; out, measurements and structures; and back.
+"""io: in, files of other programs; out, measurements, experiments and results; and back.
 
 Not known here: physics, probability.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules={"model", "netcdf", "uff"})

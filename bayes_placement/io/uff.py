@@ -44,47 +44,56 @@ def read(
 ) -> Measurement:
     """Read the FRFs of a universal file (UFF), ASCII or binary, into a measurement in SI.
 
-    FRFs (dataset 58, function type 4) and their ordinary coherences (type 6) are read, nodes from
-    dataset 15 or 2411; any other dataset or function is passed over, as is a coherence without
-    FRF. Entity names are not used. Values are in the units of their labels, else in those of
-    dataset 164, else in SI; coordinates in those of dataset 164, else in metres.
+    FRFs (dataset 58, function type 4) and their coherences (type 6) are read, nodes from dataset
+    15 or 2411; all else is passed over, as are entity names. Values are in the units of their
+    labels, else of dataset 164, else SI; coordinates in those of dataset 164, else metres.
 
     Parameters
     ----------
     path
         The file.
     names
-        Name of the transducer by node number. A node that is not in it is named as `write`
-        recorded it (ID line 5), or else by its number: `1`.
+        Name of the transducer by node number. Any other node is named as `write` recorded it (ID
+        line 5), or else by its number: `1`.
     require_positions
         Whether a node without coordinates is an error.
     averages
-        Number of averages. The format has no field for it: without this argument it is known only
-        in files by `write`, which records it in ID line 4.
+        Number of averages, for which the format has no field: without this argument it is known
+        only where ID line 4 records it, as `write` does.
     quantity
-        `receptance`, `mobility` or `accelerance`, to which all FRFs are converted. Needed only
-        where the file mixes them.
+        `receptance`, `mobility` or `accelerance`, to which all FRFs are converted; needed where
+        the file mixes them.
 
     Returns
     -------
     Measurement
-        FRFs with sensors (response nodes) and actuators (reference nodes) in the order in which
-        they first appear; pairs without FRF are NaN.
+        Channels in the order in which they first appear; pairs without FRF are NaN.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
     MeasurementFileError
-        If the file is truncated or malformed, holds no FRF, no single measurement, a node without
-        coordinates, or a unit that is not known. It is a `ValueError`.
+        (A ValueError.) If the file is malformed, or holds no single, unambiguous measurement.
     """
     blocks = load(Path(path))
     units = file_units(blocks)
     frfs = _frfs(blocks, units, Path(path))
+    named = _names(frfs, names or {})
+    positions = _positions(blocks, units, named, require_positions)
+    return _assembled(blocks, frfs, named, positions, averages, quantity)
+
+
+def _assembled(
+    blocks: list[Block],
+    frfs: list[_Function],
+    named: dict[int, str],
+    positions: dict[str, Position],
+    averages: int | None,
+    quantity: str | None,
+) -> Measurement:
     _check_same_lines(frfs)
     quantity = quantity or _common_quantity(frfs)
-    named = _names(frfs, names or {})
     sensors = list(dict.fromkeys(frf.sensor for frf in frfs))
     actuators = list(dict.fromkeys(frf.actuator for frf in frfs))
     converted = [
@@ -99,7 +108,7 @@ def read(
         quantity=quantity,
         coherence=_coherence(blocks, frfs, sensors, actuators),
         averages=averages if averages is not None else _noted(frfs, "averages"),
-        positions=_positions(blocks, units, named, require_positions),
+        positions=positions,
         force_level=_noted(frfs, "force_level"),
     )
 

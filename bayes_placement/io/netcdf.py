@@ -1,0 +1,40 @@
+"""netcdf: in, a tree of results; out, the same tree in a file, and back.
+
+Not known here: what the results mean.
+"""
+
+from pathlib import Path
+
+import xarray as xr
+
+from .._files import write_whole
+
+
+def write(result: xr.DataTree, path: str | Path) -> Path:
+    """Save a tree of results as netCDF; a file of that name is replaced only by a whole one.
+
+    Parameters
+    ----------
+    result
+        What `infer` or `simulate` returned.
+    path
+        The file, usually `result.nc`.
+    """
+    return write_whole(path, lambda beside: result.to_netcdf(beside, engine="h5netcdf"))
+
+
+def read(path: str | Path) -> xr.DataTree:
+    """Read a tree of results back into memory.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    """
+    if not Path(path).is_file():
+        raise FileNotFoundError(
+            f"There is no file {path}. Results are written by io.netcdf.write(result, "
+            f"{str(path)!r}) or by `bayes-placement update MODEL --out DIR`."
+        )
+    with xr.open_datatree(path, engine="h5netcdf") as tree:
+        return tree.load()

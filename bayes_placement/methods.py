@@ -1,0 +1,57 @@
+"""methods: in, an experiment and a measurement; out, its posterior by several methods.
+
+The methods that check each other. Not known here: files, figures, the terminal.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from .engines import MAP, NUTS, SMC, Grid, Importance
+from .engines._engine import Engine
+from .experiment import Experiment, is_placement
+from .marginals import KDE, Latent, Marginal, Quadrature
+
+GRID_UNKNOWNS = 2
+"""Most parameters that a grid over the prior is laid for."""
+
+
+class Method(NamedTuple):
+    """An engine and what it does with the placement."""
+
+    name: str
+    engine: Engine
+    marginal: Marginal
+
+
+ENGINES: dict[str, Callable[[], Engine]] = {
+    "importance": lambda: Importance(draws=4000),
+    "grid": lambda: Grid(points=24),
+    "map": MAP,
+    "nuts": NUTS,
+    "smc": SMC,
+}
+MARGINALS: dict[str, Callable[[], Marginal]] = {
+    "latent": Latent,
+    "quadrature": lambda: Quadrature(points=128),
+    "kde": KDE,
+}
+
+
+def method(engine: str, marginal: str) -> Method:
+    """One method by the names of its engine and its marginal."""
+    return Method(f"{marginal} {engine}", ENGINES[engine](), MARGINALS[marginal]())
+
+
+def standard(experiment: Experiment) -> list[Method]:
+    """Return the methods that suit an experiment; the first is the one to report.
+
+    Latent placement by SMC and by NUTS, the paper's kernel density estimate by importance
+    sampling, and placement integrated by quadrature: on a grid of the prior where parameters are
+    few, by SMC otherwise.
+    """
+    latent = [method("smc", "latent"), method("nuts", "latent")]
+    if not any(is_placement(one.name) for one in experiment.unknowns):
+        return latent
+    parameters = [one for one in experiment.unknowns if not is_placement(one.name)]
+    few = len(parameters) <= GRID_UNKNOWNS and all(one.law.shape() == () for one in parameters)
+    return [*latent, method("importance", "kde"), method("grid" if few else "smc", "quadrature")]

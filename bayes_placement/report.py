@@ -1,0 +1,162 @@
+"""report: in, results of several methods on the same data; out, one table and where they disagree.
+
+Not known here: how the results came about.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from scipy.stats import norm
+
+FALSE_ALARM = 0.01
+"""Probability that a word of disagreement is said of methods that agree, over all comparisons."""
+
+
+class Comparison(NamedTuple):
+    """Two methods' values of one figure."""
+
+    figure: str
+    first: str
+    second: str
+    values: tuple[float, float]
+    errors: tuple[float, float]
+
+    @property
+    def deviation(self) -> float:
+        """Difference in standard errors."""
+        return abs(self.values[0] - self.values[1]) / float(np.hypot(*self.errors))
+
+    def __str__(self) -> str:
+        """Say the two values and how far they are apart."""
+        first, second = map(_with_error, self.values, self.errors)
+        return (
+            f"{self.figure}, {first} against {second}, {self.deviation:.0f} standard errors apart"
+        )
+
+
+class Report(NamedTuple):
+    """A cross-check of several methods.
+
+    Parameters
+    ----------
+    table
+        One row for each method, one column for each figure; figures with a standard error are
+        written with it.
+    disagreements
+        Figures on which two methods differ by more than their errors.
+    complaints
+        What each method says of itself.
+    """
+
+    table: pd.DataFrame
+    disagreements: list[Comparison]
+    complaints: list[str]
+
+    def words(self) -> list[str]:
+        """Say in sentences what each method says of itself, and where two disagree."""
+        sentences = [*self.complaints, *_summaries(self.disagreements)]
+        agree = len(self.table) > 1 and not self.disagreements
+        return [*sentences, "All methods agree within their errors."] if agree else sentences
+
+    def __str__(self) -> str:
+        """Lay out table and words."""
+        return "\n".join([self.table.T.to_string(), *(f"- {line}" for line in self.words())])
+
+
+def report(results: Mapping[str, xr.DataTree]) -> Report:
+    """Compare methods on the same experiment and measurement.
+
+    Parameters
+    ----------
+    results
+        What `infer` returned, by a name for each method.
+
+    Returns
+    -------
+    Report
+        The table; the pairs of methods that disagree on a mean, a coefficient of variation, the
+        divergence or the log evidence by more than their standard errors allow, at a probability
+        of one false alarm in a hundred over all comparisons; and their own complaints.
+    """
+    rows = {name: _row(result) for name, result in results.items()}
+    complaints = [
+        f"{name}: {line}"
+        for name, result in results.items()
+        for line in result.attrs.get("complaints", "").splitlines()
+    ]
+    return Report(pd.DataFrame.from_dict(rows, orient="index"), _disagreements(results), complaints)
+
+
+def _summaries(disagreements: list[Comparison]) -> list[str]:
+    """One sentence for each pair of methods, about the figure that they differ most on."""
+    pairs = dict.fromkeys((one.first, one.second) for one in disagreements)
+    sentences = []
+    for first, second in pairs:
+        theirs = [one for one in disagreements if (one.first, one.second) == (first, second)]
+        worst = max(theirs, key=lambda one: one.deviation)
+        count = "one figure" if len(theirs) == 1 else f"{len(theirs)} figures, most on one"
+        sentences.append(f"{first} and {second} disagree on {count}: {worst}.")
+    return sentences
+
+
+def _figures(result: xr.DataTree) -> Iterator[tuple[str, float, float]]:
+    """Every figure that has a standard error."""
+    estimates = result["estimates"].to_dataset()
+    for unknown in estimates["unknown"].values:
+        one = estimates.sel(unknown=unknown)
+        yield f"{unknown} mean", float(one["mean"]), float(one["mean_error"])
+        yield f"{unknown} variation", float(one["cov"]), float(one["cov_error"])
+    kl, kl_error = estimates["kl_parameters"], estimates["kl_parameters_error"]
+    yield "KL of parameters", float(kl), float(kl_error)
+    yield "log evidence", float(estimates["log_evidence"]), _evidence_error(result)
+
+
+def _evidence_error(result: xr.DataTree) -> float:
+    error = float(result["estimates"]["log_evidence_error"])
+    return 0.0 if result.attrs["engine"] == "Grid" else error
+
+
+def _row(result: xr.DataTree) -> dict[str, str]:
+    estimates = result["estimates"].to_dataset()
+    row = {name: _with_error(value, error) for name, value, error in _figures(result)}
+    row["smallest ESS"] = _number(_among_finite(np.min, estimates["ess"].values))
+    row["largest R-hat"] = _number(_among_finite(np.max, estimates["r_hat"].values))
+    row["Pareto k"] = _number(float(estimates.get("pareto_k", np.nan)))
+    stats = result["sample_stats"].to_dataset()
+    row["node ESS"] = _number(float(stats["node_ess"].mean()) if "node_ess" in stats else np.nan)
+    row["seconds"] = f"{result.attrs['seconds']:.1f}"
+    return row
+
+
+def _among_finite(choose: Callable[[np.ndarray], float], values: np.ndarray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(choose(finite)) if finite.size else float("nan")
+
+
+def _number(value: float) -> str:
+    return "-" if np.isnan(value) else f"{value:.4g}"
+
+
+def _with_error(value: float, error: float) -> str:
+    if np.isnan(value):
+        return "-"
+    if error == 0:
+        return f"{value:.5g} exact"
+    return f"{value:.4g}" if np.isnan(error) else f"{value:.4g} ± {error:.1g}"
+
+
+def _disagreements(results: Mapping[str, xr.DataTree]) -> list[Comparison]:
+    tables = {name: {f: (v, e) for f, v, e in _figures(r)} for name, r in results.items()}
+    comparisons = [
+        Comparison(figure, first, second, (a, b), (da, db))
+        for first, second in combinations(tables, 2)
+        for figure, (a, da) in tables[first].items()
+        for b, db in [tables[second].get(figure, (np.nan, np.nan))]
+        if np.all(np.isfinite([a, b, da, db])) and np.hypot(da, db) > 0
+    ]
+    threshold = norm.isf(FALSE_ALARM / 2 / max(1, len(comparisons)))
+    return [one for one in comparisons if one.deviation > threshold]
