@@ -14,7 +14,6 @@ from ._types import Parameter
 from .modes import Modes
 
 _SYNONYMS = {"clamped": "fixed", "simply-supported": "pinned"}
-_X, _Z = 1, 3
 
 
 class UniformBar(Modes):
@@ -27,7 +26,7 @@ class UniformBar(Modes):
     wave_numbers: tuple[float, ...] = eqx.field(static=True)
     left_end_is_free: bool = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
-    axes: tuple[int, ...] = eqx.field(static=True, default=(_X,))
+    axes: tuple[int, ...] = eqx.field(static=True)
 
     def angular_frequency(self) -> Float[Array, "mode"]:
         """Natural angular frequencies k sqrt(E / rho) / L [rad/s]."""
@@ -53,19 +52,24 @@ class UniformBeam(Modes):
 
     length: Parameter = quantity("m")
     area: Parameter = quantity("m2")
-    second_moment: Parameter = quantity("m4")
+    radius_of_gyration: Parameter | None = quantity("m")
+    second_moment: Parameter | None = quantity("m4")
     youngs_modulus: Parameter = quantity("Pa")
     density: Parameter = quantity("kg/m3")
     wave_numbers: tuple[float, ...] = eqx.field(static=True)
     coefficients: tuple[tuple[float, ...], ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
-    axes: tuple[int, ...] = eqx.field(static=True, default=(_Z,))
+    axes: tuple[int, ...] = eqx.field(static=True)
 
     def angular_frequency(self) -> Float[Array, "mode"]:
         """Natural angular frequencies b^2 sqrt(E I / (rho A)) / L^2 [rad/s]."""
-        stiffness = self.youngs_modulus * self.second_moment
-        scale = jnp.sqrt(stiffness / (self.density * self.area)) / self.length**2
-        return jnp.array(self.wave_numbers) ** 2 * scale
+        speed = jnp.sqrt(self.youngs_modulus / self.density)
+        return jnp.array(self.wave_numbers) ** 2 * speed * self._radius() / self.length**2
+
+    def _radius(self) -> Parameter:
+        if self.second_moment is None:
+            return self.radius_of_gyration
+        return jnp.sqrt(self.second_moment / self.area)
 
     def shapes(self, position: Float[Array, "*coordinate"]) -> Float[Array, "axis mode"]:
         """Mass-normalised bending shapes [kg^-1/2], smooth in position."""
@@ -90,8 +94,9 @@ def bar(
     youngs_modulus: Parameter,
     density: Parameter,
     ends: str = "fixed-fixed",
+    direction: int = 1,
 ) -> UniformBar:
-    """Uniform bar in axial motion along x.
+    """Uniform bar in axial motion.
 
     Parameters
     ----------
@@ -102,6 +107,8 @@ def bar(
     ends
         Left and right end, each `fixed` (or `clamped`, `pinned`: the same for axial motion) or
         `free`.
+    direction
+        Recorded direction of its motion, 1, 2 or 3 for x, y or z.
 
     Returns
     -------
@@ -131,6 +138,7 @@ def bar(
         wave_numbers=tuple(wave_numbers.tolist()),
         left_end_is_free=left == "free",
         rigid_body_modes=int(shift == 0.0),
+        axes=_axes(direction),
     )
 
 
@@ -139,22 +147,29 @@ def beam(
     *,
     length: Parameter,
     area: Parameter,
-    second_moment: Parameter,
+    second_moment: Parameter | None = None,
+    radius_of_gyration: Parameter | None = None,
     youngs_modulus: Parameter,
     density: Parameter,
     ends: str = "fixed-free",
+    direction: int = 3,
 ) -> UniformBeam:
-    """Uniform Euler-Bernoulli beam along x in bending along z.
+    """Uniform Euler-Bernoulli beam in bending.
 
     Parameters
     ----------
     modes
         Number of modes kept, rigid-body modes included (two for a free beam).
-    length, area, second_moment, youngs_modulus, density
-        Length [m], section [m2], second moment of area [m4], Young's modulus [Pa], density
-        [kg/m3]: numbers or distributions.
+    length, area, youngs_modulus, density
+        Length [m], section [m2], Young's modulus [Pa], density [kg/m3]: numbers or distributions.
+    second_moment, radius_of_gyration
+        Second moment of area [m4], or its radius of gyration [m], the root of second moment over
+        area: one of the two. With the radius given, an unknown area is an unknown mass and leaves
+        the natural frequencies alone.
     ends
         Left and right end, each `fixed` (or `clamped`), `free`, `pinned` or `guided`.
+    direction
+        Recorded direction of its motion, 1, 2 or 3 for x, y or z.
 
     Returns
     -------
@@ -167,7 +182,9 @@ def beam(
         For an unknown end, a number of modes below one or a quantity that is not positive.
     """
     material = {"youngs_modulus": youngs_modulus, "density": density}
-    _check(modes, length=length, area=area, second_moment=second_moment, **material)
+    section = {"second_moment": second_moment, "radius_of_gyration": radius_of_gyration}
+    _check_section(section)
+    _check(modes, length=length, area=area, **section, **material)
     left, right = _ends(ends)
     rigid = _beam_roots.rigid_shapes(left, right)[:modes]
     roots = _beam_roots.elastic_roots(left, right, modes - len(rigid))
@@ -175,11 +192,12 @@ def beam(
     return UniformBeam(
         length=length,
         area=area,
-        second_moment=second_moment,
+        **section,
         **material,
         wave_numbers=(*(0.0 for _ in rigid), *roots.tolist()),
         coefficients=tuple(tuple(shape.tolist()) for shape in [*rigid, *elastic]),
         rigid_body_modes=len(rigid),
+        axes=_axes(direction),
     )
 
 
@@ -194,7 +212,26 @@ def _ends(ends: str) -> tuple[str, str]:
     return words[0], words[1]
 
 
-def _check(modes: int, **quantities: Parameter) -> None:
+def _axes(direction: int) -> tuple[int, ...]:
+    if direction not in (1, 2, 3):
+        raise ValueError(
+            f"direction={direction} was given; the motion is recorded along 1, 2 or 3 for x, y or "
+            "z: direction=3."
+        )
+    return (direction,)
+
+
+def _check_section(section: dict[str, Parameter | None]) -> None:
+    given = [name for name, value in section.items() if value is not None]
+    if len(given) != 1:
+        raise ValueError(
+            f"beams.beam was given {' and '.join(given) or 'no bending stiffness'}; it needs "
+            "exactly one of second_moment [m4] and radius_of_gyration [m], since one follows from "
+            "the other: second_moment=width * height**3 / 12."
+        )
+
+
+def _check(modes: int, **quantities: Parameter | None) -> None:
     if modes < 1:
         raise ValueError(f"modes={modes} was given; at least one mode is needed: modes=15.")
     for name, value in quantities.items():

@@ -12,7 +12,7 @@ import typer
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
 
-class EngineName(str, enum.Enum):
+class EngineName(enum.StrEnum):
     """Engines by name."""
 
     ALL = "all"
@@ -23,7 +23,7 @@ class EngineName(str, enum.Enum):
     SMC = "smc"
 
 
-class MarginalName(str, enum.Enum):
+class MarginalName(enum.StrEnum):
     """Marginals by name."""
 
     LATENT = "latent"

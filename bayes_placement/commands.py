@@ -5,6 +5,7 @@ Not known here: how words on the command line are read, how anything is computed
 
 import warnings
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 import xarray as xr
@@ -30,7 +31,7 @@ def update(
     model: Path, data: Path | None, engine: str, marginal: str, out: Path, seed: int
 ) -> None:
     """Run `bayes-placement update`: infer, cross-check, and write everything to a folder."""
-    console = Console()
+    console = _console()
     study = models.read(model)
     measurement = _measurement(study, data, model)
     console.print(f"{study.experiment}\n", highlight=False, soft_wrap=True)
@@ -44,6 +45,12 @@ def update(
     _show(console, found)
     _write(results, found, study.truth, out)
     console.print(f"Results and figures are in {out}/", highlight=False)
+
+
+def _console() -> Console:
+    console = Console()
+    # A pipe has no width: a table in a file keeps one line for each figure.
+    return console if console.is_terminal else Console(width=140)
 
 
 def _measurement(study: models.Study, data: Path | None, model: Path) -> Measurement:
@@ -111,8 +118,7 @@ def _show(console: Console, found: Report) -> None:
         table.add_column(str(method), justify="right")
     for figure, row in found.table.T.iterrows():
         table.add_row(str(figure), *(str(value) for value in row))
-    # A pipe has no width: tables written to a file keep one line for each figure.
-    console.print(table, width=None if console.is_terminal else 120)
+    console.print(table)
     for line in found.words():
         console.print(f"- {line}", highlight=False, soft_wrap=True)
 
@@ -131,4 +137,4 @@ def _write(results: Results, found: Report, truth: Mapping[str, float], out: Pat
         "methods.png": plots.methods(results),
     }
     for name, figure in figures.items():
-        write_whole(out / name, lambda beside, figure=figure: figure.savefig(beside, dpi=120))
+        write_whole(out / name, partial(figure.savefig, dpi=120))

@@ -130,9 +130,10 @@ class Experiment(eqx.Module):
         return self.fix({one.name: self._nominal_value(one) for one in self.unknowns})
 
     def _nominal_value(self, unknown: _sites.Unknown) -> Any:
-        kind, name, *leaf = unknown.name.split(".")
-        if leaf == ["position"]:
-            return {"sensor": self.sensor, "actuator": self.actuator}[kind][name].recorded
+        for kind, side in (("sensor", self.sensor), ("actuator", self.actuator)):
+            for one in side.values():
+                if unknown.name == f"{kind}.{one.name}.position":
+                    return one.recorded
         return unknown.law.mean
 
     def with_only(self, side: str, name: str, channels: slice) -> Self:
@@ -170,7 +171,7 @@ class Experiment(eqx.Module):
             .channels(self.sensor_channels, self.actuator_channels)
             .converted(FRF_OF[self.observe.quantity])  # type: ignore[arg-type]
         )
-        known = chosen.coherence is not None and chosen.averages is not None
+        known = self.noise is not None and self.noise.reads_coherence
         variance = chosen.noise_variance() if known else None
         return outputs(self.observe, chosen.frf, variance)
 
@@ -187,7 +188,7 @@ class Experiment(eqx.Module):
         data = self.data(measurement) if isinstance(measurement, Measurement) else measurement
         if data is None:
             numpyro.deterministic(RESPONSE, predicted)
-        if self.noise is None:
+        if concrete.noise is None:
             _refuse_data_without_noise(data)
             return
         observed = None if data is None else data.z
@@ -257,8 +258,8 @@ def _placed(transducers: Sequence[Kind], structure: Structure) -> OrderedDict[st
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ValueError(
-            f'Two transducers are called "{twice[0]}". Each needs a name of its own, since unknowns '
-            "are named by it. A sensor used in several runs is given once."
+            f'Two transducers are called "{twice[0]}". Each needs a name of its own, since '
+            "unknowns are named by it. A sensor used in several runs is given once."
         )
     if not placed:
         raise ValueError(

@@ -87,9 +87,8 @@ def infer(
     draws = engine.run(target, engine_key, progress)
     resolve = marginal.placement(experiment, data, marginal_key)
     parents = _results.equal_draws(draws)
-    found = _finish(
-        experiment, data, target, _results.pick(draws.position, parents), resolve, finish_key
-    )
+    equal = _results.pick(draws.position, parents)
+    found = _finish(experiment, data, target, equal, resolve, finish_key)
     found |= {"data": data, "parents": parents, "sampled": _named(target, draws.position)}
     found["divergences"] = _divergences(target, draws)
     found["mode"] = None if draws.mode is None else target.constrain(draws.mode)

@@ -45,6 +45,8 @@ class Data(eqx.Module):
 class Noise(eqx.Module):
     """Law of the output error N in Z_obs = Z + N."""
 
+    reads_coherence: eqx.AbstractClassVar[bool]
+
     @abc.abstractmethod
     def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
         """Law of the measured outputs around the predicted ones.
@@ -75,15 +77,16 @@ class Gaussian(Noise):
         number, an array that broadcasts to (sensor, actuator, frequency), or a distribution.
     """
 
+    reads_coherence = False
     sigma: Parameter = quantity("unit of z")
 
     def __init__(self, sigma: Parameter):
         self.sigma = sigma
         if isinstance(sigma, int | float) and not sigma > 0:
             raise ValueError(
-                f"noise.Gaussian({sigma}) was given; the standard deviation must be positive, since "
-                "a likelihood without noise is infinite. For the paper's case of no output error "
-                "give the experiment noise=None and use marginals.KDE()."
+                f"noise.Gaussian({sigma}) was given; the standard deviation must be positive, "
+                "since a likelihood without noise is infinite. Without output error "
+                "give noise=None and use marginals.KDE()."
             )
 
     def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
@@ -110,6 +113,7 @@ class Covariance(Noise):
         Factor on the standard deviation [1], a number or a distribution.
     """
 
+    reads_coherence = False
     matrix: Parameter = quantity("(unit of z)^2")
     scale: Parameter = quantity("1")
 
@@ -142,6 +146,7 @@ class FromCoherence(Noise):
         tell the whole error.
     """
 
+    reads_coherence = True
     factor: Parameter = quantity("1")
 
     def __init__(self, factor: Parameter = 1.0):

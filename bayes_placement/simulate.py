@@ -44,10 +44,8 @@ def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -
     """
     one_key = jax.random.PRNGKey(key) if isinstance(key, int) else key
     predictive = Predictive(experiment.model, num_samples=draws, batch_ndims=1)
-    drawn = {
-        name: np.asarray(value)[None]
-        for name, value in jax.jit(lambda k: predictive(k))(one_key).items()
-    }
+    samples = jax.jit(lambda one: predictive(one))(one_key)
+    drawn = {name: np.asarray(value)[None] for name, value in samples.items()}
     predicted = {name: drawn[name] for name in (RESPONSE, MEASURED) if name in drawn}
     leading = outputs(experiment, predicted, ("chain", "draw"))
     places = {"chain": np.arange(1), "draw": np.arange(draws)}

@@ -1,4 +1,4 @@
-"""The bar of the paper's section 5: what do measured responses say about its damping?
+"""The bar of the paper's section 5, and what measured responses say about its damping.
 
 A uniform bar, fixed at both ends, is driven at one place and read at another; both were recorded,
 but the glue may be off by 4 cm. Unknown: the damping ratios of the first two modes.
@@ -41,7 +41,7 @@ def placed(sensor, actuator, noise, *, frequency=PAPER_LINES, structure=None):
 
 
 experiment = placed(0.25, 0.30, bp.noise.FromCoherence())
-measurement = bp.io.uff.read(HERE / "bar.uff", names={1: "s1", 101: "a1"}, averages=16)
+measurement = bp.io.uff.read(HERE / "bar.uff")
 
 
 def _truth():

@@ -92,8 +92,9 @@ class Grid(Engine):
         return {"engine": "Grid", "points": self.points}
 
 
-def _size(part: tuple[float, float]) -> float:
-    return part[1] - part[0]
+def _gains(smaller: Box, box: Box) -> bool:
+    sides = zip(np.ptp(smaller, axis=1), np.ptp(box, axis=1), strict=True)
+    return any(new < SMALLEST_GAIN * old for new, old in sides)
 
 
 def _diagnosed(found: Draws, cube: np.ndarray) -> Draws:

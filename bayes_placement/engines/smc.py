@@ -51,12 +51,16 @@ class SMC(Engine):
         Random-walk steps of each particle at each temperature.
     target_ess
         Share of the particles that stays effective from one temperature to the next.
+    prior_draws
+        Draws from the prior for each particle. Only the first temperature is chosen among so
+        many; a narrow mode that few of them hit is found nevertheless.
     """
 
     particles: int = eqx.field(static=True, default=2000)
     populations: int = eqx.field(static=True, default=4)
     moves: int = eqx.field(static=True, default=30)
     target_ess: float = eqx.field(static=True, default=0.6)
+    prior_draws: int = eqx.field(static=True, default=20)
 
     def __check_init__(self) -> None:
         if self.populations < 2 or self.particles < 20 * self.populations:
@@ -69,12 +73,12 @@ class SMC(Engine):
     def run(self, posterior: Posterior, key: Key, progress: Progress) -> Draws:
         """Temper every population from the prior to the posterior."""
         size = self.particles // self.populations
-        step = jax.jit(lambda key, population: self._step(posterior, key, population))
-        likelihood = jax.jit(jax.vmap(posterior.log_likelihood))
+        step = jax.jit(lambda key, population: self._step(posterior, key, population, size))
+        likelihood = jax.jit(lambda x: jax.lax.map(posterior.log_likelihood, x, batch_size=size))
         found = []
         for number, one in enumerate(jax.random.split(key, self.populations)):
             start_key, one = jax.random.split(one)
-            particles = posterior.sample_prior(start_key, size)
+            particles = posterior.sample_prior(start_key, size * self.prior_draws)
             population = _start(particles, likelihood(particles), number)
 
             def share(temperature: float, number: int = number) -> None:
@@ -84,38 +88,34 @@ class SMC(Engine):
         return self._draws([population for population, _ in found], [n for _, n in found])
 
     def _step(
-        self, posterior: Posterior, key: Key, population: _Population
-    ) -> tuple[_Population, Any]:
+        self, posterior: Posterior, key: Key, population: _Population, size: int
+    ) -> _Population:
         """Raise the temperature as far as the target ESS allows, resample, move."""
         resample_key, move_key = jax.random.split(key)
-        temperature = self._next_temperature(population)
+        temperature = self._next_temperature(population, size)
         log_weight = (temperature - population.temperature) * population.log_likelihood
         log_weight = jnp.where(jnp.isnan(log_weight), -jnp.inf, log_weight)
-        size = log_weight.size
         share = jnp.exp(log_weight - logsumexp(log_weight))
         ancestors = resampling.systematic(resample_key, share, size)
         particles, acceptance = self._move(
             posterior, move_key, population.particles[ancestors], temperature, population.scale
         )
-        return (
-            _Population(
-                particles,
-                jax.vmap(posterior.log_likelihood)(particles),
-                temperature,
-                population.log_evidence + logsumexp(log_weight) - jnp.log(size),
-                population.lineage[ancestors],
-                population.scale * jnp.exp(acceptance - TARGET_ACCEPTANCE),
-            ),
-            acceptance,
+        return _Population(
+            particles,
+            jax.vmap(posterior.log_likelihood)(particles),
+            temperature,
+            population.log_evidence + logsumexp(log_weight) - jnp.log(log_weight.size),
+            population.lineage[ancestors],
+            population.scale * jnp.exp(acceptance - TARGET_ACCEPTANCE),
         )
 
-    def _next_temperature(self, population: _Population) -> Any:
-        """Temperature at which the share `target_ess` of the particles stays effective."""
+    def _next_temperature(self, population: _Population, size: int) -> Any:
+        """Temperature at which the share `target_ess` of so many particles is effective."""
         rest = 1 - population.temperature
         delta = ess_solver(
             lambda likelihood: likelihood,
             population.log_likelihood,
-            self.target_ess,
+            self.target_ess * size / population.log_likelihood.size,
             rest,
             dichotomy,
         )
@@ -168,7 +168,9 @@ class SMC(Engine):
     def settings(self) -> dict[str, Any]:
         """Name and sizes."""
         sizes = {"particles": self.particles, "populations": self.populations}
-        return {"engine": "SMC", **sizes, "moves": self.moves, "target_ess": self.target_ess}
+        return {"engine": "SMC", **sizes, "moves": self.moves, "target_ess": self.target_ess} | {
+            "prior_draws": self.prior_draws
+        }
 
 
 def _start(particles: Any, likelihood: Any, number: int) -> _Population:
@@ -188,7 +190,7 @@ def _temper(step: Any, key: Key, population: _Population, progress: Progress) ->
     while float(population.temperature) < 1:
         key, one = jax.random.split(key)
         before = float(population.temperature)
-        population, _ = step(one, population)
+        population = step(one, population)
         steps += 1
         progress(float(population.temperature))
         if float(population.temperature) <= before:

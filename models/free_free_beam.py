@@ -1,0 +1,56 @@
+"""A real free-free beam whose length, mass and instrument positions nobody recorded.
+
+Three accelerances of a slender uniform beam, one response point and three hammer hits, 0 to
+1000 Hz. Unknown: stiffness, mass, and all four positions, in units of the length. The file labels
+the first function as a driving point; the posterior of the placement tells whether that can be.
+
+The measurement is not part of this project. Give its place with
+`bayes-placement update models/free_free_beam.py --data measured.uff`.
+"""
+
+import numpy as np
+import numpyro.distributions as dist
+
+import bayes_placement as bp
+
+RESONANCES = np.array([51.5, 142.18, 278.67, 460.39, 687.17, 958.53])
+"""Measured resonances [Hz]."""
+
+ANYWHERE = bp.supports.Segment(0.5, within=0.5)
+
+
+def off_resonance(spacing=10.0, clearance=0.02):
+    """Lines [Hz] away from the resonances, whose peaks lines 1 Hz apart do not resolve.
+
+    The uniform beam explains the resonances to some 0.2 %, so lines closer to one than ten times
+    that compare the sides of two shifted peaks.
+    """
+    lines = np.arange(25.0, 1000.0, spacing)
+    distance = np.abs(lines[:, None] - RESONANCES) / RESONANCES
+    return lines[np.all(distance > clearance, axis=1)]
+
+
+# Length, section and material make one frequency scale and one mass. With unit length, density and
+# radius of gyration, the first is youngs_modulus [1/s2] and the second the area [kg].
+beam = bp.Structure(
+    bp.beams.beam(
+        20,
+        length=1.0,
+        area=dist.LogUniform(1.0, 1e3),
+        radius_of_gyration=1.0,
+        youngs_modulus=dist.Uniform(150.0, 300.0),
+        density=1.0,
+        ends="free-free",
+        direction=1,  # as recorded in the file
+    ),
+    damping=bp.damping.Modal(1e-3),  # of no account away from the resonances
+)
+
+experiment = bp.Experiment(
+    beam,
+    sensors=[bp.Sensor("1", at=ANYWHERE)],
+    actuators=[bp.Actuator(hit, at=ANYWHERE) for hit in ("1", "2", "3")],
+    frequency=off_resonance(),
+    observe=bp.observe.LogAmplitude("acceleration"),
+    noise=bp.noise.Gaussian(dist.LogUniform(1e-3, 1.0)),
+)

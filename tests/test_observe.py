@@ -1,0 +1,102 @@
+"""observe: outputs, how an error of the FRF becomes one of z, and the Jacobian between the two."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from bayes_placement import observe
+
+GENERATOR = np.random.default_rng(8)
+SHAPE = (2, 1, 3)
+FRF = jnp.asarray(
+    10.0 ** GENERATOR.uniform(-6, -3, SHAPE) * np.exp(2j * np.pi * GENERATOR.uniform(size=SHAPE))
+)
+OMEGA = jnp.array([10.0, 40.0, 300.0])
+QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
+
+
+@pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])
+@pytest.mark.parametrize(("quantity", "order"), QUANTITIES.items())
+def test_a_quantity_is_a_derivative_of_the_displacement(kind, quantity, order):
+    found = kind(quantity).frf(FRF, OMEGA)
+    np.testing.assert_allclose(found, FRF * (1j * np.asarray(OMEGA)) ** order, rtol=1e-14)
+
+
+def test_log_amplitude_is_the_decimal_logarithm_of_the_modulus():
+    found = observe.LogAmplitude("velocity").output(FRF)
+    np.testing.assert_allclose(found, np.log10(np.abs(FRF)), rtol=1e-13)
+
+
+def test_complex_parts_stand_before_the_frequency():
+    found = observe.Complex("displacement").output(FRF)
+    assert found.shape == (2, 1, 2, 3)
+    np.testing.assert_array_equal(found[:, :, 0], FRF.real)
+    np.testing.assert_array_equal(found[:, :, 1], FRF.imag)
+
+
+@pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])
+def test_deviation_is_what_monte_carlo_finds(kind):
+    observation, draws = kind("displacement"), 20_000
+    share = np.broadcast_to([0.002, 0.01, 0.02], SHAPE)  # of |U|: small, as first order needs
+    variance = (share * np.abs(FRF)) ** 2
+    parts = GENERATOR.standard_normal((2, draws, *SHAPE)) * np.sqrt(variance / 2)
+    found = np.asarray(jax.jit(jax.vmap(observation.output))(FRF + parts[0] + 1j * parts[1]))
+    expected = np.asarray(observation.deviation(FRF, jnp.asarray(variance)))
+    assert expected.shape == found.shape[1:]
+    # Standard error of a standard deviation: sigma / sqrt(2 n).
+    error = expected / np.sqrt(2 * draws)
+    assert np.all(np.abs(found.std(axis=0) - expected) < 5 * error)
+
+
+def test_log_jacobian_of_the_log_amplitude_is_that_of_its_modulus():
+    amplitude = jnp.abs(FRF).ravel()
+    observation = observe.LogAmplitude("displacement")
+
+    def output(modulus):
+        return observation.output(modulus.reshape(SHAPE) * jnp.exp(1j * jnp.angle(FRF))).ravel()
+
+    matrix = jax.jit(jax.jacobian(output))(amplitude)
+    _, expected = np.linalg.slogdet(matrix)
+    np.testing.assert_allclose(observation.log_jacobian(FRF), expected, rtol=1e-12)
+
+
+def test_log_jacobian_of_complex_outputs_is_zero():
+    observation = observe.Complex("displacement")
+
+    def output(parts):
+        return observation.output((parts[0] + 1j * parts[1]).reshape(SHAPE)).ravel()
+
+    matrix = jax.jit(jax.jacobian(output))(jnp.stack([FRF.real.ravel(), FRF.imag.ravel()]))
+    _, expected = np.linalg.slogdet(matrix.reshape(12, 12))
+    np.testing.assert_allclose(expected, 0.0, atol=1e-12)
+    assert observation.log_jacobian(FRF) == 0.0
+
+
+@pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])
+def test_an_unknown_quantity_is_refused(kind):
+    with pytest.raises(ValueError, match=r"'speed' cannot be observed. Give displacement,"):
+        kind("speed")
+
+
+@pytest.mark.parametrize(
+    ("kind", "quantity"),
+    [
+        (observe.LogAmplitude, "velocity"),
+        (observe.LogAmplitude, "acceleration"),
+        (observe.Complex, "velocity"),
+    ],
+)
+def test_0_hz_is_refused_where_nothing_moves(kind, quantity):
+    message = rf"observe.{kind.__name__} needs \|U\| > 0, but frequency 0 Hz gives zero {quantity}"
+    with pytest.raises(ValueError, match=message):
+        kind(quantity).check(np.array([0.0, 5.0]))
+
+
+def test_0_hz_is_welcome_where_the_structure_is_bent():
+    observe.LogAmplitude("displacement").check(np.array([0.0, 5.0]))
+
+
+def test_labels_carry_units():
+    assert observe.LogAmplitude("velocity").label == "log10 of velocity per force [(m/s)/N]"
+    assert observe.Complex("displacement").label == "displacement per force [m/N]"
