@@ -31,6 +31,9 @@ class Target(eqx.Module):
         The model; whatever it observes makes the likelihood.
     laws
         Prior of each of its unknowns, by site name, independent of each other.
+    moves
+        Maps of named values that may lead to an equally good explanation; each keeps volume and
+        undoes itself.
 
     Raises
     ------
@@ -41,12 +44,19 @@ class Target(eqx.Module):
     model: Callable[[], None] = eqx.field(static=True)
     laws: dict[str, Distribution] = eqx.field(static=True)
     transforms: dict[str, Any] = eqx.field(static=True)
+    moves: tuple[Callable[[Values], Values], ...] = eqx.field(static=True)
     unravel: Callable[[Flat], Values] = eqx.field(static=True)
     dimension: int = eqx.field(static=True)
 
-    def __init__(self, model: Callable[[], None], laws: dict[str, Distribution]):
+    def __init__(
+        self,
+        model: Callable[[], None],
+        laws: dict[str, Distribution],
+        moves: tuple[Callable[[Values], Values], ...] = (),
+    ):
         _check_continuous(laws)
         self.model = model
+        self.moves = moves
         self.laws = laws
         self.transforms = {name: biject_to(law.support) for name, law in laws.items()}
         shapes = {
@@ -90,6 +100,10 @@ class Target(eqx.Module):
         """Places of some unknowns in the flat vector."""
         numbered = self.unravel(jnp.arange(self.dimension, dtype=float))
         return [int(place) for name in names for place in jnp.ravel(numbered[name])]
+
+    def alternatives(self, flat: Flat) -> list[Flat]:
+        """Vectors that may explain the data as well; NaN where a prior excludes one."""
+        return [self.flatten(move(self.constrain(flat))) for move in self.moves]
 
     def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:
         """Independent draws from the prior."""

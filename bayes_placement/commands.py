@@ -36,7 +36,7 @@ def update(
     measurement = _measurement(study, data, model)
     console.print(f"{study.experiment}\n", highlight=False, soft_wrap=True)
     chosen = (
-        methods.standard(study.experiment)
+        methods.standard(study.experiment, study.engine)
         if engine == "all"
         else [methods.method(engine, marginal)]
     )

@@ -24,6 +24,7 @@ from .marginals import LEAST_NODES, Latent, Marginal
 from .measurement import Measurement
 from .noise import Data
 from .simulate import sample_prior
+from .symmetries import symmetries
 
 BATCH = 256
 
@@ -83,7 +84,8 @@ def infer(
     data = experiment.data(measurement)
     marginal_key, engine_key, finish_key, prior_key = jax.random.split(_key(key), 4)
     laws = {one.name: one.law for one in marginal.sampled(experiment)}
-    target = Target(marginal.model(experiment, data, marginal_key), laws)
+    moves = symmetries(experiment) if marginal.samples_placement else ()
+    target = Target(marginal.model(experiment, data, marginal_key), laws, moves)
     draws = engine.run(target, engine_key, progress)
     resolve = marginal.placement(experiment, data, marginal_key)
     parents = _results.equal_draws(draws)

@@ -42,16 +42,28 @@ def method(engine: str, marginal: str) -> Method:
     return Method(f"{marginal} {engine}", ENGINES[engine](), MARGINALS[marginal]())
 
 
-def standard(experiment: Experiment) -> list[Method]:
+def standard(experiment: Experiment, engine: Engine | None = None) -> list[Method]:
     """Return the methods that suit an experiment; the first is the one to report.
 
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    engine
+        The engine to report, with latent placement; SMC by default.
+
+    Notes
+    -----
     Latent placement by SMC and by NUTS, the paper's kernel density estimate by importance
-    sampling, and placement integrated by quadrature: on a grid of the prior where parameters are
-    few, by SMC otherwise.
+    sampling, and, where parameters are few, placement integrated by quadrature on a grid of the
+    prior.
     """
-    latent = [method("smc", "latent"), method("nuts", "latent")]
+    own = SMC() if engine is None else engine
+    name = f"latent {type(own).__name__.lower()}"
+    latent = [Method(name, own, Latent()), method("nuts", "latent")]
     if not any(is_placement(one.name) for one in experiment.unknowns):
         return latent
     parameters = [one for one in experiment.unknowns if not is_placement(one.name)]
     few = len(parameters) <= GRID_UNKNOWNS and all(one.law.shape() == () for one in parameters)
-    return [*latent, method("importance", "kde"), method("grid" if few else "smc", "quadrature")]
+    several = [*latent, method("importance", "kde")]
+    return [*several, method("grid", "quadrature")] if few else several

@@ -33,6 +33,12 @@ class Posterior(Protocol):
     def log_jacobian(self, flat: Flat) -> Scalar:
         """Log volume of the named values per volume of the flat vector."""
 
+    def alternatives(self, flat: Flat) -> list[Flat]:
+        """Vectors that may explain the data as well, by maps that keep volume and undo themselves.
+
+        The volume is that of the named values. NaN where a prior excludes one.
+        """
+
     def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:
         """Draws from the prior."""
 

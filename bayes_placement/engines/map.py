@@ -14,6 +14,7 @@ from scipy.optimize import differential_evolution, minimize
 
 from .._types import Key, Progress
 from ._engine import Draws, Engine, Posterior
+from .importance import GOOD_PARETO_K, pareto_k
 
 Objective = Callable[[Any], Any]
 
@@ -72,13 +73,16 @@ class MAP(Engine):
         position = mode + normal @ jnp.asarray(root).T
         log_volume = 0.5 * mode.size * np.log(2 * np.pi) + np.linalg.slogdet(root)[1]
         evidence = float(-cost(mode) + posterior.log_jacobian(mode) + log_volume)
+        likelihood = jax.jit(jax.vmap(posterior.log_likelihood))(position)
+        density = likelihood + jax.jit(jax.vmap(posterior.log_prior))(position)
+        k = pareto_k(np.asarray(density) + 0.5 * np.sum(np.asarray(normal) ** 2, axis=1))
         return Draws(
             position=position[None],
-            log_likelihood=jax.jit(jax.vmap(posterior.log_likelihood))(position)[None],
+            log_likelihood=likelihood[None],
             log_evidence=float("nan") if flat else evidence,
             mode=mode,
-            attributes={"starts": of, "starts_at_best": reached},
-            complaints=_complaints(flat, reached, of),
+            attributes={"starts": of, "starts_at_best": reached, "pareto_k": k},
+            complaints=_complaints(flat, k, reached, of),
         )
 
     def settings(self) -> dict[str, Any]:
@@ -129,12 +133,18 @@ def _evolved(cost: Objective, starts: np.ndarray, seed: int) -> np.ndarray:
     return best.x[None]
 
 
-def _complaints(flat: bool, reached: int, of: int) -> tuple[str, ...]:
+def _complaints(flat: bool, k: float, reached: int, of: int) -> tuple[str, ...]:
     complaints = []
     if flat:
         complaints.append(
             "The posterior is flat at its maximum, or the maximum lies at the edge of a prior, so "
             "the Laplace covariance means nothing in that direction; use engines.SMC()."
+        )
+    if k > GOOD_PARETO_K and not flat:
+        complaints.append(
+            f"The posterior is not near the Gaussian of Laplace's method: Pareto k = {k:.2f} is "
+            f"above {GOOD_PARETO_K}; its mode stands, its spread and evidence do not, so use "
+            "engines.SMC()."
         )
     if of > 1 and reached == 1:
         complaints.append(

@@ -23,6 +23,8 @@ from ._engine import Draws, Engine, Posterior
 
 GOOD_R_HAT = 1.05
 TARGET_ACCEPTANCE = 0.25
+CANDIDATES = 4
+"""Particles of which the nearest makes a step, so that most steps stay within a mode."""
 
 
 class _Population(NamedTuple):
@@ -145,9 +147,11 @@ class SMC(Engine):
             state, rates = jax.lax.scan(one, start, jax.random.split(key, self.moves))
             return state.position, jnp.mean(rates)
 
-        keys = jax.random.split(key, particles.shape[0])
-        moved, rates = jax.vmap(walk)(keys, particles)
-        return moved, jnp.mean(rates)
+        walk_key, switch_key = jax.random.split(key)
+        moved, rates = jax.vmap(walk)(jax.random.split(walk_key, particles.shape[0]), particles)
+        keys = jax.random.split(switch_key, particles.shape[0])
+        switched = jax.vmap(lambda key, one: _switch(posterior, density, key, one))(keys, moved)
+        return switched, jnp.mean(rates)
 
     def _draws(self, populations: list[_Population], steps: list[int]) -> Draws:
         evidences = np.array([float(one.log_evidence) for one in populations])
@@ -206,14 +210,36 @@ def _log_share(temperature: float) -> float:
     return min(1.0, max(0.0, 1 + np.log10(max(temperature, 1e-4)) / 4))
 
 
+def _switch(posterior: Posterior, density: Any, key: Key, position: Any) -> Any:
+    """Try each alternative that keeps the volume of the named values (Metropolis)."""
+
+    def named(flat: Any) -> Any:
+        return density(flat) - posterior.log_jacobian(flat)
+
+    for number in range(len(posterior.alternatives(position))):
+        other = posterior.alternatives(position)[number]
+        inside = jnp.all(jnp.isfinite(other))
+        other = jnp.where(inside, other, position)
+        threshold = jnp.log(jax.random.uniform(jax.random.fold_in(key, number)))
+        # An exact symmetry would swap all particles in step; half the time it is left out.
+        accepted = threshold + jnp.log(2.0) < jnp.minimum(named(other) - named(position), 0.0)
+        position = jnp.where(inside & accepted, other, position)
+    return position
+
+
 def _difference(key: Key, particles: Any, pairs: Any) -> Any:
-    """Difference of two particles, at times in full, so that steps lead from mode to mode."""
-    pair_key, full_key, noise_key = jax.random.split(key, 3)
-    first, second = jax.random.randint(pair_key, (2,), 0, particles.shape[0])
-    factor = jnp.where(jax.random.bernoulli(full_key, 0.1), 1.0, pairs)
+    """Difference of two particles of one mode; at times of any two, to lead from mode to mode."""
+    pair_key, far_key, sign_key, noise_key = jax.random.split(key, 4)
+    first, *others = jax.random.randint(pair_key, (1 + CANDIDATES,), 0, particles.shape[0])
+    differences = particles[first] - particles[jnp.stack(others)]
+    # Drawn without regard to where the walker is, and with a sign by lot, a step is as likely as
+    # its reverse, whichever pair is taken.
+    nearest = differences[jnp.argmin(jnp.sum(differences**2, axis=1))]
+    far = jax.random.bernoulli(far_key, 0.1)
+    step = jnp.where(far, differences[0], pairs * nearest) * jax.random.rademacher(sign_key, ())
     # A little noise makes every place reachable; a thousandth of the spread changes no target.
     noise = 1e-3 * jnp.std(particles, axis=0) * jax.random.normal(noise_key, particles.shape[1:])
-    return factor * (particles[first] - particles[second]) + noise
+    return step + noise
 
 
 def evidence_error(evidences: np.ndarray, lineage: np.ndarray, steps: list[int]) -> float:

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
+from ..engines._engine import Engine
 from ..experiment import Experiment
 from ..measurement import Measurement
 
@@ -22,17 +23,20 @@ class Study(NamedTuple):
         The experiment.
     measurement
         What was measured; None where the file names none.
+    engine
+        Engine that suits the experiment; None where the file names none.
     truth
         True values of unknowns, by name, where data were made by a simulation.
     """
 
     experiment: Experiment
     measurement: Measurement | None
+    engine: Engine | None
     truth: dict[str, float]
 
 
 def read(path: str | Path) -> Study:
-    """Run a model file and take `experiment`, `measurement` and `truth` from it.
+    """Run a model file and take `experiment` and, if given, the rest.
 
     Raises
     ------
@@ -49,7 +53,8 @@ def read(path: str | Path) -> Study:
             "bp.Experiment(...); see models/bar.py for an example."
         )
     measurement = _named(module, "measurement", Measurement)
-    return Study(experiment, measurement, _named(module, "truth", dict) or {})
+    engine = _named(module, "engine", Engine)
+    return Study(experiment, measurement, engine, _named(module, "truth", dict) or {})
 
 
 def _run(path: Path) -> ModuleType:

@@ -1,0 +1,178 @@
+"""noise: laws of the output error against SciPy's, masks, and what a kernel adds."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+from scipy import stats
+
+from bayes_placement import noise
+from bayes_placement._sites import unknowns
+
+GENERATOR = np.random.default_rng(12)
+PREDICTED = GENERATOR.standard_normal((2, 3, 4))
+PARTS = GENERATOR.standard_normal((2, 3, 2, 4))  # real and imaginary
+
+
+def data_for(predicted, deviation=None, gaps=()):
+    z = predicted + 0.3 * np.random.default_rng(2).standard_normal(predicted.shape)
+    measured = np.ones(predicted.shape, dtype=bool)
+    for pair in gaps:
+        measured[pair] = False
+    level = None if deviation is None else jnp.asarray(deviation)
+    return noise.Data(jnp.asarray(np.where(measured, z, 0.0)), measured, level)
+
+
+def log_density(law, predicted, data, kernel=0.0):
+    density = jax.jit(lambda centre, z: law.law(centre, data, kernel).log_prob(z))
+    return np.asarray(density(predicted, data.z))
+
+
+@pytest.mark.parametrize(
+    "sigma",
+    [
+        0.2,
+        np.linspace(0.1, 0.4, 4),
+        np.array([0.1, 0.3])[:, None, None],
+        np.linspace(0.1, 0.5, 24).reshape(2, 3, 4),
+    ],
+    ids=["one", "per line", "per sensor", "each"],
+)
+def test_gaussian_errors_are_independent(sigma):
+    data = data_for(PREDICTED)
+    expected = stats.norm.logpdf(data.z, PREDICTED, np.broadcast_to(sigma, (2, 3, 4)))
+    np.testing.assert_allclose(log_density(noise.Gaussian(sigma), PREDICTED, data), expected)
+
+
+def test_both_parts_of_a_complex_frf_have_the_same_level():
+    sigma = np.linspace(0.1, 0.5, 24).reshape(2, 3, 4)
+    data = data_for(PARTS)
+    expected = stats.norm.logpdf(data.z, PARTS, sigma[:, :, None, :])
+    np.testing.assert_allclose(log_density(noise.Gaussian(sigma), PARTS, data), expected)
+
+
+def test_a_level_for_each_part_is_kept_as_it_is():
+    sigma = np.linspace(0.1, 0.5, 48).reshape(2, 3, 2, 4)
+    data = data_for(PARTS)
+    expected = stats.norm.logpdf(data.z, PARTS, sigma)
+    np.testing.assert_allclose(log_density(noise.Gaussian(sigma), PARTS, data), expected)
+
+
+@pytest.mark.parametrize(
+    ("law", "names"),
+    [
+        (noise.Gaussian(dist.HalfNormal(0.1)), [("sigma", "unit of z")]),
+        (noise.Covariance(np.eye(4), scale=dist.LogNormal(0.0, 1.0)), [("scale", "1")]),
+        (noise.FromCoherence(dist.LogNormal(0.0, 0.5)), [("factor", "1")]),
+        (noise.Gaussian(0.1), []),
+    ],
+)
+def test_an_unknown_level_is_an_unknown(law, names):
+    assert [(one.name, one.unit) for one in unknowns(law)] == names
+
+
+def covariance():
+    lags = np.abs(np.subtract.outer(np.arange(4), np.arange(4)))
+    return 0.09 * np.exp(-lags / 2.0) * np.outer([1, 2, 1, 3], [1, 2, 1, 3])
+
+
+@pytest.mark.parametrize("predicted", [PREDICTED, PARTS], ids=["real", "complex"])
+def test_covariance_is_a_joint_normal_law_along_the_lines(predicted):
+    data = data_for(predicted)
+    found = log_density(noise.Covariance(covariance(), scale=1.5), predicted, data)
+    joint = stats.multivariate_normal(np.zeros(4), 1.5**2 * covariance())
+    np.testing.assert_allclose(found, joint.logpdf(np.asarray(data.z) - predicted), rtol=1e-10)
+
+
+def test_a_diagonal_covariance_is_gaussian():
+    data = data_for(PREDICTED)
+    joint = log_density(noise.Covariance(np.diag([0.01, 0.04, 0.09, 0.16])), PREDICTED, data)
+    apart = log_density(noise.Gaussian(np.array([0.1, 0.2, 0.3, 0.4])), PREDICTED, data)
+    np.testing.assert_allclose(joint, apart.sum(axis=-1), rtol=1e-12)
+
+
+def test_covariance_refuses_missing_pairs():
+    data = data_for(PREDICTED, gaps=[(1, 2)])
+    with pytest.raises(ValueError, match=r"noise.Covariance needs every sensor measured"):
+        noise.Covariance(covariance()).law(jnp.asarray(PREDICTED), data)
+
+
+def test_from_coherence_takes_each_level_from_the_data():
+    deviation = GENERATOR.uniform(0.1, 0.5, PREDICTED.shape)
+    data = data_for(PREDICTED, deviation)
+    found = log_density(noise.FromCoherence(2.0), PREDICTED, data)
+    np.testing.assert_allclose(found, stats.norm.logpdf(data.z, PREDICTED, 2 * deviation))
+
+
+@pytest.mark.parametrize("data", [None, data_for(PREDICTED)], ids=["simulation", "no coherence"])
+def test_from_coherence_needs_coherence(data):
+    with pytest.raises(ValueError, match=r"reads its level from the coherence and the averages"):
+        noise.FromCoherence().law(jnp.asarray(PREDICTED), data)
+
+
+def test_only_from_coherence_reads_coherence():
+    assert noise.FromCoherence().reads_coherence
+    assert not noise.Gaussian(0.1).reads_coherence
+    assert not noise.Covariance(np.eye(4)).reads_coherence
+
+
+LEVEL = GENERATOR.uniform(0.1, 0.5, PREDICTED.shape)
+KERNEL = GENERATOR.uniform(0.01, 0.2, PREDICTED.shape)
+
+
+@pytest.mark.parametrize("law", [noise.Gaussian(LEVEL), noise.FromCoherence()])
+def test_a_kernel_adds_its_variance(law):
+    data = data_for(PREDICTED, LEVEL)
+    found = log_density(law, PREDICTED, data, jnp.asarray(KERNEL))
+    expected = stats.norm.logpdf(data.z, PREDICTED, np.sqrt(LEVEL**2 + KERNEL))
+    np.testing.assert_allclose(found, expected)
+
+
+def test_a_kernel_adds_its_variance_to_a_covariance():
+    data = data_for(PREDICTED)
+    found = log_density(noise.Covariance(covariance()), PREDICTED, data, jnp.asarray(KERNEL))
+    for pair in np.ndindex(2, 3):
+        joint = stats.multivariate_normal(PREDICTED[pair], covariance() + np.diag(KERNEL[pair]))
+        np.testing.assert_allclose(found[pair], joint.logpdf(data.z[pair]), rtol=1e-10)
+
+
+@pytest.mark.parametrize("law", [noise.Gaussian(LEVEL), noise.FromCoherence()])
+def test_what_was_not_measured_has_no_density(law):
+    gaps = [(0, 1), (1, 2)]
+    data = data_for(PREDICTED, LEVEL, gaps)
+    found = log_density(law, PREDICTED, data)
+    whole = log_density(law, PREDICTED, data_for(PREDICTED, LEVEL))
+    for pair in np.ndindex(2, 3):
+        np.testing.assert_allclose(found[pair], 0.0 if pair in gaps else whole[pair])
+
+
+def test_a_simulation_is_not_masked():
+    law = noise.Gaussian(0.2).law(jnp.asarray(PREDICTED), None)
+    assert isinstance(law, dist.Normal)
+    np.testing.assert_array_equal(law.loc, PREDICTED)
+
+
+def test_data_and_noise_of_some_channels_belong_together():
+    data = data_for(PREDICTED, LEVEL, gaps=[(1, 0)])
+    some = {"sensors": slice(1, 2), "actuators": slice(0, 2)}
+    part = data.of(**some)
+    np.testing.assert_array_equal(part.z, data.z[1:2, 0:2])
+    np.testing.assert_array_equal(part.measured, data.measured[1:2, 0:2])
+    np.testing.assert_array_equal(part.deviation, LEVEL[1:2, 0:2])
+    for law in (noise.Gaussian(LEVEL), noise.Gaussian(0.3), noise.FromCoherence()):
+        whole = log_density(law, PREDICTED, data)
+        found = log_density(law.of(**some), PREDICTED[1:2, 0:2], part)
+        np.testing.assert_allclose(found, whole[1:2, 0:2])
+
+
+def test_a_level_that_is_the_same_for_all_sensors_stays_so():
+    law = noise.Gaussian(np.array([0.1, 0.2, 0.3])[None, :, None])
+    part = law.of(sensors=slice(1, 2), actuators=slice(1, 2))
+    np.testing.assert_array_equal(part.sigma, np.full((1, 1, 1), 0.2))
+
+
+@pytest.mark.parametrize("sigma", [0.0, -0.1, float("nan"), 0])
+def test_a_standard_deviation_must_be_positive(sigma):
+    with pytest.raises(ValueError, match=r"the standard deviation must be positive.*marginals.KDE"):
+        noise.Gaussian(sigma)
