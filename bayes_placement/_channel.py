@@ -55,7 +55,7 @@ Channels = str | Channel | Sequence[str | Channel]
 
 
 class Match(NamedTuple):
-    index: int
+    place: int
     sign: int
     channel: Channel
 

@@ -92,26 +92,26 @@ def unknowns(tree: Any) -> list[Unknown]:
     return [Unknown(name, law, units.get(name, "")) for name, law in named]
 
 
-def _units(node: Any, name: str, unit: str) -> Iterator[tuple[str, str]]:
+def _units(node: Any, name: str, inherited: str) -> Iterator[tuple[str, str]]:
     if is_unknown(node) or not isinstance(node, eqx.Module | dict | tuple | list):
-        yield name, unit
+        yield name, inherited
         return
-    for word, child, child_unit in _children(node, unit):
+    for word, child, child_unit in _children(node, inherited):
         yield from _units(child, f"{name}.{word}" if name else word, child_unit)
 
 
-def _children(node: Any, unit: str) -> list[tuple[str, Any, str]]:
+def _children(node: Any, inherited: str) -> list[tuple[str, Any, str]]:
     if isinstance(node, dict):
-        return [(str(word), child, unit) for word, child in node.items()]
+        return [(str(word), child, inherited) for word, child in node.items()]
     if isinstance(node, tuple | list):
-        return [(str(place), child, unit) for place, child in enumerate(node, start=1)]
+        return [(str(place), child, inherited) for place, child in enumerate(node, start=1)]
     return [
-        (field.name, getattr(node, field.name), field.metadata.get("unit", unit))
+        (field.name, getattr(node, field.name), field.metadata.get("unit", inherited))
         for field in dataclasses.fields(node)
         if not field.metadata.get("static", False)
     ]
 
 
-def quantity(unit: str) -> Any:
-    """Declare a field of a tree whose value carries a unit."""
-    return eqx.field(metadata={"unit": unit})
+def unit(word: str) -> dict[str, str]:
+    """Metadata of a field of a tree whose value carries a unit."""
+    return {"unit": word}

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from . import _beam_roots
-from ._sites import is_unknown, quantity
+from ._sites import is_unknown, unit
 from ._types import Parameter
 from .modes import Modes
 
@@ -19,10 +19,10 @@ _SYNONYMS = {"clamped": "fixed", "simply-supported": "pinned"}
 class UniformBar(Modes):
     """Axial modes of a uniform bar; made by `bar`."""
 
-    length: Parameter = quantity("m")
-    area: Parameter = quantity("m2")
-    youngs_modulus: Parameter = quantity("Pa")
-    density: Parameter = quantity("kg/m3")
+    length: Parameter = eqx.field(metadata=unit("m"))
+    area: Parameter = eqx.field(metadata=unit("m2"))
+    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
+    density: Parameter = eqx.field(metadata=unit("kg/m3"))
     wave_numbers: tuple[float, ...] = eqx.field(static=True)
     left_end_is_free: bool = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
@@ -50,12 +50,12 @@ class UniformBar(Modes):
 class UniformBeam(Modes):
     """Bending modes of a uniform Euler-Bernoulli beam; made by `beam`."""
 
-    length: Parameter = quantity("m")
-    area: Parameter = quantity("m2")
-    radius_of_gyration: Parameter | None = quantity("m")
-    second_moment: Parameter | None = quantity("m4")
-    youngs_modulus: Parameter = quantity("Pa")
-    density: Parameter = quantity("kg/m3")
+    length: Parameter = eqx.field(metadata=unit("m"))
+    area: Parameter = eqx.field(metadata=unit("m2"))
+    radius_of_gyration: Parameter | None = eqx.field(metadata=unit("m"))
+    second_moment: Parameter | None = eqx.field(metadata=unit("m4"))
+    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
+    density: Parameter = eqx.field(metadata=unit("kg/m3"))
     wave_numbers: tuple[float, ...] = eqx.field(static=True)
     coefficients: tuple[tuple[float, ...], ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)

@@ -9,7 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
-from ._sites import quantity
+from ._sites import unit
 from ._types import Parameter
 
 Loss = Complex[Array, "mode frequency"]
@@ -35,7 +35,7 @@ class Modal(Damping):
         modes. One number serves every mode. Rigid-body modes are not damped and not counted.
     """
 
-    ratio: tuple[Parameter, ...] | Parameter = quantity("1")
+    ratio: tuple[Parameter, ...] | Parameter = eqx.field(metadata=unit("1"))
 
     def __init__(self, ratio: list[Parameter] | tuple[Parameter, ...] | Parameter):
         self.ratio = tuple(ratio) if isinstance(ratio, list) else ratio
@@ -68,8 +68,8 @@ class Rayleigh(Damping):
         Share of the stiffness matrix [s].
     """
 
-    mass: Parameter = quantity("1/s")
-    stiffness: Parameter = quantity("s")
+    mass: Parameter = eqx.field(metadata=unit("1/s"))
+    stiffness: Parameter = eqx.field(metadata=unit("s"))
 
     def loss(self, natural: Natural, omega: Omega, rigid_body_modes: int) -> Loss:
         """Modal loss i omega (mass + stiffness omega_n^2) [(rad/s)^2]."""
@@ -85,7 +85,7 @@ class Structural(Damping):
         Loss factor [1].
     """
 
-    loss_factor: Parameter = quantity("1")
+    loss_factor: Parameter = eqx.field(metadata=unit("1"))
 
     def loss(self, natural: Natural, omega: Omega, rigid_body_modes: int) -> Loss:
         """Modal loss i loss_factor omega_n^2 [(rad/s)^2], conjugate at negative frequencies."""

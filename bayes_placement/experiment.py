@@ -5,7 +5,7 @@ Not known here: which engine runs it, which marginal is taken.
 
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
-from typing import Any, Self, TypeVar
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -115,7 +115,7 @@ class Experiment(eqx.Module):
         """Channels of all actuators, in order."""
         return tuple(channel for one in self.actuator.values() for channel in one.channels)
 
-    def fix(self, values: Mapping[str, Any]) -> Self:
+    def fix(self, values: Mapping[str, Any]) -> "Experiment":
         """Return the experiment with some unknowns replaced by values, by name.
 
         Raises
@@ -125,7 +125,7 @@ class Experiment(eqx.Module):
         """
         return _sites.substitute(self, values)
 
-    def nominal(self) -> Self:
+    def nominal(self) -> "Experiment":
         """Return the experiment at recorded positions and at the prior mean of all else."""
         return self.fix({one.name: self._nominal_value(one) for one in self.unknowns})
 
@@ -136,7 +136,7 @@ class Experiment(eqx.Module):
                     return one.recorded
         return unknown.law.mean
 
-    def with_only(self, side: str, name: str, channels: slice) -> Self:
+    def with_only(self, side: str, name: str, channels: slice) -> "Experiment":
         """Return the experiment with a single sensor (or actuator), whose channels are given."""
         noise = None if self.noise is None else self.noise.of(**{f"{side}s": channels})
         one = OrderedDict({name: getattr(self, side)[name]})

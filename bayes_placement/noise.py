@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Bool
 from numpyro.distributions import Distribution, MultivariateNormal, Normal
 
-from ._sites import is_unknown, quantity
+from ._sites import is_unknown, unit
 from ._types import Parameter, Response
 
 
@@ -78,7 +78,7 @@ class Gaussian(Noise):
     """
 
     reads_coherence = False
-    sigma: Parameter = quantity("unit of z")
+    sigma: Parameter = eqx.field(metadata=unit("unit of z"))
 
     def __init__(self, sigma: Parameter):
         self.sigma = sigma
@@ -114,8 +114,8 @@ class Covariance(Noise):
     """
 
     reads_coherence = False
-    matrix: Parameter = quantity("(unit of z)^2")
-    scale: Parameter = quantity("1")
+    matrix: Parameter = eqx.field(metadata=unit("(unit of z)^2"))
+    scale: Parameter = eqx.field(metadata=unit("1"))
 
     def __init__(self, matrix: Parameter, scale: Parameter = 1.0):
         self.matrix = matrix
@@ -147,7 +147,7 @@ class FromCoherence(Noise):
     """
 
     reads_coherence = True
-    factor: Parameter = quantity("1")
+    factor: Parameter = eqx.field(metadata=unit("1"))
 
     def __init__(self, factor: Parameter = 1.0):
         self.factor = factor

@@ -3,7 +3,7 @@
 Not known here: how anything was computed.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,26 +11,44 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .experiment import MEASURED, RESPONSE
+from .estimates import scalars
+from .experiment import MEASURED, RESPONSE, role
 
 BAND = (0.05, 0.95)
+BINS = 40
+MOST_NODES = 100
+"""Draws of fewer values than this, many times each, are taken for nodes of a quadrature."""
+
 _PRIOR, _POSTERIOR, _DATA = "0.6", "C0", "C3"
 _PANEL = (6.4, 3.6)
+_LARGEST = 60.0
+"""Longest side of a figure [inch]; panels shrink beyond."""
+
+_SPARSE = 30
+"""Up to so many lines are marked one by one, since the curve between them is no measurement."""
 
 
 def measured_against_band(result: xr.DataTree) -> Figure:
-    """Measured outputs against the 90 % band of the posterior predictive, for each channel pair."""
+    """Measured outputs and the 90 % band of the posterior predictive, for each channel pair.
+
+    Below each pair, both are drawn again less the mean of the band, which shows a band that is
+    thinner than a line.
+    """
     predicted = result["posterior_predictive"].to_dataset()
     name = MEASURED if MEASURED in predicted else RESPONSE
     values, measured = _amplitude(predicted[name]), _amplitude(result["observed_data"][MEASURED])
-    figure, axes = _panels(predicted.sizes["sensor"], predicted.sizes["actuator"])
-    for row, column, axis in _pairs(axes):
+    rows, columns = values.sizes["sensor"], values.sizes["actuator"]
+    figure, axes = _panels(2 * rows, columns, heights=[1.0, 0.7] * rows)
+    for row, column in np.ndindex(rows, columns):
         pair = {"sensor": row, "actuator": column}
-        _band(axis, values.isel(pair), "posterior predictive", _POSTERIOR)
-        axis.plot(measured["frequency"], measured.isel(pair), ".", color=_DATA, label="measured")
-        _response_axis(axis, values.isel(pair))
-    _legend(axes)
-    return figure
+        band, points = values.isel(pair), measured.isel(pair)
+        mean = band.mean(("chain", "draw"))
+        for axis, level in ((axes[2 * row, column], 0.0), (axes[2 * row + 1, column], mean)):
+            _band(axis, band - level, "posterior predictive", _POSTERIOR)
+            axis.plot(points["frequency"], points - level, ".", color=_DATA, label="measured")
+        _response_axis(axes[2 * row, column], band)
+        _difference_axis(axes[2 * row + 1, column], band)
+    return _legend(figure, axes)
 
 
 def response_band(simulated: xr.DataTree, reference: Any = None) -> Figure:
@@ -41,80 +59,140 @@ def response_band(simulated: xr.DataTree, reference: Any = None) -> Figure:
     simulated
         What `simulate` returned.
     reference
-        Outputs [sensor, actuator, frequency] of the nominal experiment, drawn along (Figure 1).
+        Outputs of the nominal experiment, `experiment.nominal().predict()`, drawn along
+        (Figure 1).
     """
-    values = _amplitude(simulated["prior_predictive"][RESPONSE])
+    drawn = simulated["prior_predictive"][RESPONSE]
+    values = _amplitude(drawn)
+    if reference is not None:
+        reference = _amplitude(drawn.isel(chain=0, draw=0).copy(data=np.asarray(reference)))
     figure, axes = _panels(values.sizes["sensor"], values.sizes["actuator"])
-    for row, column, axis in _pairs(axes):
-        one = values.isel(sensor=row, actuator=column)
-        _band(axis, one, "random placement", _POSTERIOR)
+    for row, column in np.ndindex(axes.shape):
+        axis, pair = axes[row, column], {"sensor": row, "actuator": column}
+        _band(axis, values.isel(pair), "random draws", _POSTERIOR)
         if reference is not None:
-            nominal = np.asarray(reference)[row, column]
-            axis.plot(one["frequency"], nominal, color=_DATA, label="recorded placement")
-        _response_axis(axis, one)
-    _legend(axes)
-    return figure
+            nominal = reference.isel(pair)
+            axis.plot(nominal["frequency"], nominal, color=_DATA, label="as recorded", linewidth=1)
+        _response_axis(axis, values.isel(pair))
+    return _legend(figure, axes)
 
 
 def parameters(result: xr.DataTree, truth: Mapping[str, float] | None = None) -> Figure:
     """Prior and posterior of every parameter and noise level, as Figures 6 and 7 of the paper."""
-    names = [name for name in _names(result) if _role(result, name) != "placement"]
-    return _marginals(result, names, truth or {})
+    return _marginals(result, _names(result, placement=False), truth or {})
 
 
 def placement(result: xr.DataTree, truth: Mapping[str, float] | None = None) -> Figure:
     """Prior and posterior of every position and angle."""
-    names = [name for name in _names(result) if _role(result, name) == "placement"]
-    return _marginals(result, names, truth or {})
+    return _marginals(result, _names(result, placement=True), truth or {})
 
 
-def methods(results: Mapping[str, xr.DataTree]) -> Figure:
+def pair(
+    result: xr.DataTree, first: str, second: str, truth: Mapping[str, float] | None = None
+) -> Figure:
+    """Draws of two unknowns against each other: what the data know of them together.
+
+    Parameters
+    ----------
+    result
+        What `infer` returned.
+    first, second
+        Names of the unknowns along the two axes.
+    truth
+        True values by name, where they are known.
+    """
+    figure, axes = _panels(1, 1, panel=(6.4, 5.0))
+    axis = axes[0, 0]
+    for group, color in (("prior", _PRIOR), ("posterior", _POSTERIOR)):
+        draws = _scalars(result[group])
+        axis.plot(
+            draws[first].ravel(), draws[second].ravel(), ".", color=color, markersize=3, label=group
+        )
+    if truth and first in truth and second in truth:
+        place = (truth[first], truth[second])
+        axis.plot(*place, "x", color=_DATA, markersize=10, markeredgewidth=2, label="true value")
+    axis.set_xlabel(_with_unit(result, first))
+    axis.set_ylabel(_with_unit(result, second))
+    return _legend(figure, axes)
+
+
+def methods(
+    results: Mapping[str, xr.DataTree], truth: Mapping[str, float] | None = None
+) -> Figure:
     """Posterior of every parameter by each method, one over the other."""
     first = next(iter(results.values()))
-    names = [name for name in _names(first) if _role(first, name) != "placement"]
-    figure, axes = _panels(len(names), 1)
-    for axis, name in zip(axes.flat, names, strict=True):
-        edges = _edges(first, name, results)
-        for number, (method, result) in enumerate(results.items()):
-            draws = result["posterior"][name].values.ravel()
-            axis.hist(draws, edges, density=True, histtype="step", color=f"C{number}", label=method)
+    names = _names(first, placement=False)
+    figure, axes = _panels(max(1, len(names)), 1)
+    for axis, name in zip(axes.flat, names, strict=False):
+        draws = [_scalars(result["posterior"])[name].ravel() for result in results.values()]
+        for number, (method, one) in enumerate(zip(results, draws, strict=True)):
+            style = {"color": f"C{number}", "linestyle": ("-", "--", "-.", ":")[number % 4]}
+            _histogram(axis, one, label=method, fill=False, linewidth=1.5, **style)
+        _true_value(axis, name, truth or {})
         _density_axis(axis, first, name)
-    _legend(axes)
-    return figure
+        _limits(axis, _scalars(first["prior"])[name], np.concatenate(draws))
+    return _legend(figure, axes)
 
 
 def _marginals(result: xr.DataTree, names: list[str], truth: Mapping[str, float]) -> Figure:
     figure, axes = _panels(max(1, len(names)), 1)
     for axis, name in zip(axes.flat, names, strict=False):
-        edges = _edges(result, name, {"": result})
-        for group, color, fill in (("prior", _PRIOR, True), ("posterior", _POSTERIOR, False)):
-            style = {"histtype": "stepfilled", "alpha": 0.4} if fill else {"histtype": "step"}
-            draws = result[group][name].values.ravel()
-            axis.hist(draws, edges, density=True, color=color, label=group, **style)
-        if name in truth:
-            axis.axvline(truth[name], color=_DATA, linestyle="--", label="true value")
+        prior, posterior = (_scalars(result[group])[name] for group in ("prior", "posterior"))
+        _histogram(axis, prior.ravel(), label="prior", color=_PRIOR, alpha=0.5, bins=BINS // 2)
+        _histogram(axis, posterior.ravel(), label="posterior", color=_POSTERIOR, alpha=0.6)
+        _true_value(axis, name, truth)
         _density_axis(axis, result, name)
-    _legend(axes)
-    return figure
+        _limits(axis, prior, posterior)
+    return _legend(figure, axes)
 
 
-def _names(result: xr.DataTree) -> list[str]:
-    scalars = result["posterior"].data_vars.items()
-    return [str(name) for name, draws in scalars if draws.ndim == 2]
+def _scalars(group: Any) -> dict[str, np.ndarray]:
+    """Draws [chain, draw] of every number in a group, the elements of an array one by one."""
+    variables = group.to_dataset().data_vars.items()
+    return dict(one for name, draws in variables for one in scalars(str(name), draws.values))
 
 
-def _role(result: xr.DataTree, name: str) -> str:
-    return result["posterior"][name].attrs["role"]
+def _names(result: xr.DataTree, *, placement: bool) -> list[str]:
+    return [name for name in _scalars(result["posterior"]) if _is_placement(name) == placement]
 
 
-def _edges(result: xr.DataTree, name: str, results: Mapping[str, xr.DataTree]) -> np.ndarray:
-    """Edges of bins: from end to end of the prior where the posteriors fill it, else about them."""
-    prior = result["prior"][name].values
-    draws = np.concatenate([one["posterior"][name].values.ravel() for one in results.values()])
-    low, high = draws.min(), draws.max()
-    if high - low > 0.2 * np.ptp(prior):
-        low, high = prior.min(), prior.max()
-    return np.linspace(low, high, 41)
+def _is_placement(name: str) -> bool:
+    return role(name) == "placement"
+
+
+def _histogram(
+    axis: Axes, draws: np.ndarray, *, bins: int = BINS, fill: bool = True, **style: Any
+) -> None:
+    """Density of draws; each set over its own range, so that a narrow one keeps its shape."""
+    edges = _cells(draws) if _are_nodes(draws) else np.histogram_bin_edges(draws, bins)
+    density, edges = np.histogram(draws, edges, density=True)
+    axis.stairs(density, edges, fill=fill, **style)
+
+
+def _are_nodes(draws: np.ndarray) -> bool:
+    distinct = np.unique(draws).size
+    return 1 < distinct < min(MOST_NODES, draws.size / 10)
+
+
+def _cells(draws: np.ndarray) -> np.ndarray:
+    """Edges midway between the values, so that a node stands for the interval about it."""
+    values = np.unique(draws)
+    middle = (values[1:] + values[:-1]) / 2
+    first, last = 2 * values[0] - middle[0], 2 * values[-1] - middle[-1]
+    return np.concatenate([[first], middle, [last]])
+
+
+def _true_value(axis: Axes, name: str, truth: Mapping[str, float]) -> None:
+    if name in truth:
+        axis.axvline(truth[name], color="k", linestyle=":", label="true value")
+
+
+def _limits(axis: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
+    """Show the whole prior where the posterior fills a part of it, else the posterior alone."""
+    low, high = posterior.min(), posterior.max()
+    if high - low < 0.2 * np.ptp(prior):
+        margin = 0.5 * (high - low) if high > low else 0.05 * np.ptp(prior)
+        axis.set_xlim(low - margin, high + margin)
 
 
 def _amplitude(values: xr.DataArray) -> xr.DataArray:
@@ -129,7 +207,7 @@ def _amplitude(values: xr.DataArray) -> xr.DataArray:
 def _band(axis: Axes, values: xr.DataArray, label: str, color: str) -> None:
     draws = values.stack(sample=("chain", "draw"))
     low, high = (draws.quantile(q, "sample") for q in BAND)
-    line = "-" if values.sizes["frequency"] > 30 else ".-"
+    line = "-" if values.sizes["frequency"] > _SPARSE else ".-"
     axis.fill_between(
         values["frequency"], low, high, color=color, alpha=0.3, label=f"{label}, 90 % band"
     )
@@ -142,22 +220,55 @@ def _response_axis(axis: Axes, values: xr.DataArray) -> None:
     axis.set_ylabel(values.attrs["units"].replace(" per force", "\nper force"))
 
 
+def _difference_axis(axis: Axes, values: xr.DataArray) -> None:
+    # A difference of logarithms is that of a ratio and has no unit.
+    logarithm, _, unit = values.attrs["units"].rpartition(" ")
+    axis.set_xlabel("frequency [Hz]")
+    unit = "log10 of ratio" if logarithm.startswith("log10") else unit
+    axis.set_ylabel(f"difference from mean\n{unit}")
+
+
 def _density_axis(axis: Axes, result: xr.DataTree, name: str) -> None:
-    unit = result["posterior"][name].attrs["units"]
-    axis.set_xlabel(f"{name} [{unit}]")
+    unit = _unit(result, name)
+    axis.set_xlabel(_with_unit(result, name))
     axis.set_ylabel("probability density" + ("" if unit == "1" else f" [1/{unit}]"))
 
 
-def _panels(rows: int, columns: int) -> tuple[Figure, Any]:
-    size = (_PANEL[0] * columns, _PANEL[1] * rows)
-    figure = Figure(figsize=size, layout="constrained")  # outside pyplot: nothing stays open
-    return figure, figure.subplots(rows, columns, squeeze=False)
+def _with_unit(result: xr.DataTree, name: str) -> str:
+    return f"{name} [{_unit(result, name)}]"
 
 
-def _pairs(axes: Any) -> list[tuple[int, int, Axes]]:
-    return [(row, column, axes[row, column]) for row, column in np.ndindex(axes.shape)]
+def _unit(result: xr.DataTree, name: str) -> str:
+    return result["posterior"][name.partition("[")[0]].attrs["units"]
 
 
-def _legend(axes: Any) -> None:
+def _panels(
+    rows: int,
+    columns: int,
+    heights: list[float] | None = None,
+    panel: tuple[float, float] = _PANEL,
+) -> tuple[Figure, Any]:
+    """Figure with a grid of axes, outside pyplot, so that nothing stays open."""
+    wide, high = panel[0] * columns, panel[1] * sum(heights or [1.0] * rows)
+    figure = Figure(figsize=(min(wide, _LARGEST), min(high, _LARGEST)), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, height_ratios=heights)
+    return figure, axes
+
+
+def _legend(figure: Figure, axes: Any) -> Figure:
+    """One legend above all panels, where it covers nothing; empty panels say that they are."""
+    entries = dict(_entries(axes))
     for axis in axes.flat:
-        axis.legend(fontsize="small")
+        if not axis.has_data():
+            axis.text(0.5, 0.5, "nothing of this kind is unknown", ha="center", va="center")
+            axis.set_axis_off()
+    if entries:
+        handles, labels = list(entries.values()), list(entries)
+        figure.legend(handles, labels, loc="outside upper center", ncols=3, fontsize="small")
+    return figure
+
+
+def _entries(axes: Any) -> Iterator[tuple[str, Any]]:
+    for axis in axes.flat:
+        handles, labels = axis.get_legend_handles_labels()
+        yield from zip(labels, handles, strict=True)

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ._sites import is_unknown, quantity
+from ._sites import is_unknown, unit
 from ._types import Parameter, Shapes
 from .measurement import Channel
 from .modes import Modes
@@ -41,8 +41,8 @@ class Transducer(eqx.Module):
 
     kind: eqx.AbstractClassVar[str]
     name: str = eqx.field(static=True)
-    position: Parameter | Segment = quantity("m")
-    angles: tuple[Parameter, ...] | None = quantity("rad")
+    position: Parameter | Segment = eqx.field(metadata=unit("m"))
+    angles: tuple[Parameter, ...] | None = eqx.field(metadata=unit("rad"))
     directions: tuple[int, ...] = eqx.field(static=True)
     recorded: float = eqx.field(static=True)
 

@@ -56,4 +56,4 @@ experiment = bp.Experiment(
 )
 
 engine = bp.engines.SMC(particles=4000, moves=60)
-"""The mirror image explains the data as well, and either is a needle: more moves than by default."""
+"""The mirror image explains the data as well, and either is narrow: more moves than by default."""

@@ -6,7 +6,7 @@ structures, placement, measurements.
 
 import abc
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -19,6 +19,7 @@ Flat = Float[Array, "unknown"]
 Scalar = Float[Array, ""]
 
 
+@runtime_checkable
 class Posterior(Protocol):
     """What an engine may know of a posterior."""
 

@@ -60,10 +60,7 @@ class Grid(Engine):
             found = weighted(vectors, likelihood, log_weight)
             cube = np.asarray(found.log_weight).reshape((self.points,) * posterior.dimension)
             smaller = [self._zoom(cube, axis, part) for axis, part in enumerate(box)]
-            if not any(
-                _size(new) < SMALLEST_GAIN * _size(old)
-                for new, old in zip(smaller, box, strict=True)
-            ):
+            if not _gains(smaller, box):
                 return _diagnosed(found, cube)
             box = smaller
 

@@ -4,6 +4,7 @@ Several independent populations run, so that their spread tells the error. Not k
 structures, placement.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -34,6 +35,11 @@ class _Population(NamedTuple):
     log_evidence: Any
     lineage: Any
     scale: Any
+
+
+class _Stages(NamedTuple):
+    resample: Callable[[Key, _Population], _Population]
+    move: Callable[[Key, _Population], _Population]
 
 
 class SMC(Engine):
@@ -75,8 +81,11 @@ class SMC(Engine):
     def run(self, posterior: Posterior, key: Key, progress: Progress) -> Draws:
         """Temper every population from the prior to the posterior."""
         size = self.particles // self.populations
-        step = jax.jit(lambda key, population: self._step(posterior, key, population, size))
         likelihood = jax.jit(lambda x: jax.lax.map(posterior.log_likelihood, x, batch_size=size))
+        stages = _Stages(
+            jax.jit(lambda key, population: self._resample(key, population, size)),
+            jax.jit(lambda key, population: self._move(posterior, key, population)),
+        )
         found = []
         for number, one in enumerate(jax.random.split(key, self.populations)):
             start_key, one = jax.random.split(one)
@@ -86,72 +95,57 @@ class SMC(Engine):
             def share(temperature: float, number: int = number) -> None:
                 progress((number + _log_share(temperature)) / self.populations)
 
-            found.append(_temper(step, one, population, share))
+            found.append(_temper(stages, one, population, share))
         return self._draws([population for population, _ in found], [n for _, n in found])
 
-    def _step(
-        self, posterior: Posterior, key: Key, population: _Population, size: int
-    ) -> _Population:
-        """Raise the temperature as far as the target ESS allows, resample, move."""
-        resample_key, move_key = jax.random.split(key)
+    def _resample(self, key: Key, population: _Population, size: int) -> _Population:
+        """Raise the temperature as far as the target ESS allows, and resample so many."""
         temperature = self._next_temperature(population, size)
         log_weight = (temperature - population.temperature) * population.log_likelihood
         log_weight = jnp.where(jnp.isnan(log_weight), -jnp.inf, log_weight)
-        share = jnp.exp(log_weight - logsumexp(log_weight))
-        ancestors = resampling.systematic(resample_key, share, size)
-        particles, acceptance = self._move(
-            posterior, move_key, population.particles[ancestors], temperature, population.scale
-        )
-        return _Population(
-            particles,
-            jax.vmap(posterior.log_likelihood)(particles),
-            temperature,
-            population.log_evidence + logsumexp(log_weight) - jnp.log(log_weight.size),
-            population.lineage[ancestors],
-            population.scale * jnp.exp(acceptance - TARGET_ACCEPTANCE),
+        gain = logsumexp(log_weight) - jnp.log(log_weight.size)
+        ancestors = resampling.systematic(key, jax.nn.softmax(log_weight), size)
+        return population._replace(
+            particles=population.particles[ancestors],
+            log_likelihood=population.log_likelihood[ancestors],
+            temperature=temperature,
+            log_evidence=population.log_evidence + gain,
+            lineage=population.lineage[ancestors],
         )
 
     def _next_temperature(self, population: _Population, size: int) -> Any:
         """Temperature at which the share `target_ess` of so many particles is effective."""
         rest = 1 - population.temperature
-        delta = ess_solver(
-            lambda likelihood: likelihood,
-            population.log_likelihood,
-            self.target_ess * size / population.log_likelihood.size,
-            rest,
-            dichotomy,
-        )
-        whole = population.temperature + jnp.clip(delta, 0.0, rest)
-        return jnp.where(rest - delta < 1e-9, 1.0, whole)
+        target = self.target_ess * size / population.log_likelihood.size
+        delta = ess_solver(lambda x: x, population.log_likelihood, target, rest, dichotomy)
+        raised = population.temperature + jnp.clip(delta, 0.0, rest)
+        return jnp.where(rest - delta < 1e-9, 1.0, raised)
 
-    def _move(
-        self, posterior: Posterior, key: Key, particles: Any, temperature: Any, scale: Any
-    ) -> tuple[Any, Any]:
-        """Random walk of every particle at one temperature."""
-        kernel = random_walk.build_additive_step()
-        pairs = scale * 2.38 / jnp.sqrt(2 * particles.shape[1])
+    def _move(self, posterior: Posterior, key: Key, population: _Population) -> _Population:
+        """Random walk of every particle at one temperature, and a try at each alternative."""
+        particles = population.particles
+        pairs = population.scale * 2.38 / jnp.sqrt(2 * particles.shape[1])
 
         def density(flat: Any) -> Any:
-            value = posterior.log_prior(flat) + temperature * posterior.log_likelihood(flat)
+            likelihood = population.temperature * posterior.log_likelihood(flat)
+            value = posterior.log_prior(flat) + likelihood
             return jnp.where(jnp.isnan(value), -jnp.inf, value)
 
         def jump(key: Key, position: Any) -> Any:
             return _difference(key, particles, pairs)
 
         def walk(key: Key, position: Any) -> tuple[Any, Any]:
-            def one(state: Any, key: Key) -> tuple[Any, Any]:
-                state, info = kernel(key, state, density, jump)
-                return state, info.acceptance_rate
+            walk_key, switch_key = jax.random.split(key)
+            position, rate = _walk(density, jump, walk_key, position, self.moves)
+            return _switch(posterior, density, switch_key, position), rate
 
-            start = random_walk.init(position, density)
-            state, rates = jax.lax.scan(one, start, jax.random.split(key, self.moves))
-            return state.position, jnp.mean(rates)
-
-        walk_key, switch_key = jax.random.split(key)
-        moved, rates = jax.vmap(walk)(jax.random.split(walk_key, particles.shape[0]), particles)
-        keys = jax.random.split(switch_key, particles.shape[0])
-        switched = jax.vmap(lambda key, one: _switch(posterior, density, key, one))(keys, moved)
-        return switched, jnp.mean(rates)
+        keys = jax.random.split(key, particles.shape[0])
+        moved, rates = jax.vmap(walk)(keys, particles)
+        return population._replace(
+            particles=moved,
+            log_likelihood=jax.vmap(posterior.log_likelihood)(moved),
+            scale=population.scale * jnp.exp(jnp.mean(rates) - TARGET_ACCEPTANCE),
+        )
 
     def _draws(self, populations: list[_Population], steps: list[int]) -> Draws:
         evidences = np.array([float(one.log_evidence) for one in populations])
@@ -189,12 +183,12 @@ def _start(particles: Any, likelihood: Any, number: int) -> _Population:
     return _Population(particles, likelihood, zero, zero, lineage, jnp.ones(()))
 
 
-def _temper(step: Any, key: Key, population: _Population, progress: Progress) -> Any:
+def _temper(stages: _Stages, key: Key, population: _Population, progress: Progress) -> Any:
     steps = 0
     while float(population.temperature) < 1:
-        key, one = jax.random.split(key)
+        key, resample_key, move_key = jax.random.split(key, 3)
         before = float(population.temperature)
-        population = step(one, population)
+        population = stages.move(move_key, stages.resample(resample_key, population))
         steps += 1
         progress(float(population.temperature))
         if float(population.temperature) <= before:
@@ -208,6 +202,19 @@ def _temper(step: Any, key: Key, population: _Population, progress: Progress) ->
 def _log_share(temperature: float) -> float:
     """Share of the work done: temperatures grow by factors, from about 1e-4 to 1."""
     return min(1.0, max(0.0, 1 + np.log10(max(temperature, 1e-4)) / 4))
+
+
+def _walk(density: Any, jump: Any, key: Key, position: Any, moves: int) -> tuple[Any, Any]:
+    """Random walk of one particle; its end and the share of steps accepted."""
+    kernel = random_walk.build_additive_step()
+
+    def one(state: Any, key: Key) -> tuple[Any, Any]:
+        state, info = kernel(key, state, density, jump)
+        return state, info.acceptance_rate
+
+    start = random_walk.init(position, density)
+    end, rates = jax.lax.scan(one, start, jax.random.split(key, moves))
+    return end.position, jnp.mean(rates)
 
 
 def _switch(posterior: Posterior, density: Any, key: Key, position: Any) -> Any:
@@ -252,12 +259,12 @@ def evidence_error(evidences: np.ndarray, lineage: np.ndarray, steps: list[int])
     relative = np.exp(evidences - evidences.max())
     spread = np.std(relative, ddof=1) / np.mean(relative) / np.sqrt(count)
     variances = [_genealogical_variance(one, n) for one, n in zip(lineage, steps, strict=True)]
-    return float(max(spread, np.sqrt(max(np.mean(variances), 0.0) / count)))
+    return float(max(spread, np.sqrt(max(float(np.mean(variances)), 0.0) / count)))
 
 
 def _genealogical_variance(lineage: np.ndarray, steps: int) -> float:
     size = lineage.size
-    shares = np.unique(lineage, return_counts=True)[1] / size
+    shares = np.bincount(lineage - lineage.min()) / size
     return 1 - (size / (size - 1)) ** steps * (1 - np.sum(shares**2))
 
 

@@ -127,7 +127,9 @@ def _functions(measurement: Measurement, binary: bool) -> Iterator[bytes]:
     nodes = _numbers(measurement)
     number = 0
     for kind, values in every:
-        for row, column in [] if values is None else np.argwhere(~np.isnan(values).any(axis=-1)):
+        if values is None:
+            continue
+        for row, column in np.argwhere(~np.isnan(values).any(axis=-1)):
             number += 1
             pair = measurement.sensors[row], measurement.actuators[column]
             header = [*_identity(measurement, kind.name, pair), _pair(kind, pair, nodes, number)]

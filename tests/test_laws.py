@@ -1,0 +1,169 @@
+"""laws: one table, structures by damping laws, and what must hold for every pair of them."""
+
+import dataclasses
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from bayes_placement import Structure, beams, damping
+from bayes_placement.frf import receptance
+
+LENGTH = 1.3
+BAR = {"length": LENGTH, "area": 1e-3, "youngs_modulus": 1e9, "density": 9000.0}
+BEAM = BAR | {"second_moment": 4e-6}
+MODES = 6
+
+# No symmetric place, no resonance hit exactly: symmetric targets hide sign bugs.
+PLACES = np.array([0.17, 0.61, 1.19])
+OTHERS = np.array([0.08, 0.44, 0.90])
+OMEGA = 2 * np.pi * np.array([7.0, 90.0, 333.0, 1210.0])
+
+STRUCTURES = {
+    "bar free-fixed": lambda: beams.bar(MODES, **BAR, ends="free-fixed"),
+    "bar free-free": lambda: beams.bar(MODES, **BAR, ends="free-free"),
+    "beam fixed-free": lambda: beams.beam(MODES, **BEAM, ends="fixed-free"),
+    "beam free-free": lambda: beams.beam(MODES, **BEAM, ends="free-free"),
+    "beam pinned-fixed": lambda: beams.beam(MODES, **BEAM, ends="pinned-fixed"),
+}
+LAWS = {
+    "modal": damping.Modal([0.01, 0.03, 0.02, 0.05]),
+    "rayleigh": damping.Rayleigh(3.0, 2e-6),
+    "structural": damping.Structural(0.04),
+}
+MIRRORED = {
+    "bar free-fixed": "fixed-free",
+    "beam fixed-free": "free-fixed",
+    "beam pinned-fixed": "fixed-pinned",
+}
+
+table = pytest.mark.parametrize(
+    "pair", [(shape, law) for shape in STRUCTURES for law in LAWS], ids=" ".join
+)
+
+
+def read(structure, sensors, actuators, omega):
+    shapes = jax.vmap(lambda position: structure.modes.shapes(position)[0])
+    return receptance(structure, shapes(sensors), shapes(actuators), jnp.asarray(omega))
+
+
+@functools.cache
+def structure(pair):
+    return Structure(STRUCTURES[pair[0]](), damping=LAWS[pair[1]])
+
+
+@functools.cache
+def response(pair):
+    """Receptance [sensor, actuator, frequency] in all places, then its mirror in frequency."""
+    both = np.concatenate([OMEGA, -OMEGA])
+    every = np.concatenate([PLACES, OTHERS])
+    return np.asarray(jax.jit(read)(structure(pair), every, every, both))
+
+
+STEP = 1e-6
+
+
+@functools.cache
+def neighbours(pair):
+    """Log receptance and its slopes in both places: there, and a step to either side of each."""
+
+    def log_response(place, other):
+        found = read(structure(pair), place[None], other[None], OMEGA)[0, 0]
+        return jnp.stack([jnp.log(jnp.abs(found)), jnp.angle(found)])
+
+    slopes = jax.jacfwd(log_response, argnums=(0, 1))
+    every = jax.jit(jax.vmap(lambda s, a: (log_response(s, a), *slopes(s, a))))
+    steps = STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])[:, :, None]
+    places, others = PLACES + steps[:, 0], OTHERS + steps[:, 1]
+    return [np.asarray(v).reshape(5, 3, 2, -1) for v in every(places.ravel(), others.ravel())]
+
+
+@table
+def test_receptance_is_symmetric(pair):
+    found = response(pair)
+    size = np.abs(found).max(axis=(0, 1))
+    np.testing.assert_allclose(found / size, np.swapaxes(found, 0, 1) / size, atol=1e-14)
+
+
+@table
+def test_negative_frequencies_are_conjugate(pair):
+    ahead, behind = np.split(response(pair), 2, axis=-1)
+    np.testing.assert_array_equal(behind, np.conj(ahead))
+
+
+@table
+def test_damping_dissipates_at_every_driving_point(pair):
+    driving = np.diagonal(response(pair)[..., : OMEGA.size])
+    assert np.all(driving.imag < 0)
+    # Any set of forces together: the imaginary part is negative semi-definite.
+    imaginary = np.moveaxis(response(pair)[..., : OMEGA.size].imag, -1, 0)
+    eigenvalues = np.linalg.eigvalsh(imaginary)
+    size = np.abs(eigenvalues).max(axis=1)
+    assert np.all(eigenvalues.max(axis=1) < 1e-12 * size)
+
+
+@table
+def test_the_order_of_modes_is_of_no_consequence(pair):
+    one = structure(pair)
+    rigid = one.modes.rigid_body_modes
+    order = [*range(rigid), *(rigid + np.random.default_rng(3).permutation(MODES - rigid))]
+    changes = {"wave_numbers": tuple(one.modes.wave_numbers[i] for i in order)}
+    if isinstance(one.modes, beams.UniformBeam):
+        changes["coefficients"] = tuple(one.modes.coefficients[i] for i in order)
+    law = one.damping
+    if isinstance(law, damping.Modal):
+        law = damping.Modal(law.ratios(MODES, rigid)[np.array(order[rigid:])])
+    shuffled = Structure(dataclasses.replace(one.modes, **changes), damping=law)
+    found = read(shuffled, PLACES, OTHERS, OMEGA)
+    expected = response(pair)[:3, 3:, : OMEGA.size]
+    np.testing.assert_allclose(found, expected, atol=1e-13 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("shape", MIRRORED)
+def test_seen_from_the_other_end_nothing_changes(shape, law):
+    make = beams.beam if shape.startswith("beam") else beams.bar
+    quantities = BEAM if make is beams.beam else BAR
+    turned = Structure(make(MODES, **quantities, ends=MIRRORED[shape]), damping=LAWS[law])
+    found = read(turned, LENGTH - PLACES, LENGTH - OTHERS, OMEGA)
+    expected = response((shape, law))[:3, 3:, : OMEGA.size]
+    np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+
+
+@table
+def test_vmap_equals_loop(pair):
+    logarithm, angle = np.moveaxis(neighbours(pair)[0][0], 1, 0)
+    looped = [response(pair)[i, 3 + i, : OMEGA.size] for i in range(3)]
+    np.testing.assert_allclose(np.exp(logarithm + 1j * angle), looped, rtol=1e-9)
+
+
+@table
+def test_jit_equals_no_jit(pair):
+    every = jnp.concatenate([PLACES, OTHERS])
+    shapes = jnp.stack([structure(pair).modes.shapes(x)[0] for x in every])
+    both = jnp.concatenate([OMEGA, -OMEGA])
+    found = receptance(structure(pair), shapes, shapes, both)
+    size = np.abs(response(pair)).max()
+    np.testing.assert_allclose(found, response(pair), rtol=1e-10, atol=1e-13 * size)
+
+
+@table
+def test_gradients_in_position_are_those_of_finite_differences(pair):
+    value, by_sensor, by_actuator = neighbours(pair)
+    for gradient, ahead, behind in [(by_sensor, 1, 2), (by_actuator, 3, 4)]:
+        differences = (value[ahead] - value[behind]) / (2 * STEP)
+        np.testing.assert_allclose(gradient[0], differences, rtol=1e-5, atol=1e-6)
+        # C1: the slope itself does not jump over the step.
+        np.testing.assert_allclose(gradient[ahead], gradient[behind], rtol=1e-2, atol=1e-2)
+
+
+@pytest.mark.parametrize("shape", STRUCTURES)
+def test_no_damping_is_the_same_by_every_law(shape):
+    none = [damping.Modal([0.0]), damping.Rayleigh(0.0, 0.0), damping.Structural(0.0)]
+    modes = structure((shape, "modal")).modes
+    found = [read(Structure(modes, damping=law), PLACES, OTHERS, OMEGA) for law in none]
+    assert np.all(np.asarray(found[0]).imag == 0)
+    for one in found[1:]:
+        np.testing.assert_array_equal(one, found[0])

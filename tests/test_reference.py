@@ -1,0 +1,77 @@
+"""The numbers of the checked reference for section 5 of the paper, at the paper's sizes."""
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from models import bar
+
+P1, P2 = (0.50, 0.50), (0.25, 0.25)
+BOTH, FIRST, SECOND = (bar.PRIOR, bar.PRIOR), (bar.PRIOR, 0.04), (0.04, bar.PRIOR)
+
+# kernel, unknown ratios, places, then mean and standard deviation over seeds of: KL, mean and
+# coefficient of variation of the first ratio, and of the second, effective sample size. A mean
+# without a spread of its own has the coefficient of variation over the root of the sample size.
+KDE_TABLE = [
+    ("soize", BOTH, P2, (2.855, 0.090), (0.0400, 0.242, 0.018), (0.0397, 0.0151, 0.0010), 48),
+    ("soize", BOTH, (0.75, 0.25), (2.929, 0.092), (0.0377, 0.261, 0.018), (0.0395, 0.0143, 0.0011), 44),
+    ("soize", BOTH, P1, (2.172, 0.058), (0.0393, 0.0284, 0.0016), (0.0407, 0.282, 0.015), 98),
+    ("soize", BOTH, (0.50, 0.25), (0.190, 0.009), (0.0389, 0.245, 0.007), (0.0455, 0.232, 0.005), 715),
+    ("soize", FIRST, P1, (2.196, 0.048), (0.0393, 0.0286, 0.0021), None, 95),
+    ("soize", FIRST, P2, (0.053, 0.005), (0.0403, 0.243, 0.006), None, 909),
+    ("soize", SECOND, P2, (2.848, 0.089), None, (0.0396, 0.0153, 0.0008), 49),
+    ("soize", SECOND, P1, (0.000, 0.0005), None, (0.0402, 0.2845, 0.006), 999),
+    ("silverman", BOTH, P2, (2.680, 0.087), (0.0403, 0.250, 0.018), (0.0398, 0.0175, 0.0010), 57),
+    ("silverman", BOTH, P1, (2.019, 0.057), (0.0395, 0.0329, 0.0016), (0.0407, 0.282, 0.014), 114),
+    ("silverman", FIRST, P1, (2.035, 0.051), (0.0395, 0.0334, 0.0022), None, 111),
+    ("silverman", SECOND, P2, (2.684, 0.073), None, (0.0398, 0.0180, 0.0008), 58),
+]  # fmt: skip
+
+# sigma, places, then mean and coefficient of variation of each ratio, KL, log evidence.
+EXACT_TABLE = [
+    (0.05, P2, (0.040452, 0.27688, 0.040363, 0.16065, 0.4071, 17.7560)),
+    (0.05, P1, (0.039689, 0.27471, 0.040139, 0.28783, 0.0087, 18.6788)),
+    (0.05, (0.30, 0.70), (0.038978, 0.28618, 0.039765, 0.16656, 0.3907, 18.4533)),
+    (0.02, P2, (0.039528, 0.24154, 0.040006, 0.06489, 1.3873, 24.3053)),
+    (0.02, P1, (0.039093, 0.21207, 0.040092, 0.28776, 0.1815, 26.4758)),
+    (0.02, (0.30, 0.70), (0.037125, 0.25514, 0.039713, 0.06790, 1.3731, 25.1947)),
+    (0.01, P2, (0.039385, 0.15373, 0.039983, 0.03240, 2.4862, 28.9118)),
+    (0.01, P1, (0.039610, 0.11574, 0.040040, 0.28778, 0.7544, 32.0588)),
+    (0.01, (0.30, 0.70), (0.037468, 0.17092, 0.039846, 0.03395, 2.3958, 29.8493)),
+]
+
+
+@pytest.mark.filterwarnings("ignore::bayes_placement.infer.InferenceWarning")
+@pytest.mark.parametrize(("kernel", "ratios", "places", "kl", "first", "second", "ess"), KDE_TABLE)
+def test_kde_table(kernel, ratios, places, kl, first, second, ess):
+    experiment = bar.placed(*places, noise=None, structure=bar.bar(*ratios))
+    found = bp.infer(
+        experiment,
+        experiment.nominal_measurement(),
+        engine=bp.engines.Importance(draws=1000),
+        marginal=bp.marginals.KDE(draws=800, kernel=kernel),
+        key=1,
+    )["estimates"].to_dataset()
+    assert abs(found["kl_parameters"] - kl[0]) < 4 * kl[1]
+    assert abs(np.log(found["weight_ess"] / ess)) < 0.6
+    for number, row in enumerate((first, second), start=1):
+        if row is not None:
+            one = found.sel(unknown=f"structure.damping.ratio.{number}")
+            mean, variation, spread = row
+            assert abs(one["cov"] - variation) < 4 * spread
+            assert abs(one["mean"] - mean) < 4 * mean * variation / np.sqrt(ess)
+
+
+@pytest.mark.parametrize(("sigma", "places", "expected"), EXACT_TABLE)
+def test_exact_table(sigma, places, expected):
+    experiment = bar.placed(*places, bp.noise.Gaussian(sigma))
+    found = bp.infer(
+        experiment,
+        experiment.nominal_measurement(),
+        engine=bp.engines.Grid(points=24),
+        marginal=bp.marginals.Quadrature(points=48),
+    )["estimates"].to_dataset()
+    first, second = (found.sel(unknown=f"structure.damping.ratio.{n}") for n in (1, 2))
+    got = [first["mean"], first["cov"], second["mean"], second["cov"]]
+    got += [found["kl_parameters"], found["log_evidence"]]
+    np.testing.assert_allclose([float(value) for value in got], expected, atol=1e-4, rtol=0)

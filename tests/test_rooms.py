@@ -1,0 +1,89 @@
+"""rooms: imports go one way, files and functions stay small, and every door bears its plate."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "bayes_placement"
+
+# A room may import from the rooms before it, never from those after it.
+ORDER = """
+    _types _files _sites
+    supports orientation modes _beam_roots beams damping structure frf
+    _channel _measurement_checks measurement transducers observe noise experiment
+    _kernel_density _tensor_quadrature marginals
+    engines._engine engines.importance engines.grid engines.map engines.nuts engines.smc engines
+    _target estimates information _results simulate symmetries infer methods report
+    io._uff_blocks io._uff_units io._uff_write io.uff io.netcdf io.model io
+    plots commands cli
+""".split()
+
+FILES = sorted(PACKAGE.rglob("*.py"))
+LINES, FUNCTION_LINES = 400, 50
+FORBIDDEN = {"hasattr", "super", "print"}
+
+
+def room(path):
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__")
+
+
+def imported(path):
+    """Rooms that a file imports, also inside its functions."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            floor = path.relative_to(PACKAGE).parts[: -node.level]
+            whole = ".".join([*floor, *([node.module] if node.module else [])])
+            for alias in node.names:
+                inside = f"{whole}.{alias.name}".lstrip(".")
+                yield inside if inside in ORDER else whole
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            names = (
+                [node.module] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
+            )
+            yield from (name for name in names if name.startswith("bayes_placement"))
+
+
+ROOMS = [path for path in FILES if room(path) != "__init__"]
+
+
+def test_every_room_has_its_place():
+    assert sorted(room(path) for path in ROOMS) == sorted(ORDER), "add the room to ORDER, in place"
+
+
+@pytest.mark.parametrize("path", ROOMS, ids=room)
+def test_imports_go_one_way(path):
+    for other in imported(path):
+        assert other in ORDER, f"{room(path)} must import {other} relative to the package"
+        assert ORDER.index(other) < ORDER.index(room(path)), (
+            f"Imports go one way: {room(path)} stands before {other} and must not know of it."
+        )
+
+
+@pytest.mark.parametrize("path", ROOMS, ids=room)
+def test_a_door_plate_says_what_goes_in_and_out(path):
+    plate = " ".join((ast.get_docstring(ast.parse(path.read_text())) or "").lower().split())
+    name = room(path).split(".")[-1]
+    assert plate.startswith(f"{name}:"), f"the plate of {room(path)} must begin with its name"
+    for word in ("in,", "out,", "not known here"):
+        assert word in plate, f"the plate of {room(path)} must say {word!r}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=room)
+def test_files_and_functions_stay_small(path):
+    text = path.read_text()
+    assert len(text.splitlines()) <= LINES, f"{room(path)} is longer than {LINES} lines: split it"
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            size = node.end_lineno - node.lineno + 1
+            assert size <= FUNCTION_LINES, f"{room(path)}.{node.name} has {size} lines: split it"
+
+
+@pytest.mark.parametrize("path", FILES, ids=room)
+def test_what_hides_trouble_is_not_used(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            place = f"{room(path)}, line {node.lineno}"
+            assert node.func.id not in FORBIDDEN, f"{place}: {node.func.id} is not used here"
+        if isinstance(node, ast.ExceptHandler):
+            assert node.type is not None, f"{room(path)}, line {node.lineno}: name the exception"
