@@ -7,7 +7,6 @@ freely; `constrain` gives the values by name.
 from collections.abc import Callable
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax.flatten_util import ravel_pytree
@@ -22,7 +21,7 @@ Values = dict[str, Any]
 Flat = Float[Array, "unknown"]
 
 
-class Target(eqx.Module):
+class Target:
     """Prior and likelihood of a NumPyro model over unconstrained vectors.
 
     Parameters
@@ -40,13 +39,6 @@ class Target(eqx.Module):
     ValueError
         If an unknown is discrete.
     """
-
-    model: Callable[[], None] = eqx.field(static=True)
-    laws: dict[str, Distribution] = eqx.field(static=True)
-    transforms: dict[str, Any] = eqx.field(static=True)
-    moves: tuple[Callable[[Values], Values], ...] = eqx.field(static=True)
-    unravel: Callable[[Flat], Values] = eqx.field(static=True)
-    dimension: int = eqx.field(static=True)
 
     def __init__(
         self,

@@ -40,7 +40,8 @@ EngineOption = Annotated[
     EngineName, typer.Option(help="One engine, or all of those that check each other.")
 ]
 MarginalOption = Annotated[
-    MarginalName, typer.Option(help="What becomes of the placement; with a single engine only.")
+    MarginalName | None,
+    typer.Option(help="What becomes of the placement, with one engine. Default: latent."),
 ]
 Out = Annotated[Path, typer.Option(help="Folder for result.nc, tables and figures.")]
 Seed = Annotated[int, typer.Option(help="The same seed gives the same result.")]
@@ -56,7 +57,7 @@ def update(
     model: Model,
     data: Data = None,
     engine: EngineOption = EngineName.ALL,
-    marginal: MarginalOption = MarginalName.LATENT,
+    marginal: MarginalOption = None,
     out: Out = Path("results"),
     seed: Seed = 0,
 ) -> None:
@@ -64,7 +65,8 @@ def update(
     from . import commands
 
     try:
-        commands.update(model, data, engine.value, marginal.value, out, seed)
+        chosen = None if marginal is None else marginal.value
+        commands.update(model, data, engine.value, chosen, out, seed)
     except (ValueError, OSError) as error:
         typer.secho(f"error: {error}", err=True, fg="red")
         raise typer.Exit(2) from error

@@ -4,15 +4,23 @@ Not known here: how words on the command line are read, how anything is computed
 """
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
+import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TaskProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 
 from . import methods, plots
@@ -26,25 +34,53 @@ from .report import Report, report
 
 Results = dict[str, xr.DataTree]
 
+TITLE = """\
+Cross-check. variation: posterior standard deviation over mean, the uncertainty that is left.
+±: standard error of the computation, by which methods that agree may differ."""
+
 
 def update(
-    model: Path, data: Path | None, engine: str, marginal: str, out: Path, seed: int
+    model: Path, data: Path | None, engine: str, marginal: str | None, out: Path, seed: int
 ) -> None:
     """Run `bayes-placement update`: infer, cross-check, and write everything to a folder."""
     console = _console()
     study = models.read(model)
+    chosen = _chosen(study, engine, marginal)
     measurement = _measurement(study, data, model)
+    _make_folder(out)  # now, since a folder that cannot be made would cost the whole run
     console.print(f"{study.experiment}\n", highlight=False, soft_wrap=True)
-    chosen = (
-        methods.standard(study.experiment, study.engine)
-        if engine == "all"
-        else [methods.method(engine, marginal)]
-    )
     results = _infer_all(console, study.experiment, measurement, chosen, seed)
     found = report(results)
     _show(console, found)
     _write(results, found, study.truth, out)
-    console.print(f"Results and figures are in {out}/", highlight=False)
+    console.print(f"Results and figures are in {out}/", highlight=False, soft_wrap=True)
+
+
+def _chosen(study: models.Study, engine: str, marginal: str | None) -> list[methods.Method]:
+    if engine != "all":
+        return [_with_own_engine(methods.method(engine, marginal or "latent"), study)]
+    if marginal is not None:
+        raise ValueError(
+            f"--marginal {marginal} was given without --engine. A marginal goes with one engine, "
+            "since --engine all runs several marginals that check each other: "
+            f"--engine smc --marginal {marginal}."
+        )
+    return methods.standard(study.experiment, study.engine)
+
+
+def _with_own_engine(method: methods.Method, study: models.Study) -> methods.Method:
+    """Take the sizes that the model file declares, where it declares this engine."""
+    own = study.engine
+    return method._replace(engine=own) if own and type(own) is type(method.engine) else method
+
+
+def _make_folder(out: Path) -> None:
+    if out.exists() and not out.is_dir():
+        raise ValueError(
+            f"--out {out} is a file. A folder is needed, which is made if it is not there: "
+            "--out results."
+        )
+    out.mkdir(parents=True, exist_ok=True)
 
 
 def _console() -> Console:
@@ -71,25 +107,33 @@ def _infer_all(
     chosen: list[methods.Method],
     seed: int,
 ) -> Results:
-    columns = [
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TextColumn("time left"),
-        TimeRemainingColumn(elapsed_when_finished=True),
-    ]
     results: Results = {}
-    with Progress(*columns, console=console) as progress:
-        for method in chosen:
-            task = progress.add_task(method.name, total=1.0)
-            results[method.name] = _infer_one(
-                experiment,
-                measurement,
-                method,
-                seed,
-                lambda share, task=task: progress.update(task, completed=share),  # type: ignore[misc]
-            )
+    with _progress(console) as progress:
+        waiting = [progress.add_task(one.name, total=1.0, start=False, word="") for one in chosen]
+        for method, task in zip(chosen, waiting, strict=True):
+            progress.start_task(task)
+            progress.update(task, word="time left")
+            done = partial(_advance, progress, task)
+            results[method.name] = _infer_one(experiment, measurement, method, seed, done)
+            progress.update(task, completed=1.0, word="took")
     return results
+
+
+def _progress(console: Console) -> Progress:
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=30),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[word]}"),
+        TimeRemainingColumn(elapsed_when_finished=True),
+        console=console,
+        speed_estimate_period=600,  # compilation is one long step
+    )
+
+
+def _advance(progress: Progress, task: TaskID, share: float) -> None:
+    # Results are still to be laid out when an engine says that it is done.
+    progress.update(task, completed=min(share, 0.99))
 
 
 def _infer_one(
@@ -112,15 +156,39 @@ def _infer_one(
 
 
 def _show(console: Console, found: Report) -> None:
-    table = Table(title="Cross-check: figures ± standard errors", box=SIMPLE_HEAD)
-    table.add_column("figure", no_wrap=True)
-    for method in found.table.index:
-        table.add_column(str(method), justify="right")
-    for figure, row in found.table.T.iterrows():
-        table.add_row(str(figure), *(str(value) for value in row))
-    console.print(table)
+    console.print(TITLE, soft_wrap=True)
+    for table in _tables(console, found.table):
+        console.print(table)
     for line in found.words():
         console.print(f"- {line}", highlight=False, soft_wrap=True)
+
+
+def _tables(console: Console, figures: pd.DataFrame) -> Iterator[Table]:
+    """Tables of as many methods as fit side by side, so that no figure is broken into lines."""
+    first, last = 0, 1
+    while first < len(figures):
+        wider = _table(figures.iloc[first : last + 1])
+        if last < len(figures) and console.measure(wider).maximum < console.width:
+            last += 1
+        else:
+            yield _table(figures.iloc[first:last])
+            first, last = last, last + 1
+
+
+def _table(figures: pd.DataFrame) -> Table:
+    table = Table(box=SIMPLE_HEAD)
+    table.add_column("figure", overflow="fold")
+    for method in figures.index:
+        table.add_column(str(method), justify="right", no_wrap=True)
+    above = ""
+    for figure, row in figures.T.iterrows():
+        unknown, _, what = str(figure).rpartition(" ")
+        grouped = what in ("mean", "variation")
+        if grouped and unknown != above:
+            table.add_row(unknown)
+        table.add_row(f"  {what}" if grouped else str(figure), *(str(value) for value in row))
+        above = unknown
+    return table
 
 
 def _write(results: Results, found: Report, truth: Mapping[str, float], out: Path) -> None:
@@ -134,7 +202,7 @@ def _write(results: Results, found: Report, truth: Mapping[str, float], out: Pat
         "measured_against_band.png": plots.measured_against_band(first),
         "parameters.png": plots.parameters(first, truth),
         "placement.png": plots.placement(first, truth),
-        "methods.png": plots.methods(results),
+        "methods.png": plots.methods(results, truth),
     }
     for name, figure in figures.items():
         write_whole(out / name, partial(figure.savefig, dpi=120))

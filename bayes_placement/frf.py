@@ -6,14 +6,14 @@ Not known here: probability, decibels, where the sensors were recorded.
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
-from ._types import Receptance, Shapes
+from ._types import Receptance
 from .structure import Structure
 
 
 def receptance(
     structure: Structure,
-    sensors: Shapes,
-    actuators: Shapes,
+    sensors: Float[Array, "sensor mode"],
+    actuators: Float[Array, "actuator mode"],
     omega: Inexact[Array, "frequency"],
 ) -> Receptance:
     r"""Receptance between points whose mode shapes are given, Eqs. (6), (7) and (18).

@@ -21,7 +21,7 @@ MOST_NODES = 100
 
 _PRIOR, _POSTERIOR, _DATA = "0.6", "C0", "C3"
 _PANEL = (6.4, 3.6)
-_LARGEST = 60.0
+_LARGEST = 200.0
 """Longest side of a figure [inch]; panels shrink beyond."""
 
 _SPARSE = 30
@@ -35,8 +35,9 @@ def measured_against_band(result: xr.DataTree) -> Figure:
     thinner than a line.
     """
     predicted = result["posterior_predictive"].to_dataset()
+    observed = result["observed_data"].to_dataset()
     name = MEASURED if MEASURED in predicted else RESPONSE
-    values, measured = _amplitude(predicted[name]), _amplitude(result["observed_data"][MEASURED])
+    values, measured = _amplitude(predicted[name]), _amplitude(observed[MEASURED])
     rows, columns = values.sizes["sensor"], values.sizes["actuator"]
     figure, axes = _panels(2 * rows, columns, heights=[1.0, 0.7] * rows)
     for row, column in np.ndindex(rows, columns):
@@ -62,7 +63,7 @@ def response_band(simulated: xr.DataTree, reference: Any = None) -> Figure:
         Outputs of the nominal experiment, `experiment.nominal().predict()`, drawn along
         (Figure 1).
     """
-    drawn = simulated["prior_predictive"][RESPONSE]
+    drawn = simulated["prior_predictive"].to_dataset()[RESPONSE]
     values = _amplitude(drawn)
     if reference is not None:
         reference = _amplitude(drawn.isel(chain=0, draw=0).copy(data=np.asarray(reference)))
@@ -116,9 +117,7 @@ def pair(
     return _legend(figure, axes)
 
 
-def methods(
-    results: Mapping[str, xr.DataTree], truth: Mapping[str, float] | None = None
-) -> Figure:
+def methods(results: Mapping[str, xr.DataTree], truth: Mapping[str, float] | None = None) -> Figure:
     """Posterior of every parameter by each method, one over the other."""
     first = next(iter(results.values()))
     names = _names(first, placement=False)
@@ -126,8 +125,10 @@ def methods(
     for axis, name in zip(axes.flat, names, strict=False):
         draws = [_scalars(result["posterior"])[name].ravel() for result in results.values()]
         for number, (method, one) in enumerate(zip(results, draws, strict=True)):
-            style = {"color": f"C{number}", "linestyle": ("-", "--", "-.", ":")[number % 4]}
-            _histogram(axis, one, label=method, fill=False, linewidth=1.5, **style)
+            color, line = f"C{number}", ("-", "--", "-.", ":")[number % 4]
+            _histogram(
+                axis, one, label=method, fill=False, linewidth=1.5, color=color, linestyle=line
+            )
         _true_value(axis, name, truth or {})
         _density_axis(axis, first, name)
         _limits(axis, _scalars(first["prior"])[name], np.concatenate(draws))
@@ -200,7 +201,7 @@ def _amplitude(values: xr.DataArray) -> xr.DataArray:
     if "part" not in values.dims:
         return values
     with np.errstate(divide="ignore"):
-        logarithm = 0.5 * np.log10((values**2).sum("part", skipna=False))
+        logarithm: xr.DataArray = xr.ufuncs.log10((values**2).sum("part", skipna=False)) / 2
     return logarithm.assign_attrs(units=f"log10 of {values.attrs['units']}")
 
 

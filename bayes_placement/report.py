@@ -15,6 +15,9 @@ from scipy.stats import norm
 FALSE_ALARM = 0.01
 """Probability that a word of disagreement is said of methods that agree, over all comparisons."""
 
+EXACT_TOLERANCE = 1e-3
+"""Relative difference that two figures without sampling error may have: quadrature's own error."""
+
 
 class Comparison(NamedTuple):
     """Two methods' values of one figure."""
@@ -27,15 +30,21 @@ class Comparison(NamedTuple):
 
     @property
     def deviation(self) -> float:
-        """Difference in standard errors."""
-        return abs(self.values[0] - self.values[1]) / float(np.hypot(*self.errors))
+        """Difference in standard errors; infinite where neither has one and they differ."""
+        difference, error = abs(self.values[0] - self.values[1]), float(np.hypot(*self.errors))
+        if error > 0:
+            return difference / error
+        return np.inf if difference > EXACT_TOLERANCE * max(map(abs, self.values)) else 0.0
 
     def __str__(self) -> str:
         """Say the two values and how far they are apart."""
         first, second = map(_with_error, self.values, self.errors)
-        return (
-            f"{self.figure}, {first} against {second}, {self.deviation:.0f} standard errors apart"
+        apart = (
+            f"{self.deviation:.0f} standard errors apart"
+            if np.isfinite(self.deviation)
+            else "though neither has a sampling error"
         )
+        return f"{self.figure}, {first} against {second}, {apart}"
 
 
 class Report(NamedTuple):
@@ -48,19 +57,27 @@ class Report(NamedTuple):
         written with it.
     disagreements
         Figures on which two methods differ by more than their errors.
+    comparisons
+        Number of pairs of figures that were compared.
     complaints
         What each method says of itself.
     """
 
     table: pd.DataFrame
     disagreements: list[Comparison]
+    comparisons: int
     complaints: list[str]
 
     def words(self) -> list[str]:
         """Say in sentences what each method says of itself, and where two disagree."""
-        sentences = [*self.complaints, *_summaries(self.disagreements)]
-        agree = len(self.table) > 1 and not self.disagreements
-        return [*sentences, "All methods agree within their errors."] if agree else sentences
+        return [*self.complaints, *(_summaries(self.disagreements) or self._agreement())]
+
+    def _agreement(self) -> list[str]:
+        if self.comparisons:
+            return ["All methods agree within their errors."]
+        if len(self.table) > 1:
+            return ["No two methods have a figure with a standard error in common to compare."]
+        return ["One method alone checks nothing; give a second one to compare with."]
 
     def __str__(self) -> str:
         """Lay out table and words."""
@@ -88,7 +105,9 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
         for name, result in results.items()
         for line in result.attrs.get("complaints", "").splitlines()
     ]
-    return Report(pd.DataFrame.from_dict(rows, orient="index"), _disagreements(results), complaints)
+    compared = _comparisons(results)
+    table = pd.DataFrame.from_dict(rows, orient="index")
+    return Report(table, _disagreements(compared), len(compared), complaints)
 
 
 def _summaries(disagreements: list[Comparison]) -> list[str]:
@@ -123,7 +142,8 @@ def _evidence_error(result: xr.DataTree) -> float:
 def _row(result: xr.DataTree) -> dict[str, str]:
     estimates = result["estimates"].to_dataset()
     row = {name: _with_error(value, error) for name, value, error in _figures(result)}
-    row["smallest ESS"] = _number(_among_finite(np.min, estimates["ess"].values))
+    sampled = estimates["ess"].values[estimates["mean_error"].values > 0]
+    row["smallest ESS"] = _number(np.round(_among_finite(np.min, sampled)))
     row["largest R-hat"] = _number(_among_finite(np.max, estimates["r_hat"].values))
     row["Pareto k"] = _number(float(estimates.get("pareto_k", np.nan)))
     stats = result["sample_stats"].to_dataset()
@@ -138,25 +158,36 @@ def _among_finite(choose: Callable[[np.ndarray], float], values: np.ndarray) -> 
 
 
 def _number(value: float) -> str:
-    return "-" if np.isnan(value) else f"{value:.4g}"
+    return "-" if np.isnan(value) else f"{value:.0f}" if value > 1e3 else f"{value:.4g}"
 
 
 def _with_error(value: float, error: float) -> str:
+    """Write a figure to the first digit of its error: 0.03505 ± 0.00003."""
     if np.isnan(value):
         return "-"
     if error == 0:
         return f"{value:.5g} exact"
-    return f"{value:.4g}" if np.isnan(error) else f"{value:.4g} ± {error:.1g}"
+    if not np.isfinite(error):
+        return f"{value:.4g}"
+    rounded = float(f"{error:.0e}")
+    size = int(np.floor(np.log10(max(abs(value), rounded))))
+    power = 0 if -4 < size < 5 else size
+    digits = max(0, power - int(np.floor(np.log10(rounded))))
+    pair = f"{value / 10.0**power:.{digits}f} ± {error / 10.0**power:.{digits}f}"
+    return f"({pair})e{power}" if power else pair
 
 
-def _disagreements(results: Mapping[str, xr.DataTree]) -> list[Comparison]:
+def _comparisons(results: Mapping[str, xr.DataTree]) -> list[Comparison]:
     tables = {name: {f: (v, e) for f, v, e in _figures(r)} for name, r in results.items()}
-    comparisons = [
+    return [
         Comparison(figure, first, second, (a, b), (da, db))
         for first, second in combinations(tables, 2)
         for figure, (a, da) in tables[first].items()
         for b, db in [tables[second].get(figure, (np.nan, np.nan))]
-        if np.all(np.isfinite([a, b, da, db])) and np.hypot(da, db) > 0
+        if np.all(np.isfinite([a, b, da, db]))
     ]
-    threshold = norm.isf(FALSE_ALARM / 2 / max(1, len(comparisons)))
-    return [one for one in comparisons if one.deviation > threshold]
+
+
+def _disagreements(compared: list[Comparison]) -> list[Comparison]:
+    threshold = norm.isf(FALSE_ALARM / 2 / max(1, len(compared)))
+    return [one for one in compared if one.deviation > threshold]

@@ -83,7 +83,7 @@ def quadrature(
         share = (between[1] - between[0]) / 2
         probability = between[0] + share * (node + 1)
         return law.icdf(jnp.asarray(probability)), jnp.asarray(weight * share)
-    except NotImplementedError as error:
+    except (NotImplementedError, ImportError) as error:  # some inverses need TensorFlow
         raise InfeasibleError(
             f"Quadrature needs the inverse distribution function of a law, which "
             f"{type(law).__name__} lacks. Use marginals.Latent() with engines.SMC() or NUTS()."

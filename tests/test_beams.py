@@ -1,4 +1,4 @@
-"""beams: published wave numbers, closed forms, sixty modes, and a finite element model beside it."""
+"""beams: published wave numbers, closed forms, sixty modes, and finite elements beside them."""
 
 import functools
 import itertools
@@ -104,7 +104,12 @@ def test_frequencies_rise_and_none_is_missed(kind, ends):
     assert np.all(np.abs(elastic / np.pi - np.arange(1, elastic.size + 1)) <= 0.51)
 
 
-@pytest.mark.parametrize("ends", PAIRS)
+# Each kind of end on each side, with two neighbours each; mirrored and finite element shapes below
+# tie the other pairs to these.
+@pytest.mark.parametrize(
+    "ends",
+    ["fixed-free", "free-pinned", "pinned-guided", "guided-fixed", "fixed-fixed", "free-guided"],
+)
 def test_end_conditions_hold(ends):
     beam = beams.beam(6, **BEAM, ends=ends)
 

@@ -1,4 +1,4 @@
-"""experiment: names by path, the paper's nominal outputs, data that fit, and hand-written models."""
+"""experiment: names by path, the paper's nominal outputs, data that fit, models by hand."""
 
 import jax
 import jax.numpy as jnp
@@ -275,6 +275,28 @@ def sites_of(one):
     with handlers.trace() as sites, handlers.seed(rng_seed=0):
         jax.eval_shape(one.model)  # names need no numbers, so nothing is compiled
     return sites
+
+
+@pytest.mark.parametrize("observe", [bp.observe.Complex, bp.observe.LogAmplitude])
+def test_gaps_leave_the_gradient_in_the_level_finite(measured, observe):
+    frf, coherence = np.array(measured.frf) * 1.1, np.full(measured.frf.shape, 0.9)
+    frf[1] = coherence[1] = np.nan
+    gap = bp.Measurement.from_arrays(
+        frf,
+        measured.frequency,
+        sensors=["s1", "s2"],
+        actuators=["a1"],
+        quantity="accelerance",
+        coherence=coherence,
+        averages=8,
+    )
+    level = bp.noise.FromCoherence(dist.LogNormal(0.0, 0.5))
+    one = small(observe=observe("acceleration"), noise=level)
+
+    def density(factor):
+        return log_density(one.model, (gap,), {}, {"noise.factor": factor})[0]
+
+    assert np.all(np.isfinite(jax.jit(jax.value_and_grad(density))(1.2)))
 
 
 def test_a_simulation_has_a_response_and_a_measured_site():

@@ -67,17 +67,16 @@ STEP = 1e-6
 
 @functools.cache
 def neighbours(pair):
-    """Log receptance and its slopes in both places: there, and a step to either side of each."""
+    """Receptance and its slopes in both places: there, and a step to either side of each."""
 
-    def log_response(place, other):
-        found = read(structure(pair), place[None], other[None], OMEGA)[0, 0]
-        return jnp.stack([jnp.log(jnp.abs(found)), jnp.angle(found)])
+    def one(place, other):
+        return read(structure(pair), place[None], other[None], OMEGA)[0, 0]
 
-    slopes = jax.jacfwd(log_response, argnums=(0, 1))
-    every = jax.jit(jax.vmap(lambda s, a: (log_response(s, a), *slopes(s, a))))
+    slopes = jax.jacfwd(one, argnums=(0, 1))
+    every = jax.jit(jax.vmap(lambda s, a: (one(s, a), *slopes(s, a))))
     steps = STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])[:, :, None]
     places, others = PLACES + steps[:, 0], OTHERS + steps[:, 1]
-    return [np.asarray(v).reshape(5, 3, 2, -1) for v in every(places.ravel(), others.ravel())]
+    return [np.asarray(v).reshape(5, 3, -1) for v in every(places.ravel(), others.ravel())]
 
 
 @table
@@ -134,9 +133,8 @@ def test_seen_from_the_other_end_nothing_changes(shape, law):
 
 @table
 def test_vmap_equals_loop(pair):
-    logarithm, angle = np.moveaxis(neighbours(pair)[0][0], 1, 0)
     looped = [response(pair)[i, 3 + i, : OMEGA.size] for i in range(3)]
-    np.testing.assert_allclose(np.exp(logarithm + 1j * angle), looped, rtol=1e-9)
+    np.testing.assert_allclose(neighbours(pair)[0][0], looped, rtol=1e-9)
 
 
 @table
@@ -152,11 +150,14 @@ def test_jit_equals_no_jit(pair):
 @table
 def test_gradients_in_position_are_those_of_finite_differences(pair):
     value, by_sensor, by_actuator = neighbours(pair)
+    size = np.abs(value[0])
     for gradient, ahead, behind in [(by_sensor, 1, 2), (by_actuator, 3, 4)]:
         differences = (value[ahead] - value[behind]) / (2 * STEP)
-        np.testing.assert_allclose(gradient[0], differences, rtol=1e-5, atol=1e-6)
+        np.testing.assert_allclose(gradient[0] / size, differences / size, rtol=1e-5, atol=1e-6)
         # C1: the slope itself does not jump over the step.
-        np.testing.assert_allclose(gradient[ahead], gradient[behind], rtol=1e-2, atol=1e-2)
+        np.testing.assert_allclose(
+            gradient[ahead], gradient[behind], rtol=1e-2, atol=1e-2 * size.min()
+        )
 
 
 @pytest.mark.parametrize("shape", STRUCTURES)

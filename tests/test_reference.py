@@ -6,7 +6,7 @@ import pytest
 import bayes_placement as bp
 from models import bar
 
-P1, P2 = (0.50, 0.50), (0.25, 0.25)
+P1, P2, P3, P4 = (0.50, 0.50), (0.25, 0.25), (0.75, 0.25), (0.50, 0.25)
 BOTH, FIRST, SECOND = (bar.PRIOR, bar.PRIOR), (bar.PRIOR, 0.04), (0.04, bar.PRIOR)
 
 # kernel, unknown ratios, places, then mean and standard deviation over seeds of: KL, mean and
@@ -14,9 +14,9 @@ BOTH, FIRST, SECOND = (bar.PRIOR, bar.PRIOR), (bar.PRIOR, 0.04), (0.04, bar.PRIO
 # without a spread of its own has the coefficient of variation over the root of the sample size.
 KDE_TABLE = [
     ("soize", BOTH, P2, (2.855, 0.090), (0.0400, 0.242, 0.018), (0.0397, 0.0151, 0.0010), 48),
-    ("soize", BOTH, (0.75, 0.25), (2.929, 0.092), (0.0377, 0.261, 0.018), (0.0395, 0.0143, 0.0011), 44),
+    ("soize", BOTH, P3, (2.929, 0.092), (0.0377, 0.261, 0.018), (0.0395, 0.0143, 0.0011), 44),
     ("soize", BOTH, P1, (2.172, 0.058), (0.0393, 0.0284, 0.0016), (0.0407, 0.282, 0.015), 98),
-    ("soize", BOTH, (0.50, 0.25), (0.190, 0.009), (0.0389, 0.245, 0.007), (0.0455, 0.232, 0.005), 715),
+    ("soize", BOTH, P4, (0.190, 0.009), (0.0389, 0.245, 0.007), (0.0455, 0.232, 0.005), 715),
     ("soize", FIRST, P1, (2.196, 0.048), (0.0393, 0.0286, 0.0021), None, 95),
     ("soize", FIRST, P2, (0.053, 0.005), (0.0403, 0.243, 0.006), None, 909),
     ("soize", SECOND, P2, (2.848, 0.089), None, (0.0396, 0.0153, 0.0008), 49),

@@ -17,7 +17,7 @@ ORDER = """
     _target estimates information _results simulate symmetries infer methods report
     io._uff_blocks io._uff_units io._uff_write io.uff io.netcdf io.model io
     plots commands cli
-""".split()
+""".split()  # noqa: SIM905
 
 FILES = sorted(PACKAGE.rglob("*.py"))
 LINES, FUNCTION_LINES = 400, 50
@@ -38,9 +38,8 @@ def imported(path):
                 inside = f"{whole}.{alias.name}".lstrip(".")
                 yield inside if inside in ORDER else whole
         elif isinstance(node, ast.Import | ast.ImportFrom):
-            names = (
-                [node.module] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
-            )
+            names = [alias.name for alias in node.names]
+            names += [node.module] if isinstance(node, ast.ImportFrom) else []
             yield from (name for name in names if name.startswith("bayes_placement"))
 
 

@@ -13,8 +13,8 @@ from bayes_placement import _sites
 
 
 class Leaf(eqx.Module):
-    mass: object = _sites.quantity("kg")
-    share: tuple[object, ...] = _sites.quantity("1")
+    mass: object = eqx.field(metadata=_sites.unit("kg"))
+    share: tuple[object, ...] = eqx.field(metadata=_sites.unit("1"))
     label: str = eqx.field(static=True)
 
 

@@ -18,6 +18,7 @@ from .._types import Key, Progress
 from ._engine import Draws, Engine, Posterior, in_batches
 
 GOOD_PARETO_K = 0.7
+LEAST_ESS = 10
 
 
 class Importance(Engine):
@@ -73,21 +74,31 @@ def weighted(
 def _diagnosed(found: Draws) -> Draws:
     share = np.exp(np.asarray(found.log_weight))
     relative = share * share.size
-    k = pareto_k(found.log_weight)
-    attributes = {"weight_ess": float(1 / np.sum(share**2)), "pareto_k": k}
+    k, ess = pareto_k(found.log_weight), float(1 / np.sum(share**2))
+    attributes = {"weight_ess": ess, "pareto_k": k}
     complaint = (
-        f"Importance sampling is unreliable here: Pareto k = {k:.2f} is above {GOOD_PARETO_K}, so "
-        "few draws carry nearly all weight; use more draws, or engines.SMC()."
+        f"Importance sampling is unreliable here: {ess:.0f} of {share.size} draws are effective and "
+        f"Pareto k = {k:.2f}, where {LEAST_ESS} draws and at most {GOOD_PARETO_K} are needed; use "
+        "more draws, or engines.SMC()."
     )
+    poor = k > GOOD_PARETO_K or ess < LEAST_ESS
     return dataclasses.replace(
         found,
         log_evidence_error=float(np.std(relative) / np.sqrt(share.size)),
         attributes=attributes,
-        complaints=(complaint,) if k > GOOD_PARETO_K else (),
+        complaints=(complaint,) if poor else (),
     )
 
 
 def pareto_k(log_weight: Any) -> float:
-    """Shape of the tail of the weights; above 0.7 the estimates cannot be trusted."""
+    """Shape of the tail of the weights; above 0.7 the estimates cannot be trusted.
+
+    Zero for equal weights, which have no tail; infinite where nearly all of them vanish, so that
+    no tail is left to be fitted.
+    """
     finite = np.asarray(log_weight)[np.isfinite(log_weight)]
-    return float(array_stats.psislw(finite)[1])
+    if np.ptp(finite) < 1e-6:
+        return 0.0
+    with np.errstate(all="ignore"):  # a tail of zeros divides by zero
+        k = float(array_stats.psislw(finite)[1])
+    return k if np.isfinite(k) else float("inf")

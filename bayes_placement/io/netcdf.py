@@ -30,11 +30,19 @@ def read(path: str | Path) -> xr.DataTree:
     ------
     FileNotFoundError
         If there is no such file.
+    ValueError
+        If the file is damaged or holds something else.
     """
     if not Path(path).is_file():
         raise FileNotFoundError(
             f"There is no file {path}. Results are written by io.netcdf.write(result, "
             f"{str(path)!r}) or by `bayes-placement update MODEL --out DIR`."
         )
-    with xr.open_datatree(path, engine="h5netcdf") as tree:
-        return tree.load()
+    try:
+        with xr.open_datatree(path, engine="h5netcdf") as tree:
+            return tree.load()
+    except OSError as error:
+        raise ValueError(
+            f"{path} cannot be read as netCDF: {error}. A whole file of results is needed; write "
+            "it again, or take another copy."
+        ) from error

@@ -1,0 +1,98 @@
+"""model: what a model file may declare, and what is said where it does not."""
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement.io import model
+
+EXPERIMENT = """
+import bayes_placement as bp
+
+modes = bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+experiment = bp.Experiment(
+    bp.Structure(modes, damping=bp.damping.Modal([0.04])),
+    sensors=[bp.Sensor("s1", at=0.25)],
+    actuators=[bp.Actuator("a1", at=0.3)],
+    frequency=[100.0, 150.0],
+    observe=bp.observe.LogAmplitude("velocity"),
+    noise=None,
+)
+"""
+
+
+def written(folder, text, name="study.py"):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_an_experiment_alone_is_a_study(tmp_path):
+    study = model.read(written(tmp_path, EXPERIMENT))
+    assert isinstance(study.experiment, bp.Experiment)
+    assert (study.measurement, study.engine, study.truth) == (None, None, {})
+
+
+def test_measurement_engine_and_truth_are_taken_along(tmp_path):
+    rest = """
+measurement = experiment.nominal_measurement()
+engine = bp.engines.SMC(particles=100)
+truth = {"sensor.s1.position": 0.26}
+"""
+    study = model.read(str(written(tmp_path, EXPERIMENT + rest)))
+    np.testing.assert_array_equal(study.measurement.frequency, [100.0, 150.0])
+    assert study.engine == bp.engines.SMC(particles=100)
+    assert study.truth == {"sensor.s1.position": 0.26}
+
+
+def test_a_model_file_knows_where_it_is(tmp_path):
+    text = EXPERIMENT + "from pathlib import Path\ntruth = {str(Path(__file__).parent): 1.0}\n"
+    assert model.read(written(tmp_path, text)).truth == {str(tmp_path): 1.0}
+
+
+def test_two_files_of_one_name_are_two_models(tmp_path):
+    (tmp_path / "a").mkdir()
+    first = written(tmp_path, EXPERIMENT + "truth = {'first': 1.0}")
+    second = written(tmp_path / "a", EXPERIMENT + "truth = {'second': 1.0}")
+    truths = [model.read(path).truth for path in (first, second, first)]
+    assert [list(truth) for truth in truths] == [["first"], ["second"], ["first"]]
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"no model file .*study\.py.*`experiment`"):
+        model.read(tmp_path / "study.py")
+
+
+def test_a_folder_is_refused(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no model file"):
+        model.read(tmp_path)
+
+
+def test_a_file_of_another_kind_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"study\.uff is no Python file.*models/bar\.py"):
+        model.read(written(tmp_path, "    -1\n", "study.uff"))
+
+
+def test_a_file_without_an_experiment_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"study\.py has no `experiment`.*bp\.Experiment"):
+        model.read(written(tmp_path, "answer = 42\n"))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "given", "needed"),
+    [
+        ("experiment", "modes", "Bar|Modes|Beam", "Experiment"),
+        ("measurement", "[1.0, 2.0]", "list", "Measurement"),
+        ("engine", "'smc'", "str", "Engine"),
+        ("truth", "0.26", "float", "dict"),
+    ],
+)
+def test_something_else_under_a_known_name_is_refused(tmp_path, name, value, given, needed):
+    path = written(tmp_path, f"{EXPERIMENT}\n{name} = {value}\n")
+    with pytest.raises(ValueError, match=rf"`{name}` in .*({given}).*; a {needed} is needed"):
+        model.read(path)
+
+
+def test_an_error_in_the_file_is_the_users_to_see(tmp_path):
+    with pytest.raises(ZeroDivisionError):
+        model.read(written(tmp_path, "experiment = 1 / 0\n"))

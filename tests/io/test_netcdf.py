@@ -1,0 +1,80 @@
+"""netcdf: what is written comes back, and a broken write leaves what was there."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from bayes_placement.io import netcdf
+
+
+def tree(number=1.5):
+    draws = (("chain", "draw"), np.array([[number, np.nan, -np.inf]]), {"units": "m"})
+    posterior = xr.Dataset({"sensor.s1.position": draws}, coords={"chain": [0], "draw": [0, 1, 2]})
+    observed = xr.Dataset(
+        {"measured": (("sensor", "frequency"), np.array([[1.0, 2.0]]))},
+        coords={"sensor": ["s1+x"], "frequency": ("frequency", [5.0, 7.5], {"units": "Hz"})},
+    )
+    result = xr.DataTree.from_dict({"/posterior": posterior, "/observed_data": observed})
+    result.attrs = {
+        "engine": "SMC",
+        "particles": 2000,
+        "seconds": 1.25,
+        "complaints": "",
+        "experiment": "two lines\nand a unit [(m/s²)/N]",
+        "seed": [0, 7],
+    }
+    return result
+
+
+def test_a_tree_comes_back_with_values_names_units_and_attributes(tmp_path):
+    path = netcdf.write(tree(), tmp_path / "new folder" / "result.nc")
+    back = netcdf.read(path)
+    assert path == tmp_path / "new folder" / "result.nc"
+    assert list(back.children) == list(tree().children)
+    for group, expected in tree().children.items():
+        assert back[group].to_dataset().identical(expected.to_dataset())
+    assert list(back.attrs) == list(tree().attrs)
+    for name, value in tree().attrs.items():
+        np.testing.assert_array_equal(back.attrs[name], value)
+
+
+def test_what_was_read_no_longer_needs_the_file(tmp_path):
+    back = netcdf.read(netcdf.write(tree(), tmp_path / "result.nc"))
+    (tmp_path / "result.nc").unlink()
+    assert back["posterior"]["sensor.s1.position"][0, 0] == 1.5
+
+
+def test_a_file_is_replaced_by_a_newer_one(tmp_path):
+    netcdf.write(tree(), tmp_path / "result.nc")
+    netcdf.write(tree(2.5), tmp_path / "result.nc")
+    assert netcdf.read(tmp_path / "result.nc")["posterior"]["sensor.s1.position"][0, 0] == 2.5
+
+
+def test_a_write_that_breaks_off_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    netcdf.write(tree(), tmp_path / "result.nc")
+
+    def full_disk(self, path, **options):
+        Path(path).write_bytes(b"half a fi")
+        raise OSError("No space left on device")
+
+    monkeypatch.setattr(xr.DataTree, "to_netcdf", full_disk)
+    with pytest.raises(OSError, match="No space left"):
+        netcdf.write(tree(2.5), tmp_path / "result.nc")
+    assert netcdf.read(tmp_path / "result.nc")["posterior"]["sensor.s1.position"][0, 0] == 1.5
+    assert [path.name for path in tmp_path.iterdir()] == ["result.nc"]
+
+
+def test_a_missing_file_is_named_with_the_way_to_write_one(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"no file .*result\.nc.*io\.netcdf\.write"):
+        netcdf.read(tmp_path / "result.nc")
+
+
+def test_a_damaged_file_is_refused(tmp_path):
+    path = netcdf.write(tree(), tmp_path / "result.nc")
+    whole = path.read_bytes()
+    for content in (b"no netCDF at all", whole[: len(whole) // 2]):
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=r"result\.nc cannot be read as netCDF.*whole file"):
+            netcdf.read(path)
