@@ -3,10 +3,13 @@
 Not known here: stiffness, mass, units, JAX. Blevins, Formulas for Natural Frequency and Mode Shape.
 """
 
+import functools
 from collections.abc import Callable
 
 import numpy as np
 from scipy.optimize import brentq
+
+_gauss = functools.cache(np.polynomial.legendre.leggauss)
 
 # Terms of a shape: 1, x, cos bx, sin bx, exp(-bx), exp(-b(1-x)). Two decaying exponentials in
 # the place of cosh and sinh keep every number of order one, however high the mode.
@@ -86,7 +89,8 @@ def terms(x: np.ndarray, b: float) -> np.ndarray:
 
 
 def _normalised(shape: np.ndarray, b: float) -> np.ndarray:
-    points = 32 + int(2 * b)  # several Gauss points in each half wave: exact to rounding
-    node, weight = np.polynomial.legendre.leggauss(points)
+    # Several Gauss points in each half wave: exact to rounding. Few sizes, each made once.
+    points = 2 ** int(np.ceil(np.log2(32 + 2 * b)))
+    node, weight = _gauss(points)
     values = terms((node + 1) / 2, b) @ shape
     return shape / np.sqrt(weight / 2 @ values**2)

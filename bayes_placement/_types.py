@@ -15,7 +15,7 @@ from numpyro.distributions import Distribution
 # Response amplitudes span many decades and posteriors are narrow: single precision loses both.
 jax.config.update("jax_enable_x64", True)
 
-Parameter = float | Array | np.ndarray | Distribution
+Parameter = float | int | Array | np.ndarray | Distribution
 """A number, an array, or a distribution where the number is not known."""
 
 Shapes = Float[Array, "channel mode"]

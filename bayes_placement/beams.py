@@ -13,7 +13,7 @@ from ._sites import is_unknown, unit
 from ._types import Parameter
 from .modes import Modes
 
-_SYNONYMS = {"clamped": "fixed", "simply-supported": "pinned"}
+_SYNONYMS = {"clamped": "fixed", "supported": "pinned"}
 
 
 class UniformBar(Modes):

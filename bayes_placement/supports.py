@@ -27,7 +27,7 @@ class Segment(eqx.Module):
     centre: float = eqx.field(static=True)
     within: float = eqx.field(static=True)
 
-    def __init__(self, centre: float, *, within: float):
+    def __init__(self, centre: float | int, *, within: float | int):
         self.centre = float(centre)
         self.within = float(within)
         if not self.within > 0:

@@ -53,13 +53,13 @@ class Transducer(eqx.Module):
         *,
         directions: tuple[int, ...] = (),
         angles: tuple[Parameter, ...] | None = None,
-        recorded: float | None = None,
+        recorded: float | int | None = None,
     ):
         self.name = name
         self.position = at
         self.angles = None if angles is None else tuple(angles)
         self.directions = tuple(directions)
-        self.recorded = _centre(at) if recorded is None else recorded
+        self.recorded = _centre(at) if recorded is None else float(recorded)
         self._check_directions()
 
     def _check_directions(self) -> None:

@@ -74,7 +74,8 @@ def test_files_and_functions_stay_small(path):
     assert len(text.splitlines()) <= LINES, f"{room(path)} is longer than {LINES} lines: split it"
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            size = node.end_lineno - node.lineno + 1
+            words = len((ast.get_docstring(node) or "").splitlines())
+            size = node.end_lineno - node.lineno + 1 - words  # the budget is for code
             assert size <= FUNCTION_LINES, f"{room(path)}.{node.name} has {size} lines: split it"
 
 

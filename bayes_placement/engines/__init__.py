@@ -1,6 +1,6 @@
-"""engines: ways to explore a posterior, one file each.
+"""engines: in, log_prior, log_likelihood and sample_prior over flat vectors; out, draws.
 
-They see log_prior, log_likelihood and sample_prior over flat vectors, nothing else.
+Ways to explore a posterior, one file each. Not known here: structures, placement, measurements.
 """
 
 from .grid import Grid

@@ -77,9 +77,9 @@ def _diagnosed(found: Draws) -> Draws:
     k, ess = pareto_k(found.log_weight), float(1 / np.sum(share**2))
     attributes = {"weight_ess": ess, "pareto_k": k}
     complaint = (
-        f"Importance sampling is unreliable here: {ess:.0f} of {share.size} draws are effective and "
-        f"Pareto k = {k:.2f}, where {LEAST_ESS} draws and at most {GOOD_PARETO_K} are needed; use "
-        "more draws, or engines.SMC()."
+        f"Importance sampling is unreliable here: {ess:.0f} of {share.size} draws are effective "
+        f"and Pareto k = {k:.2f}, where {LEAST_ESS} draws and at most {GOOD_PARETO_K} are needed; "
+        "use more draws, or engines.SMC()."
     )
     poor = k > GOOD_PARETO_K or ess < LEAST_ESS
     return dataclasses.replace(

@@ -1,0 +1,75 @@
+"""The studies in models/: what they must find."""
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from models import bar, free_free_beam
+
+
+@pytest.fixture(scope="module")
+def bar_result():
+    return bp.infer(bar.experiment, bar.measurement, key=0)
+
+
+def test_the_bar_study_covers_its_truth(bar_result):
+    for name, truth in bar.truth.items():
+        draws = bar_result["posterior"][name].values
+        low, high = np.quantile(draws, [0.005, 0.995])
+        assert low <= truth <= high, name
+
+
+def test_the_bar_study_learns_the_damping_in_spite_of_the_glue(bar_result):
+    found = bar_result["estimates"].to_dataset()
+    assert found.sel(unknown="structure.damping.ratio.1")["cov"] < 0.1
+    assert found.sel(unknown="structure.damping.ratio.2")["cov"] < 0.02
+    assert found["kl_parameters"] > 4
+
+
+def test_sensor_and_actuator_of_the_bar_can_be_exchanged(bar_result):
+    sensor, actuator = (
+        bar_result["posterior"][n] for n in ("sensor.s1.position", "actuator.a1.position")
+    )
+    share = float((sensor < actuator).mean())
+    assert 0.4 < share < 0.6
+    assert float(np.abs(sensor - actuator).quantile(0.05)) > 0.01  # two separate placements
+
+
+@pytest.fixture(scope="module")
+def beam_result(request):
+    shared = request.getfixturevalue("shared_data")
+    measurement = bp.io.uff.read(
+        shared / "measured/free_free_beam/measured.uff", require_positions=False
+    )
+    return bp.infer(free_free_beam.experiment, measurement, engine=free_free_beam.engine, key=0)
+
+
+def test_six_resonances_of_the_real_beam(beam_result):
+    stiffness = beam_result["posterior"]["structure.modes.youngs_modulus"].values
+    beam = free_free_beam.beam.modes
+    elastic = np.array(beam.wave_numbers)[beam.rigid_body_modes :][:6]
+    resonances = elastic**2 * np.median(np.sqrt(stiffness)) / (2 * np.pi)
+    np.testing.assert_allclose(resonances, free_free_beam.RESONANCES, rtol=0.003)
+
+
+def test_where_the_real_beam_was_read_and_hit(beam_result):
+    draws = beam_result["posterior"].to_dataset()
+    response = draws["sensor.1.position"]
+    mirrored = response < 0.5
+    assert 0.2 < float(mirrored.mean()) < 0.8  # either end of the beam explains the data alike
+    for name, place in [
+        ("sensor.1.position", 0.974),
+        ("actuator.1.position", 0.025),
+        ("actuator.2.position", 0.077),
+        ("actuator.3.position", 0.127),
+    ]:
+        unmirrored = abs(mirrored - draws[name])
+        assert np.all(np.abs(unmirrored.quantile([0.005, 0.995]) - place) < 0.01), name
+
+
+def test_the_recorded_driving_point_of_the_real_beam_cannot_be_right(beam_result):
+    # The file records function 1 as read and driven at one point; the posterior has the two at
+    # opposite ends of the beam.
+    draws = beam_result["posterior"].to_dataset()
+    distance = abs(draws["sensor.1.position"] - draws["actuator.1.position"])
+    assert float(distance.min()) > 0.9

@@ -1,0 +1,100 @@
+"""notebooks: each runs from top to bottom with tiny sizes, and is stored without output."""
+
+import re
+import warnings
+from pathlib import Path
+
+import nbformat
+import pytest
+
+FOLDER = Path(__file__).parents[1] / "notebooks"
+NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
+TIMEOUT = 300  # [s] for one cell, on a machine that does much else
+
+
+def read(path):
+    return nbformat.read(path, as_version=4)
+
+
+def code(notebook):
+    return [cell for cell in notebook.cells if cell.cell_type == "code"]
+
+
+def executed(path, folder):
+    """Run a notebook in a kernel of its own, as if it had been started in this folder."""
+    with warnings.catch_warnings():
+        # What the Jupyter packages say of each other's interfaces and of their sockets.
+        for module in ("jupyter_client", "nbclient", "zmq", "jupyter_core", "tornado"):
+            warnings.filterwarnings("ignore", module=module)
+        from nbclient import NotebookClient
+
+        resources = {"metadata": {"path": str(folder)}}
+        client = NotebookClient(
+            read(path), timeout=TIMEOUT, kernel_name="python3", resources=resources
+        )
+        return client.execute()
+
+
+def printed(notebook):
+    outputs = [output for cell in code(notebook) for output in cell.outputs]
+    return "".join(one.text for one in outputs if one.output_type == "stream")
+
+
+def figures(notebook):
+    outputs = [output for cell in code(notebook) for output in cell.outputs]
+    return [one.data["image/png"] for one in outputs if "image/png" in one.get("data", {})]
+
+
+def test_there_are_notebooks():
+    assert FOLDER / "bar_damping.ipynb" in NOTEBOOKS
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_is_stored_without_output(path):
+    notebook = read(path)
+    nbformat.validate(notebook)
+    assert all(cell.outputs == [] and cell.execution_count is None for cell in code(notebook))
+    assert "widgets" not in notebook.metadata
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory):
+    """Run every notebook with tiny sizes."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("BAYES_PLACEMENT_FAST", "1")
+        patch.setenv("IPYTHONDIR", str(tmp_path_factory.mktemp("ipython")))
+        return {path.stem: executed(path, FOLDER) for path in NOTEBOOKS}
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_runs_and_leaves_nothing_behind(path, tiny):
+    assert path.stem in tiny
+    assert sorted(FOLDER.glob("*")) == NOTEBOOKS
+
+
+def test_the_bar_finds_its_damping_near_the_truth(tiny):
+    # Even a tiny population finds it: the first to 20 %, the second to 5 %.
+    text = printed(tiny["bar_damping"])
+    found = re.findall(r"(damping\.ratio\.\d): mean ([\d.]+), sd .* true ([\d.]+)\n", text)
+    (_, first, true_first), (_, second, true_second), (_, trusted, _), _ = found
+    assert float(first) == pytest.approx(float(true_first), rel=0.2)
+    assert float(second) == pytest.approx(float(true_second), rel=0.05)
+    # With false places trusted, the first is far off, as the text says.
+    assert float(trusted) > 1.3 * float(true_first)
+
+
+def test_the_bar_shows_priors_cross_check_and_that_the_file_came_back(tiny):
+    text = printed(tiny["bar_damping"])
+    for piece in (
+        "Uniform(0.21, 0.29)",
+        "16 averages",
+        "KL of parameters",
+        "KDE importance: The kernels of the density estimate",
+        "latent SMC and KDE importance disagree",
+        "the same draws: True",
+    ):
+        assert piece in text
+
+
+def test_the_bar_draws_its_figures(tiny):
+    assert len(figures(tiny["bar_damping"])) == 8
