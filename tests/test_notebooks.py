@@ -62,6 +62,7 @@ def tiny(tmp_path_factory):
     """Run every notebook with tiny sizes."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("BAYES_PLACEMENT_FAST", "1")
+        patch.setenv("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")  # compiling is most of the time
         patch.setenv("IPYTHONDIR", str(tmp_path_factory.mktemp("ipython")))
         return {path.stem: executed(path, FOLDER) for path in NOTEBOOKS}
 

@@ -116,6 +116,8 @@ def test_measured_points_are_drawn_on_the_band_and_less_its_mean():
         np.testing.assert_allclose(line(upper, "measured"), measured)
         np.testing.assert_allclose(line(upper, "posterior predictive, mean"), mean)
         np.testing.assert_allclose(line(lower, "measured"), measured - mean)
+        centre = line(lower, "posterior predictive, mean")
+        np.testing.assert_allclose(centre, np.zeros(FREQUENCY.size), atol=1e-12)
         assert f"s{sensor + 1}+x" in upper.get_title()
     drawn(figure)
 

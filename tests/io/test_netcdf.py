@@ -52,6 +52,15 @@ def test_a_file_is_replaced_by_a_newer_one(tmp_path):
     assert netcdf.read(tmp_path / "result.nc")["posterior"]["sensor.s1.position"][0, 0] == 2.5
 
 
+def test_a_reader_of_the_old_file_is_not_disturbed_by_a_newer_one(tmp_path):
+    path = netcdf.write(tree(), tmp_path / "result.nc")
+    before = path.read_bytes()
+    with path.open("rb") as reader:
+        netcdf.write(tree(2.5), path)
+        assert reader.read() == before
+    assert path.read_bytes() != before
+
+
 def test_a_write_that_breaks_off_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
     netcdf.write(tree(), tmp_path / "result.nc")
 
