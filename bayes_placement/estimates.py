@@ -52,12 +52,12 @@ def figures(values: np.ndarray, weighting: Weighting) -> Figures:
     centred = values - mean
     sd = float(np.sqrt(np.sum(weight * centred**2)))
     on_sd = (centred**2 - sd**2) / (2 * sd) if sd > 0 else np.zeros_like(centred)
-    on_cov = on_sd / mean - sd * centred / mean**2
-    errors = [standard_error(one, weighting) for one in (centred, on_sd, on_cov)]
-    ess = _ess(values, sd, errors[0], weighting)
-    return Figures(
-        mean, errors[0], sd, errors[1], sd / mean, errors[2], ess, _r_hat(values, weighting)
-    )
+    size = abs(mean) if mean != 0 else float("nan")
+    on_cov = on_sd / size - np.sign(mean) * sd * centred / size**2
+    errors = [standard_error(one, weighting) for one in (centred, on_sd)]
+    cov_error = standard_error(on_cov, weighting) if mean != 0 else float("nan")
+    ess, r_hat = _ess(values, sd, errors[0], weighting), _r_hat(values, weighting)
+    return Figures(mean, errors[0], sd, errors[1], sd / size, cov_error, ess, r_hat)
 
 
 def standard_error(influence: np.ndarray, weighting: Weighting) -> float:

@@ -99,7 +99,7 @@ def infer(
         warnings.warn(complaint, InferenceWarning, stacklevel=2)
     record = {
         **engine.settings(),
-        **{f"marginal_{name}": value for name, value in marginal.settings().items()},
+        **marginal.settings(),
         "experiment": str(experiment),
         "seed": _seed(key),
         "complaints": "\n".join(complaints),
@@ -112,9 +112,9 @@ def _key(key: int | Key) -> Key:
     return jax.random.PRNGKey(key) if isinstance(key, int) else key
 
 
-def _seed(key: int | Key) -> list[int]:
+def _seed(key: int | Key) -> int | list[int]:
     if isinstance(key, int):
-        return [key]
+        return key
     typed = jnp.issubdtype(key.dtype, jax.dtypes.prng_key)
     return np.asarray(jax.random.key_data(key) if typed else key).tolist()
 

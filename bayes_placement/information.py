@@ -9,6 +9,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.special import gammaln, logsumexp, psi
 
+from .estimates import Weighting, standard_error
+
 
 class Divergence(NamedTuple):
     """Kullback-Leibler divergence [nat] and its standard error."""
@@ -82,11 +84,15 @@ def from_posterior_draws(
         the mean and, as a measure of the bias, what twice as many neighbours change.
     """
     flat = vectors.reshape(-1, vectors.shape[-1])
-    unique, first = np.unique(flat, axis=0, return_index=True)
+    unique, first, back = np.unique(flat, axis=0, return_index=True, return_inverse=True)
     prior = log_prior.reshape(-1)[first]
     near = _log_density(unique, neighbours) - prior
     far = _log_density(unique, 2 * neighbours) - prior
-    spread, bias = np.std(near) / np.sqrt(near.size), np.mean(near) - np.mean(far)
+    # The bias grows with the area of the neighbourhood, which twice the neighbours enlarge.
+    growth = 2 ** (2 / vectors.shape[-1]) - 1
+    bias = (np.mean(near) - np.mean(far)) / growth
+    influence = (near - np.mean(near))[back.ravel()].reshape(log_prior.shape)
+    spread = standard_error(np.atleast_2d(influence), Weighting())
     return Divergence(float(np.mean(near)), float(np.hypot(spread, bias)))
 
 

@@ -107,7 +107,7 @@ class Quadrature(Marginal):
 
     def settings(self) -> dict[str, Any]:
         """Name and number of nodes."""
-        return {"marginal": "Quadrature", "points": self.points}
+        return {"marginal": "Quadrature", "marginal_points": self.points}
 
 
 class KDE(Marginal):
@@ -169,8 +169,13 @@ class KDE(Marginal):
 
     def settings(self) -> dict[str, Any]:
         """Name, sizes and options."""
-        options = {"kernel": self.kernel, "noise_draws": self.noise_draws or 0}
-        return {"marginal": "KDE", "draws": self.draws, **options, "common": int(self.common)}
+        return {
+            "marginal": "KDE",
+            "marginal_draws": self.draws,
+            "marginal_kernel": self.kernel,
+            "marginal_noise_draws": self.noise_draws or 0,
+            "marginal_common": int(self.common),
+        }
 
 
 def _marginal_model(

@@ -19,7 +19,7 @@ RESONANCES = np.array([51.5, 142.18, 278.67, 460.39, 687.17, 958.53])
 ANYWHERE = bp.supports.Segment(0.5, within=0.5)
 
 
-def off_resonance(spacing=10.0, clearance=0.02):
+def off_resonance(spacing=15.0, clearance=0.02):
     """Lines [Hz] away from the resonances, whose peaks lines 1 Hz apart do not resolve.
 
     The uniform beam explains the resonances to some 0.2 %, so lines closer to one than ten times
@@ -34,7 +34,7 @@ def off_resonance(spacing=10.0, clearance=0.02):
 # radius of gyration, the first is youngs_modulus [1/s2] and the second the area [kg].
 beam = bp.Structure(
     bp.beams.beam(
-        20,
+        16,
         length=1.0,
         area=dist.LogUniform(1.0, 1e3),
         radius_of_gyration=1.0,

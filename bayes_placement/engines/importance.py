@@ -100,5 +100,5 @@ def pareto_k(log_weight: Any) -> float:
     if np.ptp(finite) < 1e-6:
         return 0.0
     with np.errstate(all="ignore"):  # a tail of zeros divides by zero
-        k = float(array_stats.psislw(finite)[1])
+        k = float(array_stats.psislw(-finite)[1])  # it takes log likelihoods left out
     return k if np.isfinite(k) else float("inf")

@@ -136,8 +136,8 @@ class SMC(Engine):
 
         def walk(key: Key, position: Any) -> tuple[Any, Any]:
             walk_key, switch_key = jax.random.split(key)
-            position, rate = _walk(density, jump, walk_key, position, self.moves)
-            return _switch(posterior, density, switch_key, position), rate
+            state, rate = _walk(density, jump, walk_key, position, self.moves)
+            return _switch(posterior, density, switch_key, state), rate
 
         keys = jax.random.split(key, particles.shape[0])
         moved, rates = jax.vmap(walk)(keys, particles)
@@ -205,7 +205,7 @@ def _log_share(temperature: float) -> float:
 
 
 def _walk(density: Any, jump: Any, key: Key, position: Any, moves: int) -> tuple[Any, Any]:
-    """Random walk of one particle; its end and the share of steps accepted."""
+    """Random walk of one particle; where and how high it ends, and the share of steps accepted."""
     kernel = random_walk.build_additive_step()
 
     def one(state: Any, key: Key) -> tuple[Any, Any]:
@@ -214,24 +214,24 @@ def _walk(density: Any, jump: Any, key: Key, position: Any, moves: int) -> tuple
 
     start = random_walk.init(position, density)
     end, rates = jax.lax.scan(one, start, jax.random.split(key, moves))
-    return end.position, jnp.mean(rates)
+    return end, jnp.mean(rates)
 
 
-def _switch(posterior: Posterior, density: Any, key: Key, position: Any) -> Any:
-    """Try each alternative that keeps the volume of the named values (Metropolis)."""
-
-    def named(flat: Any) -> Any:
-        return density(flat) - posterior.log_jacobian(flat)
-
-    for number in range(len(posterior.alternatives(position))):
-        other = posterior.alternatives(position)[number]
-        inside = jnp.all(jnp.isfinite(other))
-        other = jnp.where(inside, other, position)
-        threshold = jnp.log(jax.random.uniform(jax.random.fold_in(key, number)))
-        # An exact symmetry would swap all particles in step; half the time it is left out.
-        accepted = threshold + jnp.log(2.0) < jnp.minimum(named(other) - named(position), 0.0)
-        position = jnp.where(inside & accepted, other, position)
-    return position
+def _switch(posterior: Posterior, density: Any, key: Key, state: Any) -> Any:
+    """Try one alternative, by lot; each keeps the volume of the named values (Metropolis)."""
+    others = posterior.alternatives(state.position)
+    if not others:
+        return state.position
+    lot_key, accept_key = jax.random.split(key)
+    # One lot more than there are alternatives: an exact symmetry would swap all in step.
+    lot = jax.random.randint(lot_key, (), 0, len(others) + 1)
+    other = jnp.stack([*others, state.position])[lot]
+    inside = jnp.all(jnp.isfinite(other))
+    other = jnp.where(inside, other, state.position)
+    volume = posterior.log_jacobian(state.position) - posterior.log_jacobian(other)
+    gain = density(other) - state.logdensity + volume
+    accepted = inside & (jnp.log(jax.random.uniform(accept_key)) < gain)
+    return jnp.where(accepted, other, state.position)
 
 
 def _difference(key: Key, particles: Any, pairs: Any) -> Any:
