@@ -63,7 +63,7 @@ class Measurement:
     actuators: tuple[Channel, ...]
     quantity: str
     coherence: np.ndarray | None = None
-    averages: int | None = None
+    averages: float | int | None = None
     positions: dict[str, Position] = field(default_factory=dict)
     force_level: float | int | None = None
 
@@ -95,7 +95,7 @@ class Measurement:
         actuators: Channels,
         quantity: str,
         coherence: Any = None,
-        averages: int | None = None,
+        averages: float | int | None = None,
         positions: Mapping[str, Sequence[float | int]] | None = None,
         force_level: float | int | None = None,
     ) -> "Measurement":
