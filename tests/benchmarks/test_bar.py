@@ -1,4 +1,4 @@
-"""Speed and full reference tables of the bar; run with `python -m pytest tests/benchmarks -s`.
+"""Speed and full reference tables of the bar; run with `python -m pytest tests/benchmarks -n 0 -s`.
 
 Times are for reading, ratios and errors are what is asserted.
 """
