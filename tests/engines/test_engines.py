@@ -11,6 +11,7 @@ from bayes_placement import engines
 from bayes_placement._target import Target
 from bayes_placement._types import no_progress
 from bayes_placement.engines.importance import pareto_k
+from bayes_placement.engines.smc import _start
 
 # y = a + 2 b + noise and y' = b + noise, with Gaussian priors of different means and scales: the
 # posterior is Gaussian, correlated, and symmetric in nothing.
@@ -123,12 +124,20 @@ def test_nuts_says_that_it_does_not_hop():
 
 
 def test_a_symmetry_lets_smc_switch_between_modes():
-    def mirror(values):
-        return {"x": -values["x"]}
-
-    target, draws = run(engines.SMC(particles=2000), two_modes, TWO_MODES, moves=(mirror,))
-    x = np.asarray(jax.vmap(jax.vmap(target.constrain))(draws.position)["x"])
-    np.testing.assert_allclose(np.mean(x > 0, axis=1), 0.5, atol=5 * 0.5 / np.sqrt(500))
+    # All particles start in one mode, whose differences lead nowhere else: only the mirror does.
+    mirror = (lambda values: {"x": -values["x"]},)
+    for moves, expected in (((), 0.0), (mirror, 0.5)):
+        target = Target(two_modes, TWO_MODES, moves)
+        x = 2.0 + 1e-3 * jax.random.normal(jax.random.PRNGKey(0), (500,))
+        particles = jax.vmap(target.flatten)({"x": x})
+        likelihood = jax.vmap(target.log_likelihood)(particles)
+        start = _start(particles, likelihood, 0)._replace(temperature=jnp.ones(()))
+        engine = engines.SMC(particles=2000, moves=2)
+        moved = jax.jit(lambda key, one: engine._move(target, key, one))(  # noqa: B023
+            jax.random.PRNGKey(1), start
+        )
+        share = np.mean(jax.vmap(target.constrain)(moved.particles)["x"] < 0)
+        assert abs(share - expected) <= 5 * np.sqrt(expected * (1 - expected) / 500)
 
 
 def test_a_wrong_symmetry_biases_nothing():
