@@ -1,6 +1,7 @@
 from . import (
     beams,
     damping,
+    effects,
     engines,
     information,
     io,
@@ -30,6 +31,7 @@ __all__ = [
     "Structure",
     "beams",
     "damping",
+    "effects",
     "engines",
     "infer",
     "information",

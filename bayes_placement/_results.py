@@ -86,7 +86,10 @@ def _numbered(dataset: xr.Dataset) -> xr.Dataset:
 def outputs(
     experiment: Experiment, variables: dict[str, Any], leading: tuple[str, ...]
 ) -> xr.Dataset:
-    """Arrays of outputs with the names of channels, parts and lines."""
+    """Arrays of outputs with the names of channels, parts and lines.
+
+    Lines of several force levels follow each other, with `force_level` beside `frequency`.
+    """
     parts = ("part",) if experiment.observe.parts > 1 else ()
     dimensions = (*leading, "sensor", "actuator", *parts, "frequency")
     units = {"units": experiment.observe.label}
@@ -94,8 +97,10 @@ def outputs(
     coordinates: dict[str, Any] = {
         "sensor": [channel.label for channel in experiment.sensor_channels],
         "actuator": [channel.label for channel in experiment.actuator_channels],
-        "frequency": ("frequency", np.asarray(experiment.frequency), {"units": "Hz"}),
+        "frequency": ("frequency", experiment.lines, {"units": "Hz"}),
     }
+    if experiment.line_forces is not None:
+        coordinates["force_level"] = ("frequency", experiment.line_forces, {"units": "N"})
     if parts:
         coordinates["part"] = ["real", "imaginary"]
     return dataset.assign_coords(coordinates)
@@ -104,8 +109,9 @@ def outputs(
 def _observed(experiment: Experiment, data: Any) -> xr.Dataset:
     z = np.where(np.asarray(data.measured), np.asarray(data.z), np.nan)
     variables = {MEASURED: z}
-    if data.deviation is not None:
-        variables["deviation"] = np.asarray(data.deviation)
+    deviation = None if experiment.noise is None else experiment.noise.deviation(data)
+    if deviation is not None:
+        variables["deviation"] = np.asarray(deviation)
     return outputs(experiment, variables, ())
 
 

@@ -4,6 +4,8 @@ Not known here: any physics or statistics. JAX is imported only once a command r
 """
 
 import enum
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -23,6 +25,14 @@ class EngineName(enum.StrEnum):
     SMC = "smc"
 
 
+class FitEngineName(enum.StrEnum):
+    """Engines that fit a model to be criticised, by name."""
+
+    MAP = "map"
+    SMC = "smc"
+    NUTS = "nuts"
+
+
 class MarginalName(enum.StrEnum):
     """Marginals by name."""
 
@@ -31,7 +41,10 @@ class MarginalName(enum.StrEnum):
     KDE = "kde"
 
 
-Model = Annotated[Path, typer.Argument(help="Python file that defines `experiment`.")]
+Study = Annotated[
+    Path,
+    typer.Argument(help="Python file that defines `experiment`, or folder with case.json."),
+]
 Data = Annotated[
     Path | None,
     typer.Option(help="Measured FRFs (UFF dataset 58). Default: the model's `measurement`."),
@@ -43,8 +56,22 @@ MarginalOption = Annotated[
     MarginalName | None,
     typer.Option(help="What becomes of the placement, with one engine. Default: latent."),
 ]
-Out = Annotated[Path, typer.Option(help="Folder for result.nc, tables and figures.")]
+FitEngine = Annotated[
+    FitEngineName,
+    typer.Option(
+        "--engine", help="Engine of the posterior: the fast Laplace approximation, or a sampler."
+    ),
+]
+Effects = Annotated[
+    str | None,
+    typer.Option(
+        help="Effects to be tried, with commas: point_mass,gain_error. Default: all that apply."
+    ),
+]
+Out = Annotated[Path, typer.Option(help="Folder for results, tables and figures.")]
 Seed = Annotated[int, typer.Option(help="The same seed gives the same result.")]
+
+RESULTS = Path("results")
 
 
 @app.callback()
@@ -54,19 +81,70 @@ def main() -> None:
 
 @app.command()
 def update(
-    model: Model,
+    model: Study,
     data: Data = None,
     engine: EngineOption = EngineName.ALL,
     marginal: MarginalOption = None,
-    out: Out = Path("results"),
+    out: Out = RESULTS,
     seed: Seed = 0,
 ) -> None:
     """Infer what measured FRFs say about a model's parameters, with placement unknown."""
-    from . import commands
+    with _errors_in_words():
+        from . import commands
 
-    try:
         chosen = None if marginal is None else marginal.value
         commands.update(model, data, engine.value, chosen, out, seed)
+
+
+@app.command()
+def check(
+    model: Study,
+    data: Data = None,
+    engine: FitEngine = FitEngineName.MAP,
+    out: Out = RESULTS,
+    seed: Seed = 0,
+) -> None:
+    """Say whether a model explains measured FRFs; if not, at which sensor, in which band."""
+    with _errors_in_words():
+        from . import criticism_commands
+
+        criticism_commands.check(model, data, engine.value, out, seed)
+
+
+@app.command()
+def explain(
+    model: Study,
+    data: Data = None,
+    engine: FitEngine = FitEngineName.MAP,
+    effects: Effects = None,
+    out: Out = RESULTS,
+    seed: Seed = 0,
+) -> None:
+    """Say which physical effect a model lacks, with a probability for each."""
+    with _errors_in_words():
+        from . import criticism_commands
+
+        criticism_commands.explain(model, data, engine.value, _kinds(effects), out, seed)
+
+
+@app.command()
+def improve(model: Study, data: Data = None, effects: Effects = None, out: Out = RESULTS) -> None:
+    """Add what a model lacks, effect by effect, until only the noise is left."""
+    with _errors_in_words():
+        from . import criticism_commands
+
+        criticism_commands.improve(model, data, _kinds(effects), out)
+
+
+def _kinds(words: str | None) -> list[str] | None:
+    return None if words is None else [word.strip() for word in words.split(",")]
+
+
+@contextmanager
+def _errors_in_words() -> Iterator[None]:
+    """End with the words of an error in place of a traceback."""
+    try:
+        yield
     except (ValueError, OSError) as error:
         typer.secho(f"error: {error}", err=True, fg="red")
         raise typer.Exit(2) from error

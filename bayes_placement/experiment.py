@@ -12,14 +12,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import numpyro
+from jaxtyping import Array, Float
 
 from . import _sites
-from ._types import Receptance, Response, Shapes
-from .frf import receptance
-from .measurement import Channel, Measurement
+from ._types import Receptance, Response
+from .channels import MOUNTINGS, Drive, recorded
+from .effects._effect import Effect, InstrumentEffect
+from .measurement import Channel, Measurement, at_levels
 from .noise import Data, Noise
 from .observe import FRF_OF, Observation
-from .structure import Structure
+from .structure import Structure, added
 from .transducers import Actuator, Sensor, Transducer
 
 MEASURED = "measured"
@@ -33,9 +35,11 @@ _ROLES = {
     "sensor": "placement",
     "actuator": "placement",
     "noise": "output error",
+    "chain": "parameter h",
 }
 
 Kind = TypeVar("Kind", bound=Transducer)
+Measurements = Measurement | Sequence[Measurement]
 
 
 def role(name: str) -> str:
@@ -81,6 +85,9 @@ class Experiment(eqx.Module):
     frequency: Any
     observe: Observation
     noise: Noise | None
+    chain: OrderedDict[str, InstrumentEffect]
+    force_levels: tuple[float, ...] | None = eqx.field(static=True)
+    sensors_mounted: str = eqx.field(static=True)
 
     def __init__(
         self,
@@ -91,6 +98,8 @@ class Experiment(eqx.Module):
         frequency: Any,
         observe: Observation,
         noise: Noise | None,
+        force_levels: Sequence[float] | None = None,
+        sensors_mounted: str = "roving",
     ):
         self.structure = structure
         self.sensor = _placed(sensors, structure)
@@ -98,7 +107,58 @@ class Experiment(eqx.Module):
         self.frequency = _lines(frequency)
         self.observe = observe
         self.noise = noise
+        self.chain = OrderedDict()
+        self.force_levels = _levels(force_levels)
+        self.sensors_mounted = _mounting(sensors_mounted)
         observe.check(self.frequency)
+
+    def __add__(self, effect: Effect) -> "Experiment":
+        """Return the experiment with one more effect, on its structure or its instruments.
+
+        Raises
+        ------
+        ValueError
+            If the effect bears a taken name, lies outside the structure or names no sensor.
+        """
+        if isinstance(effect, InstrumentEffect):
+            effect.check(self.sensor_channels)
+            chain = added(self.chain, effect.on(self.structure.modes))
+            return eqx.tree_at(lambda tree: tree.chain, self, chain, is_leaf=_is_dict)
+        return eqx.tree_at(lambda tree: tree.structure, self, self.structure + effect)
+
+    @property
+    def effects(self) -> list[Effect]:
+        """Every effect on the structure and the instruments."""
+        return [*self.structure.effects.values(), *self.chain.values()]
+
+    def without(self, name: str) -> "Experiment":
+        """Return the experiment without one of its effects.
+
+        Raises
+        ------
+        ValueError
+            If there is no such effect.
+        """
+        for where in (lambda tree: tree.structure.effects, lambda tree: tree.chain):
+            kept = OrderedDict(where(self))
+            if kept.pop(name, None) is not None:
+                return eqx.tree_at(where, self, kept, is_leaf=_is_dict)
+        raise ValueError(
+            f'There is no effect "{name}" to leave out. The experiment has '
+            f"{', '.join(one.name for one in self.effects) or 'none'}."
+        )
+
+    @property
+    def lines(self) -> np.ndarray:
+        """Frequency of each datum [Hz]: the lines, once for each force level."""
+        return np.tile(np.asarray(self.frequency), len(self.force_levels or (1,)))
+
+    @property
+    def line_forces(self) -> np.ndarray | None:
+        """Amplitude [N] of the force at each datum along frequency; None where it is not known."""
+        if self.force_levels is None:
+            return None
+        return np.repeat(np.asarray(self.force_levels), np.size(self.frequency))
 
     @property
     def unknowns(self) -> list[_sites.Unknown]:
@@ -147,25 +207,41 @@ class Experiment(eqx.Module):
             is_leaf=lambda leaf: leaf is None,
         )
 
+    def receptance(self) -> Receptance:
+        """Receptance [m/N] of the structure at the lines, as its instruments recorded it."""
+        force = None if self.line_forces is None else jnp.asarray(self.line_forces)
+        drive = Drive(self._omega(), force, self.sensors_mounted)
+        chain = [effect for _, effect in sorted(self.chain.items())]
+        return recorded(self.structure, self.sensor, self.actuator, chain, drive)
+
+    def _omega(self) -> Float[Array, "frequency"]:
+        return 2 * jnp.pi * jnp.tile(jnp.asarray(self.frequency), len(self.force_levels or (1,)))
+
     def frf(self) -> Receptance:
         """FRF of the observed quantity, once no structure or placement is unknown, Eq. (18)."""
-        omega = 2 * jnp.pi * jnp.asarray(self.frequency)
-        sensors = _rows(self.sensor, self.structure)
-        actuators = _rows(self.actuator, self.structure)
-        return self.observe.frf(receptance(self.structure, sensors, actuators, omega), omega)
+        return self.observe.frf(self.receptance(), self._omega())
 
     def predict(self) -> Response:
         """Outputs z without output error, Eq. (20)."""
         return self.observe.output(self.frf())
 
-    def data(self, measurement: Measurement) -> Data:
+    def data(self, measurement: Measurements) -> Data:
         """Outputs of a measurement at the lines and channels of this experiment.
+
+        Parameters
+        ----------
+        measurement
+            One measurement, or one for each force level, in any order.
 
         Raises
         ------
         ValueError
-            If a line or a channel of the experiment was not measured.
+            If a line, a channel or a force level of the experiment was not measured.
         """
+        parts = [self._data(one) for one in at_levels(measurement, self.force_levels)]
+        return parts[0] if len(parts) == 1 else Data.joined(parts)
+
+    def _data(self, measurement: Measurement) -> Data:
         chosen = (
             measurement.lines(np.asarray(self.frequency))
             .channels(self.sensor_channels, self.actuator_channels)
@@ -175,7 +251,7 @@ class Experiment(eqx.Module):
         variance = chosen.noise_variance() if known else None
         return outputs(self.observe, chosen.frf, variance)
 
-    def model(self, measurement: Measurement | Data | None = None) -> None:
+    def model(self, measurement: Measurements | Data | None = None) -> None:
         """Run the NumPyro model: prior on h, latent placement, Gaussian output error.
 
         Parameters
@@ -185,7 +261,7 @@ class Experiment(eqx.Module):
         """
         concrete = _sites.realise(self)
         predicted = concrete.predict()
-        data = self.data(measurement) if isinstance(measurement, Measurement) else measurement
+        data = measurement if isinstance(measurement, Data | None) else self.data(measurement)
         if data is None:
             numpyro.deterministic(RESPONSE, predicted)
         if concrete.noise is None:
@@ -194,14 +270,26 @@ class Experiment(eqx.Module):
         observed = None if data is None else data.z
         numpyro.sample(MEASURED, concrete.noise.law(predicted, data), obs=observed)
 
-    def nominal_measurement(self) -> Measurement:
-        """Return what the nominal experiment would measure without output error, z_nom."""
+    def nominal_measurement(self) -> Measurement | tuple[Measurement, ...]:
+        """Return what the nominal experiment would measure without output error, z_nom.
+
+        With force levels, one measurement for each.
+        """
+        whole = np.asarray(jax.jit(lambda: self.nominal().frf())())
+        if self.force_levels is None:
+            return self._measurement(whole, None)
+        each = np.split(whole, len(self.force_levels), axis=-1)
+        pairs = zip(each, self.force_levels, strict=True)
+        return tuple(self._measurement(frf, level) for frf, level in pairs)
+
+    def _measurement(self, frf: np.ndarray, force_level: float | None) -> Measurement:
         return Measurement.from_arrays(
-            np.asarray(jax.jit(lambda: self.nominal().frf())()),
+            frf,
             self.frequency,
             sensors=self.sensor_channels,
             actuators=self.actuator_channels,
             quantity=FRF_OF[self.observe.quantity],  # type: ignore[arg-type]
+            force_level=force_level,
         )
 
     def __str__(self) -> str:
@@ -247,10 +335,6 @@ def _table(rows: list[tuple[str, ...]]) -> list[str]:
     return ["  ".join(word.ljust(w) for word, w in zip(row, widths, strict=True)) for row in rows]
 
 
-def _rows(transducers: Mapping[str, Transducer], structure: Structure) -> Shapes:
-    return jnp.concatenate([one.shapes(structure.modes) for one in transducers.values()])
-
-
 def _placed(transducers: Sequence[Kind], structure: Structure) -> OrderedDict[str, Kind]:
     # An ordered dictionary keeps its order through JAX; a plain one would be sorted by name.
     placed = OrderedDict((one.name, one.on(structure.modes)) for one in transducers)
@@ -279,6 +363,31 @@ def _lines(frequency: Any) -> Any:
             "negative, is needed: frequency=[21.65, 64.95]."
         )
     return lines
+
+
+def _levels(levels: Sequence[float] | None) -> tuple[float, ...] | None:
+    if levels is None:
+        return None
+    given = tuple(float(level) for level in levels)
+    if not given or not all(0 < level < np.inf for level in given) or len(set(given)) < len(given):
+        raise ValueError(
+            f"force_levels={given} was given; force amplitudes [N] are needed, positive and each "
+            "once, since a nonlinear response depends on them: force_levels=[0.1, 1.0]."
+        )
+    return given
+
+
+def _mounting(word: str) -> str:
+    if word not in MOUNTINGS:
+        raise ValueError(
+            f"sensors_mounted={word!r} was given; it must be 'roving', where each sensor is alone "
+            "in its run, or 'fixed', where all are mounted all the time: sensors_mounted='fixed'."
+        )
+    return word
+
+
+def _is_dict(leaf: Any) -> bool:
+    return isinstance(leaf, dict)
 
 
 def _refuse_data_without_noise(data: Data | None) -> None:

@@ -19,9 +19,8 @@ from ._types import Key, Progress, no_progress
 from .engines import SMC
 from .engines._engine import Draws, Engine
 from .estimates import Weighting, standard_error
-from .experiment import Experiment, role
+from .experiment import Experiment, Measurements, role
 from .marginals import LEAST_NODES, Latent, Marginal
-from .measurement import Measurement
 from .noise import Data
 from .simulate import sample_prior
 from .symmetries import symmetries
@@ -35,7 +34,7 @@ class InferenceWarning(UserWarning):
 
 def infer(
     experiment: Experiment,
-    measurement: Measurement,
+    measurement: Measurements,
     *,
     engine: Engine | None = None,
     marginal: Marginal | None = None,
@@ -49,7 +48,8 @@ def infer(
     experiment
         Structure, instruments, lines, observation and noise.
     measurement
-        Measured FRFs that hold the lines and channels of the experiment.
+        Measured FRFs that hold the lines and channels of the experiment; with force levels, one
+        measurement for each.
     engine
         `engines.SMC()` by default.
     marginal

@@ -91,6 +91,7 @@ class Quadrature(Marginal):
 
     def _mixture(self, experiment: Experiment, data: Data) -> _tensor_quadrature.Nested:
         _check_noise(experiment, "Quadrature")
+        _check_independent(experiment)
         return _tensor_quadrature.nested(experiment, self.points)
 
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
@@ -186,6 +187,16 @@ def _marginal_model(
         numpyro.factor(MEASURED, log_likelihood(one))
 
     return model
+
+
+def _check_independent(experiment: Experiment) -> None:
+    if experiment.chain:
+        raise InfeasibleError(
+            f"marginals.Quadrature was given an experiment with the effect "
+            f'"{next(iter(experiment.chain))}" on its instruments, but it needs sensors that are '
+            "independent of each other once the actuators are placed, and such an effect may "
+            "couple them. Use marginals.Latent()."
+        )
 
 
 def _check_noise(experiment: Experiment, name: str) -> None:

@@ -324,6 +324,37 @@ class Measurement:
         return np.array([self.positions.get(channel.name, unknown) for channel in channels])
 
 
+def at_levels(
+    given: "Measurement | Sequence[Measurement]", levels: Sequence[float] | None
+) -> list["Measurement"]:
+    """Measurements in the order of some force levels [N].
+
+    Raises
+    ------
+    ValueError
+        If a level was not measured, or several measurements are given and no level.
+    """
+    several = [given] if isinstance(given, Measurement) else list(given)
+    if levels is None:
+        if len(several) != 1:
+            raise ValueError(
+                f"{len(several)} measurements were given to an experiment without force levels, "
+                "which has one. Say how hard each was driven: "
+                "Experiment(..., force_levels=[0.1, 1.0])."
+            )
+        return several
+    found = {one.force_level: one for one in several}
+    missing = [level for level in levels if level not in found]
+    if missing:
+        known = ", ".join("none stated" if one is None else f"{one:g} N" for one in found)
+        raise ValueError(
+            f"The experiment has the force level {missing[0]:g} N, but the measurements given have "
+            f"{known}. Give one measurement for each level: Measurement.from_arrays(..., "
+            f"force_level={missing[0]:g})."
+        )
+    return [found[level] for level in levels]
+
+
 def derivative(frf: np.ndarray, frequency: np.ndarray, given: str, wanted: str) -> np.ndarray:
     """Turn FRFs of one quantity into another by powers of i w, under exp(+i w t).
 

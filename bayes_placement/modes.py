@@ -21,8 +21,28 @@ class Modes(eqx.Module):
         """Natural angular frequencies [rad/s], rigid-body modes first with 0."""
 
     @abc.abstractmethod
-    def shapes(self, position: Float[Array, "*coordinate"]) -> Float[Array, "axis mode"]:
-        """Mass-normalised mode shapes [kg^-1/2] along `axes` at a position [m]."""
+    def shapes(
+        self, position: Float[Array, "*coordinate"], derivative: int = 0
+    ) -> Float[Array, "axis mode"]:
+        """Mass-normalised mode shapes [kg^-1/2] along `axes` at a position [m].
+
+        Parameters
+        ----------
+        position
+            Where they are read [m].
+        derivative
+            Order of the derivative in position [kg^-1/2 m^-order].
+        """
+
+    @abc.abstractmethod
+    def static_flexibility(
+        self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
+    ) -> Float[Array, "axis axis"] | None:
+        """Static flexibility [m/N] of all elastic modes, kept or left out; None if not known.
+
+        The sum over all of them of phi phi / omega_n^2. With it a modal sum is exact at low
+        frequency, however few modes are kept (MacNeal 1971, DOI 10.1016/0045-7949(71)90031-9).
+        """
 
     @abc.abstractmethod
     def bounds(self) -> tuple[float, float]:

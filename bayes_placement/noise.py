@@ -4,6 +4,7 @@ Not known here: the structure, placement, how z came from the FRF.
 """
 
 import abc
+from collections.abc import Sequence
 from typing import Any
 
 import equinox as eqx
@@ -41,6 +42,17 @@ class Data(eqx.Module):
 
         return Data(pick(self.z), pick(self.measured), pick(self.deviation))
 
+    @staticmethod
+    def joined(parts: "Sequence[Data]") -> "Data":
+        """Return the data of several force levels, one behind the other along frequency."""
+
+        def join(values: list[Any]) -> Any:
+            xp = np if isinstance(values[0], np.ndarray) else jnp
+            return None if values[0] is None else xp.concatenate(values, axis=-1)
+
+        names = ("z", "measured", "deviation")
+        return Data(*(join([getattr(part, name) for part in parts]) for name in names))
+
 
 class Noise(eqx.Module):
     """Law of the output error N in Z_obs = Z + N."""
@@ -61,6 +73,10 @@ class Noise(eqx.Module):
             Variance added to each output: a kernel density estimate with Gaussian kernels plus
             Gaussian noise is again Gaussian (Eq. 29 in closed form).
         """
+
+    def deviation(self, data: Data) -> Response | None:
+        """Standard deviation of each output, in the unit of z; None where it is not known."""
+        return None
 
     def of(self, sensors: slice = slice(None), actuators: slice = slice(None)) -> "Noise":
         """Return the noise of some sensor and actuator channels."""
@@ -93,6 +109,10 @@ class Gaussian(Noise):
         """Independent normal law of every output."""
         sigma = _as_outputs(self.sigma, predicted)
         return _masked(Normal(predicted, jnp.sqrt(sigma**2 + kernel)), data)
+
+    def deviation(self, data: Data) -> Response | None:
+        """Return sigma for every output; None where it is a distribution."""
+        return None if is_unknown(self.sigma) else _as_outputs(self.sigma, data.z)
 
     def of(self, sensors: slice = slice(None), actuators: slice = slice(None)) -> "Gaussian":
         """Return the noise of some channels, where each has a level of its own."""
@@ -162,6 +182,12 @@ class FromCoherence(Noise):
             )
         deviation = data.deviation * jnp.asarray(self.factor)
         return _masked(Normal(predicted, jnp.sqrt(deviation**2 + kernel)), data)
+
+    def deviation(self, data: Data) -> Response | None:
+        """Return the known deviation times the factor; None where this is a distribution."""
+        if is_unknown(self.factor) or data.deviation is None:
+            return None
+        return data.deviation * jnp.asarray(self.factor)
 
 
 def _channels(sigma: Array, sensors: slice, actuators: slice) -> Array:

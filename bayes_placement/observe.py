@@ -1,4 +1,4 @@
-"""observe: in, an FRF of displacement, velocity or acceleration; out, the real outputs z.
+"""observe: in, an FRF of displacement, velocity or acceleration; out, the real outputs z, and back.
 
 Not known here: the structure, priors, the noise level.
 """
@@ -18,6 +18,8 @@ FRF_OF = {"displacement": "receptance", "velocity": "mobility", "acceleration": 
 
 FRF = Inexact[Array, "sensor actuator frequency"]
 Variance = Float[Array, "sensor actuator frequency"]
+Measured = Float[np.ndarray, "sensor actuator *part frequency"]
+Lines = Float[np.ndarray, "frequency"]
 
 
 def _known(quantity: str) -> str:
@@ -44,8 +46,31 @@ class Observation(eqx.Module):
         """Standard deviation of each output, given E|error|^2 of the FRF."""
 
     @abc.abstractmethod
-    def log_jacobian(self, frf: FRF) -> Float[Array, ""]:
-        """Log |dz / d(FRF)|, which makes densities of different outputs comparable."""
+    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+        """Return what outputs tell of the receptance [m/N], whatever quantity was observed.
+
+        Parameters
+        ----------
+        measured
+            Outputs z; NaN where nothing was measured.
+        omega
+            Angular frequency of each line [rad/s].
+        """
+
+    @abc.abstractmethod
+    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+        """Log of |dz / d(what z tells of the receptance)| for each output.
+
+        The density of z times this Jacobian is a density of the receptance, in which models of
+        different observed quantities are comparable.
+
+        Parameters
+        ----------
+        measured
+            Outputs z; NaN where nothing was measured.
+        omega
+            Angular frequency of each line [rad/s].
+        """
 
     @property
     @abc.abstractmethod
@@ -54,7 +79,12 @@ class Observation(eqx.Module):
 
     def frf(self, receptance: Receptance, omega: Float[Array, "frequency"]) -> Receptance:
         """Turn a receptance into the FRF of the observed quantity."""
-        return receptance * (1j * omega) ** _DERIVATIVE[self.quantity]
+        return receptance * (1j * omega) ** self.derivative
+
+    @property
+    def derivative(self) -> int:
+        """How many times the displacement is derived by time."""
+        return _DERIVATIVE[self.quantity]
 
     def check(self, frequency: np.ndarray) -> None:
         """Refuse 0 Hz, where velocity and acceleration vanish and carry no information."""
@@ -85,9 +115,13 @@ class LogAmplitude(Observation):
         """First-order error of log10 |U|: only the part of the error along U counts."""
         return jnp.sqrt(variance / 2) / (jnp.abs(frf) * jnp.log(10.0))
 
-    def log_jacobian(self, frf: FRF) -> Float[Array, ""]:
-        """Log |dz / d|U||, summed over the data; the phase is in neither description."""
-        return -jnp.sum(jnp.log(jnp.abs(frf) * jnp.log(10.0)))
+    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+        """Amplitude of the receptance |H| [m/N]; z keeps nothing of the phase."""
+        return 10.0**measured / omega**self.derivative
+
+    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+        """Log of dz / d|H| = 1 / (|H| log 10)."""
+        return -np.log(self.receptance(measured, omega) * np.log(10.0))
 
     @property
     def label(self) -> str:
@@ -115,9 +149,15 @@ class Complex(Observation):
         """Half of the variance lies in each part of a circular error."""
         return jnp.sqrt(jnp.stack([variance, variance], axis=-2) / 2)
 
-    def log_jacobian(self, frf: FRF) -> Float[Array, ""]:
-        """Zero: the outputs are the FRF itself."""
-        return jnp.zeros(())
+    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+        """Real and imaginary part of the receptance [m/N]."""
+        frf = measured[..., 0, :] + 1j * measured[..., 1, :]
+        found = frf / (1j * omega) ** self.derivative
+        return np.stack([np.real(found), np.imag(found)], axis=-2)
+
+    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+        """Log of the factor omega^n on each of two parts, which rotate besides."""
+        return np.log(omega**self.derivative) + 0.0 * measured
 
     @property
     def label(self) -> str:

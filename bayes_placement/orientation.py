@@ -4,6 +4,7 @@ Not known here: positions, structures, probability. One convention for the whole
 """
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 
@@ -29,7 +30,7 @@ def rotation(angles: Float[Array, "3"]) -> Float[Array, "3 3"]:
     )
 
 
-def unit_vector(direction: int) -> Float[Array, "3"]:
+def unit_vector(direction: int) -> Float[np.ndarray, "3"]:
     """Unit vector of a recorded direction, +-1, +-2 or +-3 for +-x, +-y or +-z."""
     sign = 1.0 if direction > 0 else -1.0
-    return sign * jnp.eye(3)[abs(direction) - 1]
+    return sign * np.eye(3)[abs(direction) - 1]

@@ -3,7 +3,7 @@
 Not known here: how anything was computed.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ._figures import legend, on_two_lines, panels
 from .estimates import scalars
 from .experiment import MEASURED, RESPONSE, role
 
@@ -20,10 +21,6 @@ MOST_NODES = 100
 """Draws of fewer values than this, many times each, are taken for nodes of a quadrature."""
 
 _PRIOR, _POSTERIOR, _DATA = "0.6", "C0", "C3"
-_PANEL = (6.4, 3.6)
-_LARGEST = 200.0
-"""Longest side of a figure [inch]; panels shrink beyond."""
-
 _SPARSE = 30
 """Up to so many lines are marked one by one, since the curve between them is no measurement."""
 
@@ -39,7 +36,7 @@ def measured_against_band(result: xr.DataTree) -> Figure:
     name = MEASURED if MEASURED in predicted else RESPONSE
     values, measured = _amplitude(predicted[name]), _amplitude(observed[MEASURED])
     rows, columns = values.sizes["sensor"], values.sizes["actuator"]
-    figure, axes = _panels(2 * rows, columns, heights=[1.0, 0.7] * rows)
+    figure, axes = panels(2 * rows, columns, heights=[1.0, 0.7] * rows)
     for row, column in np.ndindex(rows, columns):
         pair = {"sensor": row, "actuator": column}
         band, points = values.isel(pair), measured.isel(pair)
@@ -49,7 +46,7 @@ def measured_against_band(result: xr.DataTree) -> Figure:
             axis.plot(points["frequency"], points - level, ".", color=_DATA, label="measured")
         _response_axis(axes[2 * row, column], band)
         _difference_axis(axes[2 * row + 1, column], band)
-    return _legend(figure, axes)
+    return legend(figure, axes)
 
 
 def response_band(simulated: xr.DataTree, reference: Any = None) -> Figure:
@@ -67,7 +64,7 @@ def response_band(simulated: xr.DataTree, reference: Any = None) -> Figure:
     values = _amplitude(drawn)
     if reference is not None:
         reference = _amplitude(drawn.isel(chain=0, draw=0).copy(data=np.asarray(reference)))
-    figure, axes = _panels(values.sizes["sensor"], values.sizes["actuator"])
+    figure, axes = panels(values.sizes["sensor"], values.sizes["actuator"])
     for row, column in np.ndindex(axes.shape):
         axis, pair = axes[row, column], {"sensor": row, "actuator": column}
         _band(axis, values.isel(pair), "random draws", _POSTERIOR)
@@ -75,7 +72,7 @@ def response_band(simulated: xr.DataTree, reference: Any = None) -> Figure:
             nominal = reference.isel(pair)
             axis.plot(nominal["frequency"], nominal, color=_DATA, label="as recorded", linewidth=1)
         _response_axis(axis, values.isel(pair))
-    return _legend(figure, axes)
+    return legend(figure, axes)
 
 
 def parameters(result: xr.DataTree, truth: Mapping[str, float] | None = None) -> Figure:
@@ -102,7 +99,7 @@ def pair(
     truth
         True values by name, where they are known.
     """
-    figure, axes = _panels(1, 1, panel=(6.4, 5.0))
+    figure, axes = panels(1, 1, panel=(6.4, 5.0))
     axis = axes[0, 0]
     for group, color in (("prior", _PRIOR), ("posterior", _POSTERIOR)):
         draws = _scalars(result[group])
@@ -114,14 +111,14 @@ def pair(
         axis.plot(*place, "x", color=_DATA, markersize=10, markeredgewidth=2, label="true value")
     axis.set_xlabel(_with_unit(result, first))
     axis.set_ylabel(_with_unit(result, second))
-    return _legend(figure, axes)
+    return legend(figure, axes)
 
 
 def methods(results: Mapping[str, xr.DataTree], truth: Mapping[str, float] | None = None) -> Figure:
     """Posterior of every parameter by each method, one over the other."""
     first = next(iter(results.values()))
     names = _names(first, placement=False)
-    figure, axes = _panels(max(1, len(names)), 1)
+    figure, axes = panels(max(1, len(names)), 1)
     for axis, name in zip(axes.flat, names, strict=False):
         draws = [_scalars(result["posterior"])[name].ravel() for result in results.values()]
         for number, (method, one) in enumerate(zip(results, draws, strict=True)):
@@ -132,11 +129,11 @@ def methods(results: Mapping[str, xr.DataTree], truth: Mapping[str, float] | Non
         _true_value(axis, name, truth or {})
         _density_axis(axis, first, name)
         _limits(axis, _scalars(first["prior"])[name], np.concatenate(draws))
-    return _legend(figure, axes)
+    return legend(figure, axes)
 
 
 def _marginals(result: xr.DataTree, names: list[str], truth: Mapping[str, float]) -> Figure:
-    figure, axes = _panels(max(1, len(names)), 1)
+    figure, axes = panels(max(1, len(names)), 1)
     for axis, name in zip(axes.flat, names, strict=False):
         prior, posterior = (_scalars(result[group])[name] for group in ("prior", "posterior"))
         _histogram(axis, prior.ravel(), label="prior", color=_PRIOR, alpha=0.5, bins=BINS // 2)
@@ -144,7 +141,7 @@ def _marginals(result: xr.DataTree, names: list[str], truth: Mapping[str, float]
         _true_value(axis, name, truth)
         _density_axis(axis, result, name)
         _limits(axis, prior, posterior)
-    return _legend(figure, axes)
+    return legend(figure, axes)
 
 
 def _scalars(group: Any) -> dict[str, np.ndarray]:
@@ -218,7 +215,7 @@ def _band(axis: Axes, values: xr.DataArray, label: str, color: str) -> None:
 def _response_axis(axis: Axes, values: xr.DataArray) -> None:
     axis.set_title(f"sensor {values['sensor'].item()}, actuator {values['actuator'].item()}")
     axis.set_xlabel("frequency [Hz]")
-    axis.set_ylabel(values.attrs["units"].replace(" per force", "\nper force"))
+    axis.set_ylabel(on_two_lines(values.attrs["units"]))
 
 
 def _difference_axis(axis: Axes, values: xr.DataArray) -> None:
@@ -241,35 +238,3 @@ def _with_unit(result: xr.DataTree, name: str) -> str:
 
 def _unit(result: xr.DataTree, name: str) -> str:
     return result["posterior"][name.partition("[")[0]].attrs["units"]
-
-
-def _panels(
-    rows: int,
-    columns: int,
-    heights: list[float] | None = None,
-    panel: tuple[float, float] = _PANEL,
-) -> tuple[Figure, Any]:
-    """Figure with a grid of axes, outside pyplot, so that nothing stays open."""
-    wide, high = panel[0] * columns, panel[1] * sum(heights or [1.0] * rows)
-    figure = Figure(figsize=(min(wide, _LARGEST), min(high, _LARGEST)), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False, height_ratios=heights)
-    return figure, axes
-
-
-def _legend(figure: Figure, axes: Any) -> Figure:
-    """One legend above all panels, where it covers nothing; empty panels say that they are."""
-    entries = dict(_entries(axes))
-    for axis in axes.flat:
-        if not axis.has_data():
-            axis.text(0.5, 0.5, "nothing of this kind is unknown", ha="center", va="center")
-            axis.set_axis_off()
-    if entries:
-        handles, labels = list(entries.values()), list(entries)
-        figure.legend(handles, labels, loc="outside upper center", ncols=3, fontsize="small")
-    return figure
-
-
-def _entries(axes: Any) -> Iterator[tuple[str, Any]]:
-    for axis in axes.flat:
-        handles, labels = axis.get_legend_handles_labels()
-        yield from zip(labels, handles, strict=True)

@@ -3,11 +3,12 @@
 Not known here: frequencies, damping, data.
 """
 
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ._sites import is_unknown, unit
@@ -15,6 +16,7 @@ from ._types import Parameter, Shapes
 from .measurement import Channel
 from .modes import Modes
 from .orientation import rotation, unit_vector
+from .points import Points
 from .supports import Segment
 
 Self = TypeVar("Self", bound="Transducer")
@@ -113,15 +115,21 @@ class Transducer(eqx.Module):
                 "use supports.Segment within it."
             )
 
+    def points(self, axes: tuple[int, ...]) -> Points:
+        """Where and along what its channels read or drive a structure that moves along axes."""
+        vectors = self._directions(axes)
+        position = jnp.asarray(self.position, dtype=float)
+        return Points(jnp.broadcast_to(position, (len(vectors), *position.shape)), vectors)
+
     def shapes(self, modes: Modes) -> Shapes:
         """Mode shapes read by its channels, the rows of [O][Phi] of Eq. (14)."""
-        return self._directions(modes.axes) @ modes.shapes(jnp.asarray(self.position))
+        return self.points(modes.axes).shapes(modes)
 
-    def _directions(self, axes: tuple[int, ...]) -> Float[Array, "channel axis"]:
-        vectors = jnp.stack([unit_vector(direction) for direction in self.directions])
+    def _directions(self, axes: tuple[int, ...]) -> Float[Array | np.ndarray, "channel axis"]:
+        vectors: Any = np.stack([unit_vector(direction) for direction in self.directions])
         if self.angles is not None:
             vectors = vectors @ rotation(jnp.stack([jnp.asarray(a) for a in self.angles])).T
-        return vectors[:, jnp.array(axes) - 1]
+        return vectors[:, np.array(axes) - 1]
 
 
 def _centre(at: Parameter | Segment) -> float:

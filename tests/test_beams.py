@@ -118,11 +118,13 @@ def test_end_conditions_hold(ends):
         for _ in range(4):
             values.append(function(position))
             function = jax.jacfwd(function)
-        return jnp.stack(values)
+        by_hand = [beam.shapes(position, order)[0] for order in range(4)]
+        return jnp.stack(values), jnp.stack(by_hand)
 
-    at_ends = jax.jit(jax.vmap(derivatives))(jnp.array([0.0, LENGTH]))
+    at_ends, by_hand = jax.jit(jax.vmap(derivatives))(jnp.array([0.0, LENGTH]))
     scale = np.maximum(np.array(beam.wave_numbers), 1.0) / LENGTH
     size = scale ** np.arange(4)[:, None] / np.sqrt(DENSITY * AREA * LENGTH)
+    np.testing.assert_allclose(by_hand / size, at_ends / size, atol=1e-12)
     for end, values in zip(ends.split("-"), np.asarray(at_ends) / size, strict=True):
         zero = list(VANISHING[end])
         others = [order for order in range(4) if order not in zero]
@@ -240,6 +242,32 @@ def test_shapes_are_smooth_in_position(kind, ends):
     differences = (shapes(position + step) - shapes(position - step)) / (2 * step)
     scale = np.maximum(np.array(modes.wave_numbers), 1.0) / LENGTH
     np.testing.assert_allclose(slope(position) / scale, differences / scale, atol=1e-7)
+    for order in range(3):
+        read = [jax.jit(jax.vmap(lambda x, k=k: modes.shapes(x, k)[0])) for k in range(order, 4)]
+        differences = (read[0](position + step) - read[0](position - step)) / (2 * step)
+        found, expected = (
+            read[1](position) / scale ** (order + 1),
+            differences / scale ** (order + 1),
+        )
+        np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+def test_products_of_slopes_are_those_of_sines():
+    beam = beams.beam(6, **BEAM, ends="pinned-pinned")
+    wave = np.pi / LENGTH * np.arange(1, 7)
+    mass = DENSITY * AREA
+    np.testing.assert_allclose(beam.slope_matrix(), np.diag(wave**2) / mass, atol=1e-9)
+    np.testing.assert_allclose(beam.shear_matrix(), np.diag(wave**6) / mass, rtol=1e-12, atol=1e-6)
+
+
+@pytest.mark.parametrize("ends", ["fixed-free", "free-guided"])
+def test_products_of_slopes_are_those_of_another_quadrature(ends):
+    beam, _ = line("beam", ends)
+    places = jnp.asarray((NODE + 1) / 2 * LENGTH)
+    for order, found in ((1, beam.slope_matrix()), (3, beam.shear_matrix())):
+        values = np.asarray(jax.vmap(lambda x, k=order: beam.shapes(x, k)[0])(places))
+        expected = values.T @ (WEIGHT[:, None] / 2 * LENGTH * values)
+        np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(("make", "power"), [(beams.bar, -1), (beams.beam, -2)])

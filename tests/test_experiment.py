@@ -15,7 +15,9 @@ import bayes_placement as bp
 from bayes_placement.experiment import MEASURED, RESPONSE
 
 FREQUENCY = (np.arange(10) + 0.5) * 43.3
-BAR = bp.beams.bar(15, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+BAR = bp.beams.bar(
+    15, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0, static_correction=False
+)
 RATIOS = [dist.Uniform(0.02, 0.06), dist.Uniform(0.02, 0.06), 0.04]
 
 # REFERENCE.md, z_nom at (.25, .25), computed by an independent script.
@@ -406,3 +408,64 @@ def test_a_hand_written_hierarchical_model_calls_the_public_pieces():
     # Rough, as a hundred draws are, but the data tell the least ratio from the greatest.
     assert np.mean(ratio[:, 3] > ratio[:, 0]) > 0.9
     assert np.all((draws["sensor.s1.position"] > 0.26) & (draws["sensor.s1.position"] < 0.34))
+
+
+# --------------------------------------------------------------------------- force levels
+
+
+LEVELS = [0.5, 2.0]
+
+
+def test_lines_follow_each_other_by_force_level():
+    several = small(force_levels=LEVELS)
+    np.testing.assert_array_equal(several.lines, np.tile(several.frequency, 2))
+    np.testing.assert_array_equal(several.line_forces, np.repeat(LEVELS, 5))
+    assert small().line_forces is None
+    np.testing.assert_array_equal(small().lines, small().frequency)
+
+
+def test_each_force_level_has_its_measurement_in_any_order():
+    spring = bp.effects.cubic_stiffness(0.9, 1e7)
+    several = small(force_levels=LEVELS) + spring
+    measurements = several.nominal_measurement()
+    assert [one.force_level for one in measurements] == LEVELS
+    alone = (small(force_levels=[2.0]) + spring).nominal_measurement()
+    np.testing.assert_allclose(measurements[1].frf, alone[0].frf, rtol=1e-10)
+    assert np.abs(measurements[0].frf / measurements[1].frf - 1).max() > 1e-3
+    data = several.data(measurements[::-1])
+    found = jax.jit(lambda: several.predict())()
+    np.testing.assert_allclose(data.z, found, rtol=1e-10)
+    assert data.measured.shape == found.shape == (2, 1, 2, 10)
+
+
+def test_levels_that_do_not_fit_are_refused(measured):
+    several = small(force_levels=LEVELS)
+    with pytest.raises(ValueError, match=r"force level 0.5 N, but .* none stated"):
+        several.data(measured)
+    first = several.nominal_measurement()[0]
+    with pytest.raises(ValueError, match=r"level 2 N, but .* have 0.5 N. Give one .*force_level=2"):
+        several.data([first])
+    with pytest.raises(ValueError, match=r"2 measurements were given .* without force levels"):
+        small().data([measured, measured])
+
+
+@pytest.mark.parametrize("levels", [[], [0.0], [1.0, 1.0], [np.inf]])
+def test_force_levels_are_positive_and_each_once(levels):
+    with pytest.raises(ValueError, match=r"force_levels=\(.*force amplitudes \[N\] are needed"):
+        small(force_levels=levels)
+
+
+def test_sensors_are_roving_or_fixed():
+    with pytest.raises(ValueError, match=r"sensors_mounted='glued' .* 'roving'.*'fixed'"):
+        small(sensors_mounted="glued")
+    mass = bp.effects.sensor_mass(0.05)
+    frf = {
+        word: np.asarray(jax.jit(lambda one=one: one.frf())())
+        for word, one in (
+            ("roving", small() + mass),
+            ("fixed", small(sensors_mounted="fixed") + mass),
+            ("alone", small(sensors=[bp.Sensor("s2", at=0.9)]) + mass),
+        )
+    }
+    np.testing.assert_allclose(frf["roving"][1:], frf["alone"], rtol=1e-10)
+    assert np.abs(frf["fixed"] / frf["roving"] - 1).max() > 1e-2

@@ -154,3 +154,46 @@ def test_sampling_without_noise_is_an_error():
     experiment = bar.placed(0.25, 0.30, None)
     with pytest.raises(ValueError, match="noise=None, so no measured value has a density"):
         bp.infer(experiment, experiment.nominal_measurement())
+
+
+def test_lines_of_several_force_levels_are_told_apart():
+    experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.05))
+    experiment = bp.Experiment(
+        experiment.structure,
+        sensors=[*experiment.sensor.values()],
+        actuators=[*experiment.actuator.values()],
+        frequency=experiment.frequency,
+        observe=experiment.observe,
+        noise=experiment.noise,
+        force_levels=[1.0, 3.0],
+    )
+    engine = bp.engines.Importance(draws=20)
+    found = bp.infer(experiment, experiment.nominal_measurement(), engine=engine)
+    observed = found["observed_data"]["measured"]
+    np.testing.assert_array_equal(observed["frequency"], np.tile(bar.PAPER_LINES, 2))
+    np.testing.assert_array_equal(observed["force_level"], np.repeat([1.0, 3.0], 10))
+    assert observed["force_level"].attrs == {"units": "N"}
+    np.testing.assert_array_equal(observed.values[..., :10], observed.values[..., 10:])
+
+
+@pytest.mark.parametrize(
+    ("noise", "known"),
+    [
+        (bp.noise.Gaussian(0.05), True),
+        (bp.noise.Gaussian(dist.LogUniform(0.01, 0.1)), False),
+        (bp.noise.FromCoherence(2.0), True),
+        (bp.noise.FromCoherence(dist.LogUniform(0.5, 2.0)), False),
+    ],
+)
+def test_a_known_deviation_is_on_record(noise, known):
+    data = bar.experiment.data(bar.measurement)
+    deviation = noise.deviation(data)
+    assert (deviation is not None) == known
+    if isinstance(noise, bp.noise.Gaussian) and known:
+        np.testing.assert_array_equal(deviation, np.full(data.z.shape, 0.05))
+    elif known:
+        np.testing.assert_allclose(deviation, 2 * data.deviation, rtol=1e-14)
+
+
+def test_the_deviation_is_observed(small):
+    np.testing.assert_array_equal(small["observed_data"]["deviation"].values, 0.05)

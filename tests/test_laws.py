@@ -10,6 +10,7 @@ import pytest
 
 from bayes_placement import Structure, beams, damping
 from bayes_placement.frf import receptance
+from bayes_placement.points import Points
 
 LENGTH = 1.3
 BAR = {"length": LENGTH, "area": 1e-3, "youngs_modulus": 1e9, "density": 9000.0}
@@ -45,8 +46,11 @@ table = pytest.mark.parametrize(
 
 
 def read(structure, sensors, actuators, omega):
-    shapes = jax.vmap(lambda position: structure.modes.shapes(position)[0])
-    return receptance(structure, shapes(sensors), shapes(actuators), jnp.asarray(omega))
+    return receptance(structure, along(sensors), along(actuators), jnp.asarray(omega))
+
+
+def along(places):
+    return Points(jnp.asarray(places), np.ones((len(places), 1)))
 
 
 @functools.cache
@@ -140,9 +144,8 @@ def test_vmap_equals_loop(pair):
 @table
 def test_jit_equals_no_jit(pair):
     every = jnp.concatenate([PLACES, OTHERS])
-    shapes = jnp.stack([structure(pair).modes.shapes(x)[0] for x in every])
     both = jnp.concatenate([OMEGA, -OMEGA])
-    found = receptance(structure(pair), shapes, shapes, both)
+    found = read(structure(pair), every, every, both)
     size = np.abs(response(pair)).max()
     np.testing.assert_allclose(found, response(pair), rtol=1e-10, atol=1e-13 * size)
 

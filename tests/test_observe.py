@@ -49,28 +49,61 @@ def test_deviation_is_what_monte_carlo_finds(kind):
     assert np.all(np.abs(found.std(axis=0) - expected) < 5 * error)
 
 
-def test_log_jacobian_of_the_log_amplitude_is_that_of_its_modulus():
-    amplitude = jnp.abs(FRF).ravel()
-    observation = observe.LogAmplitude("displacement")
+def measured(observation, receptance=FRF):
+    return np.asarray(observation.output(observation.frf(receptance, OMEGA)))
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_outputs_tell_the_receptance_whatever_was_observed(quantity):
+    amplitude, both = observe.LogAmplitude(quantity), observe.Complex(quantity)
+    omega = np.asarray(OMEGA)
+    found = amplitude.receptance(measured(amplitude), omega)
+    np.testing.assert_allclose(found, np.abs(FRF), rtol=1e-12)
+    found = both.receptance(measured(both), omega)
+    np.testing.assert_allclose(found[:, :, 0] + 1j * found[:, :, 1], FRF, rtol=1e-12)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_log_jacobian_of_the_log_amplitude_is_that_of_its_modulus(quantity):
+    observation = observe.LogAmplitude(quantity)
 
     def output(modulus):
-        return observation.output(modulus.reshape(SHAPE) * jnp.exp(1j * jnp.angle(FRF))).ravel()
+        receptance = modulus.reshape(SHAPE) * jnp.exp(1j * jnp.angle(FRF))
+        return observation.output(observation.frf(receptance, OMEGA)).ravel()
 
-    matrix = jax.jit(jax.jacobian(output))(amplitude)
-    _, expected = np.linalg.slogdet(matrix)
-    np.testing.assert_allclose(observation.log_jacobian(FRF), expected, rtol=1e-12)
+    matrix = jax.jit(jax.jacobian(output))(jnp.abs(FRF).ravel())
+    found = observation.log_jacobian(measured(observation), np.asarray(OMEGA))
+    np.testing.assert_allclose(found.ravel(), np.log(np.abs(np.diag(matrix))), rtol=1e-12)
 
 
-def test_log_jacobian_of_complex_outputs_is_zero():
-    observation = observe.Complex("displacement")
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_log_jacobian_of_complex_outputs_is_that_of_both_parts_together(quantity):
+    observation = observe.Complex(quantity)
 
     def output(parts):
-        return observation.output((parts[0] + 1j * parts[1]).reshape(SHAPE)).ravel()
+        receptance = (parts[0] + 1j * parts[1]).reshape(SHAPE)
+        return observation.output(observation.frf(receptance, OMEGA)).ravel()
 
     matrix = jax.jit(jax.jacobian(output))(jnp.stack([FRF.real.ravel(), FRF.imag.ravel()]))
     _, expected = np.linalg.slogdet(matrix.reshape(12, 12))
-    np.testing.assert_allclose(expected, 0.0, atol=1e-12)
-    assert observation.log_jacobian(FRF) == 0.0
+    found = observation.log_jacobian(measured(observation), np.asarray(OMEGA))
+    assert found.shape == (2, 1, 2, 3)
+    np.testing.assert_allclose(found.sum(), expected, rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])
+def test_what_was_not_measured_tells_nothing(kind):
+    observation, omega = kind("velocity"), np.asarray(OMEGA)
+    outputs = measured(observation).copy()
+    outputs[0, ..., 1] = np.nan
+    for found in (observation.receptance(outputs, omega), observation.log_jacobian(outputs, omega)):
+        np.testing.assert_array_equal(np.isnan(found), np.isnan(outputs))
+
+
+def test_the_displacement_at_0_hz_has_a_jacobian():
+    outputs = np.ones((1, 1, 2, 2))
+    found = observe.Complex("displacement").log_jacobian(outputs, np.array([0.0, 10.0]))
+    np.testing.assert_array_equal(found, np.zeros((1, 1, 2, 2)))
 
 
 @pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])

@@ -10,13 +10,26 @@ PACKAGE = Path(__file__).parents[1] / "bayes_placement"
 # A room may import from the rooms before it, never from those after it.
 ORDER = """
     _types _files _sites
-    supports orientation modes _beam_roots beams damping structure frf
-    _channel _measurement_checks measurement transducers observe noise experiment
+    supports orientation modes _beam_roots _beam_statics _uniform_line beams points damping _channel
+    effects._changed_modes effects._jumps effects._hinges effects._effect effects._scales
+    effects.point_mass effects.ground_spring effects.ground_dashpot effects.tuned_absorber
+    effects.local_stiffness_loss effects.hysteretic_damping effects.viscoelastic_modulus
+    effects.compliant_support effects.axial_preload effects.shear_and_rotary_inertia
+    effects.cubic_stiffness effects.residual_modes effects.sensor_mass effects.time_delay
+    effects.gain_error effects.mount_resonance effects.misplaced_sensor effects._library effects
+    structure frf
+    _measurement_checks measurement transducers channels observe noise experiment
     _kernel_density _tensor_quadrature marginals
     engines._engine engines.importance engines.grid engines.map engines.nuts engines.smc engines
-    _target estimates information _results simulate symmetries infer methods report
-    io._uff_blocks io._uff_units io._uff_write io.uff io.netcdf io.model io
-    plots commands cli
+    _standard_normal _target estimates information _results simulate symmetries infer methods
+    criticism._residuals criticism._edges criticism._statistics criticism.correlation
+    criticism.discrepancy criticism.misfit criticism.check
+    criticism._problem criticism._descent criticism._search criticism._hypotheses criticism._odds
+    criticism._branches criticism
+    report
+    io._uff_blocks io._uff_units io._uff_write io.uff io.netcdf io.model
+    io._case_fields io._case_measurement io._case_structure io.case io
+    plots misfit_plots commands cli
 """.split()  # noqa: SIM905
 
 FILES = sorted(PACKAGE.rglob("*.py"))

@@ -25,8 +25,11 @@ class InSpace(Modes):
     def angular_frequency(self):
         return jnp.array([10.0, 20.0])
 
-    def shapes(self, position):
+    def shapes(self, position, derivative=0):
         return jnp.array([[1.0, 2.0], [3.0, 5.0]]) * (1 + position)
+
+    def static_flexibility(self, position, other):
+        return None
 
     def bounds(self):
         return 0.0, 1.0

@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from ..engines._engine import Engine
-from ..experiment import Experiment
+from ..experiment import Experiment, Measurements
 from ..measurement import Measurement
 
 
@@ -22,7 +22,7 @@ class Study(NamedTuple):
     experiment
         The experiment.
     measurement
-        What was measured; None where the file names none.
+        What was measured, or one measurement for each force level; None where the file names none.
     engine
         Engine that suits the experiment; None where the file names none.
     truth
@@ -30,7 +30,7 @@ class Study(NamedTuple):
     """
 
     experiment: Experiment
-    measurement: Measurement | None
+    measurement: Measurements | None
     engine: Engine | None
     truth: dict[str, float]
 
@@ -52,7 +52,7 @@ def read(path: str | Path) -> Study:
             f"{path} has no `experiment`. A model file declares one: experiment = "
             "bp.Experiment(...); see models/bar.py for an example."
         )
-    measurement = _named(module, "measurement", Measurement)
+    measurement = _measurement(module)
     engine = _named(module, "engine", Engine)
     return Study(experiment, measurement, engine, _named(module, "truth", dict) or {})
 
@@ -72,6 +72,14 @@ def _run(path: Path) -> ModuleType:
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)
     return module
+
+
+def _measurement(module: ModuleType) -> Measurements | None:
+    given: Any = getattr(module, "measurement", None)
+    several = isinstance(given, list | tuple) and given
+    if several and all(isinstance(one, Measurement) for one in given):
+        return given
+    return _named(module, "measurement", Measurement)
 
 
 def _named(module: ModuleType, name: str, kind: type) -> Any:

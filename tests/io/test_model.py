@@ -45,6 +45,12 @@ truth = {"sensor.s1.position": 0.26}
     assert study.truth == {"sensor.s1.position": 0.26}
 
 
+def test_measurements_of_several_force_levels_are_taken_along(tmp_path):
+    text = EXPERIMENT.replace("noise=None", "noise=None, force_levels=[1.0, 2.0]")
+    study = model.read(written(tmp_path, text + "measurement = experiment.nominal_measurement()"))
+    assert [one.force_level for one in study.measurement] == [1.0, 2.0]
+
+
 def test_a_model_file_knows_where_it_is(tmp_path):
     text = EXPERIMENT + "from pathlib import Path\ntruth = {str(Path(__file__).parent): 1.0}\n"
     assert model.read(written(tmp_path, text)).truth == {str(tmp_path): 1.0}

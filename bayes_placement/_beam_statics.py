@@ -1,0 +1,149 @@
+"""_beam_statics: in, the two ends of a bar or beam; out, its Green's function, in unit length.
+
+Not known here: stiffness, mass, units, modes. Stakgold, Green's Functions and Boundary Value
+Problems, chapter 3 (modified Green's functions: inertia relief of rigid-body modes).
+"""
+
+import functools
+import math
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from numpy.polynomial import polynomial
+from scipy.linalg import hilbert, null_space
+
+# Which derivatives vanish at each kind of end: of a bar (half the order of its differential
+# equation is 1) and of a beam (2).
+_VANISHING: dict[int, dict[str, tuple[int, ...]]] = {
+    1: {"fixed": (0,), "free": (1,)},
+    2: {"fixed": (0, 1), "pinned": (0, 2), "free": (2, 3), "guided": (1, 3)},
+}
+
+Ends = tuple[str, str]
+
+
+def green(
+    half_order: int,
+    ends: Ends,
+    x: Float[Array, ""],
+    y: Float[Array, ""],
+    distance: Float[Array, ""],
+    orders: tuple[int, int] = (0, 0),
+    power: int = 1,
+) -> Float[Array, ""]:
+    """Derivative of a Green's function in x and y, away from its delta functions.
+
+    Parameters
+    ----------
+    half_order
+        1 for -u'' = f (bar), 2 for u'''' = f (beam), in unit length and stiffness.
+    ends
+        Left and right end.
+    x, y
+        Where it is read and where the force is, from 0 to 1.
+    distance
+        x - y, given apart so that rounding leaves it zero where both places are the same. Where
+        a derivative jumps, at zero, it is the mean of both sides.
+    orders
+        Order of the derivative in x and in y.
+    power
+        1 for the sum over elastic modes of psi psi / b^(2 half_order), 2 for that of the squares
+        of the denominators: the Green's function applied twice.
+    """
+    smooth = polynomial.polyder(_smooth_part(half_order, ends, power), orders[0], axis=0)
+    smooth = polynomial.polyder(smooth, orders[1], axis=1)
+    rows, columns = smooth.shape
+    return _powers(x, rows) @ smooth @ _powers(y, columns) + _kink(distance, half_order, orders, power)
+
+
+def _powers(x: Float[Array, ""], count: int) -> Float[Array, "power"]:
+    powers = [jnp.ones_like(x)]
+    for _ in range(count - 1):
+        powers.append(powers[-1] * x)
+    return jnp.stack(powers)
+
+
+def _kink(
+    distance: Float[Array, ""], half_order: int, orders: tuple[int, int], power: int
+) -> Array | float:
+    """Derivative of (-1)^(half order) |x - y|^q / (2 q!), what a point force leaves unsmooth."""
+    degree = 2 * half_order * power - 1 - sum(orders)
+    if degree < 0:
+        return 0.0
+    sign = (-1) ** (half_order * power + orders[1])
+    return sign / 2 * jnp.sign(distance) * distance**degree / math.factorial(degree)
+
+
+@functools.cache
+def _smooth_part(half_order: int, ends: Ends, power: int) -> np.ndarray:
+    """Coefficients A_ij of x^i y^j of a Green's function less its kink, symmetric."""
+    size = 2 * half_order * power + half_order
+    rigid = _rigid(half_order, ends, size)
+    # The identity less rigid motion is the power zero: a delta function, and this.
+    one_sided = -rigid.T @ rigid
+    for step in range(1, power + 1):
+        one_sided = _solved(one_sided, half_order, ends, step, rigid)
+    sign = (-1) ** (half_order * power)
+    # (x - y)_+^q = (|x - y|^q + (x - y)^q) / 2 for odd q.
+    whole = one_sided + sign / 2 * _difference_power(2 * half_order * power - 1, size)
+    return (whole + whole.T) / 2
+
+
+def _solved(
+    load: np.ndarray, half_order: int, ends: Ends, power: int, rigid: np.ndarray
+) -> np.ndarray:
+    """Solve for the polynomial part of the next power: ends satisfied, no rigid motion.
+
+    All parts but the polynomial one are sign (x - y)_+^q / q!, which is zero at the left end.
+    """
+    size, order = len(load), 2 * half_order
+    sign, degree = (-1) ** (half_order * power), order * power - 1
+    found = (-1) ** half_order * polynomial.polyint(load, order, axis=0)[:size]
+    unmet = _conditions(half_order, ends, size) @ found
+    for row, (place, derivative) in enumerate(_places(half_order, ends)):
+        unmet[row] += place * sign * _one_less_y_power(degree - derivative, size)
+    found[:order] -= np.linalg.lstsq(_conditions(half_order, ends, order), unmet)[0]
+    for shape in rigid:
+        # The integral of shape(x) (x - y)_+^q / q! is the shape integrated q + 1 times from 1.
+        kinked = sign * polynomial.polyint(shape, degree + 1, lbnd=1)[:size]
+        found -= np.outer(shape, shape @ hilbert(size) @ found + kinked)
+    return found
+
+
+def _places(half_order: int, ends: Ends) -> list[tuple[int, int]]:
+    """Place, 0 or 1, and order of each derivative that vanishes."""
+    kinds = _VANISHING[half_order]
+    return [(place, order) for place, end in enumerate(ends) for order in kinds[end]]
+
+
+def _conditions(half_order: int, ends: Ends, size: int) -> np.ndarray:
+    """Read the derivatives that vanish off the coefficients of a polynomial."""
+    derivatives = [
+        polynomial.polyval(place, polynomial.polyder(np.eye(size), order, axis=0))
+        for place, order in _places(half_order, ends)
+    ]
+    return np.array(derivatives)
+
+
+def _rigid(half_order: int, ends: Ends, size: int) -> np.ndarray:
+    """Straight lines that meet every end condition, orthonormal in mass."""
+    order = 2 * half_order
+    free = null_space(_conditions(half_order, ends, order)).T
+    orthonormal = np.linalg.solve(np.linalg.cholesky(free @ hilbert(order) @ free.T), free)
+    return np.pad(orthonormal, ((0, 0), (0, size - order)))
+
+
+def _one_less_y_power(degree: int, size: int) -> np.ndarray:
+    """Coefficients of (1 - y)^degree / degree!."""
+    powers = polynomial.polypow([1.0, -1.0], degree, None) / math.factorial(degree)
+    return np.pad(powers, (0, size - degree - 1))
+
+
+def _difference_power(degree: int, size: int) -> np.ndarray:
+    """Coefficients of (x - y)^degree / degree!."""
+    whole = np.zeros((size, size))
+    for i in range(degree + 1):
+        j = degree - i
+        whole[i, j] = (-1) ** j / (math.factorial(i) * math.factorial(j))
+    return whole

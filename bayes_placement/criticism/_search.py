@@ -1,0 +1,112 @@
+"""_search: in, a least-squares problem; out, its best fit from many starts.
+
+Not known here: what an effect is, how fits are compared, what is claimed.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import norm
+
+from ._descent import Fit, best, descend, starts
+from ._problem import Problem
+
+MOST = 400
+"""Greatest number of points of a grid."""
+
+FOLLOWED, FINISHED = 8, 3
+"""Starts that are followed along logarithmic residuals, and those followed to the end."""
+
+
+class Scan(NamedTuple):
+    """An effect scanned through its prior, all else as it is without the effect.
+
+    Parameters
+    ----------
+    points
+        Points in the coordinates of the problem with the effect [point, unknown].
+    residual
+        Logarithmic residuals there [point, datum].
+    promised
+        Cost that is left at each point once all else has moved, as far as it is linear.
+    """
+
+    points: np.ndarray
+    residual: np.ndarray
+    promised: np.ndarray
+
+
+def fit_alone(problem: Problem, seed: int = 0) -> Fit:
+    """Best fit of an experiment whose unknowns are all treated alike."""
+    return _followed(problem, starts(problem.dimension, 16, seed))
+
+
+def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fit:
+    """Best fit of an experiment with one more effect, from the best places of a scan.
+
+    Parameters
+    ----------
+    problem
+        The problem with the effect.
+    scan
+        The effect scanned.
+    further
+        Further starts [start, unknown], followed to the end as they are.
+    """
+    order = np.argsort(np.nan_to_num(scan.promised, nan=np.inf))[:FOLLOWED]
+    return _followed(problem, scan.points[order], further)
+
+
+def scan(problem: Problem, own: dict[str, int], base: np.ndarray) -> Scan:
+    """Scan an effect through the prior of its own unknowns.
+
+    Parameters
+    ----------
+    problem
+        The problem with the effect.
+    own
+        Its unknowns, and the number of points along each.
+    base
+        Coordinates of all other unknowns.
+    """
+    grid = _grid(problem, own)
+    rest = others(problem, list(own))
+    grid[:, rest] = base
+    residual, _ = problem.residuals(grid, True)
+    slopes = problem.slopes(grid[:1], True)[2][0][rest]
+    curvature = slopes @ slopes.T + np.eye(len(rest))
+    pull = residual @ slopes.T
+    absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)
+    return Scan(grid, residual, 0.5 * (np.einsum("bn,bn->b", residual, residual) - absorbed))
+
+
+def others(problem: Problem, own: list[str]) -> np.ndarray:
+    """Places of the unknowns that are not an effect's own."""
+    slices = [problem.coordinates.places[name] for name in own]
+    mine = [place for one in slices for place in range(one.start, one.stop)]
+    return np.setdiff1d(np.arange(problem.dimension), mine)
+
+
+def _followed(problem: Problem, points: np.ndarray, further: np.ndarray | None = None) -> Fit:
+    near, normal = descend(problem, points, steps=10, logarithmic=True)
+    near = near[np.argsort(np.nan_to_num(normal.cost, nan=np.inf))[:FINISHED]]
+    last = near if further is None else np.concatenate([near, further])
+    ends, final = descend(problem, last, steps=40)
+    return best(ends, final, problem.count)
+
+
+def _grid(problem: Problem, own: dict[str, int]) -> np.ndarray:
+    """Points in the middle of cells of equal prior probability; a random part of too many."""
+    axes = [norm.ppf((np.arange(count) + 0.5) / count) for count in own.values()]
+    rows = (
+        np.array(list(itertools.product(*axes))).reshape(-1, len(axes))
+        if axes
+        else np.zeros((1, 0))
+    )
+    if len(rows) > MOST:
+        rows = rows[np.random.default_rng(0).choice(len(rows), MOST, replace=False)]
+    grid = np.zeros((len(rows), problem.dimension))
+    for column, name in enumerate(own):
+        grid[:, problem.coordinates.places[name]] = rows[:, column, None]
+    return grid

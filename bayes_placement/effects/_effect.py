@@ -1,0 +1,177 @@
+"""_effect: in, nothing; out, what every effect is, by the place where it enters the response.
+
+Not known here: any single effect, data, probability.
+"""
+
+import abc
+from collections.abc import Sequence
+from typing import Any, ClassVar, TypeAlias, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float, Inexact
+
+from .._channel import Channel
+from .._sites import is_unknown
+from .._types import Parameter, Receptance
+from ..modes import Modes
+from ..points import Points, along_axes
+from ..supports import Segment
+from ._hinges import Hinge
+
+Omega = Inexact[Array, "frequency"]
+Stiffness = Inexact[Array, "frequency"]
+Place: TypeAlias = Parameter | Segment
+Sensors = Any  # sensors by name, in their order
+Self = TypeVar("Self", bound="Effect")
+
+
+class Effect(eqx.Module):
+    """A physical effect that a structure or its measuring chain may have.
+
+    With a strength of zero it is exactly the identity: the same object serves inference, where
+    its strength is sampled, and ranking, where the response to a small strength is its signature.
+    `absent` names the field that is the strength and its value there, which is zero for most.
+    """
+
+    absent: eqx.AbstractClassVar[tuple[str, float]]
+    name: eqx.AbstractVar[str]
+
+    @classmethod
+    @abc.abstractmethod
+    def suggest(cls, experiment: Any) -> Sequence["Effect"]:
+        """Variants to be tried on an experiment, with priors scaled to its structure."""
+
+    def on(self: Self, modes: Modes) -> Self:
+        """Return it placed on a structure; an effect without a place stays as it is."""
+        return self
+
+
+class StructureEffect(Effect):
+    """An effect that belongs to the structure: added by `structure + effect`."""
+
+
+class AtPlace(StructureEffect):
+    """An effect at one place of the structure."""
+
+    at: eqx.AbstractVar[Place]
+
+    def on(self: Self, modes: Modes) -> Self:
+        """Return it placed on a structure, a segment as the uniform law over it."""
+        law = placed(self.at, modes, self.name)  # type: ignore[attr-defined]
+        return eqx.tree_at(lambda one: one.at, self, law, is_leaf=is_place)
+
+    def points(self, modes: Modes) -> Points:
+        """Where the structure feels it, along each axis of its motion."""
+        return along_axes(jnp.asarray(self.at), modes)
+
+
+class Attachment(AtPlace):
+    """Something attached to the structure, felt by it as a dynamic stiffness at one place."""
+
+    @abc.abstractmethod
+    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
+        """Dynamic stiffness [N/m], force on the attachment per displacement of its place."""
+
+
+class CubicAttachment(AtPlace):
+    """An attachment whose stiffness grows with the square of the displacement amplitude."""
+
+    @abc.abstractmethod
+    def hardening(self) -> Float[Array, ""]:
+        """Growth of the equivalent stiffness with the amplitude squared [N/m^3]."""
+
+
+class Modulus(StructureEffect):
+    """A stiffness that depends on frequency and loses energy, everywhere on the structure."""
+
+    @abc.abstractmethod
+    def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
+        """What is added to the modulus, over the modulus as drawn [1]."""
+
+    def kept_damping(self) -> Float[Array, ""]:
+        """Share of the damping of the structure that is still there beside it [1]."""
+        return jnp.ones(())
+
+
+class GlobalChange(StructureEffect):
+    """An effect all along the structure proper: it changes the modes themselves."""
+
+    @abc.abstractmethod
+    def changed(self, modes: Modes) -> Modes:
+        """Modes of the changed structure."""
+
+
+class Hinged(StructureEffect):
+    """An effect that makes the structure proper more flexible at some places."""
+
+    @abc.abstractmethod
+    def hinges(self, modes: Modes) -> list[Hinge]:
+        """Hinges that it opens."""
+
+
+class InstrumentEffect(Effect):
+    """An effect that belongs to the measurement: added by `experiment + effect`."""
+
+    loads_structure: ClassVar[bool] = False
+
+    def check(self, channels: Sequence[Channel]) -> None:
+        """Refuse an experiment without the sensors that the effect is about."""
+
+    def sensors(self, sensors: Sensors, modes: Modes) -> Sensors:
+        """Sensors as they truly sat."""
+        return sensors
+
+    def mounted_mass(self, sensor: str) -> Parameter:
+        """Mass [kg] that a sensor brings to the structure where it sits."""
+        return 0.0
+
+    def added(self, omega: Omega) -> Float[Array, "#sensor #actuator #frequency"]:
+        """Receptance [m/N] that the structure has besides that of its modes."""
+        return jnp.zeros((1, 1, 1))
+
+    def recorded(self, frf: Receptance, omega: Omega, channels: Sequence[Channel]) -> Receptance:
+        """FRF as it was recorded, given the one that the structure has."""
+        return frf
+
+
+def is_place(leaf: Any) -> bool:
+    """Tell whether a leaf is a place that a structure makes definite."""
+    return is_unknown(leaf) or isinstance(leaf, Segment)
+
+
+def placed(at: Place, modes: Modes, name: str) -> Parameter:
+    """Return a place as a number or a law, checked against the structure.
+
+    Raises
+    ------
+    ValueError
+        If it lies outside the structure.
+    """
+    low, high = modes.bounds()
+    if isinstance(at, Segment):
+        return at.law((low, high))
+    if isinstance(at, int | float) and not low <= at <= high:
+        raise ValueError(
+            f'Effect "{name}": place {at:g} m lies outside the structure ({low:g} to {high:g} m). '
+            f"It can only act on the structure: at=dist.Uniform({low:g}, {high:g})."
+        )
+    return at
+
+
+def of_sensor(name: str, channels: Sequence[Channel]) -> Float[Array, "sensor"]:
+    """1 for the channels of one sensor, 0 for all others.
+
+    Raises
+    ------
+    ValueError
+        If there is no such sensor.
+    """
+    found = [float(channel.name == name) for channel in channels]
+    if not any(found):
+        known = ", ".join(dict.fromkeys(channel.name for channel in channels))
+        raise ValueError(
+            f'An effect on sensor "{name}" was added, but the experiment has the sensors {known}. '
+            f'Name one of them: sensor="{channels[0].name}".'
+        )
+    return jnp.array(found)

@@ -1,0 +1,55 @@
+"""cubic_stiffness: in, a place and a cubic stiffness; out, its stiffness per amplitude squared.
+
+Not known here: the structure it holds, the response, data.
+"""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from . import _scales
+from ._effect import CubicAttachment, Place
+
+
+class CubicStiffness(CubicAttachment):
+    """A cubic spring between one place and the ground, by its describing function.
+
+    Under a harmonic displacement of amplitude u the force k_3 u^3 has the first harmonic
+    3/4 k_3 u^3 (Worden and Tomlinson, Nonlinearity in Structural Dynamics, ch. 3), so that the
+    equivalent stiffness is 3/4 k_3 u^2, and u itself follows from it. The experiment must say how
+    hard it is driven: `Experiment(force_levels=...)`.
+
+    Parameters
+    ----------
+    at
+        Where it holds the structure [m].
+    stiffness
+        Force per cube of displacement [N/m^3].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    stiffness: Parameter = eqx.field(metadata=unit("N/m3"))
+    name: str = eqx.field(static=True, default="cubic_stiffness", kw_only=True)
+
+    def hardening(self) -> Float[Array, ""]:
+        """Equivalent stiffness per amplitude squared, 3/4 k_3 [N/m^3]."""
+        return 0.75 * jnp.asarray(self.stiffness)
+
+    @classmethod
+    def suggest(cls, experiment: Any) -> Sequence["CubicStiffness"]:
+        """A spring felt at the amplitudes of this experiment; none if one force level is known."""
+        if experiment.force_levels is None:
+            return []
+        stiffness = _scales.stiffness(experiment) / _scales.amplitude(experiment) ** 2
+        law = LogUniform(1e-4 * stiffness, 1e4 * stiffness)
+        return [cls(_scales.anywhere(experiment), law)]
+
+
+cubic_stiffness = CubicStiffness

@@ -1,0 +1,46 @@
+"""ground_dashpot: in, a place and a viscosity; out, its dynamic stiffness.
+
+Not known here: the structure it holds, data.
+"""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from . import _scales
+from ._effect import Attachment, Omega, Place, Stiffness
+
+
+class GroundDashpot(Attachment):
+    """A viscous dashpot between one place and the ground, felt as i omega c.
+
+    Parameters
+    ----------
+    at
+        Where it holds the structure [m].
+    viscosity
+        Force per velocity [N s/m].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("viscosity", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    viscosity: Parameter = eqx.field(metadata=unit("N s/m"))
+    name: str = eqx.field(static=True, default="ground_dashpot", kw_only=True)
+
+    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
+        """Dynamic stiffness i omega c [N/m]."""
+        return 1j * omega * self.viscosity
+
+    @classmethod
+    def suggest(cls, experiment: Any) -> Sequence["GroundDashpot"]:
+        """A dashpot of 1e-5 to 1 times the modal mass times the middle angular frequency."""
+        viscosity = _scales.stiffness(experiment) / _scales.middle(experiment)
+        law = LogUniform(1e-5 * viscosity, viscosity)
+        return [cls(_scales.anywhere(experiment), law)]
+
+
+ground_dashpot = GroundDashpot

@@ -1,0 +1,47 @@
+"""ground_spring: in, a place and a stiffness; out, its dynamic stiffness.
+
+Not known here: the structure it holds, data.
+"""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from . import _scales
+from ._effect import Attachment, Omega, Place, Stiffness
+
+
+class GroundSpring(Attachment):
+    """A spring between one place and the ground, felt as k at every frequency.
+
+    Parameters
+    ----------
+    at
+        Where it holds the structure [m].
+    stiffness
+        Stiffness [N/m].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    stiffness: Parameter = eqx.field(metadata=unit("N/m"))
+    name: str = eqx.field(static=True, default="ground_spring", kw_only=True)
+
+    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
+        """Dynamic stiffness k [N/m]."""
+        return jnp.broadcast_to(jnp.asarray(self.stiffness), omega.shape)
+
+    @classmethod
+    def suggest(cls, experiment: Any) -> Sequence["GroundSpring"]:
+        """A spring of 1e-5 to 100 times the modal stiffness in the middle of the band."""
+        stiffness = _scales.stiffness(experiment)
+        law = LogUniform(1e-5 * stiffness, 1e2 * stiffness)
+        return [cls(_scales.anywhere(experiment), law)]
+
+
+ground_spring = GroundSpring

@@ -1,0 +1,51 @@
+"""hysteretic_damping: in, a loss factor; out, what it adds to the modulus.
+
+Not known here: the structure, data.
+"""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from ._effect import Modulus, Omega
+
+
+class HystereticDamping(Modulus):
+    """A complex modulus E (1 + i eta), in the place of the damping as drawn.
+
+    The loss factor eta is the same at every frequency (Bert, J. Sound Vib. 29 (1973) 129).
+
+    Parameters
+    ----------
+    loss_factor
+        Loss factor [1].
+    share
+        Share of the damping as drawn that it replaces [1].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    loss_factor: Parameter = eqx.field(metadata=unit("1"))
+    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
+    name: str = eqx.field(static=True, default="hysteretic_damping", kw_only=True)
+
+    def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
+        """Share times i eta, conjugate at negative frequencies."""
+        return 1j * self.share * self.loss_factor * jnp.sign(jnp.real(omega))
+
+    def kept_damping(self) -> Float[Array, ""]:
+        """What it does not replace."""
+        return 1 - jnp.asarray(self.share)
+
+    @classmethod
+    def suggest(cls, experiment: Any) -> Sequence["HystereticDamping"]:
+        """A loss factor of 0.1 % to 30 %."""
+        return [cls(LogUniform(1e-3, 0.3))]
+
+
+hysteretic_damping = HystereticDamping

@@ -1,0 +1,82 @@
+"""shear_and_rotary_inertia: in, two ratios of a beam; out, the modes of Timoshenko's beam.
+
+Not known here: damping, data.
+"""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from ..beams import UniformBeam
+from ..modes import Modes
+from ._changed_modes import ChangedModes, changed, line_of, mixed
+from ._effect import GlobalChange
+
+
+class ShearAndRotaryInertia(GlobalChange):
+    """Timoshenko's beam in the place of Euler's and Bernoulli's.
+
+    Cowper, J. Appl. Mech. 33 (1966) 335. A ratio E / (k G) of Young's modulus and shear modulus
+    times shear coefficient is 3.1 for a rectangular section of Poisson's ratio 0.3.
+
+    Parameters
+    ----------
+    modulus_ratio
+        E / (k G) [1].
+    share
+        1 for the beam of Timoshenko, 0 for that of Euler and Bernoulli.
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    modulus_ratio: Parameter = eqx.field(metadata=unit("1"), default=3.12)
+    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
+    name: str = eqx.field(static=True, default="shear_and_rotary_inertia", kw_only=True)
+
+    def changed(self, modes: Modes) -> ChangedModes:
+        """Modes with the flexibility of shear and the inertia of rotation.
+
+        Sections turn as the beam bends, without shear. With that, natural frequencies are those
+        of Timoshenko's equation but for terms of the order (k r)^6, k the wave number and r the
+        radius of gyration.
+        """
+        beam = _beam(modes)
+        square = self.share * beam.stiffness / beam.youngs_modulus / beam.area  # gyration [m2]
+        force = square * self.modulus_ratio * beam.stiffness * mixed(modes, beam.shear_matrix())
+        bent = _bent(modes, force)
+        turning = bent.T @ mixed(modes, beam.slope_matrix()) @ bent
+        softening = -force @ bent
+        rotary = square * beam.density * beam.area * turning
+        return changed(modes, (softening + softening.T) / 2, rotary, bent)
+
+    @classmethod
+    def suggest(cls, experiment: Any) -> Sequence["ShearAndRotaryInertia"]:
+        """Timoshenko's beam with any section and Poisson's ratio of practice; none for a bar."""
+        if not isinstance(experiment.structure.modes, UniformBeam):
+            return []
+        return [cls(LogUniform(2.0, 6.0))]
+
+
+def _bent(modes: Modes, force: Float[Array, "mode mode"]) -> Float[Array, "mode mode"]:
+    """Bending in a motion, (1 + L^-1 P)^-1: flexibility L^-1 grows by L^-1 P L^-1 with shear."""
+    rigid = modes.rigid_body_modes
+    over_squares = jnp.concatenate([jnp.zeros(rigid), 1 / modes.angular_frequency()[rigid:] ** 2])
+    return jnp.linalg.inv(jnp.eye(over_squares.size) + over_squares[:, None] * force)
+
+
+def _beam(modes: Modes) -> UniformBeam:
+    line = line_of(modes)
+    if not isinstance(line, UniformBeam):
+        raise ValueError(
+            "shear_and_rotary_inertia was added to a bar, which moves along its axis and neither "
+            "shears nor turns. Use it on beams.beam."
+        )
+    return line
+
+
+shear_and_rotary_inertia = ShearAndRotaryInertia

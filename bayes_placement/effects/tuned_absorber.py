@@ -1,0 +1,65 @@
+"""tuned_absorber: in, a place, a mass, a tuning; out, its dynamic stiffness.
+
+Not known here: the structure it sits on, data.
+"""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from . import _scales
+from ._effect import Attachment, Omega, Place, Stiffness
+
+
+class TunedAbsorber(Attachment):
+    """A mass on a spring and a dashpot in parallel, felt at one place.
+
+    Den Hartog, Mechanical Vibrations, section 3.3: with s = k + i omega c, the force per
+    displacement of its foot is -omega^2 m s / (s - omega^2 m).
+
+    Parameters
+    ----------
+    at
+        Where its foot sits [m].
+    mass
+        Mass [kg].
+    frequency
+        Natural frequency on a fixed foot [Hz].
+    damping_ratio
+        Damping ratio on a fixed foot [1].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    mass: Parameter = eqx.field(metadata=unit("kg"))
+    frequency: Parameter = eqx.field(metadata=unit("Hz"))
+    damping_ratio: Parameter = eqx.field(metadata=unit("1"))
+    name: str = eqx.field(static=True, default="tuned_absorber", kw_only=True)
+
+    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
+        """Dynamic stiffness [N/m]."""
+        own = 2 * jnp.pi * self.frequency
+        spring = own**2 + 2j * self.damping_ratio * own * omega
+        return -(omega**2) * self.mass * spring / (spring - omega**2)
+
+    @classmethod
+    def suggest(cls, experiment: Any) -> Sequence["TunedAbsorber"]:
+        """An absorber of 0.01 % to 30 % of the mass, tuned within the band, anywhere."""
+        mass = _scales.mass(experiment)
+        low, high = _scales.band(experiment)
+        return [
+            cls(
+                _scales.anywhere(experiment),
+                mass=LogUniform(1e-4 * mass, 0.3 * mass),
+                frequency=LogUniform(low, high),
+                damping_ratio=LogUniform(0.003, 0.3),
+            )
+        ]
+
+
+tuned_absorber = TunedAbsorber

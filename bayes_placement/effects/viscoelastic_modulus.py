@@ -1,0 +1,51 @@
+"""viscoelastic_modulus: in, a relaxing share and a time; out, what it adds to the modulus.
+
+Not known here: the structure, data.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+from jaxtyping import Array, Complex
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from . import _scales
+from ._effect import Modulus, Omega
+
+
+class ViscoelasticModulus(Modulus):
+    """A standard linear solid, E (1 + delta i omega tau / (1 + i omega tau)).
+
+    Ferry, Viscoelastic Properties of Polymers, ch. 3: a spring with a Maxwell element beside it.
+
+    Parameters
+    ----------
+    relaxing
+        Share delta of the modulus that relaxes, over the static modulus [1].
+    relaxation_time
+        Relaxation time tau [s].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("relaxing", 0.0)
+    relaxing: Parameter = eqx.field(metadata=unit("1"))
+    relaxation_time: Parameter = eqx.field(metadata=unit("s"))
+    name: str = eqx.field(static=True, default="viscoelastic_modulus", kw_only=True)
+
+    def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
+        """Relaxing part, delta i omega tau / (1 + i omega tau) [1]."""
+        turn = 1j * omega * self.relaxation_time
+        return self.relaxing * turn / (1 + turn)
+
+    @classmethod
+    def suggest(cls, experiment: Any) -> Sequence["ViscoelasticModulus"]:
+        """One that relaxes by 0.1 % to 100 %, at a rate within the band or a decade beside it."""
+        low, high = _scales.band(experiment)
+        times = LogUniform(0.1 / (2 * math.pi * high), 10 / (2 * math.pi * low))
+        return [cls(LogUniform(1e-3, 1.0), times)]
+
+
+viscoelastic_modulus = ViscoelasticModulus

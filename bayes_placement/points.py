@@ -1,0 +1,61 @@
+"""points: in, places on a structure and directions there; out, the mode shapes seen along them.
+
+Not known here: sensors, actuators, effects, frequencies, probability.
+"""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .modes import Modes
+
+
+class Points(eqx.Module):
+    """Places where a structure is read, driven or held, each along one direction.
+
+    Parameters
+    ----------
+    position
+        Places [m].
+    direction
+        Unit vectors, in the axes of the structure [1].
+    """
+
+    position: Float[Array, "point *coordinate"]
+    direction: Float[Array | np.ndarray, "point axis"]
+
+    def shapes(self, modes: Modes) -> Float[Array, "point mode"]:
+        """Mass-normalised mode shapes [kg^-1/2] along the directions."""
+        return jnp.einsum("pa,pam->pm", self.direction, jax.vmap(modes.shapes)(self.position))
+
+    def static_flexibility(
+        self, modes: Modes, other: "Points"
+    ) -> Float[Array, "point other"] | None:
+        """Static flexibility [m/N] between these and other points; None if not known."""
+        over_other = jax.vmap(modes.static_flexibility, in_axes=(None, 0))
+        flexibility = jax.vmap(over_other, in_axes=(0, None))(self.position, other.position)
+        if flexibility is None:
+            return None
+        return jnp.einsum("pa,poab,ob->po", self.direction, flexibility, other.direction)
+
+
+def joined(several: Sequence[Points]) -> Points:
+    """Return all points in one list."""
+    # Directions that are known become one constant; nothing is left of them to be compiled.
+    known = all(isinstance(one.direction, np.ndarray) for one in several)
+    joining = np.concatenate if known else jnp.concatenate
+    return Points(
+        jnp.concatenate([one.position for one in several]),
+        joining([one.direction for one in several]),
+    )
+
+
+def along_axes(position: Float[Array, "*coordinate"], modes: Modes) -> Points:
+    """Return one place, once along each axis of the structure."""
+    count = len(modes.axes)
+    repeated = jnp.broadcast_to(position, (count, *jnp.shape(position)))
+    return Points(repeated, np.eye(count))

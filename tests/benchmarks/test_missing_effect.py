@@ -1,0 +1,117 @@
+"""Benchmarks: verdicts on the open cases, false alarms and power, with time and memory.
+
+Run with `python -m pytest tests/benchmarks/test_missing_effect.py -n 0 -s`.
+"""
+
+import json
+import resource
+import time
+
+import numpy as np
+import pytest
+
+from bayes_placement.criticism._hypotheses import alone
+from bayes_placement.criticism._odds import p_value
+from bayes_placement.criticism.improve import LEVEL, improve
+from bayes_placement.io import case
+from tests.benchmarks.missing_effects import experiment_of
+from tests.hidden_draws import draw
+
+CASES = ["01", "03", "05", "06", "07", "09", "11", "12"]
+DRAWS = 60
+
+
+# Name of each true parameter: ours, and its value in our terms.
+OURS = {
+    "youngs_modulus_Pa": ("structure.modes.youngs_modulus", float),
+    "density_kg_m3": ("structure.modes.density", float),
+    "modal_damping_ratio": ("structure.damping.ratio", float),
+    "position": ("at", lambda place: place[0]),
+    "m": ("mass", float),
+    "c": ("viscosity", float),
+    "k": ("stiffness", float),
+    "k3": ("stiffness", float),
+    "k_rot": ("compliance", lambda stiffness: 1 / stiffness),
+    "eta": ("loss_factor", float),
+    "tau": ("delay", float),
+    "factor": ("error", lambda factor: factor - 1),
+}
+
+
+def true_values(truth):
+    """True values of unknowns, by the end of their names."""
+    for name, value in truth["h_true"].items():
+        yield OURS[name][0], OURS[name][1](value)
+    for kind, places in (("sensor", truth["sensors"]), ("actuator", truth["actuators"])):
+        for one in places:
+            yield f"{kind}.{one['id']}.position", one["true_position"][0]
+    for effect in truth["effects"]:
+        for name, value in effect["parameters"].items():
+            ours, convert = OURS.get(name, (name, lambda same: same))
+            if isinstance(convert(value), float):
+                yield f"{effect['name']}.{ours}", convert(value)
+
+
+def outside(step, truth):
+    """True values that lie outside their 99 % interval."""
+    found = []
+    for ending, value in true_values(truth):
+        for name, one in step.parameters.items():
+            if name.endswith(ending) and not one.low <= value <= one.high:
+                found.append(f"{name} {value:g} not in {one.low:g} to {one.high:g}")
+    return found
+
+
+def test_open_cases(shared_data):
+    right, seconds = 0, []
+    for number in CASES:
+        folder = next((shared_data / "cases").glob(f"{number}_*"))
+        truth = json.loads((shared_data / f"cases/truth/{folder.name}.json").read_text())
+        study = case.read(folder)
+        ledger = improve(study.experiment, study.measurement)
+        hidden = sorted(one["name"] for one in truth["effects"] if one["name"] != "none")
+        told = sorted(ledger.verdict) == hidden
+        seconds.append(ledger.seconds)
+        right += told
+        first, last = ledger.steps[0], ledger.steps[-1]
+        print(
+            f"{number}: {' + '.join(ledger.verdict) or 'nothing'} "
+            f"({'right' if told else 'WRONG: ' + ' + '.join(hidden)}), chi2 per datum "
+            f"{first.chi2_per_datum:.3g} -> {last.chi2_per_datum:.4g} (truth "
+            f"{truth['chi2']['truth']:.4g}), {ledger.seconds:.0f} s, "
+            f"confounded {ledger.confounded}, outside: {outside(last, truth) or 'none'}"
+        )
+        for name, one in last.own_parameters().items():
+            print(f"    {name} {one}, 99 %: {one.low:.6g} to {one.high:.6g}")
+        print(f"    truth: {truth['effects']}")
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    print(f"{right} of {len(CASES)} right; median {np.median(seconds):.0f} s, longest ", end="")
+    print(f"{max(seconds):.0f} s; peak memory {peak:.2f} GiB")
+    assert right >= 7
+
+
+def test_false_alarms():
+    claims = []
+    for seed in range(DRAWS):
+        experiment, measurement = experiment_of(draw(seed))
+        # improve claims nothing where the model as given passes its check; only then is it asked.
+        if p_value(alone(experiment, experiment.data(measurement))) < LEVEL:
+            ledger = improve(experiment, measurement)
+            claims += [(seed, ledger.verdict)] if ledger.verdict else []
+    print(f"{len(claims)} claims of {DRAWS} structures with nothing missing: {claims}")
+    assert len(claims) <= 3
+
+
+@pytest.mark.parametrize("first", range(0, DRAWS, 10))
+def test_power(first):
+    right = 0
+    for seed in range(first, first + 10):
+        began, hidden = time.perf_counter(), draw(seed, "any", after_fit=True)
+        ledger = improve(*experiment_of(hidden))
+        told = ledger.verdict == (hidden.hidden.name,)
+        right += told
+        print(
+            f"{seed}: {hidden.hidden.name}, found {' + '.join(ledger.verdict)}, "
+            f"{'right' if told else 'WRONG'}, {time.perf_counter() - began:.0f} s"
+        )
+    assert right >= 9
