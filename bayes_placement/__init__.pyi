@@ -5,13 +5,19 @@ from . import (
     engines,
     information,
     io,
+    ledger_plots,
     marginals,
+    misfit_plots,
     modes,
     noise,
     observe,
     plots,
     supports,
 )
+from .criticism.check import check
+from .criticism.compare import compare
+from .criticism.explain import explain
+from .criticism.improve import improve
 from .experiment import Experiment
 from .infer import infer
 from .measurement import Channel, Measurement
@@ -30,13 +36,19 @@ __all__ = [
     "Sensor",
     "Structure",
     "beams",
+    "check",
+    "compare",
     "damping",
     "effects",
     "engines",
+    "explain",
+    "improve",
     "infer",
     "information",
     "io",
+    "ledger_plots",
     "marginals",
+    "misfit_plots",
     "modes",
     "noise",
     "observe",

@@ -54,7 +54,9 @@ def green(
     smooth = polynomial.polyder(_smooth_part(half_order, ends, power), orders[0], axis=0)
     smooth = polynomial.polyder(smooth, orders[1], axis=1)
     rows, columns = smooth.shape
-    return _powers(x, rows) @ smooth @ _powers(y, columns) + _kink(distance, half_order, orders, power)
+    return _powers(x, rows) @ smooth @ _powers(y, columns) + _kink(
+        distance, half_order, orders, power
+    )
 
 
 def _powers(x: Float[Array, ""], count: int) -> Float[Array, "power"]:

@@ -25,7 +25,6 @@ _HANDLE = 7
 """Letters for which the sign before a label takes the room."""
 
 
-
 def panels(
     rows: int,
     columns: int,
@@ -39,12 +38,12 @@ def panels(
     return figure, axes
 
 
-def legend(figure: Figure, axes: Any, empty: str = "nothing of this kind is unknown") -> Figure:
+def legend(figure: Figure, axes: Any) -> Figure:
     """One legend above all panels, where it covers nothing; empty panels say that they are."""
     entries = dict(_entries(axes))
     for axis in axes.flat:
-        if not axis.has_data():
-            axis.text(0.5, 0.5, empty, ha="center", va="center")
+        if not axis.has_data() and not axis.texts:
+            axis.text(0.5, 0.5, "nothing of this kind is unknown", ha="center", va="center")
             axis.set_axis_off()
     if entries:
         handles, labels = list(entries.values()), list(entries)

@@ -112,7 +112,13 @@ def _observed(experiment: Experiment, data: Any) -> xr.Dataset:
     deviation = None if experiment.noise is None else experiment.noise.deviation(data)
     if deviation is not None:
         variables["deviation"] = np.asarray(deviation)
-    return outputs(experiment, variables, ())
+    omega = 2 * np.pi * experiment.lines
+    variables["receptance"] = experiment.observe.receptance(z, omega)
+    variables["log_jacobian"] = experiment.observe.log_jacobian(z, omega)
+    dataset = outputs(experiment, variables, ())
+    dataset["receptance"].attrs["units"] = "m/N"
+    dataset["log_jacobian"].attrs["units"] = "1"
+    return dataset
 
 
 def _sample_stats(draws: Draws, found: dict[str, Any]) -> xr.Dataset:

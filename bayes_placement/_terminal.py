@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import pandas as pd
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.progress import (
     BarColumn,
     TaskID,
@@ -80,15 +80,13 @@ def _bars(console: Console) -> Bars:
     )
 
 
-def frame(figures: pd.DataFrame, corner: str = "") -> Table:
-    """Lay out a data frame: numbers on one line each, only words are broken."""
+def frame(figures: pd.DataFrame, corner: str) -> Table:
+    """Lay out a data frame; what is too long is broken between words, never within a number."""
     table = Table(box=SIMPLE_HEAD)
     table.add_column(corner, overflow="fold")
     for column in figures.columns:
-        words = column == "parameters"
-        table.add_column(
-            str(column), justify="left" if words else "right", overflow="fold", no_wrap=not words
-        )
+        justify: JustifyMethod = "left" if column == "parameters" else "right"
+        table.add_column(str(column), justify=justify, overflow="fold")
     for name, row in figures.iterrows():
         table.add_row(str(name), *(str(value) for value in row))
     return table

@@ -13,6 +13,7 @@ from . import _studies, ledger_plots, misfit_plots
 from ._fitted import fitted
 from ._outputs import make_folder, write_figures, write_table, write_text
 from ._terminal import frame, say, say_each, stages, terminal
+from ._types import Progress
 from .criticism import check as checking
 from .criticism import explain as explaining
 from .criticism import improve as improving
@@ -91,7 +92,7 @@ def _begun(console: Console, path: Path, data: Path | None, command: str, out: P
     return _Task(study, measurement)
 
 
-def _posterior(task: _Task, engine: str, seed: int, progress: _studies.Progress) -> xr.DataTree:
+def _posterior(task: _Task, engine: str, seed: int, progress: Progress) -> xr.DataTree:
     method = _studies.method(task.study, engine, "latent")
     return _studies.inferred(task.study.experiment, task.measurement, method, seed, progress)
 

@@ -63,15 +63,17 @@ def residual_map(misfit: Misfit) -> Figure:
 
 
 def discrepancy(misfit: Misfit) -> Figure:
-    """Residuals and their smooth part with its 95 % band, for each channel pair."""
-    both = misfit.discrepancy.assign(residual=misfit.response["residual"])
+    """Residuals and their smooth part with its 95 % band over the noise, for each channel pair."""
+    over = misfit.response["residual_over_noise"]
+    noise = misfit.response["residual"] / over
+    smooth = misfit.discrepancy[["mean", "low", "high"]] / noise
+    both = smooth.assign(residual=over)
     figure, axes = channel_panels(both, [1.0])
     for axis, channel in channels(axes, both):
         axis.axhline(0.0, color="k", linewidth=0.5)
         for (part, one), color in zip(_parts(channel), (_MODEL, _SECOND), strict=False):
             _discrepancy(axis, one, part, color)
-        unit = both["residual"].attrs["units"]
-        axis.set_ylabel("log10 of ratio [1]" if unit.startswith("log10") else on_two_lines(unit))
+        axis.set_ylabel(f"discrepancy\n[{over.attrs['units']}]")
     return legend(figure, axes)
 
 

@@ -50,9 +50,7 @@ def placed(sensor, actuator, noise, *, frequency=PAPER_LINES, structure=None):
     )
 
 
-experiment = placed(
-    0.25, 0.30, bp.noise.FromCoherence(), structure=bar(static_correction=True)
-)
+experiment = placed(0.25, 0.30, bp.noise.FromCoherence(), structure=bar(static_correction=True))
 measurement = bp.io.uff.read(HERE / "bar.uff")
 
 

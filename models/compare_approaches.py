@@ -27,8 +27,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
-from bayes_placement.criticism.compare import compare
-from bayes_placement.effects import point_mass
 from bayes_placement.experiment import role
 from bayes_placement.infer import InferenceWarning
 from bayes_placement.methods import GRID_UNKNOWNS, Method
@@ -61,7 +59,7 @@ class Sizes(NamedTuple):
         Nodes for each position.
     """
 
-    draws: int = 4000
+    draws: int = 2000
     kernels: int = 800
     particles: int = 1000
     moves: int = 30
@@ -110,7 +108,8 @@ def clamped(structure: bp.Structure, lines: int = 10) -> bp.Experiment:
 def scenes() -> dict[str, Scene]:
     """Return the three scenes; the last two are of one measurement."""
     drawn = hidden_effect.bar()
-    mass = point_mass(dist.Uniform(0.0, 1.0), dist.LogUniform(0.01, 9.0))  # up to the bar's own
+    up_to_its_own = dist.LogUniform(0.01, 9.0)
+    mass = bp.effects.point_mass(dist.Uniform(0.0, 1.0), up_to_its_own)
     known = (hidden_effect.measurement, STIFFNESS, hidden_effect.truth)
     return {
         PAPER: Scene(bar.experiment, bar.measurement, f"{DAMPING}.1", bar.truth),
@@ -195,12 +194,24 @@ def _kernel_over_noise(result: xr.DataTree) -> float:
 
 def words(found: Study) -> list[str]:
     """Say what is learnt: kernels against noise, bias by a hidden effect, its cure and its size."""
-    lines = [_width_words(found, scene) for scene in found.results]
+    lines = [
+        *(line for scene in found.results for line in _complaints(found, scene)),
+        *(_width_words(found, scene) for scene in found.results),
+    ]
     if {WITHOUT, WITH} <= set(found.results):
         lines += [_bias_words(found, approach) for approach in (KDE, LATENT)]
         lines.append(_misfit_words(found))
         lines += _comparison_words(found)
     return lines
+
+
+def _complaints(found: Study, scene: str) -> list[str]:
+    """Return what each approach says of itself."""
+    return [
+        f"{scene}, {approach}: {line}"
+        for approach, result in found.results[scene].items()
+        for line in result.attrs["complaints"].splitlines()
+    ]
 
 
 def _estimate(found: Study, scene: str, approach: str) -> xr.Dataset:
@@ -218,7 +229,7 @@ def _width_words(found: Study, scene: str) -> str:
     return (
         f"{scene}: the kernels are {ratio:.1f} times as wide as the output error, and KDE finds "
         f"{found.scenes[scene].parameter} to a coefficient of variation of {float(one['cov']):.2g} "
-        f"({float(one['ess']):.0f} effective draws), against {against}."
+        f"({float(one['ess']):.0f} draws effective), against {against}."
     )
 
 
@@ -227,10 +238,10 @@ def _bias_words(found: Study, approach: str) -> str:
     said = []
     for scene in (WITHOUT, WITH):
         one = _estimate(found, scene, approach)
-        mean, deviation = float(one["mean"]), float(one["sd"])
-        away = abs(mean - true) / true
-        errors = f", {abs(mean - true) / deviation:.1f} of its standard deviations"
-        said.append(f"{100 * away:.2g} % off{errors if deviation > 1e-9 * mean else ''}")
+        mean, deviation, ess = float(one["mean"]), float(one["sd"]), float(one["ess"])
+        errors = f"{abs(mean - true) / deviation:.1f} of its standard deviations"
+        few = f"though on {ess:.0f} effective draws, too few for an estimate"
+        said.append(f"{100 * abs(mean - true) / true:.2g} % off, {few if ess < 10 else errors}")
     return (
         f"{approach}: without the clamp in the model, Young's modulus is {said[0]}; with a point "
         f"mass in the model, {said[1]}."
@@ -253,9 +264,8 @@ def _misfit_words(found: Study) -> str:
 
 def _comparison_words(found: Study) -> list[str]:
     models = {scene: found.results[scene][LATENT] for scene in (WITHOUT, WITH)}
-    complaints = [line for one in models.values() for line in one.attrs["complaints"].split("\n")]
-    said = compare(models).words()
-    return [line for line in said if not any(one and one in line for one in complaints)]
+    compared = bp.compare(models)
+    return compared.words()[len(compared.complaints) :]
 
 
 def figure(found: Study) -> Figure:
@@ -266,7 +276,8 @@ def figure(found: Study) -> Figure:
         scene = found.scenes[name]
         for number, (approach, result) in enumerate(results.items()):
             draws = result["posterior"][scene.parameter].values.ravel()
-            _density(axis, draws, label=approach, color=f"C{number}", linestyle="-")
+            bins = _cells(draws) if approach == EXACT else 25
+            _density(axis, draws, bins, label=approach, color=f"C{number}", linestyle="-")
         axis.axvline(scene.truth[scene.parameter], color="k", linestyle=":", label="true value")
         unit = result["posterior"][scene.parameter].attrs["units"]
         prior = result["prior"][scene.parameter]
@@ -279,12 +290,19 @@ def figure(found: Study) -> Figure:
     return drawn
 
 
-def _density(axis: Any, draws: np.ndarray, **style: Any) -> None:
+def _cells(draws: np.ndarray) -> np.ndarray:
+    """Edges midway between nodes, so that each stands for the interval about it."""
+    nodes = np.unique(draws)
+    middle = (nodes[1:] + nodes[:-1]) / 2
+    return np.concatenate([[2 * nodes[0] - middle[0]], middle, [2 * nodes[-1] - middle[-1]]])
+
+
+def _density(axis: Any, draws: np.ndarray, bins: Any = 25, **style: Any) -> None:
     """Outline of the draws; a line where all of them are copies of one."""
     if np.ptp(draws) == 0:
         axis.axvline(draws[0], **style)
         return
-    count, edges = np.histogram(draws, 25)
+    count, edges = np.histogram(draws, bins, density=True)
     axis.stairs(count / count.max(), edges, linewidth=1.5, **style)
 
 

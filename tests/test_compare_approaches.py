@@ -47,6 +47,7 @@ def test_the_words_say_what_is_learnt(found):
     said = study.words(found)
     for beginning in (
         f"{study.WITH}: the kernels are ",
+        f"{study.WITH}, KDE: Importance sampling is unreliable here",
         "KDE: without the clamp in the model, Young's modulus is ",
         "latent: without the clamp in the model, Young's modulus is 6",
         "Adding the mass raises the log evidence by ",
@@ -92,3 +93,8 @@ def test_all_draws_in_one_place_are_drawn_as_a_line(found):
     before = len(axis.lines)
     study._density(axis, np.full(50, 1e9), label="copies", color="C3", linestyle="-")
     assert len(axis.lines) == before + 1
+
+
+def test_nodes_of_a_quadrature_stand_for_the_intervals_about_them():
+    edges = study._cells(np.repeat([1.0, 2.0, 4.0], 5))
+    np.testing.assert_allclose(edges, [0.5, 1.5, 3.0, 5.0])

@@ -123,7 +123,8 @@ def test_one_mode_is_one_oscillator():
 
 def test_the_amplitude_at_half_power_gives_the_damping_ratio():
     ratio = 0.02
-    structure = Structure(beams.bar(1, **BAR, static_correction=False), damping=damping.Modal([ratio]))
+    modes = beams.bar(1, **BAR, static_correction=False)
+    structure = Structure(modes, damping=damping.Modal([ratio]))
     natural = np.pi / LENGTH * np.sqrt(STIFFNESS / DENSITY)
     omega = jnp.linspace(0.9, 1.1, 4001) * natural
     power = np.abs(between(structure, SENSORS[:1], SENSORS[:1], omega)[0, 0]) ** 2

@@ -167,7 +167,7 @@ def test_lines_of_several_force_levels_are_told_apart():
         noise=experiment.noise,
         force_levels=[1.0, 3.0],
     )
-    engine = bp.engines.Importance(draws=20)
+    engine = bp.engines.Importance(draws=60)
     found = bp.infer(experiment, experiment.nominal_measurement(), engine=engine)
     observed = found["observed_data"]["measured"]
     np.testing.assert_array_equal(observed["frequency"], np.tile(bar.PAPER_LINES, 2))

@@ -46,7 +46,7 @@ def figures(notebook):
 
 
 def test_there_are_notebooks():
-    assert FOLDER / "bar_damping.ipynb" in NOTEBOOKS
+    assert {path.stem for path in NOTEBOOKS} >= {"bar_damping", "hidden_effect"}
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -99,3 +99,22 @@ def test_the_bar_shows_priors_cross_check_and_that_the_file_came_back(tiny):
 
 def test_the_bar_draws_its_figures(tiny):
     assert len(figures(tiny["bar_damping"])) == 8
+
+
+def test_the_hidden_effect_is_found_and_the_error_falls(tiny):
+    text = printed(tiny["hidden_effect"])
+    assert "The model fails: chi2 per datum is" in text
+    assert "Missing is point_mass, with probability" in text
+    assert re.search(r"Missing: point_mass .* chi2 per datum falls from \S+ to 1\b", text)
+    found = [float(one) for one in re.findall(r"damping\.ratio ([\d.]+) ±", text)]
+    assert found[-1] == pytest.approx(0.03, rel=0.01)
+    assert abs(found[0] - 0.03) > 0.003  # bent to make up for the clamp, as the text says
+
+
+def test_an_effect_of_ones_own_is_weighed_along_with_the_others(tiny):
+    text = printed(tiny["hidden_effect"])
+    assert "These data cannot tell point_mass from cable" in text
+
+
+def test_the_hidden_effect_draws_its_figures(tiny):
+    assert len(figures(tiny["hidden_effect"])) == 6

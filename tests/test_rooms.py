@@ -25,11 +25,14 @@ ORDER = """
     criticism._residuals criticism._edges criticism._statistics criticism.correlation
     criticism.discrepancy criticism.misfit criticism.check
     criticism._problem criticism._descent criticism._search criticism._hypotheses criticism._odds
-    criticism._branches criticism
+    criticism._branches criticism._confirm criticism._estimates criticism._held_out
+    criticism._suspicion criticism.ledger criticism.explain criticism.improve
+    criticism._same_data criticism.compare criticism
     report
     io._uff_blocks io._uff_units io._uff_write io.uff io.netcdf io.model
     io._case_fields io._case_measurement io._case_structure io.case io
-    plots misfit_plots commands cli
+    _figures plots misfit_plots ledger_plots _outputs _terminal _studies _fitted
+    commands criticism_commands cli
 """.split()  # noqa: SIM905
 
 FILES = sorted(PACKAGE.rglob("*.py"))

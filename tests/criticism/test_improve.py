@@ -9,9 +9,10 @@ import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement.criticism.explain import explain
 from bayes_placement.criticism.improve import improve
+from bayes_placement.infer import InferenceWarning
 from tests.criticism.small import GAIN, MASS, experiment, measured
 
-KINDS = ["point_mass", "ground_spring", "gain_error", "time_delay"]
+KINDS = ["point_mass", "gain_error", "time_delay"]
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +65,7 @@ def test_the_suspicion_map_points_near_the_mass(with_mass):
 
 def test_two_effects_at_once_are_found(with_both):
     assert set(with_both.verdict) == {"point_mass", "gain_error"}
-    assert [step.added for step in with_both.steps][0] is None
+    assert with_both.steps[0].added is None
     assert {step.added for step in with_both.steps[1:]} == {"point_mass", "gain_error"}
     falling = [step.chi2_per_datum for step in with_both.steps]
     assert falling == sorted(falling, reverse=True)
@@ -122,7 +123,9 @@ def test_the_experiment_of_the_ledger_has_the_effect(with_mass):
 @pytest.fixture(scope="module")
 def posterior():
     engine = bp.engines.MAP(starts=8, draws=200)
-    return bp.infer(experiment(), measured(MASS, seed=1), engine=engine)
+    # A wrong model presses its parameters against the edges of their priors.
+    with pytest.warns(InferenceWarning, match="at the edge of a prior"):
+        return bp.infer(experiment(), measured(MASS, seed=1), engine=engine)
 
 
 def test_explain_ranks_the_kinds(posterior, candidates):
