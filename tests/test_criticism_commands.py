@@ -202,7 +202,7 @@ def test_improve_of_a_right_model_claims_nothing(tmp_path):
     ledger = json.loads((tmp_path / "ledger.json").read_text())
     assert ledger["verdict"] == []
     assert len(ledger["steps"]) == 1
-    assert "Nothing is missing" in done.output
+    assert "Nothing is claimed to be missing" in done.output
     assert (tmp_path / "before_and_after.png").is_file()
 
 

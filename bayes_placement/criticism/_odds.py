@@ -26,8 +26,8 @@ LARGEST_FACTOR = 1e3
 STRONG = np.log(20.0)
 """Log Bayes factor of strong evidence (Kass and Raftery, doi:10.1080/01621459.1995.10476572)."""
 
-SAME_SQUARES = chi2.isf(1e-3, df=1)
-"""Difference of sums of squares that chance makes between equal explanations, at 0.1 %."""
+LEVEL = 0.01
+"""Probability that a right model fails its check."""
 
 
 class Pool(NamedTuple):
@@ -98,17 +98,17 @@ class Pool(NamedTuple):
         return kinds | {NOTHING: float(nothing), NONE: float(np.exp(logsumexp(larger) - whole))}
 
     def confounded(self) -> list[tuple[str, str]]:
-        """Pairs of kinds that explain the data alike, one in the place of the other.
+        """Pairs of kinds of which either explains the data, one in the place of the other.
 
-        Either their odds differ by less than strong evidence, or their sums of squares by no more
-        than chance: then only the prior prefers one.
+        Their odds differ by less than strong evidence, or both leave no more than the noise does:
+        then no misfit speaks against either, and the evidence only prefers the simpler one.
         """
         best, pairs = self.best(), []
         for other in self.distinct():
             mine, its = set(best.kinds) - set(other.kinds), set(other.kinds) - set(best.kinds)
             if len(mine) == len(its) == 1 and len(best.effects) == len(other.effects):
                 near = self.log_odds(best) - self.log_odds(other) < STRONG
-                if near or other.fit.squares - best.fit.squares < SAME_SQUARES:
+                if near or min(p_value(best), p_value(other)) >= LEVEL:
                     pairs.append((next(iter(mine)), next(iter(its))))
         return pairs
 

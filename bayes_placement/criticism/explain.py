@@ -83,7 +83,7 @@ class Explanation:
             f"stated noise (probability {share:.3g}). Two effects at once are tried by improve.",
         }.get(likely, f"Missing is {likely}, with probability {share:.3g}.")
         pairs = [
-            f"These data cannot tell {one} from {other}: either explains them as well."
+            f"These data cannot tell {one} from {other}: either explains them down to the noise."
             for one, other in self.confounded
         ]
         return [said, *pairs]

@@ -15,13 +15,10 @@ from ..effects._library import Library, kind_of, library
 from ..experiment import Experiment, Measurements
 from ._branches import deeper, singles
 from ._hypotheses import Hypothesis, alone
-from ._odds import Pool, ordered, p_value
+from ._odds import LEVEL, Pool, ordered, p_value
 from ._suspicion import suspicion
 from .explain import Confirmed, finalists, step_of
 from .ledger import Ledger, Step
-
-LEVEL = 0.01
-"""Probability that a right model fails its check."""
 
 MOST_EFFECTS = 3
 
@@ -65,13 +62,15 @@ def improve(
     began = time.perf_counter()
     chosen = library(experiment) if candidates is None else candidates
     null = alone(experiment, experiment.data(measurement))
-    pool = singles(null, chosen.effects, _ticks(progress, len(chosen.effects), (0.02, 0.5)))
+    pool = singles(null, chosen.effects, _ticks(progress, len(chosen.effects), (0.02, 0.6)))
     if p_value(null) < level:
         pool = _deepened(pool, level, most_effects, progress)
         best = pool.best()
     else:
         best = null
+    progress(0.9)
     draws = finalists(pool, [best])
+    progress(0.97)
     steps = _steps(pool, best, draws)
     progress(1.0)
     return Ledger(
@@ -92,7 +91,7 @@ def _deepened(pool: Pool, level: float, most: int, progress: Progress) -> Pool:
         best = pool.best()
         if p_value(best) >= level or len(best.effects) < depth:
             break
-        share = (0.5 + 0.4 * (depth - 1) / most, 0.5 + 0.4 * depth / most)
+        share = (0.6 + 0.3 * (depth - 1) / most, 0.6 + 0.3 * depth / most)
         pool = deeper(pool, depth, _ticks(progress, 20, share))
     return pool
 

@@ -137,7 +137,10 @@ class Ledger:
                     f"The model fails (chi2 per datum {last:.3g} where 1 is right), and no known "
                     "effect explains it."
                 )
-            return f"Nothing is missing: chi2 per datum is {last:.3g}, as the noise alone gives."
+            passed = f"(chi2 per datum {last:.3g}, p = {self.steps[-1].p_value:.2g})"
+            return (
+                f"Nothing is claimed to be missing: the model as given passes its check {passed}."
+            )
         named = " and ".join(
             f"{kind} (probability {self.probabilities[kind]:.3g})" for kind in self.verdict
         )
@@ -148,8 +151,17 @@ class Ledger:
     def words(self) -> list[str]:
         """Say the verdict, what cannot be told apart, and what remains."""
         said = [self.sentence()]
+        likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
+        if not self.verdict and not self.unexplained and likely not in (NOTHING, NONE):
+            said.append(
+                f"The evidence leans to {likely} (probability {self.probabilities[likely]:.2g}), "
+                "but nothing is claimed while the model as given passes its check. More averages "
+                "or lines would tell."
+            )
         for one, other in self.confounded:
-            said.append(f"These data cannot tell {one} from {other}: either explains them as well.")
+            said.append(
+                f"These data cannot tell {one} from {other}: either explains them down to the noise."
+            )
         if self.probabilities[NONE] > 0.5:
             said.append(
                 "None of the candidates explains the data down to the stated noise (probability "

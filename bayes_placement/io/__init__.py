@@ -5,4 +5,6 @@ Not known here: physics, probability.
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules={"case", "model", "netcdf", "uff"})
+SUBMODULES = {"case", "model", "netcdf", "uff"}
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules=SUBMODULES)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from bayes_placement.criticism._hypotheses import alone
-from bayes_placement.criticism._odds import p_value
-from bayes_placement.criticism.improve import LEVEL, improve
+from bayes_placement.criticism._odds import LEVEL, p_value
+from bayes_placement.criticism.improve import improve
 from bayes_placement.io import case
 from tests.benchmarks.missing_effects import experiment_of
 from tests.hidden_draws import draw

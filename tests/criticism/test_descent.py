@@ -1,4 +1,4 @@
-"""descent: fits and evidence against closed forms of a linear problem, and against other methods."""
+"""descent: fits and evidence against closed forms of a linear problem and other methods."""
 
 import jax
 import jax.numpy as jnp

@@ -79,7 +79,7 @@ def test_where_nothing_is_missing_nothing_is_claimed(with_nothing):
     assert len(with_nothing.steps) == 1
     assert not with_nothing.unexplained
     assert with_nothing.probabilities["nothing_missing"] > 0.9
-    assert "Nothing is missing" in with_nothing.sentence()
+    assert "Nothing is claimed to be missing" in with_nothing.sentence()
     assert with_nothing.suspicion["p_value"].min() > 1e-3
 
 
