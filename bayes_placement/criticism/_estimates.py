@@ -3,7 +3,7 @@
 Not known here: candidates, what is claimed.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,8 @@ from ..estimates import scalars
 from ._hypotheses import Hypothesis
 
 DRAWS = 2000
-OUTER = (0.005, 0.995)
-"""Probabilities between which the interval lies: 99 %."""
+OUTER = 2.5758
+"""Standard deviations between which 99 % of a normal law lie."""
 
 
 class Estimate(NamedTuple):
@@ -41,15 +41,23 @@ class Estimate(NamedTuple):
 
 
 def estimates(hypothesis: Hypothesis, points: np.ndarray | None = None) -> dict[str, Estimate]:
-    """Every unknown, from draws [draw, unknown] or from Laplace's Gaussian."""
+    """Every unknown, from draws [draw, unknown] or from Laplace's Gaussian.
+
+    Intervals are those of a normal law in standard normal coordinates, as wide as the draws: a
+    few hundred draws would not tell their own outermost percents.
+    """
     problem = hypothesis.problem
     drawn = _laplace(hypothesis) if points is None else points
-    values = problem.coordinates.named(drawn)
+    spread = OUTER * drawn.std(axis=0)
+    ends = drawn.mean(axis=0) + np.array([-1.0, 1.0])[:, None] * spread
+    values, sides = problem.coordinates.named(drawn), problem.coordinates.named(ends)
     units = {one.name: one.unit for one in problem.experiment.unknowns}
     return {
-        word: _estimate(np.asarray(column).ravel(), units[name])
+        word: _estimate(column.ravel(), side.ravel(), units[name])
         for name, whole in values.items()
-        for word, column in scalars(name, whole[None])
+        for (word, column), (_, side) in zip(
+            scalars(name, whole[None]), scalars(name, sides[name][None]), strict=True
+        )
     }
 
 
@@ -58,6 +66,6 @@ def _laplace(hypothesis: Hypothesis) -> np.ndarray:
     return hypothesis.fit.point + normal @ np.linalg.cholesky(hypothesis.fit.covariance).T
 
 
-def _estimate(draws: Any, unit: str) -> Estimate:
-    low, high = np.quantile(draws, OUTER)
-    return Estimate(float(np.mean(draws)), float(np.std(draws)), float(low), float(high), unit)
+def _estimate(draws: np.ndarray, sides: np.ndarray, unit: str) -> Estimate:
+    low, high = sorted(map(float, sides))
+    return Estimate(float(np.mean(draws)), float(np.std(draws)), low, high, unit)

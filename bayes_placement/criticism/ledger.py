@@ -160,7 +160,8 @@ class Ledger:
             )
         for one, other in self.confounded:
             said.append(
-                f"These data cannot tell {one} from {other}: either explains them down to the noise."
+                f"These data cannot tell {one} from {other}: either explains them down to the "
+                "noise."
             )
         if self.probabilities[NONE] > 0.5:
             said.append(

@@ -68,7 +68,11 @@ class CompliantSupport(Hinged):
 
     @classmethod
     def suggest(cls, experiment: Any) -> Sequence["CompliantSupport"]:
-        """Each support, as soft as 0.01 % to 1000 % of the structure itself."""
+        """Each support, as soft as the structure itself or by powers of ten stiffer.
+
+        A rotation, or the seat of a bar, is tried from 1e-5 of the compliance of the structure on;
+        the seat of a beam, which high modes feel more by powers of their wave number, from 1e-7 on.
+        """
         if not isinstance(experiment.structure.modes, UniformLine):
             return []
         line = experiment.nominal().structure.modes
@@ -76,7 +80,7 @@ class CompliantSupport(Hinged):
         for end, motion in supports(line):
             power = 2 * line.half_order - 1 if motion == "translation" else 1
             unit_compliance = float(line.length**power / line.stiffness)
-            law = LogUniform(1e-4 * unit_compliance, 10 * unit_compliance)
+            law = LogUniform(10.0 ** -(power + 4) * unit_compliance, 10 * unit_compliance)
             found.append(cls(law, end=end, motion=motion))
         return found
 
