@@ -9,6 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from scipy.special import zeta
 
 from . import _beam_statics
 from ._types import Parameter
@@ -70,10 +71,10 @@ class UniformLine(Modes):
         """Mean of 1 / omega_n^2 [s2] over the modes left out, as a jump of this order sees them.
 
         Its share in a mode falls as n^-decay and omega_n^2 grows as n^growth, so the mean is a
-        ratio of two sums over n > N, and sums from N + 1 are integrals from N + 1/2.
+        ratio of two sums over n > N, Hurwitz's zeta functions.
         """
         growth = 2 * self.half_order
         decay = 2 * (growth - order)
-        last = self.wave_numbers[-1]
-        ratio = (1 + np.pi / 2 / last) ** growth * (decay + growth - 1) / (decay - 1)
-        return 1 / (ratio * self.angular_frequency()[-1] ** 2)
+        last = self.wave_numbers[-1] / np.pi
+        share = last**growth * zeta(decay + growth, last + 1) / zeta(decay, last + 1)
+        return float(share) / self.angular_frequency()[-1] ** 2

@@ -65,7 +65,7 @@ def test_one_frequency_stands_for_all_modes_left_out(order):
     over_squares = (one.wave_numbers[-1] / wave) ** (2 * one.half_order)
     over_squares /= np.asarray(one.angular_frequency())[-1] ** 2
     expected = np.sum(share * over_squares) / np.sum(share)
-    np.testing.assert_allclose(one.mean_flexibility_beyond(order), expected, rtol=0.02)
+    np.testing.assert_allclose(one.mean_flexibility_beyond(order), expected, rtol=1e-4)
 
 
 # Receptances: what the residual is for.

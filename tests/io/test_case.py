@@ -503,7 +503,7 @@ def test_a_wrong_prior_is_named(tmp_path, prior, message):
 def test_a_structure_in_other_units_is_told(tmp_path):
     content = changed("structure.youngs_modulus_Pa", 1.0)  # GPa
     content["uncertain_parameters"] = []
-    message = r"more than 400 natural frequencies below 480 Hz.*SI is assumed.*Check the units"
+    message = r"more than 400 natural frequencies below 720 Hz.*SI is assumed.*Check the units"
     with pytest.raises(case.CaseError, match=message):
         case.read(written(tmp_path, content))
 
