@@ -14,7 +14,6 @@ from ._problem import Normal, Problem
 LARGEST = 5.0
 """Greatest coordinate: a prior probability of 3e-7 is left beyond it."""
 
-
 GAIN = 1e-3
 """Gain of log density below which a descent has arrived."""
 

@@ -16,6 +16,7 @@ from ..effects._effect import Effect
 from ..effects._library import kind_of
 from ._hypotheses import Hypothesis, unknowns_of, weakest
 from ._problem import Problem
+from ._search import others
 
 PLACES, SETTINGS = 41, 5
 """Points along a place and along any other unknown."""
@@ -81,12 +82,7 @@ def _of_one(base: _Base, single: Hypothesis, number: int) -> pd.DataFrame:
 def _signatures(base: _Base, single: Hypothesis, effect: Effect) -> _Signatures:
     problem = single.problem
     points = _weak_points(problem, effect)
-    rest = [
-        place
-        for name, where in problem.coordinates.places.items()
-        if name not in unknowns_of(effect, problem)
-        for place in range(where.start, where.stop)
-    ]
+    rest = others(problem, unknowns_of(effect, problem))
     assert single.scan is not None
     points[:, rest] = single.scan.points[0, rest]
     change = base.projected(problem.residuals(points)[0] - base.start)
