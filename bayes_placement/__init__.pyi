@@ -3,14 +3,18 @@ from . import (
     damping,
     effects,
     engines,
+    finite_elements,
     information,
+    interpolation,
     io,
     ledger_plots,
     marginals,
     misfit_plots,
     modes,
+    nodal_modes,
     noise,
     observe,
+    places,
     plots,
     supports,
 )
@@ -20,7 +24,9 @@ from .criticism.explain import explain
 from .criticism.improve import improve
 from .experiment import Experiment
 from .infer import infer
+from .matrices import Matrices
 from .measurement import Channel, Measurement
+from .modal_model import ModalModel
 from .report import report
 from .simulate import simulate
 from .structure import Structure
@@ -32,7 +38,9 @@ __all__ = [
     "Actuator",
     "Channel",
     "Experiment",
+    "Matrices",
     "Measurement",
+    "ModalModel",
     "Sensor",
     "Structure",
     "beams",
@@ -42,16 +50,20 @@ __all__ = [
     "effects",
     "engines",
     "explain",
+    "finite_elements",
     "improve",
     "infer",
     "information",
+    "interpolation",
     "io",
     "ledger_plots",
     "marginals",
     "misfit_plots",
     "modes",
+    "nodal_modes",
     "noise",
     "observe",
+    "places",
     "plots",
     "report",
     "simulate",

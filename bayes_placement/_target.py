@@ -14,8 +14,8 @@ from jaxtyping import Array, Float
 from numpyro.distributions import Distribution, biject_to
 from numpyro.infer.util import compute_log_probs
 
+from ._quadrature import tensor
 from ._types import Key
-from .supports import quadrature
 
 Values = dict[str, Any]
 Flat = Float[Array, "unknown"]
@@ -124,14 +124,8 @@ class Target:
         InfeasibleError
             If an unknown is no scalar or its law cannot be inverted.
         """
-        parts = box or [(0.0, 1.0)] * len(self.laws)
-        pairs = zip(self.laws.values(), parts, strict=True)
-        rules = [quadrature(law, points, part) for law, part in pairs]
-        grids = jnp.meshgrid(*(node for node, _ in rules), indexing="ij")
-        weights = jnp.meshgrid(*(jnp.log(weight) for _, weight in rules), indexing="ij")
-        values = {name: grid.ravel() for name, grid in zip(self.laws, grids, strict=True)}
-        flat = jax.jit(jax.vmap(self.flatten))(values)
-        return flat, sum(weights, jnp.zeros(())).ravel()
+        values, log_weight = tensor(self.laws, points, box)
+        return jax.jit(jax.vmap(self.flatten))(values), log_weight
 
 
 def _check_continuous(laws: dict[str, Distribution]) -> None:
@@ -139,6 +133,6 @@ def _check_continuous(laws: dict[str, Distribution]) -> None:
         if law.support.is_discrete:
             raise ValueError(
                 f'The unknown "{name}" has a discrete law, {type(law).__name__}, which the engines '
-                "cannot move through. Give it a continuous law, or run NumPyro's DiscreteHMCGibbs "
-                "on experiment.model."
+                "cannot move through. Sum over it by marginals.Nodes(), give it a continuous law, "
+                "or run NumPyro's DiscreteHMCGibbs on experiment.model."
             )

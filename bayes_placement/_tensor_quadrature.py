@@ -1,33 +1,38 @@
-"""_tensor_quadrature: in, one h; out, the likelihood integrated over all positions.
+"""_tensor_quadrature: in, one h; out, the likelihood integrated over positions.
 
 Given all positions of one side (actuators, say), the outputs of each transducer of the other side
-are independent. So the integral is an outer tensor over one side, and inside it a product of
-one-dimensional integrals. Not known here: the prior on h, engines.
+are independent. So the integral is an outer tensor over one side (and over whatever belongs to no
+transducer), and inside it a product of integrals over one transducer each. A law over finitely
+many values is summed. Not known here: the prior on h, engines.
 """
 
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax.scipy.special import logsumexp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Shaped
+from numpyro.distributions import Distribution
 
-from ._sites import substitute, unknowns
+from ._quadrature import is_finite, size, tensor
+from ._sites import substitute
 from ._types import InfeasibleError, Key
-from .experiment import Experiment, is_placement
+from .experiment import Experiment
 from .noise import Data
-from .supports import quadrature
 
 LIMIT = 4_000_000
 """Most responses computed for one h."""
 
 
 class Nodes(NamedTuple):
-    """Nodes and log weights of the unknown coordinates of one or several transducers."""
+    """Nodes and log weights of several unknowns, those over finitely many values slowest."""
 
-    values: dict[str, Float[Array, "node"]]
+    values: dict[str, Shaped[Array, "node"]]
     log_weight: Float[Array, "node"]
+    listed: int
+    continuous: int
 
 
 class Nested(NamedTuple):
@@ -38,8 +43,17 @@ class Nested(NamedTuple):
     inner_is_sensor: bool
 
 
-def nested(experiment: Experiment, points: int) -> Nested:
-    """Lay out the nodes of all positions of an experiment.
+def nested(experiment: Experiment, laws: Mapping[str, Distribution], points: int) -> Nested:
+    """Lay out the nodes of some unknowns of an experiment.
+
+    Parameters
+    ----------
+    experiment
+        Experiment whose other unknowns will be numbers.
+    laws
+        Laws of what is integrated, by name.
+    points
+        Gauss nodes for each continuous law.
 
     Raises
     ------
@@ -47,27 +61,31 @@ def nested(experiment: Experiment, points: int) -> Nested:
         If the outer tensor would be too large.
     """
     inner_is_sensor = len(experiment.actuator) <= len(experiment.sensor)
-    sides = ("actuator", experiment.sensor) if inner_is_sensor else ("sensor", experiment.actuator)
-    kind = "sensor" if inner_is_sensor else "actuator"
-    laws = {one.name: one.law for one in unknowns(experiment) if is_placement(one.name)}
-    inner_counts = [sum(n.startswith(f"{kind}.{t}.") for n in laws) for t in sides[1]]
-    outer_count = sum(name.startswith(f"{sides[0]}.") for name in laws)
-    _check_size(points, outer_count, inner_counts)
-    outer = _tensor(laws, f"{sides[0]}.", points)
-    inner = tuple(
-        (name, _tensor(laws, f"{kind}.{name}.", points), channels)
-        for name, channels in _channels(sides[1]).items()
+    kind, side = (
+        ("sensor", experiment.sensor) if inner_is_sensor else ("actuator", experiment.actuator)
     )
-    return Nested(outer, inner, inner_is_sensor)
+    owned = {name: _below(laws, f"{kind}.{name}.") for name in side}
+    outer = {name: law for name, law in laws.items() if not name.startswith(f"{kind}.")}
+    _check_size(points, outer, list(owned.values()))
+    inner = tuple(
+        (name, _nodes(owned[name], points), channels) for name, channels in _channels(side).items()
+    )
+    return Nested(_nodes(outer, points), inner, inner_is_sensor)
 
 
-def _check_size(points: int, outer: int, inner: list[int]) -> None:
-    size = points**outer * max(points**count for count in inner)
-    if size > LIMIT:
+def _below(laws: Mapping[str, Distribution], prefix: str) -> dict[str, Distribution]:
+    return {name: law for name, law in laws.items() if name.startswith(prefix)}
+
+
+def _check_size(points: int, outer: dict[str, Any], inner: list[dict[str, Any]]) -> None:
+    sizes = [math.prod(size(law, points) for law in laws.values()) for laws in (outer, *inner)]
+    whole = sizes[0] * max(sizes[1:])
+    if whole > LIMIT:
         raise InfeasibleError(
-            f"marginals.Quadrature({points}) would compute {size:.0e} responses for each h, since "
-            f"{outer} coordinates are integrated together with those of one more transducer. At "
-            f"most {LIMIT:.0e} are affordable: use marginals.Latent() with engines.SMC()."
+            f"The marginal would compute {whole:.0e} responses for each h, since {len(outer)} "
+            f"coordinates are integrated together with those of one more transducer. At most "
+            f"{LIMIT:.0e} are affordable: use marginals.Latent() with engines.SMC(), or fewer "
+            "nodes."
         )
 
 
@@ -78,15 +96,11 @@ def _channels(transducers: Any) -> dict[str, slice]:
     return {name: slice(ends[i], ends[i + 1]) for i, name in enumerate(transducers)}
 
 
-def _tensor(laws: dict[str, Any], prefix: str, points: int) -> Nodes:
-    chosen = {name: law for name, law in laws.items() if name.startswith(prefix)}
-    rules = [quadrature(law, points) for law in chosen.values()]
-    if not rules:
-        return Nodes({}, jnp.zeros(1))
-    grids = jnp.meshgrid(*(node for node, _ in rules), indexing="ij")
-    weights = jnp.meshgrid(*(jnp.log(weight) for _, weight in rules), indexing="ij")
-    values = {name: grid.ravel() for name, grid in zip(chosen, grids, strict=True)}
-    return Nodes(values, sum(weights, jnp.zeros(())).ravel())
+def _nodes(laws: dict[str, Distribution], points: int) -> Nodes:
+    listed = {name: law for name, law in laws.items() if is_finite(law)}
+    values, log_weight = tensor(listed | laws, points)
+    count = math.prod(size(law, points) for law in listed.values())
+    return Nodes(values, log_weight, count, len(laws) - len(listed))
 
 
 def log_likelihood(experiment: Experiment, data: Data, nodes: Nested) -> Float[Array, ""]:
@@ -138,22 +152,31 @@ def _inner_term(
 
 
 def _node_ess(nodes: Nested, outer: Any, inner: list[Any]) -> Float[Array, ""]:
-    """Effective number of nodes along the coordinate where it is least.
+    """Effective number of Gauss nodes along the coordinate where it is least.
 
     Coordinates may hold each other tightly, so the inner ones are judged at given outer ones.
     """
     share = jax.nn.softmax(outer)
-    counts = [_along_one(_ess(outer), len(nodes.outer.values))]
+    counts = [jnp.asarray(jnp.inf)]
+    if nodes.outer.continuous:
+        counts.append(_along_one(outer, nodes.outer))
     for terms, (_, one, _) in zip(inner, nodes.inner, strict=True):
-        at_outer = jnp.exp(jnp.sum(share * jnp.log(jax.vmap(_ess)(terms))))
-        counts.append(_along_one(at_outer, len(one.values)))
+        if one.continuous:
+            each = jax.vmap(lambda row, one=one: _along_one(row, one))(terms)
+            counts.append(jnp.exp(jnp.sum(share * jnp.log(each))))
     return jnp.min(jnp.stack(counts))
+
+
+def _along_one(log_share: Float[Array, "node"], nodes: Nodes) -> Float[Array, ""]:
+    """Effective nodes along each of several continuous coordinates.
+
+    What is summed is exact, so they are judged at given values of it.
+    """
+    rows = log_share.reshape(nodes.listed, -1)
+    share = jax.nn.softmax(logsumexp(rows, axis=1))
+    ess = jnp.exp(jnp.sum(share * jnp.log(jax.vmap(_ess)(rows))))
+    return ess ** (1 / nodes.continuous)
 
 
 def _ess(log_share: Float[Array, "node"]) -> Float[Array, ""]:
     return jnp.exp(2 * logsumexp(log_share) - logsumexp(2 * log_share))
-
-
-def _along_one(ess: Any, coordinates: int) -> Any:
-    """Effective nodes along each of several coordinates; no coordinate is always resolved."""
-    return ess ** (1 / coordinates) if coordinates else jnp.inf

@@ -14,6 +14,7 @@ from ._types import Receptance
 from .effects._effect import InstrumentEffect
 from .frf import Held, receptance
 from .modes import Modes
+from .places import coordinates
 from .points import Points, along_axes, joined
 from .structure import Structure
 from .transducers import Actuator, Sensor
@@ -74,7 +75,7 @@ def _loaded(
     masses = {name: _mass(name, weighing) for name in sensors}
     if drive.mounting == "fixed":
         held = [
-            _held(jnp.asarray(one.position), masses[name], structure.modes, drive)
+            _held(coordinates(one.position), masses[name], structure.modes, drive)
             for name, one in sensors.items()
         ]
         return between(read, held)

@@ -21,6 +21,7 @@ from .effects._effect import Effect, InstrumentEffect
 from .measurement import Channel, Measurement, at_levels
 from .noise import Data, Noise
 from .observe import FRF_OF, Observation
+from .places import typical
 from .structure import Structure, added
 from .transducers import Actuator, Sensor, Transducer
 
@@ -121,8 +122,8 @@ class Experiment(eqx.Module):
             If the effect bears a taken name, lies outside the structure or names no sensor.
         """
         if isinstance(effect, InstrumentEffect):
-            effect.check(self.sensor_channels)
-            chain = added(self.chain, effect.on(self.structure.modes))
+            found = effect.among(self.sensor_channels)
+            chain = added(self.chain, found.on(self.structure.modes))
             return eqx.tree_at(lambda tree: tree.chain, self, chain, is_leaf=_is_dict)
         return eqx.tree_at(lambda tree: tree.structure, self, self.structure + effect)
 
@@ -192,9 +193,9 @@ class Experiment(eqx.Module):
     def _nominal_value(self, unknown: _sites.Unknown) -> Any:
         for kind, side in (("sensor", self.sensor), ("actuator", self.actuator)):
             for one in side.values():
-                if unknown.name == f"{kind}.{one.name}.position":
-                    return one.recorded
-        return unknown.law.mean
+                if unknown.name.startswith(f"{kind}.{one.name}.position"):
+                    return one.at_record(unknown.name)
+        return typical(unknown.law)
 
     def with_only(self, side: str, name: str, channels: slice) -> "Experiment":
         """Return the experiment with a single sensor (or actuator), whose channels are given."""

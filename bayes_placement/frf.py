@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
+from ._repeated import carried
 from ._types import Receptance
 from .effects._effect import CubicAttachment
 from .modes import Modes
@@ -113,18 +114,47 @@ class Seen(NamedTuple):
 def elastic(structure: Structure, modes: Modes, to: Seen, come_from: Seen, omega: Omega) -> Matrix:
     """Receptance [m/N] of the structure proper, static where modes are left out."""
     modulus = structure.relative_modulus(omega)
-    natural = modes.angular_frequency()
-    loss = structure.damping.loss(natural, omega, modes.rigid_body_modes)
+    natural, rigid = modes.angular_frequency(), modes.rigid_body_modes
+    loss = structure.damping.loss(natural, omega, rigid)
     elastic_part = (natural**2)[:, None] * modulus - omega**2
     modal = 1 / (elastic_part + loss * structure.kept_damping())
-    residues = to.shapes[:, None, :] * come_from.shapes[None, :, :]
+    coupled = _coupled(structure, modes, (to, come_from), modal, omega)
     static = to.points.static_flexibility(modes, come_from.points)
     if static is None:
-        return _modal_sum(residues, modal)
-    rigid = modes.rigid_body_modes
+        return _modal_sum(to, come_from, modal) + coupled
     squares = jnp.concatenate([jnp.full(rigid, jnp.inf), natural[rigid:] ** 2])
     dynamic = modal - 1 / (squares[:, None] * modulus)
-    return _modal_sum(residues, dynamic) + static[..., None] / modulus
+    return _modal_sum(to, come_from, dynamic) + static[..., None] / modulus + coupled
+
+
+def _modal_sum(to: Seen, come_from: Seen, modal: Inexact[Array, "mode frequency"]) -> Matrix:
+    residues = to.shapes[:, None, :] * come_from.shapes[None, :, :]
+    # Two real products cost half of one complex product with a real factor.
+    return residues @ jnp.real(modal) + 1j * (residues @ jnp.imag(modal))
+
+
+def _coupled(
+    structure: Structure,
+    modes: Modes,
+    seen: tuple[Seen, Seen],
+    modal: Inexact[Array, "mode frequency"],
+    omega: Omega,
+) -> Matrix | float:
+    """What couples modes of one frequency: zero, with the derivative that their shapes lack."""
+    coupling = modes.coupling()
+    if coupling is None:
+        return 0.0
+    natural = modes.angular_frequency()
+
+    def law(natural: Float[Array, "mode"]) -> Inexact[Array, "mode frequency"]:
+        return structure.damping.loss(natural, omega, modes.rigid_body_modes)
+
+    # The loss turns with the modes: l(K) changes by dl / d(omega_n^2) between equal frequencies.
+    slope = jax.jvp(law, (natural,), (jnp.ones_like(natural),))[1]
+    over = 0.5 / jnp.where(natural > 0, natural, jnp.inf)[:, None]
+    growth = structure.relative_modulus(omega) + slope * over * structure.kept_damping()
+    to, come_from = (one.shapes[:, :, None] * modal for one in seen)
+    return carried(coupling, to * growth, come_from)
 
 
 def attach(
@@ -214,10 +244,3 @@ def _known(force: Float[Array, "frequency"] | None) -> Float[Array, "frequency"]
             "but no force is known. Say it: Experiment(..., force_levels=[0.1, 1.0])."
         )
     return force
-
-
-def _modal_sum(
-    residues: Float[Array, "to from mode"], modal: Inexact[Array, "mode frequency"]
-) -> Matrix:
-    # Two real products cost half of one complex product with a real factor.
-    return residues @ jnp.real(modal) + 1j * (residues @ jnp.imag(modal))

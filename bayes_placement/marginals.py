@@ -1,6 +1,7 @@
 """marginals: in, an experiment and a measurement; out, a NumPyro model with placement in or out.
 
-Placement is sampled along (Latent) or integrated out (Quadrature, KDE). Not known here: engines.
+Placement is sampled along (Latent), summed where it is at nodes (Nodes) or integrated out
+(Quadrature, KDE). Not known here: engines.
 """
 
 import abc
@@ -10,8 +11,10 @@ from typing import Any
 import equinox as eqx
 import jax
 import numpyro
+from numpyro.distributions import Distribution
 
 from . import _kernel_density, _tensor_quadrature
+from ._quadrature import is_finite
 from ._sites import Unknown, realise
 from ._types import InfeasibleError, Key
 from .experiment import MEASURED, Experiment, is_placement
@@ -32,10 +35,13 @@ class Marginal(eqx.Module):
 
     samples_placement: eqx.AbstractClassVar[bool]
 
+    @abc.abstractmethod
+    def integrates(self, unknown: Unknown) -> bool:
+        """Tell whether an unknown is taken out of the likelihood here."""
+
     def sampled(self, experiment: Experiment) -> list[Unknown]:
         """Return the unknowns that are left to the engine."""
-        chosen = self.samples_placement
-        return [one for one in experiment.unknowns if chosen or not is_placement(one.name)]
+        return [one for one in experiment.unknowns if not self.integrates(one)]
 
     @abc.abstractmethod
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
@@ -61,6 +67,10 @@ class Latent(Marginal):
 
     samples_placement = True
 
+    def integrates(self, unknown: Unknown) -> bool:
+        """Nothing is."""
+        return False
+
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
         """Return the experiment's own model."""
         return lambda: experiment.model(data)
@@ -74,36 +84,75 @@ class Latent(Marginal):
         return {"marginal": "Latent"}
 
 
+class Nodes(Marginal):
+    """Sum over all positions at nodes of a mesh: exact, with everything else left latent.
+
+    Places of effects at nodes are summed as well. Given the nodes of the actuators, sensors are
+    independent of each other, so the cost grows with the number of combinations of the actuators'
+    nodes (or the sensors', whichever are fewer) times the nodes of one further instrument.
+    """
+
+    samples_placement = True
+
+    def integrates(self, unknown: Unknown) -> bool:
+        """Whatever has finitely many values."""
+        return is_finite(unknown.law)
+
+    def _mixture(self, experiment: Experiment) -> _tensor_quadrature.Nested:
+        laws = _integrated(self, experiment)
+        if not laws:
+            raise ValueError(
+                "marginals.Nodes sums over positions at nodes, but none is unknown. Declare one, "
+                "at=supports.Nodes(positions, supports.Box(...)), or use marginals.Latent()."
+            )
+        return _nested(self, experiment, laws, 1)
+
+    def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
+        """Return a model in which all but the nodes is sampled."""
+        return _nested_model(self, experiment, data, self._mixture(experiment))
+
+    def placement(self, experiment: Experiment, data: Data, key: Key) -> Resolve:
+        """Draw nodes in proportion to their share of the likelihood."""
+        nodes = self._mixture(experiment)
+        return lambda one, draw_key: (
+            _tensor_quadrature.resolve(one, data, nodes, draw_key)[0],
+            {},
+        )
+
+    def settings(self) -> dict[str, Any]:
+        """Only the name."""
+        return {"marginal": "Nodes"}
+
+
 class Quadrature(Marginal):
     """Integrate the placement by Gauss quadrature: exact once resolved, for few transducers.
 
     Given the places of the actuators, sensors are independent of each other, so the cost grows
-    with points^(actuators + 1) (or sensors, whichever are fewer).
+    with points^(actuators + 1) (or sensors, whichever are fewer). Positions at nodes are summed.
 
     Parameters
     ----------
     points
-        Gauss nodes for each position.
+        Gauss nodes for each continuous coordinate.
     """
 
     samples_placement = False
     points: int = eqx.field(static=True, default=64)
 
-    def _mixture(self, experiment: Experiment, data: Data) -> _tensor_quadrature.Nested:
-        _check_noise(experiment, "Quadrature")
-        _check_independent(experiment)
-        return _tensor_quadrature.nested(experiment, self.points)
+    def integrates(self, unknown: Unknown) -> bool:
+        """All placement is."""
+        return is_placement(unknown.name)
+
+    def _mixture(self, experiment: Experiment) -> _tensor_quadrature.Nested:
+        return _nested(self, experiment, _integrated(self, experiment), self.points)
 
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
         """Return a model in which only parameters and output error are sampled."""
-        nodes = self._mixture(experiment, data)
-        return _marginal_model(
-            experiment, lambda one: _tensor_quadrature.log_likelihood(one, data, nodes)
-        )
+        return _nested_model(self, experiment, data, self._mixture(experiment))
 
     def placement(self, experiment: Experiment, data: Data, key: Key) -> Resolve:
         """Draw nodes in proportion to their share of the likelihood."""
-        nodes = self._mixture(experiment, data)
+        nodes = self._mixture(experiment)
         return lambda one, draw_key: _tensor_quadrature.resolve(one, data, nodes, draw_key)
 
     def settings(self) -> dict[str, Any]:
@@ -135,6 +184,10 @@ class KDE(Marginal):
     noise_draws: int | None = eqx.field(static=True, default=None)
     common: bool = eqx.field(static=True, default=True)
 
+    def integrates(self, unknown: Unknown) -> bool:
+        """All placement is."""
+        return is_placement(unknown.name)
+
     def __check_init__(self) -> None:
         if self.kernel not in _kernel_density.SHRINKAGE:
             raise ValueError(
@@ -162,7 +215,8 @@ class KDE(Marginal):
 
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
         """Return a model in which only parameters and output error are sampled."""
-        return _marginal_model(experiment, self._estimate(experiment, data, key).log_likelihood)
+        estimate = self._estimate(experiment, data, key)
+        return _marginal_model(self, experiment, estimate.log_likelihood)
 
     def placement(self, experiment: Experiment, data: Data, key: Key) -> Resolve:
         """Draw placements in proportion to the share of their kernels in the likelihood."""
@@ -179,20 +233,42 @@ class KDE(Marginal):
         }
 
 
+def _integrated(marginal: Marginal, experiment: Experiment) -> dict[str, Distribution]:
+    return {one.name: one.law for one in experiment.unknowns if marginal.integrates(one)}
+
+
 def _marginal_model(
-    experiment: Experiment, log_likelihood: Callable[[Experiment], jax.Array]
+    marginal: Marginal, experiment: Experiment, log_likelihood: Callable[[Experiment], jax.Array]
 ) -> Model:
+    integrated = _integrated(marginal, experiment)
+
     def model() -> None:
-        one = realise(experiment, where=lambda name: not is_placement(name))
+        one = realise(experiment, where=lambda name: name not in integrated)
         numpyro.factor(MEASURED, log_likelihood(one))
 
     return model
 
 
-def _check_independent(experiment: Experiment) -> None:
+def _nested(
+    marginal: Marginal, experiment: Experiment, laws: dict[str, Distribution], points: int
+) -> _tensor_quadrature.Nested:
+    _check_noise(experiment, type(marginal).__name__)
+    _check_independent(experiment, type(marginal).__name__)
+    return _tensor_quadrature.nested(experiment, laws, points)
+
+
+def _nested_model(
+    marginal: Marginal, experiment: Experiment, data: Data, nodes: _tensor_quadrature.Nested
+) -> Model:
+    return _marginal_model(
+        marginal, experiment, lambda one: _tensor_quadrature.log_likelihood(one, data, nodes)
+    )
+
+
+def _check_independent(experiment: Experiment, name: str) -> None:
     if experiment.chain:
         raise InfeasibleError(
-            f"marginals.Quadrature was given an experiment with the effect "
+            f"marginals.{name} was given an experiment with the effect "
             f'"{next(iter(experiment.chain))}" on its instruments, but it needs sensors that are '
             "independent of each other once the actuators are placed, and such an effect may "
             "couple them. Use marginals.Latent()."

@@ -4,10 +4,14 @@ Not known here: damping, sensors, probability.
 """
 
 import abc
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
+from numpyro.distributions import Uniform
+
+from ._bounds import Bounds
 
 
 class Modes(eqx.Module):
@@ -45,8 +49,24 @@ class Modes(eqx.Module):
         """
 
     @abc.abstractmethod
-    def bounds(self) -> tuple[float, float]:
+    def bounds(self) -> Bounds:
         """Return the least and the greatest position on the structure [m]."""
+
+    def anywhere(self) -> list[Any]:
+        """Return the pieces of the structure, each as the uniform law of a place on it [m]."""
+        return [Uniform(*self.bounds())]
+
+    def solved(self) -> "Modes":
+        """Return the modes once all parameters are numbers; here they are known at once."""
+        return self
+
+    def coupling(self) -> Float[Array, "mode mode"] | None:
+        """Stiffness [(rad/s)^2] that is left between modes of one frequency.
+
+        It is zero, and None where its derivative is zero too: eigenvectors of a repeated frequency
+        have no derivative in the parameters, and this carries what the response has of it.
+        """
+        return None
 
     @property
     def natural_frequency(self) -> Float[Array, "mode"]:

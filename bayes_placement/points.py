@@ -4,6 +4,7 @@ Not known here: sensors, actuators, effects, frequencies, probability.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -59,3 +60,14 @@ def along_axes(position: Float[Array, "*coordinate"], modes: Modes) -> Points:
     count = len(modes.axes)
     repeated = jnp.broadcast_to(position, (count, *jnp.shape(position)))
     return Points(repeated, np.eye(count))
+
+
+def along(
+    position: Float[Array, "*coordinate"], direction: Sequence[Any] | None, modes: Modes
+) -> Points:
+    """Return one place along one direction, or once along each axis where there is none."""
+    if direction is None:
+        return along_axes(position, modes)
+    vector = jnp.stack([jnp.asarray(one, float) for one in direction])
+    unit = (vector / jnp.linalg.norm(vector))[np.array(modes.axes) - 1]
+    return Points(position[None], unit[None])

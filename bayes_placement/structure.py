@@ -79,7 +79,7 @@ class Structure(eqx.Module):
 
     def proper_modes(self) -> Modes:
         """Modes of the structure proper, without attachments."""
-        modes = self.modes
+        modes = self.modes.solved()
         for change in self.of_kind(GlobalChange):
             modes = change.changed(modes)
         hinges = [hinge for one in self.of_kind(Hinged) for hinge in one.hinges(modes)]

@@ -6,18 +6,20 @@ Not known here: frequencies, damping, data.
 from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ._placed import At, placed, read
 from ._sites import is_unknown, unit
 from ._types import Parameter, Shapes
+from ._vectors import Recorded, Vector, triple
 from .measurement import Channel
 from .modes import Modes
 from .orientation import rotation, unit_vector
+from .places import Place, Position, coordinates, mean
 from .points import Points
-from .supports import Segment
+from .supports import Support
 
 Self = TypeVar("Self", bound="Transducer")
 
@@ -30,7 +32,9 @@ class Transducer(eqx.Module):
     name
         Its name in the measurement and in the names of the unknowns.
     at
-        Where it sits [m]: a number, `supports.Segment`, or any scalar distribution.
+        Where it sits [m]. On a line: a number, `supports.Segment`, or any scalar distribution. In
+        space: three numbers or distributions, a place (`places.Cartesian`, ...) or a support
+        (`supports.Box`, ...).
     directions
         Recorded directions of its channels, +-1, +-2, +-3 for +-x, +-y, +-z. Empty: the one
         direction in which the structure moves.
@@ -38,30 +42,31 @@ class Transducer(eqx.Module):
         Euler angles [rad] by which it is rolled against its record, three numbers or
         distributions (`orientation.rotation`); None where the orientation is exact.
     recorded
-        Recorded position [m]; by default the centre of the segment or the mean of the law.
+        Recorded position [m], a number or three; by default the centre of the support or the mean
+        of the law.
     """
 
     kind: eqx.AbstractClassVar[str]
     name: str = eqx.field(static=True)
-    position: Parameter | Segment = eqx.field(metadata=unit("m"))
+    position: Position | Support = eqx.field(metadata=unit("m"))
     angles: tuple[Parameter, ...] | None = eqx.field(metadata=unit("rad"))
     directions: tuple[int, ...] = eqx.field(static=True)
-    recorded: float = eqx.field(static=True)
+    recorded: Recorded = eqx.field(static=True)
 
     def __init__(
         self,
         name: str,
-        at: Parameter | Segment,
+        at: At,
         *,
         directions: tuple[int, ...] = (),
         angles: tuple[Parameter, ...] | None = None,
-        recorded: float | int | None = None,
+        recorded: float | int | Vector | None = None,
     ):
         self.name = name
-        self.position = at
+        self.position = read(at)
         self.angles = None if angles is None else tuple(angles)
         self.directions = tuple(directions)
-        self.recorded = _centre(at) if recorded is None else float(recorded)
+        self.recorded = _middle(self.position) if recorded is None else _recorded(recorded)
         self._check_directions()
 
     def _check_directions(self) -> None:
@@ -82,43 +87,31 @@ class Transducer(eqx.Module):
         return tuple(Channel(self.name, direction) for direction in self.directions)
 
     def on(self: Self, modes: Modes) -> Self:
-        """Return it placed on a structure: its directions stated, its segment a uniform law.
+        """Return it placed on a structure: its directions stated, its support a law.
 
         Raises
         ------
         ValueError
-            If it lies outside the structure.
+            If it lies outside the structure, or on a line where the structure is in space.
         """
         return type(self)(
             self.name,
-            self._law(modes.bounds()),
+            placed(self.position, modes.bounds(), f'{self.kind} "{self.name}"'),
             directions=self.directions or modes.axes,
             angles=self.angles,
             recorded=self.recorded,
         )
 
-    def _law(self, bounds: tuple[float, float]) -> Parameter:
-        if isinstance(self.position, Segment):
-            try:
-                return self.position.law(bounds)
-            except ValueError as error:
-                raise ValueError(f'{self.kind} "{self.name}": {error}') from error
-        if isinstance(self.position, int | float):
-            self._check_inside(self.position, *bounds)
-        return self.position
-
-    def _check_inside(self, position: float, low: float, high: float) -> None:
-        if not low <= position <= high:
-            raise ValueError(
-                f'{self.kind} "{self.name}": position {position:g} m lies outside the structure '
-                f"({low:g} to {high:g} m). Mode shapes are only known on the structure; "
-                "use supports.Segment within it."
-            )
+    def at_record(self, name: str) -> Any:
+        """Value of an unknown of its position, by its name, where it was recorded."""
+        if not isinstance(self.position, Place):
+            return self.recorded
+        return self.position.nearest(self.recorded)[name.rpartition(".position.")[2]]
 
     def points(self, axes: tuple[int, ...]) -> Points:
         """Where and along what its channels read or drive a structure that moves along axes."""
         vectors = self._directions(axes)
-        position = jnp.asarray(self.position, dtype=float)
+        position = coordinates(self.position)
         return Points(jnp.broadcast_to(position, (len(vectors), *position.shape)), vectors)
 
     def shapes(self, modes: Modes) -> Shapes:
@@ -132,12 +125,16 @@ class Transducer(eqx.Module):
         return vectors[:, np.array(axes) - 1]
 
 
-def _centre(at: Parameter | Segment) -> float:
-    if isinstance(at, Segment):
-        return at.centre
-    if is_unknown(at):
-        return float(at.mean)
-    return float("nan") if isinstance(at, jax.core.Tracer) else float(at)
+def _middle(at: Position | Support) -> Recorded:
+    if isinstance(at, Support):
+        return at.recorded
+    if isinstance(at, Place):
+        return at.middle()
+    return triple(at.mean) if is_unknown(at) and at.shape() == (3,) else mean(at)
+
+
+def _recorded(given: Any) -> Recorded:
+    return float(given) if np.ndim(given) == 0 else triple(given)
 
 
 class Sensor(Transducer):

@@ -18,8 +18,12 @@ from ._descent import Fit
 from ._problem import Problem
 from ._search import Scan, fit_alone, fit_grown, others, scan
 
-PLACES, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 5, 4, 6
-"""Points along a place, a strength, a setting, and a setting where there is no place."""
+PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
+"""Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
+where there is no place."""
+
+PLACED = ("at", "shift")
+"""Fields of an effect that say where."""
 
 WEAKEST = np.array([-3.0, -1.0, -0.3, -0.05, 0.05, 0.3, 1.0, 3.0])
 """Coordinates of a strength, of which the one nearest to absence is taken for weak."""
@@ -70,61 +74,90 @@ def unknowns_of(effect: Effect, problem: Problem) -> list[str]:
     return [name for name in problem.coordinates.places if name.startswith(prefix)]
 
 
+def field_of(effect: Effect, name: str) -> str:
+    """Field of an effect that an unknown belongs to: `at` for `structure.effects.mass.at.x`."""
+    return name.split(f".{effect.name}.", 1)[1].split(".", 1)[0]
+
+
 def alone(experiment: Experiment, data: Data) -> Hypothesis:
     """Fit the experiment as it is."""
     problem = Problem(experiment, data)
     return Hypothesis((), problem, fit_alone(problem))
 
 
-class _Prepared(NamedTuple):
+class Scanned(NamedTuple):
+    """One more effect on a hypothesis, scanned through its prior but not yet fitted."""
+
     below: Hypothesis
     effect: Effect
     problem: Problem
+    scan: Scan
+
+    @property
+    def promised(self) -> float:
+        """Least cost that the scan promises."""
+        return float(np.nanmin(self.scan.promised, initial=np.inf))
 
 
 def grown(below: Hypothesis, effect: Effect) -> Hypothesis:
     """Fit a hypothesis with one more effect."""
-    return _fitted(_prepared(below, effect))
+    return fitted(_scanned(below, *_prepared(below, effect)))
+
+
+def all_scanned(
+    pairs: Iterable[tuple[Hypothesis, Effect]], tick: Callable[[], None]
+) -> Iterator[Scanned]:
+    """Scan several, in their order. While one is scanned, the next ones are compiled."""
+    with ThreadPoolExecutor(AHEAD) as pool:
+        for below, effect, problem, compiled in _ahead(pool, pairs):
+            compiled.result()
+            yield _scanned(below, effect, problem)
+            tick()
 
 
 def all_grown(
     pairs: Iterable[tuple[Hypothesis, Effect]], tick: Callable[[], None]
 ) -> list[Hypothesis]:
-    """Fit several, in their order; those without a finite density are left out.
+    """Fit several, in their order; those without a finite density are left out."""
+    return finite(fitted(one) for one in all_scanned(pairs, tick))
 
-    While one is fitted, the next ones are compiled.
-    """
-    found = []
-    with ThreadPoolExecutor(AHEAD) as pool:
-        for prepared, compiled in _ahead(pool, pairs):
-            compiled.result()
-            found.append(_fitted(prepared))
-            tick()
-    return [one for one in found if np.isfinite(one.fit.log_evidence)]
+
+def finite(several: Iterable[Hypothesis]) -> list[Hypothesis]:
+    """Those with a finite density."""
+    return [one for one in several if np.isfinite(one.fit.log_evidence)]
+
+
+_Ahead = tuple[Hypothesis, Effect, Problem, Future[Any]]
 
 
 def _ahead(
     pool: ThreadPoolExecutor, pairs: Iterable[tuple[Hypothesis, Effect]]
-) -> Iterator[tuple[_Prepared, Future[Any]]]:
-    waiting: deque[tuple[_Prepared, Future[Any]]] = deque()
-    for pair in pairs:
-        prepared = _prepared(*pair)
-        waiting.append((prepared, pool.submit(getattr, prepared.problem, "compiled")))
+) -> Iterator[_Ahead]:
+    waiting: deque[_Ahead] = deque()
+    for below, effect in pairs:
+        renamed, problem = _prepared(below, effect)
+        waiting.append((below, renamed, problem, pool.submit(problem.compiled.prepare)))
         if len(waiting) > AHEAD:
             yield waiting.popleft()
     yield from waiting
 
 
-def _prepared(below: Hypothesis, effect: Effect) -> _Prepared:
+def _prepared(below: Hypothesis, effect: Effect) -> tuple[Effect, Problem]:
     effect = _renamed(effect, below.effects)
-    return _Prepared(below, effect, Problem(below.problem.experiment + effect, below.problem.data))
+    return effect, Problem(below.problem.experiment + effect, below.problem.data)
 
 
-def _fitted(prepared: _Prepared) -> Hypothesis:
-    below, effect, problem = prepared
+def _scanned(below: Hypothesis, effect: Effect, problem: Problem) -> Scanned:
     own = unknowns_of(effect, problem)
     found = scan(problem, _counts(effect, own, problem), below.fit.point)
-    fit = fit_grown(problem, found, _weak_start(effect, problem, below.fit.point)[None])
+    return Scanned(below, effect, problem, found)
+
+
+def fitted(scanned: Scanned) -> Hypothesis:
+    """Fit what was scanned."""
+    below, effect, problem, found = scanned
+    weak = _weak_start(effect, problem, below.fit.point)
+    fit = fit_grown(problem, found, weak[None])
     return Hypothesis((*below.effects, effect), problem, fit, found)
 
 
@@ -133,7 +166,7 @@ def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarra
     start, own = np.zeros(problem.dimension), unknowns_of(effect, problem)
     start[others(problem, own)] = base
     for name in own:
-        if name.endswith(f".{effect.absent[0]}"):
+        if field_of(effect, name) == effect.absent[0]:
             start[problem.coordinates.places[name]] = weakest(effect, problem, name)
     return start
 
@@ -164,17 +197,17 @@ def replaced_name(effect: Effect, name: str) -> Effect:
 
 def _counts(effect: Effect, own: list[str], problem: Problem) -> dict[str, int]:
     """Number of points along each unknown of an effect."""
-    last = {name: name.rsplit(".", 1)[-1] for name in own}
+    field = {name: field_of(effect, name) for name in own}
     sized = {name: problem.coordinates.places[name] for name in own}
-    placed = any(word in ("at", "shift") for word in last.values())
+    coordinates = sum(word in PLACED for word in field.values())
 
     def count(name: str) -> int:
         if sized[name].stop - sized[name].start > 1:
             return 1
-        if last[name] in ("at", "shift"):
-            return PLACES
-        if last[name] == effect.absent[0]:
-            return STRENGTHS if placed else 4 * STRENGTHS
-        return SETTINGS if placed else MORE_SETTINGS
+        if field[name] in PLACED:
+            return PLACES if coordinates == 1 else PLACES_ACROSS
+        if field[name] == effect.absent[0]:
+            return STRENGTHS if coordinates else 4 * STRENGTHS
+        return SETTINGS if coordinates else MORE_SETTINGS
 
     return {name: count(name) for name in own}

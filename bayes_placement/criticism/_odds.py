@@ -4,13 +4,14 @@ Not known here: how a fit was found, experiments.
 """
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
-from ._hypotheses import Hypothesis
+from ._hypotheses import Hypothesis, Scanned
 
 NOTHING, NONE = "nothing_missing", "none_of_these"
 
@@ -39,10 +40,13 @@ class Pool(NamedTuple):
         Fitted hypotheses, one of them without effects.
     variants
         Number of variants of each kind.
+    scanned
+        Every candidate alone, scanned.
     """
 
     hypotheses: list[Hypothesis]
     variants: dict[str, int]
+    scanned: Sequence[Scanned] = ()
 
     def log_odds(self, hypothesis: Hypothesis) -> float:
         """Log evidence with the log prior probability of its effects."""

@@ -4,8 +4,6 @@ Not known here: candidates, what is claimed. In these coordinates the prior is o
 so that the highest posterior density is where the sum of squares is least.
 """
 
-import functools
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -18,6 +16,7 @@ from .._standard_normal import Coordinates
 from ..experiment import Experiment
 from ..noise import Data
 from ..observe import Complex
+from ._compiled import Compiled
 
 BATCH = 16
 """Points evaluated together: more cost memory, fewer cost compiled calls."""
@@ -56,17 +55,8 @@ class Problem:
         self.data = data
         self.coordinates = Coordinates({one.name: one.law for one in experiment.unknowns})
         self.count = int(np.sum(np.asarray(data.measured)))
-        points = jax.ShapeDtypeStruct((BATCH, self.dimension), float)
-        self._lowered = jax.jit(jax.vmap(self.residual, in_axes=(0, None))).lower(points, False)
-
-    @functools.cached_property
-    def compiled(self) -> Callable[[np.ndarray, bool], tuple[Array, Array]]:
-        """Residuals and log deviations of a batch of points; compiled when first asked for.
-
-        Compiling may go on in another thread. Running may not: two computations at once can wait
-        for each other's threads for ever.
-        """
-        return self._lowered.compile()
+        points = np.zeros((BATCH, self.dimension))
+        self.compiled = Compiled(_residuals, (points, False), experiment, data)
 
     @property
     def dimension(self) -> int:
@@ -83,15 +73,7 @@ class Problem:
         A logarithmic residual compares logarithms of complex FRFs: far from the solution it still
         points to it, where resonances that do not overlap leave the plain residual flat.
         """
-        concrete = self.at(point)
-        frf = concrete.frf()
-        assert concrete.noise is not None
-        law = concrete.noise.law(concrete.observe.output(frf), self.data)
-        plain, spread = standardised(law, self.data)
-        if not isinstance(concrete.observe, Complex):
-            return plain, spread
-        chosen = jnp.where(logarithmic, _logarithmic(frf, self.data), plain)
-        return chosen, spread
+        return _residual(self.at(point), self.data, logarithmic)
 
     def normal(
         self, points: np.ndarray, logarithmic: bool = False, weight: np.ndarray | None = None
@@ -148,6 +130,28 @@ class Problem:
         residual = np.concatenate([np.asarray(part[0]) for part in parts])
         spread = np.concatenate([np.asarray(part[1]) for part in parts])
         return residual[:count], spread[:count]
+
+
+def _residuals(
+    experiment: Experiment, data: Data, points: Float[Array, "point unknown"], logarithmic: Any
+) -> tuple[Array, Array]:
+    """Residuals of a batch of points, all that can differ between variants being an input."""
+    coordinates = Coordinates({one.name: one.law for one in experiment.unknowns})
+
+    def at(point: Point) -> tuple[Array, Array]:
+        return _residual(experiment.fix(coordinates.values(point)), data, logarithmic)
+
+    return jax.vmap(at)(points)
+
+
+def _residual(concrete: Experiment, data: Data, logarithmic: Any) -> tuple[Array, Array]:
+    frf = concrete.frf()
+    assert concrete.noise is not None
+    law = concrete.noise.law(concrete.observe.output(frf), data)
+    plain, spread = standardised(law, data)
+    if not isinstance(concrete.observe, Complex):
+        return plain, spread
+    return jnp.where(logarithmic, _logarithmic(frf, data), plain), spread
 
 
 def standardised(law: Any, data: Data) -> tuple[Array, Array]:

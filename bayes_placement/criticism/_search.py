@@ -12,8 +12,11 @@ from scipy.stats import norm
 from ._descent import Fit, best, descend, starts
 from ._problem import Problem
 
-MOST = 400
+MOST = 1600
 """Greatest number of points of a grid."""
+
+KEPT = 128
+"""Points of a scan that are kept, the most promising ones: residuals of all would be gigabytes."""
 
 FOLLOWED, FINISHED = 8, 3
 """Starts that are followed along logarithmic residuals, and those followed to the end."""
@@ -78,7 +81,9 @@ def scan(problem: Problem, own: dict[str, int], base: np.ndarray) -> Scan:
     curvature = slopes @ slopes.T + np.eye(len(rest))
     pull = residual @ slopes.T
     absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)
-    return Scan(grid, residual, 0.5 * (np.einsum("bn,bn->b", residual, residual) - absorbed))
+    promised = 0.5 * (np.einsum("bn,bn->b", residual, residual) - absorbed)
+    kept = np.argsort(np.nan_to_num(promised, nan=np.inf))[:KEPT]
+    return Scan(grid[kept], residual[kept].astype(np.float32), promised[kept])
 
 
 def others(problem: Problem, own: list[str]) -> np.ndarray:

@@ -14,7 +14,7 @@ from scipy.stats import norm
 
 from ..effects._effect import Effect
 from ..effects._library import kind_of
-from ._hypotheses import Hypothesis, unknowns_of, weakest
+from ._hypotheses import PLACED, Hypothesis, Scanned, field_of, unknowns_of, weakest
 from ._problem import Problem
 from ._search import others
 
@@ -33,7 +33,7 @@ class _Signatures(NamedTuple):
     unit: np.ndarray
 
 
-def suspicion(null: Hypothesis, singles: Sequence[Hypothesis]) -> pd.DataFrame:
+def suspicion(null: Hypothesis, singles: Sequence[Scanned]) -> pd.DataFrame:
     """Score every candidate along its places and settings.
 
     Returns
@@ -64,8 +64,8 @@ class _Base:
         return vectors - np.linalg.solve(self.curvature, pull.T).T @ self.slopes
 
 
-def _of_one(base: _Base, single: Hypothesis, number: int) -> pd.DataFrame:
-    effect = single.effects[-1]
+def _of_one(base: _Base, single: Scanned, number: int) -> pd.DataFrame:
+    effect = single.effect
     found = _signatures(base, single, effect)
     score = -found.unit @ base.residual
     corrected = _corrected(found.unit, score) if score.size else 1.0
@@ -79,11 +79,10 @@ def _of_one(base: _Base, single: Hypothesis, number: int) -> pd.DataFrame:
     )
 
 
-def _signatures(base: _Base, single: Hypothesis, effect: Effect) -> _Signatures:
+def _signatures(base: _Base, single: Scanned, effect: Effect) -> _Signatures:
     problem = single.problem
     points = _weak_points(problem, effect)
     rest = others(problem, unknowns_of(effect, problem))
-    assert single.scan is not None
     points[:, rest] = single.scan.points[0, rest]
     change = base.projected(problem.residuals(points)[0] - base.start)
     size = np.linalg.norm(change, axis=1, keepdims=True)
@@ -96,13 +95,13 @@ def _weak_points(problem: Problem, effect: Effect) -> np.ndarray:
     columns = []
     for name in unknowns_of(effect, problem):
         place = problem.coordinates.places[name]
-        last = name.rsplit(".", 1)[-1]
+        word = field_of(effect, name)
         if place.stop - place.start > 1:
             axis = np.zeros(1)
-        elif last == effect.absent[0] and last != "shift":
+        elif word == effect.absent[0] and word not in PLACED:
             axis = np.array([weakest(effect, problem, name)])
         else:
-            count = PLACES if last in ("at", "shift") else SETTINGS
+            count = PLACES if word in PLACED else SETTINGS
             axis = ndtri((np.arange(count) + 0.5) / count)
         columns.append((place.start, axis))
     grids = np.meshgrid(*(axis for _, axis in columns), indexing="ij") if columns else []

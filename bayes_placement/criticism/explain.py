@@ -134,7 +134,7 @@ def explain(
         steps=steps,
         probabilities=pool.probabilities(),
         confounded=tuple(pool.confounded()),
-        suspicion=suspicion(null, [one for one in pool.hypotheses if one.effects]),
+        suspicion=suspicion(null, pool.scanned),
     )
 
 

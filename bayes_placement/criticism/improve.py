@@ -82,7 +82,7 @@ def improve(
         seconds=time.perf_counter() - began,
         experiment=best.problem.experiment,
         compared=_compared(pool),
-        suspicion=suspicion(null, [one for one in pool.hypotheses if len(one.effects) == 1]),
+        suspicion=suspicion(null, pool.scanned),
     )
 
 

@@ -16,9 +16,11 @@ from .ground_dashpot import ground_dashpot
 from .ground_spring import ground_spring
 from .hysteretic_damping import hysteretic_damping
 from .local_stiffness_loss import local_stiffness_loss
+from .member_preload import member_preload
 from .misplaced_sensor import misplaced_sensor
 from .mount_resonance import mount_resonance
 from .point_mass import point_mass
+from .region_stiffness_loss import region_stiffness_loss
 from .residual_modes import residual_modes
 from .sensor_mass import sensor_mass
 from .shear_and_rotary_inertia import shear_and_rotary_inertia
@@ -43,9 +45,11 @@ __all__ = [
     "hysteretic_damping",
     "library",
     "local_stiffness_loss",
+    "member_preload",
     "misplaced_sensor",
     "mount_resonance",
     "point_mass",
+    "region_stiffness_loss",
     "residual_modes",
     "sensor_mass",
     "shear_and_rotary_inertia",

@@ -9,19 +9,28 @@ from typing import Any, ClassVar, TypeAlias, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Complex, Float, Inexact
+import numpy as np
+from jaxtyping import Array, Complex, Float, Inexact, Int
 
+from .. import _placed
 from .._channel import Channel
 from .._sites import is_unknown
 from .._types import Parameter, Receptance
 from ..modes import Modes
-from ..points import Points, along_axes
-from ..supports import Segment
+from ..places import Place as InSpace
+from ..places import Position, coordinates
+from ..points import Points, along
+from ..supports import Support
 from ._hinges import Hinge
 
 Omega = Inexact[Array, "frequency"]
 Stiffness = Inexact[Array, "frequency"]
-Place: TypeAlias = Parameter | Segment
+Place: TypeAlias = _placed.At
+Direction: TypeAlias = tuple[Any, Any, Any] | None
+"""Three numbers; None for every direction in which the structure moves."""
+Numbered: TypeAlias = str | int | Int[Array | np.ndarray, ""]
+"""Name of a sensor, or its number from 0 once the effect is part of an experiment."""
+
 Sensors = Any  # sensors by name, in their order
 Self = TypeVar("Self", bound="Effect")
 
@@ -52,18 +61,23 @@ class StructureEffect(Effect):
 
 
 class AtPlace(StructureEffect):
-    """An effect at one place of the structure."""
+    """An effect at one place of the structure, along one direction or felt in every one."""
 
     at: eqx.AbstractVar[Place]
 
+    @property
+    def direction(self) -> Direction:
+        """Direction in which it acts; None for every one in which the structure moves."""
+        return None
+
     def on(self: Self, modes: Modes) -> Self:
-        """Return it placed on a structure, a segment as the uniform law over it."""
+        """Return it placed on a structure, a support as the uniform law over it."""
         law = placed(self.at, modes, self.name)  # type: ignore[attr-defined]
         return eqx.tree_at(lambda one: one.at, self, law, is_leaf=is_place)
 
     def points(self, modes: Modes) -> Points:
-        """Where the structure feels it, along each axis of its motion."""
-        return along_axes(jnp.asarray(self.at), modes)
+        """Where the structure feels it, and along what."""
+        return along(coordinates(self.at), self.direction, modes)
 
 
 class Attachment(AtPlace):
@@ -115,8 +129,15 @@ class InstrumentEffect(Effect):
 
     loads_structure: ClassVar[bool] = False
 
-    def check(self, channels: Sequence[Channel]) -> None:
-        """Refuse an experiment without the sensors that the effect is about."""
+    def among(self: Self, channels: Sequence[Channel]) -> Self:
+        """Return it with the sensors that it is about by their number.
+
+        Raises
+        ------
+        ValueError
+            If the experiment does not have them.
+        """
+        return self
 
     def sensors(self, sensors: Sensors, modes: Modes) -> Sensors:
         """Sensors as they truly sat."""
@@ -137,41 +158,48 @@ class InstrumentEffect(Effect):
 
 def is_place(leaf: Any) -> bool:
     """Tell whether a leaf is a place that a structure makes definite."""
-    return is_unknown(leaf) or isinstance(leaf, Segment)
+    return is_unknown(leaf) or isinstance(leaf, Support | InSpace)
 
 
-def placed(at: Place, modes: Modes, name: str) -> Parameter:
-    """Return a place as a number or a law, checked against the structure.
+def placed(at: Place, modes: Modes, name: str) -> Position:
+    """Return a place as a number, a place in space or a law, checked against the structure.
 
     Raises
     ------
     ValueError
         If it lies outside the structure.
     """
-    low, high = modes.bounds()
-    if isinstance(at, Segment):
-        return at.law((low, high))
-    if isinstance(at, int | float) and not low <= at <= high:
-        raise ValueError(
-            f'Effect "{name}": place {at:g} m lies outside the structure ({low:g} to {high:g} m). '
-            f"It can only act on the structure: at=dist.Uniform({low:g}, {high:g})."
-        )
-    return at
+    return _placed.placed(at, modes.bounds(), f'Effect "{name}"', "place")
 
 
-def of_sensor(name: str, channels: Sequence[Channel]) -> Float[Array, "sensor"]:
-    """1 for the channels of one sensor, 0 for all others.
+def numbered(name: Numbered, channels: Sequence[Channel]) -> Numbered:
+    """Return the number of a sensor among those of an experiment.
+
+    Effects on different sensors then differ in a number only, and are compiled once.
 
     Raises
     ------
     ValueError
         If there is no such sensor.
     """
-    found = [float(channel.name == name) for channel in channels]
-    if not any(found):
-        known = ", ".join(dict.fromkeys(channel.name for channel in channels))
+    if not isinstance(name, str):
+        return name
+    known = sensor_names(channels)
+    if name not in known:
         raise ValueError(
-            f'An effect on sensor "{name}" was added, but the experiment has the sensors {known}. '
-            f'Name one of them: sensor="{channels[0].name}".'
+            f'An effect on sensor "{name}" was added, but the experiment has the sensors '
+            f'{", ".join(known)}. Name one of them: sensor="{known[0]}".'
         )
-    return jnp.array(found)
+    return np.asarray(known.index(name))
+
+
+def sensor_names(channels: Sequence[Channel]) -> list[str]:
+    """Names of sensors in their order, each once."""
+    return list(dict.fromkeys(one.name for one in channels))
+
+
+def of_sensor(sensor: Numbered, channels: Sequence[Channel]) -> Float[Array, "sensor"]:
+    """1 for the channels of one sensor, by its number; 0 for all others."""
+    known = sensor_names(channels)
+    numbers = np.array([known.index(one.name) for one in channels])
+    return jnp.asarray(numbers == numbered(sensor, channels), float)

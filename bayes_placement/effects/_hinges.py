@@ -10,11 +10,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from .._bounds import Bounds
+from .._changed_modes import line_of, safe_root
 from .._types import Parameter
 from .._uniform_line import UniformLine
 from ..modes import Modes
 from . import _jumps
-from ._changed_modes import line_of, safe_root
 from ._jumps import Jumps
 
 _HAIR = 1e-12  # of the mass of the structure, below which a remainder counts as nothing
@@ -92,7 +93,7 @@ class HingedModes(Modes):
         kept, lacking = self._parts(position, 0)
         return lacking + kept @ self.participation[1]
 
-    def bounds(self) -> tuple[float, float]:
+    def bounds(self) -> Bounds:
         """Return the two ends of the structure [m]."""
         return self.modes.bounds()
 

@@ -13,10 +13,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from .._changed_modes import bent_shapes
 from .._types import Parameter
 from .._uniform_line import UniformLine
 from ..modes import Modes
-from ._changed_modes import bent_shapes
 
 _HAIR = 1e-12  # of the length
 

@@ -3,20 +3,37 @@
 Not known here: any single effect, data. All figures are those of the nominal structure.
 """
 
+import itertools
 import math
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from numpyro.distributions import Uniform
+
+from ..nodal_modes import nodal_of
+
+Direction = tuple[float, float, float] | None
+"""A direction in space; None for the only one in which the structure moves."""
 
 PLACES = 33
 
 
-def anywhere(experiment: Any) -> Uniform:
-    """Uniform law of a place over the whole structure [m]."""
-    return Uniform(*experiment.structure.modes.bounds())
+def anywhere(experiment: Any) -> list[Any]:
+    """Uniform laws of a place [m] that cover the structure, one for each of its pieces."""
+    return experiment.structure.modes.anywhere()
+
+
+def somewhere_along(experiment: Any) -> list[tuple[Any, Direction]]:
+    """Return every piece of the structure, with each axis along which it moves."""
+    axes = experiment.structure.modes.axes
+    directions = [None] if len(axes) == 1 else [_unit(axis) for axis in axes]
+    return list(itertools.product(anywhere(experiment), directions))
+
+
+def _unit(axis: int) -> Direction:
+    x, y, z = (float(axis == one) for one in (1, 2, 3))
+    return x, y, z
 
 
 def band(experiment: Any) -> tuple[float, float]:
@@ -37,6 +54,9 @@ def mass(experiment: Any) -> float:
     Mass-normalised shapes have the mean square of one over the mass.
     """
     modes = experiment.nominal().structure.modes
+    nodal = nodal_of(modes)
+    if nodal is not None:
+        return nodal.mass
     low, high = modes.bounds()
     places = jnp.asarray(np.linspace(low, high, PLACES))
     read = jax.jit(jax.vmap(lambda place: jnp.sum(modes.shapes(place) ** 2, axis=0)))

@@ -11,12 +11,14 @@ import jax
 import numpy as np
 from numpyro.distributions import Uniform
 
+from .._changed_modes import ChangedModes, changed, line_of, mixed
 from .._sites import unit
 from .._types import Parameter
 from ..beams import UniformBeam
 from ..modes import Modes
-from ._changed_modes import ChangedModes, changed, line_of, mixed
+from ..nodal_modes import NodalModes
 from ._effect import GlobalChange
+from .member_preload import members
 
 
 class AxialPreload(GlobalChange):
@@ -39,9 +41,12 @@ class AxialPreload(GlobalChange):
         return changed(modes, self.tension * mixed(modes, _beam(modes).slope_matrix()), None)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["AxialPreload"]:
-        """From 80 % of the buckling load to ten times as much in tension; none for a bar."""
-        if not isinstance(experiment.structure.modes, UniformBeam):
+    def suggest(cls, experiment: Any) -> Sequence[GlobalChange]:
+        """80 % of buckling to ten times as much in tension, of a beam or each member of a frame."""
+        modes = experiment.structure.modes
+        if isinstance(modes, NodalModes):
+            return members(modes)
+        if not isinstance(modes, UniformBeam):
             return []
         critical = buckling_load(experiment.nominal().structure.modes)
         return [cls(Uniform(-0.8 * critical, 10 * critical))]

@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
+from .._changed_modes import line_of
 from .._sites import unit
 from .._types import Parameter
 from .._uniform_line import UniformLine
 from ..modes import Modes
-from ._changed_modes import line_of
 from ._effect import Hinged
 from ._hinges import Hinge
 

@@ -14,7 +14,7 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from . import _scales
-from ._effect import CubicAttachment, Place
+from ._effect import CubicAttachment, Direction, Place
 
 
 class CubicStiffness(CubicAttachment):
@@ -31,11 +31,14 @@ class CubicStiffness(CubicAttachment):
         Where it holds the structure [m].
     stiffness
         Force per cube of displacement [N/m^3].
+    direction
+        Direction in which it acts, three numbers; None for every one in which the structure moves.
     """
 
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m3"))
+    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="cubic_stiffness", kw_only=True)
 
     def hardening(self) -> Float[Array, ""]:
@@ -49,7 +52,8 @@ class CubicStiffness(CubicAttachment):
             return []
         stiffness = _scales.stiffness(experiment) / _scales.amplitude(experiment) ** 2
         law = LogUniform(1e-4 * stiffness, 1e4 * stiffness)
-        return [cls(_scales.anywhere(experiment), law)]
+        places = _scales.somewhere_along(experiment)
+        return [cls(place, law, direction=direction) for place, direction in places]
 
 
 cubic_stiffness = CubicStiffness

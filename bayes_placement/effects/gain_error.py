@@ -7,16 +7,17 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import equinox as eqx
+import numpy as np
 from numpyro.distributions import Uniform
 
 from .._channel import Channel
 from .._sites import unit
 from .._types import Parameter, Receptance
-from ._effect import InstrumentEffect, Omega, of_sensor
+from ._effect import InstrumentEffect, Numbered, Omega, numbered, of_sensor, sensor_names
 
 
 class GainError(InstrumentEffect):
-    """A wrong sensitivity of one sensor, a factor 1 + error on its channels.
+    """A wrong sensitivity of one sensor, a factor 1 + error on its channels or on one of them.
 
     Parameters
     ----------
@@ -24,25 +25,52 @@ class GainError(InstrumentEffect):
         Name of the sensor.
     error
         Relative error of its sensitivity [1].
+    direction
+        Recorded direction of the only channel that is wrong; None for all of the sensor.
     """
 
     absent: ClassVar[tuple[str, float]] = ("error", 0.0)
-    sensor: str = eqx.field(static=True)
+    sensor: Numbered
     error: Parameter = eqx.field(metadata=unit("1"))
+    direction: Numbered | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="gain_error", kw_only=True)
 
-    def check(self, channels: Sequence[Channel]) -> None:
-        """Refuse a sensor that the experiment does not have."""
-        of_sensor(self.sensor, channels)
+    def among(self, channels: Sequence[Channel]) -> "GainError":
+        """Return it with the number of its sensor, and the direction as a number.
+
+        Raises
+        ------
+        ValueError
+            If the experiment has no such sensor, or this has no such channel.
+        """
+        sensor = numbered(self.sensor, channels)
+        if self.direction is None:
+            return GainError(sensor, self.error, name=self.name)
+        own = [one for one in channels if one.name == sensor_names(channels)[int(sensor)]]
+        if self.direction not in [one.direction for one in own]:
+            raise ValueError(
+                f'Effect "{self.name}": the direction {self.direction} was given, but the sensor '
+                f"has the channels {', '.join(one.label for one in own)}. Give one of their "
+                f"directions: direction={own[0].direction}."
+            )
+        return GainError(sensor, self.error, direction=np.asarray(self.direction), name=self.name)
 
     def recorded(self, frf: Receptance, omega: Omega, channels: Sequence[Channel]) -> Receptance:
-        """FRF whose channels of the sensor are multiplied by 1 + error."""
-        return frf * (1 + of_sensor(self.sensor, channels) * self.error)[:, None, None]
+        """FRF whose wrong channels are multiplied by 1 + error."""
+        wrong = of_sensor(self.sensor, channels)
+        if self.direction is not None:
+            wrong *= np.array([one.direction for one in channels]) == self.direction
+        return frf * (1 + wrong * self.error)[:, None, None]
 
     @classmethod
     def suggest(cls, experiment: Any) -> Sequence["GainError"]:
-        """From a tenth to twice the sensitivity of each sensor."""
-        return [cls(sensor, Uniform(-0.9, 1.0)) for sensor in experiment.sensor]
+        """From a tenth to twice the sensitivity of each channel."""
+        law = Uniform(-0.9, 1.0)
+        return [
+            cls(name, law, direction=direction if len(one.directions) > 1 else None)
+            for name, one in experiment.sensor.items()
+            for direction in one.directions
+        ]
 
 
 gain_error = GainError

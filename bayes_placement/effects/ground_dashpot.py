@@ -12,7 +12,7 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from . import _scales
-from ._effect import Attachment, Omega, Place, Stiffness
+from ._effect import Attachment, Direction, Omega, Place, Stiffness
 
 
 class GroundDashpot(Attachment):
@@ -24,11 +24,14 @@ class GroundDashpot(Attachment):
         Where it holds the structure [m].
     viscosity
         Force per velocity [N s/m].
+    direction
+        Direction in which it acts, three numbers; None for every one in which the structure moves.
     """
 
     absent: ClassVar[tuple[str, float]] = ("viscosity", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     viscosity: Parameter = eqx.field(metadata=unit("N s/m"))
+    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="ground_dashpot", kw_only=True)
 
     def dynamic_stiffness(self, omega: Omega) -> Stiffness:
@@ -40,7 +43,8 @@ class GroundDashpot(Attachment):
         """A dashpot of 1e-5 to 1 times the modal mass times the middle angular frequency."""
         viscosity = _scales.stiffness(experiment) / _scales.middle(experiment)
         law = LogUniform(1e-5 * viscosity, viscosity)
-        return [cls(_scales.anywhere(experiment), law)]
+        places = _scales.somewhere_along(experiment)
+        return [cls(place, law, direction=direction) for place, direction in places]
 
 
 ground_dashpot = GroundDashpot

@@ -13,7 +13,7 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from . import _scales
-from ._effect import Attachment, Omega, Place, Stiffness
+from ._effect import Attachment, Direction, Omega, Place, Stiffness
 
 
 class GroundSpring(Attachment):
@@ -25,11 +25,14 @@ class GroundSpring(Attachment):
         Where it holds the structure [m].
     stiffness
         Stiffness [N/m].
+    direction
+        Direction in which it acts, three numbers; None for every one in which the structure moves.
     """
 
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
+    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="ground_spring", kw_only=True)
 
     def dynamic_stiffness(self, omega: Omega) -> Stiffness:
@@ -41,7 +44,8 @@ class GroundSpring(Attachment):
         """A spring of 1e-5 to 100 times the modal stiffness in the middle of the band."""
         stiffness = _scales.stiffness(experiment)
         law = LogUniform(1e-5 * stiffness, 1e2 * stiffness)
-        return [cls(_scales.anywhere(experiment), law)]
+        places = _scales.somewhere_along(experiment)
+        return [cls(place, law, direction=direction) for place, direction in places]
 
 
 ground_spring = GroundSpring

@@ -9,15 +9,19 @@ from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from numpyro.distributions import LogUniform
 
+from .._changed_modes import line_of
 from .._sites import unit
 from .._types import Parameter
+from .._uniform_line import UniformLine
 from ..modes import Modes
+from ..nodal_modes import NodalModes
 from . import _scales
-from ._changed_modes import line_of
-from ._effect import Hinged, Place, is_place, placed
+from ._effect import Hinged, Place, StructureEffect, is_place, placed
 from ._hinges import Hinge
+from .region_stiffness_loss import RegionStiffnessLoss
 
 
 class LocalStiffnessLoss(Hinged):
@@ -57,11 +61,17 @@ class LocalStiffnessLoss(Hinged):
         return [Hinge(place, line.half_order, compliance) for place in places]
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["LocalStiffnessLoss"]:
-        """A loss of 0.3 % to 95 % along 1 % to 10 % of the length, anywhere."""
-        length = experiment.structure.modes.bounds()[1]
+    def suggest(cls, experiment: Any) -> Sequence[StructureEffect]:
+        """A loss of 0.3 % to 95 % along 1 % to 10 % of a line, or of each region of a model."""
+        modes, loss = experiment.structure.modes, LogUniform(0.003, 0.95)
+        if isinstance(modes, NodalModes):
+            regions = range(len(modes.regions.names))
+            return [RegionStiffnessLoss(np.asarray(one), loss) for one in regions]
+        if not isinstance(modes, UniformLine):
+            return []
+        length = float(np.max(modes.bounds()[1]))
         extent = LogUniform(0.01 * length, 0.1 * length)
-        return [cls(_scales.anywhere(experiment), extent, LogUniform(0.003, 0.95))]
+        return [cls(place, extent, loss) for place in _scales.anywhere(experiment)]
 
 
 local_stiffness_loss = LocalStiffnessLoss

@@ -4,6 +4,7 @@ Not known here: the structure, data.
 """
 
 import itertools
+import math
 from collections import OrderedDict
 from collections.abc import Sequence
 from typing import Any, ClassVar
@@ -11,13 +12,25 @@ from typing import Any, ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int
 from numpyro.distributions import Uniform
 
+from .._bounds import in_space
 from .._channel import Channel
-from .._sites import unit
+from .._sites import is_unknown, unit
 from .._types import Parameter, Receptance
+from .._vectors import Coordinates, triple
 from ..modes import Modes
-from ._effect import InstrumentEffect, Omega, Sensors, of_sensor
+from ..places import Cartesian, Frame, coordinates
+from ._effect import (
+    InstrumentEffect,
+    Numbered,
+    Omega,
+    Sensors,
+    numbered,
+    of_sensor,
+    sensor_names,
+)
 
 
 class MisplacedSensor(InstrumentEffect):
@@ -29,6 +42,10 @@ class MisplacedSensor(InstrumentEffect):
         Name of the sensor.
     shift
         How far it sits beyond its recorded place and tolerance [m].
+    towards
+        In space: the direction of the shift, or two directions at right angles on a surface.
+    bearing
+        Angle of the shift from the first of two directions to the second [rad].
     reversed_share
         0, or 1 where its axis points the other way; between, a mixture of both.
     swapped_with
@@ -38,32 +55,58 @@ class MisplacedSensor(InstrumentEffect):
     """
 
     absent: ClassVar[tuple[str, float]] = ("shift", 0.0)
-    sensor: str = eqx.field(static=True)
+    sensor: Numbered
     shift: Parameter = eqx.field(metadata=unit("m"), default=0.0)
+    towards: tuple[Any, ...] = eqx.field(default=(), kw_only=True)
+    bearing: Parameter = eqx.field(metadata=unit("rad"), default=0.0, kw_only=True)
     reversed_share: Parameter = eqx.field(metadata=unit("1"), default=0.0, kw_only=True)
-    swapped_with: str | None = eqx.field(static=True, default=None, kw_only=True)
+    swapped_with: Numbered | None = eqx.field(default=None, kw_only=True)
     swapped_share: Parameter = eqx.field(metadata=unit("1"), default=0.0, kw_only=True)
     name: str = eqx.field(static=True, default="misplaced_sensor", kw_only=True)
 
     def sensors(self, sensors: Sensors, modes: Modes) -> Sensors:
         """Sensors of which this one is shifted, as far as the structure goes."""
+        if in_space(modes.bounds()) and not self.towards:
+            return sensors  # only reversed or swapped
+        corners = [jnp.asarray(corner, float) for corner in modes.bounds()]
+        step = self._step() @ jnp.asarray(self.towards, float) if self.towards else self.shift
         moved = OrderedDict(sensors)
-        position = jnp.clip(moved[self.sensor].position + self.shift, *modes.bounds())
-        moved[self.sensor] = eqx.tree_at(lambda one: one.position, moved[self.sensor], position)
+        for number, (name, one) in enumerate(sensors.items()):
+            here = coordinates(one.position)
+            named = isinstance(self.sensor, str)
+            chosen = self.sensor == (name if named else number)
+            there = jnp.where(chosen, jnp.clip(here + step, *corners), here)
+            place = Cartesian(*there) if self.towards else there
+            moved[name] = eqx.tree_at(lambda sensor: sensor.position, one, place)
         return moved
 
-    def check(self, channels: Sequence[Channel]) -> None:
-        """Refuse sensors that the experiment does not have, or that cannot be swapped."""
-        own = of_sensor(self.sensor, channels)
+    def _step(self) -> Float[Array, "towards"]:
+        """Lengths along the directions [m]."""
+        turn = jnp.asarray(self.bearing, float)
+        parts = jnp.stack([jnp.cos(turn), jnp.sin(turn)])
+        return self.shift * parts[: len(self.towards)]
+
+    def among(self, channels: Sequence[Channel]) -> "MisplacedSensor":
+        """Return it with the numbers of its sensors.
+
+        Raises
+        ------
+        ValueError
+            If the experiment does not have them, or they cannot be swapped.
+        """
+        one = eqx.tree_at(lambda one: one.sensor, self, numbered(self.sensor, channels))
         if self.swapped_with is None:
-            return
-        other = of_sensor(self.swapped_with, channels)
-        if np.sum(own) != np.sum(other):
+            return one
+        other = numbered(self.swapped_with, channels)
+        own, its = (len(_channels(number, channels)) for number in (one.sensor, other))
+        if own != its:
+            first, second = (sensor_names(channels)[int(place)] for place in (one.sensor, other))
             raise ValueError(
-                f'Effect "{self.name}": sensors "{self.sensor}" and "{self.swapped_with}" were '
-                f"given as swapped, but they have {int(np.sum(own))} and {int(np.sum(other))} "
-                "channels, of which each carries one of the other. Name two sensors alike."
+                f'Effect "{self.name}": sensors "{first}" and "{second}" were given as swapped, '
+                f"but they have {own} and {its} channels, of which each carries one of the other. "
+                "Name two sensors alike."
             )
+        return eqx.tree_at(lambda one: one.swapped_with, one, other)
 
     def recorded(self, frf: Receptance, omega: Omega, channels: Sequence[Channel]) -> Receptance:
         """FRF with the axis of the sensor reversed, or its channels swapped with another's."""
@@ -71,32 +114,66 @@ class MisplacedSensor(InstrumentEffect):
         turned = frf * sign[:, None, None]
         if self.swapped_with is None:
             return turned
-        return turned + self.swapped_share * (turned[self._order(channels)] - turned)
-
-    def _order(self, channels: Sequence[Channel]) -> np.ndarray:
-        one, other = (
-            [place for place, channel in enumerate(channels) if channel.name == name]
-            for name in (self.sensor, self.swapped_with)
+        return turned + self.swapped_share * (
+            turned[self._order(self.swapped_with, channels)] - turned
         )
-        order = np.arange(len(channels))
-        order[one], order[other] = other, one
+
+    def _order(self, other: Numbered, channels: Sequence[Channel]) -> Int[Array, "sensor"]:
+        """Which channel carries the signal of each, the two sensors exchanged."""
+        known = sensor_names(channels)
+        places = [_channels(number, channels) for number in range(len(known))]
+        most = max(map(len, places))
+        table = jnp.array([[*each, *each[:1] * (most - len(each))] for each in places])
+        order = jnp.arange(len(channels))
+        first, second = (numbered(one, channels) for one in (self.sensor, other))
+        for one, its in ((first, second), (second, first)):
+            order = order.at[table[one]].set(table[its])
         return order
+
+    @classmethod
+    def _moved(cls, experiment: Any, name: str) -> list["MisplacedSensor"]:
+        """A sensor anywhere on the piece of the structure on which it was recorded."""
+        bounds, recorded = experiment.structure.modes.bounds(), experiment.sensor[name].recorded
+        if not in_space(bounds):
+            return [cls(name, Uniform(bounds[0] - recorded, bounds[1] - recorded))]
+        frames = [piece.frame() for piece in experiment.structure.modes.anywhere()]
+        near = min(frames, key=lambda frame: _distance(frame, recorded))
+        feet = near.directions @ (np.array(recorded) - near.origin)
+        laws = [law for law in near.values.values() if is_unknown(law)]
+        free = [row for row, law in enumerate(near.values.values()) if is_unknown(law)]
+        if len(free) == 1:
+            law, foot = laws[0], feet[free[0]]
+            towards = (triple(near.directions[free[0]]),)
+            return [cls(name, Uniform(law.low - foot, law.high - foot), towards=towards)]
+        farthest = float(np.linalg.norm([law.high - law.low for law in laws]))
+        around = {"shift": Uniform(0.0, farthest), "bearing": Uniform(-math.pi, math.pi)}
+        pairs = itertools.combinations(near.directions[free], 2)
+        return [cls(name, **around, towards=tuple(map(triple, pair))) for pair in pairs]
 
     @classmethod
     def suggest(cls, experiment: Any) -> Sequence["MisplacedSensor"]:
         """Each sensor anywhere on the structure, reversed, or swapped with each other one."""
-        low, high = experiment.structure.modes.bounds()
-        laws = {
-            name: Uniform(low - one.recorded, high - one.recorded)
-            for name, one in experiment.sensor.items()
-        }
-        moved = [cls(name, law) for name, law in laws.items()]
-        turned = [cls(name, reversed_share=1.0) for name in laws]
+        moved = [one for name in experiment.sensor for one in cls._moved(experiment, name)]
+        turned = [cls(name, reversed_share=1.0) for name in experiment.sensor]
         swapped = [
             cls(one, swapped_with=other, swapped_share=1.0)
-            for one, other in itertools.combinations(laws, 2)
+            for one, other in itertools.combinations(experiment.sensor, 2)
         ]
         return [*moved, *turned, *swapped]
+
+
+def _channels(sensor: Any, channels: Sequence[Channel]) -> list[int]:
+    """Channels of a sensor, by its number."""
+    name = sensor_names(channels)[int(sensor)]
+    return [place for place, channel in enumerate(channels) if channel.name == name]
+
+
+def _distance(frame: Frame, place: Coordinates) -> float:
+    """How far a place is from a piece of the structure [m]."""
+    feet = frame.directions @ (np.array(place) - frame.origin)
+    pairs = zip(frame.values.values(), feet, strict=True)
+    held = [np.clip(at, law.low, law.high) if is_unknown(law) else law for law, at in pairs]
+    return float(np.linalg.norm(frame.origin + np.array(held) @ frame.directions - place))
 
 
 misplaced_sensor = MisplacedSensor

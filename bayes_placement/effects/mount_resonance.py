@@ -15,7 +15,7 @@ from .._channel import Channel
 from .._sites import unit
 from .._types import Parameter, Receptance
 from . import _scales
-from ._effect import InstrumentEffect, Omega, of_sensor
+from ._effect import InstrumentEffect, Numbered, Omega, numbered, of_sensor
 
 
 class MountResonance(InstrumentEffect):
@@ -35,14 +35,20 @@ class MountResonance(InstrumentEffect):
     """
 
     absent: ClassVar[tuple[str, float]] = ("frequency", math.inf)
-    sensor: str = eqx.field(static=True)
+    sensor: Numbered
     frequency: Parameter = eqx.field(metadata=unit("Hz"))
     damping_ratio: Parameter = eqx.field(metadata=unit("1"))
     name: str = eqx.field(static=True, default="mount_resonance", kw_only=True)
 
-    def check(self, channels: Sequence[Channel]) -> None:
-        """Refuse a sensor that the experiment does not have."""
-        of_sensor(self.sensor, channels)
+    def among(self, channels: Sequence[Channel]) -> "MountResonance":
+        """Return it with the number of its sensor.
+
+        Raises
+        ------
+        ValueError
+            If the experiment has no such sensor.
+        """
+        return eqx.tree_at(lambda one: one.sensor, self, numbered(self.sensor, channels))
 
     def recorded(self, frf: Receptance, omega: Omega, channels: Sequence[Channel]) -> Receptance:
         """FRF whose channels of the sensor are multiplied by the transmission of the mount."""

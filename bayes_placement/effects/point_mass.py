@@ -16,7 +16,9 @@ from ._effect import Attachment, Omega, Place, Stiffness
 
 
 class PointMass(Attachment):
-    """A mass fixed to one place, felt as -omega^2 m (Blevins, Formulas for Dynamics, ch. 4).
+    """A mass fixed to one place, felt as -omega^2 m in every direction.
+
+    Blevins, Formulas for Dynamics, Acoustics and Vibration, ch. 4.
 
     Parameters
     ----------
@@ -39,7 +41,8 @@ class PointMass(Attachment):
     def suggest(cls, experiment: Any) -> Sequence["PointMass"]:
         """A mass of 0.01 % to 100 % of the structure's, anywhere on it."""
         mass = _scales.mass(experiment)
-        return [cls(_scales.anywhere(experiment), LogUniform(1e-4 * mass, mass))]
+        law = LogUniform(1e-4 * mass, mass)
+        return [cls(place, law) for place in _scales.anywhere(experiment)]
 
 
 point_mass = PointMass

@@ -11,11 +11,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
+from .._changed_modes import ChangedModes, changed, line_of, mixed
 from .._sites import unit
 from .._types import Parameter
 from ..beams import UniformBeam
 from ..modes import Modes
-from ._changed_modes import ChangedModes, changed, line_of, mixed
 from ._effect import GlobalChange
 
 

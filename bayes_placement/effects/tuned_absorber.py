@@ -13,7 +13,7 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from . import _scales
-from ._effect import Attachment, Omega, Place, Stiffness
+from ._effect import Attachment, Direction, Omega, Place, Stiffness
 
 
 class TunedAbsorber(Attachment):
@@ -32,6 +32,8 @@ class TunedAbsorber(Attachment):
         Natural frequency on a fixed foot [Hz].
     damping_ratio
         Damping ratio on a fixed foot [1].
+    direction
+        Direction in which it acts, three numbers; None for every one in which the structure moves.
     """
 
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
@@ -39,6 +41,7 @@ class TunedAbsorber(Attachment):
     mass: Parameter = eqx.field(metadata=unit("kg"))
     frequency: Parameter = eqx.field(metadata=unit("Hz"))
     damping_ratio: Parameter = eqx.field(metadata=unit("1"))
+    direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="tuned_absorber", kw_only=True)
 
     def dynamic_stiffness(self, omega: Omega) -> Stiffness:
@@ -54,11 +57,13 @@ class TunedAbsorber(Attachment):
         low, high = _scales.band(experiment)
         return [
             cls(
-                _scales.anywhere(experiment),
+                place,
                 mass=LogUniform(1e-4 * mass, 0.3 * mass),
                 frequency=LogUniform(low, high),
                 damping_ratio=LogUniform(0.003, 0.3),
+                direction=direction,
             )
+            for place, direction in _scales.somewhere_along(experiment)
         ]
 
 

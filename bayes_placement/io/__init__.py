@@ -5,6 +5,16 @@ Not known here: physics, probability.
 
 import lazy_loader
 
-SUBMODULES = {"case", "model", "netcdf", "uff"}
+SUBMODULES = {
+    "case",
+    "matrix_files",
+    "mesh",
+    "model",
+    "nastran",
+    "netcdf",
+    "npz_modes",
+    "uff",
+    "uff_modes",
+}
 
 __getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules=SUBMODULES)

@@ -21,12 +21,17 @@ _Point = tuple[float, ...]
 
 
 class Mounted(NamedTuple):
-    """A sensor or actuator as the case records it: field, channel, node of the UFF file, place."""
+    """A sensor or actuator as the case records it: field, channels, node of the UFF file, place."""
 
     fields: Fields
-    channel: Channel
+    channels: tuple[Channel, ...]
     node: int
     position: _Point
+
+    @property
+    def name(self) -> str:
+        """Name of the sensor or actuator."""
+        return self.channels[0].name
 
 
 class Setup(NamedTuple):
@@ -102,9 +107,7 @@ def _measurement(file: Path, setup: Setup, level: float | None) -> Measurement:
         _check_channels(file, setup, side, mounted, whole_file)
     _check_positions(file, setup, whole_file)
     _check_notes(file, setup, whole_file, level)
-    chosen = whole_file.channels(
-        [one.channel for one in setup.sensors], [one.channel for one in setup.actuators]
-    )
+    chosen = whole_file.channels(*(_every(side) for side in (setup.sensors, setup.actuators)))
     in_band = _in_band(file, setup, chosen)
     known = dataclasses.replace(in_band, averages=setup.averages, force_level=level)
     _check_noise(file, known)
@@ -130,8 +133,8 @@ def _read(file: Path, setup: Setup) -> Measurement:
 
 def _named(measurement: Measurement, setup: Setup) -> Measurement:
     """Name channels and places as the case does, by their node."""
-    sensors = {str(one.node): one.channel.name for one in setup.sensors}
-    actuators = {str(one.node): one.channel.name for one in setup.actuators}
+    sensors = {str(one.node): one.name for one in setup.sensors}
+    actuators = {str(one.node): one.name for one in setup.actuators}
     return dataclasses.replace(
         measurement,
         sensors=_renamed(measurement.sensors, sensors),
@@ -162,21 +165,22 @@ def _check_channels(
     """Refuse a channel that is missing or recorded in the opposite direction."""
     there = measured.sensors if side == "sensors" else measured.actuators
     for one in mounted:
-        if not {one.channel, Channel(one.channel.name)} & set(there):
-            raise _contradiction(
-                file,
-                f"has the channels {', '.join(channel.label for channel in there)}",
-                setup,
-                one.fields.place("directions"),
-                f"{one.channel.label} at node {one.node}",
-            )
+        for wanted in one.channels:
+            if not {wanted, Channel(wanted.name)} & set(there):
+                raise _contradiction(
+                    file,
+                    f"has the channels {', '.join(channel.label for channel in there)}",
+                    setup,
+                    one.fields.place("directions"),
+                    f"{wanted.label} at node {one.node}",
+                )
 
 
 def _check_positions(file: Path, setup: Setup, measured: Measurement) -> None:
     every = [*setup.sensors, *setup.actuators]
     close = _PLACE_DIGITS * max(max(map(abs, one.position)) for one in every)
     for one in every:
-        found = measured.positions.get(one.channel.name)
+        found = measured.positions.get(one.name)
         if found and not np.allclose(found, one.position, rtol=0.0, atol=close):
             raise _contradiction(
                 file,
@@ -243,12 +247,16 @@ def _contradiction(file: Path, found: str, setup: Setup, field: str, stated: Any
 
 
 def _channels(side: str, mounted: list[Mounted]) -> Rule:
-    recorded = [[one.channel.name, one.channel.direction] for one in mounted]
+    recorded = [[channel.name, channel.direction] for channel in _every(mounted)]
     return Rule(
         f"each channel of `{side}` once, [id, direction],",
         recorded,
         lambda value: isinstance(value, list) and sorted(map(repr, value)) == _sorted(recorded),
     )
+
+
+def _every(mounted: list[Mounted]) -> list[Channel]:
+    return [channel for one in mounted for channel in one.channels]
 
 
 def _sorted(channels: list[list[Any]]) -> list[str]:

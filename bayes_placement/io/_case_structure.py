@@ -17,6 +17,7 @@ from ..effects.ground_spring import GroundSpring, ground_spring
 from ..modes import Modes
 from ..structure import Structure
 from ._case_fields import CaseError, Fields, Rule, begins_with, between, distinct, one_of, positive
+from ._case_model import Model
 
 
 class _Line(NamedTuple):
@@ -62,8 +63,8 @@ _UNCERTAIN = {
 }
 
 
-class Drawn(NamedTuple):
-    """The nominal structure of a case, its words understood."""
+class Line(NamedTuple):
+    """The nominal line structure of a case, its words understood."""
 
     fields: Fields
     length: float
@@ -72,14 +73,20 @@ class Drawn(NamedTuple):
     springs: list[Fields]
 
 
+Drawn = Line | Model
+"""What a case draws: a line, or a finite element model."""
+
+
 def drawn(case: Fields) -> Drawn:
-    """Read the field `structure`.
+    """Read the fields `structure` and `nominal_fe_model`.
 
     Raises
     ------
     CaseError
         If a field is missing or wrong.
     """
+    if case.has("nominal_fe_model"):
+        return Model(case)
     fields = case.inside("structure")
     line = _LINES[fields.take("type", one_of(*_LINES))]
     fields.take("motion", begins_with(line.motion))
@@ -95,7 +102,7 @@ def drawn(case: Fields) -> Drawn:
     )
     hung = words == _SUSPENDED or fields.has("suspension")
     springs = fields.each("suspension", least=1) if hung else []
-    return Drawn(fields, length, line.direction, build, springs)
+    return Line(fields, length, line.direction, build, springs)
 
 
 def _section(fields: Fields, direction: int) -> dict[str, float]:
@@ -115,12 +122,16 @@ def structure(case: Fields, drawn: Drawn, highest: float) -> Structure:
         If a field is missing or wrong.
     """
     nominal = _nominal(drawn.fields)
-    modes = _modes_kept(drawn, nominal, highest)
     given: dict[str, Parameter] = {**nominal, **_priors(case, nominal)}
+    damping = Modal(given["modal_damping_ratio"])
+    if isinstance(drawn, Model):
+        stated = given["youngs_modulus_Pa"], given["density_kg_m3"]
+        return Structure(drawn.modes(highest, *stated), damping=damping)
+    modes = _modes_kept(drawn, nominal, highest)
     built = drawn.build(
         modes, youngs_modulus=given["youngs_modulus_Pa"], density=given["density_kg_m3"]
     )
-    whole = Structure(built, damping=Modal(given["modal_damping_ratio"]))
+    whole = Structure(built, damping=damping)
     for number, spring in enumerate(drawn.springs, start=1):
         whole = whole + _suspension(spring, number, drawn.length)
     return whole
@@ -136,7 +147,7 @@ def _nominal(fields: Fields) -> dict[str, float]:
     }
 
 
-def _modes_kept(drawn: Drawn, nominal: dict[str, float], highest: float) -> int:
+def _modes_kept(drawn: Line, nominal: dict[str, float], highest: float) -> int:
     reach = 2 * np.pi * _BAND_FACTOR * highest
     material = {
         "youngs_modulus": nominal["youngs_modulus_Pa"],

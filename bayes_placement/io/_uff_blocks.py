@@ -1,13 +1,13 @@
 """_uff_blocks: in, a universal file; out, its datasets as pyuff decodes them, checked to be whole.
 
-Not known here: units, channels, FRFs.
+Not known here: units, channels, FRFs, mode shapes.
 """
 
 import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
-NODES, UNITS, FUNCTION = (15, 2411), 164, 58
+NODES, UNITS, FUNCTION, DATA_AT_NODES = (15, 2411), 164, 58, 55
 
 _DELIMITER = re.compile(rb"^ {4}-1 *\r?$", re.MULTILINE)
 _DELIMITER_AFTER_BINARY = re.compile(rb" {4}-1 *\r?$", re.MULTILINE)
@@ -15,6 +15,8 @@ _LINES_BEFORE_VALUES = 11
 
 # Bytes of one number and numbers of one ordinate, by the ordinate data type of dataset 58.
 _LAYOUT = {2: (4, 1), 4: (8, 1), 5: (4, 2), 6: (8, 2)}
+
+_FROM_ARRAYS = {DATA_AT_NODES: "ModalModel.from_arrays"}
 
 
 class MeasurementFileError(ValueError):
@@ -29,8 +31,8 @@ class Block(NamedTuple):
     fields: dict[str, Any]
 
 
-def load(path: Path) -> list[Block]:
-    """Read the nodes, units and functions of a universal file.
+def load(path: Path, data: int = FUNCTION) -> list[Block]:
+    """Read the nodes, the units and one kind of data of a universal file.
 
     Raises
     ------
@@ -55,22 +57,22 @@ def load(path: Path) -> list[Block]:
             "the end of a line, such as a node colour of -1, is taken for the end of a dataset. "
             "Change that field and read again."
         )
-    wanted = {*NODES, UNITS, FUNCTION}
+    wanted = {*NODES, UNITS, data}
     return [
-        Block(place, number, _decoded(file, index, place))
+        Block(place, number, _decoded(file, index, number, place))
         for index, number in enumerate(numbers)
         if number in wanted and (place := f"{path}, block {index + 1} (dataset {number})")
     ]
 
 
-def _decoded(file: Any, index: int, place: str) -> dict[str, Any]:
+def _decoded(file: Any, index: int, dataset: int, place: str) -> dict[str, Any]:
     try:
         fields = file.read_sets(index)
     except Exception as error:  # pyuff raises bare Exception for every malformed field
         raise MeasurementFileError(
             f"{place} cannot be decoded ({error}); every field must stand in the columns that the "
             "format gives it. Export the file again, or read the numbers yourself and give them "
-            "to Measurement.from_arrays."
+            f"to {_FROM_ARRAYS.get(dataset, 'Measurement.from_arrays')}."
         ) from error
     if fields["type"] == FUNCTION:
         _check_length(fields, place)
@@ -105,7 +107,7 @@ def _dataset_numbers(path: Path) -> list[int]:
         raise MeasurementFileError(
             f"{path} is not a universal file: its {len(data)} bytes hold no line with -1 in "
             "columns 5 and 6, which must open and close every dataset. Give the file that "
-            "the analyser exported as UFF (universal file format, dataset 58)."
+            "was exported as UFF (universal file format, dataset 55 for modes, 58 for FRFs)."
         )
     return numbers
 

@@ -7,18 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-from numpyro.distributions import Uniform
-
 from .._channel import Channel, checked
-from .._types import Parameter
 from ..experiment import Experiment
 from ..noise import FromCoherence
 from ..observe import FRF_OF, Complex
-from ..supports import Segment
 from ..transducers import Actuator, Sensor
-from . import _case_structure
-from ._case_fields import CaseError, Fields, Rule, between, distinct, load, numbers, one_of, whole
+from . import _case_places, _case_structure
+from ._case_fields import CaseError, Fields, Rule, distinct, load, one_of, whole
 from ._case_measurement import Mounted, measurements, setup
 from .model import Study
 
@@ -42,6 +37,8 @@ def read(folder: str | Path) -> Study:
       of a bar or `width_m` and `height_m` of a rectangular beam, `boundary_conditions`, `motion`,
       `youngs_modulus_Pa`, `density_kg_m3`, `damping` (`model`, `ratio`); `suspension`, a list of
       springs with `x_m` and `stiffness_N_per_m`. It lies along x from 0 to its length.
+    - `nominal_fe_model`: null, or a folder with `nominal.npz` (nodes, degrees of freedom, elements,
+      modes), `model.json`, `K.npz`, `M.npz` and `K_region_00.npz`, ...: a space frame or a plate.
     - `sensors`, `actuators`: lists with `id`, `uff_node`, `position_m`, `tolerance_m`,
       `directions`, `angle_tolerance_rad`; tolerances are uniform, plus and minus.
     - `uncertain_parameters`: a list with `name` (`youngs_modulus_Pa`, `density_kg_m3` or
@@ -70,7 +67,6 @@ def read(folder: str | Path) -> Study:
         (A ValueError.) If a field is missing or wrong, or the files contradict it.
     """
     case = load(Path(folder) / "case.json")
-    _refuse_finite_elements(case)
     drawn = _case_structure.drawn(case)
     sensors, actuators = (_recorded(case, side, drawn) for side in ("sensors", "actuators"))
     _check_distinct(sensors, actuators)
@@ -80,8 +76,8 @@ def read(folder: str | Path) -> Study:
     measured = measurements(Path(folder), stated)
     experiment = Experiment(
         structure,
-        sensors=[_transducer(Sensor, one) for one in sensors],
-        actuators=[_transducer(Actuator, one) for one in actuators],
+        sensors=[_transducer(Sensor, one, drawn) for one in sensors],
+        actuators=[_transducer(Actuator, one, drawn) for one in actuators],
         frequency=measured[0].frequency,
         observe=Complex(next(word for word, frf in FRF_OF.items() if frf == stated.quantity)),
         noise=FromCoherence(),
@@ -91,16 +87,6 @@ def read(folder: str | Path) -> Study:
     return Study(experiment, measured if stated.force_levels else measured[0], None, {})
 
 
-def _refuse_finite_elements(case: Fields) -> None:
-    if case.has("nominal_fe_model"):
-        raise CaseError(
-            f"{case.file}: the field nominal_fe_model is "
-            f'"{case.content["nominal_fe_model"]}"; null is needed there, since finite element '
-            "models of cases are not read, only uniform bars and beams drawn in `structure`. "
-            "Build the experiment in a Python file instead, as models/bar.py does."
-        )
-
-
 def _recorded(case: Fields, side: str, drawn: _case_structure.Drawn) -> list[Mounted]:
     return [_mounted(one, drawn) for one in case.each(side, least=1)]
 
@@ -108,41 +94,19 @@ def _recorded(case: Fields, side: str, drawn: _case_structure.Drawn) -> list[Mou
 def _mounted(fields: Fields, drawn: _case_structure.Drawn) -> Mounted:
     name = fields.take("id", _NAME)
     node = fields.take("uff_node", whole(1, 1))
-    length, along = drawn.length, drawn.direction
-    on_line = numbers(
-        f"three coordinates [m] on the structure, [x, 0, 0] with x from 0 to {length:g},",
-        [0.25 * length, 0.0, 0.0],
-        lambda value: 0 <= value[0] <= length and value[1] == value[2] == 0,
-    )
-    one_way = numbers(
-        f"the direction in which the structure moves, [{along}] or [{-along}],",
-        [along],
-        lambda value: value in ([along], [-along]),
-    )
-    position = tuple(map(float, fields.take("position_m", on_line)))
-    (direction,) = fields.take("directions", one_way)
-    return Mounted(fields, Channel(name, int(direction)), node, position)
+    position = tuple(map(float, fields.take("position_m", _case_places.position(drawn))))
+    directions = fields.take("directions", _case_places.directions(drawn))
+    channels = tuple(Channel(name, int(direction)) for direction in directions)
+    return Mounted(fields, channels, node, position)
 
 
-def _transducer(kind: Callable[..., Kind], mounted: Mounted) -> Kind:
-    name, direction = mounted.channel
-    place, (within, *_) = mounted.position[0], mounted.fields.take("tolerance_m", _TOLERANCE)
+def _transducer(kind: Callable[..., Kind], mounted: Mounted, drawn: _case_structure.Drawn) -> Kind:
     return kind(
-        name,
-        at=Segment(place, within=within) if within else place,
-        directions=(direction,),
-        angles=_angles(mounted.fields, abs(direction)),
+        mounted.name,
+        at=_case_places.at(mounted, drawn),
+        directions=tuple(channel.direction for channel in mounted.channels),
+        angles=_case_places.angles(mounted, drawn),
     )
-
-
-def _angles(fields: Fields, axis: int) -> tuple[Parameter, ...] | None:
-    tolerance = fields.take("angle_tolerance_rad", between(0.0, np.pi / 2, "rad", 0.1))
-    if tolerance == 0:
-        return None
-    law = Uniform(-float(tolerance), float(tolerance))
-    # R = Rx Ry Rz projects x on x by cos ty cos tz and z on z by cos tx cos ty: on a structure that
-    # moves along one of them, a transducer's roll about its own axis is not seen.
-    return tuple(0.0 if about == axis else law for about in (1, 2, 3))
 
 
 def _check_distinct(sensors: list[Mounted], actuators: list[Mounted]) -> None:
@@ -161,9 +125,4 @@ def _is_name(value: Any) -> bool:
 
 _NAME = Rule(
     "a name without blanks around it that does not end in a direction such as +x", "s1", _is_name
-)
-_TOLERANCE = numbers(
-    "three tolerances [m] along x, y, z, the last two 0 on a line along x,",
-    [0.01, 0.0, 0.0],
-    lambda value: value[0] >= 0 and value[1] == value[2] == 0,
 )

@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..measurement import Channel, Measurement, Position, derivative
-from ._uff_blocks import FUNCTION, NODES, Block, MeasurementFileError, load
+from ._uff_blocks import FUNCTION, Block, MeasurementFileError, load
+from ._uff_nodes import node_positions
 from ._uff_units import FileUnits, check_abscissa, file_units, quantity_of, scale
 from ._uff_write import write
 
 __all__ = ["MeasurementFileError", "read", "write"]
 
 _FRF, _COHERENCE = 4, 6
-_GLOBAL_SYSTEMS = (0, 1)  # both number the global Cartesian system in the wild
 _Node = tuple[int, int]  # number and direction
 
 
@@ -271,10 +271,7 @@ def _positions(
     blocks: list[Block], units: FileUnits, named: dict[int, str], required: bool
 ) -> dict[str, Position]:
     """Coordinates [m] of the nodes of the FRFs, by name."""
-    points: dict[int, Position] = {}
-    for block in blocks:
-        if block.dataset in NODES:
-            points |= _points(block, units, named, points)
+    points = node_positions(blocks, units, named)
     missing = [node for node in named if node not in points]
     if missing and required:
         given = ", ".join(map(str, sorted(points))) or "none of its nodes"
@@ -285,33 +282,3 @@ def _positions(
             "the experiment: uff.read(path, require_positions=False)."
         )
     return {named[node]: point for node, point in points.items()}
-
-
-def _points(
-    block: Block, units: FileUnits, named: dict[int, str], earlier: dict[int, Position]
-) -> dict[int, Position]:
-    columns = [block.fields[key] for key in ("node_nums", "def_cs", "disp_cs", "x", "y", "z")]
-    points: dict[int, Position] = {}
-    for number, definition, displacement, *point in zip(*columns, strict=True):
-        node = int(number)
-        if node not in named:
-            continue
-        _check_global(block, node, definition, displacement)
-        x, y, z = (float(value) * units.length for value in point)
-        if (earlier | points).get(node, (x, y, z)) != (x, y, z):
-            raise MeasurementFileError(
-                f"{block.place} gives node {node} other coordinates than before; one place is "
-                "needed for each node, since either could be meant. Delete the wrong one."
-            )
-        points[node] = x, y, z
-    return points
-
-
-def _check_global(block: Block, node: int, definition: float, displacement: float) -> None:
-    for system in (definition, displacement):
-        if system not in _GLOBAL_SYSTEMS:
-            raise MeasurementFileError(
-                f"{block.place} gives node {node} in the local coordinate system {system:g}; the "
-                "global Cartesian one (0 or 1) is needed, since directions and coordinates of all "
-                "nodes are compared. Export the geometry in global coordinates."
-            )

@@ -508,12 +508,6 @@ def test_a_structure_in_other_units_is_told(tmp_path):
         case.read(written(tmp_path, content))
 
 
-def test_a_finite_element_model_is_refused(tmp_path):
-    message = r'field nominal_fe_model is "\.\./models/plate"; null .*models of cases are not read'
-    with pytest.raises(case.CaseError, match=message):
-        case.read(written(tmp_path, changed("nominal_fe_model", "../models/plate")))
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -668,9 +662,3 @@ def test_shared_cases(shared_data, name, first, size, levels, mounted, unknowns)
     assert list(experiment.structure.effects) == springs
     lines = len(levels or [1]) * size[2]
     assert experiment.data(study.measurement).z.shape == (*size[:2], 2, lines)
-
-
-@pytest.mark.parametrize("name", ["02_plate-01", "04_portal-01", "08_portal-02", "10_plate-02"])
-def test_shared_cases_with_a_finite_element_model_are_refused(shared_data, name):
-    with pytest.raises(case.CaseError, match="finite element models of cases are not read"):
-        case.read(shared_data / "cases" / name)

@@ -8,8 +8,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._uniform_line import UniformLine
-from ..modes import Modes
+from ._bounds import Bounds
+from ._eigenpairs import eigenpairs
+from ._uniform_line import UniformLine
+from .modes import Modes
+from .nodal_modes import NodalModes, nodal_of
 
 _ROUNDING = 1e-12  # of the greatest squared frequency, below which one counts as zero
 
@@ -22,6 +25,7 @@ class ChangedModes(Modes):
     mixture: Float[Array, "mode mode"]
     bending: Float[Array, "mode mode"]
     flexibility: Float[Array, "mode mode"]
+    remaining: Float[Array, "mode mode"]
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
 
@@ -45,7 +49,14 @@ class ChangedModes(Modes):
         here, there = self.modes.shapes(position), self.modes.shapes(other)
         return before + here @ self.flexibility @ there.T
 
-    def bounds(self) -> tuple[float, float]:
+    def coupling(self) -> Float[Array, "mode mode"]:
+        """Stiffness [(rad/s)^2] between modes of one frequency: zero, with a derivative.
+
+        The static flexibility leaves it out, as what is subtracted of the kept modes does.
+        """
+        return self.remaining
+
+    def bounds(self) -> Bounds:
         """Return the least and the greatest position on the structure [m]."""
         return self.modes.bounds()
 
@@ -73,16 +84,17 @@ def changed(
     squares = modes.angular_frequency() ** 2
     total = jnp.diag(squares) + stiffness
     if mass is None:
-        values, mixture = jnp.linalg.eigh(total)
+        values, mixture, remaining = eigenpairs(total)
     else:
         factor = jnp.linalg.cholesky(jnp.eye(squares.size) + mass)
         left = jax.scipy.linalg.solve_triangular(factor, total, lower=True)
         whole = jax.scipy.linalg.solve_triangular(factor, left.T, lower=True)
-        values, vectors = jnp.linalg.eigh(whole)
+        values, vectors, remaining = eigenpairs(whole)
         mixture = jax.scipy.linalg.solve_triangular(factor.T, vectors, lower=False)
     rigid = modes.rigid_body_modes
     elastic, before = mixture[:, rigid:], jnp.concatenate([jnp.zeros(rigid), 1 / squares[rigid:]])
-    flexibility = (elastic / values[rigid:]) @ elastic.T - jnp.diag(before)
+    flexible = elastic / values[rigid:]
+    flexibility = flexible @ elastic.T - jnp.diag(before)
     bending = mixture if bent is None else bent @ mixture
     return ChangedModes(
         modes=modes,
@@ -90,6 +102,7 @@ def changed(
         mixture=mixture,
         bending=bending,
         flexibility=flexibility,
+        remaining=remaining,
         axes=modes.axes,
         rigid_body_modes=rigid,
     )
@@ -128,6 +141,25 @@ def line_of(modes: Modes) -> UniformLine:
         f"This effect was added to {type(modes).__name__}, but it needs to know the section of a "
         "uniform bar or beam, which those modes do not tell. Use beams.bar or beams.beam."
     )
+
+
+def nodal_below(modes: Modes) -> NodalModes:
+    """Return the nodal modes below changed ones.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
+    if isinstance(modes, ChangedModes):
+        return nodal_below(modes.modes)
+    nodal = nodal_of(modes)
+    if nodal is None:
+        raise ValueError(
+            f"This effect was added to {type(modes).__name__}, but it needs the matrices of a "
+            "finite element model. Use finite_elements.modes(matrices, ...)."
+        )
+    return nodal
 
 
 def safe_root(value: Float[Array, "mode"]) -> Float[Array, "mode"]:

@@ -1,0 +1,194 @@
+"""_ball_in_box: in, a ball cut by a box and uniform numbers; out, points uniform in what is left.
+
+Rosenblatt's transform (1952, DOI 10.1214/aoms/1177729394): the first coordinate by its marginal
+law, each further one by its law given those before. Not known here: structures, sensors.
+"""
+
+import functools
+import math
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+CELLS = 512
+HALVINGS = 60
+_TINY = 1e-30  # of the radius squared: keeps slopes of roots finite where a slice is a point
+
+
+class Cut(NamedTuple):
+    """A ball about the origin of one to three dimensions, and the box that cuts it [m]."""
+
+    radius: float
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+    @property
+    def is_empty(self) -> bool:
+        """Tell whether the box leaves nothing of the ball."""
+        return self.radius <= 0 or self.distance_squared(0) >= self.radius**2
+
+    def distance_squared(self, first: int) -> float:
+        """Square of the distance [m] from the origin to the box, from one axis on."""
+        return math.fsum(self._squares()[first:])
+
+    def box(self) -> tuple[Float[np.ndarray, "axis"], Float[np.ndarray, "axis"]]:
+        """Least and greatest corner of what is left [m]."""
+        squares = np.array(self._squares())
+        reach = np.sqrt(self.radius**2 - np.sum(squares) + squares)
+        return np.maximum(self.low, -reach), np.minimum(self.high, reach)
+
+    def _squares(self) -> list[float]:
+        sides = zip(self.low, self.high, strict=True)
+        return [min(max(0.0, low), high) ** 2 for low, high in sides]
+
+
+class _Marginal(NamedTuple):
+    """Law of one coordinate, not normalised: antiderivative of its density, density, ends."""
+
+    cumulative: Callable[[Any], Any]
+    density: Callable[[Any], Any]
+    low: Any
+    high: Any
+
+    def target(self, share: Any) -> Any:
+        """Value of the antiderivative below which a share of the whole lies."""
+        start = self.cumulative(self.low)
+        return start + share * (self.cumulative(self.high) - start)
+
+
+def point(cut: Cut, shares: Iterable[Any]) -> list[Float[Array, ""]]:
+    """Coordinates of the point of given shares, each from 0 to 1: uniform if they are."""
+    square, found = jnp.asarray(cut.radius**2), []
+    for axis, share in enumerate(shares):
+        value = _quantile(cut, axis, square, share)
+        found.append(value)
+        square = square - value**2
+    return found
+
+
+def shares(cut: Cut, point: Iterable[Any]) -> list[Float[Array, ""]]:
+    """Shares of the point of the cut ball that is next to given coordinates, axis by axis."""
+    square, found = jnp.asarray(cut.radius**2), []
+    for axis, wanted in enumerate(point):
+        one = _marginal(cut, axis, square)
+        value = jnp.clip(wanted, one.low, one.high)
+        below = one.cumulative(value) - one.target(0)
+        found.append(below / (one.target(1) - one.target(0)))
+        square = square - value**2
+    return found
+
+
+def _marginal(cut: Cut, axis: int, square: Any) -> _Marginal:
+    """Law of one coordinate where the square of the radius is what those before it left."""
+    reach = _root(square - cut.distance_squared(axis + 1), cut, jnp)
+    low, high = jnp.maximum(cut.low[axis], -reach), jnp.minimum(cut.high[axis], reach)
+    left = len(cut.low) - axis
+    if left == 1:
+        return _Marginal(lambda x: x, jnp.ones_like, low, high)
+    if left == 2:
+        return _Marginal(
+            lambda y: _area_below(cut, y, square, jnp), lambda y: _width(cut, square, y), low, high
+        )
+    return _Marginal(
+        lambda x: _interpolated(cut, x),
+        lambda x: _slice(cut, cut.radius**2 - x**2, jnp),
+        low,
+        high,
+    )
+
+
+def _quantile(cut: Cut, axis: int, square: Any, share: Any) -> Float[Array, ""]:
+    """Coordinate below which a share of the whole lies."""
+    one = _marginal(cut, axis, square)
+    if axis == len(cut.low) - 1:
+        return one.low + share * (one.high - one.low)
+    held = jax.lax.stop_gradient((square, share))
+    fixed = jax.lax.stop_gradient(_bisected(_marginal(cut, axis, held[0]), held[1]))
+    # One Newton step from a constant carries the derivative of the root, exactly.
+    slope = jax.lax.stop_gradient(jnp.maximum(one.density(fixed), _TINY))
+    step = (one.cumulative(fixed) - one.target(share)) / slope
+    return jnp.clip(fixed - step, one.low, one.high)
+
+
+def _bisected(one: _Marginal, share: Any) -> Float[Array, ""]:
+    target = one.target(share)
+
+    def halve(_: Any, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+        middle = (ends[0] + ends[1]) / 2
+        below = one.cumulative(middle) < target
+        return jnp.where(below, middle, ends[0]), jnp.where(below, ends[1], middle)
+
+    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (one.low, one.high))
+    return (low + high) / 2
+
+
+def _root(square: Any, cut: Cut, xp: Any) -> Any:
+    return xp.sqrt(xp.maximum(square, _TINY * cut.radius**2))
+
+
+def _width(cut: Cut, square: Any, y: Any) -> Any:
+    """Width of a disc within the last two sides of the box, at one place across it."""
+    half = _root(square - y**2, cut, jnp)
+    return jnp.clip(cut.high[-1], -half, half) - jnp.clip(cut.low[-1], -half, half)
+
+
+def _area_below(cut: Cut, y: Any, square: Any, xp: Any) -> Any:
+    """Area of a disc between the last two sides of the box, below y, but for a constant."""
+    upper = _area_under(cut, cut.high[-1], y, square, xp)
+    return upper - _area_under(cut, cut.low[-1], y, square, xp)
+
+
+def _area_under(cut: Cut, level: float, y: Any, square: Any, xp: Any) -> Any:
+    """Integral up to y of a level, no more than the half width of the disc, but for a constant."""
+
+    def segment(t: Any) -> Any:
+        half = _root(square - t**2, cut, xp)
+        return (t * half + square * xp.arctan2(t, half)) / 2
+
+    corner = _root(square - level**2, cut, xp)
+    inner = xp.clip(y, -corner, corner)
+    return math.copysign(1.0, level) * (segment(y) - segment(inner) + abs(level) * inner)
+
+
+def _slice(cut: Cut, square: Any, xp: Any) -> Any:
+    """Area of a disc within the last four sides of the box."""
+    reach = _root(square - cut.distance_squared(2), cut, xp)
+    low, high = xp.maximum(cut.low[1], -reach), xp.minimum(cut.high[1], reach)
+    return _area_below(cut, high, square, xp) - _area_below(cut, low, square, xp)
+
+
+class _Volumes(NamedTuple):
+    """Volume below equally spaced coordinates, and the area there."""
+
+    start: float
+    step: float
+    volume: Float[np.ndarray, "node"]
+    area: Float[np.ndarray, "node"]
+
+
+@functools.lru_cache(maxsize=256)
+def _volumes(cut: Cut) -> _Volumes:
+    low, high = (ends[0] for ends in cut.box())
+    node, weight = np.polynomial.legendre.leggauss(8)
+    edges = np.linspace(low, high, CELLS + 1)
+    step = (high - low) / CELLS
+    inside = edges[:-1, None] + step * (node + 1) / 2
+    parts = step / 2 * (_slice(cut, cut.radius**2 - inside**2, np) @ weight)
+    area = _slice(cut, cut.radius**2 - edges**2, np)
+    return _Volumes(low, step, np.concatenate([[0.0], np.cumsum(parts)]), area)
+
+
+def _interpolated(cut: Cut, x: Any) -> Float[Array, ""]:
+    """Volume below x by cubics that have the right values and slopes at the nodes."""
+    table = _volumes(cut)
+    place = (x - table.start) / table.step
+    cell = jnp.clip(jnp.floor(place), 0, CELLS - 1).astype(int)
+    t = place - cell
+    volume, area = jnp.asarray(table.volume), table.step * jnp.asarray(table.area)
+    rise = volume[cell + 1] - volume[cell]
+    bend = (area[cell] - rise) * (1 - t) - (area[cell + 1] - rise) * t
+    return volume[cell] + t * rise + t * (1 - t) * bend

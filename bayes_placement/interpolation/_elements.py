@@ -1,0 +1,162 @@
+"""_elements: in, cells in space and polynomials in them; out, weights at any place, smooth in it.
+
+Not known here: which finite elements these are, mode shapes, sensors, probability.
+"""
+
+import functools
+import itertools
+import operator
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from ._interpolation import Interpolation, Reading, reachable, taken
+
+HERMITE = np.array([[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]], dtype=float)
+"""Cubics of value and slope at 0, value and slope at 1: a row each, powers ascending."""
+
+# A place at a node may lie outside of its element by rounding. It is read a hair outside rather
+# than clipped: clipping would take its gradient away.
+_HAIR = 1e-6
+
+
+class Elements(Interpolation):
+    """Elements whose shape functions are polynomials in affine local coordinates.
+
+    A place is read in the element that is closest to it, outside of it at the closest point.
+    Smooth in position as the elements are: C1 for Hermite, BFS and Argyris elements, continuous
+    for Lagrange elements.
+
+    Parameters
+    ----------
+    origin
+        Corner of each element, where its local coordinates are 0 [m].
+    edges
+        Derivatives of the place in the local coordinates [m].
+    local
+        Derivatives of the local coordinates in the place [1/m].
+    kind
+        Which polynomials each element has.
+    coefficients
+        Weight of each entry along each axis, a polynomial by its terms.
+    exponents
+        Powers of the local coordinates in each term.
+    simplex
+        Whether the cell is a simplex (line, triangle, tetrahedron) or a box of side 1.
+    """
+
+    axes: tuple[int, ...] = eqx.field(static=True)
+    origin: Float[Array, "element 3"]
+    edges: Float[Array, "element 3 local"]
+    local: Float[Array, "element local 3"]
+    rows: Int[Array, "element entry"]
+    kind: Int[Array, "element"]
+    coefficients: Float[Array, "kind term axis entry"]
+    exponents: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+    simplex: bool = eqx.field(static=True)
+
+    def at(self, position: Float[Array, "3"]) -> Reading:
+        """Rows and weights at a place [m]; outside the structure, those of its closest place."""
+        element = self._element(position)
+        inside = self._inside(self._coordinates(position, element), _HAIR)
+        term = monomials(inside, self.exponents)
+        coefficients = taken(self.coefficients, taken(self.kind, element))
+        return Reading(
+            taken(self.rows, element), jnp.sum(term[:, None, None] * coefficients, axis=0)
+        )
+
+    def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Closest place [m] of the structure; in skewed cells, near to the closest."""
+        element = self._element(position)
+        inside = self._inside(self._coordinates(position, element), 0.0)
+        return taken(self.origin, element) + taken(self.edges, element) @ inside
+
+    def near(self, position: Float[np.ndarray, "place 3"], radius: float) -> "Elements":
+        """Only those elements that can be read within a radius [m] of places [m]."""
+        corners = reference_corners(self.edges.shape[2], self.simplex)
+        corner = np.asarray(self.origin)[:, None] + corners @ np.asarray(self.edges).mT
+        centre = corner.mean(axis=1)
+        size = np.linalg.norm(corner - centre[:, None], axis=2).max(axis=1)
+        kept = np.flatnonzero(reachable(centre, size, position, radius))
+        kinds, kind = np.unique(np.asarray(self.kind)[kept], return_inverse=True)
+        return elements(
+            self.axes,
+            np.asarray(self.origin)[kept],
+            np.asarray(self.edges)[kept],
+            np.asarray(self.rows)[kept],
+            np.asarray(self.coefficients)[kinds],
+            self.exponents,
+            kind=kind,
+            simplex=self.simplex,
+        )
+
+    def _element(self, position: Float[Array, "3"]) -> Int[Array, ""]:
+        """Closest element; which one it is has no derivative."""
+        # Sums of products rather than einsum: they compile in half the time.
+        apart = jax.lax.stop_gradient(position) - self.origin
+        local = jnp.sum(self.local * apart[:, None, :], axis=2)
+        inside = jax.vmap(lambda one: self._inside(one, 0.0))(local)
+        outside = apart - jnp.sum(self.edges * inside[:, None, :], axis=2)
+        return jnp.argmin(jnp.sum(outside**2, axis=1))
+
+    def _coordinates(
+        self, position: Float[Array, "3"], element: Int[Array, ""]
+    ) -> Float[Array, "local"]:
+        apart = position - taken(self.origin, element)
+        return jnp.sum(taken(self.local, element) * apart, axis=1)
+
+    def _inside(self, local: Float[Array, "local"], hair: float) -> Float[Array, "local"]:
+        """Local coordinates moved into the reference cell."""
+        # No jnp.clip: it halves the gradient on the border.
+        above = jnp.where(local < -hair, -hair, local)
+        if not self.simplex:
+            return jnp.where(above > 1 + hair, 1 + hair, above)
+        total = jnp.sum(above)
+        return above / jnp.where(total > 1 + hair, total, 1.0)
+
+
+def elements(
+    axes: tuple[int, ...],
+    origin: Float[np.ndarray, "element 3"],
+    edges: Float[np.ndarray, "element 3 local"],
+    rows: Int[np.ndarray, "element entry"],
+    coefficients: Float[np.ndarray, "kind term axis entry"],
+    exponents: tuple[tuple[int, ...], ...],
+    *,
+    simplex: bool,
+    kind: Int[np.ndarray, "element"] | None = None,
+) -> Elements:
+    """Elements from what is needed to say; without `kind`, each has polynomials of its own."""
+    return Elements(
+        axes=tuple(axes),
+        origin=jnp.asarray(origin),
+        edges=jnp.asarray(edges),
+        local=jnp.asarray(np.linalg.pinv(edges)),
+        rows=jnp.asarray(rows),
+        kind=jnp.asarray(np.arange(len(origin)) if kind is None else kind),
+        coefficients=jnp.asarray(coefficients),
+        exponents=exponents,
+        simplex=simplex,
+    )
+
+
+def monomials(
+    coordinates: Float[Array, "coordinate *point"], exponents: tuple[tuple[int, ...], ...]
+) -> Float[Array, "*term"]:
+    """Products of powers of coordinates, a term each."""
+    powers = np.array(exponents).T
+    return functools.reduce(operator.mul, (x**n for x, n in zip(coordinates, powers, strict=True)))
+
+
+def all_exponents(dimension: int, degree: int, simplex: bool) -> tuple[tuple[int, ...], ...]:
+    """Exponents up to a degree: in all on a simplex, in each coordinate on a box."""
+    powers = itertools.product(range(degree + 1), repeat=dimension)
+    return tuple(one for one in powers if not simplex or sum(one) <= degree)
+
+
+def reference_corners(dimension: int, simplex: bool) -> Float[np.ndarray, "corner local"]:
+    """Corners of the reference cell."""
+    return np.array(all_exponents(dimension, 1, simplex), dtype=float)

@@ -1,0 +1,53 @@
+"""_geometric_stiffness: in, the ends of straight members; out, what a tension adds to K.
+
+Not known here: sections, materials, mode shapes, sensors, probability.
+"""
+
+import numpy as np
+from jaxtyping import Int
+from scipy import sparse
+
+from ._frame_elements import DIRECTIONS, kinematics
+from ._interpolation import Nodes, element_rows
+
+
+def frame_geometric_stiffness(
+    nodes: Nodes, elements: Int[np.ndarray, "element 2"]
+) -> sparse.csc_array:
+    """Geometric stiffness per unit tension [1/m] of frame elements, on all degrees of freedom.
+
+    The consistent one, of the integral of v'^2 + w'^2 over the elements with cubic shape
+    functions (Przemieniecki 1968, Theory of Matrix Structural Analysis, chapter 15). Times the
+    tension [N], negative for a compression, it adds to the stiffness matrix.
+
+    Parameters
+    ----------
+    nodes
+        Nodes and degrees of freedom, for example a `ModalModel`; all of the directions 1 to 6.
+    elements
+        Indices into `node` of the two ends of each element under tension.
+
+    Returns
+    -------
+    scipy.sparse.csc_array
+        Matrix of shape (dof, dof).
+
+    Raises
+    ------
+    ValueError
+        If an index is out of range, a degree of freedom is missing, or an element has no length.
+    """
+    rows = element_rows(nodes, elements, DIRECTIONS)
+    length, _, across = kinematics(nodes, elements)
+    move, turn = across[:, :, :3], across[:, :, 3:] * length[:, None, None]
+    ends = np.zeros((len(elements), 4, 3, 12))  # value and slope times length at both ends
+    ends[:, 0, :, 0:3], ends[:, 1, :, 3:6] = move, turn
+    ends[:, 2, :, 6:9], ends[:, 3, :, 9:12] = move, turn
+    blocks = np.einsum("efxi,fg,egxj,e->eij", ends, _SLOPES, ends, 1 / length)
+    row, column = np.broadcast_arrays(rows[:, :, None], rows[:, None, :])
+    shape = (len(nodes.dof), len(nodes.dof))
+    return sparse.coo_array((blocks.ravel(), (row.ravel(), column.ravel())), shape).tocsc()
+
+
+# Integrals over 0 to 1 of the products of the slopes of the four Hermite cubics.
+_SLOPES = np.array([[36, 3, -36, 3], [3, 4, -3, -1], [-36, -3, 36, -3], [3, -1, -3, 4]]) / 30

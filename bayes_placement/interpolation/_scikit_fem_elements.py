@@ -1,0 +1,168 @@
+"""_scikit_fem_elements: in, a basis of scikit-fem as it stands; out, its shape functions in space.
+
+Not known here: matrices, mode shapes, sensors, probability.
+"""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ._elements import Elements, all_exponents, elements, reference_corners
+
+_BOXES = {"RefLine": False, "RefQuad": False, "RefHex": False, "RefTri": True, "RefTet": True}
+_REMEDY = "read the nodes alone: interpolation.scattered(model)."
+
+
+def basis_elements(
+    basis: Any,
+    axes: tuple[int, ...],
+    origin: Float[np.ndarray, "3"] | None,
+    directions: Float[np.ndarray, "3 local"] | None,
+) -> Elements:
+    """Elements with the shape functions of a basis, its mesh laid into space."""
+    _check_basis(basis)
+    simplex = _simplex(basis)
+    corner, edges = _cells(basis, simplex)
+    origin = np.zeros(3) if origin is None else origin
+    directions = np.eye(3)[:, : basis.mesh.dim()] if directions is None else directions
+    exponents = all_exponents(basis.mesh.dim(), _degree(basis.elem, simplex), simplex)
+    same = _same_everywhere(basis.elem)
+    coefficients = _coefficients(basis, exponents, same, simplex)
+    _check_components(coefficients, axes)
+    return elements(
+        axes,
+        origin + corner @ directions.T,
+        directions @ edges,
+        np.asarray(basis.element_dofs.T, dtype=np.int64),
+        coefficients,
+        exponents,
+        simplex=simplex,
+        kind=np.zeros(len(corner), dtype=np.int64) if same else None,
+    )
+
+
+def _check_basis(basis: Any) -> None:
+    try:
+        from skfem import CellBasis
+    except ImportError as error:
+        raise ImportError(
+            "interpolation.scikit_fem was called, but scikit-fem is not installed; it says how "
+            'shape functions are mapped. pip install "bayes_placement[scikit-fem]"'
+        ) from error
+    if not isinstance(basis, CellBasis):
+        raise TypeError(
+            f"A {type(basis).__name__} was given; a skfem.CellBasis is needed, which has shape "
+            "functions within cells: interpolation.scikit_fem(skfem.Basis(mesh, element), ...)."
+        )
+
+
+def _simplex(basis: Any) -> bool:
+    name = basis.elem.refdom.__name__
+    if name not in _BOXES:
+        raise ValueError(
+            f"A basis on the cell {name} was given; lines, triangles, quadrilaterals, tetrahedra "
+            f"and hexahedra can be read. For other cells {_REMEDY}"
+        )
+    return _BOXES[name]
+
+
+def _cells(
+    basis: Any, simplex: bool
+) -> tuple[Float[np.ndarray, "element local"], Float[np.ndarray, "element local local"]]:
+    """Corner and edges of each cell, in the coordinates of the mesh [m]."""
+    dimension = basis.mesh.dim()
+    lattice = np.array(all_exponents(dimension, 2, simplex)) / 2
+    # The order of axes of scikit-fem: coordinate, element, point.
+    place = np.moveaxis(basis.mapping.F(lattice.T, tind=_all(basis)), 0, -1)
+    ends = np.vstack([np.zeros(dimension), np.eye(dimension)])
+    at_ends = np.moveaxis(basis.mapping.F(ends.T, tind=_all(basis)), 0, -1)
+    corner, edges = at_ends[:, 0], (at_ends[:, 1:] - at_ends[:, :1]).mT
+    bent = np.abs(place - corner[:, None] - lattice @ edges.mT).max(axis=(1, 2))
+    worst = int(np.argmax(bent / np.abs(edges).max(axis=(1, 2))))
+    if bent[worst] > 1e-9 * np.abs(edges[worst]).max():
+        raise ValueError(
+            f"Cell {worst} of the mesh is curved or no parallelogram: its map from the reference "
+            "cell is not affine, so that its shape functions are no polynomials of the position. "
+            f"Use straight triangles or tetrahedra (mesh.to_meshtri()), or {_REMEDY}"
+        )
+    return corner, edges
+
+
+def _all(basis: Any) -> np.ndarray:
+    return np.arange(basis.mesh.nelements) if basis.tind is None else basis.tind
+
+
+def _degree(element: Any, simplex: bool) -> int:
+    """Greatest power of the shape functions: in all on a simplex, in each coordinate on a box."""
+    if simplex:
+        return element.maxdeg
+    if getattr(element, "tensorial_basis", False):
+        return element.maxdeg // 2  # scikit-fem states twice the degree, also in three dimensions
+    return -(-element.maxdeg // element.refdom.dim())
+
+
+def _same_everywhere(element: Any) -> bool:
+    """Whether all cells have the same shape functions in reference coordinates."""
+    from skfem.element import ElementVector
+    from skfem.element.element_h1 import ElementH1
+
+    inner = element.elem if isinstance(element, ElementVector) else element
+    return isinstance(inner, ElementH1)
+
+
+def _coefficients(
+    basis: Any, exponents: tuple[tuple[int, ...], ...], same: bool, simplex: bool
+) -> Float[np.ndarray, "kind term axis entry"]:
+    """Polynomials through the values at as many places as there are terms."""
+    powers = np.array(exponents)
+    lattice = powers / max(powers.max(), 1)
+    cells = _all(basis)[:1] if same else _all(basis)
+    values = _values(basis, lattice, cells)
+    found = np.einsum("tp,epai->etai", np.linalg.inv(_terms(lattice, powers)), values)
+    others = lattice / 2 + reference_corners(powers.shape[1], simplex).mean(axis=0) / 3
+    again = np.einsum("pt,etai->epai", _terms(others, powers), found)
+    if np.abs(again - _values(basis, others, cells)).max() > 1e-6 * np.abs(values).max():
+        raise ValueError(
+            f"The shape functions of {type(basis.elem).__name__} are no polynomials of the degree "
+            f"that it states, {basis.elem.maxdeg}; a polynomial is needed to read them at any "
+            f"place. Use a Lagrange, Morley, Argyris, BFS or Hermite element, or {_REMEDY}"
+        )
+    return found
+
+
+def _terms(
+    place: Float[np.ndarray, "point local"], powers: np.ndarray
+) -> Float[np.ndarray, "point term"]:
+    return np.prod(place[:, None, :] ** powers, axis=2)
+
+
+def _values(
+    basis: Any, place: Float[np.ndarray, "point local"], cells: np.ndarray
+) -> Float[np.ndarray, "element point axis entry"]:
+    """Shape functions of cells at places of the reference cell."""
+    several = [
+        basis.elem.gbasis(basis.mapping, place.T, number, tind=cells)
+        for number in range(basis.Nbfun)
+    ]
+    if len(several[0]) > 1:
+        raise ValueError(
+            f"A basis of {type(basis.elem).__name__} was given, which has {len(several[0])} "
+            "fields; one field of displacements is needed. Use the basis of one of its parts, or "
+            "ElementVector for a vector field."
+        )
+    values = np.stack([np.asarray(one[0]) for one in several], axis=-1)
+    if values.ndim == 3:
+        return values[:, :, None, :]
+    return np.moveaxis(values, 0, 2)
+
+
+def _check_components(
+    coefficients: Float[np.ndarray, "kind term axis entry"], axes: tuple[int, ...]
+) -> None:
+    if coefficients.shape[2] != len(axes):
+        raise ValueError(
+            f"axes={axes} was given, but the basis has a field of {coefficients.shape[2]} "
+            "components; each needs its axis of 1, 2, 3 for x, y, z: axes=(3,) for the deflection "
+            "of a plate, axes=(1, 2, 3) for a solid."
+        )

@@ -1,0 +1,323 @@
+"""matrices: in, sparse stiffness and mass of a finite element model; out, modes and static shapes.
+
+Not known here: how shapes are read between nodes, damping laws, files, probability.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+from numpy.typing import ArrayLike
+from scipy.sparse import csc_array
+
+from ..modal_model import ModalModel
+from . import _dynamic_stiffness as dynamic_stiffness
+from . import _eigenmodes as eigenmodes
+from . import _matrix_checks as checks
+from . import _rigid_body as rigid_body
+from ._affine import Affine
+from ._elimination_order import nested_dissection
+from ._reduced_basis import ReducedBasis, reduced_basis
+from ._static_flexibility import StaticFlexibility, static_flexibility
+
+Sparse = Any
+"""A SciPy sparse matrix or array of any format, or a dense array."""
+
+
+class Release(NamedTuple):
+    """Static shapes of held rows that a soft support lets move, and what belongs to them."""
+
+    rows: Int[np.ndarray, "released"]
+    shape: Float[np.ndarray, "dof released"]
+    """Displacement under a unit displacement of each row, the others held [m/m]."""
+    stiffness: Float[np.ndarray, "released released"]
+    """Reactions [N/m] in the rows."""
+    mass: Float[np.ndarray, "released released"]
+    """Modal masses of the shapes [kg]."""
+    mass_with_modes: Float[np.ndarray, "mode released"]
+    """Coupling of the shapes with mass-normalised modes by mass [kg^1/2]."""
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class Matrices:
+    """Stiffness and mass of an undamped structure, on all its degrees of freedom.
+
+    What is computed from them is computed once: modes, static flexibility, reduced matrices.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Symmetric matrices [N/m, kg and so on], any SciPy sparse format, held rows included.
+    position
+        Coordinates [m] of each node, `[node, 3]`.
+    dof
+        Node number and direction (1 to 7 for x, y, z, rx, ry, rz, w_xy) of each row.
+    node
+        Number of each node; 1, 2, 3 and so on if left out.
+    fixed
+        Rows that are held; none for a free structure.
+    regions
+        Stiffness of parts of the structure, by name.
+
+    Raises
+    ------
+    ValueError
+        If sizes disagree, numbers are missing, a matrix is not symmetric, mass is negative, or
+        regions exceed the whole.
+    """
+
+    stiffness: csc_array
+    mass: csc_array
+    position: Float[np.ndarray, "node 3"]
+    dof: Int[np.ndarray, "dof 2"]
+    node: Int[np.ndarray, "node"]
+    fixed: Int[np.ndarray, "fixed"]
+    regions: dict[str, csc_array]
+
+    def __init__(
+        self,
+        stiffness: Sparse,
+        mass: Sparse,
+        position: ArrayLike,
+        dof: ArrayLike,
+        node: ArrayLike | None = None,
+        fixed: ArrayLike | None = None,
+        regions: Mapping[str, Sparse] | None = None,
+    ) -> None:
+        place, number, rows = checks.nodes(position, node, dof)
+        stiff, heavy = (
+            checks.symmetric(name, checks.sparse(name, one, len(rows)), rows)
+            for name, one in (("stiffness", stiffness), ("mass", mass))
+        )
+        held = checks.held(fixed, len(rows))
+        free = np.setdiff1d(np.arange(len(rows)), held)
+        checks.mass(heavy, stiff, rows, free)
+        checks.kinetic_energy(heavy, free)
+        parts = checks.regions(regions or {}, stiff, rows)
+        found = dict(stiffness=stiff, mass=heavy, position=place, dof=rows, node=number)
+        for name, value in (found | dict(fixed=held, regions=parts)).items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def rigid_body_modes(self) -> int:
+        """How many motions without strain energy the supports leave."""
+        return self.flexibility.fields.shape[1]
+
+    def modes(self, *, count: int | None = None, up_to: float | None = None) -> ModalModel:
+        """Solve the eigenproblem for the lowest modes; none is missed, as inertia counts show.
+
+        A rigid-body mode is a motion that needs no force: a combination of the six motions of a
+        rigid body that vanishes at held rows and whose force is below 1e-11 of the stiffness met
+        in every row, or (hinges, loose parts) any other whose strain energy is below 1e-14 of the
+        energies met. Its natural frequency is exactly 0. A soft suspension is thus elastic.
+
+        Parameters
+        ----------
+        count
+            How many modes, rigid-body modes among them.
+        up_to
+            All modes up to this frequency [Hz], in place of `count`.
+
+        Returns
+        -------
+        ModalModel
+            Mass-normalised shapes on all rows, 0 where held, the largest entry positive.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer modes, or none that low, or the stiffness is not positive.
+        """
+        flexibility, rigid = self.flexibility, self.rigid_body_modes
+        checks.asked(count, up_to)
+        if up_to is not None:
+            found = eigenmodes.below(flexibility, (2 * np.pi * up_to) ** 2)
+            checks.found(rigid + found.squares.size, up_to)
+        else:
+            found = eigenmodes.lowest(flexibility, (count or 0) - rigid)
+        frequency = np.concatenate([np.zeros(rigid), np.sqrt(found.squares) / (2 * np.pi)])
+        shape = np.hstack([flexibility.fields, found.shape])
+        return ModalModel(
+            node=self.node,
+            position=self.position,
+            dof=self.dof,
+            shape=self._on_all_rows(shape)[:, :count],
+            natural_frequency=frequency[:count],
+        )
+
+    def static_flexibility(
+        self, rows: ArrayLike, columns: ArrayLike | None = None, *, power: Literal[1, 2] = 1
+    ) -> Float[np.ndarray, "to come_from"]:
+        """Static flexibility of all elastic modes between rows, 0 where held.
+
+        The receptance of the modes left out is that flexibility, less the share of the modes kept,
+        and to second order omega^2 times the sum of power 2, less their share.
+
+        Parameters
+        ----------
+        rows
+            Where displacement is read.
+        columns
+            Where forces act; `rows` if left out.
+        power
+            1 for the static flexibility, 2 for its change with the square of the frequency.
+
+        Returns
+        -------
+        Float[np.ndarray, "to come_from"]
+            The sum over all elastic modes of phi phi / omega_n^(2 power) [m s^(2 power - 2) / N].
+        """
+        to = checks.known_rows("rows", rows, len(self.dof))
+        come_from = to if columns is None else checks.known_rows("columns", columns, len(self.dof))
+        place = np.full(len(self.dof), -1)
+        place[self._order] = np.arange(self._order.size)
+        moving, driven = place[to] >= 0, place[come_from] >= 0
+        found = np.zeros((to.size, come_from.size))
+        found[np.ix_(moving, driven)] = self.flexibility.between(
+            place[to[moving]], place[come_from[driven]], power
+        )
+        return (found + found.T) / 2 if columns is None else found
+
+    def receptance(
+        self,
+        rows: ArrayLike,
+        columns: ArrayLike,
+        frequency: Float[np.ndarray, "frequency"],
+        *,
+        modes: ModalModel | None = None,
+        damping_ratio: float | Float[np.ndarray, "mode"] = 0.0,
+        loss_factor: float = 0.0,
+    ) -> Complex[np.ndarray, "to come_from frequency"]:
+        """Receptance by a direct solution at each frequency: the oracle of the modal sums.
+
+        Parameters
+        ----------
+        rows, columns
+            Where displacement is read and where forces act.
+        frequency
+            Lines [Hz].
+        modes, damping_ratio
+            Viscous damping D = M Phi diag(2 zeta omega_n) Phi^T M of these modes.
+        loss_factor
+            Structural damping, K (1 + i eta).
+
+        Returns
+        -------
+        Complex[np.ndarray, "to come_from frequency"]
+            Receptance [m/N], time convention exp(+i omega t).
+        """
+        size = len(self.dof)
+        shape = np.zeros((size, 0)) if modes is None else modes.shape
+        natural = np.zeros(0) if modes is None else 2 * np.pi * modes.natural_frequency
+        damping = dynamic_stiffness.ModalDamping(
+            (self.mass @ shape)[self._order], 2 * natural * damping_ratio
+        )
+        return dynamic_stiffness.receptance(
+            self.flexibility.stiffness * (1 + 1j * loss_factor),
+            self.flexibility.mass,
+            damping,
+            self._unit(checks.known_rows("rows", rows, size)),
+            self._unit(checks.known_rows("columns", columns, size)),
+            2 * np.pi * np.asarray(frequency, dtype=float),
+        )
+
+    def release(self, rows: ArrayLike, modes: ModalModel) -> Release:
+        """Constraint modes of held rows that a soft support is to let move.
+
+        Craig & Bampton, Coupling of substructures for dynamic analyses, 1968,
+        DOI 10.2514/3.4741: one row at a time is displaced by one, the others held.
+
+        Parameters
+        ----------
+        rows
+            Some of `fixed`.
+        modes
+            Modes of this structure, whose coupling with the static shapes is wanted.
+
+        Raises
+        ------
+        ValueError
+            If a row is not held, or the structure can move as a rigid body.
+        """
+        released = checks.known_rows("rows", rows, len(self.dof))
+        checks.releasable(released, self.fixed, self.rigid_body_modes, self.dof)
+        shape = np.zeros((len(self.dof), released.size))
+        shape[released, np.arange(released.size)] = 1.0
+        force = (self.stiffness @ shape)[self._order]
+        shape[self._order] = -self.flexibility(force)
+        inertia = self.mass @ shape
+        return Release(
+            rows=released,
+            shape=shape,
+            stiffness=_symmetric(shape.T @ (self.stiffness @ shape)),
+            mass=_symmetric(shape.T @ inertia),
+            mass_with_modes=modes.shape.T @ inertia,
+        )
+
+    def reduced_basis(
+        self, affine: Affine, *, up_to: float, tolerance: float = 1e-3, margin: float = 1.5
+    ) -> ReducedBasis:
+        """Fixed basis for factors of parts of the stiffness and mass.
+
+        Parameters
+        ----------
+        affine
+            The parts and the box of their factors.
+        up_to
+            Natural frequencies up to this one [Hz] are to be right.
+        tolerance
+            Largest relative error of a natural frequency within the box.
+        margin
+            The basis begins with the nominal modes up to `margin` times `up_to`.
+
+        Raises
+        ------
+        ValueError
+            If parts do not fit the matrices, or the tolerance is not reached.
+        """
+        here = checks.affine(affine, self.dof).among(self._order)
+        found = reduced_basis(self.flexibility, here, up_to, tolerance=tolerance, margin=margin)
+        return found._replace(basis=self._on_all_rows(found.basis))
+
+    @cached_property
+    def flexibility(self) -> StaticFlexibility:
+        """Factorised stiffness on the rows that may move, in the order of elimination."""
+        order = self._order
+        fields = rigid_body.geometric_fields(self.position[self._index], self.dof[:, 1])
+        stiffness, mass = (csc_array(one[order][:, order]) for one in (self.stiffness, self.mass))
+        unforced = rigid_body.free_fields(stiffness, fields[order], fields[self.fixed])
+        return static_flexibility(stiffness, mass, unforced, self.dof[order, 1])
+
+    @cached_property
+    def _order(self) -> Int[np.ndarray, "row"]:
+        """Rows that may move, in the order of elimination."""
+        free = np.setdiff1d(np.arange(len(self.dof)), self.fixed)
+        couplings = abs(self.stiffness[free][:, free]) + abs(self.mass[free][:, free])
+        return free[nested_dissection(csc_array(couplings), self._index[free], self.position)]
+
+    @cached_property
+    def _index(self) -> Int[np.ndarray, "dof"]:
+        """Which node, counted from 0, each row belongs to."""
+        by_number = np.argsort(self.node)
+        return by_number[np.searchsorted(self.node[by_number], self.dof[:, 0])]
+
+    def _on_all_rows(self, shape: Float[np.ndarray, "row mode"]) -> Float[np.ndarray, "dof mode"]:
+        whole = np.zeros((len(self.dof), shape.shape[1]))
+        whole[self._order] = shape
+        return whole
+
+    def _unit(self, rows: Int[np.ndarray, "chosen"]) -> Float[np.ndarray, "row chosen"]:
+        return (self._order[:, None] == rows).astype(float)
+
+    def __repr__(self) -> str:
+        return (
+            f"Matrices: {self.node.size} nodes, {len(self.dof)} degrees of freedom, "
+            f"{self.fixed.size} of them held, {len(self.regions)} regions"
+        )
+
+
+def _symmetric(matrix: np.ndarray) -> np.ndarray:
+    return (matrix + matrix.T) / 2

@@ -1,0 +1,64 @@
+"""_dynamic_stiffness: in, matrices and damping; out, receptance by a direct solution at each line.
+
+Not known here: natural modes as a basis, nodes, files.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+from scipy.sparse import block_array, csc_array, diags_array
+from scipy.sparse.linalg import splu
+
+EXCHANGE = 1e-3
+"""Share of the largest entry of its column, below which a pivot is exchanged."""
+
+
+class ModalDamping(NamedTuple):
+    """Viscous damping U diag(2 zeta omega_n) U^T of some modes, U = M Phi."""
+
+    momentum: Float[np.ndarray, "row mode"]
+    rate: Float[np.ndarray, "mode"]
+
+
+def receptance(
+    stiffness: csc_array,
+    mass: csc_array,
+    damping: ModalDamping,
+    read: Float[np.ndarray, "row to"],
+    driven: Float[np.ndarray, "row come_from"],
+    omega: Float[np.ndarray, "frequency"],
+) -> Complex[np.ndarray, "to come_from frequency"]:
+    """Receptance [m/N] between forces and displacements.
+
+    Modal damping couples all rows. Its velocities y = U^T x are therefore kept as unknowns, so
+    that the equations stay sparse but for their border.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Matrices, the stiffness with its loss factor.
+    damping
+        Damping of chosen modes.
+    read, driven
+        Weights of the rows in each displacement, and of each force on the rows.
+    omega
+        Angular frequencies [rad/s].
+    """
+    modes = damping.rate.size
+    right = np.vstack([driven, np.zeros((modes, driven.shape[1]))]).astype(complex)
+    found = np.empty((read.shape[1], driven.shape[1], omega.size), dtype=complex)
+    for line, one in enumerate(omega):
+        matrix = _bordered(stiffness - one**2 * mass, damping, one)
+        # Rows stand in an order that fills little, the border last; few need to be exchanged.
+        solution = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=EXCHANGE).solve(right)
+        found[..., line] = read.T @ solution[: len(driven)]
+    return found
+
+
+def _bordered(proper: csc_array, damping: ModalDamping, omega: float) -> csc_array:
+    if not damping.rate.size:
+        return csc_array(proper, dtype=complex)
+    force = csc_array(1j * omega * damping.momentum * damping.rate)
+    identity = diags_array(np.ones(damping.rate.size))
+    return csc_array(block_array([[proper, force], [csc_array(damping.momentum.T), -identity]]))

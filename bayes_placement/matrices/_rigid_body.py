@@ -1,0 +1,106 @@
+"""_rigid_body: in, places and directions of rows, a stiffness; out, motions without strain energy.
+
+Not known here: natural frequencies, mass.
+"""
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import null_space, qr
+from scipy.sparse import csc_array
+
+from ._symmetric_factor import SymmetricFactor, start_vector
+
+FORCE = 1e-11
+"""Share of the stiffness met in a row, below which the force of a rigid-body field is rounding."""
+
+RANK = 1e-9
+"""Share of the largest singular value, below which fields depend on each other."""
+
+ENERGY = 1e-14
+"""Share of the energies met, below which the strain energy of any other motion is rounding."""
+
+
+def geometric_fields(
+    position: Float[np.ndarray, "row 3"], direction: Int[np.ndarray, "row"]
+) -> Float[np.ndarray, "row 6"]:
+    """Three translations and three rotations about the centre, the largest displacement about 1.
+
+    Parameters
+    ----------
+    position
+        Coordinates [m] of the node of each row.
+    direction
+        Direction of each row: 1 to 6 for x, y, z and the rotations about them. Others, such as
+        the twist of a plate, do not take part in a rigid-body motion.
+    """
+    arm = position - position.mean(axis=0)
+    size = np.linalg.norm(arm, axis=1).max() or 1.0
+    fields = np.zeros((len(position), 6))
+    for axis in range(3):
+        turned = np.cross(np.eye(3)[axis], arm)
+        fields[direction == axis + 1, axis] = 1.0
+        fields[direction == axis + 4, 3 + axis] = 1 / size
+        for along in range(3):
+            rows = direction == along + 1
+            fields[rows, 3 + axis] = turned[rows, along] / size
+    return fields
+
+
+def free_fields(
+    stiffness: csc_array,
+    fields: Float[np.ndarray, "row field"],
+    fixed: Float[np.ndarray, "fixed field"],
+) -> Float[np.ndarray, "row free"]:
+    """Combinations of fields that vanish where the structure is held and need no force.
+
+    Parameters
+    ----------
+    stiffness
+        Stiffness on the rows that are not held.
+    fields
+        Fields on these rows.
+    fixed
+        The same fields on the rows that are held.
+    """
+    if fixed.size:
+        fields = fields @ null_space(fixed, rcond=RANK)
+    fields = _independent(fields)
+    if not fields.shape[1]:
+        return fields
+    met = abs(stiffness) @ np.abs(fields).max(axis=1)
+    force = (stiffness @ fields) / np.where(met > 0, met, 1.0)[:, None]
+    _, _, combinations = np.linalg.svd(force, full_matrices=False)
+    unforced = np.abs(force @ combinations.T).max(axis=0) <= FORCE
+    return fields @ combinations.T[:, unforced]
+
+
+def further_field(factor: SymmetricFactor) -> Float[np.ndarray, "row"] | None:
+    """Motion without strain energy that a factorised stiffness still allows, such as a hinge's.
+
+    Inverse iteration runs into it at once; None if what it finds is strained.
+    """
+    motion = start_vector(factor.matrix.shape[0])
+    for _ in range(2):
+        motion = factor.solve(motion / np.abs(motion).max())
+    motion /= np.abs(motion).max()
+    energy = motion @ (factor.matrix @ motion)
+    met = np.abs(motion) @ (abs(factor.matrix) @ np.abs(motion))
+    return motion if abs(energy) <= ENERGY * met else None
+
+
+def pins(
+    fields: Float[np.ndarray, "row field"], direction: Int[np.ndarray, "row"]
+) -> Int[np.ndarray, "pin"]:
+    """Rows that hold the fields just so: one for each, translations where these suffice."""
+    if not fields.shape[1]:
+        return np.empty(0, dtype=np.int64)
+    # A rotation may have next to no stiffness (drilling of a shell): held there, all would swing.
+    weight = np.where(direction <= 3, 1.0, 1e-4)
+    _, _, order = qr((fields * weight[:, None]).T, mode="economic", pivoting=True)
+    return np.sort(order[: fields.shape[1]])
+
+
+def _independent(fields: np.ndarray) -> np.ndarray:
+    """Fields without those that do nothing, or what others do."""
+    left, size, _ = np.linalg.svd(fields, full_matrices=False)
+    return left[:, size > RANK * max(size.max(initial=0.0), 1e-300)]

@@ -1,0 +1,161 @@
+"""_static_flexibility: in, stiffness and mass of a structure; out, displacement under dead load.
+
+Not known here: natural frequencies, rows that are held, files.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import cholesky, solve_triangular
+from scipy.sparse import csc_array
+
+from . import _rigid_body as rigid_body
+from ._symmetric_factor import SymmetricFactor, blocks, factorised
+
+MECHANISMS = 12
+"""So many motions without strain energy may exist beside the geometric ones."""
+
+MASSLESS = 1e-12  # of the largest inertia of a field, below which a field counts as massless
+
+
+@dataclass(frozen=True, eq=False)
+class StaticFlexibility:
+    r"""Flexibility of all elastic modes: K^-1 for a held structure, A^T K^+ A for a free one.
+
+    Where rigid-body fields R (R^T M R = 1) are left, the load is made self-balanced by inertia,
+    A = 1 - M R R^T, as many rows as fields are pinned, which then carry no force, and the fields
+    are removed from the displacement: inertia relief (Geradin & Rixen, Mechanical Vibrations,
+    2015, section 3.4). It is the pseudo-inverse with respect to the mass, and no rigid-body mode
+    is left in it even by rounding.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Matrices on the rows that may move, in an order of elimination that fills little.
+    fields
+        Mass-orthonormal motions without strain energy.
+    pins
+        Rows that hold them.
+    factor
+        Factor of the stiffness without the pinned rows.
+    """
+
+    stiffness: csc_array
+    mass: csc_array
+    fields: Float[np.ndarray, "row field"]
+    pins: Int[np.ndarray, "pin"]
+    factor: SymmetricFactor
+
+    def __call__(self, force: Float[np.ndarray, "row *column"]) -> Float[np.ndarray, "row *column"]:
+        """Displacement [m] under forces [N], orthogonal to the rigid-body fields."""
+        if not self.pins.size:
+            return self.factor.solve(force)
+        moving = self.moving
+        displacement = np.zeros(force.shape)
+        displacement[moving] = self.factor.solve(self.balanced(force)[moving])
+        return displacement - self.fields @ (self.fields.T @ (self.mass @ displacement))
+
+    def balanced(self, force: Float[np.ndarray, "row *column"]) -> Float[np.ndarray, "row *column"]:
+        """Force less the inertia of the rigid-body motion that it causes."""
+        return force - self.mass @ (self.fields @ (self.fields.T @ force))
+
+    @property
+    def moving(self) -> Int[np.ndarray, "moving"]:
+        """Rows that are not pinned."""
+        return np.setdiff1d(np.arange(self.mass.shape[0]), self.pins)
+
+    def between(
+        self, rows: Int[np.ndarray, "to"], columns: Int[np.ndarray, "come_from"], power: int
+    ) -> Float[np.ndarray, "to come_from"]:
+        """Sum of phi phi / omega_n^(2 power) between chosen rows, a block of columns at once."""
+        found = np.empty((rows.size, columns.size))
+        for block in blocks(columns.size):
+            unit = np.zeros((self.mass.shape[0], columns[block].size))
+            unit[columns[block], np.arange(unit.shape[1])] = 1.0
+            displacement = self(unit)
+            for _ in range(power - 1):
+                displacement = self(self.mass @ displacement)
+            found[:, block] = displacement[rows]
+        return found
+
+    def changed(self, stiffness: csc_array, mass: csc_array) -> "StaticFlexibility":
+        """The same for other matrices, with the same motions free of strain energy."""
+        fields = mass_orthonormal(self.fields, mass)
+        factor = factorised(_among(stiffness, self.moving))
+        return StaticFlexibility(stiffness, mass, fields, self.pins, factor)
+
+
+def static_flexibility(
+    stiffness: csc_array,
+    mass: csc_array,
+    fields: Float[np.ndarray, "row field"],
+    direction: Int[np.ndarray, "row"],
+) -> StaticFlexibility:
+    """Factorise a stiffness once the motions without strain energy are pinned.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Matrices on the rows that may move, in the order of elimination.
+    fields
+        Rigid-body fields that the supports and springs leave.
+    direction
+        Direction, 1 to 7, of each row.
+
+    Raises
+    ------
+    ValueError
+        If more and more motions without strain energy are found, or one of them has no mass.
+    """
+    for _ in range(MECHANISMS + 1):
+        fields = mass_orthonormal(fields, mass)
+        pinned = rigid_body.pins(fields, direction)
+        moving = np.setdiff1d(np.arange(direction.size), pinned)
+        factor = factorised(_among(stiffness, moving))
+        further = rigid_body.further_field(factor)
+        if further is None:
+            return StaticFlexibility(stiffness, mass, fields, pinned, factor)
+        field = np.zeros((direction.size, 1))
+        field[moving, 0] = further
+        fields = np.hstack([fields, field])
+    raise ValueError(
+        f"The stiffness allows more than {MECHANISMS} motions without strain energy beside those "
+        "of a rigid body; hardly any structure has so many hinges. Look for parts that nothing "
+        "joins, rows without stiffness, or a stiffness in the wrong units."
+    )
+
+
+def mass_orthonormal(
+    fields: Float[np.ndarray, "row field"], mass: csc_array
+) -> Float[np.ndarray, "row field"]:
+    """Fields of modal mass 1 and without coupling by mass, each with its largest entry positive.
+
+    Raises
+    ------
+    ValueError
+        If a combination of them has no mass.
+    """
+    if not fields.shape[1]:
+        return fields
+    fields = fields / np.abs(fields).max(axis=0)
+    inertia = fields.T @ (mass @ fields)
+    if np.linalg.eigvalsh(inertia)[0] <= MASSLESS * np.trace(inertia):
+        raise ValueError(
+            "The structure has a motion with neither strain energy nor mass; every free motion "
+            "needs one of them, since its response is infinite otherwise. Hold it with fixed=, "
+            "or give it inertia."
+        )
+    factor = cholesky(inertia, lower=True)
+    return with_sign(solve_triangular(factor, fields.T, lower=True).T)
+
+
+def with_sign(shape: Float[np.ndarray, "row mode"]) -> Float[np.ndarray, "row mode"]:
+    """Shapes whose largest entry is positive; of several as large, to rounding, the first."""
+    size = np.abs(shape)
+    first = np.argmax(size >= (1 - 1e-6) * size.max(axis=0), axis=0)
+    return shape * np.sign(shape[first, np.arange(shape.shape[1])])
+
+
+def _among(matrix: csc_array, rows: np.ndarray) -> csc_array:
+    return csc_array(matrix[rows][:, rows]) if rows.size < matrix.shape[0] else matrix

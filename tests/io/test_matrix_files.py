@@ -1,0 +1,105 @@
+"""matrix_files: what SciPy wrote comes back whole and symmetric, and nothing else passes."""
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse
+
+from bayes_placement.io import matrix_files
+
+SIZE = 7
+CHAIN = scipy.sparse.diags_array(
+    [np.full(SIZE - 1, -1.0), np.arange(2.0, SIZE + 2), np.full(SIZE - 1, -1.0)],
+    offsets=[-1, 0, 1],
+)
+LUMPED = scipy.sparse.diags_array(np.arange(1.0, SIZE + 1))
+
+
+def saved(path, matrix, symmetry=None):
+    if path.suffix == ".npz":
+        scipy.sparse.save_npz(path, scipy.sparse.csr_array(matrix))
+    else:
+        scipy.io.mmwrite(path, scipy.sparse.coo_array(matrix), symmetry=symmetry)
+    return path
+
+
+@pytest.mark.parametrize("symmetry", ["general", "symmetric"])
+@pytest.mark.parametrize("ending", [".npz", ".mtx"])
+@pytest.mark.parametrize("part", [lambda a: a, scipy.sparse.tril, scipy.sparse.triu])
+def test_matrices_come_back_whole(tmp_path, ending, symmetry, part):
+    if symmetry == "symmetric" and part is not scipy.sparse.tril:
+        symmetry = "general"  # the format stores the lower triangle of symmetric matrices
+    stiffness = saved(tmp_path / f"K{ending}", part(CHAIN), symmetry)
+    mass = saved(tmp_path / f"M{ending}", LUMPED, symmetry)
+    found = matrix_files.read(stiffness, mass, regions={"all": stiffness})
+    for one, expected in zip(
+        (found.stiffness, found.mass, found.regions["all"]), (CHAIN, LUMPED, CHAIN), strict=True
+    ):
+        assert isinstance(one, scipy.sparse.csc_array)
+        np.testing.assert_array_equal(one.toarray(), expected.toarray())
+
+
+def test_dense_and_integer_matrices(tmp_path):
+    scipy.io.mmwrite(tmp_path / "K.mtx", np.array([[2, -1], [-1, 2]]))
+    found = matrix_files.read(tmp_path / "K.mtx", tmp_path / "K.mtx").stiffness
+    assert found.toarray().tolist() == [[2.0, -1.0], [-1.0, 2.0]] and found.dtype == float
+
+
+@pytest.mark.parametrize("name", ["portal", "plate"])
+def test_regions_add_up_to_the_stiffness(shared_data, name):
+    folder = shared_data / "cases" / "models" / name
+    if not folder.is_dir():
+        pytest.skip(f"cases/models/{name} of the shared data is not on this machine")
+    regions = {path.stem: path for path in sorted(folder.glob("K_region_*.npz"))}
+    found = matrix_files.read(folder / "K.npz", folder / "M.npz", regions=regions)
+    assert found.regions.keys() == regions.keys()
+    rest = abs(sum(found.regions.values()) - found.stiffness).max()
+    assert rest < 1e-12 * abs(found.stiffness).max()
+
+
+SKEW = CHAIN + scipy.sparse.diags_array(np.full(SIZE - 1, 1e-3), offsets=1, shape=(SIZE, SIZE))
+GAP = CHAIN.toarray()
+GAP[2, 2] = np.nan
+
+
+@pytest.mark.parametrize(
+    ("matrix", "message"),
+    [
+        (SKEW, r"K.npz holds a matrix that is not symmetric; a real, finite, square"),
+        (CHAIN * 1j, r"holds a 7 x 7 matrix of complex128; .*Export it without damping"),
+        (CHAIN.tocsr()[:3], r"holds a 3 x 7 matrix of float64"),
+        (GAP, r"holds values that are not finite"),
+        (CHAIN * 0.0, r"holds zeros only"),
+    ],
+)
+def test_what_is_refused(tmp_path, matrix, message):
+    mass = saved(tmp_path / "M.npz", LUMPED)
+    with pytest.raises(ValueError, match=message):
+        matrix_files.read(saved(tmp_path / "K.npz", matrix), mass)
+
+
+def test_rounding_of_assembly_is_not_asymmetry(tmp_path):
+    off = scipy.sparse.diags_array(np.full(SIZE - 1, 1e-9), offsets=1, shape=(SIZE, SIZE))
+    path = saved(tmp_path / "K.npz", CHAIN + off)
+    assert matrix_files.read(path, path).stiffness.shape == (SIZE, SIZE)
+
+
+def test_sizes_agree(tmp_path):
+    stiffness = saved(tmp_path / "K.npz", CHAIN)
+    mass = saved(tmp_path / "M.npz", LUMPED.tocsr()[:5, :5])
+    with pytest.raises(ValueError, match=r"M.npz \(mass\) has the size 5 x 5, but .*7 x 7; one"):
+        matrix_files.read(stiffness, mass)
+    with pytest.raises(ValueError, match=r"M.npz \(region left\) has the size 5 x 5"):
+        matrix_files.read(stiffness, stiffness, regions={"left": mass})
+
+
+def test_files_of_another_kind(tmp_path):
+    stiffness = saved(tmp_path / "K.npz", CHAIN)
+    with pytest.raises(FileNotFoundError, match=r"no such file; a sparse matrix"):
+        matrix_files.read(stiffness, tmp_path / "none.mtx")
+    np.savez(tmp_path / "arrays.npz", modes=np.eye(2))
+    with pytest.raises(ValueError, match=r"arrays.npz cannot be read as a sparse matrix"):
+        matrix_files.read(stiffness, tmp_path / "arrays.npz")
+    (tmp_path / "text.mtx").write_text("1 2 3\n")
+    with pytest.raises(ValueError, match=r"text.mtx cannot be read .*scipy.io.mmwrite"):
+        matrix_files.read(stiffness, tmp_path / "text.mtx")

@@ -1,0 +1,121 @@
+"""mesh: what meshio wrote or others did, as numbers of nodes in metres."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from bayes_placement.io import mesh
+from bayes_placement.modal_model import ModalModel
+
+meshio = pytest.importorskip("meshio", reason='meshes need pip install "bayes_placement[mesh]"')
+
+# Two unit squares side by side, the left one with its lower edge.
+POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]], dtype=float)
+CELLS = [("quad", np.array([[0, 1, 2, 3], [1, 4, 5, 2]])), ("line", np.array([[0, 1]]))]
+NONE = np.array([], dtype=int)
+
+# Typed by hand after the text of the format, with node numbers that are not 1, 2, 3.
+GMSH = """\
+$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+1 1 "edge"
+2 1 "face"
+$EndPhysicalNames
+$Nodes
+5
+10 0 0 0
+20 1 0 0
+30 1 1 0
+40 0 1 0
+50 5 5 5
+$EndNodes
+$Elements
+2
+1 1 2 1 1 10 20
+2 3 2 1 1 10 20 30 40
+$EndElements
+"""
+
+
+def written(path, **sets):
+    meshio.write(path, meshio.Mesh(POINTS, CELLS, **sets))
+    return path
+
+
+@pytest.mark.parametrize("ending", [".inp", ".vtk", ".vtu", ".bdf"])
+def test_nodes_and_elements(tmp_path, ending):
+    found = mesh.read(written(tmp_path / f"two{ending}"), length_unit=1e-3)
+    np.testing.assert_allclose(found.position, POINTS * 1e-3, rtol=1e-12)
+    assert found.node.tolist() == [1, 2, 3, 4, 5, 6]
+    assert found.elements["quad"].tolist() == [[1, 2, 3, 4], [2, 5, 6, 3]]
+    assert found.elements["line"].tolist() == [[1, 2]]
+
+
+def test_sets_of_points_and_of_elements(tmp_path):
+    path = written(
+        tmp_path / "two.inp",
+        point_sets={"corner": np.array([0, 5])},
+        cell_sets={"right": [np.array([1]), NONE], "edge": [NONE, np.array([0])]},
+    )
+    sets = {name: nodes.tolist() for name, nodes in mesh.read(path).node_sets.items()}
+    assert sets == {"corner": [1, 6], "right": [2, 3, 5, 6], "edge": [1, 2]}
+
+
+def test_physical_groups_of_gmsh(tmp_path):
+    """Two groups of the same tag and other dimensions are two groups."""
+    (tmp_path / "typed.msh").write_text(GMSH)
+    found = mesh.read(tmp_path / "typed.msh")
+    assert {name: nodes.tolist() for name, nodes in found.node_sets.items()} == {
+        "edge": [1, 2],
+        "face": [1, 2, 3, 4],
+    }
+
+
+def test_a_mesh_takes_the_numbers_of_a_model(tmp_path):
+    (tmp_path / "typed.msh").write_text(GMSH)
+    found = mesh.read(tmp_path / "typed.msh")
+    model = ModalModel.from_arrays(
+        node=[50, 40, 30, 20, 10],
+        position=found.position[::-1] + 1e-7,
+        shape=np.ones((5, 3, 1)),
+        natural_frequency=[1.0],
+        modal_mass=1,
+    )
+    named = found.numbered_as(model)
+    assert named.node.tolist() == [10, 20, 30, 40, 50]
+    assert named.elements["quad"].tolist() == [[10, 20, 30, 40]]
+    assert named.node_sets["edge"].tolist() == [10, 20]
+    np.testing.assert_array_equal(named.position, found.position)
+    in_mm = mesh.read(tmp_path / "typed.msh", length_unit=1e-3)
+    with pytest.raises(ValueError, match=r"Node 5 of the mesh at .* Check the unit: mesh.read"):
+        in_mm.numbered_as(model)
+
+
+def test_plane_meshes_lie_at_zero(tmp_path):
+    meshio.write(tmp_path / "plane.xml", meshio.Mesh(POINTS[:3, :2], [("triangle", [[0, 1, 2]])]))
+    assert mesh.read(tmp_path / "plane.xml").position[:, 2].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_what_is_refused(tmp_path, monkeypatch):
+    with pytest.raises(FileNotFoundError, match=r"no such file; a mesh is needed"):
+        mesh.read(tmp_path / "none.msh")
+    (tmp_path / "text.stranger").write_text("nodes")
+    with pytest.raises(ValueError, match=r"cannot be read by meshio \(Could not deduce"):
+        mesh.read(tmp_path / "text.stranger")
+    (tmp_path / "cut.msh").write_text(GMSH[:140])
+    with pytest.raises(ValueError, match=r"cut.msh cannot be read by meshio .*Convert it"):
+        mesh.read(tmp_path / "cut.msh")
+    monkeypatch.setitem(sys.modules, "meshio", None)
+    with pytest.raises(ImportError, match=r'pip install "bayes_placement\[mesh\]"'):
+        mesh.read(tmp_path / "cut.msh")
+
+
+def test_what_meshio_prints_is_a_warning(tmp_path, capfd):
+    (tmp_path / "cut.msh").write_text(GMSH[:-13])
+    with pytest.warns(UserWarning, match=r"meshio says: Warning: \$Elements not closed"):
+        mesh.read(tmp_path / "cut.msh")
+    assert not capfd.readouterr().err
