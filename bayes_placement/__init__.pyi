@@ -16,6 +16,7 @@ from . import (
     observe,
     places,
     plots,
+    soft_supports,
     supports,
 )
 from .criticism.check import check
@@ -67,5 +68,6 @@ __all__ = [
     "plots",
     "report",
     "simulate",
+    "soft_supports",
     "supports",
 ]

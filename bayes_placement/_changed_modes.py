@@ -3,6 +3,8 @@
 Not known here: what was added, attachments, damping, data.
 """
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -12,12 +14,39 @@ from ._bounds import Bounds
 from ._eigenpairs import eigenpairs
 from ._uniform_line import UniformLine
 from .modes import Modes
-from .nodal_modes import NodalModes, nodal_of
+from .nodal_modes import NodalModes, UnknownModes, nodal_of
 
 _ROUNDING = 1e-12  # of the greatest squared frequency, below which one counts as zero
 
 
-class ChangedModes(Modes):
+class Altered(Modes):
+    """Modes that are made of those of a structure before something about it was altered."""
+
+    modes: eqx.AbstractVar[Modes]
+    squares: eqx.AbstractVar[Float[Array, "mode"]]
+    remaining: eqx.AbstractVar[Float[Array, "mode mode"] | None]
+
+    def angular_frequency(self) -> Float[Array, "mode"]:
+        """Natural angular frequencies [rad/s]."""
+        return safe_root(self.squares)
+
+    def coupling(self) -> Float[Array, "mode mode"] | None:
+        """Stiffness [(rad/s)^2] between modes of one frequency: zero, with a derivative.
+
+        The static flexibility leaves it out, as what is subtracted of the kept modes does.
+        """
+        return self.remaining
+
+    def bounds(self) -> Bounds:
+        """Return the least and the greatest position on the structure [m]."""
+        return self.modes.bounds()
+
+    def anywhere(self) -> list[Any]:
+        """Return the pieces of the structure, each as the uniform law of a place on it [m]."""
+        return self.modes.anywhere()
+
+
+class ChangedModes(Altered):
     """Combinations of other modes; made by `changed`. What is left out stays as it was."""
 
     modes: Modes
@@ -28,10 +57,6 @@ class ChangedModes(Modes):
     remaining: Float[Array, "mode mode"]
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
-
-    def angular_frequency(self) -> Float[Array, "mode"]:
-        """Natural angular frequencies [rad/s]."""
-        return safe_root(self.squares)
 
     def shapes(
         self, position: Float[Array, "*coordinate"], derivative: int = 0
@@ -48,17 +73,6 @@ class ChangedModes(Modes):
             return None
         here, there = self.modes.shapes(position), self.modes.shapes(other)
         return before + here @ self.flexibility @ there.T
-
-    def coupling(self) -> Float[Array, "mode mode"]:
-        """Stiffness [(rad/s)^2] between modes of one frequency: zero, with a derivative.
-
-        The static flexibility leaves it out, as what is subtracted of the kept modes does.
-        """
-        return self.remaining
-
-    def bounds(self) -> Bounds:
-        """Return the least and the greatest position on the structure [m]."""
-        return self.modes.bounds()
 
 
 def changed(
@@ -82,7 +96,7 @@ def changed(
         Which part of a motion is bending, over the modes before; all of it by default.
     """
     squares = modes.angular_frequency() ** 2
-    total = jnp.diag(squares) + stiffness
+    total = jnp.diag(squares) + stiffness + _still(modes)
     if mass is None:
         values, mixture, remaining = eigenpairs(total)
     else:
@@ -109,11 +123,20 @@ def changed(
 
 
 def mixed(modes: Modes, matrix: Float[Array, "mode mode"]) -> Float[Array, "mode mode"]:
-    """Return a matrix over the modes of the uniform line, over changed modes instead."""
+    """Return a matrix over the modes as drawn or handed over, over changed modes instead."""
     if isinstance(modes, ChangedModes):
         inner = mixed(modes.modes, matrix)
         return modes.mixture.T @ inner @ modes.mixture
+    if isinstance(modes, UnknownModes):
+        scale = 1 / jnp.sqrt(modes.masses())
+        return scale[:, None] * matrix * scale
     return matrix
+
+
+def _still(modes: Modes) -> Float[Array, "mode mode"] | float:
+    """What earlier changes have left between modes of one frequency."""
+    coupling = modes.coupling()
+    return 0.0 if coupling is None else coupling
 
 
 def bent_shapes(
@@ -151,7 +174,7 @@ def nodal_below(modes: Modes) -> NodalModes:
     ValueError
         If there are none.
     """
-    if isinstance(modes, ChangedModes):
+    if isinstance(modes, Altered):
         return nodal_below(modes.modes)
     nodal = nodal_of(modes)
     if nodal is None:

@@ -3,6 +3,7 @@
 Not known here: what is drawn in them.
 """
 
+import itertools
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 PANEL = (6.4, 3.6)
 LARGEST = 200.0
@@ -24,6 +26,15 @@ _LETTER = 0.06
 _HANDLE = 7
 """Letters for which the sign before a label takes the room."""
 
+STAR: dict[str, Any] = {
+    "marker": "*",
+    "color": "r",
+    "markersize": 12,
+    "markeredgecolor": "w",
+    "linestyle": "none",
+}
+"""How a place that was found is marked."""
+
 
 def panels(
     rows: int,
@@ -36,6 +47,27 @@ def panels(
     figure = Figure(figsize=(min(wide, LARGEST), min(high, LARGEST)), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, height_ratios=heights)
     return figure, axes
+
+
+def maps_beside(
+    count: int, projection: str | None, width: float, least_height: float
+) -> tuple[Figure, list[Any], Axes]:
+    """Figure with panels for maps, two in a row, and at their right one panel as high as all.
+
+    Width of a map and least height of the whole in inches.
+    """
+    rows, columns = max(1, -(-count // 2)), min(2, count)
+    wide, high = PANEL
+    size = (width * columns + wide, max(high * rows, least_height))
+    # Names of axes in space stand out of their panels.
+    layout = ConstrainedLayoutEngine(wspace=0.1 if projection else 0.02)
+    figure = Figure(figsize=size, layout=layout)
+    grid = figure.add_gridspec(rows, columns + 1, width_ratios=[width] * columns + [wide])
+    places = itertools.product(range(rows), range(columns))
+    maps = [figure.add_subplot(grid[one], projection=projection) for one in places]
+    for unused in maps[count:]:
+        unused.remove()
+    return figure, maps[:count], figure.add_subplot(grid[:, -1])
 
 
 def legend(figure: Figure, axes: Any) -> Figure:

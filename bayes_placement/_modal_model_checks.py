@@ -202,8 +202,8 @@ def checked_mass(mass: ArrayLike | float | int | None, modes: int) -> Float[np.n
             f"{modes} mode shapes came without modal masses; they are needed, since a shape "
             "has no scale of its own and receptance is shape x shape / modal mass. Give "
             "modal_mass=[...] [kg], or modal_mass=1 if the shapes are mass-normalised; where "
-            "nobody knows them, give modal_mass=1 and let FiniteElementModes hold a distribution "
-            "for each."
+            "nobody knows them, give modal_mass=1 and let nodal_modes.UnknownModes "
+            "hold a distribution for each."
         )
     given = np.asarray(mass, dtype=float)
     given = _one_each(np.full(modes, given) if not given.ndim else given, modes, "modal_mass", "kg")

@@ -18,6 +18,8 @@ from numpyro.distributions import (
     TransformedDistribution,
     Uniform,
 )
+from numpyro.distributions.transforms import ExpTransform
+from scipy import special
 
 from ._types import InfeasibleError
 
@@ -41,7 +43,6 @@ class Coordinates:
             self.places[name] = slice(end, end + max(1, _size(law)))
             end = self.places[name].stop
         self.dimension = end
-        self._many = jax.jit(jax.vmap(self.values))
 
     def values(self, coordinates: Float[Array, "unknown"]) -> Values:
         """Values by name.
@@ -63,11 +64,33 @@ class Coordinates:
         """Values by name at several points [point, unknown]."""
         if len(points) == 0:
             return {name: np.zeros((0, *law.shape())) for name, law in self.laws.items()}
-        return jax.tree.map(np.asarray, self._many(points))
+        found = {}
+        for name, law in self.laws.items():
+            value = _plain(law, points[:, self.places[name]].reshape(-1, *law.shape()))
+            if value is None:
+                return jax.tree.map(np.asarray, jax.jit(jax.vmap(self.values))(points))
+            found[name] = value
+        return found
 
 
 def _size(law: Distribution) -> int:
     return int(jnp.zeros(law.shape()).size)
+
+
+def _plain(law: Distribution, normal: np.ndarray) -> np.ndarray | None:
+    """Values of common laws without compiling anything; None of any other law."""
+    if isinstance(law, Independent):
+        return _plain(law.base_dist, normal)
+    if isinstance(law, Normal):
+        return np.asarray(law.loc) + np.asarray(law.scale) * normal
+    if isinstance(law, Uniform):
+        low, high = np.asarray(law.low), np.asarray(law.high)
+        return low + (high - low) * special.ndtr(normal)
+    if isinstance(law, TransformedDistribution):
+        base = _plain(law.base_dist, normal)
+        if base is not None and [type(one) for one in law.transforms] == [ExpTransform]:
+            return np.exp(base)
+    return None
 
 
 def _value(law: Distribution, normal: Array, probability: Array, name: str) -> Array:

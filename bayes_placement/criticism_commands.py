@@ -14,9 +14,11 @@ from ._fitted import fitted
 from ._outputs import make_folder, write_figures, write_table, write_text
 from ._terminal import frame, say, say_each, stages, terminal
 from ._types import Progress
+from ._vectors import Recorded
 from .criticism import check as checking
 from .criticism import explain as explaining
 from .criticism import improve as improving
+from .criticism._whereabouts import places
 from .criticism.explain import Explanation
 from .criticism.ledger import Ledger, Step
 from .criticism.misfit import Misfit
@@ -60,7 +62,7 @@ def explain(
     words = [*found.words(), *_complaints(posterior)]
     console.print(frame(found.table(), "effect"))
     say_each(console, words)
-    _write_explanation(found, words, out)
+    _write_explanation(found, words, task.study.experiment, out)
     say(console, f"Tables and figures are in {out}/")
 
 
@@ -113,13 +115,15 @@ def _write_misfit(misfit: Misfit, words: list[str], out: Path) -> None:
     write_figures(figures, out)
 
 
-def _write_explanation(found: Explanation, words: list[str], out: Path) -> None:
+def _write_explanation(
+    found: Explanation, words: list[str], experiment: Experiment, out: Path
+) -> None:
     table = found.table()
     write_table(out / "explanation.csv", table)
     write_text(out / "explanation.txt", _report(table.to_string(), words))
     write_table(out / "suspicion.csv", found.suspicion, index=False)
     figures = {
-        "suspicion.png": ledger_plots.suspicion(found.suspicion),
+        "suspicion.png": ledger_plots.suspicion(found.suspicion, experiment=experiment),
         "probabilities.png": ledger_plots.probabilities(found),
     }
     write_figures(figures, out)
@@ -132,7 +136,9 @@ def _write_ledger(ledger: Ledger, task: _Task, out: Path) -> None:
     write_table(out / "suspicion.csv", ledger.suspicion, index=False)
     figures = {
         "error_falls.png": ledger_plots.error_falls(ledger),
-        "suspicion.png": ledger_plots.suspicion(ledger.suspicion, _places(ledger)),
+        "suspicion.png": ledger_plots.suspicion(
+            ledger.suspicion, _places(ledger), task.study.experiment
+        ),
         "probabilities.png": ledger_plots.probabilities(ledger),
         "before_and_after.png": ledger_plots.before_and_after(_fits(ledger, task)),
     }
@@ -153,11 +159,10 @@ def _fit(experiment: Experiment, step: Step, measurement: Measurements) -> xr.Da
     return fitted(experiment, measurement, {n: one.mean for n, one in step.parameters.items()})
 
 
-def _places(ledger: Ledger) -> dict[str, float]:
+def _places(ledger: Ledger) -> dict[str, Recorded]:
     """Where the effects that were found sit [m], by kind."""
     means = {name: one.mean for name, one in ledger.steps[-1].parameters.items()}
-    places = {kind: f"structure.effects.{kind}.at" for kind in ledger.verdict}
-    return {kind: means[name] for kind, name in places.items() if name in means}
+    return places(ledger.experiment, means)
 
 
 def _report(table: str, words: list[str]) -> str:

@@ -3,6 +3,7 @@
 Not known here: how anything was computed.
 """
 
+import textwrap
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,9 +15,22 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from ._figures import PANEL, channel_panels, channels, edges, legend, on_two_lines, panels
+from . import structure_plots
+from ._figures import (
+    PANEL,
+    STAR,
+    channel_panels,
+    channels,
+    edges,
+    legend,
+    maps_beside,
+    on_two_lines,
+    panels,
+)
+from ._vectors import Recorded
 from .criticism.explain import Explanation
 from .criticism.ledger import Ledger
+from .experiment import Experiment
 
 LEVEL = 0.01
 """Corrected p-value below which a score is more than chance."""
@@ -25,20 +39,19 @@ _SUSPECT, _CHANCE, _FLOOR = "C0", "0.7", "k"
 _BEFORE, _AFTER, _DATA = "C1", "C0", "C3"
 _SHIFTED = "misplaced_sensor"
 _SIZE = "size of score"
-_LEAST_BRIGHT = 5.0
-"""Least range of colours of the map [standard deviations]."""
+MOST_MAPS = 4
+"""Greatest number of maps of a structure in space."""
 
 _BAR = 0.3
 """Height of a bar [inch]."""
 
+_MAP = 4.8
+"""Width of a map of a structure in space [inch]."""
+
+_WIDE = 32
+"""Letters in a line beside a bar."""
+
 _TINY = 1e-3
-_STAR: dict[str, Any] = {
-    "marker": "*",
-    "color": "r",
-    "markersize": 12,
-    "markeredgecolor": "w",
-    "linestyle": "none",
-}
 _BESIDE: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
 _MIDDLE: dict[str, Any] = {
     "xycoords": ("axes fraction", "data"),
@@ -49,30 +62,78 @@ _MIDDLE: dict[str, Any] = {
 }
 
 
-def suspicion(table: pd.DataFrame, places: Mapping[str, float] | None = None) -> Figure:
-    """Score of every candidate: a map along the structure, and the greatest of each kind.
+def suspicion(
+    table: pd.DataFrame,
+    places: Mapping[str, Recorded] | None = None,
+    experiment: Experiment | None = None,
+) -> Figure:
+    """Score of every candidate: maps of the structure, and the greatest of each kind.
 
     A score compares the model as given with a trace of the effect, once all that the model can
     absorb is left out: where it fails badly, everything is suspect, and the brightest is a first
     guess that the evidence confirms or not.
+
+    A line has one strip for each kind. A structure in space has one map for each of the most
+    suspect kinds that have a place; effects on a region, a member or a sensor are drawn in the
+    middle of it, or where it was recorded.
 
     Parameters
     ----------
     table
         `Explanation.suspicion` or `Ledger.suspicion`.
     places
-        Places found [m], by kinds of effects.
+        Places found [m], by kinds of effects: numbers on a line, three coordinates in space.
+    experiment
+        Experiment whose structure and instruments are drawn below the map of a structure in space.
     """
     sized = table.assign(size=table["score"].abs())
     kinds = list(sized.groupby("kind")["size"].max().sort_values().index)
-    figure, axes = panels(1, 2, panel=(6.4, max(PANEL[1], 1.2 + _BAR * len(kinds))))
-    mapped, ranked = axes[0]
-    _map(figure, mapped, sized, kinds)
-    _greatest(ranked, sized, kinds)
     found = {kind: at for kind, at in (places or {}).items() if kind in kinds}
+    if "z" in sized and sized["z"].notna().any():
+        return _in_space(sized, kinds, found, experiment)
+    return _on_a_line(sized, kinds, found)
+
+
+def _in_space(
+    table: pd.DataFrame,
+    kinds: list[str],
+    found: Mapping[str, Any],
+    experiment: Experiment | None,
+) -> Figure:
+    placed = table[table["z"].notna()]
+    shown = [kind for kind in reversed(kinds) if kind in set(placed["kind"])][:MOST_MAPS]
+    seen = structure_plots.view(structure_plots.extent(experiment, placed))
+    figure, maps, ranked = maps_beside(len(shown), seen.projection, _MAP, 1.4 * _height(kinds))
+    for axis, kind in zip(maps, shown, strict=True):
+        if experiment is not None:
+            structure_plots.structure(axis, seen, experiment)
+        rows = placed[placed["kind"] == kind]
+        gap = " " if seen.projection else "\n"
+        structure_plots.suspects(figure, axis, seen, rows, f"{_SIZE}{gap}[standard deviations]")
+        if kind in found:
+            structure_plots.fitted(axis, seen, found[kind])
+        structure_plots.dressed(axis, seen)
+        axis.set_title(f"suspicion of {kind}")
+    _greatest(ranked, table, kinds)
+    ranked.set_yticks(range(len(kinds)), [_with_setting(table, kind) for kind in kinds])
+    return legend(figure, np.array([*maps, ranked]))
+
+
+def _with_setting(table: pd.DataFrame, kind: str) -> str:
+    """A kind, and on a second line what of the structure its greatest score is about."""
+    worst = table[table["kind"] == kind].nlargest(1, "size")
+    said = worst["setting"].iloc[0] if "setting" in worst else ""
+    return "\n".join([kind, *textwrap.wrap(said, _WIDE)])
+
+
+def _on_a_line(table: pd.DataFrame, kinds: list[str], found: Mapping[str, Any]) -> Figure:
+    figure, axes = panels(1, 2, panel=(PANEL[0], _height(kinds)))
+    mapped, ranked = axes[0]
+    _map(figure, mapped, table, kinds)
+    _greatest(ranked, table, kinds)
     if found:
         rows = [kinds.index(kind) for kind in found]
-        mapped.plot(list(found.values()), rows, **_STAR, label="place as fitted")
+        mapped.plot(list(found.values()), rows, **STAR, label="place as fitted")
     for axis in axes[0]:
         axis.set_ylim(-0.5, len(kinds) - 0.5)
     mapped.set_yticks(range(len(kinds)), kinds)
@@ -84,7 +145,7 @@ def _map(figure: Figure, axis: Axes, table: pd.DataFrame, kinds: list[str]) -> N
     """One strip for each kind; blank for kinds that have no place."""
     # What a misplaced sensor has is a shift, not a place.
     placed = table[table["at"].notna() & (table["kind"] != _SHIFTED)]
-    top = Normalize(0.0, max(float(table["size"].max()), _LEAST_BRIGHT))
+    top = Normalize(0.0, max(float(table["size"].max()), structure_plots.LEAST_BRIGHT))
     for kind, rows in placed.groupby("kind"):
         most = rows.groupby("at")["size"].max()
         strip = kinds.index(str(kind)) + np.array([-0.4, 0.4])
@@ -184,6 +245,10 @@ def _errors(axis: Axes, at: xr.Dataset, name: str, color: str) -> None:
     whole = at["error"].attrs["units"]
     unit = "log10 of ratio]" if whole.startswith("log10") else whole.rpartition("[")[2]
     axis.set_ylabel(f"size of error\n[{unit}")
+
+
+def _height(kinds: list[str]) -> float:
+    return max(PANEL[1], 1.2 + _BAR * len(kinds))
 
 
 def _short(value: float) -> str:

@@ -3,6 +3,7 @@
 Not known here: stiffness and mass matrices, files, damping, probability.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 import equinox as eqx
@@ -11,12 +12,13 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact
 
 from ._sites import unit
+from ._static_shapes import StaticShapes, none
 from ._types import Parameter
 from ._vectors import Coordinates
 from .interpolation import Interpolation
 from .modal_model import ModalModel
 from .modes import Modes
-from .places import Place
+from .places import Place, mean
 from .supports import Box, Support
 
 Numbers = Float[Array | np.ndarray, "..."]
@@ -67,10 +69,12 @@ class NodalModes(Modes):
     density: Parameter = eqx.field(metadata=unit("kg/m3"))
     regions: Named
     members: Named
+    statics: StaticShapes
     nominal: tuple[float, float] = eqx.field(static=True)
     mass: float = eqx.field(static=True)
     extent: tuple[Coordinates, Coordinates] = eqx.field(static=True)
     pieces: tuple[Support, ...] = eqx.field(static=True)
+    centres: tuple[tuple[str, Coordinates], ...] = eqx.field(static=True)
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
 
@@ -120,20 +124,41 @@ class NodalModes(Modes):
         return [piece.on(self.extent) for piece in self.pieces]
 
 
-class UnknownModes(Modes):
+class OverNodal(Modes):
+    """Modes that are known nodal modes changed by unknowns: they sit where those sit."""
+
+    nodal: eqx.AbstractVar[NodalModes]
+
+    def bounds(self) -> tuple[Coordinates, Coordinates]:
+        """Return the least and the greatest coordinates [m]."""
+        return self.nodal.bounds()
+
+    def anywhere(self) -> list[Place]:
+        """Return the members or surfaces on which something may sit."""
+        return self.nodal.anywhere()
+
+
+class UnknownModes(OverNodal):
     """Modes whose shapes are known, each natural frequency and modal mass a number or a law.
 
-    For models that give shapes only, or whose frequencies are not to be trusted. Natural
-    frequencies must stay in their order.
+    For models that give shapes only, or whose frequencies are not to be trusted. Numbers count the
+    elastic modes from 1 and belong to the shapes: where laws overlap, natural frequencies may
+    cross, and each shape keeps its own damping ratio. Rigid-body modes stay as they are.
 
     Parameters
     ----------
     nodal
-        The shapes; their own frequencies are not used.
+        The shapes; the natural frequencies of elastic modes are not used.
     frequency
-        Natural frequency of each mode [Hz].
+        Natural frequency of each elastic mode [Hz], in ascending order of their means.
     modal_mass
-        Modal mass [kg] of each shape as it is scaled in `nodal`.
+        Modal mass [kg] of the shape of each elastic mode as it is scaled in `nodal`; by default
+        1, for mass-normalised shapes.
+
+    Raises
+    ------
+    ValueError
+        If there is not one of each for every elastic mode, or they are not in order.
     """
 
     nodal: NodalModes
@@ -143,38 +168,41 @@ class UnknownModes(Modes):
     rigid_body_modes: int = eqx.field(static=True)
 
     def __init__(
-        self, nodal: NodalModes, *, frequency: Sequence[Parameter], modal_mass: Sequence[Parameter]
+        self,
+        nodal: NodalModes,
+        *,
+        frequency: Sequence[Parameter],
+        modal_mass: Sequence[Parameter] | None = None,
     ):
-        self.nodal = nodal
-        self.frequency, self.modal_mass = tuple(frequency), tuple(modal_mass)
-        self.axes, self.rigid_body_modes = nodal.axes, 0
-        count = nodal.shape.shape[1]
+        self.nodal, self.axes = nodal, nodal.axes
+        self.rigid_body_modes = nodal.rigid_body_modes
+        count = nodal.shape.shape[1] - self.rigid_body_modes
+        self.frequency = tuple(frequency)
+        self.modal_mass = (1.0,) * count if modal_mass is None else tuple(modal_mass)
         if not len(self.frequency) == len(self.modal_mass) == count:
             raise ValueError(
                 f"UnknownModes was given {len(self.frequency)} natural frequencies and "
-                f"{len(self.modal_mass)} modal masses for {count} mode shapes; one of each is "
-                "needed for every shape. Keep fewer shapes with model.count(...)."
+                f"{len(self.modal_mass)} modal masses for {count} elastic mode shapes; one of each "
+                "is needed for every shape. Keep fewer shapes with model.count(...)."
             )
+        _check_order([mean(value) for value in self.frequency])
 
     def angular_frequency(self) -> Float[Array, "mode"]:
-        """Natural angular frequencies [rad/s]."""
-        return 2 * jnp.pi * _stacked(self.frequency)
+        """Natural angular frequencies [rad/s], in the order of the shapes."""
+        rigid = jnp.zeros(self.rigid_body_modes)
+        return jnp.concatenate([rigid, 2 * jnp.pi * _stacked(self.frequency)])
 
     def shapes(self, position: Point, derivative: int = 0) -> Float[Array, "axis mode"]:
         """Mode shapes over the roots of their modal masses [kg^-1/2]."""
-        return self.nodal.shapes(position, derivative) / jnp.sqrt(_stacked(self.modal_mass))
+        return self.nodal.shapes(position, derivative) / jnp.sqrt(self.masses())
+
+    def masses(self) -> Float[Array, "mode"]:
+        """Modal masses [kg], 1 for rigid-body modes."""
+        return jnp.concatenate([jnp.ones(self.rigid_body_modes), _stacked(self.modal_mass)])
 
     def static_flexibility(self, position: Point, other: Point) -> None:
         """Nothing is known of other modes; see `effects.residual_modes`."""
         return
-
-    def bounds(self) -> tuple[Coordinates, Coordinates]:
-        """Return the least and the greatest coordinates [m]."""
-        return self.nodal.bounds()
-
-    def anywhere(self) -> list[Place]:
-        """Return the members or surfaces on which something may sit."""
-        return self.nodal.anywhere()
 
 
 def modes(
@@ -188,6 +216,8 @@ def modes(
     flexibility: Float[np.ndarray, "row row"] | None = None,
     regions: Mapping[str, np.ndarray] | None = None,
     members: Mapping[str, np.ndarray] | None = None,
+    centres: Mapping[str, Coordinates] | None = None,
+    statics: StaticShapes | None = None,
     mass: float | None = None,
 ) -> NodalModes:
     """Modes of a structure from its mode shapes at nodes.
@@ -214,6 +244,10 @@ def modes(
         Stiffness [(rad/s)^2] of each region over the modes, by name.
     members
         Geometric stiffness [(rad/s)^2 / N] of each member under a unit tension over the modes.
+    centres
+        Middles of regions, members and soft supports [m], by name, for figures.
+    statics
+        Static shapes of what may give way; None if they are not known.
     mass
         Mass of the structure [kg]; by default as its modes suggest.
 
@@ -229,7 +263,7 @@ def modes(
             "of freedom. Make it from the same model: interpolation.scattered(model)."
         )
     shape = np.asarray(model.shape[rows])
-    count = shape.shape[1]
+    count, static = shape.shape[1], statics or none(*shape.shape)
     extent = _box(model.position)
     return NodalModes(
         interpolation=interpolation.renumbered(rows),
@@ -240,10 +274,12 @@ def modes(
         density=density,
         regions=Named.of(regions or {}, count),
         members=Named.of(members or {}, count),
+        statics=static,
         nominal=nominal,
         mass=mass or _mass(model, rows),
         extent=extent,
         pieces=tuple(pieces) or (_whole(extent),),
+        centres=tuple((centres or {}).items()),
         axes=interpolation.axes,
         rigid_body_modes=model.rigid_body_modes,
     )
@@ -251,13 +287,23 @@ def modes(
 
 def nodal_of(modes: Modes) -> NodalModes | None:
     """Return the nodal modes below unknown ones; None if there are none."""
-    if isinstance(modes, UnknownModes):
+    if isinstance(modes, OverNodal):
         return modes.nodal
     return modes if isinstance(modes, NodalModes) else None
 
 
 def _stacked(values: tuple[Parameter, ...]) -> Float[Array, "mode"]:
     return jnp.stack([jnp.asarray(value, float) for value in values])
+
+
+def _check_order(frequency: Sequence[float]) -> None:
+    for number, (lower, upper) in enumerate(itertools.pairwise(frequency), start=1):
+        if lower > upper:
+            raise ValueError(
+                f"UnknownModes was given mode {number} at {lower:g} Hz and mode {number + 1} at "
+                f"{upper:g} Hz; means that ascend are needed, since shapes and damping ratios are "
+                "counted so. Sort them together with the columns of the shapes."
+            )
 
 
 def _box(position: Float[np.ndarray, "node 3"]) -> tuple[Coordinates, Coordinates]:

@@ -3,6 +3,7 @@
 Not known here: how anything was computed.
 """
 
+import itertools
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,7 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ._figures import legend, on_two_lines, panels
+from ._figures import PANEL, legend, on_two_lines, panels
 from .estimates import scalars
 from .experiment import MEASURED, RESPONSE, role
 
@@ -19,6 +20,9 @@ BAND = (0.05, 0.95)
 BINS = 40
 MOST_NODES = 100
 """Draws of fewer values than this, many times each, are taken for nodes of a quadrature."""
+
+_SMALL = (4.2, 3.0)
+"""Width and height [inch] of a panel that has others beside it."""
 
 _PRIOR, _POSTERIOR, _DATA = "0.6", "C0", "C3"
 _SPARSE = 30
@@ -77,12 +81,15 @@ def response_band(simulated: xr.DataTree, reference: Any = None) -> Figure:
 
 def parameters(result: xr.DataTree, truth: Mapping[str, float] | None = None) -> Figure:
     """Prior and posterior of every parameter and noise level, as Figures 6 and 7 of the paper."""
-    return _marginals(result, _names(result, placement=False), truth or {})
+    rows = [[name] for name in _names(result, placement=False)]
+    return _marginals(result, rows, truth or {})
 
 
 def placement(result: xr.DataTree, truth: Mapping[str, float] | None = None) -> Figure:
-    """Prior and posterior of every position and angle."""
-    return _marginals(result, _names(result, placement=True), truth or {})
+    """Prior and posterior of every position and angle, a row for each sensor and actuator."""
+    names = _names(result, placement=True)
+    rows = [list(own) for _, own in itertools.groupby(names, lambda name: name.split(".")[:2])]
+    return _marginals(result, rows, truth or {})
 
 
 def pair(
@@ -132,16 +139,26 @@ def methods(results: Mapping[str, xr.DataTree], truth: Mapping[str, float] | Non
     return legend(figure, axes)
 
 
-def _marginals(result: xr.DataTree, names: list[str], truth: Mapping[str, float]) -> Figure:
-    figure, axes = panels(max(1, len(names)), 1)
-    for axis, name in zip(axes.flat, names, strict=False):
-        prior, posterior = (_scalars(result[group])[name] for group in ("prior", "posterior"))
-        _histogram(axis, prior.ravel(), label="prior", color=_PRIOR, alpha=0.5, bins=BINS // 2)
-        _histogram(axis, posterior.ravel(), label="posterior", color=_POSTERIOR, alpha=0.6)
-        _true_value(axis, name, truth)
-        _density_axis(axis, result, name)
-        _limits(axis, prior, posterior)
-    return legend(figure, axes)
+def _marginals(result: xr.DataTree, rows: list[list[str]], truth: Mapping[str, float]) -> Figure:
+    columns = max(map(len, rows), default=1)
+    panel = PANEL if columns == 1 else _SMALL
+    figure, axes = panels(max(1, len(rows)), columns, panel=panel)
+    for row, names in zip(axes, rows, strict=False):
+        for axis, name in zip(row, names, strict=False):
+            _marginal(axis, result, name, truth)
+        for unused in row[len(names) :]:
+            unused.remove()
+    return legend(figure, np.array(figure.axes))
+
+
+def _marginal(axis: Axes, result: xr.DataTree, name: str, truth: Mapping[str, float]) -> None:
+    prior, posterior = (_scalars(result[group])[name] for group in ("prior", "posterior"))
+    _histogram(axis, prior.ravel(), label="prior", color=_PRIOR, alpha=0.5, bins=BINS // 2)
+    _histogram(axis, posterior.ravel(), label="posterior", color=_POSTERIOR, alpha=0.6)
+    _true_value(axis, name, truth)
+    _density_axis(axis, result, name)
+    _limits(axis, prior, posterior)
+    axis.locator_params(axis="x", nbins=4)
 
 
 def _scalars(group: Any) -> dict[str, np.ndarray]:
@@ -233,7 +250,10 @@ def _density_axis(axis: Axes, result: xr.DataTree, name: str) -> None:
 
 
 def _with_unit(result: xr.DataTree, name: str) -> str:
-    return f"{name} [{_unit(result, name)}]"
+    # The angles of `orientation.rotation`, by the axes about which they turn.
+    before, _, number = name.partition(".angles.")
+    said = f"{before}.angles.{number} about {'xyz'[int(number) - 1]}" if number else name
+    return f"{said} [{_unit(result, name)}]"
 
 
 def _unit(result: xr.DataTree, name: str) -> str:

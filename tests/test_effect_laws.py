@@ -64,7 +64,7 @@ STRUCTURAL = [
 ]
 PASSIVE = [name for name in STRUCTURAL if name != "cubic_stiffness"]
 # What they are on a line is in the table; on finite element models see effects/test_on_models.py.
-ON_MODELS = {"member_preload", "region_stiffness_loss"}
+ON_MODELS = {"member_preload", "region_stiffness_loss", "soft_support"}
 table = pytest.mark.parametrize("name", EFFECTS)
 
 

@@ -10,6 +10,7 @@ import bayes_placement as bp
 from bayes_placement import ledger_plots
 from bayes_placement.criticism.explain import Explanation
 from bayes_placement.criticism.ledger import Ledger, Step
+from tests.in_space import Linear
 
 UNIT = "velocity per force [(m/s)/N]"
 PLACES = np.array([0.1, 0.4, 0.7])
@@ -32,6 +33,35 @@ def scores():
     rows += [("misplaced_sensor", 4, shift, 30.0 + shift) for shift in (-0.2, 0.2)]
     table = pd.DataFrame(rows, columns=["kind", "variant", "at", "score"])
     return table.assign(p_value=np.where(table["kind"] == "gain_error", 0.2, 1e-9))
+
+
+IN_SPACE = np.array([[0.1, 0.2, 0.3], [0.9, 0.7, 0.5], [0.4, 0.6, 0.1]])
+
+
+def scores_in_space(flat=False):
+    """Five kinds with a place, the last of which is not drawn, and one that has none."""
+    kinds = ["point_mass", "ground_spring", "gain_error", "axial_preload", "mount_resonance"]
+    rows = [
+        (kind, number, *place, score)
+        for number, kind in enumerate(kinds)
+        for place, score in zip(IN_SPACE, (9.0 - number, -40.0 + number, 1.0), strict=True)
+    ]
+    rows.append(("time_delay", 5, np.nan, np.nan, np.nan, 60.0))
+    table = pd.DataFrame(rows, columns=["kind", "variant", "x", "y", "z", "score"])
+    table["z"] = table["z"] * (0.0 if flat else 1.0)
+    return table.assign(at=np.nan, p_value=1e-9)
+
+
+def in_space():
+    """Return an experiment on a structure in space that is read nowhere here."""
+    return bp.Experiment(
+        bp.Structure(Linear(), damping=bp.damping.Modal(0.03)),
+        sensors=[bp.Sensor("s1", at=(0.2, 0.3, 0.1))],
+        actuators=[bp.Actuator("a1", at=(0.9, 0.1, 0.5))],
+        frequency=[150.0],
+        observe=bp.observe.Complex("velocity"),
+        noise=None,
+    )
 
 
 def step(added, chi2):
@@ -103,8 +133,11 @@ def tiny():
 
 EXPERIMENT = tiny()
 
+FOUND = {"point_mass": (0.3, 0.4, 0.5)}
 FIGURES = {
     "suspicion": lambda: ledger_plots.suspicion(scores(), {"point_mass": 0.37}),
+    "suspicion in space": lambda: ledger_plots.suspicion(scores_in_space(), FOUND, in_space()),
+    "suspicion in a plane": lambda: ledger_plots.suspicion(scores_in_space(flat=True), FOUND),
     "probabilities of an explanation": lambda: ledger_plots.probabilities(explanation()),
     "probabilities of a ledger": lambda: ledger_plots.probabilities(ledger()),
     "error_falls": lambda: ledger_plots.error_falls(ledger()),
@@ -143,6 +176,7 @@ def test_every_axis_bears_a_name_and_a_unit(name):
         assert axis.get_xlabel().endswith("]") or not axis.get_xlabel()
         assert axis.get_ylabel().endswith("]") or not axis.get_ylabel()
         assert axis.get_xlabel() or axis.get_ylabel()
+        assert axis.name != "3d" or axis.get_zlabel() == "z [m]"
 
 
 @pytest.mark.parametrize("name", [name for name in FIGURES if "prob" not in name])
@@ -183,6 +217,58 @@ def test_the_place_that_was_found_is_marked_on_its_strip():
     assert (list(star.get_xdata()), list(star.get_ydata())) == ([0.37], [3])
     assert "place as fitted" in labels(figure)
     assert "place as fitted" not in labels(ledger_plots.suspicion(scores()))
+
+
+def maps(figure):
+    return [axis for axis in figure.axes if axis.get_title().startswith("suspicion of ")][:-1]
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_a_structure_in_space_has_a_map_of_each_of_the_most_suspect_kinds(flat):
+    figure = drawn(ledger_plots.suspicion(scores_in_space(flat), FOUND))
+    assert [axis.get_title().removeprefix("suspicion of ") for axis in maps(figure)] == [
+        "point_mass",
+        "ground_spring",
+        "gain_error",
+        "axial_preload",
+    ]
+    assert {axis.name for axis in maps(figure)} == {"rectilinear" if flat else "3d"}
+    for number, axis in enumerate(maps(figure)):
+        (marks,) = axis.collections
+        assert sorted(marks.get_array()) == [1.0, 9.0 - number, 40.0 - number]
+
+
+def test_only_the_map_of_a_kind_that_was_found_bears_its_place():
+    figure = ledger_plots.suspicion(scores_in_space(flat=True), FOUND)
+    stars = [
+        np.transpose(line.get_data()).tolist()
+        for axis in maps(figure)
+        for line in axis.lines
+        if line.get_label() == "place as fitted"
+    ]
+    assert stars == [[[0.3, 0.4]]]
+
+
+def test_bars_beside_the_maps_show_all_kinds():
+    figure = ledger_plots.suspicion(scores_in_space(), FOUND, in_space())
+    (ranked,) = (axis for axis in figure.axes if axis.get_title() == "suspicion of each kind")
+    assert names(ranked)[::-1] == [
+        "time_delay",
+        "point_mass",
+        "ground_spring",
+        "gain_error",
+        "axial_preload",
+        "mount_resonance",
+    ]
+    assert words(ranked) == ["36", "37", "38", "39", "40", "60"]
+    assert set(labels(figure)) == {
+        "structure",
+        "sensor as recorded",
+        "actuator as recorded",
+        "greatest score",
+        "place as fitted",
+        "more than chance (corrected p < 0.01)",
+    }
 
 
 def test_candidates_without_places_are_drawn_alone():

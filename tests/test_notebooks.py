@@ -46,7 +46,8 @@ def figures(notebook):
 
 
 def test_there_are_notebooks():
-    assert {path.stem for path in NOTEBOOKS} >= {"bar_damping", "hidden_effect"}
+    expected = {"bar_damping", "hidden_effect", "structure_in_space"}
+    assert {path.stem for path in NOTEBOOKS} >= expected
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -118,3 +119,23 @@ def test_an_effect_of_ones_own_is_weighed_along_with_the_others(tiny):
 
 def test_the_hidden_effect_draws_its_figures(tiny):
     assert len(figures(tiny["hidden_effect"])) == 6
+
+
+def test_the_arm_finds_its_clamp_and_how_the_sensors_were_rolled(tiny):
+    text = printed(tiny["structure_in_space"])
+    assert re.search(
+        r"Missing: point_mass .* chi2 per datum falls from \S+ to (0\.\d|1\.[01])", text
+    )
+    number = r"(-?[\d.e+-]+)"
+    pattern = rf"(\S+) +true {number} +as given {number} .* with the clamp {number} ± {number}"
+    lines = {name: list(map(float, found)) for name, *found in re.findall(pattern, text)}
+    assert len(lines) == 14
+    for true, _, found, error in lines.values():
+        assert abs(found - true) < 5 * error
+    # Without the clamp in the model, angles were bent to make up for it, as the text says.
+    turned = [one for name, one in lines.items() if "angles" in name]
+    assert max(abs(given - true) / error for true, given, _, error in turned) > 50
+
+
+def test_the_arm_draws_its_suspicion(tiny):
+    assert len(figures(tiny["structure_in_space"])) == 1

@@ -56,6 +56,24 @@ def result(ratio=None, place=None, parts=False):
     )
 
 
+SPATIAL = {
+    "sensor.s1.position.x": "m",
+    "sensor.s1.position.y": "m",
+    "sensor.s1.angles.1": "rad",
+    "sensor.s1.angles.3": "rad",
+    "actuator.a1.position.along": "m",
+}
+
+
+def result_in_space():
+    """Result of an inference of places in space and of angles."""
+
+    def group(count):
+        return xr.Dataset({name: draws(RNG.uniform(size=count), u) for name, u in SPATIAL.items()})
+
+    return xr.DataTree.from_dict({"/posterior": group(500), "/prior": group(400)})
+
+
 def labels(figure):
     return [text.get_text() for text in figure.legends[0].get_texts()] if figure.legends else []
 
@@ -83,6 +101,7 @@ FIGURES = {
     ),
     "parameters": lambda: bp.plots.parameters(result(), {RATIO: 0.04}),
     "placement": lambda: bp.plots.placement(result(), {POSITION: 0.3}),
+    "placement in space": lambda: bp.plots.placement(result_in_space()),
     "pair": lambda: bp.plots.pair(result(), RATIO, POSITION),
     "methods": lambda: bp.plots.methods({"one": result(), "two": result()}),
 }
@@ -102,6 +121,19 @@ def test_one_legend_stands_above_the_panels(name):
     bottom = legend.get_window_extent().y0
     assert all(axis.get_tightbbox().y1 <= bottom for axis in figure.axes)
     assert len(labels(figure)) == len(set(labels(figure))) >= 2
+
+
+def test_each_transducer_in_space_has_a_row_and_angles_say_about_what():
+    figure = drawn(bp.plots.placement(result_in_space()))
+    said = {axis.get_xlabel(): axis.get_subplotspec() for axis in figure.axes}
+    assert {label: (one.rowspan.start, one.colspan.start) for label, one in said.items()} == {
+        "sensor.s1.position.x [m]": (0, 0),
+        "sensor.s1.position.y [m]": (0, 1),
+        "sensor.s1.angles.1 about x [rad]": (0, 2),
+        "sensor.s1.angles.3 about z [rad]": (0, 3),
+        "actuator.a1.position.along [m]": (1, 0),
+    }
+    assert figure.axes[2].get_ylabel() == "probability density [1/rad]"
 
 
 def test_measured_points_are_drawn_on_the_band_and_less_its_mean():

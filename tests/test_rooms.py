@@ -17,13 +17,14 @@ ORDER = """
     interpolation._linear_elements interpolation._plate_elements
     interpolation._scikit_fem_elements interpolation._scattered
     interpolation._geometric_stiffness interpolation
-    nodal_modes _changed_modes affine_modes
+    _static_shapes nodal_modes _changed_modes _part_factors affine_modes
     matrices._symmetric_factor matrices._elimination_order matrices._rigid_body
     matrices._static_flexibility matrices._eigenmodes matrices._affine matrices._ritz_span
     matrices._reduced_basis matrices._dynamic_stiffness matrices._matrix_checks matrices
-    finite_elements
+    soft_supports _openings _scikit_fem_rows finite_elements
     points damping _channel
-    effects._jumps effects._hinges effects._effect effects._scales
+    effects._words effects._lines effects._jumps effects._opened effects._yielding effects._hinges
+    effects._effect effects._scales effects.soft_support
     effects.region_stiffness_loss effects.member_preload
     effects.point_mass effects.ground_spring effects.ground_dashpot effects.tuned_absorber
     effects.local_stiffness_loss effects.hysteretic_damping effects.viscoelastic_modulus
@@ -37,17 +38,17 @@ ORDER = """
     _standard_normal _target estimates information _results simulate symmetries infer methods
     criticism._residuals criticism._edges criticism._statistics criticism.correlation
     criticism.discrepancy criticism.misfit criticism.check
-    criticism._compiled criticism._problem criticism._descent criticism._search
+    criticism._compiled criticism._groups criticism._problem criticism._descent criticism._search
     criticism._hypotheses criticism._odds
     criticism._branches criticism._confirm criticism._estimates criticism._held_out
-    criticism._suspicion criticism.ledger criticism.explain criticism.improve
+    criticism._whereabouts criticism._suspicion criticism.ledger criticism.explain criticism.improve
     criticism._same_data criticism.compare criticism
     report
     io._uff_blocks io._uff_units io._uff_nodes io._uff_write io.uff io.netcdf io.model
     io.uff_modes io.npz_modes io.matrix_files io.nastran io.mesh
     io._case_fields io._case_measurement io._case_model io._case_structure io._case_places
     io.case io
-    _figures plots misfit_plots ledger_plots _outputs _terminal _studies _fitted
+    _figures plots misfit_plots structure_plots ledger_plots _outputs _terminal _studies _fitted
     commands criticism_commands cli
 """.split()  # noqa: SIM905
 

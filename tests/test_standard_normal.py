@@ -45,3 +45,10 @@ def test_far_outside_a_uniform_prior_the_value_stays_inside():
 def test_a_law_without_an_inverse_is_refused():
     with pytest.raises(InfeasibleError, match='"h" has the law Gamma, which lacks an inverse'):
         Coordinates({"h": dist.Gamma(2.0, 1.0)}).named(np.zeros((1, 1)))
+
+
+@pytest.mark.parametrize("word", EXPECTED)
+def test_values_without_compiling_are_those_of_the_model(word):
+    one = Coordinates({"x": EXPECTED[word][0]})
+    plain = one.named(POINTS[:, None])["x"]
+    np.testing.assert_allclose(plain, jax.vmap(one.values)(POINTS[:, None])["x"], rtol=1e-12)

@@ -1,22 +1,30 @@
-"""_confirm: in, a fit and its Laplace approximation; out, draws and evidence by SMC from there.
+"""_confirm: in, a fit and its Laplace approximation; out, draws and evidence sampled from there.
 
-Not known here: candidates, what is claimed.
+Not known here: candidates, what is claimed. Draws from a Gaussian a little wider than Laplace's are
+weighted; where their weights cannot be trusted, SMC goes on from the same Gaussian.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.special import logsumexp
 
 from .._types import InfeasibleError, Key, no_progress
 from ..engines import SMC
-from ..engines._engine import Draws
+from ..engines.importance import pareto_k
 from ._descent import Fit
 from ._problem import Problem
 
-WIDER = 1.5
-"""Standard deviation of the reference over that of Laplace's Gaussian: heavy enough to cover."""
+WIDER = 1.2
+"""Standard deviation of the reference over that of Laplace's Gaussian."""
+
+DRAWS, KEPT, BLOCK = 4096, 1600, 256
+"""Draws that are weighted, those kept of them by their weights, and those evaluated together."""
+
+GOOD_PARETO_K, LEAST_ESS = 0.7, 400.0
+"""Weights are trusted whose tail is no heavier, and of which so many are effective."""
 
 ENGINE = SMC(particles=400, populations=4, moves=10, prior_draws=2)
 
@@ -70,6 +78,46 @@ class Reference:
         )
 
 
-def confirmed(problem: Problem, fit: Fit, seed: int = 0) -> Draws:
-    """Draws of the posterior about a fit, with the log evidence and its standard error."""
-    return ENGINE.run(Reference(problem, fit), jax.random.PRNGKey(seed), no_progress)
+class Confirmed(NamedTuple):
+    """Draws of a posterior about a fit [draw, unknown], and its log evidence with its error."""
+
+    points: np.ndarray
+    log_evidence: float
+    log_evidence_error: float
+
+
+def confirmed(problem: Problem, fit: Fit, seed: int = 0) -> Confirmed:
+    """Sample the posterior about a fit."""
+    reference = Reference(problem, fit)
+    weighted = _weighted(problem, reference, np.random.default_rng(seed))
+    if weighted is not None:
+        return weighted
+    draws = ENGINE.run(reference, jax.random.PRNGKey(seed), no_progress)
+    points = np.asarray(draws.position).reshape(-1, problem.dimension)
+    return Confirmed(points, draws.log_evidence, draws.log_evidence_error)
+
+
+def _weighted(problem: Problem, reference: Reference, rng: np.random.Generator) -> Confirmed | None:
+    """Importance sampling; None where the weights cannot be trusted."""
+    normal = rng.standard_normal((DRAWS, problem.dimension))
+    points = np.asarray(reference.mode) + normal @ np.asarray(reference.root).T
+    blocks = np.split(points, DRAWS // BLOCK)
+    posterior = np.concatenate([_log_density(problem, block) for block in blocks])
+    volume = reference.log_volume + problem.dimension * reference.constant
+    log_weight = posterior + 0.5 * np.einsum("di,di->d", normal, normal) + volume
+    log_weight = np.where(np.isfinite(log_weight), log_weight, -np.inf)
+    share = np.exp(log_weight - logsumexp(log_weight))
+    if not pareto_k(log_weight) < GOOD_PARETO_K or not 1 / np.sum(share**2) > LEAST_ESS:
+        return None
+    evidence = float(logsumexp(log_weight) - np.log(DRAWS))
+    steps = (np.arange(KEPT) + rng.uniform()) / KEPT
+    kept = np.minimum(np.searchsorted(np.cumsum(share), steps), DRAWS - 1)
+    return Confirmed(points[kept], evidence, float(np.std(share * DRAWS) / np.sqrt(DRAWS)))
+
+
+def _log_density(problem: Problem, points: np.ndarray) -> np.ndarray:
+    """Log of prior times likelihood."""
+    residual, spread = problem.residuals(points)
+    squares = np.einsum("dn,dn->d", residual, residual) + np.einsum("di,di->d", points, points)
+    constants = (problem.count + problem.dimension) * 0.5 * np.log(2 * np.pi)
+    return -0.5 * squares - spread - constants

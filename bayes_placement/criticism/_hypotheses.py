@@ -3,7 +3,7 @@
 Not known here: probabilities, what is claimed.
 """
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, NamedTuple
@@ -16,7 +16,7 @@ from ..experiment import Experiment
 from ..noise import Data
 from ._descent import Fit
 from ._problem import Problem
-from ._search import Scan, fit_alone, fit_grown, others, scan
+from ._search import LEAST, MOST, Scan, fit_alone, fit_grown, others, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
 """Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
@@ -105,18 +105,22 @@ def grown(below: Hypothesis, effect: Effect) -> Hypothesis:
 
 
 def all_scanned(
-    pairs: Iterable[tuple[Hypothesis, Effect]], tick: Callable[[], None]
+    pairs: Sequence[tuple[Hypothesis, Effect]], tick: Callable[[], None]
 ) -> Iterator[Scanned]:
-    """Scan several, in their order. While one is scanned, the next ones are compiled."""
+    """Scan several, in their order. While one is scanned, the next ones are compiled.
+
+    The variants of one kind share the points of a scan, as they share its prior.
+    """
+    variants = Counter(kind_of(effect) for _, effect in pairs)
     with ThreadPoolExecutor(AHEAD) as pool:
         for below, effect, problem, compiled in _ahead(pool, pairs):
             compiled.result()
-            yield _scanned(below, effect, problem)
+            yield _scanned(below, effect, problem, variants[kind_of(effect)])
             tick()
 
 
 def all_grown(
-    pairs: Iterable[tuple[Hypothesis, Effect]], tick: Callable[[], None]
+    pairs: Sequence[tuple[Hypothesis, Effect]], tick: Callable[[], None]
 ) -> list[Hypothesis]:
     """Fit several, in their order; those without a finite density are left out."""
     return finite(fitted(one) for one in all_scanned(pairs, tick))
@@ -147,9 +151,10 @@ def _prepared(below: Hypothesis, effect: Effect) -> tuple[Effect, Problem]:
     return effect, Problem(below.problem.experiment + effect, below.problem.data)
 
 
-def _scanned(below: Hypothesis, effect: Effect, problem: Problem) -> Scanned:
+def _scanned(below: Hypothesis, effect: Effect, problem: Problem, variants: int = 1) -> Scanned:
     own = unknowns_of(effect, problem)
-    found = scan(problem, _counts(effect, own, problem), below.fit.point)
+    most = max(MOST // variants, LEAST)
+    found = scan(problem, _counts(effect, own, problem), below.fit.point, most)
     return Scanned(below, effect, problem, found)
 
 

@@ -4,6 +4,7 @@ Not known here: candidates, what is claimed. In these coordinates the prior is o
 so that the highest posterior density is where the sum of squares is least.
 """
 
+import functools
 from typing import Any, NamedTuple
 
 import jax
@@ -17,6 +18,7 @@ from ..experiment import Experiment
 from ..noise import Data
 from ..observe import Complex
 from ._compiled import Compiled
+from ._groups import Groups, grouped
 
 BATCH = 16
 """Points evaluated together: more cost memory, fewer cost compiled calls."""
@@ -109,7 +111,24 @@ class Problem:
         self, points: np.ndarray, logarithmic: bool = False
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Residuals [point, datum], sums of log deviations [point], and the slopes of both."""
-        steps = np.concatenate([np.zeros((1, self.dimension)), STEP * np.eye(self.dimension)])
+        groups = self.groups
+        here, level, along, widening = self._differences(points, groups.directions(), logarithmic)
+        return here, level, groups.slopes(along), widening[:, groups.of] * self._widens
+
+    @functools.cached_property
+    def groups(self) -> Groups:
+        """Unknowns that move different data, by differences at a point of no symmetry."""
+        point = np.random.default_rng(0).uniform(-0.5, 0.5, (1, self.dimension))
+        _, _, slopes, widening = self._differences(point, np.eye(self.dimension), False)
+        self._widens = widening[0] != 0
+        # An unknown of the noise stands alone: it moves all that is known of the level.
+        return grouped((slopes[0] != 0) | self._widens[:, None])
+
+    def _differences(
+        self, points: np.ndarray, directions: np.ndarray, logarithmic: bool
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Residuals and sums of log deviations at points, and their slopes along directions."""
+        steps = np.concatenate([np.zeros((1, self.dimension)), STEP * directions])
         around = (points[:, None] + steps).reshape(-1, self.dimension)
         residual, spread = self.residuals(around, logarithmic)
         residual = residual.reshape(len(points), len(steps), -1)

@@ -12,8 +12,8 @@ from scipy.stats import norm
 from ._descent import Fit, best, descend, starts
 from ._problem import Problem
 
-MOST = 1600
-"""Greatest number of points of a grid."""
+MOST, LEAST = 1600, 400
+"""Greatest number of points of a grid for all variants of a kind, and least for each."""
 
 KEPT = 128
 """Points of a scan that are kept, the most promising ones: residuals of all would be gigabytes."""
@@ -61,7 +61,7 @@ def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fit:
     return _followed(problem, scan.points[order], further)
 
 
-def scan(problem: Problem, own: dict[str, int], base: np.ndarray) -> Scan:
+def scan(problem: Problem, own: dict[str, int], base: np.ndarray, most: int) -> Scan:
     """Scan an effect through the prior of its own unknowns.
 
     Parameters
@@ -72,8 +72,10 @@ def scan(problem: Problem, own: dict[str, int], base: np.ndarray) -> Scan:
         Its unknowns, and the number of points along each.
     base
         Coordinates of all other unknowns.
+    most
+        Greatest number of points.
     """
-    grid = _grid(problem, own)
+    grid = _grid(problem, own, most)
     rest = others(problem, list(own))
     grid[:, rest] = base
     residual, _ = problem.residuals(grid, True)
@@ -101,7 +103,7 @@ def _followed(problem: Problem, points: np.ndarray, further: np.ndarray | None =
     return best(ends, final, problem.count)
 
 
-def _grid(problem: Problem, own: dict[str, int]) -> np.ndarray:
+def _grid(problem: Problem, own: dict[str, int], most: int) -> np.ndarray:
     """Points in the middle of cells of equal prior probability; a random part of too many."""
     axes = [norm.ppf((np.arange(count) + 0.5) / count) for count in own.values()]
     rows = (
@@ -109,8 +111,8 @@ def _grid(problem: Problem, own: dict[str, int]) -> np.ndarray:
         if axes
         else np.zeros((1, 0))
     )
-    if len(rows) > MOST:
-        rows = rows[np.random.default_rng(0).choice(len(rows), MOST, replace=False)]
+    if len(rows) > most:
+        rows = rows[np.random.default_rng(0).choice(len(rows), most, replace=False)]
     grid = np.zeros((len(rows), problem.dimension))
     for column, name in enumerate(own):
         grid[:, problem.coordinates.places[name]] = rows[:, column, None]

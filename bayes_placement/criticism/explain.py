@@ -10,13 +10,14 @@ import jax.numpy as jnp
 import numpy as np
 import pandas as pd
 import xarray as xr
+from threadpoolctl import threadpool_limits
 
 from .._types import Progress, no_progress
 from ..effects._library import Library
 from ..experiment import MEASURED, Experiment
 from ..noise import Data
 from ._branches import singles
-from ._confirm import confirmed
+from ._confirm import Confirmed, confirmed
 from ._estimates import Estimate, estimates
 from ._held_out import held_out
 from ._hypotheses import Hypothesis, alone
@@ -25,7 +26,7 @@ from ._suspicion import suspicion
 from .ledger import Step
 
 FINALISTS = 3
-"""Hypotheses, at most, whose evidence is confirmed by SMC."""
+"""Hypotheses, at most, whose evidence is confirmed by sampling."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,9 @@ class Explanation:
     confounded
         Pairs of kinds that these data cannot tell apart.
     suspicion
-        Score of every candidate along its places: `kind`, `variant`, `at` [m], `score`, and
-        `p_value` corrected for having looked in many places.
+        Score of every candidate along its places: `kind`, `variant`, `setting` in words, `at` [m]
+        along a line, `x`, `y`, `z` [m] in space, `score`, and `p_value` corrected for having
+        looked in many places.
     """
 
     steps: tuple[Step, ...]
@@ -64,11 +66,7 @@ class Explanation:
                     "log evidence": f"{step.log_evidence:.1f}",
                     "held out": f"{step.held_out:.3f}",
                     "p of score": f"{scores[kind]:.2g}" if kind in scores else "",
-                    "parameters": ", ".join(
-                        f"{name.rsplit('.', 1)[-1]} {value}"
-                        for name, value in step.own_parameters().items()
-                        if step.added is not None
-                    ),
+                    "parameters": step.found(),
                 }
             )
         return pd.DataFrame(rows).set_index("effect")
@@ -94,14 +92,15 @@ class Explanation:
         return "\n".join([self.table().to_string(), "", *lines])
 
 
+@threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def explain(
     posterior: xr.DataTree, candidates: Library, *, progress: Progress = no_progress
 ) -> Explanation:
     """Say which of some effects is missing from a fitted model.
 
     Each candidate gets a score test at its weakest (the suspicion map), then is fitted from many
-    starts. Fits are compared by evidence: Laplace's method, confirmed by SMC for the finalists;
-    and by how well they foretell a channel or a band that they have not seen.
+    starts. Fits are compared by evidence: Laplace's method, confirmed by sampling for the
+    finalists; and by how well they foretell a channel or a band that they have not seen.
 
     Parameters
     ----------
@@ -138,22 +137,18 @@ def explain(
     )
 
 
-Confirmed = dict[int, tuple[np.ndarray, float, float]]
+Sampled = dict[int, Confirmed]
+"""Finalists that were sampled, by identity."""
 
 
-def finalists(pool: Pool, chosen: Sequence[Hypothesis]) -> Confirmed:
+def finalists(pool: Pool, chosen: Sequence[Hypothesis]) -> Sampled:
     """Draws, log evidence and its error of the hypotheses that evidence hardly tells apart."""
     best = max(pool.log_odds(one) for one in chosen)
     close = [one for one in chosen if pool.log_odds(one) > best - 3 * STRONG][:FINALISTS]
-    found = {}
-    for one in close:
-        draws = confirmed(one.problem, one.fit)
-        points = np.asarray(draws.position).reshape(-1, one.problem.dimension)
-        found[id(one)] = (points, draws.log_evidence, draws.log_evidence_error)
-    return found
+    return {id(one): confirmed(one.problem, one.fit) for one in close}
 
 
-def step_of(hypothesis: Hypothesis, draws: Confirmed, added: str | None = None) -> Step:
+def step_of(hypothesis: Hypothesis, draws: Sampled, added: str | None = None) -> Step:
     """Lay out a fitted hypothesis for the record."""
     points, evidence, error = draws.get(id(hypothesis), (None, hypothesis.fit.log_evidence, None))
     named = hypothesis.effects[-1].name if hypothesis.effects else None
@@ -166,7 +161,15 @@ def step_of(hypothesis: Hypothesis, draws: Confirmed, added: str | None = None) 
         log_evidence=float(evidence),
         log_evidence_error=error,
         held_out=held_out(hypothesis),
+        setting=_setting(hypothesis, added or named),
     )
+
+
+def _setting(hypothesis: Hypothesis, added: str | None) -> str:
+    """Which sensor or part of the structure the added effect is about."""
+    experiment = hypothesis.problem.experiment
+    every = {one.name: one for one in experiment.effects}
+    return every[added].setting(experiment) if added else ""
 
 
 def observed(posterior: xr.DataTree, experiment: Experiment) -> Data:

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable
 
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from .._types import Progress, no_progress
 from ..effects._library import Library, kind_of, library
@@ -17,12 +18,13 @@ from ._branches import deeper, singles
 from ._hypotheses import Hypothesis, alone
 from ._odds import LEVEL, Pool, ordered, p_value
 from ._suspicion import suspicion
-from .explain import Confirmed, finalists, step_of
+from .explain import Sampled, finalists, step_of
 from .ledger import Ledger, Step
 
 MOST_EFFECTS = 3
 
 
+@threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def improve(
     experiment: Experiment,
     measurement: Measurements,
@@ -108,7 +110,7 @@ def _ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callab
     return tick
 
 
-def _steps(pool: Pool, best: Hypothesis, draws: Confirmed) -> tuple[Step, ...]:
+def _steps(pool: Pool, best: Hypothesis, draws: Sampled) -> tuple[Step, ...]:
     """The way from the model as given to the best hypothesis, one effect a step."""
     way = ordered(pool, best)
     chosen = [pool.of(kinds) for kinds in way[:-1]] + [best] if best.effects else [best]

@@ -33,11 +33,13 @@ class Step:
     p_value
         Probability that a right model leaves as much.
     log_evidence
-        Log of the evidence, by Laplace's method or confirmed by SMC.
+        Log of the evidence, by Laplace's method or confirmed by sampling.
     log_evidence_error
-        Its standard error where SMC confirmed it, else None.
+        Its standard error where sampling confirmed it, else None.
     held_out
         Mean log density of held-out data [nats a real datum].
+    setting
+        Which sensor or part of the structure the added effect is about, in words.
     """
 
     added: str | None
@@ -48,6 +50,15 @@ class Step:
     log_evidence: float
     log_evidence_error: float | None
     held_out: float
+    setting: str = ""
+
+    def found(self) -> str:
+        """Say what was added: which sensor or part it is about, and its parameters."""
+        if self.added is None:
+            return ""
+        mark = f".{self.added}."
+        own = [f"{name.split(mark)[-1]} {one}" for name, one in self.own_parameters().items()]
+        return ", ".join([*([self.setting] if self.setting else []), *own])
 
     def own_parameters(self) -> dict[str, Estimate]:
         """Unknowns of the effect that was added; of the model, where none was."""
@@ -118,11 +129,7 @@ class Ledger:
                 "p": f"{one.p_value:.2g}",
                 "log evidence": f"{one.log_evidence:.1f}",
                 "held out": f"{one.held_out:.3f}",
-                "parameters": ", ".join(
-                    f"{name.rsplit('.', 1)[-1]} {value}"
-                    for name, value in one.own_parameters().items()
-                    if one.added is not None
-                ),
+                "parameters": one.found(),
             }
             for one in self.steps
         ]
@@ -142,11 +149,17 @@ class Ledger:
                 f"Nothing is claimed to be missing: the model as given passes its check {passed}."
             )
         named = " and ".join(
-            f"{kind} (probability {self.probabilities[kind]:.3g})" for kind in self.verdict
+            f"{kind} ({self._about(kind)}probability {self.probabilities[kind]:.3g})"
+            for kind in self.verdict
         )
         first = self.steps[0].chi2_per_datum
         rest = " Something else is missing still." if self.unexplained else ""
         return f"Missing: {named}; chi2 per datum falls from {first:.3g} to {last:.3g}.{rest}"
+
+    def _about(self, kind: str) -> str:
+        """Say which sensor or part of the structure an effect is about."""
+        settings = (one.setting for one in self.steps if one.added == kind and one.setting)
+        return "".join(f"{words}, " for words in settings)
 
     def words(self) -> list[str]:
         """Say the verdict, what cannot be told apart, and what remains."""
@@ -188,6 +201,7 @@ def _step(step: Step) -> dict[str, Any]:
     }
     return {
         "added": step.added,
+        "setting": step.setting,
         "parameters": chosen,
         "chi2_per_datum": step.chi2_per_datum,
         "p_value": step.p_value,

@@ -24,6 +24,7 @@ from .region_stiffness_loss import region_stiffness_loss
 from .residual_modes import residual_modes
 from .sensor_mass import sensor_mass
 from .shear_and_rotary_inertia import shear_and_rotary_inertia
+from .soft_support import soft_support
 from .time_delay import time_delay
 from .tuned_absorber import tuned_absorber
 from .viscoelastic_modulus import viscoelastic_modulus
@@ -53,6 +54,7 @@ __all__ = [
     "residual_modes",
     "sensor_mass",
     "shear_and_rotary_inertia",
+    "soft_support",
     "time_delay",
     "tuned_absorber",
     "viscoelastic_modulus",

@@ -21,7 +21,9 @@ from ..places import Place as InSpace
 from ..places import Position, coordinates
 from ..points import Points, along
 from ..supports import Support
+from . import _words
 from ._hinges import Hinge
+from ._yielding import Yielding
 
 Omega = Inexact[Array, "frequency"]
 Stiffness = Inexact[Array, "frequency"]
@@ -55,6 +57,13 @@ class Effect(eqx.Module):
         """Return it placed on a structure; an effect without a place stays as it is."""
         return self
 
+    def setting(self, experiment: Any) -> str:
+        """Say which place, sensor or part of the structure it is about, as in `sensor s3`.
+
+        Empty where there is only one; what is unknown is a parameter, and not said.
+        """
+        return ""
+
 
 class StructureEffect(Effect):
     """An effect that belongs to the structure: added by `structure + effect`."""
@@ -74,6 +83,11 @@ class AtPlace(StructureEffect):
         """Return it placed on a structure, a support as the uniform law over it."""
         law = placed(self.at, modes, self.name)  # type: ignore[attr-defined]
         return eqx.tree_at(lambda one: one.at, self, law, is_leaf=is_place)
+
+    def setting(self, experiment: Any) -> str:
+        """Which piece of the structure it sits on, and the direction in which it acts."""
+        piece = _words.place(self.at, experiment.structure.modes.bounds())
+        return _words.together(piece, _words.along(self.direction))
 
     def points(self, modes: Modes) -> Points:
         """Where the structure feels it, and along what."""
@@ -120,8 +134,8 @@ class Hinged(StructureEffect):
     """An effect that makes the structure proper more flexible at some places."""
 
     @abc.abstractmethod
-    def hinges(self, modes: Modes) -> list[Hinge]:
-        """Hinges that it opens."""
+    def hinges(self, modes: Modes) -> Sequence[Hinge] | Sequence[Yielding]:
+        """Hinges that it opens, or parts of a finite element model that give way."""
 
 
 class InstrumentEffect(Effect):

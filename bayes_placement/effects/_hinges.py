@@ -3,6 +3,7 @@
 Not known here: what made them flexible, attachments, damping, data.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -10,13 +11,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._bounds import Bounds
-from .._changed_modes import line_of, safe_root
+from .._changed_modes import line_of
 from .._types import Parameter
 from .._uniform_line import UniformLine
 from ..modes import Modes
 from . import _jumps
 from ._jumps import Jumps
+from ._opened import Lacking, OpenedModes, Opening, opened
+from ._yielding import Yielding, yielded
 
 _HAIR = 1e-12  # of the mass of the structure, below which a remainder counts as nothing
 
@@ -40,104 +42,52 @@ class Hinge(NamedTuple):
     compliance: Parameter
 
 
-class HingedModes(Modes):
-    """Modes of a structure with hinges; made by `hinged`.
+class _OfCuts(Lacking):
+    """What the modes of a uniform line lack of the shapes of its cuts."""
 
-    The flexibility of the structure grows by psi C' psi^T, where psi are the static shapes of unit
-    jumps and C' the compliances in series with what holds the jumps. Its eigenvalues in the span
-    of the kept modes and psi are 1 / omega_n^2: a Ritz procedure in flexibility, in which a
-    compliance of zero changes nothing, bit for bit. As many modes are kept as before; what they
-    lack is in the static flexibility, which is exact.
-    """
-
-    modes: Modes
+    line: UniformLine
     cuts: Jumps
-    squares: Float[Array, "mode"]
-    of_modes: Float[Array, "mode mode"]
-    of_lacking: Float[Array, "hinge mode"]
-    participation: tuple[Float[Array, "mode hinge"], Float[Array, "mode hinge"]]
-    in_series: Float[Array, "hinge hinge"]
-    axes: tuple[int, ...] = eqx.field(static=True)
-    rigid_body_modes: int = eqx.field(static=True)
-
-    def angular_frequency(self) -> Float[Array, "mode"]:
-        """Natural angular frequencies [rad/s]."""
-        return safe_root(self.squares)
+    participation: Float[Array, "mode hinge"]
+    changed: bool = eqx.field(static=True)
 
     def shapes(
-        self, position: Float[Array, "*coordinate"], derivative: int = 0
-    ) -> Float[Array, "axis mode"]:
-        """Mass-normalised mode shapes [kg^-1/2] and their derivatives."""
-        kept, lacking = self._parts(position, derivative)
-        return (kept @ self.of_modes + lacking @ self.of_lacking)[None]
-
-    def static_flexibility(
-        self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
-    ) -> Float[Array, "axis axis"] | None:
-        """Static flexibility [m/N] of all elastic modes, hinges included."""
-        before = self.modes.static_flexibility(position, other)
-        if before is None:
-            return None
-        here, there = self._jumps(position), self._jumps(other)
-        return before + here @ self.in_series @ there
-
-    def _parts(self, position: Float[Array, "*coordinate"], derivative: int) -> tuple[Array, Array]:
-        """Kept modes, and what these lack of the shapes of the jumps."""
-        line, kept = line_of(self.modes), self.modes.shapes(position, derivative)[0]
-        jumps = _jumps.shapes(line, self.cuts, position, derivative)
+        self,
+        position: Float[Array, "*coordinate"],
+        derivative: int,
+        kept: Float[Array, "axis mode"],
+    ) -> Float[Array, "axis hinge"]:
+        """Shapes of the cuts, without their part in the modes of the line."""
         # Modes that a preload or shear has changed span the same shapes as those of the line.
-        spanned = kept if line is self.modes else line.shapes(position, derivative)[0]
-        return kept, jumps - spanned @ self.participation[0]
-
-    def _jumps(self, position: Float[Array, "*coordinate"]) -> Float[Array, "hinge"]:
-        kept, lacking = self._parts(position, 0)
-        return lacking + kept @ self.participation[1]
-
-    def bounds(self) -> Bounds:
-        """Return the two ends of the structure [m]."""
-        return self.modes.bounds()
+        spanned = self.line.shapes(position, derivative) if self.changed else kept
+        jumps = _jumps.shapes(self.line, self.cuts, position, derivative)
+        return jumps - spanned @ self.participation
 
 
-def hinged(modes: Modes, hinges: list[Hinge]) -> HingedModes:
-    """Open hinges in a uniform bar or beam.
+def hinged(modes: Modes, hinges: Sequence[Hinge | Yielding]) -> Modes:
+    """Open hinges in a uniform bar or beam, or let parts of a finite element model give way.
 
     Raises
     ------
     ValueError
-        If the structure is no uniform bar or beam.
+        If the structure is no uniform bar or beam, or its supports cannot give way.
     """
+    line_hinges = [one for one in hinges if isinstance(one, Hinge)]
+    if not line_hinges:
+        return yielded(modes, [one for one in hinges if not isinstance(one, Hinge)])
+    return _cut(modes, sorted(line_hinges, key=lambda one: one.order))
+
+
+def _cut(modes: Modes, hinges: list[Hinge]) -> OpenedModes:
     line, rigid = line_of(modes), modes.rigid_body_modes
-    hinges = sorted(hinges, key=lambda one: one.order)
     cuts = _jumps.jumps(line, [one.at for one in hinges], [one.order for one in hinges])
-    squares = modes.angular_frequency() ** 2
-    over_squares = 1 / squares[rigid:]
     own = _jumps.participation(modes, line, cuts)
     plain = own if line is modes else _jumps.participation(line, line, cuts)
     factor = _factor(line, cuts, plain)
-    jumps = jnp.concatenate([own, factor.T])
     beyond = jnp.stack([line.mean_flexibility_beyond(order) for order in cuts.orders])
     in_series = _in_series(line, cuts, [one.compliance for one in hinges])
-    flexibility = jnp.diag(jnp.concatenate([over_squares, beyond])) + jumps @ in_series @ jumps.T
-    values, vectors = jnp.linalg.eigh(-flexibility)  # ascending: the lowest mode comes first
-    kept = over_squares.size
-    # At zero compliance the eigenvalues are those put in, so the difference is zero, exactly.
-    growth = (over_squares + values[:kept]) / over_squares
-    lacking = jax.scipy.linalg.solve_triangular(factor, vectors[kept:, :kept], trans=1, lower=True)
-    return HingedModes(
-        modes=modes,
-        cuts=cuts,
-        squares=jnp.concatenate([squares[:rigid], squares[rigid:] * (1 + growth / (1 - growth))]),
-        of_modes=jax.scipy.linalg.block_diag(jnp.eye(rigid), vectors[:kept, :kept]),
-        of_lacking=jnp.pad(lacking, ((0, 0), (rigid, 0))),
-        participation=(_padded(plain, rigid), _padded(own, rigid)),
-        in_series=in_series,
-        axes=modes.axes,
-        rigid_body_modes=rigid,
-    )
-
-
-def _padded(elastic: Float[Array, "elastic hinge"], rigid: int) -> Float[Array, "mode hinge"]:
-    return jnp.pad(elastic, ((rigid, 0), (0, 0)))
+    lacking = _OfCuts(line, cuts, jnp.pad(plain, ((rigid, 0), (0, 0))), line is not modes)
+    unit = jax.scipy.linalg.solve_triangular(factor, jnp.eye(len(factor)), trans=1, lower=True)
+    return opened(modes, lacking, Opening(own, unit, factor.T, jnp.diag(beyond), in_series))
 
 
 def _factor(

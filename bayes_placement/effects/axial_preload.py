@@ -11,13 +11,14 @@ import jax
 import numpy as np
 from numpyro.distributions import Uniform
 
-from .._changed_modes import ChangedModes, changed, line_of, mixed
+from .._changed_modes import ChangedModes, changed, mixed
 from .._sites import unit
 from .._types import Parameter
 from ..beams import UniformBeam
 from ..modes import Modes
-from ..nodal_modes import NodalModes
-from ._effect import GlobalChange
+from ..nodal_modes import nodal_of
+from ._effect import GlobalChange, StructureEffect
+from ._lines import uniform_beam
 from .member_preload import members
 
 
@@ -36,16 +37,28 @@ class AxialPreload(GlobalChange):
     tension: Parameter = eqx.field(metadata=unit("N"))
     name: str = eqx.field(static=True, default="axial_preload", kw_only=True)
 
+    def on(self, modes: Modes) -> "AxialPreload":
+        """Refuse a structure that is no uniform beam.
+
+        Raises
+        ------
+        ValueError
+            If it is none.
+        """
+        _beam(modes)
+        return self
+
     def changed(self, modes: Modes) -> ChangedModes:
         """Modes of the beam under tension."""
         return changed(modes, self.tension * mixed(modes, _beam(modes).slope_matrix()), None)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence[GlobalChange]:
+    def suggest(cls, experiment: Any) -> Sequence[StructureEffect]:
         """80 % of buckling to ten times as much in tension, of a beam or each member of a frame."""
         modes = experiment.structure.modes
-        if isinstance(modes, NodalModes):
-            return members(modes)
+        nodal = nodal_of(modes)
+        if nodal is not None:
+            return members(nodal)
         if not isinstance(modes, UniformBeam):
             return []
         critical = buckling_load(experiment.nominal().structure.modes)
@@ -61,13 +74,12 @@ def buckling_load(beam: UniformBeam) -> float:
 
 
 def _beam(modes: Modes) -> UniformBeam:
-    line = line_of(modes)
-    if not isinstance(line, UniformBeam):
-        raise ValueError(
-            "axial_preload was added to a bar, whose axial motion a preload does not change. Use "
-            "it on beams.beam."
-        )
-    return line
+    return uniform_beam(
+        modes,
+        "axial_preload",
+        "whose axial motion a preload does not change",
+        "Name a member of the model: effects.member_preload(member, tension).",
+    )
 
 
 axial_preload = AxialPreload

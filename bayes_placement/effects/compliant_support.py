@@ -16,6 +16,8 @@ from .._uniform_line import UniformLine
 from ..modes import Modes
 from ._effect import Hinged
 from ._hinges import Hinge
+from ._lines import uniform_line
+from .soft_support import supports_of
 
 _HELD = {"fixed": ("rotation", "translation"), "pinned": ("translation",), "guided": ("rotation",)}
 
@@ -50,7 +52,8 @@ class CompliantSupport(Hinged):
         ValueError
             If the end or the motion is unknown, or nothing holds that motion there.
         """
-        possible = supports(line_of(modes))
+        instead = 'Name a support of the model: effects.soft_support("left foot", ...).'
+        possible = supports(uniform_line(modes, "compliant_support", instead))
         if (self.end, self.motion) not in possible:
             raise ValueError(
                 f'Effect "{self.name}": the {self.motion} of the {self.end} end was given, but '
@@ -66,17 +69,22 @@ class CompliantSupport(Hinged):
         order = line.half_order + (line.half_order == 2 and self.motion == "translation")
         return [Hinge(at, order, self.compliance)]
 
+    def setting(self, experiment: Any) -> str:
+        """Which end it is about, and which motion of it."""
+        return f"{self.end} end, {self.motion}"
+
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["CompliantSupport"]:
+    def suggest(cls, experiment: Any) -> Sequence[Hinged]:
         """Each support, as soft as the structure itself or by powers of ten stiffer.
 
-        A rotation, or the seat of a bar, is tried from 1e-5 of the compliance of the structure on;
-        the seat of a beam, which high modes feel more by powers of their wave number, from 1e-7 on.
+        Those of a finite element model are `soft_support`. On a line, a rotation or the seat of a
+        bar is tried from 1e-5 of the compliance of the structure on; the seat of a beam, which
+        high modes feel more by powers of their wave number, from 1e-7 on.
         """
         if not isinstance(experiment.structure.modes, UniformLine):
-            return []
+            return supports_of(experiment.structure.modes)
         line = experiment.nominal().structure.modes
-        found = []
+        found: list[Hinged] = []
         for end, motion in supports(line):
             power = 2 * line.half_order - 1 if motion == "translation" else 1
             unit_compliance = float(line.length**power / line.stiffness)

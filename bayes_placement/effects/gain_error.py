@@ -13,6 +13,7 @@ from numpyro.distributions import Uniform
 from .._channel import Channel
 from .._sites import unit
 from .._types import Parameter, Receptance
+from . import _words
 from ._effect import InstrumentEffect, Numbered, Omega, numbered, of_sensor, sensor_names
 
 
@@ -61,6 +62,11 @@ class GainError(InstrumentEffect):
         if self.direction is not None:
             wrong *= np.array([one.direction for one in channels]) == self.direction
         return frf * (1 + wrong * self.error)[:, None, None]
+
+    def setting(self, experiment: Any) -> str:
+        """Which sensor it is about, and which of its channels."""
+        sensor = f"sensor {_words.sensor(self.sensor, experiment)}"
+        return _words.together(sensor, _words.channel(self.direction))
 
     @classmethod
     def suggest(cls, experiment: Any) -> Sequence["GainError"]:

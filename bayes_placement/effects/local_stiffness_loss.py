@@ -17,10 +17,11 @@ from .._sites import unit
 from .._types import Parameter
 from .._uniform_line import UniformLine
 from ..modes import Modes
-from ..nodal_modes import NodalModes
-from . import _scales
+from ..nodal_modes import nodal_of
+from . import _scales, _words
 from ._effect import Hinged, Place, StructureEffect, is_place, placed
 from ._hinges import Hinge
+from ._lines import uniform_line
 from .region_stiffness_loss import RegionStiffnessLoss
 
 
@@ -48,7 +49,15 @@ class LocalStiffnessLoss(Hinged):
     name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
 
     def on(self, modes: Modes) -> "LocalStiffnessLoss":
-        """Return it placed on a structure, a segment as the uniform law over it."""
+        """Return it placed on a structure, a segment as the uniform law over it.
+
+        Raises
+        ------
+        ValueError
+            If the structure is no uniform bar or beam, or the place lies outside.
+        """
+        instead = "Name a region of the model: effects.region_stiffness_loss(region, loss)."
+        uniform_line(modes, "local_stiffness_loss", instead)
         law = placed(self.at, modes, self.name)
         return eqx.tree_at(lambda one: one.at, self, law, is_leaf=is_place)
 
@@ -60,12 +69,17 @@ class LocalStiffnessLoss(Hinged):
         places = [jnp.clip(self.at + side * offset, 0.0, line.length) for side in (-1, 1)]
         return [Hinge(place, line.half_order, compliance) for place in places]
 
+    def setting(self, experiment: Any) -> str:
+        """Where it is, if that is known."""
+        return _words.place(self.at, experiment.structure.modes.bounds())
+
     @classmethod
     def suggest(cls, experiment: Any) -> Sequence[StructureEffect]:
         """A loss of 0.3 % to 95 % along 1 % to 10 % of a line, or of each region of a model."""
         modes, loss = experiment.structure.modes, LogUniform(0.003, 0.95)
-        if isinstance(modes, NodalModes):
-            regions = range(len(modes.regions.names))
+        nodal = nodal_of(modes)
+        if nodal is not None:
+            regions = range(len(nodal.regions.names))
             return [RegionStiffnessLoss(np.asarray(one), loss) for one in regions]
         if not isinstance(modes, UniformLine):
             return []

@@ -1,4 +1,4 @@
-"""member_preload: in, a member and a tension; out, the modes of the frame under it.
+"""member_preload: in, a member and a tension; out, what its stiffness gains.
 
 Not known here: damping, data.
 """
@@ -7,20 +7,21 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Int
 from numpyro.distributions import Uniform
 
-from .._changed_modes import ChangedModes, changed, mixed, nodal_below
+from .._changed_modes import nodal_below
 from .._sites import unit
 from .._types import Parameter
 from ..modes import Modes
 from ..nodal_modes import NodalModes
-from ._effect import GlobalChange
+from . import _words
+from ._effect import Hinged
+from ._yielding import StretchedMember
 
 
-class MemberPreload(GlobalChange):
+class MemberPreload(Hinged):
     """A tension in one member of a frame, felt as its geometric stiffness.
 
     Przemieniecki, Theory of Matrix Structural Analysis, ch. 15. A compression is negative.
@@ -51,11 +52,14 @@ class MemberPreload(GlobalChange):
         number = nodal_below(modes).members.number(self.member, "The member")
         return type(self)(np.asarray(number), self.tension, name=self.name)
 
-    def changed(self, modes: Modes) -> ChangedModes:
-        """Modes of the frame with the member under tension."""
-        nodal = nodal_below(modes)
-        stiffness = jnp.asarray(nodal.members.matrices)[self.member] / nodal.heaviness()
-        return changed(modes, self.tension * mixed(modes, stiffness))
+    def hinges(self, modes: Modes) -> list[StretchedMember]:
+        """One member that gains geometric stiffness."""
+        return [StretchedMember(self.member, self.tension)]  # type: ignore[arg-type]
+
+    def setting(self, experiment: Any) -> str:
+        """Which member it is about."""
+        names = nodal_below(experiment.structure.modes).members.names
+        return f"tension in {_words.among(self.member, names)}"
 
     @classmethod
     def suggest(cls, experiment: Any) -> Sequence["MemberPreload"]:

@@ -22,6 +22,7 @@ from .._types import Parameter, Receptance
 from .._vectors import Coordinates, triple
 from ..modes import Modes
 from ..places import Cartesian, Frame, coordinates
+from . import _words
 from ._effect import (
     InstrumentEffect,
     Numbered,
@@ -129,6 +130,15 @@ class MisplacedSensor(InstrumentEffect):
         for one, its in ((first, second), (second, first)):
             order = order.at[table[one]].set(table[its])
         return order
+
+    def setting(self, experiment: Any) -> str:
+        """Which sensor it is about, and what is wrong with it."""
+        sensor = f"sensor {_words.sensor(self.sensor, experiment)}"
+        if self.swapped_with is not None:
+            return f"{sensor} swapped with {_words.sensor(self.swapped_with, experiment)}"
+        turned = is_unknown(self.reversed_share) or bool(self.reversed_share)
+        one_way = _words.along(self.towards[0]) if len(self.towards) == 1 else ""
+        return _words.together(sensor, "reversed" if turned else one_way)
 
     @classmethod
     def _moved(cls, experiment: Any, name: str) -> list["MisplacedSensor"]:

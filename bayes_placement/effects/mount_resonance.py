@@ -14,7 +14,7 @@ from numpyro.distributions import LogUniform
 from .._channel import Channel
 from .._sites import unit
 from .._types import Parameter, Receptance
-from . import _scales
+from . import _scales, _words
 from ._effect import InstrumentEffect, Numbered, Omega, numbered, of_sensor
 
 
@@ -56,6 +56,10 @@ class MountResonance(InstrumentEffect):
         loss = 2j * self.damping_ratio * turn
         excess = turn**2 / (1 - turn**2 + loss)
         return frf * (1 + of_sensor(self.sensor, channels)[:, None, None] * excess)
+
+    def setting(self, experiment: Any) -> str:
+        """Which sensor it is about."""
+        return f"sensor {_words.sensor(self.sensor, experiment)}"
 
     @classmethod
     def suggest(cls, experiment: Any) -> Sequence["MountResonance"]:

@@ -1,4 +1,4 @@
-"""region_stiffness_loss: in, a region and a share; out, the modes of the structure without it.
+"""region_stiffness_loss: in, a region and a share; out, how it yields.
 
 Not known here: damping, data.
 """
@@ -7,29 +7,32 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Int
 
-from .._changed_modes import ChangedModes, changed, mixed, nodal_below
+from .._changed_modes import nodal_below
 from .._sites import unit
 from .._types import Parameter
 from ..modes import Modes
-from ._effect import GlobalChange
+from . import _words
+from ._effect import Hinged
+from ._yielding import WeakenedRegion
 
 
-class RegionStiffnessLoss(GlobalChange):
+class RegionStiffnessLoss(Hinged):
     """A share of the stiffness lost in one region of a finite element model: damage, a bad bond.
 
-    The modes are those of K - loss K_region in the span of the kept modes (Friswell and
-    Mottershead, Finite Element Model Updating in Structural Dynamics, ch. 7).
+    The stiffness is K - loss K_region (Friswell and Mottershead, Finite Element Model Updating in
+    Structural Dynamics, ch. 7). Where the matrices are known, its flexibility is used, with
+    static shapes in which the region yields; else the span of the kept modes, which follows a
+    loss of a few percent only.
 
     Parameters
     ----------
     region
         Name of the region, or its number from 0.
     loss
-        Share of its stiffness that is lost [1].
+        Share of its stiffness that is lost, less than 1 [1].
     """
 
     absent: ClassVar[tuple[str, float]] = ("loss", 0.0)
@@ -50,15 +53,14 @@ class RegionStiffnessLoss(GlobalChange):
         number = nodal_below(modes).regions.number(self.region, "The region")
         return type(self)(np.asarray(number), self.loss, name=self.name)
 
-    def changed(self, modes: Modes) -> ChangedModes:
-        """Modes of the structure with the weakened region."""
-        nodal = nodal_below(modes)
-        stiffness = (
-            jnp.asarray(nodal.regions.matrices)[self.region]
-            * nodal.stiffening()
-            / nodal.heaviness()
-        )
-        return changed(modes, -self.loss * mixed(modes, stiffness))
+    def hinges(self, modes: Modes) -> list[WeakenedRegion]:
+        """One region that yields."""
+        return [WeakenedRegion(self.region, self.loss)]  # type: ignore[arg-type]
+
+    def setting(self, experiment: Any) -> str:
+        """Which region it is about."""
+        names = nodal_below(experiment.structure.modes).regions.names
+        return f"region {_words.among(self.region, names)}"
 
     @classmethod
     def suggest(cls, experiment: Any) -> Sequence["RegionStiffnessLoss"]:

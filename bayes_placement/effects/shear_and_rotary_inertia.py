@@ -11,12 +11,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
-from .._changed_modes import ChangedModes, changed, line_of, mixed
+from .._changed_modes import ChangedModes, changed, mixed
 from .._sites import unit
 from .._types import Parameter
 from ..beams import UniformBeam
 from ..modes import Modes
 from ._effect import GlobalChange
+from ._lines import uniform_beam
 
 
 class ShearAndRotaryInertia(GlobalChange):
@@ -37,6 +38,17 @@ class ShearAndRotaryInertia(GlobalChange):
     modulus_ratio: Parameter = eqx.field(metadata=unit("1"), default=3.12)
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     name: str = eqx.field(static=True, default="shear_and_rotary_inertia", kw_only=True)
+
+    def on(self, modes: Modes) -> "ShearAndRotaryInertia":
+        """Refuse a structure that is no uniform beam.
+
+        Raises
+        ------
+        ValueError
+            If it is none.
+        """
+        _beam(modes)
+        return self
 
     def changed(self, modes: Modes) -> ChangedModes:
         """Modes with the flexibility of shear and the inertia of rotation.
@@ -70,13 +82,12 @@ def _bent(modes: Modes, force: Float[Array, "mode mode"]) -> Float[Array, "mode 
 
 
 def _beam(modes: Modes) -> UniformBeam:
-    line = line_of(modes)
-    if not isinstance(line, UniformBeam):
-        raise ValueError(
-            "shear_and_rotary_inertia was added to a bar, which moves along its axis and neither "
-            "shears nor turns. Use it on beams.beam."
-        )
-    return line
+    return uniform_beam(
+        modes,
+        "shear_and_rotary_inertia",
+        "which moves along its axis and neither shears nor turns",
+        "Assemble the model with elements that shear.",
+    )
 
 
 shear_and_rotary_inertia = ShearAndRotaryInertia

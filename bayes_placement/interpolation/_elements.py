@@ -148,7 +148,12 @@ def monomials(
 ) -> Float[Array, "*term"]:
     """Products of powers of coordinates, a term each."""
     powers = np.array(exponents).T
-    return functools.reduce(operator.mul, (x**n for x, n in zip(coordinates, powers, strict=True)))
+
+    def terms(x: Array, own: np.ndarray) -> Array:
+        # Each power by itself: x to an array of powers has no second derivative at zero.
+        return functools.reduce(operator.add, ((own == n) * x**n for n in range(own.max() + 1)))
+
+    return functools.reduce(operator.mul, map(terms, coordinates, powers))
 
 
 def all_exponents(dimension: int, degree: int, simplex: bool) -> tuple[tuple[int, ...], ...]:

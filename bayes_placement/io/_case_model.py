@@ -176,7 +176,7 @@ def _frame_members(fields: Fields) -> dict[str, Support]:
     }
 
 
-def _member(start: list[float], end: list[float]) -> Support:
+def _member(start: list[Any], end: list[Any]) -> Support:
     """A member; one along an axis by its coordinates, which say more than a distance."""
     skew = np.count_nonzero(np.subtract(end, start)) != 1
     return Member(start, end) if skew else _between(start, end)
@@ -187,7 +187,7 @@ def _plate_surface(fields: Fields) -> dict[str, Support]:
     return {"plate": _between([0.0, 0.0, 0.0], [x, y, 0.0])}
 
 
-def _between(start: list[float], end: list[float]) -> Box:
+def _between(start: list[Any], end: list[Any]) -> Box:
     return Box(np.add(start, end) / 2, within=np.abs(np.subtract(end, start)) / 2)
 
 

@@ -3,7 +3,7 @@
 Not known here: how shapes are read between nodes, damping laws, files, probability.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
@@ -180,6 +180,31 @@ class Matrices:
             place[to[moving]], place[come_from[driven]], power
         )
         return (found + found.T) / 2 if columns is None else found
+
+    def displacement(self, force: Float[np.ndarray, "dof load"]) -> Float[np.ndarray, "dof load"]:
+        """Static displacement [m] of all elastic modes under forces [N] on all rows, 0 where held.
+
+        Parameters
+        ----------
+        force
+            One column for each load.
+        """
+        return self._on_all_rows(self.flexibility(force[self._order]))
+
+    def without(
+        self, part: Sparse
+    ) -> Callable[[Float[np.ndarray, "dof load"]], Float[np.ndarray, "dof load"]]:
+        """Return `displacement` of the structure without a part of its stiffness.
+
+        Parameters
+        ----------
+        part
+            A part that leaves the structure as it is held, so much of a region.
+        """
+        order = self._order
+        stiffness = csc_array(self.flexibility.stiffness - csc_array(part)[order][:, order])
+        weak = self.flexibility.changed(stiffness, self.flexibility.mass)
+        return lambda force: self._on_all_rows(weak(force[order]))
 
     def receptance(
         self,

@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
 import bayes_placement as bp
+from bayes_placement.criticism import _confirm
 from bayes_placement.criticism._confirm import confirmed
 from bayes_placement.criticism._descent import descend, starts
 from bayes_placement.criticism._held_out import held_out
@@ -61,15 +62,27 @@ def test_a_linear_fit_is_the_closed_form(linear):
     assert fit.log_evidence == pytest.approx(problem.evidence(), abs=1e-4)
 
 
-def test_smc_confirms_the_closed_form(linear):
+@pytest.mark.parametrize("method", ["weights", "smc"])
+def test_sampling_confirms_the_closed_form(linear, method, monkeypatch):
     problem, fit = linear
+    if method == "smc":
+        monkeypatch.setattr(_confirm, "LEAST_ESS", np.inf)
     draws = confirmed(problem, fit)
     assert abs(draws.log_evidence - problem.evidence()) < 5 * draws.log_evidence_error + 1e-3
-    points = np.asarray(draws.position).reshape(-1, problem.dimension)
     mean, covariance = problem.posterior()
-    error = np.sqrt(np.diag(covariance) / 100)  # of 400 particles, a quarter counted as effective
-    assert np.all(np.abs(points.mean(0) - mean) < 5 * error)
-    np.testing.assert_allclose(points.std(0), np.sqrt(np.diag(covariance)), rtol=0.25)
+    effective = 100 if method == "smc" else 1000  # of 400 particles, a quarter counted
+    error = np.sqrt(np.diag(covariance) / effective)
+    assert np.all(np.abs(draws.points.mean(0) - mean) < 5 * error)
+    wide = 0.25 if method == "smc" else 0.1
+    np.testing.assert_allclose(draws.points.std(0), np.sqrt(np.diag(covariance)), rtol=wide)
+
+
+def test_weights_that_cannot_be_trusted_give_way_to_smc(linear):
+    problem, fit = linear
+    narrow = fit._replace(covariance=fit.covariance / 16)
+    draws = confirmed(problem, narrow)
+    assert len(draws.points) == _confirm.ENGINE.particles  # not KEPT: these are of SMC
+    assert abs(draws.log_evidence - problem.evidence()) < 5 * draws.log_evidence_error + 0.1
 
 
 def test_data_of_weight_zero_have_no_say():

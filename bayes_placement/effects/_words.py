@@ -1,0 +1,72 @@
+"""_words: in, what an effect is about; out, the words for it.
+
+Not known here: any single effect, strengths, data.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .._bounds import in_space
+from .._channel import Channel
+from .._sites import is_unknown
+from ..places import Cartesian, OnMember
+from ..supports import Support
+
+
+def together(*parts: str) -> str:
+    """Join what there is to be said."""
+    return ", ".join(part for part in parts if part)
+
+
+def among(name: Any, names: Sequence[str]) -> str:
+    """Return a name, or that of a number."""
+    return name if isinstance(name, str) else names[int(name)]
+
+
+def sensor(name: Any, experiment: Any) -> str:
+    """Name of a sensor of an experiment, from its name or number."""
+    return among(name, [*experiment.sensor])
+
+
+def channel(direction: Any) -> str:
+    """Recorded direction of a channel: channel +x."""
+    return "" if direction is None else f"channel {Channel('', int(direction)).label}"
+
+
+def along(direction: Any) -> str:
+    """Direction in which something acts: along y, along -z, along (0.6, 0, 0.8)."""
+    if direction is None or any(is_unknown(one) for one in direction):
+        return ""
+    vector = np.array([float(one) for one in direction])
+    for axis, letter in enumerate("xyz"):
+        if np.count_nonzero(vector) == 1 and vector[axis]:
+            return f"along {'-' if vector[axis] < 0 else ''}{letter}"
+    return f"along {_triple(vector)}"
+
+
+def place(at: Any, bounds: Any) -> str:
+    """What is known of a place before any data: its piece of the structure, or where it is."""
+    if isinstance(at, Support) or is_unknown(at):
+        return ""
+    if isinstance(at, Cartesian):
+        return _fixed(at, bounds)
+    if isinstance(at, OnMember):
+        return f"on the member from {_triple(at.start)} m along {_triple(at.direction)}"
+    return "" if in_space(bounds) else f"at {float(at):.4g} m"
+
+
+def _fixed(at: Cartesian, bounds: Any) -> str:
+    """Coordinates that are known, along the axes in which the structure extends."""
+    pairs = zip("xyz", (at.x, at.y, at.z), *bounds, strict=True)
+    known = [
+        f"{letter} = {float(value):.4g}"
+        for letter, value, low, high in pairs
+        if low < high and not is_unknown(value)
+    ]
+    return f"at {', '.join(known)} m" if known else ""
+
+
+def _triple(vector: Any) -> str:
+    return f"({', '.join(f'{float(one):.3g}' for one in vector)})"

@@ -1,0 +1,229 @@
+"""Size: a model of a million degrees of freedom; what parameters of matrices cost a likelihood.
+
+Run with `python -m pytest tests/benchmarks/test_size.py -n 0 -s`. Models are measured in a process
+of their own, whose peak memory is then theirs.
+"""
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from numpyro.distributions import Uniform
+from scipy.spatial import KDTree
+
+import bayes_placement as bp
+from bayes_placement._repeated import carried
+from bayes_placement._sites import substitute
+from bayes_placement.io import npz_modes
+
+NODES, MODES, LINES = 333_334, 60, 400
+CANDIDATES, SENSORS, WITHIN = 200, 6, 0.004
+SETUP_SECONDS, LIKELIHOOD_SECONDS, MEMORY = 10.0, 0.050, 6 * 2**30
+
+# Threads that wait for each other on a busy machine would be measured, not the work.
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"}
+
+
+def write_model(path):
+    """Write a curved panel whose shapes are products of sines, three directions a node."""
+    side = int(np.ceil(np.sqrt(NODES)))
+    number = np.arange(NODES)
+    u, v = number % side / side, number // side / side
+    position = np.column_stack([2.0 * u, 1.5 * v, 0.2 * np.sin(np.pi * u)])
+    shape = np.empty((NODES, 3, MODES))
+    for mode in range(MODES):
+        m, n = 1 + mode % 8, 1 + mode // 8
+        for axis, phase in enumerate((0.3, 0.7, 0.0)):
+            size = (0.2, 0.1, 1.0)[axis]
+            shape[:, axis, mode] = size * np.sin(m * np.pi * u + phase) * np.sin(n * np.pi * v)
+    frequency = np.sort([20.0 * (m**2 + n**2) for m in range(1, 9) for n in range(1, 9)])[:MODES]
+    npz_modes.write(
+        path,
+        bp.ModalModel.from_arrays(
+            position=position,
+            shape=shape,
+            natural_frequency=frequency + np.arange(MODES),
+            modal_mass=1.0,
+        ),
+    )
+
+
+def candidates(position):
+    """Nodes spread over the inner panel, the same at each call."""
+    inner = np.flatnonzero(
+        (np.abs(position[:, 0] - 1) < 0.9) & (np.abs(position[:, 1] - 0.7) < 0.6)
+    )
+    return inner[np.linspace(0, len(inner) - 1, CANDIDATES).astype(int)]
+
+
+def continuous(model):
+    """Boxes near candidate nodes, read by moving least squares."""
+    places = model.position[candidates(model.position)]
+    near = KDTree(model.position).query_ball_point(places, 3 * WITHIN)
+    few = model.restricted(model.node[np.unique(np.concatenate(near))])
+    reading = bp.interpolation.scattered(few).near(places, WITHIN)
+    return few, reading, [bp.supports.Box(place, within=(WITHIN, WITHIN, 0.0)) for place in places]
+
+
+def at_nodes(model):
+    """Candidate nodes themselves, every one as likely."""
+    few = model.restricted(model.node[candidates(model.position)])
+    return few, bp.interpolation.nearest(few), [bp.supports.Nodes(few.position)] * CANDIDATES
+
+
+def experiment(model, placed):
+    few, reading, supports = placed(model)
+    tilt = (Uniform(-0.1, 0.1),) * 3
+    chosen = np.linspace(10, CANDIDATES - 10, SENSORS).astype(int)
+    return bp.Experiment(
+        bp.Structure(bp.nodal_modes.modes(few, reading), damping=bp.damping.Modal(0.01)),
+        sensors=[
+            bp.Sensor(f"s{one}", at=supports[one], directions=(1, 2, 3), angles=tilt)
+            for one in chosen
+        ],
+        actuators=[bp.Actuator("a", at=few.position[5], directions=(3,))],
+        frequency=np.linspace(30.0, 900.0, LINES),
+        observe=bp.observe.Complex("acceleration"),
+        noise=bp.noise.Gaussian(0.1),
+    )
+
+
+def seconds(function, *arguments):
+    began = time.perf_counter()
+    found = function(*arguments)
+    return found, time.perf_counter() - began
+
+
+def measure(path, kind):
+    """Figures of one kind of placement: seconds and bytes."""
+    placed = {"continuous": continuous, "nodes": at_nodes}[kind]
+    for name in bp.__all__:  # imported on first use, which is no part of the set-up
+        getattr(bp, name)
+    began = time.perf_counter()
+    model, reading = seconds(npz_modes.read, path)
+    built, building = seconds(experiment, model, placed)
+    names = [one.name for one in built.unknowns if "node" not in one.name.split(".")[-1]]
+    setup = time.perf_counter() - began
+    peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    data = built.data(built.nominal_measurement())
+    nominal = {one.name: built._nominal_value(one) for one in built.unknowns}
+
+    def likelihood(values):
+        whole = built.fix(nominal | dict(zip(names, values, strict=True)))
+        return whole.noise.law(whole.predict(), data).log_prob(data.z).sum()
+
+    gradient = jax.jit(jax.value_and_grad(likelihood))
+    start = np.array([float(nominal[name]) for name in names])
+    (value, slope), first = seconds(lambda: jax.block_until_ready(gradient(start)))
+    each = [seconds(lambda: jax.block_until_ready(gradient(start)))[1] for _ in range(30)]
+    assert np.isfinite(value) and np.isfinite(slope).all()
+    return {
+        "unknowns": len(names),
+        "nodes kept": built.structure.modes.shape.shape[0] // 3,
+        "read [s]": reading,
+        "experiment [s]": building,
+        "set-up [s]": setup,
+        "first likelihood [s]": first,
+        "likelihood with gradient [s]": float(np.median(each)),
+        "peak at set-up [GiB]": peak / 2**30,
+        "peak [GiB]": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
+    }
+
+
+def apart(kind, *arguments, environment=None):
+    """Figures from a process of its own."""
+    command = [sys.executable, "-m", "tests.benchmarks.test_size", kind, *arguments]
+    told = subprocess.run(
+        command,
+        check=True,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=Path(__file__).parents[2],
+        env=os.environ | (environment or {}),
+    ).stdout
+    return json.loads(told.splitlines()[-1])
+
+
+def listed(found):
+    return ", ".join(f"{name} {value:.3g}" for name, value in found.items())
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    path = tmp_path_factory.mktemp("size") / "large.npz"
+    write_model(path)
+    yield path
+    path.unlink()
+
+
+@pytest.mark.parametrize("kind", ["continuous", "nodes"])
+def test_a_model_of_a_million_degrees_of_freedom(model, kind):
+    found = apart(kind, str(model))
+    print(f"\n{kind}: {listed(found)}")
+    assert found["set-up [s]"] < SETUP_SECONDS
+    assert found["peak [GiB]"] * 2**30 < MEMORY
+    assert found["likelihood with gradient [s]"] < LIKELIHOOD_SECONDS
+
+
+def test_eigenpairs_cost_less_than_direct_solutions():
+    """Parameters of matrices: one eigenproblem against a solution at each line, both reduced."""
+    took = apart("eigenpairs", environment=ONE_THREAD)
+    ratio = took["direct [s]"] / took["eigenpairs [s]"]
+    print(f"\nvalue and gradient: {listed(took)}, ratio {ratio:.0f}")
+    assert ratio > 3
+
+
+def costs():
+    """Seconds of a likelihood of parameters of matrices, by eigenpairs and by direct solutions."""
+    from tests import test_affine_modes  # not needed by the models
+
+    modes = test_affine_modes.affine()
+    size, omega = modes.nodal.squares.size, 2 * np.pi * np.linspace(50.0, 1500.0, LINES)
+    parts, random = modes.stiffness.matrices, np.random.default_rng(0)
+    read, driven = random.normal(size=(3 * SENSORS, size)), random.normal(size=(1, size))
+
+    def by_modes(values):
+        named = zip((f"parameter.{name}" for name in modes.parameter), values, strict=True)
+        solved = substitute(modes, dict(named)).solved()
+        to, come_from = read @ solved.mixture, driven @ solved.mixture
+        natural = solved.angular_frequency()
+        loss = bp.damping.Modal(0.01).loss(natural, jnp.asarray(omega), 0)
+        modal = 1 / ((natural**2)[:, None] - omega**2 + loss)
+        residues = to[:, None] * come_from
+        kept = residues @ jnp.real(modal) + 1j * (residues @ jnp.imag(modal))
+        sides = (to[:, :, None] * modal, come_from[:, :, None] * modal)
+        return kept + carried(solved.coupling(), *sides)
+
+    def direct(values):
+        excess = jnp.tensordot(jnp.stack(values[:2]) - 1, parts, 1)
+        stiffness = (jnp.diag(modes.nodal.squares) + excess) * (1 + 0.02j)
+
+        def line(w):
+            return read @ jnp.linalg.solve(stiffness - w**2 * values[2] * jnp.eye(size), driven.T)
+
+        return jnp.moveaxis(jax.lax.map(line, jnp.asarray(omega), batch_size=20), 0, -1)
+
+    return {"vectors": size, "eigenpairs [s]": cost(by_modes), "direct [s]": cost(direct)}
+
+
+def cost(response):
+    """Median seconds of a sum of squares with its gradient, once compiled."""
+    start = np.array([0.9, 1.1, 1.02])
+    compiled = jax.jit(jax.value_and_grad(lambda one: jnp.sum(jnp.abs(response(one)) ** 2)))
+    assert np.isfinite(jax.block_until_ready(compiled(start))[1]).all()
+    return np.median(
+        [seconds(lambda: jax.block_until_ready(compiled(start)))[1] for _ in range(15)]
+    )
+
+
+if __name__ == "__main__":
+    kind, *paths = sys.argv[1:]
+    print(json.dumps(measure(Path(paths[0]), kind) if paths else costs()))

@@ -1,0 +1,232 @@
+"""models_in_space: in, a name; out, a finite element model, its modes, and its exact receptance.
+
+A skew frame and a plate made here; the portal and the plate that were handed over.
+"""
+
+import functools
+import itertools
+from collections import OrderedDict
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from scipy import sparse
+from scipy.linalg import null_space
+
+import bayes_placement as bp
+from bayes_placement import finite_elements, interpolation, soft_supports
+from bayes_placement.channels import Drive, recorded
+from bayes_placement.effects import InstrumentEffect
+from tests import space_frames
+from tests.element_models import weights
+from tests.small_models import Plate
+
+RATIO = 0.01
+CORNERS = {"left column": (0.1, 0.0, 0.5), "beam": (0.7, 0.2, 0.6)}
+FEET = {"left foot": (0.0, 0.0, 0.0), "right foot": (0.8, 0.5, 0.1)}
+
+
+class Scene(NamedTuple):
+    """A model, and where it is read and driven."""
+
+    matrices: Any
+    modes: Any
+    seats: list[Any]  # place and recorded directions
+    place: Any
+    frequency: Any
+    members: Any
+    soft: Any
+
+    @property
+    def axes(self):
+        return self.modes.axes
+
+    def structure(self):
+        return bp.Structure(self.modes, damping=bp.damping.Modal(RATIO))
+
+    def transducers(self):
+        return [
+            OrderedDict(
+                (f"{letter}{i}", kind(f"{letter}{i}", at=at, directions=along).on(self.modes))
+                for i, (at, along) in enumerate(self.seats, start=1)
+            )
+            for letter, kind in (("s", bp.Sensor), ("a", bp.Actuator))
+        ]
+
+    def response(self, several, mounted="fixed", force=None):
+        """Receptance by the package; read and driven at the same places, along the same axes."""
+        chain = [one for one in several if isinstance(one, InstrumentEffect)]
+        base = self.structure()
+        for one in several:
+            if not isinstance(one, InstrumentEffect):
+                base = base + one
+        omega = jnp.asarray(2 * np.pi * self.frequency)
+        return recorded(base, *self.transducers(), chain, Drive(omega, force, mounted))
+
+    def reading(self, at, direction):
+        """Weights of the rows in the displacement of a place."""
+        table = weights(self.reader, [at], len(self.matrices.dof))[0]
+        unit = np.array(direction, float) / np.linalg.norm(direction)
+        return unit[np.array(self.axes) - 1] @ table
+
+    @property
+    def reader(self):
+        return self.modes.interpolation
+
+    def channels(self):
+        """Weights of the rows in each channel."""
+        axis = np.eye(3)
+        return np.array(
+            [
+                self.reading(at, np.sign(one) * axis[abs(one) - 1])
+                for at, along in self.seats
+                for one in along
+            ]
+        )
+
+
+def changed(scene, stiffness=None, soft=None):
+    """The matrices with a stiffness added, and springs in the place of some supports."""
+    whole = scene.matrices
+    size, free = len(whole.dof), []
+    added = sparse.csc_array((size, size)) if stiffness is None else stiffness
+    turn, springs = sparse.lil_array(sparse.eye_array(size)), sparse.lil_array((size, size))
+    for name, compliance in (soft or {}).items():
+        rows, motion, pattern = scene.soft[name]
+        # The ways in which it moves as rows of their own, those in which it does not beside them.
+        turn[np.ix_(rows, rows)] = np.hstack([motion, null_space(motion.T)])
+        moving = rows[: motion.shape[1]]
+        springs[np.ix_(moving, moving)] = pattern / compliance
+        free.extend(moving)
+    turn = sparse.csc_array(turn)
+    return bp.Matrices(
+        turn.T @ (whole.stiffness + added) @ turn + springs,
+        turn.T @ whole.mass @ turn,
+        whole.position,
+        whole.dof,
+        node=whole.node,
+        fixed=np.setdiff1d(whole.fixed, free),
+    )
+
+
+def exact(scene, matrices, points, *, loss_factor=0.0, damped=150):
+    """Receptance between weighted rows by a solution at each line; damping of its own modes."""
+    rows = np.flatnonzero(np.abs(points).sum(axis=0))
+    free = len(matrices.dof) - len(matrices.fixed)
+    ratio = 0.0 if loss_factor else RATIO
+    modes = None if loss_factor else matrices.modes(count=min(damped, free - 12))
+    found = matrices.receptance(
+        rows, rows, scene.frequency, modes=modes, damping_ratio=ratio, loss_factor=loss_factor
+    )
+    return np.einsum("pi,ijf,qj->pqf", points[:, rows], found, points[:, rows])
+
+
+def attached(plain, channels, stiffness):
+    """Receptance of the first channels once the others are held by dynamic stiffnesses."""
+    held = np.zeros((plain.shape[-1], len(plain)), complex)
+    held[:, channels:] = np.transpose(stiffness)
+    whole = np.moveaxis(plain, -1, 0)
+    dense = np.linalg.solve(np.eye(len(plain)) + whole * held[:, None, :], whole)
+    return np.moveaxis(dense[:, :channels, :channels], 0, -1)
+
+
+@functools.cache
+def frame():
+    """Three members in space, none along another, clamped at both feet."""
+    corners = [FEET["left foot"], *CORNERS.values(), FEET["right foot"]]
+    parts = [space_frames.line(np.array(a), b, 4) for a, b in itertools.pairwise(corners)]
+    position = np.concatenate([nodes[:-1] for nodes, _ in parts] + [parts[-1][0][-1:]])
+    elements = np.concatenate([ends + 4 * number for number, (_, ends) in enumerate(parts)])
+    bar = space_frames.RoundBar(0.008)
+    model = space_frames.matrices(position, elements, bar)
+    names = ["left column", "beam", "right column"]
+    regions = {
+        name: space_frames.matrices(position, elements[4 * i : 4 * i + 4], bar)["stiffness"]
+        for i, name in enumerate(names)
+    }
+    held = np.flatnonzero(np.isin(model["dof"][:, 0], [1, len(position)]))
+    matrices = bp.Matrices(**model, fixed=held, regions=regions)
+    members = {
+        name: interpolation.frame_geometric_stiffness(matrices, elements[4 * i : 4 * i + 4])
+        for i, name in enumerate(names)
+    }
+    soft = {
+        "left foot": soft_supports.rotations(matrices, 1, along=CORNERS["left column"]),
+        "right foot": soft_supports.rotations(matrices, len(position)),
+    }
+    middles = [0.4 * np.array(a) + 0.6 * np.array(b) for a, b in itertools.pairwise(corners)]
+    seats = [(middles[0], (1, 2, 3)), (middles[1], (-2,)), (middles[2], (3, 1))]
+    place = 0.7 * np.array(corners[1]) + 0.3 * np.array(corners[2])
+    return _scene(matrices, interpolation.frame(matrices, elements), seats, place, members, soft, 6)
+
+
+@functools.cache
+def plate():
+    """A plate held at all edges."""
+    small = Plate((6, 5), (0.4, 0.3))
+    halves = {
+        "near": small.part(lambda x, y: x < 0.2),
+        "corner": small.part(lambda x, y: (x > 0.2) & (y > 0.15)),
+    }
+    matrices = bp.Matrices(**small.model(), regions=halves)
+    seats = [((0.13, 0.07, 0.0), (3,)), ((0.29, 0.21, 0.0), (-3,)), ((0.33, 0.04, 0.0), (3,))]
+    return _scene(
+        matrices,
+        interpolation.plate(matrices, small.mesh.t.T.astype(int)),
+        seats,
+        np.array([0.22, 0.11, 0.0]),
+        {},
+        _edges(matrices),
+        5,
+    )
+
+
+@functools.cache
+def handed_over(folder, name):
+    """The portal or the plate, as handed over."""
+    folder = folder / "cases" / "models" / name
+    grid = bp.io.npz_modes.read_grid(folder / "nominal.npz")
+    files = {f"region {i}": folder / f"K_region_{i:02d}.npz" for i in range(12)}
+    whole = bp.io.matrix_files.read(folder / "K.npz", folder / "M.npz", regions=files)
+    matrices = bp.Matrices(
+        whole.stiffness,
+        whole.mass,
+        grid.position,
+        grid.dof,
+        node=grid.node,
+        fixed=grid.fixed,
+        regions=whole.regions,
+    )
+    elements = np.searchsorted(grid.node, grid.element)
+    if name == "portal":
+        members = {
+            word: interpolation.frame_geometric_stiffness(matrices, ends)
+            for word, ends in zip(("left", "crossbar", "right"), np.split(elements, 3), strict=True)
+        }
+        soft = {
+            "left foot": soft_supports.rotations(matrices, 1, along=(0, 0, 1)),
+            "right foot": soft_supports.rotations(matrices, 73, along=(0, 0, 1)),
+        }
+        seats = [((0, 0, 0.72), (1, 2, 3)), ((1.2, 0, 0.66), (1, 2, 3)), ((0.7, 0, 0.9), (-2, 3))]
+        reading, place = interpolation.frame(matrices, elements), np.array([0.31, 0.0, 0.9])
+        return _scene(matrices, reading, seats, place, members, soft, 8)
+    seats = [((0.145, 0.245, 0), (3,)), ((0.31, 0.02, 0), (-3,)), ((0.2, 0.11, 0), (3,))]
+    reading, place = interpolation.plate(matrices, elements), np.array([0.24, 0.13, 0.0])
+    return _scene(matrices, reading, seats, place, {}, _edges(matrices), 8)
+
+
+def _edges(matrices):
+    low, high = matrices.position.min(axis=0), matrices.position.max(axis=0)
+    return {
+        "edge y = 0": soft_supports.edge(matrices, low, (high[0], low[1], 0.0)),
+        "edge x = a": soft_supports.edge(matrices, (high[0], low[1], 0.0), high),
+    }
+
+
+def _scene(matrices, reading, seats, place, members, soft, lowest):
+    """Lines from below the first to above some mode, and modes up to five times as high."""
+    natural = matrices.modes(count=lowest + 1).natural_frequency
+    band = 0.5 * natural[0], 0.5 * (natural[-1] + natural[-2])
+    modes = finite_elements.modes(matrices, reading, up_to=5 * band[1], members=members, soft=soft)
+    frequency = np.geomspace(*band, 9)
+    return Scene(matrices, modes, seats, place, frequency, members, soft)
