@@ -115,7 +115,7 @@ def _of_unit_energy(model: ModalModel) -> Shapes:
     return model.shape[:, elastic] / (2 * np.pi * model.natural_frequency[elastic])
 
 
-def _lowest(model: ModalModel, unit: Shapes) -> Shapes:
+def _lowest(model: ModalModel, unit: Shapes) -> Float[np.ndarray, "dof lowest"]:
     """Those of the lowest modes, each weighed by its period."""
     natural = model.natural_frequency[model.rigid_body_modes :]
     count = max(np.count_nonzero(natural <= LOW * natural.max(initial=0.0)), FEWEST)
