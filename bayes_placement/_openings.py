@@ -25,6 +25,9 @@ the structure without all of its own."""
 LOW, FEWEST = 0.5, 6
 """Share of the highest natural frequency up to which modes tell how a region yields."""
 
+FEW = 4
+"""Motions of a support under which regions and members show how they yield."""
+
 _STEPS = 2  # of inverse iteration towards the modes of a weakened structure
 _NOTHING = 1e-12  # of the greatest mass or energy, below which there is none
 
@@ -77,11 +80,12 @@ def static_shapes(
     low = _lowest(model, unit)
     tension = np.array([_buckling_load(unit, one) for one in members.values()])
     stretched = [load * one for load, one in zip(tension, members.values(), strict=True)]
-    openings = [
-        *(_of_support(matrices, model, one) for one in soft.values()),
-        *(_of_region(matrices, low, one, WEAK) for one in matrices.regions.values()),
-        *(_of_region(matrices, low, one, TENSE) for one in stretched),
-    ]
+    openings = [_of_support(matrices, model, one) for one in soft.values()]
+    moved = [_moved(matrices, one.shape) for one in openings]
+    for parts, shares in ((matrices.regions.values(), WEAK), (stretched, TENSE)):
+        for one in parts:
+            changed = [_weakened(matrices, share * one, low) for share in shares]
+            openings.append(_of_region(matrices, one, [low, *changed, *moved]))
     if not openings:
         return none(len(rows), model.shape.shape[1])
     each = max(one.shape.shape[1] for one in openings)
@@ -137,11 +141,15 @@ def _of_support(matrices: Matrices, model: ModalModel, soft: SupportMotion) -> O
     return Opening(shape, np.zeros(shape.shape))
 
 
-def _of_region(
-    matrices: Matrices, low: Shapes, region: Sparse, shares: tuple[float, ...]
-) -> Opening:
-    """Strains of the lowest modes in a region, those that store most energy first."""
-    fields = np.hstack([low, *(_weakened(matrices, share * region, low) for share in shares)])
+def _moved(matrices: Matrices, shape: Shapes) -> Shapes:
+    """Softest motions of a support, each with a strain energy of one half."""
+    few = shape[:, :FEW]
+    return few / np.sqrt(np.einsum("ij,ij->j", few, matrices.stiffness @ few))
+
+
+def _of_region(matrices: Matrices, region: Sparse, several: list[Shapes]) -> Opening:
+    """Strains of some motions in a region, those that store most energy first."""
+    fields = np.hstack(several)
     stress = region @ fields
     energy, patterns = np.linalg.eigh(fields.T @ stress)
     most = slice(None, -MOST_PATTERNS - 1, -1)

@@ -24,6 +24,10 @@ class Damping(eqx.Module):
     def loss(self, natural: Natural, omega: Omega, rigid_body_modes: int) -> Loss:
         """Modal loss [(rad/s)^2] at natural frequencies and frequencies [rad/s]."""
 
+    @abc.abstractmethod
+    def static_loss(self, omega: Omega) -> Inexact[Array, "frequency"]:
+        """Loss over omega_n^2 [1] in modes far above the frequencies [rad/s]: those left out."""
+
 
 class Modal(Damping):
     """Viscous modal damping with a ratio for each mode, 2 i ratio omega_n omega.
@@ -56,6 +60,10 @@ class Modal(Damping):
         ratio = self.ratios(natural.size, rigid_body_modes)
         return 2j * (ratio * natural)[:, None] * omega
 
+    def static_loss(self, omega: Omega) -> Inexact[Array, "frequency"]:
+        """None: 2 ratio omega / omega_n vanishes."""
+        return jnp.zeros(omega.shape)
+
 
 class Rayleigh(Damping):
     """Damping proportional to mass and stiffness, i omega (mass + stiffness omega_n^2).
@@ -75,6 +83,10 @@ class Rayleigh(Damping):
         """Modal loss i omega (mass + stiffness omega_n^2) [(rad/s)^2]."""
         return 1j * (self.mass + self.stiffness * natural**2)[:, None] * omega
 
+    def static_loss(self, omega: Omega) -> Inexact[Array, "frequency"]:
+        """Loss i omega stiffness [1], in any mode."""
+        return 1j * self.stiffness * omega
+
 
 class Structural(Damping):
     """Structural damping, a complex stiffness K (1 + i loss_factor).
@@ -89,5 +101,8 @@ class Structural(Damping):
 
     def loss(self, natural: Natural, omega: Omega, rigid_body_modes: int) -> Loss:
         """Modal loss i loss_factor omega_n^2 [(rad/s)^2], conjugate at negative frequencies."""
-        sign = jnp.sign(jnp.real(omega))
-        return 1j * self.loss_factor * (natural**2)[:, None] * sign
+        return (natural**2)[:, None] * self.static_loss(omega)
+
+    def static_loss(self, omega: Omega) -> Inexact[Array, "frequency"]:
+        """Loss i loss_factor [1], in any mode, conjugate at negative frequencies."""
+        return 1j * self.loss_factor * jnp.sign(jnp.real(omega))

@@ -123,8 +123,9 @@ def elastic(structure: Structure, modes: Modes, to: Seen, come_from: Seen, omega
     if static is None:
         return _modal_sum(to, come_from, modal) + coupled
     squares = jnp.concatenate([jnp.full(rigid, jnp.inf), natural[rigid:] ** 2])
-    dynamic = modal - 1 / (squares[:, None] * modulus)
-    return _modal_sum(to, come_from, dynamic) + static[..., None] / modulus + coupled
+    lossy = modulus + structure.damping.static_loss(omega) * structure.kept_damping()
+    dynamic = modal - 1 / (squares[:, None] * lossy)
+    return _modal_sum(to, come_from, dynamic) + static[..., None] / lossy + coupled
 
 
 def _modal_sum(to: Seen, come_from: Seen, modal: Inexact[Array, "mode frequency"]) -> Matrix:

@@ -6,8 +6,9 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 
-from bayes_placement import damping
+from bayes_placement import Structure, beams, damping, frf
 from bayes_placement._sites import unknowns
+from bayes_placement.points import Points
 
 NATURAL = jnp.array([0.0, 300.0, 700.0, 1500.0])
 OMEGA = jnp.array([-400.0, 0.0, 250.0, 900.0, 2000.0])
@@ -90,3 +91,36 @@ def test_units_of_rayleigh():
 def test_no_ratio_is_refused(given):
     with pytest.raises(ValueError, match=r"damping.Modal got no ratio.*damping.Modal\(\[0.04\]\)"):
         damping.Modal(given)
+
+
+@pytest.mark.parametrize(
+    "law", [damping.Modal(0.02), damping.Rayleigh(3.0, 2e-5), damping.Structural(0.05)]
+)
+def test_the_static_loss_is_that_of_modes_far_above(law):
+    high = jnp.array([1e9])
+    expected = np.asarray(law.loss(high, OMEGA, 0))[0] / high[0] ** 2
+    np.testing.assert_allclose(law.static_loss(OMEGA), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("law", [damping.Rayleigh(3.0, 2e-5), damping.Structural(0.2)])
+def test_damped_modes_left_out_are_in_the_static_part(law):
+    """Few modes and their static part beside very many, driven and read away from nodes."""
+    omega = 2 * np.pi * np.linspace(20.0, 300.0, 7)
+
+    def driven(count):
+        line = beams.beam(
+            count,
+            length=0.6,
+            area=1.8e-4,
+            second_moment=5.4e-10,
+            youngs_modulus=7e10,
+            density=2700.0,
+        )
+        points = Points(jnp.array([0.43]), jnp.array([[1.0]]))
+        base = Structure(line, damping=law)
+        return np.asarray(
+            jax.jit(lambda: frf.receptance(base, points, points, jnp.asarray(omega)))()
+        )
+
+    few, many = driven(8), driven(60)
+    np.testing.assert_allclose(few, many, atol=3e-5 * np.abs(many).max())

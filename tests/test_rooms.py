@@ -40,7 +40,8 @@ ORDER = """
     criticism.discrepancy criticism.misfit criticism.check
     criticism._compiled criticism._groups criticism._problem criticism._descent criticism._search
     criticism._hypotheses criticism._odds
-    criticism._branches criticism._confirm criticism._estimates criticism._held_out
+    criticism._branches criticism._randomised criticism._confirm
+    criticism._estimates criticism._held_out
     criticism._whereabouts criticism._suspicion criticism.ledger criticism.explain criticism.improve
     criticism._same_data criticism.compare criticism
     report

@@ -1,7 +1,8 @@
 """_confirm: in, a fit and its Laplace approximation; out, draws and evidence sampled from there.
 
 Not known here: candidates, what is claimed. Draws from a Gaussian a little wider than Laplace's are
-weighted; where their weights cannot be trusted, SMC goes on from the same Gaussian.
+weighted. Where their weights cannot be trusted, draws are made along the ridges of the posterior;
+where these cannot either, SMC goes on from the Gaussian.
 """
 
 from typing import Any, NamedTuple
@@ -16,6 +17,8 @@ from ..engines import SMC
 from ..engines.importance import pareto_k
 from ._descent import Fit
 from ._problem import Problem
+from ._randomised import DRAWS as ALONG_RIDGES
+from ._randomised import Weighted, randomised
 
 WIDER = 1.2
 """Standard deviation of the reference over that of Laplace's Gaussian."""
@@ -89,30 +92,39 @@ class Confirmed(NamedTuple):
 def confirmed(problem: Problem, fit: Fit, seed: int = 0) -> Confirmed:
     """Sample the posterior about a fit."""
     reference = Reference(problem, fit)
-    weighted = _weighted(problem, reference, np.random.default_rng(seed))
-    if weighted is not None:
-        return weighted
+    found = _trusted(_from_gaussian(problem, reference, seed), LEAST_ESS, seed)
+    if found is None and problem.known_noise:
+        found = _trusted(randomised(problem, fit, seed), ALONG_RIDGES / 2, seed)
+    if found is not None:
+        return found
     draws = ENGINE.run(reference, jax.random.PRNGKey(seed), no_progress)
     points = np.asarray(draws.position).reshape(-1, problem.dimension)
     return Confirmed(points, draws.log_evidence, draws.log_evidence_error)
 
 
-def _weighted(problem: Problem, reference: Reference, rng: np.random.Generator) -> Confirmed | None:
-    """Importance sampling; None where the weights cannot be trusted."""
-    normal = rng.standard_normal((DRAWS, problem.dimension))
+def _from_gaussian(problem: Problem, reference: Reference, seed: int) -> Weighted:
+    normal = np.random.default_rng(seed).standard_normal((DRAWS, problem.dimension))
     points = np.asarray(reference.mode) + normal @ np.asarray(reference.root).T
     blocks = np.split(points, DRAWS // BLOCK)
     posterior = np.concatenate([_log_density(problem, block) for block in blocks])
     volume = reference.log_volume + problem.dimension * reference.constant
     log_weight = posterior + 0.5 * np.einsum("di,di->d", normal, normal) + volume
-    log_weight = np.where(np.isfinite(log_weight), log_weight, -np.inf)
-    share = np.exp(log_weight - logsumexp(log_weight))
-    if not pareto_k(log_weight) < GOOD_PARETO_K or not 1 / np.sum(share**2) > LEAST_ESS:
+    return Weighted(points, np.where(np.isfinite(log_weight), log_weight, -np.inf))
+
+
+def _trusted(weighted: Weighted | None, least: float, seed: int) -> Confirmed | None:
+    """Draws by their weights and the evidence; None where the weights cannot be trusted."""
+    if weighted is None:
         return None
-    evidence = float(logsumexp(log_weight) - np.log(DRAWS))
-    steps = (np.arange(KEPT) + rng.uniform()) / KEPT
-    kept = np.minimum(np.searchsorted(np.cumsum(share), steps), DRAWS - 1)
-    return Confirmed(points[kept], evidence, float(np.std(share * DRAWS) / np.sqrt(DRAWS)))
+    count, log_weight = len(weighted.points), weighted.log_weight
+    share = np.exp(log_weight - logsumexp(log_weight))
+    if not pareto_k(log_weight) < GOOD_PARETO_K or not 1 / np.sum(share**2) > least:
+        return None
+    evidence = float(logsumexp(log_weight) - np.log(count))
+    steps = (np.arange(KEPT) + np.random.default_rng(seed + 1).uniform()) / KEPT
+    kept = np.minimum(np.searchsorted(np.cumsum(share), steps), count - 1)
+    error = float(np.std(share * count) / np.sqrt(count))
+    return Confirmed(weighted.points[kept], evidence, error)
 
 
 def _log_density(problem: Problem, points: np.ndarray) -> np.ndarray:

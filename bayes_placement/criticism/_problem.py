@@ -69,6 +69,11 @@ class Problem:
         """Return the experiment with the values at a point."""
         return self.experiment.fix(self.coordinates.values(point))
 
+    @property
+    def known_noise(self) -> bool:
+        """Whether the cost is half a sum of squares but for a constant."""
+        return not self._felt[1].any()
+
     def residual(self, point: Point, logarithmic: Any) -> tuple[Array, Array]:
         """Standardised residual of each datum, and the sum of the logs of the deviations.
 
@@ -113,16 +118,21 @@ class Problem:
         """Residuals [point, datum], sums of log deviations [point], and the slopes of both."""
         groups = self.groups
         here, level, along, widening = self._differences(points, groups.directions(), logarithmic)
-        return here, level, groups.slopes(along), widening[:, groups.of] * self._widens
+        return here, level, groups.slopes(along), widening[:, groups.of] * self._felt[1]
 
     @functools.cached_property
     def groups(self) -> Groups:
-        """Unknowns that move different data, by differences at a point of no symmetry."""
+        """Unknowns that move different data."""
+        moves, widens = self._felt
+        # An unknown of the noise stands alone: it moves all that is known of the level.
+        return grouped(moves | widens[:, None])
+
+    @functools.cached_property
+    def _felt(self) -> tuple[np.ndarray, np.ndarray]:
+        """Whether each unknown moves each datum, and the noise; at a point of no symmetry."""
         point = np.random.default_rng(0).uniform(-0.5, 0.5, (1, self.dimension))
         _, _, slopes, widening = self._differences(point, np.eye(self.dimension), False)
-        self._widens = widening[0] != 0
-        # An unknown of the noise stands alone: it moves all that is known of the level.
-        return grouped((slopes[0] != 0) | self._widens[:, None])
+        return slopes[0] != 0, widening[0] != 0
 
     def _differences(
         self, points: np.ndarray, directions: np.ndarray, logarithmic: bool

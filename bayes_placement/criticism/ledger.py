@@ -15,6 +15,9 @@ from ..experiment import Experiment
 from ._estimates import Estimate
 from ._odds import NONE, NOTHING
 
+DOUBTED = 0.5
+"""Probability of none of the candidates above which the stated noise is in doubt."""
+
 
 @dataclass(frozen=True)
 class Step:
@@ -149,8 +152,7 @@ class Ledger:
                 f"Nothing is claimed to be missing: the model as given passes its check {passed}."
             )
         named = " and ".join(
-            f"{kind} ({self._about(kind)}probability {self.probabilities[kind]:.3g})"
-            for kind in self.verdict
+            f"{kind} ({self._about(kind)}{self._likely(kind)})" for kind in self.verdict
         )
         first = self.steps[0].chi2_per_datum
         rest = " Something else is missing still." if self.unexplained else ""
@@ -160,6 +162,12 @@ class Ledger:
         """Say which sensor or part of the structure an effect is about."""
         settings = (one.setting for one in self.steps if one.added == kind and one.setting)
         return "".join(f"{words}, " for words in settings)
+
+    def _likely(self, kind: str) -> str:
+        """Say how probable an effect is; where the noise is doubted, that it is the best known."""
+        if self.probabilities[NONE] > DOUBTED:
+            return "the best of the candidates"
+        return f"probability {self.probabilities[kind]:.3g}"
 
     def words(self) -> list[str]:
         """Say the verdict, what cannot be told apart, and what remains."""
@@ -176,7 +184,7 @@ class Ledger:
                 f"These data cannot tell {one} from {other}: either explains them down to the "
                 "noise."
             )
-        if self.probabilities[NONE] > 0.5:
+        if self.probabilities[NONE] > DOUBTED:
             said.append(
                 "None of the candidates explains the data down to the stated noise (probability "
                 f"{self.probabilities[NONE]:.2g}): add an effect of your own, or doubt the noise."

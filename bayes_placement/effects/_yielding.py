@@ -20,9 +20,9 @@ from ..nodal_modes import NodalModes
 from ._opened import Lacking, OpenedModes, Opening, opened
 
 Number: TypeAlias = int | Int[Array | np.ndarray, ""]
-Matrix: TypeAlias = Float[Array, "mode mode"]
+Matrix: TypeAlias = Float[Array, "rows columns"]
 
-_HAIR = 1e-8  # of a modal mass
+_AGREEING = 1e-6  # of a modal mass, below which a combination of shapes counts as none
 
 
 class SoftenedSupport(NamedTuple):
@@ -179,23 +179,28 @@ def _opened(nodal: NodalModes, several: Sequence[Yielding]) -> OpenedModes:
     parts = jnp.stack([jnp.asarray(one.part(statics)) for one in several])
     each = jnp.stack([one.compliance(nodal) for one in several])
     chosen = statics.of(statics.patterns(parts))
-    # Shapes of two parts may nearly agree in what the modes lack of them.
-    factor = jnp.linalg.cholesky(
-        jnp.asarray(chosen.mass) + _HAIR * jnp.eye(parts.size * statics.each)
-    )
-
-    def orthonormal(matrix: Float[Array, "pattern other"]) -> Float[Array, "pattern other"]:
-        return jax.scipy.linalg.solve_triangular(factor, matrix, lower=True)
-
-    beyond = orthonormal(orthonormal(jnp.asarray(chosen.flexibility)).T)
+    turn, share, beyond = _orthonormal(chosen, len(several))
     opening = Opening(
         participation=jnp.sqrt(heavy) * jnp.asarray(chosen.participation)[nodal.rigid_body_modes :],
-        orthonormal=orthonormal(jnp.asarray(chosen.turn).T).T / jnp.sqrt(heavy),
-        share=jnp.sqrt(heavy) * orthonormal(jnp.asarray(chosen.share)),
+        orthonormal=turn / jnp.sqrt(heavy),
+        share=jnp.sqrt(heavy) * share,
         beyond=heavy / stiff * beyond,
         in_series=_in_series(jnp.repeat(each, statics.each), stiff * jnp.asarray(chosen.reaction)),
     )
     return opened(nodal, _OfStatics(nodal.interpolation, jnp.asarray(chosen.shape)), opening)
+
+
+def _orthonormal(chosen: StaticShapes, parts: int) -> tuple[Matrix, Matrix, Matrix]:
+    """What the modes lack, mass-orthonormal: its turn, its share of the shapes, its flexibility."""
+    turn, share, beyond, mass = (
+        jnp.asarray(one) for one in (chosen.turn, chosen.share, chosen.flexibility, chosen.mass)
+    )
+    if parts == 1:
+        return turn, share, beyond
+    # Shapes of several parts may nearly agree in what the modes lack of them.
+    values, vectors = jnp.linalg.eigh(jax.lax.stop_gradient(mass))
+    unit = jnp.where(values > _AGREEING, vectors / jnp.sqrt(jnp.abs(values)), 0.0)
+    return turn @ unit, unit.T @ share, unit.T @ beyond @ unit
 
 
 def _in_series(

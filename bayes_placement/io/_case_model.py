@@ -3,6 +3,7 @@
 Not known here: sensors, measurements, priors, how fields are checked.
 """
 
+import itertools
 from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
@@ -11,10 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Int
 
-from .. import finite_elements, interpolation
+from .. import finite_elements, interpolation, soft_supports
 from .._types import Parameter
 from ..matrices import Matrices
 from ..nodal_modes import NodalModes
+from ..soft_supports import SupportMotion
 from ..supports import Box, Member, Support
 from . import matrix_files, npz_modes
 from ._case_fields import CaseError, Fields, Rule, load, numbers, one_of, positive
@@ -25,11 +27,15 @@ _BAND_FACTOR = 5
 _AGREEMENT = 1e-4  # of the natural frequencies handed over beside the matrices
 
 
+_HAIR = 1e-9  # [m] between a node and where the case draws it
+
+
 class _Kind(NamedTuple):
-    """A kind of model: its shape functions, the pieces that it is made of, and how it moves."""
+    """A kind of model: its shape functions, pieces and supports, and how it moves."""
 
     read: Callable[[Matrices, Int[np.ndarray, "element corner"]], interpolation.Interpolation]
     pieces: Callable[[Fields], dict[str, Support]]
+    soft: Callable[[Matrices, Fields], dict[str, SupportMotion]]
     axes: tuple[int, ...]
     has_members: bool
 
@@ -67,6 +73,7 @@ class Model:
             up_to=_BAND_FACTOR * highest,
             pieces=tuple(self.pieces.values()),
             members=self._members() if self.kind.has_members else {},
+            soft=self.kind.soft(matrices, self.fields),
             youngs_modulus=modulus,
             density=density,
             nominal=(self._nominal("youngs_modulus_Pa"), self._nominal("density_kg_m3")),
@@ -187,6 +194,36 @@ def _plate_surface(fields: Fields) -> dict[str, Support]:
     return {"plate": _between([0.0, 0.0, 0.0], [x, y, 0.0])}
 
 
+def _feet(matrices: Matrices, fields: Fields) -> dict[str, SupportMotion]:
+    """Bending rotations of each end of a member that is clamped."""
+    clamped = np.unique(matrices.dof[matrices.fixed[matrices.dof[matrices.fixed, 1] > 3], 0])
+    found = {}
+    for one in fields.each("members"):
+        start, end = (np.array(one.content[which], dtype=float) for which in ("start", "end"))
+        for corner in (start, end):
+            near = np.linalg.norm(matrices.position - corner, axis=1) < _HAIR
+            for node in np.intersect1d(matrices.node[near], clamped):
+                name = f"of the {one.content['name']} at ({', '.join(f'{x:g}' for x in corner)}) m"
+                found[name] = soft_supports.rotations(matrices, int(node), along=end - start)
+    return found
+
+
+def _edges(matrices: Matrices, fields: Fields) -> dict[str, SupportMotion]:
+    """Each edge of a rectangular plate that is held across its plane."""
+    held = matrices.dof[matrices.fixed[matrices.dof[matrices.fixed, 1] == 3], 0]
+    holds = np.isin(matrices.node, held)
+    low, high = matrices.position.min(axis=0), matrices.position.max(axis=0)
+    found = {}
+    for axis, value in itertools.product((0, 1), (low, high)):
+        on = np.abs(matrices.position[:, axis] - value[axis]) < _HAIR
+        if holds[on].all():
+            start, end = low.copy(), high.copy()
+            start[axis] = end[axis] = value[axis]
+            name = f"along {'xy'[axis]} = {value[axis]:g} m"
+            found[name] = soft_supports.edge(matrices, start, end)
+    return found
+
+
 def _between(start: list[Any], end: list[Any]) -> Box:
     return Box(np.add(start, end) / 2, within=np.abs(np.subtract(end, start)) / 2)
 
@@ -198,7 +235,7 @@ def _is_folder(value: Any) -> bool:
 _NAME = Rule("a name", "crossbar", _is_folder)
 _KINDS = {
     "space frame, Euler-Bernoulli members (axial, two bendings, torsion)": _Kind(
-        interpolation.frame, _frame_members, (1, 2, 3), True
+        interpolation.frame, _frame_members, _feet, (1, 2, 3), True
     ),
-    "thin Kirchhoff plate": _Kind(interpolation.plate, _plate_surface, (3,), False),
+    "thin Kirchhoff plate": _Kind(interpolation.plate, _plate_surface, _edges, (3,), False),
 }

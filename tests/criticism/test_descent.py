@@ -33,7 +33,7 @@ class Linear(Problem):
         spread = self.count * jnp.log(self.level)
         return (jnp.asarray(self.y) - self.matrix @ point) / self.level, spread
 
-    dimension = 3
+    dimension, known_noise = 3, True
 
     def compiled(self, points, logarithmic):
         return jax.vmap(lambda z: self.residual(z, logarithmic))(points)
@@ -62,27 +62,71 @@ def test_a_linear_fit_is_the_closed_form(linear):
     assert fit.log_evidence == pytest.approx(problem.evidence(), abs=1e-4)
 
 
-@pytest.mark.parametrize("method", ["weights", "smc"])
+@pytest.mark.parametrize("method", ["weights", "ridges", "smc"])
 def test_sampling_confirms_the_closed_form(linear, method, monkeypatch):
     problem, fit = linear
-    if method == "smc":
+    if method != "weights":
         monkeypatch.setattr(_confirm, "LEAST_ESS", np.inf)
+    if method == "smc":
+        monkeypatch.setattr(Linear, "known_noise", False)
     draws = confirmed(problem, fit)
     assert abs(draws.log_evidence - problem.evidence()) < 5 * draws.log_evidence_error + 1e-3
     mean, covariance = problem.posterior()
-    effective = 100 if method == "smc" else 1000  # of 400 particles, a quarter counted
+    effective = {"weights": 1000, "ridges": 192, "smc": 100}[method]
     error = np.sqrt(np.diag(covariance) / effective)
     assert np.all(np.abs(draws.points.mean(0) - mean) < 5 * error)
-    wide = 0.25 if method == "smc" else 0.1
+    wide = 0.1 if method == "weights" else 0.25
     np.testing.assert_allclose(draws.points.std(0), np.sqrt(np.diag(covariance)), rtol=wide)
 
 
-def test_weights_that_cannot_be_trusted_give_way_to_smc(linear):
+def test_weights_that_cannot_be_trusted_give_way_to_smc(linear, monkeypatch):
     problem, fit = linear
+    monkeypatch.setattr(Linear, "known_noise", False)
     narrow = fit._replace(covariance=fit.covariance / 16)
     draws = confirmed(problem, narrow)
     assert len(draws.points) == _confirm.ENGINE.particles  # not KEPT: these are of SMC
     assert abs(draws.log_evidence - problem.evidence()) < 5 * draws.log_evidence_error + 0.1
+
+
+class Bent(Linear):
+    """Two data that hold one coordinate to a curve in the other, far narrower than it is long."""
+
+    def __init__(self, bend):
+        self.dimension = 2
+        self.bend, self.level, self.y, self.count = bend, 0.001, np.array([0.3, 0.3]), 2
+
+    def residual(self, point, logarithmic):
+        x, follows, noise = point[0], point[1], jnp.array([0.0, 1e-4])
+        mean = follows - self.bend * (x**2 + 0.3 * x**3) + noise
+        return (jnp.asarray(self.y) - mean) / self.level, self.count * jnp.log(self.level)
+
+    def integrals(self):
+        """Log evidence, and mean and deviation of both coordinates, by quadrature."""
+        x = np.linspace(-6, 6, 4001)
+        curve = self.bend * (x**2 + 0.3 * x**3)
+        follows = curve[:, None] + 0.3 + np.linspace(-8, 8, 401) * self.level
+        noise = np.array([0.0, 1e-4])
+        missed = (0.3 - follows[..., None] + curve[:, None, None] - noise) / self.level
+        squares = np.sum(missed**2, axis=2) + follows**2 + x[:, None] ** 2
+        density = np.exp(-0.5 * (squares - squares.min()))
+        cell = (x[1] - x[0]) * (follows[0, 1] - follows[0, 0])
+        constant = -2 * np.log(2 * np.pi) - self.count * np.log(self.level) - 0.5 * squares.min()
+        share = density / density.sum()
+        means = np.array([np.sum(share * one) for one in (x[:, None], follows)])
+        squared = np.array([np.sum(share * one**2) for one in (x[:, None], follows)])
+        return np.log(density.sum() * cell) + constant, means, np.sqrt(squared - means**2)
+
+
+@pytest.mark.parametrize("bend", [0.02, 0.1])
+def test_a_bent_ridge_is_followed_to_its_ends(bend):
+    problem = Bent(bend)
+    fit = fit_alone(problem)
+    draws = confirmed(problem, fit)
+    evidence, mean, deviation = problem.integrals()
+    assert draws.log_evidence_error < 0.1
+    assert abs(draws.log_evidence - evidence) < 4 * draws.log_evidence_error + 0.01
+    assert np.all(np.abs(draws.points.mean(0) - mean) < 4 * deviation / np.sqrt(192))
+    np.testing.assert_allclose(draws.points.std(0), deviation, rtol=4 / np.sqrt(2 * 192))
 
 
 def test_data_of_weight_zero_have_no_say():

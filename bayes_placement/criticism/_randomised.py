@@ -1,0 +1,106 @@
+"""_randomised: in, a fit of least squares; out, weighted draws of the posterior along its ridges.
+
+Not known here: experiments, candidates. Randomise, then optimise: Bardsley, Solonen, Haario and
+Laine (2014, DOI 10.1137/140964023). An angle about the axis along which a sensor reads is hardly
+known, and others must follow it on a curve much narrower than it is long. No Gaussian has that
+shape, and random walks do not get along it; least squares with randomised data do.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ._descent import LARGEST, Fit
+from ._problem import Problem
+
+DRAWS, BLOCK = 192, 16
+"""Draws, and those that are found together."""
+
+ROUNDS, CHORDS = 4, 3
+"""Evaluations of the slopes, and steps that are made with those of each."""
+
+ARRIVED = 0.01
+"""Distance from its target, in standard deviations, at which a draw is found."""
+
+LOST = 0.05
+"""Share of draws that may be lost on the way."""
+
+
+class Weighted(NamedTuple):
+    """Draws [draw, unknown], and the log of posterior density over that of the draws [draw]."""
+
+    points: np.ndarray
+    log_weight: np.ndarray
+
+
+class _State(NamedTuple):
+    """Image of each point, the slopes of the image, and the log of the posterior density."""
+
+    image: np.ndarray
+    slopes: np.ndarray
+    log_posterior: np.ndarray
+
+
+class _Image:
+    """Residuals and coordinates, prior included, seen along their slopes at the fit: Q^T F."""
+
+    def __init__(self, problem: Problem, fit: Fit):
+        self.problem = problem
+        slopes = problem.slopes(fit.point[None])[2][0]
+        whole = np.concatenate([np.eye(problem.dimension), slopes.T])
+        self.axes, self.root = np.linalg.qr(whole)
+        self.of_point, self.of_residual = np.split(self.axes, [problem.dimension])
+
+    def image(self, points: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """Q^T F [point, unknown], a standard normal vector if the problem is linear."""
+        return points @ self.of_point + residual @ self.of_residual
+
+    def at(self, points: np.ndarray) -> _State:
+        """All that is needed of several points."""
+        residual, level, slopes, _ = self.problem.slopes(points)
+        turned = self.of_point.T + (slopes @ self.of_residual).transpose(0, 2, 1)
+        squares = np.einsum("bn,bn->b", residual, residual) + np.einsum("bi,bi->b", points, points)
+        constants = (self.problem.count + self.problem.dimension) * 0.5 * np.log(2 * np.pi)
+        return _State(self.image(points, residual), turned, -0.5 * squares - level - constants)
+
+    def chord(self, points: np.ndarray, state: _State, target: np.ndarray) -> np.ndarray:
+        """Move points towards those that have the target as image, by slopes from nearby."""
+        image = state.image
+        for _ in range(CHORDS):
+            step = np.linalg.solve(state.slopes, (target - image)[..., None])[..., 0]
+            points = np.clip(points + np.nan_to_num(step), -2 * LARGEST, 2 * LARGEST)
+            image = self.image(points, self.problem.residuals(points)[0])
+        return points
+
+
+def randomised(problem: Problem, fit: Fit, seed: int) -> Weighted | None:
+    """Weighted draws about a fit; None where too many of them are not found.
+
+    The problem is to be one of least squares: of known noise.
+    """
+    image = _Image(problem, fit)
+    target = np.random.default_rng(seed).standard_normal((DRAWS, problem.dimension))
+    blocks = [_found(image, fit.point, one) for one in np.split(target, DRAWS // BLOCK)]
+    points, log_weight = (np.concatenate(each) for each in zip(*blocks, strict=True))
+    if np.mean(np.isneginf(log_weight)) > LOST:
+        return None
+    return Weighted(points, log_weight)
+
+
+def _found(image: _Image, mode: np.ndarray, target: np.ndarray) -> Weighted:
+    """Points whose image is the target."""
+    points = mode + np.linalg.solve(image.root, target.T).T
+    state = image.at(points)
+    for _ in range(ROUNDS):
+        if _missed(state, target).max() < ARRIVED:
+            break
+        points = image.chord(points, state, target)
+        state = image.at(points)
+    volume = np.linalg.slogdet(state.slopes)[1] - 0.5 * target.shape[1] * np.log(2 * np.pi)
+    own = volume - 0.5 * np.einsum("bi,bi->b", state.image, state.image)
+    there = np.isfinite(state.log_posterior) & (_missed(state, target) < ARRIVED)
+    return Weighted(points, np.where(there, state.log_posterior - own, -np.inf))
+
+
+def _missed(state: _State, target: np.ndarray) -> np.ndarray:
+    return np.nan_to_num(np.abs(state.image - target), nan=np.inf).max(axis=1)

@@ -1,0 +1,263 @@
+"""every effect on finite element models beside a solution of the changed matrices at each line."""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy import sparse
+
+import bayes_placement as bp
+from bayes_placement import effects, finite_elements
+from bayes_placement.effects.member_preload import buckling_load
+from tests.effects import models_in_space
+from tests.effects.models_in_space import attached, changed, exact
+
+CLOSE = 2e-3  # of the root mean square of a channel
+ALONG = np.array([0.6, 0.0, 0.8])
+
+
+def scene(name):
+    return getattr(models_in_space, name)()
+
+
+@functools.cache
+def plain(name):
+    """Receptance of the model as drawn, its channels and the three axes of the place."""
+    one = scene(name)
+    axes = np.array([one.reading(one.place, axis) for axis in axes_of(one)])
+    return exact(one, one.matrices, np.vstack([one.channels(), axes]))
+
+
+def axes_of(one):
+    return np.eye(3)[np.array(one.axes) - 1]
+
+
+def load(name, member, factor):
+    one = scene(name)
+    return factor * buckling_load(one.modes, list(one.members).index(member))
+
+
+def response(name, several, **settings):
+    return np.asarray(jax.jit(lambda: scene(name).response(several, **settings))())
+
+
+def close(found, expected, without, tolerance=CLOSE):
+    size = np.sqrt(np.mean(np.abs(expected) ** 2, axis=-1, keepdims=True))
+    np.testing.assert_array_less(np.abs(found - expected) / size, tolerance)
+    assert (np.abs(without - expected) / size).max() > 50 * tolerance  # the effect is felt
+
+
+def weaker(name, shares, tensions):
+    """Stiffness that is added by regions that lose a share, and by members under tension."""
+    one = scene(name)
+    parts = [-share * one.matrices.regions[region] for region, share in shares.items()]
+    parts += [tension * one.members[member] for member, tension in tensions.items()]
+    return sum(parts, sparse.csc_array((len(one.matrices.dof),) * 2))
+
+
+# Scene; compliance of supports, share that regions lose, tension of members over its buckling load.
+CHANGES = {
+    "a foot": ("frame", {"left foot": 1e-3}, {}, {}),
+    "both feet": ("frame", {"left foot": 1e-4, "right foot": 3e-4}, {}, {}),
+    "an edge": ("plate", {"edge y = 0": 1e-5}, {}, {}),
+    "two edges": ("plate", {"edge y = 0": 1e-6, "edge x = a": 1e-5}, {}, {}),
+    "half a beam": ("frame", {}, {"beam": 0.5}, {}),
+    "nearly all of a column": ("frame", {}, {"left column": 0.9}, {}),
+    "half a plate": ("plate", {}, {"near": 0.5}, {}),
+    "two parts of a plate": ("plate", {}, {"near": 0.3, "corner": 0.8}, {}),
+    "tension": ("frame", {}, {}, {"beam": 2.0}),
+    "compression": ("frame", {}, {}, {"left column": -0.7}),
+    "a foot and a beam": ("frame", {"left foot": 1e-4}, {"beam": 0.8}, {}),
+    "an edge and a corner": ("plate", {"edge x = a": 1e-6}, {"corner": 0.6}, {}),
+    "tension and a column": ("frame", {}, {"left column": 0.5}, {"beam": 2.0}),
+    "all at once": ("frame", {"left foot": 1e-4}, {"left column": 0.5}, {"left column": 2.0}),
+}
+
+
+def named(name, soft, shares, tensions):
+    found = [effects.soft_support(which, c, name=f"soft {which}") for which, c in soft.items()]
+    found += [effects.region_stiffness_loss(r, q, name=f"weak {r}") for r, q in shares.items()]
+    return found + [
+        effects.member_preload(member, load(name, member, factor), name=f"tense {member}")
+        for member, factor in tensions.items()
+    ]
+
+
+@pytest.mark.parametrize("case", CHANGES)
+def test_what_gives_way_responds_as_the_changed_matrices_do(case):
+    name, soft, shares, tensions = CHANGES[case]
+    one = scene(name)
+    newtons = {member: load(name, member, factor) for member, factor in tensions.items()}
+    matrices = changed(one, weaker(name, shares, newtons), soft)
+    expected = exact(one, matrices, one.channels())
+    count = len(one.channels())
+    found = response(name, named(name, soft, shares, tensions))
+    close(found, expected, plain(name)[:count, :count])
+
+
+@pytest.mark.parametrize("name", ["portal", "plate"])
+def test_on_models_handed_over_too(shared_data, name):
+    one = models_in_space.handed_over(shared_data, name)
+    support, region = next(iter(one.soft)), "region 0"
+    added = -0.5 * one.matrices.regions[region]
+    several = [effects.soft_support(support, 1e-4), effects.region_stiffness_loss(region, 0.5)]
+    found = np.asarray(jax.jit(lambda: one.response(several))())
+    expected = exact(one, changed(one, added, {support: 1e-4}), one.channels())
+    close(found, expected, exact(one, one.matrices, one.channels()))
+
+
+# What is attached, and its dynamic stiffness at each angular frequency along each axis.
+MASS, SPRING, DASHPOT = 0.4, 3e4, 30.0
+
+
+def absorber(omega, mass=0.05, frequency=60.0, ratio=0.05):
+    tuned = 2 * np.pi * frequency
+    spring = mass * (tuned**2 + 2j * ratio * tuned * omega)
+    return spring * -mass * omega**2 / (spring - mass * omega**2)
+
+
+ATTACHED = {
+    "point_mass": (
+        lambda at: effects.point_mass(at, MASS),
+        lambda omega: -MASS * omega[:, None, None] ** 2 * np.eye(3),
+    ),
+    "ground_spring": (
+        lambda at: effects.ground_spring(at, SPRING, direction=tuple(ALONG)),
+        lambda omega: SPRING * np.ones_like(omega)[:, None, None] * np.outer(ALONG, ALONG),
+    ),
+    "ground_dashpot": (
+        lambda at: effects.ground_dashpot(at, DASHPOT, direction=tuple(ALONG)),
+        lambda omega: 1j * DASHPOT * omega[:, None, None] * np.outer(ALONG, ALONG),
+    ),
+    "tuned_absorber": (
+        lambda at: effects.tuned_absorber(at, 0.05, 60.0, 0.05, direction=tuple(ALONG)),
+        lambda omega: absorber(omega)[:, None, None] * np.outer(ALONG, ALONG),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", ATTACHED)
+def test_what_is_attached_to_a_frame_acts_along_its_direction(kind):
+    make, dynamic_stiffness = ATTACHED[kind]
+    one, whole = scene("frame"), plain("frame")
+    count = len(one.channels())
+    stiffness = dynamic_stiffness(2 * np.pi * one.frequency)
+    expected = coupled(whole, count, stiffness)
+    close(response("frame", [make(tuple(one.place))]), expected, whole[:count, :count])
+
+
+def coupled(whole, count, stiffness):
+    """Receptance of the first channels with a dynamic stiffness [line, axis, axis] on the rest."""
+    by_line = np.moveaxis(whole, -1, 0)
+    held = np.zeros_like(by_line)
+    held[:, count:, count:] = stiffness
+    solved = np.linalg.solve(np.eye(by_line.shape[-1]) + by_line @ held, by_line)
+    return np.moveaxis(solved[:, :count, :count], 0, -1)
+
+
+def test_a_mass_on_a_plate_acts_across_it():
+    one, whole = scene("plate"), plain("plate")
+    count = len(one.channels())
+    inertia = -MASS * (2 * np.pi * one.frequency) ** 2
+    expected = attached(whole, count, inertia[None])
+    found = response("plate", [effects.point_mass(tuple(one.place), MASS)])
+    close(found, expected, whole[:count, :count])
+
+
+def test_hysteretic_damping_is_that_of_a_complex_stiffness():
+    one = scene("frame")
+    count = len(one.channels())
+    expected = exact(one, one.matrices, one.channels(), loss_factor=0.05)
+    found = response("frame", [effects.hysteretic_damping(0.05)])
+    close(found, expected, plain("frame")[:count, :count])
+
+
+def test_masses_of_sensors_move_with_them_in_all_directions():
+    one, mass = scene("frame"), 0.2
+    seats = np.array([one.reading(at, axis) for at, _ in one.seats for axis in np.eye(3)])
+    whole = exact(one, one.matrices, np.vstack([one.channels(), seats]))
+    count = len(one.channels())
+    inertia = -mass * (2 * np.pi * one.frequency) ** 2
+    expected = attached(whole, count, np.tile(inertia, (len(seats), 1)))
+    found = response("frame", [effects.sensor_mass(mass)])
+    close(found, expected, whole[:count, :count])
+
+
+def strength(kind, value):
+    makes = {
+        "soft_support": ("plate", lambda: effects.soft_support("edge y = 0", value)),
+        "region_stiffness_loss": ("frame", lambda: effects.region_stiffness_loss("beam", value)),
+        "member_preload": ("frame", lambda: effects.member_preload("beam", value)),
+    }
+    name, make = makes[kind]
+    return scene(name), make()
+
+
+# A strength that is felt, not much.
+SMALL = {"soft_support": 1e-9, "region_stiffness_loss": 1e-4, "member_preload": 1.0}
+
+
+@pytest.mark.parametrize("kind", SMALL)
+def test_zero_strength_changes_nothing_and_has_a_slope(kind):
+    @jax.jit
+    def of(value):
+        one, effect = strength(kind, value)
+        return one.response([effect])
+
+    one = strength(kind, 0.0)[0]
+    np.testing.assert_array_equal(of(0.0), jax.jit(lambda: one.response([]))())
+    step = SMALL[kind]
+    slope = jax.jit(lambda: jax.jvp(of, (0.0,), (step,))[1])()
+    felt = (of(step) - of(-step)) / 2
+    size = np.abs(felt).max()
+    assert size > 0
+    np.testing.assert_allclose(slope, felt, atol=1e-3 * size)
+
+
+def test_the_order_in_which_parts_give_way_is_of_no_consequence():
+    several = [effects.region_stiffness_loss("beam", 0.5), effects.soft_support("left foot", 1e-4)]
+    found, other = response("frame", several), response("frame", several[::-1])
+    np.testing.assert_allclose(found, other, atol=1e-9 * np.abs(found).max())
+
+
+def test_a_support_that_is_very_soft_is_as_good_as_released():
+    one = scene("frame")
+    free = changed(one, soft={"left foot": 1e6})
+    base = one.structure() + effects.soft_support("left foot", 1e6)
+    found = jax.jit(lambda: base.proper_modes().natural_frequency)()
+    np.testing.assert_allclose(found[:6], free.modes(count=6).natural_frequency, rtol=1e-5)
+
+
+def test_a_structure_that_has_buckled_has_no_natural_frequencies():
+    def first(factor):
+        effect = effects.member_preload("left column", load("frame", "left column", factor))
+        base = scene("frame").structure() + effect
+        return jax.jit(lambda: base.proper_modes().natural_frequency)()[0]
+
+    assert first(-0.9) > 0
+    assert jnp.isnan(first(-1.1))
+
+
+def without_static_shapes():
+    one = scene("frame")
+    return finite_elements.modes(one.matrices, one.reader, up_to=500.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: effects.soft_support("porch", 1e-4), "porch.*left foot.*right foot"),
+        (lambda: effects.region_stiffness_loss("porch", 0.1), "porch.*left column.*beam"),
+        (lambda: effects.member_preload("porch", 10.0), "porch.*left column.*beam"),
+    ],
+)
+def test_a_part_that_does_not_exist_is_named_with_those_that_do(make, message):
+    with pytest.raises(ValueError, match=message):
+        scene("frame").structure() + make()
+
+
+def test_a_support_without_static_shapes_is_refused():
+    with pytest.raises(ValueError, match=r"soft=\{"):
+        bp.Structure(without_static_shapes()) + effects.soft_support("left foot", 1e-4)
