@@ -3,7 +3,7 @@
 Not known here: how softly it gives way, how shapes are read between nodes, probability.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -141,13 +141,15 @@ def _of_support(matrices: Matrices, model: ModalModel, soft: SupportMotion) -> O
     return Opening(shape, np.zeros(shape.shape))
 
 
-def _moved(matrices: Matrices, shape: Shapes) -> Shapes:
-    """Softest motions of a support, each with a strain energy of one half."""
+def _moved(matrices: Matrices, shape: Shapes) -> Float[np.ndarray, "dof few"]:
+    """Softest motions of a support that strain the structure, each with an energy of one half."""
     few = shape[:, :FEW]
-    return few / np.sqrt(np.einsum("ij,ij->j", few, matrices.stiffness @ few))
+    energy = np.einsum("ij,ij->j", few, matrices.stiffness @ few)
+    strained = energy > _NOTHING * energy.max()
+    return few[:, strained] / np.sqrt(energy[strained])
 
 
-def _of_region(matrices: Matrices, region: Sparse, several: list[Shapes]) -> Opening:
+def _of_region(matrices: Matrices, region: Sparse, several: Sequence[np.ndarray]) -> Opening:
     """Strains of some motions in a region, those that store most energy first."""
     fields = np.hstack(several)
     stress = region @ fields

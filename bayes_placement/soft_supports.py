@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.linalg import null_space
 
+from ._vectors import Vector
 from .matrices import Matrices
 
 _HAIR = 1e-9  # of the length of an edge
@@ -61,7 +62,7 @@ def springs(matrices: Matrices, rows: ArrayLike) -> SupportMotion:
     return SupportMotion(held, np.eye(held.size), np.eye(held.size))
 
 
-def rotations(matrices: Matrices, node: int, *, along: ArrayLike | None = None) -> SupportMotion:
+def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> SupportMotion:
     """Let a clamped node turn against a spring: the foot of a frame.
 
     Parameters
@@ -92,9 +93,7 @@ def rotations(matrices: Matrices, node: int, *, along: ArrayLike | None = None) 
     return SupportMotion(rows, turns, np.eye(turns.shape[1]))
 
 
-def edge(
-    matrices: Matrices, start: ArrayLike, end: ArrayLike, *, direction: int = 3
-) -> SupportMotion:
+def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) -> SupportMotion:
     """Let a straight edge of a plate move across its plane against a line spring.
 
     Where the slope along the edge is held as well, the deflection between nodes is cubic, else

@@ -29,7 +29,7 @@ def plate():
 
 
 def natural(modes, effect, count):
-    base = bp.Structure(modes) + effect
+    base = bp.Structure(modes, damping=bp.damping.Modal(0.01)) + effect
     return np.asarray(jax.jit(lambda: base.proper_modes().natural_frequency)()[:count])
 
 
@@ -58,7 +58,7 @@ def root_of_beam(softness, low):
     return brentq(characteristic, low, low + np.pi - 0.2)
 
 
-@pytest.mark.parametrize("compliance", [1e-7, 1e-5])
+@pytest.mark.parametrize("compliance", [1e-6, 1e-5])
 def test_a_plate_with_one_edge_on_a_line_spring(plate, compliance):
     edge = soft_supports.edge(plate, (SIDES[0], 0.0, 0.0), (SIDES[0], SIDES[1], 0.0))
     small = Plate((8, 6), SIDES)

@@ -22,6 +22,7 @@ from tests.element_models import weights
 from tests.small_models import Plate
 
 RATIO = 0.01
+RIGID = 1e7  # stiffness, over that of the model, of ways in which a support does not move
 CORNERS = {"left column": (0.1, 0.0, 0.5), "beam": (0.7, 0.2, 0.6)}
 FEET = {"left foot": (0.0, 0.0, 0.0), "right foot": (0.8, 0.5, 0.1)}
 
@@ -89,19 +90,17 @@ def changed(scene, stiffness=None, soft=None):
     """The matrices with a stiffness added, and springs in the place of some supports."""
     whole = scene.matrices
     size, free = len(whole.dof), []
-    added = sparse.csc_array((size, size)) if stiffness is None else stiffness
-    turn, springs = sparse.lil_array(sparse.eye_array(size)), sparse.lil_array((size, size))
+    springs = sparse.lil_array((size, size))
     for name, compliance in (soft or {}).items():
         rows, motion, pattern = scene.soft[name]
-        # The ways in which it moves as rows of their own, those in which it does not beside them.
-        turn[np.ix_(rows, rows)] = np.hstack([motion, null_space(motion.T)])
-        moving = rows[: motion.shape[1]]
-        springs[np.ix_(moving, moving)] = pattern / compliance
-        free.extend(moving)
-    turn = sparse.csc_array(turn)
+        ways, still = np.linalg.pinv(motion), null_space(motion.T)
+        stiff = RIGID * whole.stiffness.diagonal()[rows].max()
+        held = ways.T @ pattern @ ways / compliance + stiff * still @ still.T
+        springs[np.ix_(rows, rows)] = held
+        free.extend(rows)
     return bp.Matrices(
-        turn.T @ (whole.stiffness + added) @ turn + springs,
-        turn.T @ whole.mass @ turn,
+        whole.stiffness + sparse.csc_array(springs) + (0 if stiffness is None else stiffness),
+        whole.mass,
         whole.position,
         whole.dof,
         node=whole.node,
