@@ -79,7 +79,9 @@ def named_draws(experiment: Experiment, values: dict[str, Any]) -> xr.Dataset:
 
 
 def _numbered(dataset: xr.Dataset) -> xr.Dataset:
-    numbers = {name: np.arange(dataset.sizes[name]) for name in ("chain", "draw")}
+    # Where nothing is unknown there are no draws to count.
+    known = [name for name in ("chain", "draw") if name in dataset.sizes]
+    numbers = {name: np.arange(dataset.sizes[name]) for name in known}
     return dataset.assign_coords(numbers)
 
 

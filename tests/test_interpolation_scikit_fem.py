@@ -3,6 +3,7 @@
 import sys
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -182,3 +183,12 @@ def test_a_missing_scikit_fem_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "skfem", None)
     with pytest.raises(ImportError, match=r'pip install "bayes_placement\[scikit-fem\]"'):
         interpolation.scikit_fem(basis, axes=(3,))
+
+
+def test_weights_have_second_derivatives_on_the_faces_of_elements_too():
+    """A power of a coordinate that is zero there must not make them undefined."""
+    basis = skfem.Basis(rectangles(), skfem.ElementVector(skfem.ElementQuad2()))
+    reader = interpolation.scikit_fem(basis, axes=(1, 2))
+    second = jax.jit(jax.hessian(lambda place: reader.at(place).weight))
+    for place in ([0.0, 0.2, 0.0], [0.3, 0.4, 0.0], [0.7, 0.0, 0.0]):
+        assert jnp.isfinite(second(jnp.array(place))).all()

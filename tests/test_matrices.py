@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from scipy.sparse import diags_array, load_npz
+from scipy.sparse import csc_array, diags_array, load_npz
 
 from bayes_placement.matrices import Matrices
 from bayes_placement.matrices import _eigenmodes as eigenmodes
@@ -356,3 +356,17 @@ def test_the_order_of_elimination_fills_less(block):
     shuffled = np.random.default_rng(0).permutation(free)
     fill = [factorised((lifted[rows][:, rows]).tocsc()).triangles.nnz for rows in (order, shuffled)]
     assert 2 * fill[0] < fill[1]
+
+
+def test_a_factor_is_trusted_next_to_a_natural_frequency_too(held_plate):
+    """There a solution is large, and its residual too; what counts is the error beside it."""
+    flexibility = held_plate.flexibility
+    square = (2 * np.pi * held_plate.modes(count=2).natural_frequency[1]) ** 2
+    for nudge, below in ((-1e-9, 1), (1e-6, 2)):
+        shifted = flexibility.stiffness - (1 + nudge) * square * flexibility.mass
+        factor = factorised(csc_array(shifted))
+        assert factor.trustworthy() and factor.negative_pivots() == below
+
+
+def test_a_factor_that_grows_is_not_trusted():
+    assert not factorised(csc_array([[1e-14, 1.0], [1.0, 1.0]])).trustworthy()

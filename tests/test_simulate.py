@@ -131,3 +131,11 @@ def test_one_key_gives_one_result_bit_for_bit(drawn):
         assert drawn[group].to_dataset().identical(again[group].to_dataset())
         for name, values in drawn[group].data_vars.items():
             assert not np.any(values.values == other[group][name].values)
+
+
+def test_an_experiment_without_unknowns_can_be_simulated():
+    tree = bp.simulate(experiment(lambda position: position), draws=3, key=0)
+    assert not tree["prior"].data_vars
+    response = tree["prior_predictive"]["response"]
+    assert response.sizes["draw"] == 3
+    assert float((response - response.isel(draw=0)).max()) == 0.0

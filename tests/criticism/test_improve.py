@@ -1,5 +1,6 @@
 """improve: a hidden effect found, nothing found where nothing is, and what is said of it."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -81,6 +82,13 @@ def test_where_nothing_is_missing_nothing_is_claimed(with_nothing):
     assert with_nothing.probabilities["nothing_missing"] > 0.9
     assert "Nothing is claimed to be missing" in with_nothing.sentence()
     assert with_nothing.suspicion["p_value"].min() > 1e-3
+
+
+def test_where_the_noise_is_in_doubt_no_effect_is_called_improbable(with_mass):
+    doubted = with_mass.probabilities | {"point_mass": 1e-9, "none_of_these": 0.999}
+    ledger = dataclasses.replace(with_mass, probabilities=doubted, unexplained=True)
+    assert "Missing: point_mass (the best of the candidates);" in ledger.sentence()
+    assert "Something else is missing still." in ledger.sentence()
 
 
 def test_what_no_candidate_explains_is_said_to_be_unexplained():
