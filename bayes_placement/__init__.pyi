@@ -23,6 +23,7 @@ from .criticism.check import check
 from .criticism.compare import compare
 from .criticism.explain import explain
 from .criticism.improve import improve
+from .design.maps import information_map
 from .experiment import Experiment
 from .infer import infer
 from .matrices import Matrices
@@ -55,6 +56,7 @@ __all__ = [
     "improve",
     "infer",
     "information",
+    "information_map",
     "interpolation",
     "io",
     "ledger_plots",

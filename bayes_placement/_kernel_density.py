@@ -23,7 +23,7 @@ def _silverman(factor: Any, draws: int) -> tuple[Any, Any]:
 
 
 def _soize(factor: Any, draws: int) -> tuple[Any, Any]:
-    width = factor / jnp.sqrt(factor**2 + (draws - 1) / draws)
+    width = factor / (factor**2 + (draws - 1) / draws) ** 0.5
     return width, width / factor
 
 

@@ -14,9 +14,9 @@ import numpy as np
 import numpyro
 from jaxtyping import Array, Float
 
-from . import _sites
+from . import _experiment_checks, _sites
 from ._types import Receptance, Response
-from .channels import MOUNTINGS, Drive, recorded
+from .channels import Drive, recorded
 from .effects._effect import Effect, InstrumentEffect
 from .measurement import Channel, Measurement, at_levels
 from .noise import Data, Noise
@@ -105,12 +105,12 @@ class Experiment(eqx.Module):
         self.structure = structure
         self.sensor = _placed(sensors, structure)
         self.actuator = _placed(actuators, structure)
-        self.frequency = _lines(frequency)
+        self.frequency = _experiment_checks.lines(frequency)
         self.observe = observe
         self.noise = noise
         self.chain = OrderedDict()
-        self.force_levels = _levels(force_levels)
-        self.sensors_mounted = _mounting(sensors_mounted)
+        self.force_levels = _experiment_checks.levels(force_levels)
+        self.sensors_mounted = _experiment_checks.mounting(sensors_mounted)
         observe.check(self.frequency)
 
     def __add__(self, effect: Effect) -> "Experiment":
@@ -188,7 +188,11 @@ class Experiment(eqx.Module):
 
     def nominal(self) -> "Experiment":
         """Return the experiment at recorded positions and at the prior mean of all else."""
-        return self.fix({one.name: self._nominal_value(one) for one in self.unknowns})
+        return self.fix(self.nominal_values())
+
+    def nominal_values(self) -> dict[str, Any]:
+        """Recorded position or prior mean of each unknown, by name."""
+        return {one.name: self._nominal_value(one) for one in self.unknowns}
 
     def _nominal_value(self, unknown: _sites.Unknown) -> Any:
         for kind, side in (("sensor", self.sensor), ("actuator", self.actuator)):
@@ -352,39 +356,6 @@ def _placed(transducers: Sequence[Kind], structure: Structure) -> OrderedDict[st
             'between the two: sensors=[bp.Sensor("s1", at=0.25)].'
         )
     return placed
-
-
-def _lines(frequency: Any) -> Any:
-    if isinstance(frequency, jax.core.Tracer):
-        return frequency
-    lines = np.asarray(frequency, dtype=float)
-    if lines.ndim != 1 or lines.size == 0 or not np.all(np.isfinite(lines)) or np.any(lines < 0):
-        raise ValueError(
-            f"frequency of shape {lines.shape} was given; a list of lines [Hz], finite and not "
-            "negative, is needed: frequency=[21.65, 64.95]."
-        )
-    return lines
-
-
-def _levels(levels: Sequence[float] | None) -> tuple[float, ...] | None:
-    if levels is None:
-        return None
-    given = tuple(float(level) for level in levels)
-    if not given or not all(0 < level < np.inf for level in given) or len(set(given)) < len(given):
-        raise ValueError(
-            f"force_levels={given} was given; force amplitudes [N] are needed, positive and each "
-            "once, since a nonlinear response depends on them: force_levels=[0.1, 1.0]."
-        )
-    return given
-
-
-def _mounting(word: str) -> str:
-    if word not in MOUNTINGS:
-        raise ValueError(
-            f"sensors_mounted={word!r} was given; it must be 'roving', where each sensor is alone "
-            "in its run, or 'fixed', where all are mounted all the time: sensors_mounted='fixed'."
-        )
-    return word
 
 
 def _is_dict(leaf: Any) -> bool:

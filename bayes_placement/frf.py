@@ -111,21 +111,39 @@ class Seen(NamedTuple):
         return Seen(joined([self.points, other.points]), shapes)
 
 
-def elastic(structure: Structure, modes: Modes, to: Seen, come_from: Seen, omega: Omega) -> Matrix:
-    """Receptance [m/N] of the structure proper, static where modes are left out."""
+class Dynamic(NamedTuple):
+    """What each mode adds to a receptance, as a factor of its shapes."""
+
+    modal: Inexact[Array, "mode frequency"]
+    beyond_static: Inexact[Array, "mode frequency"]
+    relative_modulus: Inexact[Array, "frequency"]
+
+
+def dynamic(structure: Structure, modes: Modes, omega: Omega) -> Dynamic:
+    """Receptance of each mode of unit shape, that beyond its static part, and what divides this.
+
+    The static flexibility is that of the modulus as drawn; damped, it is divided by the modulus
+    that modes far above the lines have.
+    """
     modulus = structure.relative_modulus(omega)
     natural, rigid = modes.angular_frequency(), modes.rigid_body_modes
     loss = structure.damping.loss(natural, omega, rigid)
     elastic_part = (natural**2)[:, None] * modulus - omega**2
     modal = 1 / (elastic_part + loss * structure.kept_damping())
-    coupled = _coupled(structure, modes, (to, come_from), modal, omega)
-    static = to.points.static_flexibility(modes, come_from.points)
-    if static is None:
-        return _modal_sum(to, come_from, modal) + coupled
     squares = jnp.concatenate([jnp.full(rigid, jnp.inf), natural[rigid:] ** 2])
     lossy = modulus + structure.damping.static_loss(omega) * structure.kept_damping()
-    dynamic = modal - 1 / (squares[:, None] * lossy)
-    return _modal_sum(to, come_from, dynamic) + static[..., None] / lossy + coupled
+    return Dynamic(modal, modal - 1 / (squares[:, None] * lossy), lossy)
+
+
+def elastic(structure: Structure, modes: Modes, to: Seen, come_from: Seen, omega: Omega) -> Matrix:
+    """Receptance [m/N] of the structure proper, static where modes are left out."""
+    factors = dynamic(structure, modes, omega)
+    coupled = _coupled(structure, modes, (to, come_from), factors.modal, omega)
+    static = to.points.static_flexibility(modes, come_from.points)
+    if static is None:
+        return _modal_sum(to, come_from, factors.modal) + coupled
+    beyond = _modal_sum(to, come_from, factors.beyond_static)
+    return beyond + static[..., None] / factors.relative_modulus + coupled
 
 
 def _modal_sum(to: Seen, come_from: Seen, modal: Inexact[Array, "mode frequency"]) -> Matrix:

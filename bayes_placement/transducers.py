@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._placed import At, placed, read
-from ._sites import is_unknown, unit
+from ._sites import is_unknown, unit, unknowns
 from ._types import Parameter, Shapes
 from ._vectors import Recorded, Vector, triple
 from .measurement import Channel
@@ -44,6 +44,9 @@ class Transducer(eqx.Module):
     recorded
         Recorded position [m], a number or three; by default the centre of the support or the mean
         of the law.
+    support
+        Its tolerance wherever it sits, so that it can be tried elsewhere; by default `at`, if that
+        is a support.
     """
 
     kind: eqx.AbstractClassVar[str]
@@ -52,6 +55,7 @@ class Transducer(eqx.Module):
     angles: tuple[Parameter, ...] | None = eqx.field(metadata=unit("rad"))
     directions: tuple[int, ...] = eqx.field(static=True)
     recorded: Recorded = eqx.field(static=True)
+    support: Support | None
 
     def __init__(
         self,
@@ -61,9 +65,11 @@ class Transducer(eqx.Module):
         directions: tuple[int, ...] = (),
         angles: tuple[Parameter, ...] | None = None,
         recorded: float | int | Vector | None = None,
+        support: Support | None = None,
     ):
         self.name = name
         self.position = read(at)
+        self.support = self.position if isinstance(self.position, Support) else support
         self.angles = None if angles is None else tuple(angles)
         self.directions = tuple(directions)
         self.recorded = _middle(self.position) if recorded is None else _recorded(recorded)
@@ -100,7 +106,38 @@ class Transducer(eqx.Module):
             directions=self.directions or modes.axes,
             angles=self.angles,
             recorded=self.recorded,
+            support=self.support,
         )
+
+    def moved(self: Self, place: Recorded | Support, modes: Modes) -> Self:
+        """Return it recorded elsewhere on the structure, with the tolerance that it has here.
+
+        Parameters
+        ----------
+        place
+            Recorded position [m], or a support.
+        modes
+            Modes of the structure.
+
+        Raises
+        ------
+        ValueError
+            If its tolerance is not known as a support, or it comes to lie outside the structure.
+        """
+        at: Any = place
+        if not isinstance(place, Support):
+            at = place if self.support is None else self.support.around(place)
+        if not isinstance(at, Support) and self._is_uncertain():
+            raise ValueError(
+                f'{self.kind} "{self.name}" was to be moved to {place} m, but its tolerance is '
+                "known as a law at its own place only; a support is needed, since it can be moved. "
+                "Declare at=supports.Segment(0.25, within=0.04), or give supports as candidates."
+            )
+        one = type(self)(self.name, at, directions=self.directions, angles=self.angles)
+        return one.on(modes)
+
+    def _is_uncertain(self) -> bool:
+        return bool(unknowns(self.position))
 
     def at_record(self, name: str) -> Any:
         """Value of an unknown of its position, by its name, where it was recorded."""

@@ -10,7 +10,8 @@ PACKAGE = Path(__file__).parents[1] / "bayes_placement"
 # A room may import from the rooms before it, never from those after it.
 ORDER = """
     _types _files _sites _eigenpairs _repeated _quadrature
-    _vectors _bounds _ball_in_box places _voronoi _nearest_nodes supports _placed orientation
+    _vectors _bounds _ball_in_box places _voronoi _nearest_nodes _support
+    _supports_in_space supports _placed orientation
     modes _beam_roots _beam_statics _uniform_line beams
     _modal_model_checks modal_model
     interpolation._interpolation interpolation._elements interpolation._frame_elements
@@ -32,10 +33,15 @@ ORDER = """
     effects.cubic_stiffness effects.residual_modes effects.sensor_mass effects.time_delay
     effects.gain_error effects.mount_resonance effects.misplaced_sensor effects._library effects
     structure frf
-    _measurement_checks measurement transducers channels observe noise experiment
+    _measurement_checks measurement transducers channels observe noise
+    _experiment_checks experiment
     _kernel_density _tensor_quadrature marginals
     engines._engine engines.importance engines.grid engines.map engines.nuts engines.smc engines
-    _standard_normal _target estimates information _results simulate symmetries infer methods
+    _standard_normal _target estimates
+    information._divergence information._points information._estimator information._kernels
+    information._modal_products information.kde information.exact information.expected_gain
+    information design._candidates design._cells design._running design.maps design
+    _results simulate symmetries infer methods
     criticism._residuals criticism._edges criticism._statistics criticism.correlation
     criticism.discrepancy criticism.misfit criticism.check
     criticism._compiled criticism._groups criticism._problem criticism._descent criticism._search

@@ -1,4 +1,4 @@
-"""information: in, weights or draws of a posterior; out, its divergence from the prior.
+"""_divergence: in, weights or draws of a posterior; out, its divergence from the prior.
 
 Not known here: structures, sensors, engines.
 """
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.special import gammaln, logsumexp, psi
 
-from .estimates import Weighting, standard_error
+from ..estimates import Weighting, standard_error
 
 
 class Divergence(NamedTuple):

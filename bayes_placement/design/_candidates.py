@@ -1,0 +1,153 @@
+"""_candidates: in, an experiment and places to try; out, the laws there as stacks of numbers.
+
+Not known here: how information is estimated, in what order placements are tried.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._vectors import triple
+from ..experiment import Experiment, is_placement
+from ..supports import Support
+from ..transducers import Transducer
+
+Tree = Any
+
+
+class Candidates(NamedTuple):
+    """Places at which one transducer is tried.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    recorded
+        Recorded positions [m], [candidate] or [candidate, 3].
+    laws
+        Its position at each of them: numbers and laws.
+    nominal
+        Nominal value of its unknown coordinates, by name, at each of them.
+    """
+
+    name: str
+    recorded: np.ndarray
+    laws: list[Tree]
+    nominal: list[dict[str, float]]
+
+    def kinds(self) -> np.ndarray:
+        """Number of the kind of each candidate; those of one kind differ in numbers only."""
+        known: dict[Any, int] = {}
+        return np.array(
+            [known.setdefault(jax.tree.structure(law), len(known)) for law in self.laws]
+        )
+
+    def stacked(self, chosen: np.ndarray) -> tuple[Tree, dict[str, np.ndarray]]:
+        """Laws and nominal values of candidates of one kind, each number an array of them all."""
+        laws = jax.tree.map(lambda *leaves: np.stack(leaves), *(self.laws[i] for i in chosen))
+        names = self.nominal[chosen[0]]
+        return laws, {name: np.array([self.nominal[i][name] for i in chosen]) for name in names}
+
+
+def candidates(
+    experiment: Experiment, places: Mapping[str, Sequence[Any] | np.ndarray]
+) -> list[Candidates]:
+    """Places to try for each transducer named, clipped to the structure with their tolerance.
+
+    Raises
+    ------
+    ValueError
+        If there is no such transducer, nothing to try, or a place lies outside the structure.
+    """
+    if not places:
+        raise ValueError(
+            "No places to try were given; those of at least one transducer are needed: "
+            '{"s1": np.linspace(0.04, 0.96, 47)}.'
+        )
+    return [_candidates(experiment, name, several) for name, several in places.items()]
+
+
+def _candidates(experiment: Experiment, name: str, places: Any) -> Candidates:
+    one = _transducer(experiment, name)
+    moved = [one.moved(_place(each), experiment.structure.modes) for each in places]
+    if not moved:
+        raise ValueError(
+            f'{one.kind} "{name}" was given no place to try; at least one is needed: '
+            f'{{"{name}": [0.25, 0.5]}}.'
+        )
+    where = _path(experiment, name)
+    nominal = [
+        {
+            unknown.name: float(each.at_record(unknown.name))
+            for unknown in _with(experiment, {where: each.position}).unknowns
+            if unknown.name.startswith(f"{where[0]}.{name}.position")
+        }
+        for each in moved
+    ]
+    recorded = np.array([each.recorded for each in moved])
+    return Candidates(name, recorded, [each.position for each in moved], nominal)
+
+
+def _place(given: Any) -> Any:
+    if isinstance(given, Support):
+        return given
+    return float(given) if np.ndim(given) == 0 else triple(given)
+
+
+def _transducer(experiment: Experiment, name: str) -> Transducer:
+    known = {**experiment.sensor, **experiment.actuator}
+    if name not in known:
+        raise ValueError(
+            f'Places of "{name}" were given, but the experiment has no such transducer. It has '
+            f"{', '.join(known)}."
+        )
+    return known[name]
+
+
+def _path(experiment: Experiment, name: str) -> tuple[str, str]:
+    return ("sensor" if name in experiment.sensor else "actuator", name)
+
+
+def placed(experiment: Experiment, positions: Mapping[str, Tree]) -> Experiment:
+    """Return the experiment with some transducers elsewhere, by name."""
+    return _with(experiment, {_path(experiment, name): at for name, at in positions.items()})
+
+
+def _with(experiment: Experiment, positions: Mapping[tuple[str, str], Tree]) -> Experiment:
+    return eqx.tree_at(
+        lambda tree: [getattr(tree, side)[name].position for side, name in positions],
+        experiment,
+        list(positions.values()),
+        is_leaf=lambda leaf: leaf is None,
+    )
+
+
+def nominal_values(
+    experiment: Experiment, moved: Sequence[str], given: Mapping[str, float] | None
+) -> dict[str, Any]:
+    """Nominal value of each unknown but the positions of what is moved.
+
+    Raises
+    ------
+    ValueError
+        If a value is given for what is not unknown, or for a place.
+    """
+    whole = dict(given or {})
+    found = experiment.nominal_values()
+    strange = [name for name in whole if name not in found or is_placement(name)]
+    if strange:
+        names = ", ".join(name for name in found if not is_placement(name))
+        raise ValueError(
+            f"A nominal value of {strange[0]} was given, which is no unknown parameter; those are "
+            f"{names}. Places are taken where they are recorded."
+        )
+    of_moved = tuple(f"{kind}.{name}.position" for kind in ("sensor", "actuator") for name in moved)
+    return {
+        name: jnp.asarray(whole.get(name, value))
+        for name, value in found.items()
+        if not name.startswith(of_moved)
+    }

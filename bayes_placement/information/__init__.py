@@ -1,0 +1,20 @@
+"""information: in, an experiment or a posterior; out, how much is learnt about the parameters.
+
+Divergences of posteriors from priors, and what an experiment may be expected to tell before it is
+done, one estimator a file. Not known here: where else a transducer could sit.
+"""
+
+from ._divergence import Divergence, from_evidence, from_posterior_draws, from_prior_draws
+from .exact import Exact
+from .expected_gain import ExpectedGain
+from .kde import KDE
+
+__all__ = [
+    "KDE",
+    "Divergence",
+    "Exact",
+    "ExpectedGain",
+    "from_evidence",
+    "from_posterior_draws",
+    "from_prior_draws",
+]

@@ -1,0 +1,109 @@
+"""_estimator: in, an experiment and its nominal values; out, how much is learnt, with its error.
+
+Not known here: how likelihoods are estimated, where else a transducer could sit.
+"""
+
+import abc
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jax.scipy.special import logsumexp
+from jaxtyping import Array, Bool, Float
+
+from .._types import InfeasibleError
+from ..experiment import Experiment, is_placement, role
+from ..noise import Noise
+
+
+class Gain(NamedTuple):
+    """Divergence of the posterior from the prior [nat], and its standard error."""
+
+    kl: Float[Array, ""]
+    error: Float[Array, ""]
+
+
+Plan = Callable[[Experiment, dict[str, Any]], Gain]
+"""From an experiment whose places may be traced, and the nominal value of each unknown."""
+
+
+class Estimator(eqx.Module):
+    """A way to tell how much an experiment will teach about its parameters."""
+
+    @abc.abstractmethod
+    def plan(self, experiment: Experiment, seed: int) -> Plan:
+        """Draw all points, which serve every placement, and return the estimate.
+
+        Raises
+        ------
+        ValueError
+            If the estimate is not possible for this experiment.
+        """
+
+    @abc.abstractmethod
+    def settings(self) -> dict[str, Any]:
+        """What determines the result, for the record."""
+
+
+def parameter_laws(experiment: Experiment) -> dict[str, Any]:
+    """Law of each parameter, by name.
+
+    Raises
+    ------
+    ValueError
+        If nothing but placement is unknown.
+    """
+    laws = {one.name: one.law for one in experiment.unknowns if role(one.name) == "parameter h"}
+    if not laws:
+        raise ValueError(
+            "A map of information was asked for, but the structure has no unknown parameter; at "
+            "least one is needed, since the information is about it. Declare one: "
+            "damping.Modal([dist.Uniform(0.02, 0.06)])."
+        )
+    return laws
+
+
+def placement_laws(experiment: Experiment) -> dict[str, Any]:
+    """Law of each coordinate and angle of the placement, by name."""
+    return {one.name: one.law for one in experiment.unknowns if is_placement(one.name)}
+
+
+def divergence(log_likelihood: Float[Array, "replicate draw"]) -> Gain:
+    """Eq. (33) over all draws of the prior, its error by leaving out one replicate at a time."""
+    replicates = log_likelihood.shape[0]
+    kept = ~jnp.eye(replicates, dtype=bool)
+    without = jnp.stack([_divergence(log_likelihood, one) for one in kept])
+    spread = jnp.sum((without - jnp.mean(without)) ** 2) * (replicates - 1) / replicates
+    return Gain(_divergence(log_likelihood, jnp.ones(replicates, bool)), jnp.sqrt(spread))
+
+
+def _divergence(
+    log_likelihood: Float[Array, "replicate draw"], kept: Bool[Array, "replicate"]
+) -> Float[Array, ""]:
+    log_weight = jnp.where(kept[:, None], log_likelihood, -jnp.inf)
+    count = jnp.sum(kept) * log_likelihood.shape[1]
+    evidence = logsumexp(log_weight)
+    share = jnp.exp(log_weight - evidence)
+    # Where the likelihood vanishes, l log l does too.
+    mean = jnp.sum(share * jnp.where(share > 0, log_likelihood, 0.0))
+    return mean - evidence + jnp.log(count)
+
+
+def known_noise(experiment: Experiment, who: str) -> Noise:
+    """Output error, once it is stated.
+
+    Raises
+    ------
+    InfeasibleError
+        If there is none, if it is unknown, or if only a measurement could tell it.
+    """
+    noise = experiment.noise
+    unknown = any(role(one.name) == "output error" for one in experiment.unknowns)
+    if noise is None or unknown or noise.reads_coherence:
+        given = "noise=None" if noise is None else f"noise.{type(noise).__name__} of unknown level"
+        raise InfeasibleError(
+            f"{who} was given an experiment with {given}; the output error of what is not measured "
+            "yet is needed. Give noise.Gaussian(0.01), or use information.KDE() for none."
+        )
+    return noise

@@ -1,0 +1,145 @@
+"""expected_gain: in, an experiment with output error; out, what it will teach on the average.
+
+Not known here: where else a transducer could sit.
+"""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax.scipy.special import logsumexp
+from jaxtyping import Array, Float
+
+from .._sites import unknowns
+from ..experiment import Experiment
+from . import _points
+from ._estimator import Estimator, Gain, Plan, known_noise, parameter_laws, placement_laws
+
+BATCH = 64
+"""Draws of the parameters whose responses are computed at once."""
+
+
+class ExpectedGain(Estimator):
+    """Expected information gain: the divergence on the average over data the prior predicts.
+
+    Nested Monte Carlo (Ryan 2003, DOI 10.1198/1061860032012): simulated data y are compared with
+    all responses of the parameters and placements drawn, E{log p(y | h) - log p(y)}. Each density
+    is a mixture over draws of the placement; that a mixture over finitely many draws of y's own
+    kind is too low makes the estimate too high by about the variance of p(y) over twice its
+    square, which falls like one over the draws.
+
+    Parameters
+    ----------
+    n_h, n_p
+        Draws of the parameters and, for each of them, of the placement, in each replicate.
+    n_y
+        Simulated data in each replicate.
+    points
+        `sobol` or `plain`, see `KDE`.
+    replicates
+        Independent sets of points, whose spread is the error.
+    """
+
+    n_h: int = eqx.field(static=True, default=256)
+    n_p: int = eqx.field(static=True, default=64)
+    n_y: int = eqx.field(static=True, default=256)
+    points: str = eqx.field(static=True, default="sobol")
+    replicates: int = eqx.field(static=True, default=4)
+
+    def settings(self) -> dict[str, Any]:
+        """Name, sizes and options."""
+        return {
+            "estimator": "ExpectedGain",
+            "n_h": self.n_h,
+            "n_p": self.n_p,
+            "n_y": self.n_y,
+            "points": self.points,
+            "replicates": self.replicates,
+        }
+
+    def plan(self, experiment: Experiment, seed: int) -> Plan:
+        """Draw all points and return the estimate.
+
+        Raises
+        ------
+        ValueError
+            If there is no output error, or no parameter is unknown.
+        """
+        known_noise(experiment, "information.ExpectedGain")
+        laws, placed = parameter_laws(experiment), placement_laws(experiment)
+        size = jax.eval_shape(lambda: experiment.nominal().predict()).size
+        each, wide = _points.dimension(laws), _points.dimension(placed)
+
+        def drawn(count: int, wide: int, number: int) -> Array:
+            found = _points.scores(self.points, self.replicates, count, wide, seed + number)
+            return jnp.asarray(found)
+
+        outer = drawn(self.n_y, each + wide + size, 0)
+        inner, places = drawn(self.n_h, each, 1), drawn(self.n_p, wide, 2)
+
+        def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
+            now = {name: law for name, law in _laws(one).items() if name in placed}
+
+            def replicate(several: Any) -> Float[Array, ""]:
+                own, parameters, spread = several
+                true = (own[:, :each], own[:, each : each + wide], own[:, each + wide :])
+                return _gain(one, (laws, now), true, (parameters, spread))
+
+            found = jax.lax.map(replicate, (outer, inner, places))
+            return Gain(jnp.mean(found), jnp.std(found, ddof=1) / jnp.sqrt(self.replicates))
+
+        return plan
+
+
+def _laws(experiment: Experiment) -> dict[str, Any]:
+    return {one.name: one.law for one in unknowns(experiment)}
+
+
+def _gain(
+    one: Experiment,
+    laws: tuple[dict[str, Any], dict[str, Any]],
+    true: tuple[Array, Array, Array],
+    drawn: tuple[Array, Array],
+) -> Float[Array, ""]:
+    """Mean over simulated data of the log of p(y | h) over p(y)."""
+    of_parameters, of_places = laws
+    parameters, places, error = true
+    at = _points.values(of_places, drawn[1])
+
+    def respond(values: dict[str, Any], place: dict[str, Any]) -> Float[Array, "output"]:
+        return one.fix(values | place).predict().ravel()
+
+    def responses(values: dict[str, Any]) -> Float[Array, "place output"]:
+        if not of_places:
+            return respond(values, {})[None]
+        return jax.vmap(lambda place: respond(values, place))(at)
+
+    own_values = _points.values(of_parameters, parameters)
+    clean = jax.vmap(respond)(own_values, _points.values(of_places, places))
+    level = _deviation(one)
+    y = clean / level + error
+
+    def log_density(values: dict[str, Any], data: Array) -> Float[Array, "data"]:
+        """Log density of data [data, output] for one draw of the parameters."""
+        centres = responses(values) / level
+        # |y - z|^2 by a product of matrices.
+        square = jnp.sum(data**2, 1)[:, None] + jnp.sum(centres**2, 1) - 2 * data @ centres.T
+        return logsumexp(-0.5 * square, axis=1) - jnp.log(centres.shape[0])
+
+    given = jax.lax.map(
+        lambda pair: log_density(pair[0], pair[1][None])[0], (own_values, y), batch_size=BATCH
+    )
+    each = jax.lax.map(
+        lambda values: log_density(values, y),
+        _points.values(of_parameters, drawn[0]),
+        batch_size=BATCH,
+    )
+    return jnp.mean(given - (logsumexp(each, axis=0) - jnp.log(each.shape[0])))
+
+
+def _deviation(one: Experiment) -> Float[Array, "output"]:
+    """Standard deviation of each output."""
+    assert one.noise is not None
+    z = jnp.zeros(jax.eval_shape(lambda: one.nominal().predict()).shape)
+    return jnp.sqrt(jnp.broadcast_to(one.noise.law(z, None).variance, z.shape)).ravel()

@@ -1,0 +1,212 @@
+"""maps: labels, symmetries, chunks kept and computed anywhere, and what cannot be tried."""
+
+import itertools
+import os
+import signal
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import jax
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import information
+from bayes_placement.design import _cells, _running
+from models import bar
+from tests.effects import models_in_space
+
+GRID = np.array([0.25, 0.4, 0.6, 0.75])
+SMALL = information.KDE(n_h=128, n_p=64)
+
+
+@pytest.fixture(scope="module")
+def experiment():
+    return bar.placed(0.3, 0.3, None)
+
+
+@pytest.fixture(scope="module")
+def whole(experiment):
+    return bp.information_map(experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL, key=3)
+
+
+def test_a_map_is_labelled(whole):
+    assert whole["kl"].dims == ("s1", "a1")
+    np.testing.assert_array_equal(whole["s1"], GRID)
+    assert whole["a1"].attrs["units"] == "m" and whole["kl"].attrs["units"] == "nat"
+    assert whole.attrs["estimator"] == "KDE" and whole.attrs["n_h"] == 128
+    assert np.isfinite(whole["kl"]).all() and (whole["kl_se"] > 0).all()
+
+
+def test_each_cell_is_the_estimate_of_the_experiment_there(experiment, whole):
+    there = bar.placed(0.4, 0.75, None)
+    plan = SMALL.plan(there, 3)
+    gain = jax.jit(lambda: plan(there, there.nominal_values()))()
+    cell = whole.sel(s1=0.4, a1=0.75)
+    assert float(gain.kl) == pytest.approx(float(cell["kl"]), rel=1e-5)
+    assert float(gain.error) == pytest.approx(float(cell["kl_se"]), rel=1e-4)
+
+
+def test_the_map_is_symmetric_under_exchange_and_mirror(whole):
+    kl, error = whole["kl"].values, whole["kl_se"].values
+    for other in (kl.T, kl[::-1, ::-1]):
+        assert np.all(np.abs(kl - other) < 5 * np.sqrt(2) * error + 1e-3)
+    assert kl.max() > 5 * kl.min()
+
+
+def test_one_transducer_may_be_moved_alone(experiment, whole):
+    line = bp.information_map(experiment, {"a1": GRID}, estimator=SMALL, key=3)
+    assert line["kl"].dims == ("a1",)
+    mid = bp.information_map(experiment, {"a1": [0.6], "s1": [0.3]}, estimator=SMALL, key=3)
+    assert float(line["kl"].sel(a1=0.6)) == pytest.approx(float(mid["kl"][0, 0]), rel=1e-5)
+
+
+def test_supports_may_be_tried_with_tolerances_of_their_own(experiment):
+    wide, narrow = (bp.supports.Segment(0.25, within=within) for within in (0.04, 0.01))
+    found = bp.information_map(experiment, {"s1": [wide, narrow]}, estimator=SMALL)["kl"]
+    assert float(found[1]) > float(found[0])
+
+
+def test_nominal_values_may_be_given(experiment):
+    name = "structure.damping.ratio.2"
+    places = {"s1": [0.25], "a1": [0.25]}
+    one, other = (
+        bp.information_map(experiment, places, estimator=SMALL, nominal={name: value})["kl"]
+        for value in (0.025, 0.04)
+    )
+    assert float(one[0, 0]) > float(other[0, 0]) + 0.1
+
+
+def test_finished_chunks_are_kept_and_only_missing_ones_computed(
+    experiment, whole, tmp_path, monkeypatch
+):
+    computed, compute = [], _running.compute
+
+    def counted(chunk):
+        computed.append(len(chunk.candidate))
+        return compute(chunk)
+
+    monkeypatch.setattr(_running, "compute", counted)
+    shares = []
+
+    def again(key=3):
+        return bp.information_map(
+            experiment,
+            {"s1": GRID, "a1": GRID},
+            estimator=SMALL,
+            key=key,
+            store=tmp_path,
+            chunk=5,
+            progress=shares.append,
+        )
+
+    first = again()
+    assert computed == [5, 5, 5, 1] and len(list(tmp_path.glob("*.npy"))) == 4
+    assert shares[0] == 0 and shares[-1] == 1
+    sorted(tmp_path.glob("*.npy"))[0].unlink()
+    second = again()
+    assert len(computed) == 5
+    again(key=4)
+    assert len(computed) == 9  # another seed is another result
+    np.testing.assert_array_equal(first["kl"], second["kl"])
+    np.testing.assert_allclose(first["kl"], whole["kl"], rtol=1e-6)
+
+
+def test_processes_and_threads_find_the_same_bit_for_bit(experiment):
+    def found(executor):
+        places = {"s1": GRID[:2], "a1": GRID[:1]}
+        return bp.information_map(experiment, places, estimator=SMALL, executor=executor, chunk=1)
+
+    here = found(None)
+    with ThreadPoolExecutor(1) as threads:
+        np.testing.assert_array_equal(found(threads)["kl"], here["kl"])
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
+        np.testing.assert_array_equal(found(processes)["kl"], here["kl"])
+
+
+def stop_at(chunk):
+    """Kill the worker that computes the last chunk."""
+    if int(chunk.place[0, 0]) == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return _running.compute(chunk)
+
+
+def test_a_lost_worker_loses_nothing_that_was_finished(experiment, tmp_path, monkeypatch):
+    computed = []
+
+    def found(**settings):
+        places = {"s1": GRID[:2]}
+        return bp.information_map(experiment, places, estimator=SMALL, chunk=1, **settings)["kl"]
+
+    def counted(chunk):
+        computed.append(chunk)
+        return _cells.compute(chunk)
+
+    monkeypatch.setattr(_running, "compute", stop_at)
+    with (
+        ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes,
+        pytest.raises(RuntimeError, match=r"A worker was lost.* same store"),
+    ):
+        found(executor=processes, store=tmp_path)
+    assert len(list(tmp_path.glob("*.npy"))) == 1
+    monkeypatch.setattr(_running, "compute", counted)
+    again = found(store=tmp_path)
+    assert len(computed) == 1
+    np.testing.assert_array_equal(again, found())
+
+
+def test_candidates_on_several_members_of_a_frame():
+    scene = models_in_space.frame()
+    seats = [bp.supports.Member(*ends, centre=at, within=0.03) for ends, at in members(scene)]
+    experiment = bp.Experiment(
+        bp.Structure(scene.modes, damping=bp.damping.Modal(dist.Uniform(0.005, 0.03))),
+        sensors=[bp.Sensor("s1", at=seats[0], directions=(1, 2, 3))],
+        actuators=[bp.Actuator("a1", at=tuple(scene.place), directions=(2,))],
+        frequency=scene.frequency[:3],
+        observe=bp.observe.LogAmplitude("acceleration"),
+        noise=bp.noise.Gaussian(0.02),
+    )
+    found = bp.information_map(experiment, {"s1": seats}, estimator=SMALL)
+    assert np.isfinite(found["kl"]).all() and found["kl"].std() > 0.01
+    np.testing.assert_allclose(found["s1.z"], [seat.centre[2] for seat in seats])
+
+
+def members(scene):
+    corners = [models_in_space.FEET["left foot"], *models_in_space.CORNERS.values()]
+    for start, end in itertools.pairwise(corners):
+        yield (start, end), tuple(0.4 * np.array(start) + 0.6 * np.array(end))
+
+
+@pytest.mark.parametrize(
+    ("places", "message"),
+    [
+        ({}, "No places to try were given"),
+        ({"s9": [0.2]}, r'"s9" were given, but .* It has s1, a1'),
+        ({"s1": []}, r'Sensor "s1" was given no place to try'),
+        ({"s1": [1.2]}, r'Sensor "s1": Segment\(1.2, .* no point on the structure'),
+    ],
+)
+def test_places_that_cannot_be_tried_are_refused(experiment, places, message):
+    with pytest.raises(ValueError, match=message):
+        bp.information_map(experiment, places, estimator=SMALL)
+
+
+def test_a_law_without_support_cannot_be_moved():
+    one = bp.Experiment(
+        bar.bar(bar.PRIOR, 0.04),
+        sensors=[bp.Sensor("s1", at=dist.Uniform(0.2, 0.3))],
+        actuators=[bp.Actuator("a1", at=0.3)],
+        frequency=bar.PAPER_LINES,
+        observe=bp.observe.LogAmplitude("velocity"),
+        noise=None,
+    )
+    with pytest.raises(ValueError, match=r"known as a law at its own place only; a support is"):
+        bp.information_map(one, {"s1": [0.5]}, estimator=SMALL)
+
+
+def test_a_nominal_value_of_a_place_is_refused(experiment):
+    with pytest.raises(ValueError, match=r"nominal value of sensor.s1.position was given, which"):
+        bp.information_map(
+            experiment, {"a1": [0.3]}, estimator=SMALL, nominal={"sensor.s1.position": 0.2}
+        )

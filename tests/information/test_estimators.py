@@ -1,0 +1,174 @@
+"""estimators: the paper's numbers, exact integrals, and a linear experiment in closed form."""
+
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import information
+from models import bar
+from tests.test_reference import BOTH, EXACT_TABLE, FIRST, KDE_TABLE, P1, P2, P4, SECOND
+
+TABLE = {(kernel, ratios, places): kl for kernel, ratios, places, kl, *_ in KDE_TABLE}
+
+
+def estimated(estimator, experiment, seed=0, **nominal):
+    plan = estimator.plan(experiment, seed)
+    values = experiment.nominal_values() | nominal
+    gain = jax.jit(lambda: plan(experiment, values))()
+    return float(gain.kl), float(gain.error)
+
+
+@pytest.mark.parametrize(
+    ("kernel", "ratios", "places", "points"),
+    [
+        ("soize", BOTH, P2, "sobol"),
+        ("soize", BOTH, P1, "plain"),
+        ("soize", BOTH, P4, "sobol"),
+        ("soize", FIRST, P1, "sobol"),
+        ("silverman", SECOND, P2, "sobol"),
+    ],
+)
+def test_kde_has_the_numbers_of_the_paper(kernel, ratios, places, points):
+    experiment = bar.placed(*places, noise=None, structure=bar.bar(*ratios))
+    found, error = estimated(information.KDE(kernel=kernel, points=points), experiment)
+    mean, spread = TABLE[kernel, ratios, places]
+    assert 0 < error < 2 * spread
+    assert abs(found - mean) < 4 * np.hypot(error, spread / np.sqrt(20))
+
+
+def test_products_of_modes_are_the_responses():
+    """The short way in single precision beside the long one in double."""
+    experiment = bar.placed(*P2, noise=bp.noise.Gaussian(0.02))
+    estimator = information.KDE(n_h=64, n_p=100)
+    short, _ = estimated(estimator, experiment)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(information.kde._modal_products, "factorise", lambda _: False)
+        long, _ = estimated(estimator, experiment)
+    assert short == pytest.approx(long, rel=1e-4)
+
+
+@pytest.mark.parametrize("row", [EXACT_TABLE[0], EXACT_TABLE[1], EXACT_TABLE[5]])
+def test_exact_has_the_numbers_of_the_reference(row):
+    sigma, places, expected = row
+    experiment = bar.placed(*places, bp.noise.Gaussian(sigma))
+    found, error = estimated(information.Exact(n_h=512, nodes=32), experiment)
+    assert 0 < error < 0.03
+    assert abs(found - expected[4]) < 4 * error + 1e-4
+
+
+class Offsets(bp.effects.InstrumentEffect):
+    """FRFs of known form that are added, each with an unknown factor: a linear experiment."""
+
+    absent: ClassVar = ("factor", 0.0)
+    factor: Any
+    forms: np.ndarray
+    name: str = eqx.field(static=True, default="offsets", kw_only=True)
+
+    def recorded(self, frf, omega, channels):
+        return frf + jnp.asarray(self.factor) @ jnp.asarray(self.forms)
+
+    @classmethod
+    def suggest(cls, experiment):
+        return []
+
+
+FORMS, SCALES, SIGMA = np.array([[1.0, 0.4, -0.3], [0.2, 0.9, 0.5]]), np.array([0.7, 1.5]), 0.4
+
+
+@pytest.fixture(scope="module")
+def linear():
+    """Two normal unknowns, three complex lines of which the real parts tell."""
+    beam = bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+    experiment = bp.Experiment(
+        bp.Structure(beam, damping=bp.damping.Modal(0.04)),
+        sensors=[bp.Sensor("s1", at=0.3)],
+        actuators=[bp.Actuator("a1", at=0.6)],
+        frequency=np.array([100.0, 200.0, 300.0]),
+        observe=bp.observe.Complex("displacement"),
+        noise=bp.noise.Gaussian(SIGMA),
+    )
+    law = dist.Normal(jnp.zeros(2), jnp.asarray(SCALES)).to_event(1)
+    return experiment + Offsets(law, FORMS)
+
+
+def closed_form():
+    slopes = (SCALES[:, None] * FORMS).T / SIGMA
+    return 0.5 * np.linalg.slogdet(np.eye(3) + slopes @ slopes.T)[1]
+
+
+def test_the_expected_gain_of_a_linear_experiment_is_the_closed_form(linear):
+    estimator = information.ExpectedGain(n_h=2048, n_p=1, n_y=512, replicates=8)
+    found, error = estimated(estimator, linear)
+    assert error < 0.02
+    assert abs(found - closed_form()) < 3 * error
+
+
+def test_its_bias_falls_like_one_over_the_draws(linear):
+    sizes, biases, errors = [8, 16, 32], [], []
+    for size in sizes:
+        estimator = information.ExpectedGain(
+            n_h=size, n_p=1, n_y=256, points="plain", replicates=64
+        )
+        found, error = estimated(estimator, linear)
+        biases.append(found - closed_form())
+        errors.append(error)
+    assert biases[0] > 10 * errors[0]
+    # Four times the draws: a fourth of the bias, but for what is of second order.
+    ratio = biases[0] / biases[2]
+    assert ratio == pytest.approx(4.0, abs=3 * ratio * errors[2] / biases[2] + 1.0)
+
+
+def test_more_is_learnt_where_the_output_error_is_less(linear):
+    small = information.ExpectedGain(n_h=128, n_p=1, n_y=128)
+    coarse = eqx.tree_at(lambda tree: tree.noise, linear, bp.noise.Gaussian(10 * SIGMA))
+    assert estimated(small, linear)[0] > 3 * estimated(small, coarse)[0]
+
+
+def known():
+    return bar.placed(*P2, bp.noise.Gaussian(0.05), structure=bar.bar(0.04, 0.04))
+
+
+def certain(noise):
+    whole = bar.placed(*P2, noise)
+    places = {name: v for name, v in whole.nominal_values().items() if "position" in name}
+    return whole.fix(places)
+
+
+@pytest.mark.parametrize(
+    ("estimator", "make", "message"),
+    [
+        (information.KDE(), known, r"no unknown parameter; at least one is needed"),
+        (information.KDE(), lambda: certain(None), r"no position or angle is a distribution"),
+        (information.Exact(), lambda: bar.placed(*P2, None), r"noise=None; the output error"),
+        (information.ExpectedGain(), lambda: certain(None), r"ExpectedGain was given .*noise=None"),
+        (
+            information.Exact(),
+            lambda: bar.placed(*P2, bp.noise.Gaussian(dist.HalfNormal(0.1))),
+            r"noise.Gaussian of unknown level",
+        ),
+        (
+            information.KDE(points="halton"),
+            lambda: bar.placed(*P2, None),
+            r"points='halton' .*'sobol' or 'plain'",
+        ),
+        (
+            information.KDE(n_h=3),
+            lambda: bar.placed(*P2, None),
+            r"n_h=3 points in replicates=4 were given; at least two",
+        ),
+    ],
+)
+def test_what_cannot_be_estimated_is_refused(estimator, make, message):
+    with pytest.raises(ValueError, match=message):
+        estimator.plan(make(), 0)
+
+
+def test_a_kernel_that_does_not_exist_is_refused():
+    with pytest.raises(ValueError, match=r"no kernel 'cosine'. The kernels are soize and"):
+        information.KDE(kernel="cosine")
