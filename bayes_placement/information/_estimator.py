@@ -4,6 +4,7 @@ Not known here: how likelihoods are estimated, where else a transducer could sit
 """
 
 import abc
+import dataclasses
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -41,9 +42,10 @@ class Estimator(eqx.Module):
             If the estimate is not possible for this experiment.
         """
 
-    @abc.abstractmethod
     def settings(self) -> dict[str, Any]:
-        """What determines the result, for the record."""
+        """Name, sizes and options, which determine the result."""
+        own = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return {"estimator": type(self).__name__} | own
 
 
 def parameter_laws(experiment: Experiment) -> dict[str, Any]:

@@ -52,16 +52,6 @@ class Exact(Estimator):
     points: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
 
-    def settings(self) -> dict[str, Any]:
-        """Name, sizes and options."""
-        return {
-            "estimator": "Exact",
-            "n_h": self.n_h,
-            "nodes": self.nodes,
-            "points": self.points,
-            "replicates": self.replicates,
-        }
-
     def plan(self, experiment: Experiment, seed: int) -> Plan:
         """Draw all points and return the estimate.
 

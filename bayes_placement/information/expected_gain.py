@@ -47,17 +47,6 @@ class ExpectedGain(Estimator):
     points: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
 
-    def settings(self) -> dict[str, Any]:
-        """Name, sizes and options."""
-        return {
-            "estimator": "ExpectedGain",
-            "n_h": self.n_h,
-            "n_p": self.n_p,
-            "n_y": self.n_y,
-            "points": self.points,
-            "replicates": self.replicates,
-        }
-
     def plan(self, experiment: Experiment, seed: int) -> Plan:
         """Draw all points and return the estimate.
 

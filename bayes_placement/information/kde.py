@@ -56,17 +56,6 @@ class KDE(Estimator):
                 f"{' and '.join(SHRINKAGE)}: KDE(kernel='soize')."
             )
 
-    def settings(self) -> dict[str, Any]:
-        """Name, sizes and options."""
-        return {
-            "estimator": "KDE",
-            "n_h": self.n_h,
-            "n_p": self.n_p,
-            "kernel": self.kernel,
-            "points": self.points,
-            "replicates": self.replicates,
-        }
-
     def plan(self, experiment: Experiment, seed: int) -> Plan:
         """Draw all points and return the estimate.
 
