@@ -1,6 +1,7 @@
 from . import (
     beams,
     damping,
+    design,
     effects,
     engines,
     finite_elements,
@@ -24,6 +25,7 @@ from .criticism.compare import compare
 from .criticism.explain import explain
 from .criticism.improve import improve
 from .design.maps import information_map
+from .design.place import place
 from .experiment import Experiment
 from .infer import infer
 from .matrices import Matrices
@@ -49,6 +51,7 @@ __all__ = [
     "check",
     "compare",
     "damping",
+    "design",
     "effects",
     "engines",
     "explain",
@@ -66,6 +69,7 @@ __all__ = [
     "nodal_modes",
     "noise",
     "observe",
+    "place",
     "places",
     "plots",
     "report",

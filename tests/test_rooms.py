@@ -40,7 +40,8 @@ ORDER = """
     _standard_normal _target estimates
     information._divergence information._points information._estimator information._kernels
     information._modal_products information.kde information.exact information.expected_gain
-    information design._candidates design._cells design._running design.maps design
+    information design._candidates design._cells design._running design._evaluation design.maps
+    design._rules design.search design.place design
     _results simulate symmetries infer methods
     criticism._residuals criticism._edges criticism._statistics criticism.correlation
     criticism.discrepancy criticism.misfit criticism.check

@@ -6,7 +6,6 @@ that another process, or the next run, can compute it or know that it has been.
 
 import functools
 import hashlib
-import itertools
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -42,13 +41,15 @@ class Task(NamedTuple):
 
     def fingerprint(self) -> str:
         """Hash of everything that determines a result: all numbers, laws and names."""
-        found = hashlib.sha256(repr((self.estimator.settings(), self.seed)).encode())
-        for part in (self.experiment, self.nominal, self.stacks):
-            leaves, structure = jax.tree.flatten(part)
-            found.update(str(structure).encode())
-            for leaf in leaves:
-                found.update(np.asarray(leaf).tobytes())
-        return found.hexdigest()
+        return _hash(
+            self.estimator.settings(), self.seed, self.experiment, self.nominal, self.stacks
+        )
+
+    def program(self) -> str:
+        """Hash of everything that is compiled: the candidates by their number and kind only."""
+        kinds = jax.tree.map(lambda leaf: (leaf.shape, str(leaf.dtype)), self.stacks)
+        plain = (self.estimator.settings(), self.seed, repr(kinds), repr(list(self.stacks)))
+        return _hash(*plain, self.experiment, self.nominal, jax.tree.structure(self.stacks))
 
 
 class Chunk(NamedTuple):
@@ -59,9 +60,9 @@ class Chunk(NamedTuple):
     task
         What they share.
     candidate
-        Candidates [cell, transducer], counted within the stacks.
+        Candidates [cell, transducer], counted within the stacks; the last one fills them up.
     place
-        Where the results belong [cell, transducer].
+        Which of all cells they are [cell].
     """
 
     task: Task
@@ -70,62 +71,75 @@ class Chunk(NamedTuple):
 
     def fingerprint(self) -> str:
         """Hash of everything that determines its result."""
-        found = hashlib.sha256(self.task.fingerprint().encode())
-        found.update(np.ascontiguousarray(self.candidate).tobytes())
-        return found.hexdigest()
+        return _hash(self.task.fingerprint(), self.candidate)
 
 
-def chunks(task: Task, several: Sequence[Candidates], size: int) -> list[Chunk]:
-    """All combinations of candidates in chunks of cells that differ in numbers only."""
-    groups = [_groups(one) for one in several]
+def chunks(task: Task, several: Sequence[Candidates], cells: np.ndarray, size: int) -> list[Chunk]:
+    """Cells [cell, transducer] in chunks of those that differ in numbers only."""
     found = []
-    for combination in itertools.product(*groups):
-        stacks = {one.name: one.stacked(own) for one, own in zip(several, combination, strict=True)}
-        whole = task._replace(stacks=stacks)
-        counts = [len(own) for own in combination]
-        index = np.stack(np.unravel_index(np.arange(np.prod(counts)), counts), axis=1)
-        place = np.stack([own[i] for own, i in zip(combination, index.T, strict=True)], axis=1)
-        for first in range(0, len(index), size):
-            some = slice(first, first + size)
-            found.append(Chunk(whole, index[some], place[some]))
+    kinds = np.stack([one.kinds()[own] for one, own in zip(several, cells.T, strict=True)], axis=1)
+    for kind in np.unique(kinds, axis=0):
+        place = np.flatnonzero((kinds == kind).all(axis=1))
+        used = [np.unique(own) for own in cells[place].T]
+        stacks = {one.name: one.stacked(own) for one, own in zip(several, used, strict=True)}
+        pairs = zip(used, cells[place].T, strict=True)
+        candidate = np.stack([np.searchsorted(own, each) for own, each in pairs], axis=1)
+        whole, each = task._replace(stacks=stacks), min(size, len(place))
+        for first in range(0, len(place), each):
+            some = candidate[first : first + each]
+            # All of one size, since another one would be compiled anew.
+            filled = np.concatenate([some, np.repeat(some[-1:], each - len(some), axis=0)])
+            found.append(Chunk(whole, filled, place[first : first + each]))
     return found
 
 
-def _groups(one: Candidates) -> list[np.ndarray]:
-    kinds = one.kinds()
-    return [np.flatnonzero(kinds == kind) for kind in np.unique(kinds)]
+def grid(several: Sequence[Candidates]) -> np.ndarray:
+    """All combinations of candidates [cell, transducer]."""
+    counts = [len(one.laws) for one in several]
+    return np.stack(np.unravel_index(np.arange(np.prod(counts)), counts), axis=1)
 
 
 def compute(chunk: Chunk) -> np.ndarray:
-    """Information and its error [cell, 2] in nat; the same numbers wherever it runs."""
-    run = _compiled(_ByContent(chunk.task))
-    return np.asarray(run(jnp.asarray(chunk.candidate)))
+    """Information [cell, 1 + replicate] in nat, then without each replicate; anywhere the same."""
+    stacks = jax.tree.map(jnp.asarray, chunk.task.stacks)
+    found = _compiled(_ByProgram(chunk.task))(stacks, jnp.asarray(chunk.candidate))
+    return np.asarray(found)[: len(chunk.place)]
 
 
-class _ByContent:
-    """A task, equal to another of the same content."""
+class _ByProgram:
+    """A task, equal to another that is compiled alike."""
 
     def __init__(self, task: Task):
-        self.task, self.key = task, task.fingerprint()
+        self.task, self.key = task, task.program()
 
     def __hash__(self) -> int:
         return hash(self.key)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _ByContent) and self.key == other.key
+        return isinstance(other, _ByProgram) and self.key == other.key
 
 
 @functools.lru_cache(maxsize=8)
-def _compiled(one: _ByContent) -> Callable[[Any], Any]:
+def _compiled(one: _ByProgram) -> Callable[[Any, Any], Any]:
     task = one.task
     plan: Plan = task.estimator.plan(task.experiment, task.seed)
 
-    def cell(index: Any) -> Any:
+    def cell(stacks: Any, candidate: Any) -> Any:
         laws, values = {}, dict(task.nominal)
-        for number, (name, (stack, nominal)) in enumerate(task.stacks.items()):
-            laws[name] = jax.tree.map(lambda leaf, i=index[number]: jnp.asarray(leaf)[i], stack)
-            values |= {word: jnp.asarray(each)[index[number]] for word, each in nominal.items()}
+        for name, number in zip(task.stacks, candidate, strict=True):
+            laws[name], nominal = jax.tree.map(lambda leaf, i=number: leaf[i], stacks[name])
+            values |= nominal
         gain = plan(placed(task.experiment, laws), values)
-        return jnp.stack([gain.kl, gain.error])
+        return jnp.concatenate([gain.kl[None], gain.without])
 
-    return jax.jit(lambda several: jax.lax.map(cell, several))
+    return jax.jit(lambda stacks, several: jax.lax.map(lambda one: cell(stacks, one), several))
+
+
+def _hash(*parts: Any) -> str:
+    found = hashlib.sha256()
+    for part in parts:
+        leaves, structure = jax.tree.flatten(part)
+        found.update(str(structure).encode())
+        for leaf in leaves:
+            found.update(leaf.encode() if isinstance(leaf, str) else np.asarray(leaf).tobytes())
+    return found.hexdigest()

@@ -6,18 +6,18 @@ Not known here: how information is estimated, how the best place is searched for
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from .._types import Progress, no_progress
 from ..experiment import Experiment
-from ..information._estimator import Estimator
+from ..information._estimator import Estimator, spread
 from ..information.kde import KDE
-from ._candidates import Candidates, candidates, nominal_values
-from ._cells import Task, chunks
-from ._running import run
+from ._candidates import Candidates, candidates
+from ._cells import grid
+from ._evaluation import Evaluation
 
 CHUNK = 100
 """Cells of a chunk: about a second of the paper's sizes, far more than it costs to hand out."""
@@ -64,7 +64,8 @@ def information_map(
     Returns
     -------
     xarray.Dataset
-        `kl` and its standard error `kl_se` [nat], dimensions named after the transducers.
+        `kl` and its standard error `kl_se` [nat], dimensions named after the transducers;
+        `kl_without`, the same without each replicate of the random points, for `lead`.
 
     Raises
     ------
@@ -73,12 +74,52 @@ def information_map(
     """
     own = KDE() if estimator is None else estimator
     several = candidates(experiment, places)
-    values = nominal_values(experiment, list(places), nominal)
-    task = Task(experiment, own, key, values, {})
-    found = np.full((*(len(one.laws) for one in several), 2), np.nan)
-    for one, result in run(chunks(task, several, chunk), executor, store, progress):
-        found[tuple(one.place.T)] = result
+    shape = tuple(len(one.laws) for one in several)
+    whole = Evaluation(experiment, own, key, nominal, executor, store, chunk, progress)
+    found = whole.at(several, grid(several)).reshape(*shape, -1)
     return _labelled(several, found, own.settings() | {"key": key})
+
+
+class Lead(NamedTuple):
+    """By how much the best placement is better than another [nat].
+
+    Parameters
+    ----------
+    best, other
+        Index of each along the dimensions of the map.
+    difference, error
+        Information of the best less that of the other, and its standard error.
+    """
+
+    best: dict[str, int]
+    other: dict[str, int]
+    difference: float
+    error: float
+
+
+def lead(whole: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
+    """Compare the best placement of a map with another.
+
+    All placements share their random points, so that much of their errors is common.
+
+    Parameters
+    ----------
+    whole
+        A map of `information_map`.
+    other
+        Index along each of its dimensions; by default the second best.
+    """
+    names = [str(name) for name in whole["kl"].dims]
+    kl = whole["kl"].values
+    order = np.argsort(kl, axis=None)[::-1]
+    best, second = (
+        dict(zip(names, map(int, np.unravel_index(place, kl.shape)), strict=True))
+        for place in order[[0, min(1, len(order) - 1)]]
+    )
+    compared = second if other is None else dict(other)
+    first, then = whole.isel(best), whole.isel(compared)
+    error = spread((first["kl_without"] - then["kl_without"]).values)
+    return Lead(best, compared, float(first["kl"] - then["kl"]), float(error))
 
 
 def _labelled(
@@ -89,7 +130,8 @@ def _labelled(
     whole = xr.Dataset(
         {
             "kl": (names, found[..., 0], {**units, "long_name": "information"}),
-            "kl_se": (names, found[..., 1], {**units, "long_name": "standard error"}),
+            "kl_se": (names, spread(found[..., 1:]), {**units, "long_name": "standard error"}),
+            "kl_without": ([*names, "replicate"], found[..., 1:], units),
         },
         attrs=settings,
     )

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Bool, Float
 
@@ -19,10 +20,14 @@ from ..noise import Noise
 
 
 class Gain(NamedTuple):
-    """Divergence of the posterior from the prior [nat], and its standard error."""
+    """Divergence of the posterior from the prior [nat], also with each replicate left out.
+
+    The latter tell the error of it and, since replicates are common to all placements, that of a
+    difference between two of them.
+    """
 
     kl: Float[Array, ""]
-    error: Float[Array, ""]
+    without: Float[Array, "replicate"]
 
 
 Plan = Callable[[Experiment, dict[str, Any]], Gain]
@@ -31,6 +36,8 @@ Plan = Callable[[Experiment, dict[str, Any]], Gain]
 
 class Estimator(eqx.Module):
     """A way to tell how much an experiment will teach about its parameters."""
+
+    replicates: eqx.AbstractVar[int]
 
     @abc.abstractmethod
     def plan(self, experiment: Experiment, seed: int) -> Plan:
@@ -72,12 +79,10 @@ def placement_laws(experiment: Experiment) -> dict[str, Any]:
 
 
 def divergence(log_likelihood: Float[Array, "replicate draw"]) -> Gain:
-    """Eq. (33) over all draws of the prior, its error by leaving out one replicate at a time."""
-    replicates = log_likelihood.shape[0]
-    kept = ~jnp.eye(replicates, dtype=bool)
+    """Eq. (33) over all draws of the prior, and over those of all replicates but one."""
+    kept = ~jnp.eye(log_likelihood.shape[0], dtype=bool)
     without = jnp.stack([_divergence(log_likelihood, one) for one in kept])
-    spread = jnp.sum((without - jnp.mean(without)) ** 2) * (replicates - 1) / replicates
-    return Gain(_divergence(log_likelihood, jnp.ones(replicates, bool)), jnp.sqrt(spread))
+    return Gain(_divergence(log_likelihood, jnp.ones(len(kept), bool)), without)
 
 
 def _divergence(
@@ -90,6 +95,14 @@ def _divergence(
     # Where the likelihood vanishes, l log l does too.
     mean = jnp.sum(share * jnp.where(share > 0, log_likelihood, 0.0))
     return mean - evidence + jnp.log(count)
+
+
+def spread(
+    without: Float[np.ndarray, "*placement replicate"],
+) -> Float[np.ndarray, "*placement"]:
+    """Jackknife standard error from estimates without each replicate, the last axis."""
+    count = without.shape[-1]
+    return np.asarray(np.sqrt((count - 1) * np.var(without, axis=-1)))
 
 
 def known_noise(experiment: Experiment, who: str) -> Noise:

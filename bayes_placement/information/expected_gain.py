@@ -24,10 +24,9 @@ class ExpectedGain(Estimator):
     """Expected information gain: the divergence on the average over data the prior predicts.
 
     Nested Monte Carlo (Ryan 2003, DOI 10.1198/1061860032012): simulated data y are compared with
-    all responses of the parameters and placements drawn, E{log p(y | h) - log p(y)}. Each density
-    is a mixture over draws of the placement; that a mixture over finitely many draws of y's own
-    kind is too low makes the estimate too high by about the variance of p(y) over twice its
-    square, which falls like one over the draws.
+    all responses of the parameters and placements drawn, E{log p(y | h) - log p(y)}. Too few draws
+    of the parameters make it too high and too few of the placement too low, by about the relative
+    variance of the density over twice the number of draws.
 
     Parameters
     ----------
@@ -76,7 +75,7 @@ class ExpectedGain(Estimator):
                 return _gain(one, (laws, now), true, (parameters, spread))
 
             found = jax.lax.map(replicate, (outer, inner, places))
-            return Gain(jnp.mean(found), jnp.std(found, ddof=1) / jnp.sqrt(self.replicates))
+            return Gain(jnp.mean(found), (jnp.sum(found) - found) / (self.replicates - 1))
 
         return plan
 

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 BLOCK = 64
 """Right-hand sides that are solved at once."""
 
-BACKWARD_ERROR = 1e-14  # above which a factor without pivoting is not trusted
+BACKWARD_ERROR = 1e-12  # above which a factor without pivoting is not trusted
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,8 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design import _cells, _running
+from bayes_placement.design import _cells, _running, maps
+from bayes_placement.information._estimator import spread
 from models import bar
 from tests.effects import models_in_space
 
@@ -45,7 +46,13 @@ def test_each_cell_is_the_estimate_of_the_experiment_there(experiment, whole):
     gain = jax.jit(lambda: plan(there, there.nominal_values()))()
     cell = whole.sel(s1=0.4, a1=0.75)
     assert float(gain.kl) == pytest.approx(float(cell["kl"]), rel=1e-5)
-    assert float(gain.error) == pytest.approx(float(cell["kl_se"]), rel=1e-4)
+    assert spread(np.asarray(gain.without)) == pytest.approx(float(cell["kl_se"]), rel=1e-3)
+
+
+def test_the_order_of_names_is_of_no_consequence(experiment, whole):
+    places = {"a1": GRID[2:], "s1": GRID[:1]}
+    other = bp.information_map(experiment, places, estimator=SMALL, key=3)["kl"]
+    np.testing.assert_allclose(other.values.T, whole["kl"][:1, 2:], rtol=1e-5)
 
 
 def test_the_map_is_symmetric_under_exchange_and_mirror(whole):
@@ -53,6 +60,17 @@ def test_the_map_is_symmetric_under_exchange_and_mirror(whole):
     for other in (kl.T, kl[::-1, ::-1]):
         assert np.all(np.abs(kl - other) < 5 * np.sqrt(2) * error + 1e-3)
     assert kl.max() > 5 * kl.min()
+
+
+def test_the_lead_of_the_best_has_an_error_of_its_own(whole):
+    lead = maps.lead(whole)
+    assert lead.difference == float(np.sort(whole["kl"].values, axis=None)[-1:-3:-1] @ [1, -1])
+    far = maps.lead(whole, {"s1": 1, "a1": 1})
+    assert far.best == lead.best
+    assert far.difference > 5 * far.error > 0
+    # What is common to both placements does not count.
+    apart = np.hypot(whole["kl_se"].isel(far.best), whole["kl_se"].isel(far.other))
+    assert far.error < 1.5 * float(apart)
 
 
 def test_one_transducer_may_be_moved_alone(experiment, whole):
@@ -84,7 +102,7 @@ def test_finished_chunks_are_kept_and_only_missing_ones_computed(
     computed, compute = [], _running.compute
 
     def counted(chunk):
-        computed.append(len(chunk.candidate))
+        computed.append(len(chunk.place))
         return compute(chunk)
 
     monkeypatch.setattr(_running, "compute", counted)
@@ -127,7 +145,7 @@ def test_processes_and_threads_find_the_same_bit_for_bit(experiment):
 
 def stop_at(chunk):
     """Kill the worker that computes the last chunk."""
-    if int(chunk.place[0, 0]) == 1:
+    if int(chunk.place[0]) == 1:
         os.kill(os.getpid(), signal.SIGKILL)
     return _running.compute(chunk)
 

@@ -7,6 +7,7 @@ import jax
 import numpy as np
 import pytest
 
+from bayes_placement import effects
 from bayes_placement.criticism._hypotheses import alone
 from bayes_placement.io import case
 
@@ -70,6 +71,22 @@ def test_effects_may_sit_on_every_member_or_on_the_plate(shared_data):
     (surface,) = plate.anywhere()
     assert (surface.x.high, surface.y.high, surface.z) == (0.4, 0.3, 0.0)
     assert len(plate.regions.names) == 12
+
+
+def test_feet_and_edges_may_give_way(shared_data):
+    """Candidates know them by their place; each bending rotation of a foot, each edge held."""
+    for name, where in (
+        (
+            "08_portal-02",
+            ["of the left column at (0, 0, 0) m", "of the right column at (1.2, 0, 0"],
+        ),
+        ("10_plate-02", [f"along {side} m" for side in ("x = 0", "x = 0.4", "y = 0", "y = 0.3")]),
+    ):
+        experiment = case.read(shared_data / "cases" / name).experiment
+        found = effects.compliant_support.suggest(experiment)
+        said = sorted(one.setting(experiment) for one in found)
+        assert len(said) == len(where)
+        assert all(f"support {at}" in one for at, one in zip(where, said, strict=True))
 
 
 def test_orientation_matters(shared_data):

@@ -1,0 +1,59 @@
+"""_evaluation: in, an experiment and an estimator; out, what is learnt at any placements asked for.
+
+Not known here: in what order placements are tried, what is allowed.
+"""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._types import Progress
+from ..experiment import Experiment
+from ..information._estimator import Estimator
+from ._candidates import Candidates, nominal_values
+from ._cells import Task, chunks
+from ._running import run
+
+
+class Evaluation(NamedTuple):
+    """How information is estimated, and where.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    estimator, seed
+        How information is estimated.
+    nominal
+        Nominal values of parameters that are given, by name.
+    executor, store
+        Where chunks are computed and kept; None for here and nowhere.
+    chunk
+        Cells of a chunk.
+    progress
+        Called with the share that is done.
+    """
+
+    experiment: Experiment
+    estimator: Estimator
+    seed: int
+    nominal: Mapping[str, float] | None
+    executor: Executor | None
+    store: str | Path | None
+    chunk: int
+    progress: Progress
+
+    def at(self, several: Sequence[Candidates], cells: np.ndarray) -> np.ndarray:
+        """Information [cell, 1 + replicate] at combinations of candidates [cell, transducer]."""
+        names = [one.name for one in several]
+        values: dict[str, Any] = nominal_values(self.experiment, names, self.nominal)
+        task = Task(self.experiment, self.estimator, self.seed, values, {})
+        found = np.full((len(cells), 1 + self.estimator.replicates), np.nan)
+        for one, result in run(
+            chunks(task, several, cells, self.chunk), self.executor, self.store, self.progress
+        ):
+            found[one.place] = result
+        return found

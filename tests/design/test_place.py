@@ -1,0 +1,104 @@
+"""place: the best of a grid, one at a time, what is forbidden, and how sure the best is."""
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import design, information
+from models import bar
+from tests.effects import models_in_space
+
+GRID = np.array([0.1, 0.25, 0.4, 0.5, 0.62, 0.75])
+SMALL = information.KDE(n_h=128, n_p=64)
+
+
+@pytest.fixture(scope="module")
+def experiment():
+    """About the second ratio: best where the second mode moves most, at a quarter of the bar."""
+    return bar.placed(0.3, 0.4, None, structure=bar.bar(0.04, bar.PRIOR))
+
+
+@pytest.fixture(scope="module")
+def whole(experiment):
+    return bp.place(experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL)
+
+
+def test_the_best_of_a_grid_is_that_of_the_map(experiment, whole):
+    table = bp.information_map(experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL)
+    lead = design.lead(table)
+    assert whole.positions == {name: GRID[place] for name, place in lead.best.items()}
+    assert set(whole.positions.values()) <= {0.25, 0.75}
+    assert whole.kl == pytest.approx(float(table["kl"].max()), rel=1e-5)
+    assert (whole.ahead, whole.ahead_se) == pytest.approx((lead.difference, lead.error), rel=1e-3)
+    assert len(whole.tried) == GRID.size**2 and whole.tried["kl"].is_monotonic_decreasing
+
+
+def test_one_at_a_time_finds_as_good_a_place_by_fewer_trials(experiment, whole):
+    found = bp.place(
+        experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL, search=design.Sequential()
+    )
+    assert found.kl == pytest.approx(whole.kl, abs=4 * whole.kl_se)
+    assert len(found.tried) < len(whole.tried)
+    assert list(found.tried.columns) == list(whole.tried.columns)
+
+
+def test_what_is_mounted_stays(experiment):
+    found = bp.place(experiment, {"s1": GRID}, estimator=SMALL)
+    assert set(found.positions) == {"s1"} and found.positions["s1"] in (0.25, 0.75)
+
+
+def test_nothing_sits_where_it_is_forbidden(experiment, whole):
+    found = bp.place(
+        experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL, forbidden=[(0.0, 0.3), (0.7, 0.8)]
+    )
+    assert set(found.tried["s1"]) == {0.4, 0.5, 0.62}
+    assert found.kl < whole.kl
+
+
+def test_sensors_keep_their_distance():
+    base = bar.placed(0.3, 0.25, None)
+    two = bp.Experiment(
+        base.structure,
+        sensors=[
+            bp.Sensor(name, at=bp.supports.Segment(at, within=0.04))
+            for name, at in (("s1", 0.4), ("s2", 0.7))
+        ],
+        actuators=[bp.Actuator("a1", at=bp.supports.Segment(0.25, within=0.04))],
+        frequency=base.frequency,
+        observe=base.observe,
+        noise=None,
+    )
+    places = {"s1": GRID[:4], "s2": GRID[:4]}
+    found = bp.place(two, places, estimator=SMALL, least_distance=0.2)
+    assert np.all(np.abs(found.tried["s1"] - found.tried["s2"]) >= 0.2)
+    alone = bp.place(two, {"s1": GRID}, estimator=SMALL, least_distance=0.2)
+    assert np.all(np.abs(alone.tried["s1"] - 0.7) >= 0.2)
+
+
+def test_it_says_where_and_how_sure(whole):
+    said = str(whole)
+    assert said.startswith("Best of 36 placements: s1 at 0.") and "more than the second" in said
+    # The bar is symmetric: its mirror image is as good.
+    assert said.endswith("which is no difference to speak of.")
+
+
+def test_a_place_in_space_has_three_coordinates():
+    scene = models_in_space.plate()
+    law = bp.damping.Modal(bar.PRIOR)
+    seats = [(0.1, 0.08, 0.0), (0.2, 0.15, 0.0)]
+    one = bp.Experiment(
+        bp.Structure(scene.modes, damping=law),
+        sensors=[bp.Sensor("s1", at=bp.supports.Box(seats[0], within=(0.01, 0.01, 0)))],
+        actuators=[bp.Actuator("a1", at=(0.3, 0.1, 0.0))],
+        frequency=scene.frequency[:3],
+        observe=bp.observe.LogAmplitude("acceleration"),
+        noise=bp.noise.Gaussian(0.02),
+    )
+    found = bp.place(one, {"s1": seats}, estimator=SMALL)
+    assert [*found.tried.columns][:3] == ["s1.x", "s1.y", "s1.z"]
+    assert "s1 at (0." in str(found)
+
+
+def test_rules_that_leave_nothing_are_refused(experiment):
+    with pytest.raises(ValueError, match=r"None of 6 placements is allowed: forbidden regions"):
+        bp.place(experiment, {"s1": GRID}, estimator=SMALL, forbidden=[(0.0, 1.0)])
