@@ -12,7 +12,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpyro.distributions import Distribution
+from numpyro.distributions.transforms import Transform
 
+from .._sites import is_unknown
 from ..experiment import Experiment
 from ..information._estimator import Estimator, Plan
 from ._candidates import Candidates, placed
@@ -47,9 +50,10 @@ class Task(NamedTuple):
 
     def program(self) -> str:
         """Hash of everything that is compiled: the candidates by their number and kind only."""
-        kinds = jax.tree.map(lambda leaf: (leaf.shape, str(leaf.dtype)), self.stacks)
-        plain = (self.estimator.settings(), self.seed, repr(kinds), repr(list(self.stacks)))
-        return _hash(*plain, self.experiment, self.nominal, jax.tree.structure(self.stacks))
+        leaves, structure = jax.tree.flatten(self.stacks)
+        sizes = [(np.shape(leaf), np.asarray(leaf).dtype.str) for leaf in leaves]
+        words = [str(structure), repr(sizes), repr(list(self.stacks))]
+        return _hash(self.estimator.settings(), self.seed, words, self.experiment, self.nominal)
 
 
 class Chunk(NamedTuple):
@@ -138,8 +142,29 @@ def _compiled(one: _ByProgram) -> Callable[[Any, Any], Any]:
 def _hash(*parts: Any) -> str:
     found = hashlib.sha256()
     for part in parts:
-        leaves, structure = jax.tree.flatten(part)
+        leaves, structure = jax.tree.flatten(part, is_leaf=is_unknown)
         found.update(str(structure).encode())
         for leaf in leaves:
-            found.update(leaf.encode() if isinstance(leaf, str) else np.asarray(leaf).tobytes())
+            found.update(_content(leaf))
     return found.hexdigest()
+
+
+def _content(value: Any) -> bytes:
+    """Content of a leaf. A law by its parameters: its leaves come in an order of their own.
+
+    NumPyro collects the fields of a law in a set, whose order differs between processes.
+    """
+    if isinstance(value, tuple | list):
+        return b"".join(_content(one) for one in value)
+    if isinstance(value, Distribution | Transform):
+        own = vars(value)
+        names = sorted(set(own) & {*_parameters(value), "base_dist", "transforms"})
+        return repr((type(value).__name__, names)).encode() + _content([own[n] for n in names])
+    return value.encode() if isinstance(value, str) else np.asarray(value).tobytes()
+
+
+def _parameters(value: Distribution | Transform) -> list[str]:
+    shapes = ["_batch_shape", "_event_shape"]
+    if isinstance(value, Distribution):
+        return [*value.arg_constraints, *shapes]
+    return [name for name in vars(value) if not name.startswith("_")]

@@ -6,8 +6,8 @@ each component, as in `marginals.KDE`, laid out for speed: placements last.
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
-from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
 from .._kernel_density import SHRINKAGE
@@ -49,12 +49,15 @@ def log_density(
     # Differences from what was measured: single precision is lost on the level otherwise.
     apart = outputs - measured[..., None]
     draws = apart.shape[-1]
-    mean = jnp.mean(apart, axis=-1, keepdims=True)
-    square = jnp.sum((apart - mean) ** 2, axis=-1, keepdims=True) / (draws - 1)
+    # Means as products with a vector: XLA sums along the last axis one number after the other.
+    share = jnp.full(draws, 1 / draws, apart.dtype)
+    mean = (apart @ share)[..., None]
+    square = ((apart - mean) ** 2 @ share)[..., None] * (draws / (draws - 1))
     total = own.width**2 * square + variance[..., None]
     scale = jnp.sqrt(total)
     missed = (mean + own.shrinkage * (apart - mean)) / scale
     outer = tuple(range(missed.ndim - 1))
     terms = -0.5 * jnp.sum(missed**2, axis=outer)
     volume = jnp.sum(jnp.log(scale)) + 0.5 * jnp.log(2 * jnp.pi).astype(scale.dtype) * scale.size
-    return logsumexp(terms) - jnp.log(jnp.asarray(draws, terms.dtype)) - volume
+    most = jax.lax.stop_gradient(jnp.max(terms))
+    return jnp.log(jnp.exp(terms - most) @ share) + most - volume

@@ -172,16 +172,25 @@ def _log_likelihoods(
     given: Any,
 ) -> Float[Array, "draw"]:
     """Log likelihood of each draw of the parameters, a batch of them at a time."""
-    changing, constant = spectra
-    moving, still = residues[:, :, varies], residues[:, :, ~varies]
-    base = [jnp.einsum("sakp,kf->safp", still, part(constant)) for part in (jnp.real, jnp.imag)]
+    changing, constant = (jnp.swapaxes(part, -1, -2) for part in spectra)
+    moving, still = (jnp.moveaxis(residues[:, :, kept], 2, 0) for kept in (varies, ~varies))
+    base = [_times(part(constant), still) for part in (jnp.real, jnp.imag)]
 
     def likelihood(spectrum: Array) -> Float[Array, ""]:
         real, imaginary = (
-            known + jnp.einsum("sakp,kf->safp", moving, part(spectrum))
+            known + _times(part(spectrum), moving)
             for known, part in zip(base, (jnp.real, jnp.imag), strict=True)
         )
-        frf = jax.lax.complex(real, imaginary)
+        frf = jnp.moveaxis(jax.lax.complex(real, imaginary), 0, 2)
         return log_density(jax.vmap(one.observe.output, -1, -1)(frf), *given)
 
     return jax.lax.map(likelihood, changing, batch_size=BATCH)
+
+
+def _times(
+    spectrum: Float[Array, "frequency product"],
+    residues: Float[Array, "product sensor actuator place"],
+) -> Float[Array, "frequency sensor actuator place"]:
+    """One product of matrices, the placements last."""
+    found = spectrum @ residues.reshape(len(residues), -1)
+    return found.reshape(len(spectrum), *residues.shape[1:])

@@ -14,6 +14,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement.design import _cells, _running, maps
+from bayes_placement.design._candidates import candidates, nominal_values
 from bayes_placement.information._estimator import spread
 from models import bar
 from tests.effects import models_in_space
@@ -129,6 +130,17 @@ def test_finished_chunks_are_kept_and_only_missing_ones_computed(
     assert len(computed) == 9  # another seed is another result
     np.testing.assert_array_equal(first["kl"], second["kl"])
     np.testing.assert_allclose(first["kl"], whole["kl"], rtol=1e-6)
+
+
+def test_a_task_is_known_by_its_content_in_any_process(experiment):
+    several = candidates(experiment, {"s1": GRID[:2]})
+    values = nominal_values(experiment, ["s1"], None)
+    task = _cells.Task(experiment, SMALL, 0, values, {})
+    (chunk,) = _cells.chunks(task, several, np.array([[0], [1]]), 2)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
+        assert processes.submit(chunk.fingerprint).result() == chunk.fingerprint()
+    other = chunk.task._replace(seed=1)
+    assert other.program() != chunk.task.program()
 
 
 def test_processes_and_threads_find_the_same_bit_for_bit(experiment):
