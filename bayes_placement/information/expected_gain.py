@@ -11,7 +11,6 @@ import jax.numpy as jnp
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
-from .._sites import unknowns
 from ..experiment import Experiment
 from . import _points
 from ._estimator import Estimator, Gain, Plan, known_noise, parameter_laws, placement_laws
@@ -67,7 +66,7 @@ class ExpectedGain(Estimator):
         inner, places = drawn(self.n_h, each, 1), drawn(self.n_p, wide, 2)
 
         def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
-            now = {name: law for name, law in _laws(one).items() if name in placed}
+            now = placement_laws(one)
 
             def replicate(several: Any) -> Float[Array, ""]:
                 own, parameters, spread = several
@@ -78,10 +77,6 @@ class ExpectedGain(Estimator):
             return Gain(jnp.mean(found), (jnp.sum(found) - found) / (self.replicates - 1))
 
         return plan
-
-
-def _laws(experiment: Experiment) -> dict[str, Any]:
-    return {one.name: one.law for one in unknowns(experiment)}
 
 
 def _gain(

@@ -85,8 +85,8 @@ class KDE(Estimator):
         spectra = _spectra(experiment, draws.parameters, static)
         # Products that no parameter changes are summed once for all of them.
         varies = np.any(spectra != spectra[:1, :1], axis=(0, 1, 3))
-        parts = [jnp.asarray(spectra[..., varies, :], jnp.complex64)]
-        parts.append(jnp.asarray(spectra[0, 0, ~varies], jnp.complex64))
+        moving = jnp.asarray(spectra[..., varies, :], jnp.complex64)
+        still = jnp.asarray(spectra[0, 0, ~varies], jnp.complex64)
 
         def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
             measured, variance, own = self._measured(one, nominal)
@@ -95,15 +95,14 @@ class KDE(Estimator):
 
             def replicate(several: Any) -> Float[Array, "draw"]:
                 scores, changing = several
+                places = _points.values(placed, scores)
                 residues = jax.vmap(
-                    lambda values: _modal_products.residues(one.fix(values)),
-                    in_axes=0,
-                    out_axes=-1,
-                )(_points.values(placed, scores)).astype(jnp.float32)
-                return _log_likelihoods(one, residues, varies, (changing, parts[1]), low)
+                    lambda values: _modal_products.residues(one.fix(values)), out_axes=-1
+                )(places).astype(jnp.float32)
+                return _log_likelihoods(one, residues, varies, (changing, still), low)
 
             return divergence(
-                jax.lax.map(replicate, (jnp.asarray(draws.placement), parts[0])).astype(float)
+                jax.lax.map(replicate, (jnp.asarray(draws.placement), moving)).astype(float)
             )
 
         return plan
