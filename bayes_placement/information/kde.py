@@ -18,8 +18,11 @@ from . import _modal_products, _points
 from ._estimator import Estimator, Gain, Plan, divergence, parameter_laws, placement_laws
 from ._kernels import Kernel, kernel, log_density
 
-BATCH = 50
+BATCH = 25
 """Draws of the parameters whose responses are held at once."""
+
+FEW = 4
+"""Products, at most, that are summed one after the other and not by a product of matrices."""
 
 
 class KDE(Estimator):
@@ -171,25 +174,30 @@ def _log_likelihoods(
     given: Any,
 ) -> Float[Array, "draw"]:
     """Log likelihood of each draw of the parameters, a batch of them at a time."""
-    changing, constant = (jnp.swapaxes(part, -1, -2) for part in spectra)
     moving, still = (jnp.moveaxis(residues[:, :, kept], 2, 0) for kept in (varies, ~varies))
-    base = [_times(part(constant), still) for part in (jnp.real, jnp.imag)]
+    changing, constant = spectra
+    base = [_summed(part(constant), still) for part in (jnp.real, jnp.imag)]
 
     def likelihood(spectrum: Array) -> Float[Array, ""]:
         real, imaginary = (
-            known + _times(part(spectrum), moving)
+            known + _summed(part(spectrum), moving)
             for known, part in zip(base, (jnp.real, jnp.imag), strict=True)
         )
-        frf = jnp.moveaxis(jax.lax.complex(real, imaginary), 0, 2)
+        frf = jax.lax.complex(real, imaginary)
         return log_density(jax.vmap(one.observe.output, -1, -1)(frf), *given)
 
     return jax.lax.map(likelihood, changing, batch_size=BATCH)
 
 
-def _times(
-    spectrum: Float[Array, "frequency product"],
+def _summed(
+    spectrum: Float[Array, "product frequency"],
     residues: Float[Array, "product sensor actuator place"],
-) -> Float[Array, "frequency sensor actuator place"]:
-    """One product of matrices, the placements last."""
-    found = spectrum @ residues.reshape(len(residues), -1)
-    return found.reshape(len(spectrum), *residues.shape[1:])
+) -> Float[Array, "sensor actuator frequency place"]:
+    """Sum of products, the placements last."""
+    if len(residues) > FEW:
+        return jnp.einsum("pf,psax->safx", spectrum, residues)
+    # Term by term, which goes together with what follows.
+    total = jnp.zeros((*residues.shape[1:3], spectrum.shape[1], residues.shape[3]), residues.dtype)
+    for line, residue in zip(spectrum, residues, strict=True):
+        total = total + line[:, None] * residue[:, :, None]
+    return total

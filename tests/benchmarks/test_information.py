@@ -33,26 +33,28 @@ def best(function, times):
     return min(found)
 
 
-def factors():
-    """Residues [place, mode] and spectra [draw, mode, line] of the paper's bar."""
+def paper():
+    """Mode shapes at places, and spectra [draw, mode, line] of draws of the two damping ratios."""
     random = np.random.default_rng(0)
     natural, omega = 1000 / 6 * np.arange(1, MODES + 1) * 2 * np.pi, 2 * np.pi * LINES
     ratio = np.full((DRAWS, MODES), 0.04)
     ratio[:, :2] = random.uniform(0.02, 0.06, (DRAWS, 2))
-    waves = np.pi * np.arange(1, MODES + 1)
-    residue = np.prod([np.sin(waves * random.uniform(0.21, 0.29, (PLACES, 1))) for _ in "sa"], 0)
     loss = 2j * (ratio * natural)[..., None] * omega
-    return residue * 2 / 9, 1j * omega / ((natural**2)[:, None] - omega**2 + loss)
+    spectra = 1j * omega / ((natural**2)[:, None] - omega**2 + loss)
+    waves = np.pi * np.arange(1, MODES + 1)
+    return lambda place: np.sqrt(2 / 9) * np.sin(waves * place[:, None]), spectra
 
 
-def numpy_loop(residue, spectra):
-    """Table 1: one draw of the parameters after the other."""
-    measured = np.log10(np.abs(residue[0] @ spectra[0]))
+def table_1(shapes, spectra):
+    """Table 1 as it stands: for each draw of the parameters, draws of both places."""
+    random = np.random.default_rng(1)
+    measured = np.log10(np.abs(shapes(np.array([0.25])) ** 2 @ spectra[0]))[0]
     factor = (4 / (PLACES * (LINES.size + 2))) ** (1 / (LINES.size + 4))
     width = factor / np.sqrt(factor**2 + (PLACES - 1) / PLACES)
     log_likelihood = np.empty(DRAWS)
     for number, spectrum in enumerate(spectra):
-        z = np.log10(np.abs(residue @ spectrum))
+        sensor, actuator = random.uniform(0.21, 0.29, (2, PLACES))
+        z = np.log10(np.abs((shapes(sensor) * shapes(actuator)) @ spectrum))
         mean, deviation = z.mean(0), z.std(0, ddof=1)
         centre, scale = mean + width / factor * (z - mean), width * deviation
         terms = -0.5 * np.sum(((measured - centre) / scale) ** 2, 1)
@@ -61,12 +63,13 @@ def numpy_loop(residue, spectra):
     return np.sum(share * log_likelihood) - logsumexp(log_likelihood) + np.log(DRAWS)
 
 
-def floor(residue, spectra, batch=50):
+def floor(shapes, spectra, batch=50):
     """One product of matrices and the logarithms, a batch of draws at a time."""
     turned = np.moveaxis(spectra, 1, 2)
     parts = [jnp.asarray(one, jnp.float32) for one in (turned.real, turned.imag)]
     parts = [one.reshape(-1, batch * LINES.size, MODES) for one in parts]
-    across = jnp.asarray(residue.T, jnp.float32)
+    sensor, actuator = np.random.default_rng(2).uniform(0.21, 0.29, (2, PLACES))
+    across = jnp.asarray((shapes(sensor) * shapes(actuator)).T, jnp.float32)
 
     @jax.jit
     def run():
@@ -93,9 +96,9 @@ def a_map(size):
 
 
 def test_the_estimate_beside_a_plain_loop_and_its_floor():
-    residue, spectra = factors()
-    plain = best(lambda: numpy_loop(residue, spectra), 1)
-    least = best(floor(residue, spectra), 30)
+    shapes, spectra = paper()
+    plain = best(lambda: table_1(shapes, spectra), 2)
+    least = best(floor(shapes, spectra), 30)
     cell = best(a_map(CELLS), 3) / CELLS
     print(f"\na cell: plain loop {1e3 * plain:.0f} ms, floor {1e3 * least:.1f} ms, ", end="")
     print(f"here {1e3 * cell:.1f} ms: {plain / cell:.0f} times as fast, {cell / least:.2f} floors")
