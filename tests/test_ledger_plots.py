@@ -81,11 +81,12 @@ def ledger(*steps):
         experiment=EXPERIMENT,
         compared=pd.DataFrame(),
         suspicion=scores(),
+        alternatives=(),
     )
 
 
 def explanation():
-    return Explanation((), PROBABILITIES, (), scores())
+    return Explanation((), PROBABILITIES, (), scores(), ())
 
 
 def fit(seed, parts=True, levels=1):

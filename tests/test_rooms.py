@@ -38,9 +38,10 @@ ORDER = """
     _kernel_density _tensor_quadrature marginals
     engines._engine engines.importance engines.grid engines.map engines.nuts engines.smc engines
     _standard_normal _target estimates
-    information._divergence information._points information._estimator information._kernels
-    information._modal_products information.kde information.exact information.expected_gain
-    information design._candidates design._cells design._running design._evaluation design.maps
+    information._divergence information._points information._knowledge information._estimator
+    information._kernels information._modal_products information.kde information.exact
+    information.expected_gain information.separation information
+    design._candidates design._question design._cells design._running design._evaluation design.maps
     design._rules design.search design.place design
     _results simulate symmetries infer methods
     criticism._residuals criticism._edges criticism._statistics criticism.correlation
@@ -48,7 +49,7 @@ ORDER = """
     criticism._compiled criticism._groups criticism._problem criticism._descent criticism._search
     criticism._hypotheses criticism._odds
     criticism._branches criticism._randomised criticism._confirm
-    criticism._estimates criticism._held_out
+    criticism._estimates criticism._alternatives criticism._held_out
     criticism._whereabouts criticism._suspicion criticism.ledger criticism.explain criticism.improve
     criticism._same_data criticism.compare criticism
     report

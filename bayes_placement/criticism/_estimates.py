@@ -47,7 +47,7 @@ def estimates(hypothesis: Hypothesis, points: np.ndarray | None = None) -> dict[
     few hundred draws would not tell their own outermost percents.
     """
     problem = hypothesis.problem
-    drawn = _laplace(hypothesis) if points is None else points
+    drawn = laplace(hypothesis) if points is None else points
     spread = OUTER * drawn.std(axis=0)
     ends = drawn.mean(axis=0) + np.array([-1.0, 1.0])[:, None] * spread
     values, sides = problem.coordinates.named(drawn), problem.coordinates.named(ends)
@@ -61,7 +61,8 @@ def estimates(hypothesis: Hypothesis, points: np.ndarray | None = None) -> dict[
     }
 
 
-def _laplace(hypothesis: Hypothesis) -> np.ndarray:
+def laplace(hypothesis: Hypothesis) -> np.ndarray:
+    """Draws [draw, unknown] from Laplace's Gaussian."""
     normal = np.random.default_rng(0).standard_normal((DRAWS, hypothesis.problem.dimension))
     return hypothesis.fit.point + normal @ np.linalg.cholesky(hypothesis.fit.covariance).T
 

@@ -15,7 +15,9 @@ from threadpoolctl import threadpool_limits
 from .._types import Progress, no_progress
 from ..effects._library import Library
 from ..experiment import MEASURED, Experiment
+from ..information.separation import Alternative
 from ..noise import Data
+from ._alternatives import alternatives
 from ._branches import singles
 from ._confirm import Confirmed, confirmed
 from ._estimates import Estimate, estimates
@@ -45,12 +47,17 @@ class Explanation:
         Score of every candidate along its places: `kind`, `variant`, `setting` in words, `at` [m]
         along a line, `x`, `y`, `z` [m] in space, `score`, and `p_value` corrected for having
         looked in many places.
+    alternatives
+        Explanations that survive, with draws of their unknowns: those of nearly the best odds and
+        those that leave no more than the noise. `information.Separation` tells where to measure
+        next, so that one of them is left.
     """
 
     steps: tuple[Step, ...]
     probabilities: dict[str, float]
     confounded: tuple[tuple[str, str], ...]
     suspicion: pd.DataFrame = field(repr=False)
+    alternatives: tuple[Alternative, ...] = field(repr=False)
 
     def table(self) -> pd.DataFrame:
         """One row for each kind, the most probable first."""
@@ -134,6 +141,7 @@ def explain(
         probabilities=pool.probabilities(),
         confounded=tuple(pool.confounded()),
         suspicion=suspicion(null, pool.scanned),
+        alternatives=alternatives(pool, shown, draws),
     )
 
 

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 from .._types import Progress, no_progress
 from ..effects._library import Library, kind_of, library
 from ..experiment import Experiment, Measurements
+from ._alternatives import alternatives
 from ._branches import deeper, singles
 from ._hypotheses import Hypothesis, alone
 from ._odds import LEVEL, Pool, ordered, p_value
@@ -85,6 +86,7 @@ def improve(
         experiment=best.problem.experiment,
         compared=_compared(pool),
         suspicion=suspicion(null, pool.scanned),
+        alternatives=alternatives(pool, pool.distinct(), draws),
     )
 
 

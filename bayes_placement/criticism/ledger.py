@@ -12,6 +12,7 @@ import pandas as pd
 
 from .._files import write_whole
 from ..experiment import Experiment
+from ..information.separation import Alternative
 from ._estimates import Estimate
 from ._odds import NONE, NOTHING
 
@@ -95,6 +96,8 @@ class Ledger:
         Every hypothesis that was fitted: kinds, chi2 per datum, log evidence, log odds.
     suspicion
         Suspicion map of the model as given; see `explain`.
+    alternatives
+        Explanations that survive; see `explain`.
     """
 
     steps: tuple[Step, ...]
@@ -106,6 +109,7 @@ class Ledger:
     experiment: Experiment = field(repr=False)
     compared: pd.DataFrame = field(repr=False)
     suspicion: pd.DataFrame = field(repr=False)
+    alternatives: tuple[Alternative, ...] = field(repr=False)
 
     def to_json(self) -> dict[str, Any]:
         """Return the ledger as numbers and words for a file."""

@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from .._vectors import triple
-from ..experiment import Experiment, is_placement
+from ..experiment import Experiment
 from ..supports import Support
 from ..transducers import Transducer
 
@@ -124,30 +123,3 @@ def _with(experiment: Experiment, positions: Mapping[tuple[str, str], Tree]) -> 
         list(positions.values()),
         is_leaf=lambda leaf: leaf is None,
     )
-
-
-def nominal_values(
-    experiment: Experiment, moved: Sequence[str], given: Mapping[str, float] | None
-) -> dict[str, Any]:
-    """Nominal value of each unknown but the positions of what is moved.
-
-    Raises
-    ------
-    ValueError
-        If a value is given for what is not unknown, or for a place.
-    """
-    whole = dict(given or {})
-    found = experiment.nominal_values()
-    strange = [name for name in whole if name not in found or is_placement(name)]
-    if strange:
-        names = ", ".join(name for name in found if not is_placement(name))
-        raise ValueError(
-            f"A nominal value of {strange[0]} was given, which is no unknown parameter; those are "
-            f"{names}. Places are taken where they are recorded."
-        )
-    of_moved = tuple(f"{kind}.{name}.position" for kind in ("sensor", "actuator") for name in moved)
-    return {
-        name: jnp.asarray(whole.get(name, value))
-        for name, value in found.items()
-        if not name.startswith(of_moved)
-    }

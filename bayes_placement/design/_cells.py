@@ -44,16 +44,14 @@ class Task(NamedTuple):
 
     def fingerprint(self) -> str:
         """Hash of everything that determines a result: all numbers, laws and names."""
-        return _hash(
-            self.estimator.settings(), self.seed, self.experiment, self.nominal, self.stacks
-        )
+        return _hash(self.estimator, self.seed, self.experiment, self.nominal, self.stacks)
 
     def program(self) -> str:
         """Hash of everything that is compiled: the candidates by their number and kind only."""
         leaves, structure = jax.tree.flatten(self.stacks)
         sizes = [(np.shape(leaf), np.asarray(leaf).dtype.str) for leaf in leaves]
         words = [str(structure), repr(sizes), repr(list(self.stacks))]
-        return _hash(self.estimator.settings(), self.seed, words, self.experiment, self.nominal)
+        return _hash(self.estimator, self.seed, words, self.experiment, self.nominal)
 
 
 class Chunk(NamedTuple):
@@ -126,7 +124,7 @@ class _ByProgram:
 @functools.lru_cache(maxsize=8)
 def _compiled(one: _ByProgram) -> Callable[[Any, Any], Any]:
     task = one.task
-    plan: Plan = task.estimator.plan(task.experiment, task.seed)
+    plan: Plan = task.estimator.plan(task.experiment, task.seed, tuple(task.stacks))
 
     def cell(stacks: Any, candidate: Any) -> Any:
         laws, values = {}, dict(task.nominal)

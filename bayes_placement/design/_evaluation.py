@@ -6,15 +6,16 @@ Not known here: in what order placements are tried, what is allowed.
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .._types import Progress
 from ..experiment import Experiment
 from ..information._estimator import Estimator
-from ._candidates import Candidates, nominal_values
+from ._candidates import Candidates
 from ._cells import Task, chunks
+from ._question import nominal_values
 from ._running import run
 
 
@@ -40,7 +41,7 @@ class Evaluation(NamedTuple):
     experiment: Experiment
     estimator: Estimator
     seed: int
-    nominal: Mapping[str, float] | None
+    nominal: Mapping[str, float]
     executor: Executor | None
     store: str | Path | None
     chunk: int
@@ -49,7 +50,8 @@ class Evaluation(NamedTuple):
     def at(self, several: Sequence[Candidates], cells: np.ndarray) -> np.ndarray:
         """Information [cell, 1 + replicate] at combinations of candidates [cell, transducer]."""
         names = [one.name for one in several]
-        values: dict[str, Any] = nominal_values(self.experiment, names, self.nominal)
+        typical = self.estimator.typical()
+        values = nominal_values(self.experiment, names, self.nominal, typical)
         task = Task(self.experiment, self.estimator, self.seed, values, {})
         found = np.full((len(cells), 1 + self.estimator.replicates), np.nan)
         for one, result in run(

@@ -18,6 +18,7 @@ from ..information.kde import KDE
 from ._candidates import Candidates, candidates
 from ._cells import grid
 from ._evaluation import Evaluation
+from ._question import only_about
 
 CHUNK = 100
 """Cells of a chunk: about a second of the paper's sizes, far more than it costs to hand out."""
@@ -28,6 +29,7 @@ def information_map(
     places: Mapping[str, Sequence[Any] | np.ndarray],
     *,
     estimator: Estimator | None = None,
+    about: Sequence[str] | None = None,
     nominal: Mapping[str, float] | None = None,
     key: int = 0,
     executor: Executor | None = None,
@@ -48,6 +50,9 @@ def information_map(
         combinations.
     estimator
         One of `information`; by default the paper's, `information.KDE()`.
+    about
+        Names of the parameters that are to be learnt; all others are held at nominal values. By
+        default all.
     nominal
         Nominal values of parameters, by name; by default the means of their priors.
     key
@@ -73,9 +78,10 @@ def information_map(
         If a place is outside the structure, or the estimator cannot treat the experiment.
     """
     own = KDE() if estimator is None else estimator
-    several = candidates(experiment, places)
+    asked, given = only_about(experiment, about, nominal)
+    several = candidates(asked, places)
     shape = tuple(len(one.laws) for one in several)
-    whole = Evaluation(experiment, own, key, nominal, executor, store, chunk, progress)
+    whole = Evaluation(asked, own, key, given, executor, store, chunk, progress)
     found = whole.at(several, grid(several)).reshape(*shape, -1)
     return _labelled(several, found, own.settings() | {"key": key})
 

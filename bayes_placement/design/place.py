@@ -18,6 +18,7 @@ from ..experiment import Experiment
 from ..information._estimator import Estimator, spread
 from ..information.kde import KDE
 from ._evaluation import Evaluation
+from ._question import only_about
 from ._rules import Rules
 from .maps import CHUNK
 from .search import Exhaustive, Search, Tried
@@ -63,6 +64,7 @@ def place(
     *,
     search: Search | None = None,
     estimator: Estimator | None = None,
+    about: Sequence[str] | None = None,
     nominal: Mapping[str, float] | None = None,
     forbidden: Sequence[tuple[Recorded, Recorded]] = (),
     least_distance: float = 0.0,
@@ -83,7 +85,7 @@ def place(
         Recorded positions [m] (or supports) to try, by the name of the transducer.
     search
         `design.Exhaustive()` by default, or `design.Sequential()`.
-    estimator, nominal, key, executor, store, progress
+    estimator, about, nominal, key, executor, store, progress
         See `information_map`.
     forbidden
         Regions in which nothing may be recorded: low and high corner [m].
@@ -97,7 +99,8 @@ def place(
     """
     own = KDE() if estimator is None else estimator
     rules = Rules(tuple(forbidden), float(least_distance))
-    evaluation = Evaluation(experiment, own, key, nominal, executor, store, CHUNK, progress)
+    asked, given = only_about(experiment, about, nominal)
+    evaluation = Evaluation(asked, own, key, given, executor, store, CHUNK, progress)
     one = (Exhaustive() if search is None else search).tried(evaluation, places, rules)
     return _best(_distinct(one))
 

@@ -8,12 +8,15 @@ from ._divergence import Divergence, from_evidence, from_posterior_draws, from_p
 from .exact import Exact
 from .expected_gain import ExpectedGain
 from .kde import KDE
+from .separation import Alternative, Separation
 
 __all__ = [
     "KDE",
+    "Alternative",
     "Divergence",
     "Exact",
     "ExpectedGain",
+    "Separation",
     "from_evidence",
     "from_posterior_draws",
     "from_prior_draws",

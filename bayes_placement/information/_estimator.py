@@ -5,10 +5,11 @@ Not known here: how likelihoods are estimated, where else a transducer could sit
 
 import abc
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import logsumexp
@@ -40,8 +41,17 @@ class Estimator(eqx.Module):
     replicates: eqx.AbstractVar[int]
 
     @abc.abstractmethod
-    def plan(self, experiment: Experiment, seed: int) -> Plan:
+    def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
         """Draw all points, which serve every placement, and return the estimate.
+
+        Parameters
+        ----------
+        experiment
+            The experiment.
+        seed
+            Seed.
+        moved
+            Names of the transducers that will be elsewhere.
 
         Raises
         ------
@@ -49,33 +59,24 @@ class Estimator(eqx.Module):
             If the estimate is not possible for this experiment.
         """
 
+    @abc.abstractmethod
+    def typical(self) -> dict[str, np.ndarray]:
+        """Nominal values that are better known than from the prior, by name."""
+
     def settings(self) -> dict[str, Any]:
-        """Name, sizes and options, which determine the result."""
+        """Name, sizes and options in figures and words."""
         own = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        return {"estimator": type(self).__name__} | own
+        plain = {name: one for name, one in own.items() if isinstance(one, int | float | str)}
+        return {"estimator": type(self).__name__} | plain
 
 
-def parameter_laws(experiment: Experiment) -> dict[str, Any]:
-    """Law of each parameter, by name.
-
-    Raises
-    ------
-    ValueError
-        If nothing but placement is unknown.
-    """
-    laws = {one.name: one.law for one in experiment.unknowns if role(one.name) == "parameter h"}
-    if not laws:
-        raise ValueError(
-            "A map of information was asked for, but the structure has no unknown parameter; at "
-            "least one is needed, since the information is about it. Declare one: "
-            "damping.Modal([dist.Uniform(0.02, 0.06)])."
-        )
-    return laws
-
-
-def placement_laws(experiment: Experiment) -> dict[str, Any]:
-    """Law of each coordinate and angle of the placement, by name."""
-    return {one.name: one.law for one in experiment.unknowns if is_placement(one.name)}
+def placement_laws(experiment: Experiment, known: Collection[str] = ()) -> dict[str, Any]:
+    """Law of each coordinate and angle of the placement that is not known otherwise, by name."""
+    return {
+        one.name: one.law
+        for one in experiment.unknowns
+        if is_placement(one.name) and one.name not in known
+    }
 
 
 def divergence(log_likelihood: Float[Array, "replicate draw"]) -> Gain:
@@ -122,3 +123,10 @@ def known_noise(experiment: Experiment, who: str) -> Noise:
             "yet is needed. Give noise.Gaussian(0.01), or use information.KDE() for none."
         )
     return noise
+
+
+def deviation(experiment: Experiment) -> Float[Array, "output"]:
+    """Standard deviation of each output, where the output error is known."""
+    assert experiment.noise is not None
+    z = jnp.zeros(jax.eval_shape(lambda: experiment.nominal().predict()).shape)
+    return jnp.sqrt(jnp.broadcast_to(experiment.noise.law(z, None).variance, z.shape)).ravel()

@@ -14,7 +14,6 @@ from jaxtyping import Array, Float
 
 from .._kernel_density import SHRINKAGE
 
-
 MOST_LANES = 128
 """Sums that are formed side by side, at most."""
 

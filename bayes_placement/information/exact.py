@@ -3,6 +3,7 @@
 Not known here: where else a transducer could sit.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import equinox as eqx
@@ -15,15 +16,8 @@ from .. import _tensor_quadrature
 from ..experiment import Experiment
 from ..noise import Data
 from . import _points
-from ._estimator import (
-    Estimator,
-    Gain,
-    Plan,
-    divergence,
-    known_noise,
-    parameter_laws,
-    placement_laws,
-)
+from ._estimator import Estimator, Gain, Plan, divergence, known_noise, placement_laws
+from ._knowledge import Draws, draws_of, knowledge, typical
 
 BATCH = 8
 """Draws of the parameters that are integrated at once."""
@@ -45,14 +39,21 @@ class Exact(Estimator):
         `sobol` or `plain`, see `KDE`.
     replicates
         Independent sets of points, whose spread is the error.
+    after
+        What an earlier measurement told, see `KDE`.
     """
 
     n_h: int = eqx.field(static=True, default=1024)
     nodes: int = eqx.field(static=True, default=64)
     points: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
+    after: Draws | None = eqx.field(default=None, converter=draws_of)
 
-    def plan(self, experiment: Experiment, seed: int) -> Plan:
+    def typical(self) -> dict[str, np.ndarray]:
+        """Means after the earlier measurement."""
+        return typical(self.after)
+
+    def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
         """Draw all points and return the estimate.
 
         Raises
@@ -60,21 +61,21 @@ class Exact(Estimator):
         ValueError
             If there is no output error, or no parameter is unknown.
         """
-        laws = parameter_laws(experiment)
+        known = knowledge(experiment, self.after, moved)
         known_noise(experiment, "information.Exact")
         each = _points.shares(self.n_h, self.replicates, "n_h")
-        sizes = (self.replicates, each, _points.dimension(laws))
-        parameters = _points.values(laws, _points.scores(self.points, *sizes, seed))
+        sizes = (self.replicates, each, known.dimension)
+        parameters = known.values(_points.scores(self.points, *sizes, seed))
 
         def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
             z = one.fix(nominal).predict()
             data = Data(z, np.ones(z.shape, dtype=bool))
-            nodes = _tensor_quadrature.nested(one, placement_laws(one), self.nodes)
+            nodes = _tensor_quadrature.nested(one, placement_laws(one, known.names), self.nodes)
 
             def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
                 return _tensor_quadrature.log_likelihood(one.fix(values), data, nodes)
 
-            flat = {name: jnp.ravel(value) for name, value in parameters.items()}
+            flat = {n: jnp.reshape(v, (-1, *v.shape[2:])) for n, v in parameters.items()}
             found = jax.lax.map(likelihood, flat, batch_size=BATCH)
             return divergence(found.reshape(self.replicates, each))
 

@@ -3,17 +3,20 @@
 Not known here: where else a transducer could sit.
 """
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
 from ..experiment import Experiment
 from . import _points
-from ._estimator import Estimator, Gain, Plan, known_noise, parameter_laws, placement_laws
+from ._estimator import Estimator, Gain, Plan, deviation, known_noise, placement_laws
+from ._knowledge import Draws, Posterior, Prior, draws_of, knowledge, typical
 
 BATCH = 64
 """Draws of the parameters whose responses are computed at once."""
@@ -37,6 +40,8 @@ class ExpectedGain(Estimator):
         `sobol` or `plain`, see `KDE`.
     replicates
         Independent sets of points, whose spread is the error.
+    after
+        What an earlier measurement told, see `KDE`.
     """
 
     n_h: int = eqx.field(static=True, default=256)
@@ -44,8 +49,13 @@ class ExpectedGain(Estimator):
     n_y: int = eqx.field(static=True, default=256)
     points: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
+    after: Draws | None = eqx.field(default=None, converter=draws_of)
 
-    def plan(self, experiment: Experiment, seed: int) -> Plan:
+    def typical(self) -> dict[str, np.ndarray]:
+        """Means after the earlier measurement."""
+        return typical(self.after)
+
+    def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
         """Draw all points and return the estimate.
 
         Raises
@@ -54,9 +64,12 @@ class ExpectedGain(Estimator):
             If there is no output error, or no parameter is unknown.
         """
         known_noise(experiment, "information.ExpectedGain")
-        laws, placed = parameter_laws(experiment), placement_laws(experiment)
+        known = knowledge(experiment, self.after, moved)
+        # Draws that make the data must not be among those that explain them.
+        making, explaining = known.halves() if isinstance(known, Posterior) else (known, known)
         size = jax.eval_shape(lambda: experiment.nominal().predict()).size
-        each, wide = _points.dimension(laws), _points.dimension(placed)
+        each = known.dimension
+        wide = _points.dimension(placement_laws(experiment, known.names))
 
         def drawn(count: int, wide: int, number: int) -> Array:
             found = _points.scores(self.points, self.replicates, count, wide, seed + number)
@@ -66,12 +79,16 @@ class ExpectedGain(Estimator):
         inner, places = drawn(self.n_h, each, 1), drawn(self.n_p, wide, 2)
 
         def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
-            now = placement_laws(one)
+            now = Prior(placement_laws(one, known.names))
 
             def replicate(several: Any) -> Float[Array, ""]:
                 own, parameters, spread = several
-                true = (own[:, :each], own[:, each : each + wide], own[:, each + wide :])
-                return _gain(one, (laws, now), true, (parameters, spread))
+                true = _True(
+                    making.values(own[:, :each]),
+                    now.values(own[:, each : each + wide]),
+                    own[:, each + wide :],
+                )
+                return _gain(one, true, explaining.values(parameters), now.values(spread))
 
             found = jax.lax.map(replicate, (outer, inner, places))
             return Gain(jnp.mean(found), (jnp.sum(found) - found) / (self.replicates - 1))
@@ -79,29 +96,29 @@ class ExpectedGain(Estimator):
         return plan
 
 
+class _True(NamedTuple):
+    """What makes the data: parameters and places by name, and errors [data, output]."""
+
+    parameters: dict[str, Any]
+    places: dict[str, Any]
+    error: Array
+
+
 def _gain(
-    one: Experiment,
-    laws: tuple[dict[str, Any], dict[str, Any]],
-    true: tuple[Array, Array, Array],
-    drawn: tuple[Array, Array],
+    one: Experiment, true: _True, parameters: dict[str, Any], places: dict[str, Any]
 ) -> Float[Array, ""]:
     """Mean over simulated data of the log of p(y | h) over p(y)."""
-    of_parameters, of_places = laws
-    parameters, places, error = true
-    at = _points.values(of_places, drawn[1])
 
     def respond(values: dict[str, Any], place: dict[str, Any]) -> Float[Array, "output"]:
         return one.fix(values | place).predict().ravel()
 
     def responses(values: dict[str, Any]) -> Float[Array, "place output"]:
-        if not of_places:
+        if not places:
             return respond(values, {})[None]
-        return jax.vmap(lambda place: respond(values, place))(at)
+        return jax.vmap(lambda place: respond(values, place))(places)
 
-    own_values = _points.values(of_parameters, parameters)
-    clean = jax.vmap(respond)(own_values, _points.values(of_places, places))
-    level = _deviation(one)
-    y = clean / level + error
+    level = deviation(one)
+    y = jax.vmap(respond)(true.parameters, true.places) / level + true.error
 
     def log_density(values: dict[str, Any], data: Array) -> Float[Array, "data"]:
         """Log density of data [data, output] for one draw of the parameters."""
@@ -111,18 +128,9 @@ def _gain(
         return logsumexp(-0.5 * square, axis=1) - jnp.log(centres.shape[0])
 
     given = jax.lax.map(
-        lambda pair: log_density(pair[0], pair[1][None])[0], (own_values, y), batch_size=BATCH
-    )
-    each = jax.lax.map(
-        lambda values: log_density(values, y),
-        _points.values(of_parameters, drawn[0]),
+        lambda pair: log_density(pair[0], pair[1][None])[0],
+        (true.parameters, y),
         batch_size=BATCH,
     )
+    each = jax.lax.map(lambda values: log_density(values, y), parameters, batch_size=BATCH)
     return jnp.mean(given - (logsumexp(each, axis=0) - jnp.log(each.shape[0])))
-
-
-def _deviation(one: Experiment) -> Float[Array, "output"]:
-    """Standard deviation of each output."""
-    assert one.noise is not None
-    z = jnp.zeros(jax.eval_shape(lambda: one.nominal().predict()).shape)
-    return jnp.sqrt(jnp.broadcast_to(one.noise.law(z, None).variance, z.shape)).ravel()

@@ -3,6 +3,7 @@
 Not known here: where else a transducer could sit.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -13,10 +14,11 @@ from jaxtyping import Array, Float
 
 from .._kernel_density import SHRINKAGE
 from .._types import InfeasibleError
-from ..experiment import Experiment
+from ..experiment import Experiment, is_placement
 from . import _modal_products, _points
-from ._estimator import Estimator, Gain, Plan, divergence, parameter_laws, placement_laws
+from ._estimator import Estimator, Gain, Plan, divergence, placement_laws
 from ._kernels import Kernel, kernel, log_density
+from ._knowledge import Draws, draws_of, knowledge, typical
 
 BATCH = 25
 """Draws of the parameters whose responses are held at once."""
@@ -44,6 +46,9 @@ class KDE(Estimator):
         `sobol` (scrambled, in replicates) or `plain`: independent draws, as in the paper.
     replicates
         Independent sets of points, whose spread is the error.
+    after
+        What `infer` returned for an earlier measurement: the map then tells what the next one
+        would add. By default nothing is known but the prior.
     """
 
     n_h: int = eqx.field(static=True, default=1000)
@@ -51,6 +56,7 @@ class KDE(Estimator):
     kernel: str = eqx.field(static=True, default="soize")
     points: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
+    after: Draws | None = eqx.field(default=None, converter=draws_of)
 
     def __check_init__(self) -> None:
         if self.kernel not in SHRINKAGE:
@@ -59,7 +65,11 @@ class KDE(Estimator):
                 f"{' and '.join(SHRINKAGE)}: KDE(kernel='soize')."
             )
 
-    def plan(self, experiment: Experiment, seed: int) -> Plan:
+    def typical(self) -> dict[str, np.ndarray]:
+        """Means after the earlier measurement."""
+        return typical(self.after)
+
+    def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
         """Draw all points and return the estimate.
 
         Raises
@@ -67,7 +77,8 @@ class KDE(Estimator):
         ValueError
             If no placement or no parameter is unknown, or the sizes are too small.
         """
-        laws, placed = parameter_laws(experiment), placement_laws(experiment)
+        known = knowledge(experiment, self.after, moved)
+        placed = placement_laws(experiment, known.names)
         if not placed:
             raise InfeasibleError(
                 "information.KDE estimates the spread that unknown placement gives to z, but no "
@@ -75,11 +86,12 @@ class KDE(Estimator):
                 "within=0.04), or use information.Exact()."
             )
         each = _points.shares(self.n_h, self.replicates, "n_h")
-        sizes = (self.replicates, each, _points.dimension(laws))
+        sizes = (self.replicates, each, known.dimension)
         normal = _points.scores(self.points, *sizes, seed)
         spread = (self.replicates, self.n_p, _points.dimension(placed))
-        draws = _Draws(_points.values(laws, normal), _points.scores(self.points, *spread, seed + 1))
-        if _modal_products.factorise(experiment):
+        draws = _Draws(known.values(normal), _points.scores(self.points, *spread, seed + 1))
+        everywhere = not any(is_placement(name) for name in known.names)
+        if everywhere and _modal_products.factorise(experiment):
             return self._by_products(experiment, draws)
         return self._by_responses(experiment, draws)
 
@@ -94,7 +106,7 @@ class KDE(Estimator):
         def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
             measured, variance, own = self._measured(one, nominal)
             low = (measured.astype(jnp.float32), variance.astype(jnp.float32), own)
-            placed = placement_laws(one)
+            placed = placement_laws(one, draws.parameters)
 
             def replicate(several: Any) -> Float[Array, "draw"]:
                 scores, changing = several
@@ -113,7 +125,7 @@ class KDE(Estimator):
     def _by_responses(self, experiment: Experiment, draws: "_Draws") -> Plan:
         def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
             given = self._measured(one, nominal)
-            placed = placement_laws(one)
+            placed = placement_laws(one, draws.parameters)
 
             def replicate(several: Any) -> Float[Array, "draw"]:
                 scores, parameters = several

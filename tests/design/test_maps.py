@@ -14,7 +14,8 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement.design import _cells, _running, maps
-from bayes_placement.design._candidates import candidates, nominal_values
+from bayes_placement.design._candidates import candidates
+from bayes_placement.design._question import nominal_values
 from bayes_placement.information._estimator import spread
 from models import bar
 from tests.effects import models_in_space
@@ -134,7 +135,7 @@ def test_finished_chunks_are_kept_and_only_missing_ones_computed(
 
 def test_a_task_is_known_by_its_content_in_any_process(experiment):
     several = candidates(experiment, {"s1": GRID[:2]})
-    values = nominal_values(experiment, ["s1"], None)
+    values = nominal_values(experiment, ["s1"], {}, {})
     task = _cells.Task(experiment, SMALL, 0, values, {})
     (chunk,) = _cells.chunks(task, several, np.array([[0], [1]]), 2)
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
@@ -240,3 +241,22 @@ def test_a_nominal_value_of_a_place_is_refused(experiment):
         bp.information_map(
             experiment, {"a1": [0.3]}, estimator=SMALL, nominal={"sensor.s1.position": 0.2}
         )
+
+
+def test_one_parameter_may_be_asked_about(experiment):
+    """Case 1 of the paper: the other damping ratio is held."""
+    name = "structure.damping.ratio.2"
+    places = {"s1": [0.25], "a1": [0.25, 0.5]}
+    alone = bar.placed(0.3, 0.3, None, structure=bar.bar(0.04, bar.PRIOR))
+    want = bp.information_map(alone, places, estimator=SMALL)["kl"]
+    found = bp.information_map(experiment, places, estimator=SMALL, about=[name])["kl"]
+    np.testing.assert_allclose(found, want, rtol=1e-5)
+    held = {"structure.damping.ratio.1": 0.03}
+    other = bp.information_map(experiment, places, estimator=SMALL, about=[name], nominal=held)
+    assert not np.allclose(other["kl"], want, rtol=1e-4)
+
+
+@pytest.mark.parametrize("about", [[], ["structure.damping.ratio.3"], ["sensor.s1.position"]])
+def test_what_is_no_parameter_cannot_be_asked_about(experiment, about):
+    with pytest.raises(ValueError, match=r"about=.* names of unknown parameters are needed"):
+        bp.information_map(experiment, {"s1": [0.5]}, estimator=SMALL, about=about)

@@ -1,10 +1,7 @@
 """estimators: the paper's numbers, exact integrals, and a linear experiment in closed form."""
 
-from typing import Any, ClassVar
-
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
 import pytest
@@ -13,6 +10,7 @@ import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement.information._estimator import spread
 from models import bar
+from tests.information.linear import FORMS, SCALES, SIGMA, linear_experiment
 from tests.test_reference import BOTH, EXACT_TABLE, FIRST, KDE_TABLE, P1, P2, P4, SECOND
 
 TABLE = {(kernel, ratios, places): kl for kernel, ratios, places, kl, *_ in KDE_TABLE}
@@ -63,39 +61,9 @@ def test_exact_has_the_numbers_of_the_reference(row):
     assert abs(found - expected[4]) < 4 * error + 1e-4
 
 
-class Offsets(bp.effects.InstrumentEffect):
-    """FRFs of known form that are added, each with an unknown factor: a linear experiment."""
-
-    absent: ClassVar = ("factor", 0.0)
-    factor: Any
-    forms: np.ndarray
-    name: str = eqx.field(static=True, default="offsets", kw_only=True)
-
-    def recorded(self, frf, omega, channels):
-        return frf + jnp.asarray(self.factor) @ jnp.asarray(self.forms)
-
-    @classmethod
-    def suggest(cls, experiment):
-        return []
-
-
-FORMS, SCALES, SIGMA = np.array([[1.0, 0.4, -0.3], [0.2, 0.9, 0.5]]), np.array([0.7, 1.5]), 0.4
-
-
 @pytest.fixture(scope="module")
 def linear():
-    """Two normal unknowns, three complex lines of which the real parts tell."""
-    beam = bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
-    experiment = bp.Experiment(
-        bp.Structure(beam, damping=bp.damping.Modal(0.04)),
-        sensors=[bp.Sensor("s1", at=0.3)],
-        actuators=[bp.Actuator("a1", at=0.6)],
-        frequency=np.array([100.0, 200.0, 300.0]),
-        observe=bp.observe.Complex("displacement"),
-        noise=bp.noise.Gaussian(SIGMA),
-    )
-    law = dist.Normal(jnp.zeros(2), jnp.asarray(SCALES)).to_event(1)
-    return experiment + Offsets(law, FORMS)
+    return linear_experiment()
 
 
 def closed_form():

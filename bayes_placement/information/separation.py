@@ -1,0 +1,252 @@
+"""separation: in, an experiment and explanations of earlier data; out, how well it parts them.
+
+Not known here: how explanations were found, where else a transducer could sit.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.scipy.linalg import cho_factor, cho_solve
+from jax.scipy.special import logsumexp
+from jaxtyping import Array, Float
+
+from .._types import InfeasibleError
+from ..experiment import Experiment
+from . import _points
+from ._estimator import Estimator, Gain, Plan, deviation, known_noise, placement_laws
+from ._knowledge import Draws, Posterior, Prior, draws_of, knowledge
+
+BATCH = 32
+"""Responses, and kernels, that are evaluated at once."""
+
+STEP = 1e-4
+"""Step along a coordinate of unit variance."""
+
+
+class Alternative(eqx.Module):
+    """One explanation of earlier data.
+
+    Parameters
+    ----------
+    name
+        What it says, in a word.
+    probability
+        Its probability, relative to the others.
+    experiment
+        The experiment with the effects that it adds.
+    draws
+        Draws of its unknowns given the earlier data [draw, ...], by name; or what `infer` returned.
+    """
+
+    name: str = eqx.field(static=True)
+    probability: float = eqx.field(static=True)
+    experiment: Experiment
+    draws: Draws = eqx.field(converter=draws_of)
+
+
+class Separation(Estimator):
+    """Expected information about which of some explanations is right.
+
+    The mutual information of explanation and data, at most the entropy of the explanations'
+    probabilities. Data are simulated from draws of each explanation, placement and output error
+    included. Their density under each is estimated from other draws: normal kernels about these,
+    in the space of the unknowns, of which each is carried on to the outputs along its tangent (one
+    kernel as wide as all draws is the criterion of Box and Hill 1967, DOI
+    10.1080/00401706.1967.10490441). No estimate of these densities tells more than there is to
+    know, so this is a lower bound up to its standard error (Barber and Agakov 2003).
+
+    Parameters
+    ----------
+    alternatives
+        Two explanations at least: `bp.explain(...).alternatives`.
+    n_p
+        Draws that make the density of each explanation, in each replicate.
+    n_y
+        Simulated data of each explanation, in each replicate.
+    points, replicates
+        See `KDE`.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two explanations.
+    """
+
+    alternatives: tuple[Alternative, ...] = eqx.field(default=(), converter=tuple)
+    n_p: int = eqx.field(static=True, default=64)
+    n_y: int = eqx.field(static=True, default=64)
+    points: str = eqx.field(static=True, default="sobol")
+    replicates: int = eqx.field(static=True, default=4)
+
+    def __check_init__(self) -> None:
+        if len(self.alternatives) < 2:
+            given = ", ".join(one.name for one in self.alternatives) or "none"
+            raise InfeasibleError(
+                f"information.Separation was given {given}; at least two explanations are needed, "
+                "since one alone is told apart from nothing. Take those that bp.explain leaves, or "
+                "information.ExpectedGain(after=posterior) to sharpen parameters."
+            )
+
+    def typical(self) -> dict[str, np.ndarray]:
+        """None: no nominal response is asked for."""
+        return {}
+
+    def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
+        """Draw all points and return the estimate.
+
+        Raises
+        ------
+        ValueError
+            If there is no output error, or draws of an explanation lack one of its unknowns.
+        """
+        known_noise(experiment, "information.Separation")
+        several = [_Explained.of(one, experiment, moved) for one in self.alternatives]
+        points = [
+            _drawn(one, self, experiment, seed + 10 * number) for number, one in enumerate(several)
+        ]
+        weights = np.array([one.probability for one in self.alternatives])
+        prior = jnp.asarray(np.log(weights / weights.sum()))
+
+        def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
+            level = deviation(one)
+
+            def replicate(points: Any) -> Float[Array, ""]:
+                responses = [own.response(one, level) for own in several]
+                pairs = list(zip(responses, points, strict=True))
+                laws = [_Kernels.of(respond, some.centres) for respond, some in pairs]
+                data = [_all(respond, some.true) + some.error for respond, some in pairs]
+                told = [_told(laws, prior, number, y) for number, y in enumerate(data)]
+                return jnp.exp(prior) @ jnp.stack(told)
+
+            found = jax.lax.map(replicate, points)
+            return Gain(jnp.mean(found), (jnp.sum(found) - found) / (self.replicates - 1))
+
+        return plan
+
+
+class _Explained(NamedTuple):
+    """An explanation in coordinates of mean zero and unit covariance: unknowns, then places."""
+
+    experiment: Experiment
+    shapes: dict[str, tuple[int, ...]]
+    mean: np.ndarray
+    root: np.ndarray
+    known: Float[np.ndarray, "draw unknown"]
+    wide: int
+
+    @classmethod
+    def of(cls, own: Alternative, experiment: Experiment, moved: Sequence[str]) -> "_Explained":
+        here = _as_explained(experiment, own.experiment)
+        known = knowledge(here, own.draws, moved)
+        assert isinstance(known, Posterior)
+        flat = np.concatenate([v.reshape(len(v), -1) for v in known.draws.values()], axis=1)
+        mean = flat.mean(axis=0)
+        left, values, right = np.linalg.svd(flat - mean, full_matrices=False)
+        scale = np.sqrt(len(flat))
+        shapes = {name: v.shape[1:] for name, v in known.draws.items()}
+        wide = _points.dimension(placement_laws(here, known.names))
+        root = right.T * values / scale
+        return cls(own.experiment, shapes, mean, root, left * scale, wide)
+
+    def response(self, one: Experiment, level: Array) -> Callable[[Array], Array]:
+        """Outputs in deviations at a vector of coordinates."""
+        here = _as_explained(one, self.experiment)
+        places = Prior(placement_laws(here, self.shapes))
+
+        def respond(vector: Float[Array, "coordinate"]) -> Float[Array, "output"]:
+            flat = self.mean + self.root @ vector[: self.root.shape[1]]
+            values = self._named(flat) | places.values(vector[self.root.shape[1] :])
+            return here.fix(values).predict().ravel() / level
+
+        return respond
+
+    def _named(self, flat: Array) -> dict[str, Array]:
+        ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes.values()])
+        parts = jnp.split(flat, ends[:-1])
+        return {n: p.reshape(s) for (n, s), p in zip(self.shapes.items(), parts, strict=True)}
+
+
+class _Drawn(NamedTuple):
+    """Coordinates [replicate, draw, .] of kernels and of what makes data, and errors of these."""
+
+    centres: Array
+    true: Array
+    error: Array
+
+
+def _drawn(own: _Explained, sizes: Separation, experiment: Experiment, seed: int) -> _Drawn:
+    size = jax.eval_shape(lambda: experiment.nominal().predict()).size
+    # Draws that make the data must not be among those that explain them.
+    halves = [Posterior({"known": own.known[k::2]}) for k in (0, 1)]
+
+    def scores(count: int, dimension: int, number: int) -> np.ndarray:
+        return _points.scores(sizes.points, sizes.replicates, count, dimension, seed + number)
+
+    def coordinates(half: Posterior, normal: np.ndarray) -> Array:
+        return jnp.concatenate([half.values(normal[..., :1])["known"], normal[..., 1:]], axis=-1)
+
+    fit = scores(sizes.n_p, 1 + own.wide, 0)
+    data = scores(sizes.n_y, 1 + own.wide + size, 1)
+    makes, error = data[..., : 1 + own.wide], data[..., 1 + own.wide :]
+    return _Drawn(coordinates(halves[0], fit), coordinates(halves[1], makes), jnp.asarray(error))
+
+
+def _as_explained(one: Experiment, explained: Experiment) -> Experiment:
+    """The experiment with the structure and the instruments' effects of an explanation."""
+    return eqx.tree_at(
+        lambda tree: (tree.structure, tree.chain),
+        one,
+        (explained.structure, explained.chain),
+        is_leaf=lambda node: node is one.chain,
+    )
+
+
+class _Kernels(NamedTuple):
+    """Density of outputs whose errors have the variance one: kernels along tangents."""
+
+    outputs: Float[Array, "kernel output"]
+    slopes: Float[Array, "kernel output coordinate"]
+
+    @classmethod
+    def of(cls, respond: Callable[[Array], Array], drawn: Float[Array, "kernel coordinate"]) -> Any:
+        """Kernels about draws, which are drawn together so that their covariance stays one."""
+        count, dimension = drawn.shape
+        width = (4 / (count * (dimension + 2))) ** (1 / (dimension + 4))
+        centres = np.sqrt(1 - width**2) * drawn
+        # By differences: derivatives of eigenproblems take minutes to compile.
+        aside = centres[:, None] + STEP * jnp.eye(dimension)
+        points = jnp.concatenate([centres[:, None], aside], axis=1)
+        outputs = _all(respond, points.reshape(-1, dimension)).reshape(count, dimension + 1, -1)
+        slopes = (outputs[:, 1:] - outputs[:, :1]) / STEP
+        return cls(outputs[:, 0], width * jnp.swapaxes(slopes, 1, 2))
+
+    def log_density(self, y: Float[Array, "data output"]) -> Float[Array, "data"]:
+        """Log density but for a constant, each kernel by Woodbury's identity."""
+
+        def one(kernel: tuple[Array, Array]) -> Float[Array, "data"]:
+            centre, slope = kernel
+            apart = y - centre
+            along = (apart @ slope).T
+            factor = cho_factor(jnp.eye(len(along)) + slope.T @ slope, lower=True)
+            explained = jnp.sum(along * cho_solve(factor, along), axis=0)
+            volume = jnp.sum(jnp.log(jnp.diag(factor[0])))
+            return -0.5 * (jnp.sum(apart**2, axis=1) - explained) - volume
+
+        each = jax.lax.map(one, (self.outputs, self.slopes), batch_size=BATCH)
+        return logsumexp(each, axis=0) - jnp.log(len(self.outputs))
+
+
+def _all(respond: Callable[[Array], Array], points: Float[Array, "point coordinate"]) -> Array:
+    return jax.lax.map(respond, points, batch_size=BATCH)
+
+
+def _told(
+    laws: list[_Kernels], prior: Array, number: int, y: Float[Array, "data output"]
+) -> Float[Array, ""]:
+    """Mean log of the probability of the right explanation over what it was before."""
+    each = jnp.stack([law.log_density(y) for law in laws])
+    return jnp.mean(each[number] - logsumexp(each + prior[:, None], axis=0))
