@@ -145,7 +145,7 @@ def _cluster(distributed: ModuleType, processes: int) -> Any:
         n_workers=processes,
         threads_per_worker=1,
         processes=True,
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",  # any port, so that several clusters can be
         memory_limit=None,  # a worker near its limit would stand still without a word
         env=_share(processes),
     )

@@ -48,17 +48,13 @@ class Task:
     @functools.cached_property
     def content(self) -> str:
         """Hash of everything that determines a result: all numbers, laws and names."""
-        return fingerprint(
-            self.estimator, self.seed, self.experiment, self.nominal, *_named(self.stacks)
-        )
+        return fingerprint(self.estimator, self.seed, self.experiment, self.nominal, self.stacks)
 
     @functools.cached_property
     def program(self) -> str:
         """Hash of everything that is compiled: the candidates by their number and kind only."""
-        leaves, structure = jax.tree.flatten(self.stacks)
-        sizes = [(np.shape(leaf), np.asarray(leaf).dtype.str) for leaf in leaves]
-        kinds = [str(structure), sizes, list(self.stacks)]
-        return fingerprint(self.estimator, self.seed, kinds, self.experiment, self.nominal)
+        sizes = jax.tree.map(lambda leaf: f"{leaf.dtype} {leaf.shape}", self.stacks)
+        return fingerprint(self.estimator, self.seed, self.experiment, self.nominal, sizes)
 
     @functools.cached_property
     def packed(self) -> bytes:
@@ -193,9 +189,3 @@ def _compiled(one: _ByProgram) -> Callable[[Any, Any], Any]:
         return jnp.concatenate([gain.kl[None], gain.without])
 
     return jax.jit(lambda stacks, several: jax.lax.map(lambda one: cell(stacks, one), several))
-
-
-def _named(stacks: dict[str, tuple[Any, dict[str, np.ndarray]]]) -> list[Any]:
-    """Names, kinds and numbers of stacked laws, whose trees hold arrays in the place of laws."""
-    leaves, structure = jax.tree.flatten(stacks)
-    return [str(structure), leaves, list(stacks)]
