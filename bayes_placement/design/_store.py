@@ -5,6 +5,7 @@ Not known here: where chunks are computed. Each file says by itself what is in i
 
 import hashlib
 import io
+import tempfile
 import warnings
 from importlib.metadata import version
 from pathlib import Path
@@ -85,6 +86,10 @@ def _make(folder: Path) -> None:
             'there, since each finished chunk is a file in it: store="finished".'
         )
     folder.mkdir(parents=True, exist_ok=True)
+    # Tried now: a folder that cannot be written would cost a chunk, and the library takes its time
+    # to load, in which results would wait that a kill would lose.
+    with tempfile.TemporaryDirectory(prefix=".trial-", dir=folder) as trial:
+        xr.Dataset().to_netcdf(Path(trial) / "trial.nc", engine="h5netcdf")
 
 
 def _described(chunk: Chunk, result: np.ndarray) -> xr.Dataset:

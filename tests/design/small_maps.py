@@ -69,7 +69,7 @@ def fail(sent):
 def logged(log, sent):
     """Compute a chunk slowly and say which, and where."""
     result = _cells.compute_sent(sent)
-    time.sleep(0.1 + 0.01 * number(sent))
+    time.sleep(0.4 + 0.05 * number(sent))
     with log.open("a") as said:
         said.write(f"{number(sent)} {os.getpid()}\n")
     return result

@@ -194,6 +194,16 @@ def test_each_that_determines_a_result_is_in_its_name(monkeypatch, tmp_path):
     assert name(first) not in names
 
 
+def test_what_is_compiled_does_not_depend_on_where_candidates_are():
+    first = small_maps.chunks()[0].task
+    places = {name: at + 0.01 for name, at in small_maps.PLACES.items()}
+    moved = small_maps.chunks(places=places)[0].task
+    fewer = small_maps.chunks(places={"s1": places["s1"][:2], "a1": places["a1"]})[0].task
+    assert moved.program == first.program and moved.content != first.content
+    others = [fewer, small_maps.chunks(seed=1)[0].task]
+    assert len({one.program for one in [first, *others]}) == 3
+
+
 LAWS = [
     dist.Uniform(0.0, 1.0),
     dist.Uniform(0.0, 2.0),
