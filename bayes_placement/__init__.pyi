@@ -20,6 +20,8 @@ from . import (
     soft_supports,
     supports,
 )
+from ._executors import workers
+from ._terminal import progress_bar
 from .criticism.check import check
 from .criticism.compare import compare
 from .criticism.explain import explain
@@ -72,8 +74,10 @@ __all__ = [
     "place",
     "places",
     "plots",
+    "progress_bar",
     "report",
     "simulate",
     "soft_supports",
     "supports",
+    "workers",
 ]

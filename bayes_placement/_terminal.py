@@ -63,6 +63,19 @@ def stages(console: Console, names: Sequence[str]) -> Iterator[Callable[[str], P
         _finish(bars, running)
 
 
+@contextmanager
+def progress_bar(name: str = "computed") -> Iterator[Progress]:
+    """Bar with the time left, for `progress=` of any function, in a `with` statement.
+
+    Parameters
+    ----------
+    name
+        What is said before it.
+    """
+    with stages(terminal(), [name]) as begin:
+        yield begin(name)
+
+
 def _finish(bars: Bars, running: list[TaskID]) -> None:
     while running:
         bars.update(running.pop(), completed=1.0, word="took")

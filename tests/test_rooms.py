@@ -9,7 +9,7 @@ PACKAGE = Path(__file__).parents[1] / "bayes_placement"
 
 # A room may import from the rooms before it, never from those after it.
 ORDER = """
-    _types _files _sites _eigenpairs _repeated _quadrature
+    _types _files _executors _sites _eigenpairs _repeated _quadrature
     _vectors _bounds _ball_in_box places _voronoi _nearest_nodes _support
     _supports_in_space supports _placed orientation
     modes _beam_roots _beam_statics _uniform_line beams
@@ -41,7 +41,8 @@ ORDER = """
     information._divergence information._points information._knowledge information._estimator
     information._kernels information._modal_products information.kde information.exact
     information.expected_gain information.separation information
-    design._candidates design._question design._cells design._running design._evaluation design.maps
+    design._candidates design._question design._fingerprint design._cells design._store
+    design._running design._evaluation design.maps
     design._rules design.search design.place design
     _results simulate symmetries infer methods
     criticism._residuals criticism._edges criticism._statistics criticism.correlation

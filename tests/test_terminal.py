@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
+import bayes_placement as bp
 from bayes_placement import _terminal
 
 ROWS = {
@@ -50,3 +51,12 @@ def test_a_bar_ends_when_the_next_begins_and_the_last_with_the_work(console):
     for name, shown in (("first", first), ("second", second)):
         assert shown.startswith(name)
         assert "100%" in shown and "took" in shown
+
+
+def test_a_bar_for_any_function(console, monkeypatch):
+    monkeypatch.setattr(_terminal, "terminal", lambda: console)
+    with bp.progress_bar("map") as progress:
+        progress(0.5)
+        progress(1.0)
+    shown = said(console).strip().splitlines()[-1]
+    assert shown.startswith("map") and "100%" in shown and "took" in shown

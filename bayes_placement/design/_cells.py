@@ -5,23 +5,23 @@ that another process, or the next run, can compute it or know that it has been.
 """
 
 import functools
-import hashlib
+import pickle
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from numpyro.distributions import Distribution
-from numpyro.distributions.transforms import Transform
 
-from .._sites import is_unknown
 from ..experiment import Experiment
 from ..information._estimator import Estimator, Plan
 from ._candidates import Candidates, placed
+from ._fingerprint import fingerprint
 
 
-class Task(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Task:
     """What all cells of one kind share.
 
     Parameters
@@ -34,6 +34,8 @@ class Task(NamedTuple):
         Nominal values of what is not moved, by name.
     stacks
         Laws of each transducer that is moved at its candidates, and nominal values there.
+    recorded
+        Recorded places of the candidates [candidate, ...], by transducer; only told, not used.
     """
 
     experiment: Experiment
@@ -41,17 +43,36 @@ class Task(NamedTuple):
     seed: int
     nominal: dict[str, Any]
     stacks: dict[str, tuple[Any, dict[str, np.ndarray]]]
+    recorded: dict[str, np.ndarray] = field(default_factory=dict)
 
-    def fingerprint(self) -> str:
+    @functools.cached_property
+    def content(self) -> str:
         """Hash of everything that determines a result: all numbers, laws and names."""
-        return _hash(self.estimator, self.seed, self.experiment, self.nominal, self.stacks)
+        return fingerprint(self.estimator, self.seed, self.experiment, self.nominal, self.stacks)
 
+    @functools.cached_property
     def program(self) -> str:
         """Hash of everything that is compiled: the candidates by their number and kind only."""
-        leaves, structure = jax.tree.flatten(self.stacks)
-        sizes = [(np.shape(leaf), np.asarray(leaf).dtype.str) for leaf in leaves]
-        words = [str(structure), repr(sizes), repr(list(self.stacks))]
-        return _hash(self.estimator, self.seed, words, self.experiment, self.nominal)
+        sizes = jax.tree.map(lambda leaf: f"{leaf.dtype} {leaf.shape}", self.stacks)
+        return fingerprint(self.estimator, self.seed, self.experiment, self.nominal, sizes)
+
+    @functools.cached_property
+    def packed(self) -> bytes:
+        """The task as it travels, packed once for all its chunks.
+
+        Raises
+        ------
+        ValueError
+            If something in it cannot travel.
+        """
+        try:
+            return pickle.dumps([getattr(self, own.name) for own in fields(self)])
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise ValueError(
+                f"The experiment cannot be sent to another process: {error}. Functions and classes "
+                "of your own can be, once they are defined in a file, outside of any function; "
+                "or compute here: executor=None."
+            ) from error
 
 
 class Chunk(NamedTuple):
@@ -71,9 +92,20 @@ class Chunk(NamedTuple):
     candidate: np.ndarray
     place: np.ndarray
 
-    def fingerprint(self) -> str:
+    def content(self) -> str:
         """Hash of everything that determines its result."""
-        return _hash(self.task.fingerprint(), self.candidate)
+        return fingerprint(self.task.content, self.candidate, len(self.place))
+
+    def sent(self) -> "Sent":
+        """What travels to another process."""
+        return Sent(self.task.packed, self.candidate)
+
+
+class Sent(NamedTuple):
+    """A chunk on its way: its task, packed, and its candidates."""
+
+    packed: bytes
+    candidate: np.ndarray
 
 
 def chunks(task: Task, several: Sequence[Candidates], cells: np.ndarray, size: int) -> list[Chunk]:
@@ -86,7 +118,9 @@ def chunks(task: Task, several: Sequence[Candidates], cells: np.ndarray, size: i
         stacks = {one.name: one.stacked(own) for one, own in zip(several, used, strict=True)}
         pairs = zip(used, cells[place].T, strict=True)
         candidate = np.stack([np.searchsorted(own, each) for own, each in pairs], axis=1)
-        whole, each = task._replace(stacks=stacks), min(size, len(place))
+        recorded = {one.name: one.recorded[own] for one, own in zip(several, used, strict=True)}
+        whole = replace(task, stacks=stacks, recorded=recorded)
+        each = min(size, len(place))
         for first in range(0, len(place), each):
             some = candidate[first : first + each]
             # All of one size, since another one would be compiled anew.
@@ -103,16 +137,36 @@ def grid(several: Sequence[Candidates]) -> np.ndarray:
 
 def compute(chunk: Chunk) -> np.ndarray:
     """Information [cell, 1 + replicate] in nat, then without each replicate; anywhere the same."""
-    stacks = jax.tree.map(jnp.asarray, chunk.task.stacks)
-    found = _compiled(_ByProgram(chunk.task))(stacks, jnp.asarray(chunk.candidate))
-    return np.asarray(found)[: len(chunk.place)]
+    return _information(chunk.task, chunk.candidate)[: len(chunk.place)]
+
+
+def compute_sent(chunk: Sent) -> np.ndarray:
+    """Return the same of a chunk that was sent, also for the cells that fill it up."""
+    return _information(_opened(chunk.packed), chunk.candidate)
+
+
+@functools.lru_cache(maxsize=8)
+def _opened(packed: bytes) -> Task:
+    try:
+        return Task(*pickle.loads(packed))
+    except (ImportError, AttributeError) as error:
+        raise RuntimeError(
+            f"A worker cannot read the experiment that it was sent: {error}. Classes of your own "
+            "must be in a module that every worker can import, since only their names travel: "
+            "move them to a file of their own, and start the workers where that file is found."
+        ) from error
+
+
+def _information(task: Task, candidate: np.ndarray) -> np.ndarray:
+    stacks = jax.tree.map(jnp.asarray, task.stacks)
+    return np.asarray(_compiled(_ByProgram(task))(stacks, jnp.asarray(candidate)))
 
 
 class _ByProgram:
     """A task, equal to another that is compiled alike."""
 
     def __init__(self, task: Task):
-        self.task, self.key = task, task.program()
+        self.task, self.key = task, task.program
 
     def __hash__(self) -> int:
         return hash(self.key)
@@ -135,34 +189,3 @@ def _compiled(one: _ByProgram) -> Callable[[Any, Any], Any]:
         return jnp.concatenate([gain.kl[None], gain.without])
 
     return jax.jit(lambda stacks, several: jax.lax.map(lambda one: cell(stacks, one), several))
-
-
-def _hash(*parts: Any) -> str:
-    found = hashlib.sha256()
-    for part in parts:
-        leaves, structure = jax.tree.flatten(part, is_leaf=is_unknown)
-        found.update(str(structure).encode())
-        for leaf in leaves:
-            found.update(_content(leaf))
-    return found.hexdigest()
-
-
-def _content(value: Any) -> bytes:
-    """Content of a leaf. A law by its parameters: its leaves come in an order of their own.
-
-    NumPyro collects the fields of a law in a set, whose order differs between processes.
-    """
-    if isinstance(value, tuple | list):
-        return b"".join(_content(one) for one in value)
-    if isinstance(value, Distribution | Transform):
-        own = vars(value)
-        names = sorted(set(own) & {*_parameters(value), "base_dist", "transforms"})
-        return repr((type(value).__name__, names)).encode() + _content([own[n] for n in names])
-    return value.encode() if isinstance(value, str) else np.asarray(value).tobytes()
-
-
-def _parameters(value: Distribution | Transform) -> list[str]:
-    shapes = ["_batch_shape", "_event_shape"]
-    if isinstance(value, Distribution):
-        return [*value.arg_constraints, *shapes]
-    return [name for name in vars(value) if not name.startswith("_")]

@@ -5,6 +5,7 @@ Not known here: in what order placements are tried, what is allowed.
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
 
@@ -54,8 +55,8 @@ class Evaluation(NamedTuple):
         values = nominal_values(self.experiment, names, self.nominal, typical)
         task = Task(self.experiment, self.estimator, self.seed, values, {})
         found = np.full((len(cells), 1 + self.estimator.replicates), np.nan)
-        for one, result in run(
-            chunks(task, several, cells, self.chunk), self.executor, self.store, self.progress
-        ):
-            found[one.place] = result
+        parts = chunks(task, several, cells, self.chunk)
+        with closing(run(parts, self.executor, self.store, self.progress)) as results:
+            for one, result in results:
+                found[one.place] = result
         return found

@@ -3,15 +3,31 @@
 Not known here: what a chunk is about. The one seam between the computation and where it runs.
 """
 
-from collections.abc import Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, as_completed
+import itertools
+from collections.abc import Generator, Mapping, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    wait,
+)
+from contextlib import closing
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
-from .._files import write_whole
+from .._executors import Processes
 from .._types import Progress
-from ._cells import Chunk, compute
+from ._cells import Chunk, compute, compute_sent
+from ._store import Store
+
+Computed: TypeAlias = tuple[Chunk, np.ndarray]
+
+AHEAD = 200
+"""Chunks handed out at once: enough for as many workers, few enough for a scheduler to hold."""
 
 
 def run(
@@ -19,9 +35,9 @@ def run(
     executor: Executor | None,
     store: str | Path | None,
     progress: Progress,
-) -> Iterator[tuple[Chunk, np.ndarray]]:
+) -> Generator[Computed, None, None]:
     """Results of all chunks, in any order; those in the store are read, not computed."""
-    kept = _Store(store)
+    kept = Store(store)
     missing = []
     done = 0
     for one in chunks:
@@ -32,56 +48,68 @@ def run(
         done += 1
         yield one, result
     progress(done / len(chunks))
-    computed = _here(missing) if executor is None else _handed_out(missing, executor)
-    for one, result in computed:
-        kept.write(one, result)
-        done += 1
-        progress(done / len(chunks))
-        yield one, result
+    with closing(_computed(missing, executor)) as computed:
+        for one, result in computed:
+            kept.write(one, result)
+            done += 1
+            progress(done / len(chunks))
+            yield one, result
 
 
-def _here(chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, np.ndarray]]:
-    return ((one, compute(one)) for one in chunks)
+def _computed(
+    chunks: Sequence[Chunk], executor: Executor | None
+) -> Generator[Computed, None, None]:
+    if executor is None:
+        return ((one, compute(one)) for one in chunks)
+    return _elsewhere(chunks, executor)
 
 
-def _handed_out(chunks: Sequence[Chunk], executor: Executor) -> Iterator[tuple[Chunk, np.ndarray]]:
-    """Results as they come.
+def _elsewhere(chunks: Sequence[Chunk], executor: Executor) -> Generator[Computed, None, None]:
+    """Results as they come; what a lost worker leaves is handed out again.
 
     Raises
     ------
     RuntimeError
-        If the executor lost a worker and cannot go on.
+        If the executor cannot go on.
     """
-    futures = {executor.submit(compute, one): one for one in chunks}
+    missing = dict(enumerate(chunks))
+    while missing:
+        try:
+            with closing(_handed_out(missing, executor)) as results:
+                for number, result in results:
+                    one = missing.pop(number)
+                    yield one, result[: len(one.place)]
+        except (BrokenExecutor, CancelledError) as error:
+            if not (isinstance(executor, Processes) and executor.renew()):
+                raise RuntimeError(
+                    "A worker was lost, and its executor cannot go on. Chunks that were finished "
+                    "are in the store, if one was given: run again with the same store=... and a "
+                    "new executor, and only what is missing is computed. Where every worker is "
+                    "lost at once, look at what it said: it may lack memory, or a script lacks "
+                    'its line `if __name__ == "__main__":`.'
+                ) from error
+
+
+def _handed_out(
+    chunks: Mapping[int, Chunk], executor: Executor
+) -> Generator[tuple[int, np.ndarray], None, None]:
+    """Results by number as they come; whatever ends this leaves nothing waiting."""
+    waiting = iter(list(chunks.items()))
+    futures: dict[Future[np.ndarray], int] = {}
     try:
-        for future in as_completed(futures):
-            yield futures[future], future.result()
-    except BrokenExecutor as error:
-        raise RuntimeError(
-            "A worker was lost, and its executor cannot go on. Chunks that were finished are in "
-            "the store, if one was given: run again with the same store=... and a new executor, "
-            "and only what is missing is computed."
-        ) from error
+        while True:
+            for number, one in itertools.islice(waiting, AHEAD - len(futures)):
+                futures[executor.submit(compute_sent, one.sent())] = number
+            if not futures:
+                return
+            finished = wait(futures, return_when=FIRST_COMPLETED).done
+            # What came is kept before anything that failed is told.
+            for future in sorted(finished, key=_failed):
+                yield futures.pop(future), future.result()
+    finally:
+        for future in futures:
+            future.cancel()
 
 
-class _Store:
-    """A folder with a file for each finished chunk, named by all that determines it."""
-
-    def __init__(self, folder: str | Path | None):
-        self.folder = None if folder is None else Path(folder)
-
-    def read(self, chunk: Chunk) -> np.ndarray | None:
-        """Result of a chunk; None where it is missing."""
-        if self.folder is None:
-            return None
-        path = self._path(chunk)
-        return np.load(path) if path.is_file() else None
-
-    def write(self, chunk: Chunk, result: np.ndarray) -> None:
-        """Keep the result of a chunk."""
-        if self.folder is not None:
-            write_whole(self._path(chunk), lambda beside: np.save(beside, result))
-
-    def _path(self, chunk: Chunk) -> Path:
-        assert self.folder is not None
-        return self.folder / f"{chunk.fingerprint()}.npy"
+def _failed(future: Future[np.ndarray]) -> bool:
+    return future.cancelled() or future.exception() is not None

@@ -58,13 +58,15 @@ def information_map(
     key
         Seed.
     executor
-        Where chunks are computed, any `concurrent.futures` executor; by default here.
+        Where chunks are computed: `workers(4)`, or any `concurrent.futures` executor; by default
+        here. The result is the same, bit for bit.
     store
-        Folder in which finished chunks are kept. A second run computes only what is missing.
+        Folder in which finished chunks are kept, one netCDF file each, named by all that
+        determines it. A second run computes only what is missing.
     chunk
-        Cells of a chunk.
+        Cells of a chunk; a second or more of work is far more than it costs to hand it out.
     progress
-        Called with the share that is done.
+        Called with the share that is done; `progress_bar()` makes one.
 
     Returns
     -------
@@ -75,7 +77,10 @@ def information_map(
     Raises
     ------
     ValueError
-        If a place is outside the structure, or the estimator cannot treat the experiment.
+        If a place is outside the structure, the estimator cannot treat the experiment, or it
+        cannot be sent to another process.
+    RuntimeError
+        If a worker was lost and the executor cannot go on, or a worker cannot read what it is sent.
     """
     own = KDE() if estimator is None else estimator
     asked, given = only_about(experiment, about, nominal)

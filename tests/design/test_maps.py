@@ -1,10 +1,6 @@
-"""maps: labels, symmetries, chunks kept and computed anywhere, and what cannot be tried."""
+"""maps: labels, symmetries, and what cannot be tried."""
 
 import itertools
-import os
-import signal
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import get_context
 
 import jax
 import numpy as np
@@ -13,9 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design import _cells, _running, maps
-from bayes_placement.design._candidates import candidates
-from bayes_placement.design._question import nominal_values
+from bayes_placement.design import maps
 from bayes_placement.information._estimator import spread
 from models import bar
 from tests.effects import models_in_space
@@ -96,95 +90,6 @@ def test_nominal_values_may_be_given(experiment):
         for value in (0.025, 0.04)
     )
     assert float(one[0, 0]) > float(other[0, 0]) + 0.1
-
-
-def test_finished_chunks_are_kept_and_only_missing_ones_computed(
-    experiment, whole, tmp_path, monkeypatch
-):
-    computed, compute = [], _running.compute
-
-    def counted(chunk):
-        computed.append(len(chunk.place))
-        return compute(chunk)
-
-    monkeypatch.setattr(_running, "compute", counted)
-    shares = []
-
-    def again(key=3):
-        return bp.information_map(
-            experiment,
-            {"s1": GRID, "a1": GRID},
-            estimator=SMALL,
-            key=key,
-            store=tmp_path,
-            chunk=5,
-            progress=shares.append,
-        )
-
-    first = again()
-    assert computed == [5, 5, 5, 1] and len(list(tmp_path.glob("*.npy"))) == 4
-    assert shares[0] == 0 and shares[-1] == 1
-    sorted(tmp_path.glob("*.npy"))[0].unlink()
-    second = again()
-    assert len(computed) == 5
-    again(key=4)
-    assert len(computed) == 9  # another seed is another result
-    np.testing.assert_array_equal(first["kl"], second["kl"])
-    np.testing.assert_allclose(first["kl"], whole["kl"], rtol=1e-6)
-
-
-def test_a_task_is_known_by_its_content_in_any_process(experiment):
-    several = candidates(experiment, {"s1": GRID[:2]})
-    values = nominal_values(experiment, ["s1"], {}, {})
-    task = _cells.Task(experiment, SMALL, 0, values, {})
-    (chunk,) = _cells.chunks(task, several, np.array([[0], [1]]), 2)
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
-        assert processes.submit(chunk.fingerprint).result() == chunk.fingerprint()
-    other = chunk.task._replace(seed=1)
-    assert other.program() != chunk.task.program()
-
-
-def test_processes_and_threads_find_the_same_bit_for_bit(experiment):
-    def found(executor):
-        places = {"s1": GRID[:2], "a1": GRID[:1]}
-        return bp.information_map(experiment, places, estimator=SMALL, executor=executor, chunk=1)
-
-    here = found(None)
-    with ThreadPoolExecutor(1) as threads:
-        np.testing.assert_array_equal(found(threads)["kl"], here["kl"])
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
-        np.testing.assert_array_equal(found(processes)["kl"], here["kl"])
-
-
-def stop_at(chunk):
-    """Kill the worker that computes the last chunk."""
-    if int(chunk.place[0]) == 1:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return _running.compute(chunk)
-
-
-def test_a_lost_worker_loses_nothing_that_was_finished(experiment, tmp_path, monkeypatch):
-    computed = []
-
-    def found(**settings):
-        places = {"s1": GRID[:2]}
-        return bp.information_map(experiment, places, estimator=SMALL, chunk=1, **settings)["kl"]
-
-    def counted(chunk):
-        computed.append(chunk)
-        return _cells.compute(chunk)
-
-    monkeypatch.setattr(_running, "compute", stop_at)
-    with (
-        ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes,
-        pytest.raises(RuntimeError, match=r"A worker was lost.* same store"),
-    ):
-        found(executor=processes, store=tmp_path)
-    assert len(list(tmp_path.glob("*.npy"))) == 1
-    monkeypatch.setattr(_running, "compute", counted)
-    again = found(store=tmp_path)
-    assert len(computed) == 1
-    np.testing.assert_array_equal(again, found())
 
 
 def test_candidates_on_several_members_of_a_frame():
