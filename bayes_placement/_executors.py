@@ -130,7 +130,8 @@ def _dask(address: str, processes: int | None) -> Iterator[Executor]:
         else:
             where = address
         try:
-            client = several.enter_context(distributed.Client(where))
+            # Not the default: whatever else of the caller knows Dask would begin to use it.
+            client = several.enter_context(distributed.Client(where, set_as_default=False))
         except (OSError, ValueError) as error:
             raise ConnectionError(
                 f"No Dask scheduler answers at {address}: {error}. Begin one with `dask scheduler`,"

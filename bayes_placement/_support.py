@@ -35,6 +35,16 @@ class Support(eqx.Module):
     def around(self, centre: Any) -> "Support":
         """Return the same tolerance about another recorded position [m]."""
 
+    @abc.abstractmethod
+    def scaled(self, factor: float) -> "Support":
+        """Return a tolerance so many times as large about the same place.
+
+        Raises
+        ------
+        ValueError
+            If it has none of its own.
+        """
+
 
 def nothing_left(support: Support, bounds: Bounds) -> str:
     """Say that a support misses the structure."""

@@ -50,6 +50,10 @@ class Box(Support):
         """Return the same tolerances about another place."""
         return Box(centre, within=self.within)
 
+    def scaled(self, factor: float) -> "Box":
+        """Return a box so many times as large about the same place."""
+        return Box(self.centre, within=triple(factor * np.array(self.within)))
+
     def on(self, bounds: Bounds) -> Cartesian:
         """Uniform law of each coordinate [m] that has a tolerance and room."""
         corners = box(bounds, self)
@@ -130,6 +134,15 @@ class Member(Support):
         """Return the same tolerance about another place on the member."""
         return Member(self.start, self.end, centre=centre, within=self.within)
 
+    def scaled(self, factor: float) -> "Member":
+        """Return a stretch so many times as long about the same place."""
+        if self.within is None:
+            raise ValueError(
+                "A whole supports.Member was to have another tolerance, but it has no recorded "
+                "place to be off from. Give one: centre=(0.0, 0.0, 0.7), within=0.02."
+            )
+        return Member(self.start, self.end, centre=self.centre, within=factor * self.within)
+
     def on(self, bounds: Bounds) -> OnMember:
         """Uniform law of the distance from the start [m]."""
         corners = box(bounds, self)
@@ -184,6 +197,11 @@ class Patch(Support):
     def around(self, centre: Any) -> "Patch":
         """Return the same patch about another place."""
         return Patch(centre, *self.directions, within=self.within)
+
+    def scaled(self, factor: float) -> "Patch":
+        """Return a patch so many times as large about the same place."""
+        within = (factor * self.within[0], factor * self.within[1])
+        return Patch(self.centre, *self.directions, within=within)
 
     def on(self, bounds: Bounds) -> OnPatch:
         """Uniform law of the distances from the centre along the two directions [m]."""
@@ -243,6 +261,10 @@ class Ball(Support):
     def around(self, centre: Any) -> "Ball":
         """Return the same ball about another place."""
         return Ball(centre, self.radius)
+
+    def scaled(self, factor: float) -> "Ball":
+        """Return a ball so many times as large about the same place."""
+        return Ball(self.centre, factor * self.radius)
 
     def on(self, bounds: Bounds) -> InBall:
         """Uniform law in the ball as far as the box about the structure goes."""

@@ -53,6 +53,10 @@ class Segment(Support):
         """Return the same tolerance about another place."""
         return Segment(centre, within=self.within)
 
+    def scaled(self, factor: float) -> "Segment":
+        """Return a segment so many times as long about the same place."""
+        return Segment(self.centre, within=factor * self.within)
+
     def on(self, bounds: Bounds) -> Uniform:
         """Uniform law along the line, see `Segment.law`."""
         if in_space(bounds):
@@ -118,6 +122,16 @@ class Nodes(Support):
     def around(self, centre: Any) -> "Nodes":
         """Return the nodes about another place, with the tolerance of the support."""
         return Nodes(self.position, None if self.support is None else self.support.around(centre))
+
+    def scaled(self, factor: float) -> "Nodes":
+        """Return the nodes about the same place, the tolerance of the support so much larger."""
+        if self.support is None:
+            raise ValueError(
+                "Nodes without a support were to have another tolerance, but they have none: every "
+                "node is as likely as any other. Give one: "
+                "supports.Nodes(position, supports.Segment(0.3, within=0.01))."
+            )
+        return Nodes(self.position, self.support.scaled(factor))
 
     def on(self, bounds: Bounds) -> Place:
         """Law of the nearest node: a categorical law over those that may be nearest."""

@@ -136,6 +136,30 @@ class Transducer(eqx.Module):
         one = type(self)(self.name, at, directions=self.directions, angles=self.angles)
         return one.on(modes)
 
+    def glued(self: Self, factor: float, modes: Modes) -> Self:
+        """Return it at the same place with a tolerance so many times as large.
+
+        Raises
+        ------
+        ValueError
+            If its tolerance is not known as a support.
+        """
+        if self.support is None:
+            raise ValueError(
+                f'{self.kind} "{self.name}" was to have {factor:g} times its tolerance, but it has '
+                "none that is known as a support; one is needed. Declare "
+                "at=supports.Segment(0.25, within=0.04)."
+            )
+        at = self.support.scaled(factor)
+        one = type(self)(
+            self.name,
+            at,
+            directions=self.directions,
+            angles=self.angles,
+            recorded=self.recorded,
+        )
+        return one.on(modes)
+
     def _is_uncertain(self) -> bool:
         return bool(unknowns(self.position))
 

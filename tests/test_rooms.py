@@ -42,7 +42,7 @@ ORDER = """
     information._kernels information._modal_products information.kde information.exact
     information.expected_gain information.separation information
     design._candidates design._question design._fingerprint design._cells design._store
-    design._running design._evaluation design.maps
+    design._running design._evaluation design.maps design.tolerance
     design._rules design.search design.place design
     _results simulate symmetries infer methods
     criticism._residuals criticism._edges criticism._statistics criticism.correlation
@@ -58,8 +58,8 @@ ORDER = """
     io.uff_modes io.npz_modes io.matrix_files io.nastran io.mesh
     io._case_fields io._case_measurement io._case_model io._case_structure io._case_places
     io.case io
-    _figures plots misfit_plots structure_plots ledger_plots _outputs _terminal _studies _fitted
-    commands criticism_commands cli
+    _figures plots misfit_plots structure_plots ledger_plots placement_plots
+    _outputs _terminal _studies _fitted commands criticism_commands cli
 """.split()  # noqa: SIM905
 
 FILES = sorted(PACKAGE.rglob("*.py"))

@@ -4,6 +4,7 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 
+import bayes_placement as bp
 from bayes_placement import _voronoi, supports
 from bayes_placement._sites import is_unknown
 
@@ -302,3 +303,34 @@ def test_cells_of_a_cut_ball_are_where_uniform_points_are_nearest():
     shares = np.zeros(len(nodes))
     shares[place.row] = place.node.probs
     np.testing.assert_array_less(np.abs(shares - counted), 5 * error + 1e-9)
+
+
+SCALED = [
+    (bp.supports.Segment(0.3, within=0.02), 0.04),
+    (bp.supports.Nodes(np.array([0.1, 0.3]), bp.supports.Segment(0.3, within=0.02)), 0.04),
+    (bp.supports.Box((1, 2, 3), within=(0.02, 0.0, 0.01)), (0.04, 0.0, 0.02)),
+    (bp.supports.Member((0, 0, 0), (0, 0, 1), centre=(0, 0, 0.3), within=0.02), 0.04),
+    (bp.supports.Patch((1, 2, 3), (1, 0, 0), (0, 1, 0), within=(0.02, 0.01)), (0.04, 0.02)),
+    (bp.supports.Ball((1, 2, 3), 0.02), 0.04),
+]
+
+
+@pytest.mark.parametrize(("support", "wanted"), SCALED)
+def test_a_tolerance_twice_as_large_is_about_the_same_place(support, wanted):
+    found = support.scaled(2.0)
+    inner = found.support if isinstance(found, bp.supports.Nodes) else found
+    within = inner.radius if isinstance(inner, bp.supports.Ball) else inner.within
+    assert within == pytest.approx(wanted)
+    assert found.recorded == support.recorded
+
+
+@pytest.mark.parametrize(
+    ("support", "message"),
+    [
+        (bp.supports.Nodes(np.array([0.1, 0.3])), r"Nodes without a support .* Give one"),
+        (bp.supports.Member((0, 0, 0), (0, 0, 1)), r"A whole supports.Member .* no recorded"),
+    ],
+)
+def test_what_has_no_tolerance_cannot_have_another(support, message):
+    with pytest.raises(ValueError, match=message):
+        support.scaled(2.0)

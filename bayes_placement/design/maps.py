@@ -20,6 +20,9 @@ from ._cells import grid
 from ._evaluation import Evaluation
 from ._question import only_about
 
+DOUBT = 2.0
+"""Standard errors, up to which a difference is not taken for real."""
+
 CHUNK = 100
 """Cells of a chunk: about a second of the paper's sizes, far more than it costs to hand out."""
 
@@ -131,6 +134,16 @@ def lead(whole: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
     first, then = whole.isel(best), whole.isel(compared)
     error = spread((first["kl_without"] - then["kl_without"]).values)
     return Lead(best, compared, float(first["kl"] - then["kl"]), float(error))
+
+
+def rivals(whole: xr.Dataset) -> xr.DataArray:
+    """Tell which placements of a map are no worse than the best, within two standard errors."""
+    values = whole["kl_without"]
+    names = [str(name) for name in whole["kl"].dims]
+    best = lead(whole).best
+    behind = (values.isel(best) - values).transpose(*names, "replicate").values
+    difference = (whole["kl"].isel(best) - whole["kl"]).transpose(*names).values
+    return whole["kl"].copy(data=difference <= DOUBT * spread(behind))
 
 
 def _labelled(

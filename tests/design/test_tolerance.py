@@ -1,0 +1,74 @@
+"""tolerance: what is learnt with better jigs, and what the same places give."""
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import design, information
+from models import bar
+
+PLACES = np.array([0.2, 0.25, 0.3, 0.4])
+SMALL = information.KDE(n_h=128, n_p=64)
+
+
+@pytest.fixture(scope="module")
+def study():
+    experiment = bar.placed(0.3, 0.3, None, structure=bar.bar(0.04, bar.PRIOR))
+    shares = []
+    found = design.tolerance_study(
+        experiment, {"s1": PLACES, "a1": [0.25]}, estimator=SMALL, progress=shares.append
+    )
+    assert np.all(np.diff(shares) >= 0) and shares[-1] == 1
+    return found
+
+
+def declared(factor):
+    """The same map with the tolerance as it would be declared."""
+    one = bar.placed(0.3, 0.3, None, structure=bar.bar(0.04, bar.PRIOR))
+    seats = [bp.supports.Segment(at, within=0.04 * factor) for at in PLACES]
+    across = [bp.supports.Segment(0.25, within=0.04 * factor)]
+    return bp.information_map(one, {"s1": seats, "a1": across}, estimator=SMALL)
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.25])
+def test_each_map_is_that_of_the_tolerance(study, factor):
+    found = study.maps["kl"].sel(tolerance=factor)
+    np.testing.assert_allclose(found.values, declared(factor)["kl"].values, rtol=1e-5)
+
+
+def test_the_table_says_what_a_jig_buys(study):
+    table, kl = study.table, study.maps["kl"]
+    assert list(table.index) == [1.0, 0.5, 0.25]
+    home = int(np.argmax(kl.sel(tolerance=1.0).values))
+    for factor in table.index:
+        row, one = table.loc[factor], kl.sel(tolerance=factor).values.ravel()
+        assert row["s1"] == PLACES[np.argmax(one)] and row["a1"] == 0.25
+        assert row["bought"] == pytest.approx(one.max() - kl.sel(tolerance=1.0).values.max())
+        assert row["moved"] == pytest.approx(one.max() - one[home])
+    assert table["bought"][0.25] > table["bought"][0.5] > 5 * table["bought_se"][0.5] > 0
+
+
+def test_it_speaks(study):
+    first, second, _ = str(study).splitlines()
+    assert first.startswith("1 times the tolerance: best s1 at 0.25, a1 at 0.25, ")
+    assert second.startswith("0.5 times the tolerance: best s1 at") and "nat more" in second
+
+
+@pytest.mark.parametrize("factors", [[], [1.0, 0.0]])
+def test_tolerances_are_positive(factors):
+    with pytest.raises(ValueError, match=r"factors=.* positive multiples of the tolerance"):
+        design.tolerance_study(bar.placed(0.3, 0.3, None), {"s1": [0.5]}, factors=factors)
+
+
+def test_a_place_without_tolerance_has_none_to_change():
+    one = bar.placed(0.3, 0.3, None)
+    exact = bp.Experiment(
+        one.structure,
+        sensors=[bp.Sensor("s1", at=0.3)],
+        actuators=list(one.actuator.values()),
+        frequency=one.frequency,
+        observe=one.observe,
+        noise=None,
+    )
+    with pytest.raises(ValueError, match=r'Sensor "s1" was to have 1 times its tolerance, but'):
+        design.tolerance_study(exact, {"s1": [0.5]})
