@@ -41,7 +41,9 @@ ORDER = """
     information._divergence information._points information._estimator information._kernels
     information._modal_products information.kde information.exact information.expected_gain
     information design._candidates design._cells design._running design._evaluation design.maps
-    design._rules design.search design.place design
+    design._rules design._fewer design._offer design._regions design.search design.exhaustive
+    design.sequential design.forward design.evolutionary design.place
+    design.effective_independence design
     _results simulate symmetries infer methods
     criticism._residuals criticism._edges criticism._statistics criticism.correlation
     criticism.discrepancy criticism.misfit criticism.check

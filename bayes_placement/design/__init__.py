@@ -3,8 +3,22 @@
 Ways to search for a placement. Not known here: how information is estimated, measurements.
 """
 
+from .effective_independence import EffectiveIndependence, effective_independence
+from .evolutionary import Evolutionary
+from .exhaustive import Exhaustive
+from .forward import Forward
 from .maps import Lead, lead
 from .place import Placement
-from .search import Exhaustive, Sequential
+from .sequential import Sequential
 
-__all__ = ["Exhaustive", "Lead", "Placement", "Sequential", "lead"]
+__all__ = [
+    "EffectiveIndependence",
+    "Evolutionary",
+    "Exhaustive",
+    "Forward",
+    "Lead",
+    "Placement",
+    "Sequential",
+    "effective_independence",
+    "lead",
+]
