@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._sites import unknowns
 from .._vectors import triple
 from ..experiment import Experiment, is_placement
 from ..supports import Support
@@ -37,7 +38,7 @@ class Candidates(NamedTuple):
     name: str
     recorded: np.ndarray
     laws: list[Tree]
-    nominal: list[dict[str, float]]
+    nominal: list[dict[str, float | int]]
 
     def points(self) -> np.ndarray:
         """Recorded places [candidate, coordinate] [m]."""
@@ -65,9 +66,7 @@ class Candidates(NamedTuple):
         return laws, {name: np.array([self.nominal[i][name] for i in chosen]) for name in names}
 
 
-def candidates(
-    experiment: Experiment, places: Mapping[str, Sequence[Any] | np.ndarray]
-) -> list[Candidates]:
+def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candidates]:
     """Places to try for each transducer named, clipped to the structure with their tolerance.
 
     Raises
@@ -106,12 +105,12 @@ def where_it_is(experiment: Experiment, name: str) -> Candidates:
 
 
 def _as_candidates(experiment: Experiment, name: str, moved: Sequence[Transducer]) -> Candidates:
-    where = _path(experiment, name)
+    where = ".".join([*_path(experiment, name), "position"])
     nominal = [
         {
-            unknown.name: float(each.at_record(unknown.name))
-            for unknown in _with(experiment, {where: each.position}).unknowns
-            if unknown.name.startswith(f"{where[0]}.{name}.position")
+            site: np.asarray(each.at_record(site)).item()
+            for unknown in unknowns(each.position)
+            for site in [".".join([where, unknown.name]).rstrip(".")]
         }
         for each in moved
     ]

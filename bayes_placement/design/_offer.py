@@ -129,7 +129,7 @@ class Offer(NamedTuple):
 
     def price(self, crew: Sequence[str]) -> float:
         """What they must teach [nat]."""
-        return sum(self.cost.get(name, 0.0) for name in crew)
+        return float(sum(self.cost.get(name, 0.0) for name in crew))
 
 
 def at_places(

@@ -73,7 +73,7 @@ class Rules(NamedTuple):
         count = len(next(iter(where.values())))
         allowed = np.ones(count, dtype=bool)
         for places in where.values():
-            allowed &= ~self._in_forbidden(places)
+            allowed &= ~self.in_forbidden(places)
         for side in (experiment.sensor, experiment.actuator):
             there = {name: one for name, one in side.items() if name not in away}
             allowed &= self._far(there, where, count)
@@ -97,7 +97,8 @@ class Rules(NamedTuple):
             f"distance {self.least_distance:g} m. Give more places to try, or fewer rules."
         )
 
-    def _in_forbidden(self, where: np.ndarray) -> np.ndarray:
+    def in_forbidden(self, where: np.ndarray) -> np.ndarray:
+        """Which places [place, coordinate] are in a forbidden region."""
         found = np.zeros(len(where), dtype=bool)
         for low, high in self.forbidden:
             found |= np.all((where >= np.atleast_1d(low)) & (where <= np.atleast_1d(high)), axis=1)

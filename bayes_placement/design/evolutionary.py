@@ -9,6 +9,7 @@ from typing import NamedTuple
 import cmaes
 import equinox as eqx
 import numpy as np
+from scipy.stats import qmc
 
 from .._types import InfeasibleError
 from ..experiment import Experiment
@@ -20,13 +21,13 @@ from ._rules import Rules
 from .search import Search, Tried, nothing, of_each_crew, recorded
 
 WIDTH = 0.25
-"""Standard deviation of the first generation, as a share of each side of a region."""
+"""Greatest standard deviation with which a population begins, as a share of each side."""
 
 NEAR = 0.1
 """Share of each side of a region within which a placement is taken as a neighbour of the best."""
 
 SCATTERED = 4096
-"""Places among which the first middles of populations are chosen."""
+"""Quasi-random placements, of which the first that are allowed are tried."""
 
 TRIES = 20
 """How often a generation is drawn anew where rules leave too few of it."""
@@ -35,11 +36,11 @@ TRIES = 20
 class Evolutionary(Search):
     """Anywhere in regions, by evolution strategies with adapted covariance (CMA-ES).
 
-    Hansen (2016, arXiv 1604.00772), by the library `cmaes`. Several populations, which begin far
-    from each other, look for several maxima, such as mirror images; one that has come to rest
-    begins anew far from all others, until each has come to rest once. What rules forbid is drawn
-    again, so no placement that is tried breaks them. A generation of all populations is computed
-    at once.
+    Hansen (2016, arXiv 1604.00772), by the library `cmaes`. Placements scattered evenly come first.
+    Populations begin at the best of them that are far from each other, so that they find several
+    maxima, such as mirror images; one that has come to rest begins anew, until each has come to
+    rest once. What rules forbid is drawn again, so no placement that is tried breaks them. A
+    generation of all populations is computed at once.
 
     Parameters
     ----------
@@ -47,24 +48,28 @@ class Evolutionary(Search):
         Populations.
     size
         Placements of each population in a generation.
+    scattered
+        Generations that are scattered evenly.
     generations
-        Generations, at most.
+        Generations that are bred, at most.
     accuracy
         Share of the sides of its region to which a population narrows down before it rests.
     """
 
     populations: int = eqx.field(static=True, default=4)
     size: int = eqx.field(static=True, default=8)
+    scattered: int = eqx.field(static=True, default=4)
     generations: int = eqx.field(static=True, default=100)
     accuracy: float = eqx.field(static=True, default=0.01)
 
     def __check_init__(self) -> None:
-        if min(self.populations, self.generations) < 1 or self.size < 4 or not self.accuracy > 0:
+        counts = (self.populations, self.scattered, self.generations)
+        if min(counts) < 1 or self.size < 4 or not self.accuracy > 0:
             raise ValueError(
-                f"Evolutionary(populations={self.populations}, size={self.size}, "
-                f"generations={self.generations}, accuracy={self.accuracy:g}) was given; at least "
-                "one population of four, one generation, and a positive accuracy are needed: "
-                "Evolutionary(populations=4, size=8)."
+                f"Evolutionary(populations={self.populations}, size={self.size}, scattered="
+                f"{self.scattered}, generations={self.generations}, accuracy={self.accuracy:g}) "
+                "was given; at least one population of four, one generation of each kind, and a "
+                "positive accuracy are needed: Evolutionary(populations=4, size=8)."
             )
 
     def tried(self, offer: Offer) -> Tried:
@@ -87,44 +92,64 @@ class Evolutionary(Search):
 
     def _bred(self, here: Evaluation, space: "_Space") -> Tried:
         random = np.random.default_rng(here.seed)
-        scattered = space.scattered(random)
-        if not len(scattered):
+        even = space.scattered(random, self.scattered * self.populations * self.size)
+        if not len(even):
             return nothing(here)
-        found = list(self._generations(here, space, scattered, random))
+        found = list(self._generations(here, space, even, random))
         share = np.concatenate([share for share, _ in found])
         learnt = np.concatenate([one.found for _, one in found])
         near = np.abs(share - share[np.argmax(learnt[:, 0])]).max(axis=1) < NEAR
         return Tried.joined([one for _, one in found])._replace(like_best=near)
 
     def _generations(
-        self,
-        here: Evaluation,
-        space: "_Space",
-        scattered: np.ndarray,
-        random: np.random.Generator,
+        self, here: Evaluation, space: "_Space", even: np.ndarray, random: np.random.Generator
     ) -> Iterator[tuple[np.ndarray, Tried]]:
-        begun: list[np.ndarray] = []
-
-        def begin() -> cmaes.CMA:
-            begun.append(_far_from(begun, scattered, random))
-            seed = int(random.integers(2**31))
-            return cmaes.CMA(begun[-1], WIDTH, seed=seed, population_size=self.size)
-
-        several = [begin() for _ in range(self.populations)]
+        """Shares of all placements of each generation, and what they teach."""
+        values = []
+        count = self.scattered + self.generations
+        for number, share in enumerate(np.split(even, self.scattered)):
+            tried = space.learnt(part(here, number, count), share)
+            values.append(tried.found[:, 0])
+            yield share, tried
+        nursery = _Nursery(even, np.concatenate(values), random)
+        several = [nursery.begin(self.size) for _ in range(self.populations)]
         rested = np.zeros(self.populations, dtype=bool)
-        for number in range(self.generations):
-            drawn = [_drawn(one, space, scattered, random) for one in several]
-            whole = space.sorted(np.concatenate(drawn))
-            tried = space.learnt(part(here, number, self.generations), whole)
-            yield whole, tried
-            values = np.split(-tried.found[:, 0], self.populations)
-            for place, (one, share, value) in enumerate(zip(several, drawn, values, strict=True)):
-                one.tell(list(zip(share, value, strict=True)))
-                if np.ptp(share, axis=0).max() < self.accuracy or one.should_stop():
-                    begun.append(one.mean)
-                    rested[place], several[place] = True, begin()
+        for number in range(self.scattered, count):
+            drawn = [_drawn(one, space, even, random) for one in several]
+            share = space.sorted(np.concatenate(drawn))
+            tried = space.learnt(part(here, number, count), share)
+            yield share, tried
+            losses = np.split(-tried.found[:, 0], self.populations)
+            for place, (own, loss) in enumerate(zip(drawn, losses, strict=True)):
+                several[place].tell(list(zip(own, loss, strict=True)))
+                if np.ptp(own, axis=0).max() < self.accuracy or several[place].should_stop():
+                    rested[place] = True
+                    several[place] = nursery.begin(self.size, space.sorted(own).mean(axis=0))
             if rested.all():
                 return
+
+
+class _Nursery:
+    """Where populations begin: at the best scattered placements that are far from all before."""
+
+    def __init__(self, even: np.ndarray, values: np.ndarray, random: np.random.Generator):
+        self._even, self._values, self._random = even, values, random
+        self._distance = np.full(len(even), np.inf)
+        self._width = min(WIDTH, len(even) ** (-1 / even.shape[1]))  # about that between them
+
+    def begin(self, size: int, ended: np.ndarray | None = None) -> cmaes.CMA:
+        """Return a new population, far from where others began and the last one ended."""
+        if ended is not None:
+            self._keep_off(ended)
+        far = self._distance > 2 * self._width
+        worth = np.where(far, self._values, -np.inf) if far.any() else self._distance
+        middle = self._even[np.argmax(worth)]
+        self._keep_off(middle)
+        seed = int(self._random.integers(2**31))
+        return cmaes.CMA(middle, self._width, seed=seed, population_size=size)
+
+    def _keep_off(self, place: np.ndarray) -> None:
+        self._distance = np.minimum(self._distance, np.abs(self._even - place).max(axis=1))
 
 
 class _Space(NamedTuple):
@@ -159,11 +184,21 @@ class _Space(NamedTuple):
         inside = np.all((share >= 0) & (share <= 1), axis=1)
         return inside & self.rules.allowed(self.experiment, where)
 
-    def scattered(self, random: np.random.Generator) -> np.ndarray:
-        """Placements all over the regions that are allowed."""
+    def scattered(self, random: np.random.Generator, count: int) -> np.ndarray:
+        """So many placements all over the regions that are allowed; none if none is."""
         sides = sum(len(one.sides) for one in self.regions)
-        share = random.uniform(size=(SCATTERED, sides))
-        return share[self.allowed(share)]
+        share = qmc.Sobol(sides, rng=random).random(SCATTERED)
+        found = share[self.allowed(share)]
+        if len(found) < count:
+            each = [random.choice(own, SCATTERED) for own in self._alone(share) if len(own)]
+            share = np.concatenate(each, axis=1) if len(each) == len(self.regions) else share[:0]
+            found = np.concatenate([found, share[self.allowed(share)]])
+        return self.sorted(np.resize(found, (count if len(found) else 0, sides)))
+
+    def _alone(self, share: np.ndarray) -> list[np.ndarray]:
+        """Shares of each region that are allowed as far as it alone is concerned."""
+        pairs = zip(self.regions, self.of_each(share), strict=True)
+        return [own[~self.rules.in_forbidden(one.points(own))] for one, own in pairs]
 
     def sorted(self, share: np.ndarray) -> np.ndarray:
         """Placements with those that can be exchanged in the order of their shares."""
@@ -210,25 +245,15 @@ def _some(experiment: Experiment, one: Region) -> Candidates:
     return one.candidates(experiment, share)
 
 
-def _far_from(
-    others: Sequence[np.ndarray], scattered: np.ndarray, random: np.random.Generator
-) -> np.ndarray:
-    """Choose the placement that is farthest from others."""
-    if not others:
-        return scattered[random.integers(len(scattered))]
-    steps = scattered[:, None] - np.stack(others)
-    return scattered[np.argmax(np.linalg.norm(steps, axis=-1).min(axis=1))]
-
-
 def _drawn(
-    population: cmaes.CMA, space: _Space, scattered: np.ndarray, random: np.random.Generator
+    population: cmaes.CMA, space: _Space, even: np.ndarray, random: np.random.Generator
 ) -> np.ndarray:
     """Draw a generation that keeps to the rules; drawn from everywhere if it can hardly do so."""
     size = population.population_size
-    found = np.zeros((0, scattered.shape[1]))
+    found = np.zeros((0, even.shape[1]))
     for _ in range(TRIES):
         drawn = np.stack([population.ask() for _ in range(size)])
         found = np.concatenate([found, drawn[space.allowed(drawn)]])
         if len(found) >= size:
             return found[:size]
-    return np.concatenate([found, random.choice(scattered, size - len(found))])
+    return np.concatenate([found, random.choice(even, size - len(found))])

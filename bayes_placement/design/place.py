@@ -89,10 +89,10 @@ class Placement:
     def _left_out(self) -> str:
         if not self.away:
             return ""
-        several = len(self.away) > 1
-        verb, costs = ("teach", "they cost") if several else ("teaches", "it costs")
-        left = "are left out" if several else "is left out"
-        return f" {' and '.join(self.away)} {left}: {verb} less than {costs}."
+        if len(self.away) == 1:
+            return f" {self.away[0]} is left out: it teaches less than it costs."
+        names = " and ".join(self.away)
+        return f" {names} are left out: they teach less than they cost."
 
 
 def place(
@@ -145,7 +145,9 @@ def place(
     how = Exhaustive() if search is None else search
     rules = Rules(tuple(forbidden), float(least_distance))
     evaluation = Evaluation(experiment, own, key, nominal, executor, store, CHUNK, progress)
-    offer = Offer(evaluation, places, rules, dict(cost or {})).checked()
+    offer = Offer(
+        evaluation, places, rules, {name: float(each) for name, each in (cost or {}).items()}
+    ).checked()
     tried = how.tried(offer)
     progress(1.0)
     return _best(offer, _distinct(tried), type(how).__name__)

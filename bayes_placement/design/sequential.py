@@ -59,7 +59,7 @@ class Sequential(Search):
                 cells = _allowed(rules, here, whole, _along(now, column, counts), counts)
                 if not len(cells):
                     return
-                learnt = at_places(step, whole, cells, counts.max())
+                learnt = at_places(step, whole, cells, int(counts.max()))
                 now = cells[np.argmax(learnt[:, 0])]
                 tried = Tried.of(recorded(whole, cells), learnt)
                 chosen = np.all(now < counts)
@@ -83,7 +83,7 @@ def _allowed(
     counts: np.ndarray,
 ) -> np.ndarray:
     """Cells that are allowed; those that were not moved yet will be, and do not count."""
-    chosen = [column for column, known in enumerate((cells < counts).all(axis=0)) if known]
+    chosen = [column for column, known in enumerate(np.min(cells < counts, axis=0)) if known]
     own = [whole[column] for column in chosen]
     away = {one.name for one in whole} - {one.name for one in own}
     return cells[rules.cells(here.experiment, own, cells[:, chosen], away)]

@@ -97,8 +97,3 @@ def test_a_place_in_space_has_three_coordinates():
     found = bp.place(one, {"s1": seats}, estimator=SMALL)
     assert [*found.tried.columns][:3] == ["s1.x", "s1.y", "s1.z"]
     assert "s1 at (0." in str(found)
-
-
-def test_rules_that_leave_nothing_are_refused(experiment):
-    with pytest.raises(ValueError, match=r"None of 6 placements is allowed: forbidden regions"):
-        bp.place(experiment, {"s1": GRID}, estimator=SMALL, forbidden=[(0.0, 1.0)])
