@@ -75,6 +75,7 @@ def effective_independence(
     information of the modal coordinates, until as many are left as there are sensors (Kammer 1991,
     DOI 10.2514/3.20636). It knows mode shapes only: nothing of damping, of what is unknown, of the
     glue's tolerance, nor of the actuators. A place with several directions counts as a whole.
+    Removing one by one need not end at the largest determinant of all choices.
 
     Parameters
     ----------

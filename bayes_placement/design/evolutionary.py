@@ -216,33 +216,32 @@ class _Space(NamedTuple):
         return np.concatenate(each, axis=1)
 
     def learnt(self, here: Evaluation, share: np.ndarray) -> Tried:
-        """Information at placements.
-
-        Raises
-        ------
-        InfeasibleError
-            If each place would be compiled by itself.
-        """
+        """Information at placements."""
         several = [
             one.candidates(self.experiment, own)
             for one, own in zip(self.regions, self.of_each(share), strict=True)
         ]
-        for one in several:
-            if one.kinds().max() > len(share) // 2:
-                raise InfeasibleError(
-                    f'The tolerance of "{one.name}" is a law of another form at each place, which '
-                    "would be compiled by itself; one that differs in numbers only is needed. "
-                    "Declare at=supports.Box(...), or search a list of places by "
-                    "search=design.Exhaustive()."
-                )
         cells = np.repeat(np.arange(len(share))[:, None], len(several), axis=1)
         return Tried.of(recorded(several, cells), at_places(here, several, cells, len(share)))
 
 
 def _some(experiment: Experiment, one: Region) -> Candidates:
-    """Some places of a region."""
+    """Some places of a region.
+
+    Raises
+    ------
+    InfeasibleError
+        If each place would be compiled by itself.
+    """
     share = np.linspace(0.3, 0.7, 3)[:, None] * np.ones(len(one.sides))
-    return one.candidates(experiment, share)
+    several = one.candidates(experiment, share)
+    if np.unique(several.kinds()).size == len(share):
+        raise InfeasibleError(
+            f'The tolerance of "{one.name}" is a law of another form at each place, which would be '
+            "compiled by itself; one that differs in numbers only is needed. Declare "
+            "at=supports.Box(...), or search a list of places by search=design.Exhaustive()."
+        )
+    return several
 
 
 def _drawn(
