@@ -25,6 +25,9 @@ from .exhaustive import Exhaustive
 from .maps import CHUNK, ahead
 from .search import Search, Tried
 
+SLIGHT = 0.01
+"""Share of what is learnt that is no difference to speak of, however small its error."""
+
 
 @dataclass(frozen=True)
 class Placement:
@@ -83,7 +86,8 @@ class Placement:
     def _lead(self) -> str:
         if not np.isfinite(self.ahead):
             return ""
-        sure = "" if self.ahead > 2 * self.ahead_se else ", which is no difference to speak of"
+        least = max(2 * self.ahead_se, SLIGHT * abs(self.kl))
+        sure = "" if self.ahead > least else ", which is no difference to speak of"
         return f", {self.ahead:.2g} ± {self.ahead_se:.2g} more than the second best{sure}"
 
     def _left_out(self) -> str:

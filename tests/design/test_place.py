@@ -1,10 +1,13 @@
 """place: the best of a grid, one at a time, what is forbidden, and how sure the best is."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import bayes_placement as bp
 from bayes_placement import design, information
+from bayes_placement.design._rules import Rules
 from models import bar
 from tests.effects import models_in_space
 
@@ -75,6 +78,23 @@ def test_sensors_keep_their_distance():
     assert np.all(np.abs(alone.tried["s1"] - 0.7) >= 0.2)
 
 
+def test_the_result_says_what_it_took(whole):
+    assert whole.search == "Exhaustive" and whole.evaluations == GRID.size**2
+    assert whole.away == () and whole.cost == 0 and whole.net == whole.kl
+    assert [*whole.tried.columns] == ["s1", "a1", "kl", "kl_se", "cost", "net"]
+
+
+def test_adding_one_at_a_time_begins_with_sensor_and_actuator_together(experiment, whole):
+    places = {"s1": GRID, "a1": GRID}
+    found = bp.place(experiment, places, estimator=SMALL, search=design.Forward())
+    assert found.kl == whole.kl and found.positions == whole.positions
+
+
+def test_one_place_has_no_second_best(experiment):
+    found = bp.place(experiment, {"s1": [0.25], "a1": [0.25]}, estimator=SMALL)
+    assert str(found).endswith("nat.") and np.isnan(found.ahead_se)
+
+
 def test_it_says_where_and_how_sure(whole):
     said = str(whole)
     assert said.startswith("Best of 36 placements: s1 at 0.") and "more than the second" in said
@@ -97,3 +117,53 @@ def test_a_place_in_space_has_three_coordinates():
     found = bp.place(one, {"s1": seats}, estimator=SMALL)
     assert [*found.tried.columns][:3] == ["s1.x", "s1.y", "s1.z"]
     assert "s1 at (0." in str(found)
+
+
+def test_a_box_is_forbidden_in_space():
+    where = {"s1": np.array([[0.1, 0.08, 0.0], [0.2, 0.15, 0.0], [0.2, 0.25, 0.0]])}
+    rules = Rules([((0.15, 0.1, -1.0), (0.3, 0.2, 1.0))], 0.12)
+    actuator = bp.Actuator("a1", at=(0.1, 0.08, 0.0))
+    one = SimpleNamespace(sensor={"s1": None}, actuator={"a1": actuator})
+    assert rules.allowed(one, where).tolist() == [True, False, True]
+    both = {"s1": where["s1"][:2], "s2": where["s1"][[1, 2]]}
+    two = SimpleNamespace(sensor=dict.fromkeys(both), actuator={})
+    assert Rules((), 0.12).allowed(two, both).tolist() == [True, False]
+
+
+def test_supports_on_several_members_are_candidates_as_well():
+    scene = models_in_space.frame()
+    start, corner = models_in_space.FEET["left foot"], models_in_space.CORNERS["left column"]
+    end = models_in_space.CORNERS["beam"]
+    seats = [
+        bp.supports.Member(low, high, centre=tuple(np.add(low, high) / 2), within=0.03)
+        for low, high in ((start, corner), (corner, end))
+    ]
+    one = bp.Experiment(
+        bp.Structure(scene.modes, damping=bp.damping.Modal(bar.PRIOR)),
+        sensors=[bp.Sensor("s1", at=seats[0], directions=(2,))],
+        actuators=[bp.Actuator("a1", at=tuple(scene.place), directions=(2,))],
+        frequency=scene.frequency[:3],
+        observe=bp.observe.LogAmplitude("acceleration"),
+        noise=bp.noise.Gaussian(0.02),
+    )
+    found = [
+        bp.place(one, {"s1": seats}, estimator=SMALL, search=search)
+        for search in (design.Exhaustive(), design.Forward())
+    ]
+    assert len({tuple(each.positions["s1"]) for each in found}) == 1
+    np.testing.assert_allclose([each.kl for each in found], found[0].kl, rtol=1e-5)
+
+
+def test_a_tolerance_in_nodes_is_refused_by_the_estimate():
+    scene = models_in_space.plate()
+    box = bp.supports.Box((0.1, 0.08, 0.0), within=(0.05, 0.05, 0.0))
+    one = bp.Experiment(
+        bp.Structure(scene.modes, damping=bp.damping.Modal(bar.PRIOR)),
+        sensors=[bp.Sensor("s1", at=bp.supports.Nodes(scene.matrices.position, box))],
+        actuators=[bp.Actuator("a1", at=(0.3, 0.1, 0.0))],
+        frequency=scene.frequency[:3],
+        observe=bp.observe.LogAmplitude("acceleration"),
+        noise=None,
+    )
+    with pytest.raises(ValueError, match=r'"sensor.s1.position.node" has the law Categorical'):
+        bp.place(one, {"s1": [(0.1, 0.08, 0.0), (0.2, 0.15, 0.0)]}, estimator=SMALL)
