@@ -138,7 +138,9 @@ def place(
     cost
         What a transducer must teach to be worth its place [nat], by name. What has a cost may be
         left out; the best placement is the one that teaches most less what it costs. All others
-        are always placed.
+        are always placed. Estimates by kernels (`information.KDE`) or nested averages
+        (`ExpectedGain`) may be too low, and more so with more sensors: then rather too few than too
+        many are found worth their cost, and more draws help.
 
     Raises
     ------

@@ -1,7 +1,5 @@
 """place: the best of a grid, one at a time, what is forbidden, and how sure the best is."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -102,32 +100,41 @@ def test_it_says_where_and_how_sure(whole):
     assert said.endswith("which is no difference to speak of.")
 
 
-def test_a_place_in_space_has_three_coordinates():
+SEATS = [(0.1, 0.08, 0.0), (0.2, 0.15, 0.0), (0.2, 0.25, 0.0)]
+
+
+def on_plate(*supports):
     scene = models_in_space.plate()
-    law = bp.damping.Modal(bar.PRIOR)
-    seats = [(0.1, 0.08, 0.0), (0.2, 0.15, 0.0)]
-    one = bp.Experiment(
-        bp.Structure(scene.modes, damping=law),
-        sensors=[bp.Sensor("s1", at=bp.supports.Box(seats[0], within=(0.01, 0.01, 0)))],
-        actuators=[bp.Actuator("a1", at=(0.3, 0.1, 0.0))],
+    sensors = [bp.Sensor(f"s{number}", at=at) for number, at in enumerate(supports, start=1)]
+    return bp.Experiment(
+        bp.Structure(scene.modes, damping=bp.damping.Modal(bar.PRIOR)),
+        sensors=sensors,
+        actuators=[bp.Actuator("a1", at=SEATS[0])],
         frequency=scene.frequency[:3],
         observe=bp.observe.LogAmplitude("acceleration"),
         noise=bp.noise.Gaussian(0.02),
     )
-    found = bp.place(one, {"s1": seats}, estimator=SMALL)
+
+
+def box(seat, size=0.01):
+    return bp.supports.Box(seat, within=(size, size, 0.0))
+
+
+def test_a_place_in_space_has_three_coordinates():
+    found = bp.place(on_plate(box(SEATS[0])), {"s1": SEATS[:2]}, estimator=SMALL)
     assert [*found.tried.columns][:3] == ["s1.x", "s1.y", "s1.z"]
     assert "s1 at (0." in str(found)
 
 
-def test_a_box_is_forbidden_in_space():
-    where = {"s1": np.array([[0.1, 0.08, 0.0], [0.2, 0.15, 0.0], [0.2, 0.25, 0.0]])}
-    rules = Rules([((0.15, 0.1, -1.0), (0.3, 0.2, 1.0))], 0.12)
-    actuator = bp.Actuator("a1", at=(0.1, 0.08, 0.0))
-    one = SimpleNamespace(sensor={"s1": None}, actuator={"a1": actuator})
-    assert rules.allowed(one, where).tolist() == [True, False, True]
-    both = {"s1": where["s1"][:2], "s2": where["s1"][[1, 2]]}
-    two = SimpleNamespace(sensor=dict.fromkeys(both), actuator={})
-    assert Rules((), 0.12).allowed(two, both).tolist() == [True, False]
+def test_rules_hold_in_space():
+    two = on_plate(box(SEATS[0]), box(SEATS[1]))
+    seats = np.array(SEATS)
+    rules = Rules([((0.15, 0.1, -1.0), (0.3, 0.2, 1.0))])
+    assert rules.allowed(two, {"s1": seats}, ["s2"]).tolist() == [True, False, True]
+    # An actuator may sit where a sensor does; the second and the third are 0.1 m apart.
+    pairs = {"s1": seats[:2], "s2": seats[1:]}
+    assert Rules((), 0.101).allowed(two, pairs).tolist() == [True, False]
+    assert Rules((), 0.099).allowed(two, pairs).tolist() == [True, True]
 
 
 def test_supports_on_several_members_are_candidates_as_well():
@@ -155,15 +162,6 @@ def test_supports_on_several_members_are_candidates_as_well():
 
 
 def test_a_tolerance_in_nodes_is_refused_by_the_estimate():
-    scene = models_in_space.plate()
-    box = bp.supports.Box((0.1, 0.08, 0.0), within=(0.05, 0.05, 0.0))
-    one = bp.Experiment(
-        bp.Structure(scene.modes, damping=bp.damping.Modal(bar.PRIOR)),
-        sensors=[bp.Sensor("s1", at=bp.supports.Nodes(scene.matrices.position, box))],
-        actuators=[bp.Actuator("a1", at=(0.3, 0.1, 0.0))],
-        frequency=scene.frequency[:3],
-        observe=bp.observe.LogAmplitude("acceleration"),
-        noise=None,
-    )
+    nodes = bp.supports.Nodes(models_in_space.plate().matrices.position, box(SEATS[0], 0.05))
     with pytest.raises(ValueError, match=r'"sensor.s1.position.node" has the law Categorical'):
-        bp.place(one, {"s1": [(0.1, 0.08, 0.0), (0.2, 0.15, 0.0)]}, estimator=SMALL)
+        bp.place(on_plate(nodes), {"s1": SEATS[:2]}, estimator=SMALL)
