@@ -181,6 +181,8 @@ def test_none_may_be_worth_its_cost_beside_those_mounted():
         assert found.kl == pytest.approx(learnt([0.3])) and found.cost == 0
         assert "nothing placed" in str(found)
         assert str(found).endswith("s2 and s3 are left out: they teach less than they cost.")
+        if search == design.Forward():
+            assert found.evaluations == 1 + GRID.size  # as it is, and one more; then it stops
 
 
 def test_what_has_no_cost_is_always_placed():
@@ -188,6 +190,7 @@ def test_what_has_no_cost_is_always_placed():
         found = placed(TWO, cost={"s2": 5.0}, sensors=TWO, search=search)
         assert set(found.positions) == {"s1"} and found.away == ("s2",)
         assert "s1" in found.tried and found.tried["s1"].notna().all()
+    assert found.evaluations == 2 * GRID.size  # what must be there comes first
 
 
 def test_too_many_sensors_for_the_rules_are_no_obstacle_to_fewer():
