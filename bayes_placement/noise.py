@@ -5,7 +5,7 @@ Not known here: the structure, placement, how z came from the FRF.
 
 import abc
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -15,6 +15,9 @@ from numpyro.distributions import Distribution, MultivariateNormal, Normal
 
 from ._sites import is_unknown, unit
 from ._types import Parameter, Response
+
+Chosen: TypeAlias = slice | np.ndarray
+"""Some channels: a slice of them, or their numbers."""
 
 
 class Data(eqx.Module):
@@ -78,7 +81,7 @@ class Noise(eqx.Module):
         """Standard deviation of each output, in the unit of z; None where it is not known."""
         return None
 
-    def of(self, sensors: slice = slice(None), actuators: slice = slice(None)) -> "Noise":
+    def of(self, sensors: Chosen = slice(None), actuators: Chosen = slice(None)) -> "Noise":
         """Return the noise of some sensor and actuator channels."""
         return self
 
@@ -114,7 +117,7 @@ class Gaussian(Noise):
         """Return sigma for every output; None where it is a distribution."""
         return None if is_unknown(self.sigma) else _as_outputs(self.sigma, data.z)
 
-    def of(self, sensors: slice = slice(None), actuators: slice = slice(None)) -> "Gaussian":
+    def of(self, sensors: Chosen = slice(None), actuators: Chosen = slice(None)) -> "Gaussian":
         """Return the noise of some channels, where each has a level of its own."""
         level = self.sigma
         alone = not is_unknown(level) and jnp.ndim(level) == 3  # type: ignore[arg-type]
@@ -190,7 +193,7 @@ class FromCoherence(Noise):
         return data.deviation * jnp.asarray(self.factor)
 
 
-def _channels(sigma: Array, sensors: slice, actuators: slice) -> Array:
+def _channels(sigma: Array, sensors: Chosen, actuators: Chosen) -> Array:
     sigma = sigma[sensors] if sigma.shape[0] > 1 else sigma
     return sigma[:, actuators] if sigma.shape[1] > 1 else sigma
 

@@ -43,7 +43,9 @@ ORDER = """
     information.expected_gain information.separation information
     design._candidates design._question design._fingerprint design._cells design._store
     design._running design._evaluation design.maps design.tolerance
-    design._rules design.search design.place design
+    design._rules design._fewer design._offer design._regions design.search design.exhaustive
+    design.sequential design.forward design.evolutionary design.place
+    design.effective_independence design
     _results simulate symmetries infer methods
     criticism._residuals criticism._edges criticism._statistics criticism.correlation
     criticism.discrepancy criticism.misfit criticism.check

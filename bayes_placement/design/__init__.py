@@ -3,17 +3,25 @@
 Ways to search for a placement. Not known here: how information is estimated, measurements.
 """
 
+from .effective_independence import EffectiveIndependence, effective_independence
+from .evolutionary import Evolutionary
+from .exhaustive import Exhaustive
+from .forward import Forward
 from .maps import Lead, lead, rivals
 from .place import Placement
-from .search import Exhaustive, Sequential
+from .sequential import Sequential
 from .tolerance import ToleranceStudy, tolerance_study
 
 __all__ = [
+    "EffectiveIndependence",
+    "Evolutionary",
     "Exhaustive",
+    "Forward",
     "Lead",
     "Placement",
     "Sequential",
     "ToleranceStudy",
+    "effective_independence",
     "lead",
     "rivals",
     "tolerance_study",

@@ -10,6 +10,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
+from .._sites import unknowns
 from .._vectors import triple
 from ..experiment import Experiment
 from ..supports import Support
@@ -36,14 +37,26 @@ class Candidates(NamedTuple):
     name: str
     recorded: np.ndarray
     laws: list[Tree]
-    nominal: list[dict[str, float]]
+    nominal: list[dict[str, float | int]]
+
+    def points(self) -> np.ndarray:
+        """Recorded places [candidate, coordinate] [m]."""
+        return self.recorded.reshape(len(self.laws), -1)
 
     def kinds(self) -> np.ndarray:
         """Number of the kind of each candidate; those of one kind differ in numbers only."""
         known: dict[Any, int] = {}
-        return np.array(
-            [known.setdefault(jax.tree.structure(law), len(known)) for law in self.laws]
-        )
+        return np.array([known.setdefault(_kind(law), len(known)) for law in self.laws])
+
+    def chosen(self, numbers: np.ndarray) -> "Candidates":
+        """Return some of them, in this order; each may be there several times."""
+        laws, nominal = ([them[i] for i in numbers] for them in (self.laws, self.nominal))
+        return Candidates(self.name, self.recorded[numbers], laws, nominal)
+
+    def along_with(self, other: "Candidates") -> "Candidates":
+        """Return these and then others."""
+        recorded = np.concatenate([self.recorded, other.recorded])
+        return Candidates(self.name, recorded, self.laws + other.laws, self.nominal + other.nominal)
 
     def stacked(self, chosen: np.ndarray) -> tuple[Tree, dict[str, np.ndarray]]:
         """Laws and nominal values of candidates of one kind, each number an array of them all."""
@@ -52,9 +65,7 @@ class Candidates(NamedTuple):
         return laws, {name: np.array([self.nominal[i][name] for i in chosen]) for name in names}
 
 
-def candidates(
-    experiment: Experiment, places: Mapping[str, Sequence[Any] | np.ndarray]
-) -> list[Candidates]:
+def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candidates]:
     """Places to try for each transducer named, clipped to the structure with their tolerance.
 
     Raises
@@ -71,24 +82,43 @@ def candidates(
 
 
 def _candidates(experiment: Experiment, name: str, places: Any) -> Candidates:
-    one = _transducer(experiment, name)
+    one = transducer(experiment, name)
+    if isinstance(places, Support):
+        raise ValueError(
+            f'{one.kind} "{name}" was given {places} to sit anywhere in; here a list of places to '
+            f'try is needed: {{"{name}": [0.25, 0.5]}}. search=design.Evolutionary() searches all '
+            "of a support."
+        )
     moved = [one.moved(_place(each), experiment.structure.modes) for each in places]
     if not moved:
         raise ValueError(
             f'{one.kind} "{name}" was given no place to try; at least one is needed: '
             f'{{"{name}": [0.25, 0.5]}}.'
         )
-    where = _path(experiment, name)
+    return _as_candidates(experiment, name, moved)
+
+
+def where_it_is(experiment: Experiment, name: str) -> Candidates:
+    """The present place of a transducer, as the only one to try."""
+    return _as_candidates(experiment, name, [transducer(experiment, name)])
+
+
+def _as_candidates(experiment: Experiment, name: str, moved: Sequence[Transducer]) -> Candidates:
+    where = ".".join([*_path(experiment, name), "position"])
     nominal = [
         {
-            unknown.name: float(each.at_record(unknown.name))
-            for unknown in _with(experiment, {where: each.position}).unknowns
-            if unknown.name.startswith(f"{where[0]}.{name}.position")
+            site: np.asarray(each.at_record(site)).item()
+            for unknown in unknowns(each.position)
+            for site in [".".join([where, unknown.name]).rstrip(".")]
         }
         for each in moved
     ]
     recorded = np.array([each.recorded for each in moved])
     return Candidates(name, recorded, [each.position for each in moved], nominal)
+
+
+def _kind(law: Tree) -> Any:
+    return jax.tree.structure(law), tuple(np.shape(leaf) for leaf in jax.tree.leaves(law))
 
 
 def _place(given: Any) -> Any:
@@ -97,7 +127,14 @@ def _place(given: Any) -> Any:
     return float(given) if np.ndim(given) == 0 else triple(given)
 
 
-def _transducer(experiment: Experiment, name: str) -> Transducer:
+def transducer(experiment: Experiment, name: str) -> Transducer:
+    """Transducer of this name.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
     known = {**experiment.sensor, **experiment.actuator}
     if name not in known:
         raise ValueError(

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from jaxtyping import Float
 
 from .._types import Progress, no_progress
 from ..experiment import Experiment
@@ -131,9 +132,25 @@ def lead(whole: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
         for place in order[[0, min(1, len(order) - 1)]]
     )
     compared = second if other is None else dict(other)
-    first, then = whole.isel(best), whole.isel(compared)
-    error = spread((first["kl_without"] - then["kl_without"]).values)
-    return Lead(best, compared, float(first["kl"] - then["kl"]), float(error))
+    found = (
+        np.concatenate([[float(at["kl"])], at["kl_without"].values])
+        for at in (whole.isel(best), whole.isel(compared))
+    )
+    return Lead(best, compared, *ahead(*found))
+
+
+def ahead(
+    best: Float[np.ndarray, "estimate"], other: Float[np.ndarray, "estimate"]
+) -> tuple[float, float]:
+    """By how much one placement is better than another, and the standard error of that [nat].
+
+    Parameters
+    ----------
+    best, other
+        Information of each, in all and without each replicate; what is common cancels.
+    """
+    difference = best - other
+    return float(difference[0]), float(spread(difference[1:]))
 
 
 def rivals(whole: xr.Dataset) -> xr.DataArray:

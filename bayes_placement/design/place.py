@@ -12,16 +12,22 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from .._bounds import said
 from .._types import Progress, no_progress
 from .._vectors import Recorded
 from ..experiment import Experiment
 from ..information._estimator import Estimator, spread
 from ..information.kde import KDE
 from ._evaluation import Evaluation
+from ._offer import Offer, Places
 from ._question import only_about
 from ._rules import Rules
-from .maps import CHUNK
-from .search import Exhaustive, Search, Tried
+from .exhaustive import Exhaustive
+from .maps import CHUNK, ahead
+from .search import Search, Tried
+
+SLIGHT = 0.01
+"""Share of what is learnt that is no difference to speak of, however small its error."""
 
 
 @dataclass(frozen=True)
@@ -31,36 +37,72 @@ class Placement:
     Parameters
     ----------
     positions
-        Recorded place of each transducer [m], by name.
+        Recorded place of each transducer that is placed [m], by name.
+    away
+        Names of those that are not worth their cost.
     kl, kl_se
         What is learnt there, and its standard error [nat].
+    cost
+        What those that are placed cost [nat].
     ahead, ahead_se
-        By how much more than at the second best placement, and its standard error [nat]; much of
-        both errors is common.
+        By how much more is learnt, less cost, than at the second best placement, and its standard
+        error [nat]; much of both errors is common. Placements next to the best one in a region are
+        not counted as the second best.
     tried
-        All placements, one a row, the best first.
+        All placements, one a row, the best first: places [m], `kl`, `kl_se`, `cost` and `net`, the
+        information less the cost [nat].
+    search
+        How it was searched for.
+    evaluations
+        How often information was estimated.
     """
 
     positions: dict[str, Any]
+    away: tuple[str, ...]
     kl: float
     kl_se: float
+    cost: float
     ahead: float
     ahead_se: float
     tried: pd.DataFrame
+    search: str
+    evaluations: int
+
+    @property
+    def net(self) -> float:
+        """What is learnt less what it costs [nat]."""
+        return self.kl - self.cost
 
     def __str__(self) -> str:
         """Say where, how much is learnt, and how sure that is."""
-        where = ", ".join(f"{name} at {_told(at)} m" for name, at in self.positions.items())
-        sure = "" if self.ahead > 2 * self.ahead_se else ", which is no difference to speak of"
-        return (
-            f"Best of {len(self.tried)} placements: {where}; {self.kl:.3g} ± {self.kl_se:.2g} nat, "
-            f"{self.ahead:.2g} ± {self.ahead_se:.2g} more than the second best{sure}."
+        where = ", ".join(
+            f"{name} at {said(np.round(at, 4))} m" for name, at in self.positions.items()
         )
+        price = f", less {self.cost:.3g} nat of cost" if self.cost else ""
+        return (
+            f"Best of {len(self.tried)} placements: {where or 'nothing placed'}; "
+            f"{self.kl:.3g} ± {self.kl_se:.2g} nat{price}{self._lead()}.{self._left_out()}"
+        )
+
+    def _lead(self) -> str:
+        if not np.isfinite(self.ahead):
+            return ""
+        least = max(2 * self.ahead_se, SLIGHT * abs(self.kl))
+        sure = "" if self.ahead > least else ", which is no difference to speak of"
+        return f", {self.ahead:.2g} ± {self.ahead_se:.2g} more than the second best{sure}"
+
+    def _left_out(self) -> str:
+        if not self.away:
+            return ""
+        if len(self.away) == 1:
+            return f" {self.away[0]} is left out: it teaches less than it costs."
+        names = " and ".join(self.away)
+        return f" {names} are left out: they teach less than they cost."
 
 
 def place(
     experiment: Experiment,
-    places: Mapping[str, Sequence[Any] | np.ndarray],
+    places: Places,
     *,
     search: Search | None = None,
     estimator: Estimator | None = None,
@@ -68,6 +110,7 @@ def place(
     nominal: Mapping[str, float] | None = None,
     forbidden: Sequence[tuple[Recorded, Recorded]] = (),
     least_distance: float = 0.0,
+    cost: Mapping[str, float] | None = None,
     key: int = 0,
     executor: Executor | None = None,
     store: str | Path | None = None,
@@ -75,22 +118,31 @@ def place(
 ) -> Placement:
     """Find where some sensors and actuators tell most about the parameters, Eq. (34).
 
-    Transducers that are not named stay where they are: those are mounted already.
+    Transducers that are not named stay where they are: those are mounted already. Those that
+    differ in their name only are exchangeable, and not tried twice.
 
     Parameters
     ----------
     experiment
         The experiment; each transducer that is moved keeps its tolerance.
     places
-        Recorded positions [m] (or supports) to try, by the name of the transducer.
+        By the name of the transducer: a list of recorded positions [m] or supports to try, or one
+        support, in all of which `design.Evolutionary` searches.
     search
-        `design.Exhaustive()` by default, or `design.Sequential()`.
+        `design.Exhaustive()` by default, `design.Sequential()`, `design.Forward()` or
+        `design.Evolutionary()`.
     estimator, about, nominal, key, executor, store, progress
         See `information_map`.
     forbidden
         Regions in which nothing may be recorded: low and high corner [m].
     least_distance
         Least distance [m] between sensors, and between actuators.
+    cost
+        What a transducer must teach to be worth its place [nat], by name. What has a cost may be
+        left out; the best placement is the one that teaches most less what it costs. All others
+        are always placed. Estimates by kernels (`information.KDE`) or nested averages
+        (`ExpectedGain`) may be too low, and more so with more sensors: then rather too few than too
+        many are found worth their cost, and more draws help.
 
     Raises
     ------
@@ -98,32 +150,49 @@ def place(
         If no placement is allowed, or the estimator cannot treat the experiment.
     """
     own = KDE() if estimator is None else estimator
+    how = Exhaustive() if search is None else search
     rules = Rules(tuple(forbidden), float(least_distance))
     asked, given = only_about(experiment, about, nominal)
     evaluation = Evaluation(asked, own, key, given, executor, store, CHUNK, progress)
-    one = (Exhaustive() if search is None else search).tried(evaluation, places, rules)
-    return _best(_distinct(one))
+    offer = Offer(
+        evaluation, places, rules, {name: float(each) for name, each in (cost or {}).items()}
+    ).checked()
+    tried = how.tried(offer)
+    progress(1.0)
+    return _best(offer, _distinct(tried), type(how).__name__)
 
 
 def _distinct(tried: Tried) -> Tried:
     """Each placement once."""
-    rows = [tuple(np.ravel(list(one.values())).tolist()) for one in tried.places]
+    rows = [
+        tuple((name, *np.ravel(at).tolist()) for name, at in one.items()) for one in tried.places
+    ]
     first = sorted({row: number for number, row in reversed(list(enumerate(rows)))}.values())
-    return Tried([tried.places[number] for number in first], tried.found[first])
+    places = [tried.places[number] for number in first]
+    return Tried(places, tried.found[first], tried.like_best[first], tried.evaluations)
 
 
-def _best(tried: Tried) -> Placement:
-    order = np.argsort(-tried.found[:, 0], kind="stable")
-    best, second = tried.found[order[0]], tried.found[order[min(1, len(order) - 1)]]
+def _best(offer: Offer, tried: Tried, search: str) -> Placement:
+    costs = np.array([offer.price(list(one)) for one in tried.places])
+    net = tried.found - costs[:, None]
+    order = np.argsort(-net[:, 0], kind="stable")
+    best = order[0]
+    others = [number for number in order[1:] if not (tried.like_best[[best, number]]).all()]
+    difference, error = ahead(net[best], net[others[0]]) if others else (np.inf, np.nan)
     table = pd.DataFrame([_row(tried.places[number]) for number in order])
     table["kl"], table["kl_se"] = tried.found[order, 0], spread(tried.found[order, 1:])
+    table["cost"], table["net"] = costs[order], net[order, 0]
     return Placement(
-        positions=tried.places[order[0]],
-        kl=float(best[0]),
-        kl_se=float(spread(best[1:])),
-        ahead=float(best[0] - second[0]),
-        ahead_se=float(spread(best[1:] - second[1:])),
+        positions=tried.places[best],
+        away=tuple(name for name in offer.places if name not in tried.places[best]),
+        kl=float(tried.found[best, 0]),
+        kl_se=float(spread(tried.found[best, 1:])),
+        cost=float(costs[best]),
+        ahead=difference,
+        ahead_se=error,
         tried=table,
+        search=search,
+        evaluations=tried.evaluations,
     )
 
 
@@ -136,9 +205,3 @@ def _row(places: Mapping[str, Any]) -> dict[str, float]:
         else:
             found |= {f"{name}.{axis}": float(x) for axis, x in zip("xyz", at, strict=True)}
     return found
-
-
-def _told(at: Any) -> str:
-    if np.ndim(at) == 0:
-        return f"{float(at):.4g}"
-    return f"({', '.join(f'{float(x):.4g}' for x in at)})"

@@ -1,23 +1,18 @@
-"""search: in, places to try; out, those that were tried and what they teach, the best among them.
+"""search: in, what may be placed where; out, placements that were tried and what they teach.
 
-Ways to search for a placement. Not known here: how information is estimated.
+What all ways to search have in common. Not known here: how information is estimated.
 """
 
 import abc
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
 
-from ..experiment import Experiment
-from ._candidates import Candidates, candidates
-from ._cells import grid
+from ._candidates import Candidates
 from ._evaluation import Evaluation
-from ._rules import Rules
-
-Places: TypeAlias = Mapping[str, Sequence[Any] | np.ndarray]
-"""Recorded positions [m] or supports to try, by the name of the transducer."""
+from ._offer import Crew, Offer, as_it_is, part
 
 
 class Tried(NamedTuple):
@@ -26,20 +21,41 @@ class Tried(NamedTuple):
     Parameters
     ----------
     places
-        Recorded place of each transducer [placement], by name.
+        Recorded place of each transducer that is there [placement], by name.
     found
         Information [placement, 1 + replicate] [nat], in all and without each replicate.
+    like_best
+        Which of them hardly differ from the best one [placement].
+    evaluations
+        How many placements were evaluated on the way.
     """
 
     places: list[dict[str, Any]]
     found: np.ndarray
+    like_best: np.ndarray
+    evaluations: int
+
+    @staticmethod
+    def of(places: list[dict[str, Any]], found: np.ndarray) -> "Tried":
+        """Placements all of which differ."""
+        return Tried(places, found, np.zeros(len(places), dtype=bool), len(places))
+
+    @staticmethod
+    def joined(several: Sequence["Tried"]) -> "Tried":
+        """All of them in one list."""
+        return Tried(
+            [place for one in several for place in one.places],
+            np.concatenate([one.found for one in several]),
+            np.concatenate([one.like_best for one in several]),
+            sum(one.evaluations for one in several),
+        )
 
 
 class Search(eqx.Module):
     """A way to search for the best placement."""
 
     @abc.abstractmethod
-    def tried(self, evaluation: Evaluation, places: Places, rules: Rules) -> Tried:
+    def tried(self, offer: Offer) -> Tried:
         """Try placements.
 
         Raises
@@ -49,73 +65,45 @@ class Search(eqx.Module):
         """
 
 
-class Exhaustive(Search):
-    """All combinations of the places given."""
-
-    def tried(self, evaluation: Evaluation, places: Places, rules: Rules) -> Tried:
-        """Try all that are allowed."""
-        several = candidates(evaluation.experiment, places)
-        cells = grid(several)
-        allowed = cells[rules.cells(evaluation.experiment, several, cells)]
-        return Tried(_recorded(several, allowed), evaluation.at(several, allowed))
+def nothing(evaluation: Evaluation) -> Tried:
+    """No placement at all."""
+    return Tried.of([], np.zeros((0, 1 + evaluation.estimator.replicates)))
 
 
-class Sequential(Search):
-    """One transducer at a time, the others where they are, until nothing moves any more.
+def of_each_crew(
+    offer: Offer, groups: Sequence[Crew], one: Callable[[Evaluation, Crew], Tried]
+) -> Tried:
+    """Placements tried with each choice of who is there, each choice searched by itself.
 
-    Papadimitriou (2004, DOI 10.1177/1077546304041768). For n transducers and m places each it
-    takes about n m evaluations a round in the place of m^n, and may end at a local maximum.
-
-    Parameters
-    ----------
-    rounds
-        Rounds, at most.
+    Raises
+    ------
+    ValueError
+        If none is allowed.
     """
-
-    rounds: int = eqx.field(static=True, default=5)
-
-    def tried(self, evaluation: Evaluation, places: Places, rules: Rules) -> Tried:
-        """Try the places of one transducer after the other."""
-        here, whole = evaluation, Tried([], np.zeros((0, 1 + evaluation.estimator.replicates)))
-        now: dict[str, int] = {}
-        for _ in range(self.rounds):
-            before = dict(now)
-            for name, several in places.items():
-                one = candidates(here.experiment, {name: several})
-                cells = grid(one)
-                cells = cells[rules.cells(here.experiment, one, cells)]
-                found = here.at(one, cells)
-                whole = _with(whole, _completed(here.experiment, one, cells, places), found)
-                now[name] = int(cells[np.argmax(found[:, 0]), 0])
-                here = here._replace(experiment=_moved(here.experiment, one[0], now[name], several))
-            if now == before:
-                break
-        return whole
+    crews = offer.crews(groups)
+    found = []
+    for number, crew in enumerate(crews):
+        here = part(offer.of(crew), number, len(crews))
+        found.append(one(here, crew) if crew else Tried.of([{}], as_it_is(here)))
+    whole = Tried.joined(found)
+    if not whole.places:
+        raise offer.rules.none_of()
+    return whole
 
 
-def _moved(experiment: Experiment, one: Candidates, place: int, several: Any) -> Experiment:
-    """Return the experiment with one transducer at one of its places."""
-    side = "sensor" if one.name in experiment.sensor else "actuator"
-    old = getattr(experiment, side)[one.name]
-    new = old.moved(several[place], experiment.structure.modes)
-    return eqx.tree_at(lambda tree: getattr(tree, side)[one.name], experiment, new)
-
-
-def _recorded(several: Sequence[Candidates], cells: np.ndarray) -> list[dict[str, Any]]:
+def recorded(several: Sequence[Candidates], cells: np.ndarray) -> list[dict[str, Any]]:
+    """Recorded place of each transducer at combinations of candidates [cell, transducer]."""
     return [
         {one.name: one.recorded[own] for one, own in zip(several, cell, strict=True)}
         for cell in cells
     ]
 
 
-def _completed(
-    experiment: Experiment, one: Sequence[Candidates], cells: np.ndarray, names: Mapping[str, Any]
-) -> list[dict[str, Any]]:
-    """Placements of one transducer, with the places of the others."""
-    known = {**experiment.sensor, **experiment.actuator}
-    others = {name: np.asarray(known[name].recorded) for name in names}
-    return [others | place for place in _recorded(one, cells)]
-
-
-def _with(whole: Tried, places: list[dict[str, Any]], found: np.ndarray) -> Tried:
-    return Tried([*whole.places, *places], np.concatenate([whole.found, found]))
+def once(groups: Sequence[Crew], several: Sequence[Candidates], cells: np.ndarray) -> np.ndarray:
+    """Which cells are left when those that can be exchanged are not tried twice."""
+    column = {one.name: number for number, one in enumerate(several)}
+    kept = np.ones(len(cells), dtype=bool)
+    for group in groups:
+        own = cells[:, [column[name] for name in group if name in column]]
+        kept &= np.all(np.diff(own, axis=1) >= 0, axis=1)
+    return kept

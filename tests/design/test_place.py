@@ -5,6 +5,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import design, information
+from bayes_placement.design._rules import Rules
 from models import bar
 from tests.effects import models_in_space
 
@@ -75,6 +76,23 @@ def test_sensors_keep_their_distance():
     assert np.all(np.abs(alone.tried["s1"] - 0.7) >= 0.2)
 
 
+def test_the_result_says_what_it_took(whole):
+    assert whole.search == "Exhaustive" and whole.evaluations == GRID.size**2
+    assert whole.away == () and whole.cost == 0 and whole.net == whole.kl
+    assert [*whole.tried.columns] == ["s1", "a1", "kl", "kl_se", "cost", "net"]
+
+
+def test_adding_one_at_a_time_begins_with_sensor_and_actuator_together(experiment, whole):
+    places = {"s1": GRID, "a1": GRID}
+    found = bp.place(experiment, places, estimator=SMALL, search=design.Forward())
+    assert found.kl == whole.kl and found.positions == whole.positions
+
+
+def test_one_place_has_no_second_best(experiment):
+    found = bp.place(experiment, {"s1": [0.25], "a1": [0.25]}, estimator=SMALL)
+    assert str(found).endswith("nat.") and np.isnan(found.ahead_se)
+
+
 def test_it_says_where_and_how_sure(whole):
     said = str(whole)
     assert said.startswith("Best of 36 placements: s1 at 0.") and "more than the second" in said
@@ -82,23 +100,68 @@ def test_it_says_where_and_how_sure(whole):
     assert said.endswith("which is no difference to speak of.")
 
 
-def test_a_place_in_space_has_three_coordinates():
+SEATS = [(0.1, 0.08, 0.0), (0.2, 0.15, 0.0), (0.2, 0.25, 0.0)]
+
+
+def on_plate(*supports):
     scene = models_in_space.plate()
-    law = bp.damping.Modal(bar.PRIOR)
-    seats = [(0.1, 0.08, 0.0), (0.2, 0.15, 0.0)]
-    one = bp.Experiment(
-        bp.Structure(scene.modes, damping=law),
-        sensors=[bp.Sensor("s1", at=bp.supports.Box(seats[0], within=(0.01, 0.01, 0)))],
-        actuators=[bp.Actuator("a1", at=(0.3, 0.1, 0.0))],
+    sensors = [bp.Sensor(f"s{number}", at=at) for number, at in enumerate(supports, start=1)]
+    return bp.Experiment(
+        bp.Structure(scene.modes, damping=bp.damping.Modal(bar.PRIOR)),
+        sensors=sensors,
+        actuators=[bp.Actuator("a1", at=SEATS[0])],
         frequency=scene.frequency[:3],
         observe=bp.observe.LogAmplitude("acceleration"),
         noise=bp.noise.Gaussian(0.02),
     )
-    found = bp.place(one, {"s1": seats}, estimator=SMALL)
+
+
+def box(seat, size=0.01):
+    return bp.supports.Box(seat, within=(size, size, 0.0))
+
+
+def test_a_place_in_space_has_three_coordinates():
+    found = bp.place(on_plate(box(SEATS[0])), {"s1": SEATS[:2]}, estimator=SMALL)
     assert [*found.tried.columns][:3] == ["s1.x", "s1.y", "s1.z"]
     assert "s1 at (0." in str(found)
 
 
-def test_rules_that_leave_nothing_are_refused(experiment):
-    with pytest.raises(ValueError, match=r"None of 6 placements is allowed: forbidden regions"):
-        bp.place(experiment, {"s1": GRID}, estimator=SMALL, forbidden=[(0.0, 1.0)])
+def test_rules_hold_in_space():
+    two = on_plate(box(SEATS[0]), box(SEATS[1]))
+    seats = np.array(SEATS)
+    rules = Rules([((0.15, 0.1, -1.0), (0.3, 0.2, 1.0))])
+    assert rules.allowed(two, {"s1": seats}, ["s2"]).tolist() == [True, False, True]
+    # An actuator may sit where a sensor does; the second and the third are 0.1 m apart.
+    pairs = {"s1": seats[:2], "s2": seats[1:]}
+    assert Rules((), 0.101).allowed(two, pairs).tolist() == [True, False]
+    assert Rules((), 0.099).allowed(two, pairs).tolist() == [True, True]
+
+
+def test_supports_on_several_members_are_candidates_as_well():
+    scene = models_in_space.frame()
+    start, corner = models_in_space.FEET["left foot"], models_in_space.CORNERS["left column"]
+    end = models_in_space.CORNERS["beam"]
+    seats = [
+        bp.supports.Member(low, high, centre=tuple(np.add(low, high) / 2), within=0.03)
+        for low, high in ((start, corner), (corner, end))
+    ]
+    one = bp.Experiment(
+        bp.Structure(scene.modes, damping=bp.damping.Modal(bar.PRIOR)),
+        sensors=[bp.Sensor("s1", at=seats[0], directions=(2,))],
+        actuators=[bp.Actuator("a1", at=tuple(scene.place), directions=(2,))],
+        frequency=scene.frequency[:3],
+        observe=bp.observe.LogAmplitude("acceleration"),
+        noise=bp.noise.Gaussian(0.02),
+    )
+    found = [
+        bp.place(one, {"s1": seats}, estimator=SMALL, search=search)
+        for search in (design.Exhaustive(), design.Forward())
+    ]
+    assert len({tuple(each.positions["s1"]) for each in found}) == 1
+    np.testing.assert_allclose([each.kl for each in found], found[0].kl, rtol=1e-5)
+
+
+def test_a_tolerance_in_nodes_is_refused_by_the_estimate():
+    nodes = bp.supports.Nodes(models_in_space.plate().matrices.position, box(SEATS[0], 0.05))
+    with pytest.raises(ValueError, match=r'"sensor.s1.position.node" has the law Categorical'):
+        bp.place(on_plate(nodes), {"s1": SEATS[:2]}, estimator=SMALL)

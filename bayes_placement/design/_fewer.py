@@ -1,0 +1,79 @@
+"""_fewer: in, an experiment and names; out, the experiment without the transducers not named.
+
+Not known here: where transducers are tried, what is learnt.
+"""
+
+import dataclasses
+from collections import OrderedDict
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+
+from ..experiment import Experiment
+
+
+def with_only(experiment: Experiment, names: Collection[str]) -> Experiment:
+    """Return the experiment with some of its transducers, and the noise of their channels.
+
+    Raises
+    ------
+    ValueError
+        If one that is left out may be what an effect on the instruments is about.
+    """
+    kept = [_kept(side, names) for side in (experiment.sensor, experiment.actuator)]
+    if kept == [experiment.sensor, experiment.actuator]:
+        return experiment
+    _check_chain(experiment)
+    noise = experiment.noise
+    if noise is not None:
+        channels = (_channels(side, names) for side in (experiment.sensor, experiment.actuator))
+        noise = noise.of(*channels)
+    return eqx.tree_at(
+        lambda tree: (tree.sensor, tree.actuator, tree.noise),
+        experiment,
+        (*kept, noise),
+        is_leaf=lambda leaf: leaf is None or isinstance(leaf, dict),
+    )
+
+
+def is_measurable(experiment: Experiment, names: Collection[str]) -> bool:
+    """Tell whether a sensor and an actuator are among the names."""
+    sides = (experiment.sensor, experiment.actuator)
+    return all(any(name in names for name in side) for side in sides)
+
+
+def alike(experiment: Experiment, one: str, other: str) -> bool:
+    """Tell whether two transducers differ in their name and place only."""
+    for side, word in ((experiment.sensor, "sensors"), (experiment.actuator, "actuators")):
+        if one in side and other in side:
+            noise = experiment.noise
+            levels = [noise and noise.of(**{word: _channels(side, {n})}) for n in (one, other)]
+            fields = [(side[name].directions, side[name].angles) for name in (one, other)]
+            return not experiment.chain and _equal(*levels) and _equal(*fields)
+    return False
+
+
+def _equal(one: Any, other: Any) -> bool:
+    return bool(eqx.tree_equal(one, other))
+
+
+def _kept(side: Mapping[str, Any], names: Collection[str]) -> OrderedDict[str, Any]:
+    return OrderedDict((name, one) for name, one in side.items() if name in names)
+
+
+def _channels(side: Mapping[str, Any], names: Collection[str]) -> np.ndarray:
+    """Numbers of the channels of some transducers."""
+    owners = [name for name, one in side.items() for _ in one.channels]
+    return np.flatnonzero([owner in names for owner in owners])
+
+
+def _check_chain(experiment: Experiment) -> None:
+    for effect in experiment.chain.values():
+        if "sensor" in {field.name for field in dataclasses.fields(effect)}:
+            raise ValueError(
+                f'The effect "{effect.name}" is about one sensor, by its number, but sensors are '
+                "to be left out here, which changes the numbers. Leave the effect out: "
+                f'experiment.without("{effect.name}").'
+            )

@@ -1,0 +1,232 @@
+"""effective_independence: in, an experiment and places; out, those that tell its modes best apart.
+
+Not known here: damping, placement errors, how information is estimated.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pandas as pd
+from jaxtyping import Float
+
+from .._bounds import said
+from ..experiment import Experiment
+from ..modes import Modes
+from ..places import Cartesian
+from ..transducers import Transducer
+from ._candidates import Candidates, candidates
+
+Rows = Float[np.ndarray, "place channel mode"]
+
+
+@dataclass(frozen=True)
+class EffectiveIndependence:
+    """Places that tell mode shapes best apart, as far as effective independence finds them.
+
+    Parameters
+    ----------
+    positions
+        Recorded place of each sensor [m], by name.
+    table
+        One row for each place to try, the last one that was removed before all others removed:
+        place [m], `effective_independence` among those that were left when it was removed, or at
+        the end (1 where the modes cannot be told apart without it), and `kept`.
+    log_determinant
+        Logarithm of the determinant of the Fisher information with all places, then with one less
+        each time. Shapes are mass-normalised.
+    modes
+        Numbers of the modes, counted from one.
+    """
+
+    positions: dict[str, Any]
+    table: pd.DataFrame
+    log_determinant: np.ndarray
+    modes: tuple[int, ...]
+
+    @property
+    def places(self) -> dict[str, list[Any]]:
+        """Each place as the only one to try, so that `place` tells what is learnt there."""
+        return {name: [at] for name, at in self.positions.items()}
+
+    def __str__(self) -> str:
+        """Say where, and which modes that tells apart."""
+        where = ", ".join(f"{name} at {said(at)} m" for name, at in self.positions.items())
+        return (
+            f"{len(self.positions)} of {len(self.table)} places by effective independence of modes "
+            f"{', '.join(map(str, self.modes))}: {where}; log determinant "
+            f"{self.log_determinant[-1]:.3g}."
+        )
+
+
+def effective_independence(
+    experiment: Experiment,
+    places: Mapping[str, Sequence[Any] | np.ndarray],
+    *,
+    modes: Sequence[int] | None = None,
+) -> EffectiveIndependence:
+    """Place sensors by effective independence, a classical baseline that takes no time.
+
+    Of all places to try, the one is removed that contributes least to the determinant of the Fisher
+    information of the modal coordinates, until as many are left as there are sensors (Kammer 1991,
+    DOI 10.2514/3.20636). It knows mode shapes only: nothing of damping, of what is unknown, of the
+    glue's tolerance, nor of the actuators. A place with several directions counts as a whole.
+    Removing one by one need not end at the largest determinant of all choices.
+
+    Parameters
+    ----------
+    experiment
+        The experiment; its shapes are those at nominal parameters and recorded orientations.
+    places
+        Places to try [m], the same list for each sensor named. All other sensors are mounted.
+    modes
+        Numbers of the modes, counted from one; by default those whose natural frequency lies
+        between the least and the greatest line.
+
+    Raises
+    ------
+    ValueError
+        If sensors or their places differ, or there are too few of them for the modes.
+    """
+    several = candidates(experiment, places)
+    _check_alike(experiment, several)
+    nominal = experiment.nominal()
+    shapes = nominal.structure.proper_modes()
+    chosen = _in_band(experiment, shapes) if modes is None else _numbered(shapes, modes)
+    mounted = [
+        _read(one, np.array([one.recorded]), shapes)[0]
+        for name, one in nominal.sensor.items()
+        if name not in places
+    ]
+    rows = _read(nominal.sensor[several[0].name], several[0].recorded, shapes)[..., chosen]
+    base = np.concatenate([np.zeros((0, len(chosen))), *(one[:, chosen] for one in mounted)])
+    _check_rank(rows, base, len(several))
+    order, worth, log_determinant = _reduced(rows, base, len(several))
+    at = several[0].recorded[np.sort(order[: len(several)])]
+    table = pd.DataFrame([coordinates(place) for place in several[0].recorded[order]])
+    table["effective_independence"] = worth
+    table["kept"] = np.arange(len(order)) < len(several)
+    return EffectiveIndependence(
+        {one.name: place for one, place in zip(several, at, strict=True)},
+        table,
+        log_determinant,
+        tuple(int(number) + 1 for number in chosen),
+    )
+
+
+def coordinates(at: Any) -> dict[str, float]:
+    """Columns of a place: one, or three."""
+    names = ["place"] if np.ndim(at) == 0 else list("xyz")
+    return dict(zip(names, np.ravel(at).tolist(), strict=True))
+
+
+def _reduced(rows: Rows, base: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places in the order of their worth, that worth, and the log determinant [removed]."""
+    left = np.arange(len(rows))
+    removed: list[int] = []
+    worths: list[float] = []
+    log_determinants = []
+    while True:
+        worth, log_determinant = _worth(rows[left], base)
+        log_determinants.append(log_determinant)
+        if len(left) == count:
+            break
+        # Places of equal worth differ by rounding: the first of them goes.
+        least = int(np.argmin(np.round(worth, 9)))
+        removed.insert(0, int(left[least]))
+        worths.insert(0, float(worth[least]))
+        left = np.delete(left, least)
+    last = np.argsort(-worth, kind="stable")
+    order = np.array([*left[last], *removed], dtype=int)
+    return order, np.array([*worth[last], *worths]), np.array(log_determinants)
+
+
+def _worth(rows: Rows, base: np.ndarray) -> tuple[np.ndarray, float]:
+    """Effective independence of each place, and the logarithm of the determinant with all.
+
+    Without a place the determinant of Q = sum of R'R is smaller by det(I - R inv(Q) R'), which is
+    one less the effective independence; R inv(Q) R' comes from an orthonormal basis of all rows.
+    """
+    places, channels, modes = rows.shape
+    basis, triangle = np.linalg.qr(np.concatenate([rows.reshape(-1, modes), base]))
+    own = basis[: places * channels].reshape(places, channels, -1)
+    left = np.linalg.det(np.eye(channels) - own @ np.swapaxes(own, 1, 2))
+    return 1 - left, float(2 * np.sum(np.log(np.abs(np.diag(triangle)))))
+
+
+def _read(one: Transducer, places: np.ndarray, modes: Modes) -> Rows:
+    """Mode shapes that a transducer reads at places."""
+
+    def shapes(at: Any) -> Any:
+        position = at if at.ndim == 0 else Cartesian(*at)
+        return eqx.tree_at(lambda tree: tree.position, one, position).shapes(modes)
+
+    return np.asarray(jax.jit(jax.vmap(shapes))(jnp.asarray(places, float)))
+
+
+def _in_band(experiment: Experiment, modes: Modes) -> np.ndarray:
+    natural = np.asarray(jax.jit(lambda: modes.natural_frequency)())
+    low, high = np.min(experiment.lines), np.max(experiment.lines)
+    found = np.flatnonzero((natural >= low) & (natural <= high))
+    if not found.size:
+        raise ValueError(
+            f"No natural frequency lies in the band of {low:g} to {high:g} Hz; shapes of at least "
+            "one mode are needed. Choose modes by number: modes=(1, 2)."
+        )
+    return found
+
+
+def _numbered(modes: Modes, numbers: Sequence[int]) -> np.ndarray:
+    count = jax.eval_shape(lambda: modes.natural_frequency).shape[0]
+    if not numbers or min(numbers) < 1 or max(numbers) > count:
+        raise ValueError(
+            f"modes={tuple(numbers)} was given; numbers of modes from 1 to {count} are needed, as "
+            "many as the structure has: modes=(1, 2)."
+        )
+    return np.array(sorted(set(numbers))) - 1
+
+
+def _check_alike(experiment: Experiment, several: Sequence[Candidates]) -> None:
+    for one in several:
+        if one.name not in experiment.sensor:
+            raise ValueError(
+                f'Places of the actuator "{one.name}" were given; those of sensors are needed, '
+                "since effective independence knows nothing of what drives the structure. "
+                "bp.place(...) places actuators as well."
+            )
+    first = several[0]
+    known = experiment.sensor
+    for one in several[1:]:
+        fields = [(known[name].directions, known[name].angles) for name in (first.name, one.name)]
+        if not np.array_equal(one.recorded, first.recorded) or not eqx.tree_equal(*fields):
+            raise ValueError(
+                f'Sensors "{first.name}" and "{one.name}" have other places to try, or other '
+                "directions; sensors alike and one list of places are needed, from which places "
+                f'are removed one by one: {{"{first.name}": places, "{one.name}": places}}.'
+            )
+
+
+def _check_rank(rows: Rows, base: np.ndarray, count: int) -> None:
+    channels, modes = rows.shape[1:]
+    several = count * channels + len(base)
+    if len(rows) < count:
+        raise ValueError(
+            f"{len(rows)} places for {count} sensors were given; at least as many places as "
+            "sensors are needed, since each sits at one of its own."
+        )
+    if several < modes:
+        raise ValueError(
+            f"{several} channels were given for {modes} modes; at least as many channels as modes "
+            "are needed, since otherwise no placement tells them apart. Choose fewer modes: "
+            f"modes={tuple(range(1, several + 1))}."
+        )
+    rank = np.linalg.matrix_rank(np.concatenate([rows.reshape(-1, modes), base]))
+    if rank < modes:
+        raise ValueError(
+            f"With a sensor at each of the {len(rows)} places only {rank} of {modes} modes could "
+            "be told apart; more places are needed, or fewer modes: modes=(1, 2)."
+        )
