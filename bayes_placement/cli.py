@@ -41,6 +41,24 @@ class MarginalName(enum.StrEnum):
     KDE = "kde"
 
 
+class EstimatorName(enum.StrEnum):
+    """Estimators of information by name."""
+
+    KDE = "kde"
+    EXACT = "exact"
+    EXPECTED_GAIN = "expected-gain"
+    SEPARATION = "separation"
+
+
+class SearchName(enum.StrEnum):
+    """Ways to search for a placement by name."""
+
+    EXHAUSTIVE = "exhaustive"
+    SEQUENTIAL = "sequential"
+    FORWARD = "forward"
+    EVOLUTIONARY = "evolutionary"
+
+
 Study = Annotated[
     Path,
     typer.Argument(help="Python file that defines `experiment`, or folder with case.json."),
@@ -67,6 +85,41 @@ Effects = Annotated[
     typer.Option(
         help="Effects to be tried, with commas: point_mass,gain_error. Default: all that apply."
     ),
+]
+EstimatorOption = Annotated[
+    EstimatorName,
+    typer.Option(
+        help="How information is estimated: the paper's KDE, placement integrated exactly, the "
+        "average over data to come, or which of the explanations of --data is right."
+    ),
+]
+SearchOption = Annotated[
+    SearchName,
+    typer.Option(help="All placements, one moved at a time, one added at a time, or CMA-ES."),
+]
+Sensors = Annotated[
+    int | None, typer.Option(help="Sensors to place. Default: those that the model declares.")
+]
+Places = Annotated[int, typer.Option(help="Places to try for each sensor and actuator.", min=1)]
+After = Annotated[
+    Path | None,
+    typer.Option(
+        "--data",
+        help="What has been measured (UFF dataset 58): the next measurement is to add to it.",
+    ),
+]
+Sigma = Annotated[
+    float | None,
+    typer.Option(
+        "--noise",
+        help="Standard deviation of log10 of the amplitude. Default: as the model declares, or as "
+        "the coherence of its data tells.",
+    ),
+]
+Workers = Annotated[int | None, typer.Option(help="Processes on this machine.", min=1)]
+Dask = Annotated[
+    str | None,
+    typer.Option(help='Dask scheduler, tcp://host:8786, or "local" with --workers processes.'),
 ]
 Out = Annotated[Path, typer.Option(help="Folder for results, tables and figures.")]
 Seed = Annotated[int, typer.Option(help="The same seed gives the same result.")]
@@ -134,6 +187,30 @@ def improve(model: Study, data: Data = None, effects: Effects = None, out: Out =
         from . import criticism_commands
 
         criticism_commands.improve(model, data, _kinds(effects), out)
+
+
+@app.command()
+def place(
+    model: Study,
+    data: After = None,
+    estimator: EstimatorOption = EstimatorName.KDE,
+    search: SearchOption = SearchName.EXHAUSTIVE,
+    sensors: Sensors = None,
+    places: Places = 19,
+    noise: Sigma = None,
+    workers: Workers = None,
+    dask: Dask = None,
+    out: Out = RESULTS,
+    seed: Seed = 0,
+) -> None:
+    """Say where sensors and actuators tell most about the parameters, tolerances included."""
+    with _errors_in_words():
+        from . import placement_commands
+
+        options = placement_commands.Options(
+            estimator.value, search.value, sensors, places, noise, workers, dask, seed
+        )
+        placement_commands.run(model, data, options, out)
 
 
 def _kinds(words: str | None) -> list[str] | None:

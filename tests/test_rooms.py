@@ -45,7 +45,7 @@ ORDER = """
     design._running design._evaluation design.maps design.tolerance
     design._rules design._fewer design._offer design._regions design.search design.exhaustive
     design.sequential design.forward design.evolutionary design.place
-    design.effective_independence design
+    design.effective_independence design.planned design
     _results simulate symmetries infer methods
     criticism._residuals criticism._edges criticism._statistics criticism.correlation
     criticism.discrepancy criticism.misfit criticism.check
@@ -61,7 +61,7 @@ ORDER = """
     io._case_fields io._case_measurement io._case_model io._case_structure io._case_places
     io.case io
     _figures plots misfit_plots structure_plots ledger_plots placement_plots
-    _outputs _terminal _studies _fitted commands criticism_commands cli
+    _outputs _terminal _studies _fitted commands criticism_commands placement_commands cli
 """.split()  # noqa: SIM905
 
 FILES = sorted(PACKAGE.rglob("*.py"))

@@ -28,7 +28,7 @@ def alternatives(
 
     def survives(one: Hypothesis) -> bool:
         alike = len(one.effects) == len(best.effects) and p_value(one) >= LEVEL
-        return alike or pool.log_odds(one) > most - STRONG
+        return bool(alike or pool.log_odds(one) > most - STRONG)
 
     surviving = [one for one in chosen if survives(one)]
     return tuple(

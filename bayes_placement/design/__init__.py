@@ -9,6 +9,7 @@ from .exhaustive import Exhaustive
 from .forward import Forward
 from .maps import Lead, lead, rivals
 from .place import Placement
+from .planned import planned
 from .sequential import Sequential
 from .tolerance import ToleranceStudy, tolerance_study
 
@@ -23,6 +24,7 @@ __all__ = [
     "ToleranceStudy",
     "effective_independence",
     "lead",
+    "planned",
     "rivals",
     "tolerance_study",
 ]

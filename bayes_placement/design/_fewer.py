@@ -1,9 +1,10 @@
-"""_fewer: in, an experiment and names; out, the experiment without the transducers not named.
+"""_fewer: in, an experiment; out, the experiment with fewer transducers, or with more sensors.
 
 Not known here: where transducers are tried, what is learnt.
 """
 
 import dataclasses
+import itertools
 from collections import OrderedDict
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -12,6 +13,7 @@ import equinox as eqx
 import numpy as np
 
 from ..experiment import Experiment
+from ..transducers import Sensor
 
 
 def with_only(experiment: Experiment, names: Collection[str]) -> Experiment:
@@ -36,6 +38,39 @@ def with_only(experiment: Experiment, names: Collection[str]) -> Experiment:
         (*kept, noise),
         is_leaf=lambda leaf: leaf is None or isinstance(leaf, dict),
     )
+
+
+def with_more(experiment: Experiment, count: int) -> Experiment:
+    """Return the experiment with so many more sensors like its last one, `s1`, `s2` and so on.
+
+    Raises
+    ------
+    ValueError
+        If each channel has a level of the output error of its own.
+    """
+    last = list(experiment.sensor.values())[-1]
+    noise = experiment.noise
+    if noise is not None and not _equal(noise, noise.of(sensors=np.array([0]))):
+        raise ValueError(
+            f'{count} more sensors like "{last.name}" were asked for, but each channel has a level '
+            "of the output error of its own, so theirs is not known. Declare all sensors in the "
+            "experiment."
+        )
+    names = (f"s{number}" for number in itertools.count(1))
+    free = (name for name in names if name not in {*experiment.sensor, *experiment.actuator})
+    more = [_alike(last, next(free)).on(experiment.structure.modes) for _ in range(count)]
+    sensors = OrderedDict(experiment.sensor) | {one.name: one for one in more}
+    return eqx.tree_at(
+        lambda tree: tree.sensor,
+        experiment,
+        OrderedDict(sensors),
+        is_leaf=lambda leaf: isinstance(leaf, dict),
+    )
+
+
+def _alike(one: Sensor, name: str) -> Sensor:
+    at: Any = one.recorded if one.support is None else one.support
+    return Sensor(name, at=at, directions=one.directions, angles=one.angles)  # type: ignore[call-arg]
 
 
 def is_measurable(experiment: Experiment, names: Collection[str]) -> bool:

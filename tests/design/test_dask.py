@@ -36,7 +36,7 @@ def test_the_map_is_the_same_bit_for_bit(cluster, whole):
 
 
 def test_a_scheduler_is_found_by_its_address(cluster, whole):
-    address = distributed.default_client().scheduler.address
+    address = cluster._client.scheduler.address
     with bp.workers(dask=address) as executor:
         assert small_maps.computed(executor=executor).identical(whole)
 
@@ -54,7 +54,7 @@ def test_an_error_arrives_in_words_and_leaves_nothing_waiting(cluster, monkeypat
     monkeypatch.setattr(_running, "compute_sent", small_maps.fail)
     with pytest.raises(ValueError, match="Stiffness was given as zero"):
         small_maps.computed(executor=cluster)
-    futures = distributed.default_client().futures
+    futures = cluster._client.futures
     assert not [one for one in futures.values() if one.status == "pending"]
 
 
@@ -68,7 +68,7 @@ def test_an_estimate_that_cannot_be_made_is_refused_by_its_own_words(cluster):
 
 @pytest.mark.parametrize("whose", ["its own workers", "workers that live on"])
 def test_a_run_that_is_killed_goes_on(whose, cluster, whole, tmp_path, monkeypatch):
-    client = distributed.default_client()
+    client = cluster._client
     own = whose == "its own workers"
     before, workers = killed.killed_half_way(tmp_path, "local" if own else client.scheduler.address)
     killed.until(lambda: not any(client.processing().values()))  # nothing is done for nobody
