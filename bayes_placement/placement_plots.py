@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from ._figures import PANEL, STAR, edges, legend, panels
 from .design.maps import DOUBT, lead, rivals
 from .design.place import Placement
-from .design.tolerance import ToleranceStudy
+from .design.tolerance import FACTOR, ToleranceStudy
 
 _KL = "information [nat]"
 _RIVAL: dict[str, Any] = {"marker": ".", "color": "w", "markeredgecolor": "k", "linestyle": "none"}
@@ -46,15 +46,15 @@ def information(whole: xr.Dataset) -> Figure:
 
 def tolerances(study: ToleranceStudy) -> Figure:
     """Maps of information for each tolerance side by side, all in one scale of colours."""
-    names = [str(name) for name in study.maps["kl"].dims if name != "tolerance"]
+    names = [str(name) for name in study.maps["kl"].dims if name != FACTOR]
     pair = _pairs(study.maps, names)[0]
     size = _SQUARE if len(pair) > 1 else PANEL
-    figure, axes = panels(1, study.maps.sizes["tolerance"], panel=size)
+    figure, axes = panels(1, study.maps.sizes[FACTOR], panel=size)
     scale = {"vmin": float(study.maps["kl"].min()), "vmax": float(study.maps["kl"].max())}
     for number, axis in enumerate(axes.flat):
-        one = study.maps.isel(tolerance=number)
+        one = study.maps.isel({FACTOR: number})
         _panel(figure, axis, one, pair, **scale)
-        axis.set_title(f"{float(one['tolerance']):g} times the tolerance")
+        axis.set_title(f"{float(one[FACTOR]):g} times the tolerance")
     return legend(figure, axes)
 
 

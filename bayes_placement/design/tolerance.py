@@ -21,6 +21,9 @@ from .maps import DOUBT, information_map, lead
 
 FACTORS = (1.0, 0.5, 0.25)
 
+FACTOR = "tolerance_factor"
+"""Name of their dimension; `tolerance` is an argument of xarray's `sel`."""
+
 
 @dataclass(frozen=True)
 class ToleranceStudy:
@@ -29,8 +32,8 @@ class ToleranceStudy:
     Parameters
     ----------
     maps
-        As `information_map` returns them, along a dimension `tolerance`: so many times the
-        tolerance that is declared.
+        As `information_map` returns them, along a dimension `tolerance_factor`: so many
+        times the tolerance that is declared.
     table
         One row for each tolerance: the best place of each transducer [m]; `kl` there and `kl_se`
         [nat]; `bought`, by how much that is more than the best for the first tolerance, and its
@@ -43,17 +46,17 @@ class ToleranceStudy:
     def __str__(self) -> str:
         """Say for each tolerance where to measure and what it buys."""
         rows: Any = self.table.reset_index().to_dict("records")
-        first = rows[0]["tolerance"]
+        first = rows[0][FACTOR]
         return "\n".join(self._said(row, first) for row in rows)
 
     def _said(self, row: dict[str, Any], first: float) -> str:
-        names = [str(name) for name in self.maps["kl"].dims if name != "tolerance"]
+        names = [str(name) for name in self.maps["kl"].dims if name != FACTOR]
         where = ", ".join(f"{name} at {row[name]}" for name in names)
         said = (
-            f"{row['tolerance']:g} times the tolerance: best {where}, {row['kl']:.3g} ± "
+            f"{row[FACTOR]:g} times the tolerance: best {where}, {row['kl']:.3g} ± "
             f"{row['kl_se']:.1g} nat"
         )
-        if row["tolerance"] == first:
+        if row[FACTOR] == first:
             return f"{said}."
         bought = f"{row['bought']:.2g} ± {row['bought_se']:.1g} nat more"
         if row["moved"] <= DOUBT * row["moved_se"]:
@@ -135,10 +138,8 @@ def _part(progress: Progress, number: int, count: int) -> Progress:
 
 
 def _joined(maps: list[xr.Dataset], factors: Sequence[float]) -> xr.Dataset:
-    tolerance = xr.DataArray(
-        list(factors), dims="tolerance", name="tolerance", attrs={"units": "1"}
-    )
-    return xr.concat(maps, dim=tolerance, combine_attrs="override", data_vars="all")
+    along = xr.DataArray(list(factors), dims=FACTOR, name=FACTOR, attrs={"units": "1"})
+    return xr.concat(maps, dim=along, combine_attrs="override", data_vars="all")
 
 
 def _table(maps: list[xr.Dataset], factors: Sequence[float]) -> pd.DataFrame:
@@ -150,12 +151,12 @@ def _table(maps: list[xr.Dataset], factors: Sequence[float]) -> pd.DataFrame:
         bought, bought_se = _difference(best, first)
         moved, moved_se = _difference(best, stayed)
         rows.append(
-            {"tolerance": factor}
+            {FACTOR: factor}
             | {str(name): _place(best, str(name)) for name in one["kl"].dims}
             | {"kl": float(best["kl"]), "kl_se": float(best["kl_se"])}
             | {"bought": bought, "bought_se": bought_se, "moved": moved, "moved_se": moved_se}
         )
-    return pd.DataFrame(rows).set_index("tolerance")
+    return pd.DataFrame(rows).set_index(FACTOR)
 
 
 def _difference(one: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:

@@ -357,7 +357,10 @@ def test_what_cannot_travel_is_refused(processes):
     class Inner(information.KDE.__base__):
         replicates: int = 4
 
-        def plan(self, experiment, seed):
+        def typical(self):
+            return {}
+
+        def plan(self, experiment, seed, moved=()):
             return information.KDE(n_h=8, n_p=8).plan(experiment, seed)
 
     with pytest.raises(ValueError, match=r"cannot be sent to another process: .*Inner"):
@@ -375,7 +378,10 @@ from models import bar
 class Mine(KDE.__base__):
     replicates: int = eqx.field(static=True, default=4)
 
-    def plan(self, experiment, seed):
+    def typical(self):
+        return {}
+
+    def plan(self, experiment, seed, moved=()):
         return KDE(n_h=64, n_p=32).plan(experiment, seed)
 
 mine = Mine()

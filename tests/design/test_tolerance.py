@@ -32,18 +32,18 @@ def declared(factor):
 
 @pytest.mark.parametrize("factor", [1.0, 0.25])
 def test_each_map_is_that_of_the_tolerance(study, factor):
-    found = study.maps["kl"].sel(tolerance=factor)
+    found = study.maps["kl"].sel(tolerance_factor=factor)
     np.testing.assert_allclose(found.values, declared(factor)["kl"].values, rtol=1e-5)
 
 
 def test_the_table_says_what_a_jig_buys(study):
     table, kl = study.table, study.maps["kl"]
     assert list(table.index) == [1.0, 0.5, 0.25]
-    home = int(np.argmax(kl.sel(tolerance=1.0).values))
+    home = int(np.argmax(kl.sel(tolerance_factor=1.0).values))
     for factor in table.index:
-        row, one = table.loc[factor], kl.sel(tolerance=factor).values.ravel()
+        row, one = table.loc[factor], kl.sel(tolerance_factor=factor).values.ravel()
         assert row["s1"] == PLACES[np.argmax(one)] and row["a1"] == 0.25
-        assert row["bought"] == pytest.approx(one.max() - kl.sel(tolerance=1.0).values.max())
+        assert row["bought"] == pytest.approx(one.max() - kl.sel(tolerance_factor=1.0).values.max())
         assert row["moved"] == pytest.approx(one.max() - one[home])
     assert table["bought"][0.25] > table["bought"][0.5] > 5 * table["bought_se"][0.5] > 0
 
