@@ -40,7 +40,7 @@ ORDER = """
     _standard_normal _target estimates
     information._divergence information._points information._knowledge information._estimator
     information._kernels information._modal_products information.kde information.exact
-    information.expected_gain information.separation information
+    information._tangents information.expected_gain information.separation information
     design._candidates design._question design._fingerprint design._cells design._store
     design._running design._evaluation design.maps design.tolerance
     design._rules design._fewer design._offer design._regions design.search design.exhaustive

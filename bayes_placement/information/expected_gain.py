@@ -17,6 +17,7 @@ from ..experiment import Experiment
 from . import _points
 from ._estimator import Estimator, Gain, Plan, deviation, known_noise, placement_laws
 from ._knowledge import Draws, Posterior, Prior, draws_of, knowledge, typical
+from ._tangents import Kernels
 
 BATCH = 64
 """Draws of the parameters whose responses are computed at once."""
@@ -25,10 +26,12 @@ BATCH = 64
 class ExpectedGain(Estimator):
     """Expected information gain: the divergence on the average over data the prior predicts.
 
-    Nested Monte Carlo (Ryan 2003, DOI 10.1198/1061860032012): simulated data y are compared with
-    all responses of the parameters and placements drawn, E{log p(y | h) - log p(y)}. Too few draws
-    of the parameters make it too high and too few of the placement too low, by about the relative
-    variance of the density over twice the number of draws.
+    Nested Monte Carlo (Ryan 2003, DOI 10.1198/1061860032012): E{log p(y | h) - log p(y)} over
+    simulated data y, with p(y) the mean of p(y | h) over draws of the parameters; too few of them
+    make it too high, by about the relative variance of that density over twice their number. The
+    placement is integrated by normal kernels about draws of it, each carried on to the outputs
+    along its tangent: its error falls with the square of their width, and 16 draws do where a plain
+    average over responses would take tens of thousands.
 
     Parameters
     ----------
@@ -85,10 +88,10 @@ class ExpectedGain(Estimator):
                 own, parameters, spread = several
                 true = _True(
                     making.values(own[:, :each]),
-                    now.values(own[:, each : each + wide]),
+                    own[:, each : each + wide],
                     own[:, each + wide :],
                 )
-                return _gain(one, true, explaining.values(parameters), now.values(spread))
+                return _gain(one, now, true, explaining.values(parameters), spread)
 
             found = jax.lax.map(replicate, (outer, inner, places))
             return Gain(jnp.mean(found), (jnp.sum(found) - found) / (self.replicates - 1))
@@ -97,35 +100,27 @@ class ExpectedGain(Estimator):
 
 
 class _True(NamedTuple):
-    """What makes the data: parameters and places by name, and errors [data, output]."""
+    """What makes the data: parameters by name, scores of places, and errors [data, output]."""
 
     parameters: dict[str, Any]
-    places: dict[str, Any]
+    places: Array
     error: Array
 
 
 def _gain(
-    one: Experiment, true: _True, parameters: dict[str, Any], places: dict[str, Any]
+    one: Experiment, places: Prior, true: _True, parameters: dict[str, Any], spread: Array
 ) -> Float[Array, ""]:
     """Mean over simulated data of the log of p(y | h) over p(y)."""
-
-    def respond(values: dict[str, Any], place: dict[str, Any]) -> Float[Array, "output"]:
-        return one.fix(values | place).predict().ravel()
-
-    def responses(values: dict[str, Any]) -> Float[Array, "place output"]:
-        if not places:
-            return respond(values, {})[None]
-        return jax.vmap(lambda place: respond(values, place))(places)
-
     level = deviation(one)
-    y = jax.vmap(respond)(true.parameters, true.places) / level + true.error
+
+    def respond(values: dict[str, Any], place: Array) -> Float[Array, "output"]:
+        return one.fix(values | places.values(place)).predict().ravel() / level
+
+    y = jax.vmap(respond)(true.parameters, true.places) + true.error
 
     def log_density(values: dict[str, Any], data: Array) -> Float[Array, "data"]:
         """Log density of data [data, output] for one draw of the parameters."""
-        centres = responses(values) / level
-        # |y - z|^2 by a product of matrices.
-        square = jnp.sum(data**2, 1)[:, None] + jnp.sum(centres**2, 1) - 2 * data @ centres.T
-        return logsumexp(-0.5 * square, axis=1) - jnp.log(centres.shape[0])
+        return Kernels.of(lambda place: respond(values, place), spread).log_density(data)
 
     given = jax.lax.map(
         lambda pair: log_density(pair[0], pair[1][None])[0],

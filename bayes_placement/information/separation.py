@@ -10,7 +10,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.scipy.linalg import cho_factor, cho_solve
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
@@ -19,12 +18,7 @@ from ..experiment import Experiment
 from . import _points
 from ._estimator import Estimator, Gain, Plan, deviation, known_noise, placement_laws
 from ._knowledge import Draws, Posterior, Prior, draws_of, knowledge
-
-BATCH = 32
-"""Responses, and kernels, that are evaluated at once."""
-
-STEP = 1e-4
-"""Step along a coordinate of unit variance."""
+from ._tangents import Kernels, all_of
 
 
 class Alternative(eqx.Module):
@@ -117,8 +111,8 @@ class Separation(Estimator):
             def replicate(points: Any) -> Float[Array, ""]:
                 responses = [own.response(one, level) for own in several]
                 pairs = list(zip(responses, points, strict=True))
-                laws = [_Kernels.of(respond, some.centres) for respond, some in pairs]
-                data = [_all(respond, some.true) + some.error for respond, some in pairs]
+                laws = [Kernels.of(respond, some.centres) for respond, some in pairs]
+                data = [all_of(respond, some.true) + some.error for respond, some in pairs]
                 told = [_told(laws, prior, number, y) for number, y in enumerate(data)]
                 return jnp.exp(prior) @ jnp.stack(told)
 
@@ -205,47 +199,8 @@ def _as_explained(one: Experiment, explained: Experiment) -> Experiment:
     )
 
 
-class _Kernels(NamedTuple):
-    """Density of outputs whose errors have the variance one: kernels along tangents."""
-
-    outputs: Float[Array, "kernel output"]
-    slopes: Float[Array, "kernel output coordinate"]
-
-    @classmethod
-    def of(cls, respond: Callable[[Array], Array], drawn: Float[Array, "kernel coordinate"]) -> Any:
-        """Kernels about draws, which are drawn together so that their covariance stays one."""
-        count, dimension = drawn.shape
-        width = (4 / (count * (dimension + 2))) ** (1 / (dimension + 4))
-        centres = np.sqrt(1 - width**2) * drawn
-        # By differences: derivatives of eigenproblems take minutes to compile.
-        aside = centres[:, None] + STEP * jnp.eye(dimension)
-        points = jnp.concatenate([centres[:, None], aside], axis=1)
-        outputs = _all(respond, points.reshape(-1, dimension)).reshape(count, dimension + 1, -1)
-        slopes = (outputs[:, 1:] - outputs[:, :1]) / STEP
-        return cls(outputs[:, 0], width * jnp.swapaxes(slopes, 1, 2))
-
-    def log_density(self, y: Float[Array, "data output"]) -> Float[Array, "data"]:
-        """Log density but for a constant, each kernel by Woodbury's identity."""
-
-        def one(kernel: tuple[Array, Array]) -> Float[Array, "data"]:
-            centre, slope = kernel
-            apart = y - centre
-            along = (apart @ slope).T
-            factor = cho_factor(jnp.eye(len(along)) + slope.T @ slope, lower=True)
-            explained = jnp.sum(along * cho_solve(factor, along), axis=0)
-            volume = jnp.sum(jnp.log(jnp.diag(factor[0])))
-            return -0.5 * (jnp.sum(apart**2, axis=1) - explained) - volume
-
-        each = jax.lax.map(one, (self.outputs, self.slopes), batch_size=BATCH)
-        return logsumexp(each, axis=0) - jnp.log(len(self.outputs))
-
-
-def _all(respond: Callable[[Array], Array], points: Float[Array, "point coordinate"]) -> Array:
-    return jax.lax.map(respond, points, batch_size=BATCH)
-
-
 def _told(
-    laws: list[_Kernels], prior: Array, number: int, y: Float[Array, "data output"]
+    laws: list[Kernels], prior: Array, number: int, y: Float[Array, "data output"]
 ) -> Float[Array, ""]:
     """Mean log of the probability of the right explanation over what it was before."""
     each = jnp.stack([law.log_density(y) for law in laws])

@@ -2,17 +2,21 @@
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement import information
-from bayes_placement.information._estimator import spread
+from bayes_placement import _tensor_quadrature, information
+from bayes_placement.information._estimator import placement_laws, spread
+from bayes_placement.noise import Data
 from models import bar
 from tests.information.linear import FORMS, SCALES, SIGMA, linear_experiment
 from tests.test_reference import BOTH, EXACT_TABLE, FIRST, KDE_TABLE, P1, P2, P4, SECOND
 
+SMALL_ERROR = 0.02
+RATIOS = ("structure.damping.ratio.1", "structure.damping.ratio.2")
 TABLE = {(kernel, ratios, places): kl for kernel, ratios, places, kl, *_ in KDE_TABLE}
 
 
@@ -91,6 +95,65 @@ def test_its_bias_falls_like_one_over_the_draws(linear):
     # Four times the draws: a fourth of the bias, but for what is of second order.
     ratio = biases[0] / biases[2]
     assert ratio == pytest.approx(4.0, abs=3 * ratio * errors[2] / biases[2] + 1.0)
+
+
+def exact_divergences(experiment, count):
+    """Divergence for data that the prior predicts, all integrals by Gauss quadrature."""
+    laws = placement_laws(experiment)
+    nodes = _tensor_quadrature.nested(experiment, laws, 32)
+    node, weight = np.polynomial.legendre.leggauss(12)
+    first, second = (one.ravel() for one in np.meshgrid(0.04 + 0.02 * node, 0.04 + 0.02 * node))
+    log_weight = np.log(np.outer(weight / 2, weight / 2).ravel())
+
+    @jax.jit
+    def likelihoods(z):
+        data = Data(z, np.ones(z.shape, dtype=bool))
+        several = {RATIOS[0]: jnp.asarray(first), RATIOS[1]: jnp.asarray(second)}
+        return jax.lax.map(
+            lambda one: _tensor_quadrature.log_likelihood(experiment.fix(one), data, nodes),
+            several,
+            batch_size=16,
+        )
+
+    respond = jax.jit(lambda values: experiment.fix(values).predict())
+    random = np.random.default_rng(0)
+    for _ in range(count):
+        values = {name: random.uniform(0.02, 0.06) for name in RATIOS}
+        values |= {name: float(random.uniform(law.low, law.high)) for name, law in laws.items()}
+        z = respond(values)
+        z += SMALL_ERROR * random.standard_normal(z.shape)
+        yield information.from_prior_draws(np.asarray(likelihoods(z)), log_weight).kl
+
+
+def test_the_expected_gain_of_the_bar_is_the_mean_of_exact_divergences():
+    """Placement unknown by 4 cm, which moves the outputs by thirty times their error."""
+    experiment = bar.placed(*P2, bp.noise.Gaussian(SMALL_ERROR))
+    exact = np.fromiter(exact_divergences(experiment, 100), float)
+    truth, deviation = exact.mean(), exact.std(ddof=1) / 10
+    assert deviation < 0.05 < truth / 20
+    for places in (16, 64):
+        found, error = estimated(information.ExpectedGain(n_p=places), experiment)
+        assert abs(found - truth) < 3 * np.hypot(error, deviation)
+
+
+def test_one_more_sensor_teaches_no_less():
+    base = bar.placed(0.25, 0.25, bp.noise.Gaussian(SMALL_ERROR))
+    told = []
+    for count in (1, 2):
+        one = bp.Experiment(
+            base.structure,
+            sensors=[
+                bp.Sensor(f"s{number}", at=bp.supports.Segment(at, within=0.04))
+                for number, at in enumerate((0.25, 0.75)[:count])
+            ],
+            actuators=list(base.actuator.values()),
+            frequency=base.frequency,
+            observe=base.observe,
+            noise=base.noise,
+        )
+        told.append(estimated(information.ExpectedGain(n_p=16), one))
+    (fewer, first), (more, second) = told
+    assert more - fewer > 3 * np.hypot(first, second)
 
 
 def test_more_is_learnt_where_the_output_error_is_less(linear):
