@@ -5,6 +5,7 @@ import warnings
 from pathlib import Path
 
 import nbformat
+import numpy as np
 import pytest
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
@@ -46,7 +47,7 @@ def figures(notebook):
 
 
 def test_there_are_notebooks():
-    expected = {"bar_damping", "hidden_effect", "structure_in_space"}
+    expected = {"bar_damping", "hidden_effect", "structure_in_space", "where_to_measure"}
     assert {path.stem for path in NOTEBOOKS} >= expected
 
 
@@ -139,3 +140,17 @@ def test_the_arm_finds_its_clamp_and_how_the_sensors_were_rolled(tiny):
 
 def test_the_arm_draws_its_suspicion(tiny):
     assert len(figures(tiny["structure_in_space"])) == 1
+
+
+def test_where_to_measure_finds_the_places_and_tells_explanations_apart(tiny):
+    text = printed(tiny["where_to_measure"])
+    assert re.search(r"Best of 49 placements: s1 at 0\.\d+ m, a1 at 0\.\d+ m", text)
+    assert "0.25 times the tolerance: best s1 at" in text
+    odds = dict(re.findall(r"(\w+): odds ([\d.]+)", text))
+    assert set(odds) == {"point_mass", "local_stiffness_loss"}  # both explain what was measured
+    gap = re.search(r"evidence for point_mass over the next explanation: ([\d.]+) nat", text)
+    assert gap is not None and float(gap[1]) > -np.log(float(odds["local_stiffness_loss"])) + 1.0
+
+
+def test_where_to_measure_draws_its_figures(tiny):
+    assert len(figures(tiny["where_to_measure"])) == 4

@@ -140,9 +140,9 @@ def place(
     cost
         What a transducer must teach to be worth its place [nat], by name. What has a cost may be
         left out; the best placement is the one that teaches most less what it costs. All others
-        are always placed. Estimates by kernels (`information.KDE`) or nested averages
-        (`ExpectedGain`) may be too low, and more so with more sensors: then rather too few than too
-        many are found worth their cost, and more draws help.
+        are always placed. Kernels in the space of the outputs (`information.KDE`) blur more the
+        more sensors there are, so that it finds rather too few worth their cost; take
+        `information.ExpectedGain()` where sensors are counted.
 
     Raises
     ------
