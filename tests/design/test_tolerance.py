@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import bayes_placement as bp
 from bayes_placement import design, information
+from bayes_placement.design import tolerance
 from models import bar
 
 PLACES = np.array([0.2, 0.25, 0.3, 0.4])
@@ -46,6 +48,24 @@ def test_the_table_says_what_a_jig_buys(study):
         assert row["bought"] == pytest.approx(one.max() - kl.sel(tolerance_factor=1.0).values.max())
         assert row["moved"] == pytest.approx(one.max() - one[home])
     assert table["bought"][0.25] > table["bought"][0.5] > 5 * table["bought_se"][0.5] > 0
+
+
+def handmade(*kl):
+    """A map over two places, with two replicates that differ by 0.1 and 0.3 nat."""
+    kl = np.array(kl)
+    without = kl[:, None] + np.array([[0.1, -0.1], [0.3, -0.3]])
+    whole = {"kl": ("s1", kl), "kl_se": ("s1", kl), "kl_without": (("s1", "replicate"), without)}
+    return xr.Dataset(whole, coords={"s1": [0.2, 0.3]})
+
+
+def test_the_optimum_may_move():
+    table = tolerance._table([handmade(2.0, 1.5), handmade(2.5, 4.0)], [1.0, 0.5])
+    assert list(table["s1"]) == [0.2, 0.3]
+    assert table["bought"][0.5] == pytest.approx(2.0) and table["moved"][0.5] == pytest.approx(1.5)
+    # Both differences are between a place of each kind: their replicates differ by 0.2 nat.
+    assert table["moved_se"][0.5] == pytest.approx(0.2)
+    assert table["bought_se"][0.5] == pytest.approx(0.2)
+    assert list(table.loc[1.0, ["bought", "moved"]]) == [0.0, 0.0]
 
 
 def test_it_speaks(study):

@@ -53,6 +53,10 @@ def test_draws_belong_together(linear):
     values = np.asarray(draws.values(np.random.default_rng(0).normal(size=(4, 500, 1)))[NAME])
     assert values.shape == (4, 500, 2)
     np.testing.assert_allclose(np.cov(values.reshape(-1, 2).T), apart, atol=0.05)
+    two = Posterior({"one": np.arange(50.0), "other": np.arange(50.0) + 1.0})
+    pair = two.values(np.random.default_rng(1).normal(size=(2, 30, 1)))
+    np.testing.assert_array_equal(pair["other"] - pair["one"], 1.0)
+    assert len(np.unique(pair["one"])) > 20
     first, second = draws.halves()
     assert not set(first.draws[NAME][:, 0]) & set(second.draws[NAME][:, 0])
 
@@ -149,6 +153,20 @@ def test_each_estimator_goes_on_from_a_posterior(estimator):
     ]
     assert told[0] > told[1] + 0.2 and told[1] > told[2]
     assert abs(told[2]) < 1e-3
+
+
+def test_nominal_values_are_the_means_after_the_measurement():
+    experiment = bar.placed(0.25, 0.3, None)
+    rng = np.random.default_rng(2)
+    after = {name: rng.uniform(0.02, 0.03, 50) for name in RATIOS}
+    estimator = information.KDE(n_h=64, n_p=64, after=after)
+    means = {name: float(values.mean()) for name, values in after.items()}
+    places = {"s1": [0.25], "a1": [0.25]}
+    found = bp.information_map(experiment, places, estimator=estimator)
+    same = bp.information_map(experiment, places, estimator=estimator, nominal=means)
+    other = bp.information_map(experiment, places, estimator=estimator, nominal={RATIOS[1]: 0.021})
+    assert float(found["kl"][0, 0]) == pytest.approx(float(same["kl"][0, 0]), rel=1e-9)
+    assert abs(float(found["kl"][0, 0] - other["kl"][0, 0])) > 0.01
 
 
 def sizes(estimator):
