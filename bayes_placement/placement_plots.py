@@ -65,7 +65,7 @@ def placements(found: Placement) -> Figure:
     axis, rank = axes[0, 0], np.arange(len(some)) + 1
     bars = {"fmt": "o", "color": "C0", "markersize": 4, "capsize": 2}
     axis.errorbar(rank, some["kl"], DOUBT * some["kl_se"], label=_ERRORS, **bars)
-    axis.plot(rank[:1], some["kl"][:1], label="best", **STAR)
+    axis.plot(rank[:1], some["kl"][:1], label="best", zorder=4, **STAR)
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axis.set_xlabel(f"rank among {len(found.tried)} placements that were tried")
     axis.set_ylabel(_KL)
