@@ -4,6 +4,7 @@ Not known here: how words on the command line are read, how anything is computed
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -296,8 +297,6 @@ def _write(best: Placement, words: list[str], maps: list[xr.Dataset], out: Path)
     write_table(out / "placements.csv", best.tried)
     figures = {"placements.png": placement_plots.placements(best)}
     for one in maps:
-        write_whole(
-            out / "map.nc", lambda beside, one=one: one.to_netcdf(beside, engine="h5netcdf")
-        )
+        write_whole(out / "map.nc", partial(one.to_netcdf, engine="h5netcdf"))
         figures["map.png"] = placement_plots.information(one)
     write_figures(figures, out)

@@ -178,7 +178,7 @@ def test_of_many_lines_some_are_taken_evenly(tmp_path):
 
 
 def test_data_come_first_and_then_there_is_less_to_learn(tmp_path, first):
-    model = written(tmp_path, MEASUREMENT.format(draws=4000))
+    model = written(tmp_path, MEASUREMENT.format(draws=1000))
     own = bp.io.model.read(model).measurement
     bp.io.uff.write(tmp_path / "measured.uff", own)
     words = ("--data", tmp_path / "measured.uff", "--search", "sequential")
