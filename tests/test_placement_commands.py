@@ -167,6 +167,7 @@ def test_fewer_sensors_are_the_first_ones(tmp_path):
 def test_the_noise_may_be_stated(first):
     _, loud = done(first[0], "--noise", 0.5, "--search", "sequential", out="loud")
     learnt = pd.read_csv(loud / "placements.csv")["kl"].max()
+    assert not list(loud.glob("map.*"))  # not all of its cells are tried
     assert learnt < 0.5 * pd.read_csv(first[0] / "out" / "placements.csv")["kl"].max()
 
 
