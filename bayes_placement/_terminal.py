@@ -9,6 +9,7 @@ from contextlib import contextmanager
 import pandas as pd
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, JustifyMethod
+from rich.markup import escape
 from rich.progress import (
     BarColumn,
     TaskID,
@@ -99,7 +100,7 @@ def frame(figures: pd.DataFrame, corner: str) -> Table:
     table.add_column(corner, overflow="fold")
     for column in figures.columns:
         justify: JustifyMethod = "left" if column == "parameters" else "right"
-        table.add_column(str(column), justify=justify, overflow="fold")
+        table.add_column(escape(str(column)), justify=justify, overflow="fold")
     for name, row in figures.iterrows():
-        table.add_row(str(name), *(str(value) for value in row))
+        table.add_row(*(escape(str(value)) for value in (name, *row)))
     return table

@@ -100,7 +100,17 @@ SearchOption = Annotated[
 Sensors = Annotated[
     int | None, typer.Option(help="Sensors to place. Default: those that the model declares.")
 ]
-Places = Annotated[int, typer.Option(help="Places to try for each sensor and actuator.", min=1)]
+Places = Annotated[
+    int,
+    typer.Option(
+        help="Places to try for each sensor and actuator, evenly along a line, far apart in space.",
+        min=1,
+    ),
+]
+Lines = Annotated[
+    int,
+    typer.Option(help="Lines to use, evenly over the band, where the model has more.", min=1),
+]
 After = Annotated[
     Path | None,
     typer.Option(
@@ -197,6 +207,7 @@ def place(
     search: SearchOption = SearchName.EXHAUSTIVE,
     sensors: Sensors = None,
     places: Places = 19,
+    lines: Lines = 20,
     noise: Sigma = None,
     workers: Workers = None,
     dask: Dask = None,
@@ -208,7 +219,7 @@ def place(
         from . import placement_commands
 
         options = placement_commands.Options(
-            estimator.value, search.value, sensors, places, noise, workers, dask, seed
+            estimator.value, search.value, sensors, places, lines, noise, workers, dask, seed
         )
         placement_commands.run(model, data, options, out)
 

@@ -45,7 +45,10 @@ def information(whole: xr.Dataset) -> Figure:
 
 
 def tolerances(study: ToleranceStudy) -> Figure:
-    """Maps of information for each tolerance side by side, all in one scale of colours."""
+    """Maps of information for each tolerance side by side, all in one scale of colours.
+
+    Of more than two transducers, of the first two, each best over all others.
+    """
     names = [str(name) for name in study.maps["kl"].dims if name != FACTOR]
     pair = _pairs(study.maps, names)[0]
     size = _SQUARE if len(pair) > 1 else PANEL
@@ -65,8 +68,9 @@ def placements(found: Placement) -> Figure:
     axis, rank = axes[0, 0], np.arange(len(some)) + 1
     bars = {"fmt": "o", "color": "C0", "markersize": 4, "capsize": 2}
     axis.errorbar(rank, some["kl"], DOUBT * some["kl_se"], label=_ERRORS, **bars)
-    axis.plot(rank[:1], some["kl"][:1], label="best", **STAR)
-    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axis.plot(rank[:1], some["kl"][:1], label="best", zorder=4, **STAR)
+    axis.set_xlim(0.5, len(some) + 0.5)
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     axis.set_xlabel(f"rank among {len(found.tried)} placements that were tried")
     axis.set_ylabel(_KL)
     return legend(figure, axes)
@@ -118,7 +122,9 @@ def _map(
     colours = axis.pcolormesh(edges(x), edges(y), kl, **scale)
     figure.colorbar(colours, ax=axis, label=_KL)
     if min(kl.shape) > 1 and np.ptp(kl) > 0:
-        axis.contour(x, y, kl, levels=6, colors="w", linewidths=0.5)
+        low, high = colours.get_clim()
+        levels = np.linspace(low, high, 8)[1:-1]
+        axis.contour(x, y, kl, levels=levels, colors="w", linewidths=0.5)
     column, row = np.nonzero(as_good)
     axis.plot(x[column], y[row], label=_AS_GOOD, **_RIVAL)
     axis.plot(x[best[across]], y[best[up]], label="best", **STAR)

@@ -54,7 +54,7 @@ def first(tmp_path_factory):
     return folder, done.output
 
 
-COMMANDS = ("update", "check", "explain", "improve")
+COMMANDS = ("update", "check", "explain", "improve", "place")
 
 
 def test_help_lists_the_commands():

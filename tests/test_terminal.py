@@ -60,3 +60,10 @@ def test_a_bar_for_any_function(console, monkeypatch):
         progress(1.0)
     shown = said(console).strip().splitlines()[-1]
     assert shown.startswith("map") and "100%" in shown and "took" in shown
+
+
+def test_brackets_in_a_table_are_no_markup(console):
+    table = pd.DataFrame({"s1 [m]": ["0.2 [b]"]}, index=["[i]"])
+    console.print(_terminal.frame(table, "rank"))
+    for word in ("s1 [m]", "0.2 [b]", "[i]"):
+        assert word in said(console)

@@ -1,4 +1,4 @@
-"""_fewer: in, an experiment; out, the experiment with fewer transducers, or with more sensors.
+"""_fewer: in, an experiment; out, the experiment with fewer transducers or lines, or more sensors.
 
 Not known here: where transducers are tried, what is learnt.
 """
@@ -13,6 +13,7 @@ import equinox as eqx
 import numpy as np
 
 from ..experiment import Experiment
+from ..noise import Covariance, Gaussian, Noise
 from ..transducers import Sensor
 
 
@@ -71,6 +72,40 @@ def with_more(experiment: Experiment, count: int) -> Experiment:
 def _alike(one: Sensor, name: str) -> Sensor:
     at: Any = one.recorded if one.support is None else one.support
     return Sensor(name, at=at, directions=one.directions, angles=one.angles)  # type: ignore[call-arg]
+
+
+def with_lines(experiment: Experiment, count: int) -> Experiment:
+    """Return the experiment with so many of its lines at most, evenly spread, and their noise.
+
+    Parameters
+    ----------
+    experiment
+        The experiment; the level of its output error is no distribution.
+    count
+        Lines, one at least.
+    """
+    every = np.asarray(experiment.frequency)
+    if every.size <= count:
+        return experiment
+    kept = ((np.arange(count) + 0.5) * every.size / count).astype(int)
+    levels = np.arange(len(experiment.force_levels or (1,)))
+    data = (every.size * levels[:, None] + kept).ravel()
+    noise = _at_data(experiment.noise, data, every.size * levels.size)
+    return eqx.tree_at(
+        lambda tree: (tree.frequency, tree.noise),
+        experiment,
+        (every[kept], noise),
+        is_leaf=lambda leaf: leaf is None,
+    )
+
+
+def _at_data(noise: Noise | None, kept: np.ndarray, size: int) -> Noise | None:
+    """Noise of some data along frequency, of so many in all."""
+    if isinstance(noise, Covariance):
+        return Covariance(np.asarray(noise.matrix)[np.ix_(kept, kept)], noise.scale)
+    if isinstance(noise, Gaussian) and np.shape(noise.sigma)[-1:] == (size,):
+        return Gaussian(np.asarray(noise.sigma)[..., kept])
+    return noise
 
 
 def is_measurable(experiment: Experiment, names: Collection[str]) -> bool:

@@ -1,0 +1,78 @@
+"""_fewer: lines that are left out, with the output error of those that stay."""
+
+import dataclasses
+
+import equinox as eqx
+import numpy as np
+import numpy.testing as npt
+import pytest
+
+import bayes_placement as bp
+from bayes_placement.design._fewer import with_lines
+
+LINES = np.arange(100.0, 110.0)
+
+
+def experiment(noise, force_levels=None):
+    modes = bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+    return bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(0.03)),
+        sensors=[bp.Sensor("s1", at=0.25), bp.Sensor("s2", at=0.6)],
+        actuators=[bp.Actuator("a1", at=0.3)],
+        frequency=LINES,
+        observe=bp.observe.LogAmplitude("velocity"),
+        noise=noise,
+        force_levels=force_levels,
+    )
+
+
+@pytest.mark.parametrize("noise", [None, bp.noise.Gaussian(0.1)])
+def test_some_lines_are_taken_evenly_and_all_else_stays(noise):
+    given = experiment(noise)
+    found = with_lines(given, 5)
+    npt.assert_array_equal(found.frequency, LINES[1::2])
+    for field in dataclasses.fields(given):
+        if field.name != "frequency":
+            assert eqx.tree_equal(getattr(found, field.name), getattr(given, field.name))
+
+
+@pytest.mark.parametrize("count", [10, 11, 1000])
+def test_no_more_lines_than_there_are(count):
+    given = experiment(bp.noise.Gaussian(0.1))
+    assert with_lines(given, count) is given
+
+
+@pytest.mark.parametrize("count", range(1, 10))
+def test_no_line_is_taken_twice(count):
+    found = with_lines(experiment(None), count).frequency
+    assert len(set(found)) == count
+    assert found.mean() == pytest.approx(LINES.mean(), abs=0.5)
+
+
+@pytest.mark.parametrize("shape", [(10,), (2, 1, 10)])
+def test_each_line_keeps_its_level_of_the_output_error(shape):
+    sigma = 0.01 * np.broadcast_to(LINES, shape)
+    found = with_lines(experiment(bp.noise.Gaussian(sigma)), 3)
+    npt.assert_allclose(
+        found.noise.sigma, 0.01 * np.broadcast_to(found.frequency, (*shape[:-1], 3))
+    )
+
+
+def test_levels_of_channels_stay():
+    sigma = np.array([0.1, 0.2]).reshape(2, 1, 1)
+    found = with_lines(experiment(bp.noise.Gaussian(sigma)), 3)
+    npt.assert_array_equal(found.noise.sigma, sigma)
+
+
+def test_each_pair_of_lines_keeps_its_covariance():
+    found = with_lines(experiment(bp.noise.Covariance(np.outer(LINES, LINES), scale=2.0)), 3)
+    npt.assert_allclose(found.noise.matrix, np.outer(found.frequency, found.frequency))
+    assert found.noise.scale == 2.0
+
+
+def test_each_force_level_keeps_its_output_error():
+    sigma = np.concatenate([LINES, 2 * LINES])
+    found = with_lines(experiment(bp.noise.Gaussian(sigma), force_levels=[1.0, 3.0]), 4)
+    kept = found.frequency
+    npt.assert_array_equal(found.noise.sigma, np.concatenate([kept, 2 * kept]))
+    npt.assert_array_equal(found.lines, np.tile(kept, 2))
