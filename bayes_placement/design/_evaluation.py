@@ -49,7 +49,11 @@ class Evaluation(NamedTuple):
     progress: Progress
 
     def at(self, several: Sequence[Candidates], cells: np.ndarray) -> np.ndarray:
-        """Information [cell, 1 + replicate] at combinations of candidates [cell, transducer]."""
+        """Information [cell, 1 + replicate] at combinations of candidates [cell, transducer].
+
+        Minus infinity where it cannot be told: at a support, where nothing moves, the logarithm of
+        the response is not finite.
+        """
         names = [one.name for one in several]
         typical = self.estimator.typical()
         values = nominal_values(self.experiment, names, self.nominal, typical)
@@ -59,4 +63,5 @@ class Evaluation(NamedTuple):
         with closing(run(parts, self.executor, self.store, self.progress)) as results:
             for one, result in results:
                 found[one.place] = result
+        found[~np.isfinite(found).all(axis=1)] = -np.inf
         return found

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from .._types import Progress, no_progress
+from .._types import InfeasibleError, Progress, no_progress
 from ..experiment import Experiment
 from ..information._estimator import Estimator, spread
 from ..information.kde import KDE
@@ -76,7 +76,8 @@ def information_map(
     -------
     xarray.Dataset
         `kl` and its standard error `kl_se` [nat], dimensions named after the transducers;
-        `kl_without`, the same without each replicate of the random points, for `lead`.
+        `kl_without`, the same without each replicate of the random points, for `lead`. NaN where
+        nothing can be told, as on a support that does not move.
 
     Raises
     ------
@@ -92,6 +93,7 @@ def information_map(
     shape = tuple(len(one.laws) for one in several)
     whole = Evaluation(asked, own, key, given, executor, store, chunk, progress)
     found = whole.at(several, grid(several)).reshape(*shape, -1)
+    found[np.isneginf(found)] = np.nan
     return _labelled(several, found, own.settings() | {"key": key})
 
 
@@ -123,9 +125,16 @@ def lead(whole: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
         A map of `information_map`.
     other
         Index along each of its dimensions; by default the second best.
+
+    Raises
+    ------
+    ValueError
+        If nothing is known at any placement.
     """
     names = [str(name) for name in whole["kl"].dims]
-    kl = whole["kl"].values
+    kl = np.nan_to_num(whole["kl"].values, nan=-np.inf)
+    if np.isneginf(kl).all():
+        raise InfeasibleError(nothing_told(kl.size))
     order = np.argsort(kl, axis=None)[::-1]
     best, second = (
         dict(zip(names, map(int, np.unravel_index(place, kl.shape)), strict=True))
@@ -137,6 +146,14 @@ def lead(whole: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
         for at in (whole.isel(best), whole.isel(compared))
     )
     return Lead(best, compared, *ahead(*found))
+
+
+def nothing_told(count: int) -> str:
+    """Say that information is finite nowhere."""
+    return (
+        f"At none of {count} placements is the information finite: where nothing moves, as on a "
+        "support, the logarithm of the response is infinite. Try places that move."
+    )
 
 
 def ahead(

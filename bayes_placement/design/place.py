@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from .._bounds import said
-from .._types import Progress, no_progress
+from .._types import InfeasibleError, Progress, no_progress
 from .._vectors import Recorded
 from ..experiment import Experiment
 from ..information._estimator import Estimator, spread
@@ -23,7 +23,7 @@ from ._offer import Offer, Places
 from ._question import only_about
 from ._rules import Rules
 from .exhaustive import Exhaustive
-from .maps import CHUNK, ahead
+from .maps import CHUNK, ahead, nothing_told
 from .search import Search, Tried
 
 SLIGHT = 0.01
@@ -147,7 +147,8 @@ def place(
     Raises
     ------
     ValueError
-        If no placement is allowed, or the estimator cannot treat the experiment.
+        If no placement is allowed, none tells anything, or the estimator cannot treat the
+        experiment.
     """
     own = KDE() if estimator is None else estimator
     how = Exhaustive() if search is None else search
@@ -177,6 +178,8 @@ def _best(offer: Offer, tried: Tried, search: str) -> Placement:
     net = tried.found - costs[:, None]
     order = np.argsort(-net[:, 0], kind="stable")
     best = order[0]
+    if np.isneginf(net[best, 0]):
+        raise InfeasibleError(nothing_told(len(order)))
     others = [number for number in order[1:] if not (tried.like_best[[best, number]]).all()]
     difference, error = ahead(net[best], net[others[0]]) if others else (np.inf, np.nan)
     table = pd.DataFrame([_row(tried.places[number]) for number in order])

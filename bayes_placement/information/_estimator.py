@@ -101,9 +101,14 @@ def _divergence(
 def spread(
     without: Float[np.ndarray, "*placement replicate"],
 ) -> Float[np.ndarray, "*placement"]:
-    """Jackknife standard error from estimates without each replicate, the last axis."""
+    """Jackknife standard error from estimates without each replicate, the last axis.
+
+    NaN where these are not finite.
+    """
     count = without.shape[-1]
-    return np.asarray(np.sqrt((count - 1) * np.var(without, axis=-1)))
+    known = np.isfinite(without).all(axis=-1)
+    variance = np.var(np.where(known[..., None], without, 0.0), axis=-1)
+    return np.where(known, np.sqrt((count - 1) * variance), np.nan)
 
 
 def known_noise(experiment: Experiment, who: str) -> Noise:

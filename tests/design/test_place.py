@@ -165,3 +165,24 @@ def test_a_tolerance_in_nodes_is_refused_by_the_estimate():
     nodes = bp.supports.Nodes(models_in_space.plate().matrices.position, box(SEATS[0], 0.05))
     with pytest.raises(ValueError, match=r'"sensor.s1.position.node" has the law Categorical'):
         bp.place(on_plate(nodes), {"s1": SEATS[:2]}, estimator=SMALL)
+
+
+def test_a_place_that_does_not_move_is_never_the_answer(experiment):
+    """On the clamp the response vanishes, and its logarithm is infinite."""
+    exact = bp.Experiment(
+        experiment.structure,
+        sensors=[bp.Sensor("s1", at=0.3)],
+        actuators=list(experiment.actuator.values()),
+        frequency=experiment.frequency,
+        observe=experiment.observe,
+        noise=None,
+    )
+    found = bp.place(exact, {"s1": [0.0, 0.25]}, estimator=SMALL)
+    assert found.positions == {"s1": 0.25} and np.isneginf(found.tried["kl"][1])
+    whole = bp.information_map(exact, {"s1": [0.0, 0.25]}, estimator=SMALL)
+    assert np.isnan(whole["kl"][0]) and design.lead(whole).best == {"s1": 1}
+    assert list(design.rivals(whole).values) == [False, True]
+    for search in (bp.place, bp.information_map):
+        with pytest.raises(ValueError, match=r"At none of 1 placements is the information finite"):
+            told = search(exact, {"s1": [0.0]}, estimator=SMALL)
+            design.lead(told)
