@@ -97,6 +97,13 @@ SearchOption = Annotated[
     SearchName,
     typer.Option(help="All placements, one moved at a time, one added at a time, or CMA-ES."),
 ]
+About = Annotated[
+    str | None,
+    typer.Option(
+        help="Parameters to learn about, with commas, all others at nominal values: "
+        "structure.damping.ratio.1. Default: all."
+    ),
+]
 Sensors = Annotated[
     int | None, typer.Option(help="Sensors to place. Default: those that the model declares.")
 ]
@@ -187,7 +194,7 @@ def explain(
     with _errors_in_words():
         from . import criticism_commands
 
-        criticism_commands.explain(model, data, engine.value, _kinds(effects), out, seed)
+        criticism_commands.explain(model, data, engine.value, _words(effects), out, seed)
 
 
 @app.command()
@@ -196,7 +203,7 @@ def improve(model: Study, data: Data = None, effects: Effects = None, out: Out =
     with _errors_in_words():
         from . import criticism_commands
 
-        criticism_commands.improve(model, data, _kinds(effects), out)
+        criticism_commands.improve(model, data, _words(effects), out)
 
 
 @app.command()
@@ -205,6 +212,7 @@ def place(
     data: After = None,
     estimator: EstimatorOption = EstimatorName.KDE,
     search: SearchOption = SearchName.EXHAUSTIVE,
+    about: About = None,
     sensors: Sensors = None,
     places: Places = 19,
     lines: Lines = 20,
@@ -219,12 +227,21 @@ def place(
         from . import placement_commands
 
         options = placement_commands.Options(
-            estimator.value, search.value, sensors, places, lines, noise, workers, dask, seed
+            estimator.value,
+            search.value,
+            _words(about),
+            sensors,
+            places,
+            lines,
+            noise,
+            workers,
+            dask,
+            seed,
         )
         placement_commands.run(model, data, options, out)
 
 
-def _kinds(words: str | None) -> list[str] | None:
+def _words(words: str | None) -> list[str] | None:
     return None if words is None else [word.strip() for word in words.split(",")]
 
 

@@ -64,6 +64,8 @@ class Options(NamedTuple):
     ----------
     estimator, search
         By their names.
+    about
+        Names of the parameters that are to be learnt; None for all.
     sensors
         Sensors to place; None for all that are declared.
     places
@@ -80,6 +82,7 @@ class Options(NamedTuple):
 
     estimator: str
     search: str
+    about: list[str] | None
     sensors: int | None
     places: int
     lines: int
@@ -109,6 +112,7 @@ def run(path: Path, data: Path | None, options: Options, out: Path) -> None:
         estimator, complaints = _estimator(options, study, measured, begin)
         settings: dict[str, Any] = {
             "estimator": estimator,
+            "about": options.about,
             "key": options.seed,
             "executor": executor,
             "store": out / "chunks",

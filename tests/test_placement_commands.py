@@ -136,6 +136,15 @@ def test_another_run_reads_what_the_first_has_computed(first):
     ]
 
 
+def test_to_ask_about_its_only_parameter_is_the_same(first):
+    folder, _ = first
+    chunks = sorted((folder / "out" / "chunks").iterdir())
+    table = (folder / "out" / "placements.csv").read_bytes()
+    done(folder, "--about", "structure.damping.ratio.1")
+    assert sorted((folder / "out" / "chunks").iterdir()) == chunks
+    assert (folder / "out" / "placements.csv").read_bytes() == table
+
+
 def test_another_seed_is_computed_anew(first):
     folder, _ = first
     done(folder, "--seed", 1, out="seed")
@@ -262,6 +271,7 @@ def test_separation_needs_data(tmp_path):
         ({"ratio": "0.04"}, (), "the structure has no unknown parameter"),
         ({}, ("--noise", "0"), "the standard deviation must be positive"),
         ({}, ("--search", "guess"), "'guess' is not one of"),
+        ({}, ("--about", "sensor.s1.position"), "names of unknown parameters are needed"),
         ({}, ("--lines", "0"), "'--lines'"),
     ],
 )
@@ -281,7 +291,7 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path):
 
 def options(**changes):
     plain = {"estimator": "kde", "search": "exhaustive", "sensors": None, "places": 4}
-    more = {"lines": 20, "sigma": None, "workers": None, "dask": None, "seed": 0}
+    more = {"about": None, "lines": 20, "sigma": None, "workers": None, "dask": None, "seed": 0}
     return Options(**(plain | more | changes))
 
 

@@ -119,7 +119,7 @@ class Evolutionary(Search):
             share = space.sorted(np.concatenate(drawn))
             tried = space.learnt(part(here, number, count), share)
             yield share, tried
-            losses = np.split(-tried.found[:, 0], self.populations)
+            losses = np.split(_losses(tried.found[:, 0]), self.populations)
             for place, (own, loss) in enumerate(zip(drawn, losses, strict=True)):
                 several[place].tell(list(zip(own, loss, strict=True)))
                 if np.ptp(own, axis=0).max() < self.accuracy or several[place].should_stop():
@@ -127,6 +127,12 @@ class Evolutionary(Search):
                     several[place] = nursery.begin(self.size, space.sorted(own).mean(axis=0))
             if rested.all():
                 return
+
+
+def _losses(learnt: np.ndarray) -> np.ndarray:
+    """What a population is to make small; where nothing is told, worse than anywhere else."""
+    worst = np.max(-learnt, where=np.isfinite(learnt), initial=0.0) + 1.0
+    return np.where(np.isfinite(learnt), -learnt, worst)
 
 
 class _Nursery:

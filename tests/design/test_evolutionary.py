@@ -9,7 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import design, information
-from bayes_placement.design import _running
+from bayes_placement.design import _running, evolutionary
 from models import bar
 from tests.design import landscapes
 from tests.design.landscapes import Hills, Modal, Nearness, learnt
@@ -232,3 +232,9 @@ def test_settings_without_sense_are_refused(settings):
         ValueError, match=r"at least one population of four, one generation of each"
     ):
         design.Evolutionary(**settings)
+
+
+def test_where_nothing_is_told_is_worse_than_anywhere_else():
+    losses = evolutionary._losses(np.array([2.0, -np.inf, -1.0]))
+    np.testing.assert_array_equal(losses, [-2.0, 2.0, 1.0])
+    assert np.isfinite(evolutionary._losses(np.array([-np.inf, -np.inf]))).all()
