@@ -41,10 +41,14 @@ def chunks(estimator=SMALL, seed=0, size=1, places=PLACES):
     return _cells.chunks(task, several, _cells.grid(several), size)
 
 
-def fingerprints():
-    """Names of what is computed for some structures."""
-    scenes = [models_in_space.frame(), models_in_space.plate()]
-    return [chunks()[3].content(), *(fingerprint(scene.modes) for scene in scenes)]
+def structures():
+    """Modes of structures in space, whose last bits depend on the threads that solve for them."""
+    return [models_in_space.frame().modes, models_in_space.plate().modes]
+
+
+def fingerprints(several):
+    """Names of what is computed for a bar and for some structures."""
+    return [chunks()[3].content(), *(fingerprint(one) for one in several)]
 
 
 def number(sent):

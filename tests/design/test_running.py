@@ -168,8 +168,9 @@ def test_a_file_in_the_place_of_a_folder_is_refused(tmp_path):
 
 
 def test_names_are_the_same_in_any_process(processes):
-    other = processes.submit(small_maps.fingerprints).result()
-    assert other == small_maps.fingerprints() and len(set(other)) == 3
+    several = small_maps.structures()
+    other = processes.submit(small_maps.fingerprints, several).result()
+    assert other == small_maps.fingerprints(several) and len(set(other)) == 3
 
 
 def test_each_that_determines_a_result_is_in_its_name(monkeypatch, tmp_path):
