@@ -3,6 +3,7 @@
 Not known here: how words on the command line are read, how anything is computed.
 """
 
+import warnings
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -118,16 +119,23 @@ def run(path: Path, data: Path | None, options: Options, out: Path) -> None:
             "store": out / "chunks",
         }
         search = SEARCHES[options.search]()
-        best = place(experiment, places, search=search, progress=begin(PLACE), **settings)
-        # An exhaustive search has left all cells in the store.
-        found = [
-            information_map(experiment, places, progress=begin(MAP), **settings) for _ in after
-        ]
-    words = [str(best), *complaints]
+        with warnings.catch_warnings(record=True) as doubts:
+            warnings.simplefilter("always", information.InformationWarning)
+            best = place(experiment, places, search=search, progress=begin(PLACE), **settings)
+            # An exhaustive search has left all cells in the store.
+            found = [
+                information_map(experiment, places, progress=begin(MAP), **settings) for _ in after
+            ]
+    words = [str(best), *complaints, *_last(doubts)]
     console.print(frame(_shown(best), "rank"))
     say_each(console, words)
     _write(best, words, found, out)
     say(console, f"Tables and figures are in {out}/")
+
+
+def _last(doubts: list[warnings.WarningMessage]) -> list[str]:
+    """What is to be said of estimates that are in doubt, once."""
+    return [str(one.message) for one in doubts[-1:]]
 
 
 def _measured(study: Study, data: Path | None, path: Path, options: Options) -> Measurements | None:

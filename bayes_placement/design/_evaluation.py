@@ -3,6 +3,7 @@
 Not known here: in what order placements are tried, what is allowed.
 """
 
+import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
@@ -13,7 +14,8 @@ import numpy as np
 
 from .._types import Progress
 from ..experiment import Experiment
-from ..information._estimator import Estimator
+from ..information._estimator import Estimator, InformationWarning
+from ..information.expected_gain import ExpectedGain
 from ._candidates import Candidates
 from ._cells import Task, chunks
 from ._question import nominal_values
@@ -64,4 +66,22 @@ class Evaluation(NamedTuple):
             for one, result in results:
                 found[one.place] = result
         found[~np.isfinite(found).all(axis=1)] = -np.inf
+        _doubted(self.estimator, found[:, 0])
         return found
+
+
+def _doubted(estimator: Estimator, kl: np.ndarray) -> None:
+    """Warn of more information than so many draws of the parameters can tell."""
+    if not isinstance(estimator, ExpectedGain):
+        return
+    most, greatest = np.log(estimator.n_h), np.max(kl, initial=-np.inf)
+    if greatest > most:
+        warnings.warn(
+            f"An expected gain of {greatest:.3g} nat was found with n_h={estimator.n_h} draws of "
+            f"the parameters, which tell no more than log n_h = {most:.2g} nat apart: such figures "
+            "are too high, and only their order is a hint. Give more draws, "
+            f"information.ExpectedGain(n_h={16 * estimator.n_h}), fewer lines, or a prior that is "
+            "narrower, such as the posterior of a first measurement: after=posterior.",
+            InformationWarning,
+            stacklevel=4,
+        )

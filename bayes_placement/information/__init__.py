@@ -5,6 +5,7 @@ done, one estimator a file. Not known here: where else a transducer could sit.
 """
 
 from ._divergence import Divergence, from_evidence, from_posterior_draws, from_prior_draws
+from ._estimator import InformationWarning
 from .exact import Exact
 from .expected_gain import ExpectedGain
 from .kde import KDE
@@ -16,6 +17,7 @@ __all__ = [
     "Divergence",
     "Exact",
     "ExpectedGain",
+    "InformationWarning",
     "Separation",
     "from_evidence",
     "from_posterior_draws",

@@ -20,6 +20,10 @@ from ..experiment import Experiment, is_placement, role
 from ..noise import Noise
 
 
+class InformationWarning(UserWarning):
+    """An estimate that its draws cannot resolve."""
+
+
 class Gain(NamedTuple):
     """Divergence of the posterior from the prior [nat], also with each replicate left out.
 

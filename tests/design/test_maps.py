@@ -165,3 +165,10 @@ def test_one_parameter_may_be_asked_about(experiment):
 def test_what_is_no_parameter_cannot_be_asked_about(experiment, about):
     with pytest.raises(ValueError, match=r"about=.* names of unknown parameters are needed"):
         bp.information_map(experiment, {"s1": [0.5]}, estimator=SMALL, about=about)
+
+
+def test_more_than_the_draws_can_tell_is_doubted():
+    sharp = bar.placed(0.3, 0.3, bp.noise.Gaussian(0.001))
+    few = information.ExpectedGain(n_h=4, n_p=8, n_y=8)
+    with pytest.warns(information.InformationWarning, match=r"n_h=4 draws .* log n_h = 1.4 nat"):
+        bp.information_map(sharp, {"s1": [0.25]}, estimator=few)
