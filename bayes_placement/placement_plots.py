@@ -4,7 +4,7 @@ Not known here: how anything was computed.
 """
 
 import itertools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -86,18 +86,24 @@ def _pairs(whole: xr.Dataset, names: list[str]) -> list[tuple[str, ...]]:
 def _panel(
     figure: Figure, axis: Axes, whole: xr.Dataset, pair: tuple[str, ...], **scale: Any
 ) -> None:
-    shown, as_good, best = _profile(whole, pair)
+    shown = _profile(whole, pair)
     if len(pair) == 2:
-        _map(figure, axis, shown, as_good, best, scale)
+        _map(figure, axis, shown, scale)
     elif pair[0] in whole.coords:
-        _curve(axis, shown, as_good, best, scale)
+        _curve(axis, shown, scale)
     else:
-        _places(figure, axis, shown, as_good, best, scale)
+        _places(figure, axis, shown, scale)
 
 
-def _profile(
-    whole: xr.Dataset, kept: tuple[str, ...]
-) -> tuple[xr.Dataset, np.ndarray, dict[str, int]]:
+class _Shown(NamedTuple):
+    """What a panel shows: information, which placements are as good as the best, and the best."""
+
+    whole: xr.Dataset
+    as_good: np.ndarray
+    best: dict[str, int]
+
+
+def _profile(whole: xr.Dataset, kept: tuple[str, ...]) -> _Shown:
     """Best over all transducers that a panel does not show; rivals likewise."""
     others = [str(name) for name in whole["kl"].dims if name not in kept]
     best = lead(whole).best
@@ -105,20 +111,14 @@ def _profile(
     if others:
         stacked = whole[["kl", "kl_se"]].stack(others_of_all=others)
         whole = stacked.isel(others_of_all=stacked["kl"].argmax("others_of_all"))
-    return whole, as_good, {name: best[name] for name in kept}
+    return _Shown(whole, as_good, {name: best[name] for name in kept})
 
 
-def _map(
-    figure: Figure,
-    axis: Axes,
-    shown: xr.Dataset,
-    as_good: np.ndarray,
-    best: dict[str, int],
-    scale: dict[str, Any],
-) -> None:
+def _map(figure: Figure, axis: Axes, shown: _Shown, scale: dict[str, Any]) -> None:
+    whole, as_good, best = shown
     across, up = best
-    x, y = shown[across].values, shown[up].values
-    kl = shown["kl"].transpose(up, across).values
+    x, y = whole[across].values, whole[up].values
+    kl = whole["kl"].transpose(up, across).values
     colours = axis.pcolormesh(edges(x), edges(y), kl, **scale)
     figure.colorbar(colours, ax=axis, label=_KL)
     if min(kl.shape) > 1 and np.ptp(kl) > 0:
@@ -132,15 +132,10 @@ def _map(
     axis.set_ylabel(f"position of {up} [m]")
 
 
-def _curve(
-    axis: Axes,
-    shown: xr.Dataset,
-    as_good: np.ndarray,
-    best: dict[str, int],
-    scale: dict[str, Any],
-) -> None:
+def _curve(axis: Axes, shown: _Shown, scale: dict[str, Any]) -> None:
+    whole, as_good, best = shown
     (name,) = best
-    x, kl, error = shown[name].values, shown["kl"].values, DOUBT * shown["kl_se"].values
+    x, kl, error = whole[name].values, whole["kl"].values, DOUBT * whole["kl_se"].values
     axis.fill_between(x, kl - error, kl + error, alpha=0.3, label=_ERRORS)
     axis.plot(x, kl, ".-", label="information")
     axis.plot(x[as_good], kl[as_good], "o", color="k", fillstyle="none", label=_AS_GOOD)
@@ -151,20 +146,14 @@ def _curve(
     axis.set_ylabel(_KL)
 
 
-def _places(
-    figure: Figure,
-    axis: Axes,
-    shown: xr.Dataset,
-    as_good: np.ndarray,
-    best: dict[str, int],
-    scale: dict[str, Any],
-) -> None:
+def _places(figure: Figure, axis: Axes, shown: _Shown, scale: dict[str, Any]) -> None:
     """Places in space, seen along the axis in which they differ least."""
+    whole, as_good, best = shown
     (name,) = best
-    every = {one: shown[f"{name}.{one}"].values for one in "xyz"}
+    every = {one: whole[f"{name}.{one}"].values for one in "xyz"}
     across, up = sorted(sorted(every, key=lambda one: -np.ptp(every[one]))[:2])
     x, y = every[across], every[up]
-    colours = axis.scatter(x, y, c=shown["kl"].values, s=60, **scale)
+    colours = axis.scatter(x, y, c=whole["kl"].values, s=60, **scale)
     figure.colorbar(colours, ax=axis, label=_KL)
     axis.plot(x[as_good], y[as_good], label=_AS_GOOD, **_RIVAL)
     axis.plot(x[best[name]], y[best[name]], label="best", **STAR)

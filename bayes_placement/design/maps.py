@@ -141,11 +141,13 @@ def lead(whole: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
         for place in order[[0, min(1, len(order) - 1)]]
     )
     compared = second if other is None else dict(other)
-    found = (
-        np.concatenate([[float(at["kl"])], at["kl_without"].values])
-        for at in (whole.isel(best), whole.isel(compared))
-    )
-    return Lead(best, compared, *ahead(*found))
+    return Lead(best, compared, *difference(whole.isel(best), whole.isel(compared)))
+
+
+def difference(one: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
+    """Information of one cell less that of another, and the standard error of that [nat]."""
+    found = (np.concatenate([[float(at["kl"])], at["kl_without"].values]) for at in (one, other))
+    return ahead(*found)
 
 
 def nothing_told(count: int) -> str:
@@ -166,8 +168,8 @@ def ahead(
     best, other
         Information of each, in all and without each replicate; what is common cancels.
     """
-    difference = best - other
-    return float(difference[0]), float(spread(difference[1:]))
+    apart = best - other
+    return float(apart[0]), float(spread(apart[1:]))
 
 
 def rivals(whole: xr.Dataset) -> xr.DataArray:
@@ -176,8 +178,8 @@ def rivals(whole: xr.Dataset) -> xr.DataArray:
     names = [str(name) for name in whole["kl"].dims]
     best = lead(whole).best
     behind = (values.isel(best) - values).transpose(*names, "replicate").values
-    difference = (whole["kl"].isel(best) - whole["kl"]).transpose(*names).values
-    return whole["kl"].copy(data=difference <= DOUBT * spread(behind))
+    lost = (whole["kl"].isel(best) - whole["kl"]).transpose(*names).values
+    return whole["kl"].copy(data=lost <= DOUBT * spread(behind))
 
 
 def _labelled(

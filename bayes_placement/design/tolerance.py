@@ -16,8 +16,8 @@ import xarray as xr
 
 from .._types import InfeasibleError, Progress, no_progress
 from ..experiment import Experiment
-from ..information._estimator import Estimator, spread
-from .maps import DOUBT, information_map, lead
+from ..information._estimator import Estimator
+from .maps import DOUBT, difference, information_map, lead
 
 FACTORS = (1.0, 0.5, 0.25)
 
@@ -148,8 +148,8 @@ def _table(maps: list[xr.Dataset], factors: Sequence[float]) -> pd.DataFrame:
     rows = []
     for factor, one in zip(factors, maps, strict=True):
         best, stayed = one.isel(lead(one).best), one.isel(home)
-        bought, bought_se = _difference(best, first)
-        moved, moved_se = _difference(best, stayed)
+        bought, bought_se = difference(best, first)
+        moved, moved_se = difference(best, stayed)
         rows.append(
             {FACTOR: factor}
             | {str(name): _place(best, str(name)) for name in one["kl"].dims}
@@ -157,12 +157,6 @@ def _table(maps: list[xr.Dataset], factors: Sequence[float]) -> pd.DataFrame:
             | {"bought": bought, "bought_se": bought_se, "moved": moved, "moved_se": moved_se}
         )
     return pd.DataFrame(rows).set_index(FACTOR)
-
-
-def _difference(one: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
-    """Difference of information and its standard error, common points considered."""
-    error = spread((one["kl_without"] - other["kl_without"]).values)
-    return float(one["kl"] - other["kl"]), float(error)
 
 
 def _place(one: xr.Dataset, name: str) -> Any:

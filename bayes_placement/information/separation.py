@@ -175,7 +175,7 @@ class _Drawn(NamedTuple):
 def _drawn(own: _Explained, sizes: Separation, experiment: Experiment, seed: int) -> _Drawn:
     size = jax.eval_shape(lambda: experiment.nominal().predict()).size
     # Draws that make the data must not be among those that explain them.
-    halves = [Posterior({"known": own.known[k::2]}) for k in (0, 1)]
+    explaining, making = Posterior({"known": own.known}).halves()
 
     def scores(count: int, dimension: int, number: int) -> np.ndarray:
         return _points.scores(sizes.points, sizes.replicates, count, dimension, seed + number)
@@ -186,7 +186,7 @@ def _drawn(own: _Explained, sizes: Separation, experiment: Experiment, seed: int
     fit = scores(sizes.n_p, 1 + own.wide, 0)
     data = scores(sizes.n_y, 1 + own.wide + size, 1)
     makes, error = data[..., : 1 + own.wide], data[..., 1 + own.wide :]
-    return _Drawn(coordinates(halves[0], fit), coordinates(halves[1], makes), jnp.asarray(error))
+    return _Drawn(coordinates(explaining, fit), coordinates(making, makes), jnp.asarray(error))
 
 
 def _as_explained(one: Experiment, explained: Experiment) -> Experiment:
