@@ -1,43 +1,28 @@
 from . import (
-    beams,
-    damping,
     design,
     effects,
-    engines,
-    finite_elements,
-    information,
-    interpolation,
     io,
-    ledger_plots,
-    marginals,
-    misfit_plots,
     modes,
-    nodal_modes,
-    noise,
-    observe,
-    placement_plots,
-    places,
     plots,
-    soft_supports,
-    supports,
+    positions,
 )
-from ._executors import workers
-from ._terminal import progress_bar
 from .criticism.check import check
 from .criticism.compare import compare
-from .criticism.explain import explain
-from .criticism.improve import improve
-from .design.maps import information_map
-from .design.place import place
-from .experiment import Experiment
-from .infer import infer
-from .matrices import Matrices
-from .measurement import Channel, Measurement
-from .modal_model import ModalModel
-from .report import report
-from .simulate import simulate
-from .structure import Structure
-from .transducers import Actuator, Sensor
+from .criticism.missing import explain, improve
+from .design import information, information_map, place
+from .experiment import (
+    Actuator,
+    Channel,
+    Experiment,
+    Measurement,
+    Sensor,
+    Structure,
+    damping,
+    noise,
+    observe,
+)
+from .inference import engines, infer, marginals, report, simulate
+from .modes import beams, finite_elements
 
 __version__: str
 
@@ -45,9 +30,7 @@ __all__ = [
     "Actuator",
     "Channel",
     "Experiment",
-    "Matrices",
     "Measurement",
-    "ModalModel",
     "Sensor",
     "Structure",
     "beams",
@@ -63,23 +46,14 @@ __all__ = [
     "infer",
     "information",
     "information_map",
-    "interpolation",
     "io",
-    "ledger_plots",
     "marginals",
-    "misfit_plots",
     "modes",
-    "nodal_modes",
     "noise",
     "observe",
     "place",
-    "placement_plots",
-    "places",
     "plots",
-    "progress_bar",
+    "positions",
     "report",
     "simulate",
-    "soft_supports",
-    "supports",
-    "workers",
 ]

@@ -29,6 +29,11 @@ def is_unknown(leaf: Any) -> bool:
     return isinstance(leaf, Distribution)
 
 
+def is_finite(law: Any) -> bool:
+    """Tell whether a law gives weight to finitely many values, which can be listed."""
+    return law.support is not None and law.support.is_discrete and law.has_enumerate_support
+
+
 def _word(key: Any) -> str:
     if isinstance(key, GetAttrKey):
         return key.name

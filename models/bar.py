@@ -42,8 +42,8 @@ def placed(sensor, actuator, noise, *, frequency=PAPER_LINES, structure=None):
     """Return the experiment with both instruments within 4 cm of these places."""
     return bp.Experiment(
         bar() if structure is None else structure,
-        sensors=[bp.Sensor("s1", at=bp.supports.Segment(sensor, within=0.04))],
-        actuators=[bp.Actuator("a1", at=bp.supports.Segment(actuator, within=0.04))],
+        sensors=[bp.Sensor("s1", at=bp.positions.Segment(sensor, within=0.04))],
+        actuators=[bp.Actuator("a1", at=bp.positions.Segment(actuator, within=0.04))],
         frequency=frequency,
         observe=bp.observe.LogAmplitude("velocity"),
         noise=noise,

@@ -27,9 +27,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
-from bayes_placement.experiment import role
-from bayes_placement.infer import InferenceWarning
-from bayes_placement.methods import GRID_UNKNOWNS, Method
+from bayes_placement.experiment.experiment import role
+from bayes_placement.inference.infer import InferenceWarning
+from bayes_placement.inference.methods import GRID_UNKNOWNS, Method
 
 try:
     from models import bar, hidden_effect

@@ -16,7 +16,7 @@ import bayes_placement as bp
 RESONANCES = np.array([51.5, 142.18, 278.67, 460.39, 687.17, 958.53])
 """Measured resonances [Hz]."""
 
-ANYWHERE = bp.supports.Segment(0.5, within=0.5)
+ANYWHERE = bp.positions.Segment(0.5, within=0.5)
 
 
 def off_resonance(spacing=15.0, clearance=0.02):

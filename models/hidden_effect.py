@@ -25,7 +25,7 @@ PLACES = {"s1": 0.16, "s2": 0.47, "s3": 0.71, "a1": 0.25}
 
 def at(name):
     """Return where a transducer may sit: within 3 cm of its record."""
-    return bp.supports.Segment(PLACES[name], within=0.03)
+    return bp.positions.Segment(PLACES[name], within=0.03)
 
 
 def bar():

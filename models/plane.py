@@ -27,7 +27,7 @@ from numpyro.distributions.transforms import AffineTransform
 from scipy.spatial import KDTree
 
 import bayes_placement as bp
-from bayes_placement.criticism import correlation
+from bayes_placement.criticism.check import correlation
 from bayes_placement.io.model import Study
 
 FOLDER = "PLANE_DATA"
@@ -163,7 +163,7 @@ def measured(plane):
     )
 
 
-class Aeroplane(bp.nodal_modes.OverNodal):
+class Aeroplane(bp.finite_elements.nodal_modes.OverNodal):
     """Known shapes of unknown frequencies and masses, those of close modes turned.
 
     Parameters
@@ -181,7 +181,7 @@ class Aeroplane(bp.nodal_modes.OverNodal):
         Columns of the shapes that are turned into each other.
     """
 
-    nodal: bp.nodal_modes.NodalModes
+    nodal: bp.finite_elements.nodal_modes.NodalModes
     frequency: Any
     modal_mass: Any
     angle: Any
@@ -237,7 +237,7 @@ def structure(plane, modes):
     """Return the structure: shapes known, frequency, mass and damping of each mode unknown."""
     shape = np.concatenate([rigid_body_shapes(plane.node), plane.shape[:modes]])
     kept, resonances = regions(plane), RESONANCES[:modes]
-    model = bp.ModalModel.from_arrays(
+    model = bp.finite_elements.ModalModel.from_arrays(
         position=plane.node[kept],
         shape=np.moveaxis(shape[:, kept], 0, -1),
         natural_frequency=np.concatenate([np.zeros(RIGID_BODY), resonances]),
@@ -246,7 +246,9 @@ def structure(plane, modes):
     even = MASS * np.mean(np.sum(shape**2, axis=2), axis=1)  # if all nodes weighed the same
     pairs = tuple((RIGID_BODY + i - 1, RIGID_BODY + j - 1) for i, j in CLOSE if j <= modes)
     aeroplane = Aeroplane(
-        bp.nodal_modes.modes(model, bp.interpolation.scattered(model)),
+        bp.finite_elements.nodal_modes.modes(
+            model, bp.finite_elements.interpolation.scattered(model)
+        ),
         frequency=dist.Uniform(resonances - 0.15, resonances + 0.15).to_event(1),
         modal_mass=dist.LogNormal(np.log(even), SPREAD).to_event(1),
         angle=dist.Uniform(-0.5, 0.5).expand((len(pairs),)).to_event(1),
@@ -307,7 +309,7 @@ def within(low, high):
 
 def sensor(name, sides):
     """Return an accelerometer somewhere on its plate."""
-    place = bp.places.Cartesian(*(within(*one) if np.ndim(one) else one for one in sides))
+    place = bp.positions.places.Cartesian(*(within(*one) if np.ndim(one) else one for one in sides))
     middle = tuple(float(np.mean(one)) for one in sides)
     return bp.Sensor(name, place, directions=(AXES[name],), recorded=middle)
 

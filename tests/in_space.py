@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from bayes_placement.modes import Modes
+from bayes_placement.modes.modes import Modes
 
 BOUNDS = ((0.0, 0.0, 0.0), (1.0, 0.8, 0.6))
 CONSTANT = np.array([[0.3, -0.7, 1.1], [-0.5, 0.9, 0.2], [1.3, 0.4, -0.6]])

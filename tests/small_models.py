@@ -9,7 +9,7 @@ from skfem import Basis, BilinearForm, ElementHex1, ElementQuadBFS, ElementVecto
 from skfem.helpers import dd, ddot, dot, eye, trace
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from tests.hermite_elements import ELEMENTS, LENGTH, Elements
+from tests.simulator.hermite_elements import ELEMENTS, LENGTH, Elements
 
 STIFFNESS, POISSON, DENSITY = 7e10, 0.33, 2700.0
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from bayes_placement import Structure, beams, damping
-from bayes_placement.frf import receptance
-from bayes_placement.points import Points
+from bayes_placement.experiment.frf import receptance
+from bayes_placement.modes.points import Points
 
 LENGTH = 1.3
 BAR = {"length": LENGTH, "area": 1e-3, "youngs_modulus": 1e9, "density": 9000.0}

@@ -6,10 +6,10 @@ import pytest
 from scipy.special import logsumexp
 
 import bayes_placement as bp
-from bayes_placement._target import Target
 from bayes_placement._types import no_progress
-from bayes_placement.estimates import Weighting, figures
-from bayes_placement.information import from_prior_draws
+from bayes_placement.design.information import from_prior_draws
+from bayes_placement.inference._target import Target
+from bayes_placement.inference.estimates import Weighting, figures
 from models import bar
 
 P1, P2, P3, P4 = (0.50, 0.50), (0.25, 0.25), (0.75, 0.25), (0.50, 0.25)

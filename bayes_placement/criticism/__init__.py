@@ -1,4 +1,1 @@
-"""criticism: in, results of inferences; out, where a model fails and what would mend it.
-
-Not known here: how results came about. Nothing is imported until it is asked for.
-"""
+"""criticism: where a fitted model fails, and which physical effect is missing."""

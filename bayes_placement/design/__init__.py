@@ -3,14 +3,17 @@
 Ways to search for a placement. Not known here: how information is estimated, measurements.
 """
 
+from .._progress import progress_bar
+from . import information
 from .effective_independence import EffectiveIndependence, effective_independence
-from .evolutionary import Evolutionary
-from .exhaustive import Exhaustive
-from .forward import Forward
-from .maps import Lead, lead, rivals
-from .place import Placement
+from .maps import Lead, information_map, lead, rivals
+from .place import Placement, place
 from .planned import planned
-from .sequential import Sequential
+from .running._executors import workers
+from .search.evolutionary import Evolutionary
+from .search.exhaustive import Exhaustive
+from .search.forward import Forward
+from .search.sequential import Sequential
 from .tolerance import ToleranceStudy, tolerance_study
 
 __all__ = [
@@ -23,8 +26,13 @@ __all__ = [
     "Sequential",
     "ToleranceStudy",
     "effective_independence",
+    "information",
+    "information_map",
     "lead",
+    "place",
     "planned",
+    "progress_bar",
     "rivals",
     "tolerance_study",
+    "workers",
 ]

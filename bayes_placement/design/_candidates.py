@@ -11,10 +11,10 @@ import jax
 import numpy as np
 
 from .._sites import unknowns
-from .._vectors import triple
-from ..experiment import Experiment
-from ..supports import Support
-from ..transducers import Transducer
+from ..experiment.experiment import Experiment
+from ..experiment.transducers import Transducer
+from ..positions.tolerances import Support
+from ..positions.vectors import triple
 
 Tree = Any
 

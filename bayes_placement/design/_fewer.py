@@ -12,9 +12,9 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from ..experiment import Experiment
-from ..noise import Covariance, Gaussian, Noise
-from ..transducers import Sensor
+from ..experiment.experiment import Experiment
+from ..experiment.noise import Covariance, Gaussian, Noise
+from ..experiment.transducers import Sensor
 
 
 def with_only(experiment: Experiment, names: Collection[str]) -> Experiment:

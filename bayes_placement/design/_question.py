@@ -9,7 +9,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from .._types import InfeasibleError
-from ..experiment import Experiment, is_placement, role
+from ..experiment.experiment import Experiment, is_placement, role
 
 
 def only_about(

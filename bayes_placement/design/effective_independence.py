@@ -14,11 +14,11 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
-from .._bounds import said
-from ..experiment import Experiment
-from ..modes import Modes
-from ..places import Cartesian
-from ..transducers import Transducer
+from ..experiment.experiment import Experiment
+from ..experiment.transducers import Transducer
+from ..modes.modes import Modes
+from ..positions.bounds import said
+from ..positions.places import Cartesian
 from ._candidates import Candidates, candidates
 
 Rows = Float[np.ndarray, "place channel mode"]

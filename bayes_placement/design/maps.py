@@ -13,13 +13,13 @@ import xarray as xr
 from jaxtyping import Float
 
 from .._types import InfeasibleError, Progress, no_progress
-from ..experiment import Experiment
-from ..information._estimator import Estimator, spread
-from ..information.kde import KDE
+from ..experiment.experiment import Experiment
 from ._candidates import Candidates, candidates
-from ._cells import grid
-from ._evaluation import Evaluation
 from ._question import only_about
+from .information._estimator import Estimator, spread
+from .information.kde import KDE
+from .running._cells import grid
+from .running._evaluation import Evaluation
 
 DOUBT = 2.0
 """Standard errors, up to which a difference is not taken for real."""

@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .._bounds import said
 from .._types import InfeasibleError, Progress, no_progress
-from .._vectors import Recorded
-from ..experiment import Experiment
-from ..information._estimator import Estimator, spread
-from ..information.kde import KDE
-from ._evaluation import Evaluation
-from ._offer import Offer, Places
+from ..experiment.experiment import Experiment
+from ..positions.bounds import said
+from ..positions.vectors import Recorded
 from ._question import only_about
-from ._rules import Rules
-from .exhaustive import Exhaustive
+from .information._estimator import Estimator, spread
+from .information.kde import KDE
 from .maps import CHUNK, ahead, nothing_told
-from .search import Search, Tried
+from .running._evaluation import Evaluation
+from .search._offer import Offer, Places
+from .search._rules import Rules
+from .search.exhaustive import Exhaustive
+from .search.search import Search, Tried
 
 SLIGHT = 0.01
 """Share of what is learnt that is no difference to speak of, however small its error."""

@@ -7,9 +7,9 @@ import equinox as eqx
 import numpy as np
 
 from .._types import InfeasibleError
-from ..experiment import Experiment, Measurements, role
-from ..noise import Gaussian
-from ..observe import LogAmplitude
+from ..experiment.experiment import Experiment, Measurements, role
+from ..experiment.noise import Gaussian
+from ..experiment.observe import LogAmplitude
 
 
 def planned(

@@ -15,8 +15,8 @@ import pandas as pd
 import xarray as xr
 
 from .._types import InfeasibleError, Progress, no_progress
-from ..experiment import Experiment
-from ..information._estimator import Estimator
+from ..experiment.experiment import Experiment
+from .information._estimator import Estimator
 from .maps import DOUBT, difference, information_map, lead
 
 FACTORS = (1.0, 0.5, 0.25)

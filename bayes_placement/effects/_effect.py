@@ -12,18 +12,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float, Inexact, Int
 
-from .. import _placed
-from .._channel import Channel
 from .._sites import is_unknown
 from .._types import Parameter, Receptance
-from ..modes import Modes
-from ..places import Place as InSpace
-from ..places import Position, coordinates
-from ..points import Points, along
-from ..supports import Support
+from ..modes.hinged import Hinge
+from ..modes.modes import Modes
+from ..modes.points import Points, along
+from ..modes.yielding import Yielding
+from ..positions import placed as _placed
+from ..positions.channel import Channel
+from ..positions.places import Place as InSpace
+from ..positions.places import Position, coordinates
+from ..positions.tolerances import Support
 from . import _words
-from ._hinges import Hinge
-from ._yielding import Yielding
 
 Omega = Inexact[Array, "frequency"]
 Stiffness = Inexact[Array, "frequency"]

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..nodal_modes import nodal_of
+from ..modes.finite_elements.nodal_modes import nodal_of
 
 Direction = tuple[float, float, float] | None
 """A direction in space; None for the only one in which the structure moves."""

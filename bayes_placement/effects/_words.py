@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from .._bounds import in_space
-from .._channel import Channel
 from .._sites import is_unknown
-from ..places import Cartesian, OnMember
-from ..supports import Support
+from ..positions.bounds import in_space
+from ..positions.channel import Channel
+from ..positions.places import Cartesian, OnMember
+from ..positions.tolerances import Support
 
 
 def together(*parts: str) -> str:

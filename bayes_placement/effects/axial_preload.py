@@ -11,14 +11,14 @@ import jax
 import numpy as np
 from numpyro.distributions import Uniform
 
-from .._changed_modes import ChangedModes, changed, mixed
 from .._sites import unit
 from .._types import Parameter
-from ..beams import UniformBeam
-from ..modes import Modes
-from ..nodal_modes import nodal_of
+from ..modes._lines import uniform_beam
+from ..modes.beams.beams import UniformBeam
+from ..modes.changed import ChangedModes, changed, mixed
+from ..modes.finite_elements.nodal_modes import nodal_of
+from ..modes.modes import Modes
 from ._effect import GlobalChange, StructureEffect
-from ._lines import uniform_beam
 from .member_preload import members
 
 

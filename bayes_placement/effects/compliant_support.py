@@ -9,14 +9,14 @@ from typing import Any, ClassVar
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
-from .._changed_modes import line_of
 from .._sites import unit
 from .._types import Parameter
-from .._uniform_line import UniformLine
-from ..modes import Modes
+from ..modes._lines import uniform_line
+from ..modes.beams.uniform_line import UniformLine
+from ..modes.changed import line_of
+from ..modes.hinged import Hinge
+from ..modes.modes import Modes
 from ._effect import Hinged
-from ._hinges import Hinge
-from ._lines import uniform_line
 from .soft_support import supports_of
 
 _HELD = {"fixed": ("rotation", "translation"), "pinned": ("translation",), "guided": ("rotation",)}

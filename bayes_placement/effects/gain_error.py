@@ -10,9 +10,9 @@ import equinox as eqx
 import numpy as np
 from numpyro.distributions import Uniform
 
-from .._channel import Channel
 from .._sites import unit
 from .._types import Parameter, Receptance
+from ..positions.channel import Channel
 from . import _words
 from ._effect import InstrumentEffect, Numbered, Omega, numbered, of_sensor, sensor_names
 

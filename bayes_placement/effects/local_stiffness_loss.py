@@ -12,16 +12,16 @@ import jax.numpy as jnp
 import numpy as np
 from numpyro.distributions import LogUniform
 
-from .._changed_modes import line_of
 from .._sites import unit
 from .._types import Parameter
-from .._uniform_line import UniformLine
-from ..modes import Modes
-from ..nodal_modes import nodal_of
+from ..modes._lines import uniform_line
+from ..modes.beams.uniform_line import UniformLine
+from ..modes.changed import line_of
+from ..modes.finite_elements.nodal_modes import nodal_of
+from ..modes.hinged import Hinge
+from ..modes.modes import Modes
 from . import _scales, _words
 from ._effect import Hinged, Place, StructureEffect, is_place, placed
-from ._hinges import Hinge
-from ._lines import uniform_line
 from .region_stiffness_loss import RegionStiffnessLoss
 
 

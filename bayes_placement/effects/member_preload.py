@@ -11,14 +11,14 @@ import numpy as np
 from jaxtyping import Array, Int
 from numpyro.distributions import Uniform
 
-from .._changed_modes import nodal_below
 from .._sites import unit
 from .._types import Parameter
-from ..modes import Modes
-from ..nodal_modes import NodalModes
+from ..modes.changed import nodal_below
+from ..modes.finite_elements.nodal_modes import NodalModes
+from ..modes.modes import Modes
+from ..modes.yielding import StretchedMember
 from . import _words
 from ._effect import Hinged
-from ._yielding import StretchedMember
 
 
 class MemberPreload(Hinged):

@@ -15,23 +15,15 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from numpyro.distributions import Uniform
 
-from .._bounds import in_space
-from .._channel import Channel
 from .._sites import is_unknown, unit
 from .._types import Parameter, Receptance
-from .._vectors import Coordinates, triple
-from ..modes import Modes
-from ..places import Cartesian, Frame, coordinates
+from ..modes.modes import Modes
+from ..positions.bounds import in_space
+from ..positions.channel import Channel
+from ..positions.places import Cartesian, Frame, coordinates
+from ..positions.vectors import Coordinates, triple
 from . import _words
-from ._effect import (
-    InstrumentEffect,
-    Numbered,
-    Omega,
-    Sensors,
-    numbered,
-    of_sensor,
-    sensor_names,
-)
+from ._effect import InstrumentEffect, Numbered, Omega, Sensors, numbered, of_sensor, sensor_names
 
 
 class MisplacedSensor(InstrumentEffect):

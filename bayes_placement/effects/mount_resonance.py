@@ -11,9 +11,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
-from .._channel import Channel
 from .._sites import unit
 from .._types import Parameter, Receptance
+from ..positions.channel import Channel
 from . import _scales, _words
 from ._effect import InstrumentEffect, Numbered, Omega, numbered, of_sensor
 

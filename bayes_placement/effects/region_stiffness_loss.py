@@ -10,13 +10,13 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
 
-from .._changed_modes import nodal_below
 from .._sites import unit
 from .._types import Parameter
-from ..modes import Modes
+from ..modes.changed import nodal_below
+from ..modes.modes import Modes
+from ..modes.yielding import WeakenedRegion
 from . import _words
 from ._effect import Hinged
-from ._yielding import WeakenedRegion
 
 
 class RegionStiffnessLoss(Hinged):

@@ -11,13 +11,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
-from .._changed_modes import ChangedModes, changed, mixed
 from .._sites import unit
 from .._types import Parameter
-from ..beams import UniformBeam
-from ..modes import Modes
+from ..modes._lines import uniform_beam
+from ..modes.beams.beams import UniformBeam
+from ..modes.changed import ChangedModes, changed, mixed
+from ..modes.modes import Modes
 from ._effect import GlobalChange
-from ._lines import uniform_beam
 
 
 class ShearAndRotaryInertia(GlobalChange):

@@ -11,14 +11,14 @@ import numpy as np
 from jaxtyping import Array, Int
 from numpyro.distributions import LogUniform
 
-from .._changed_modes import nodal_below
 from .._sites import unit
 from .._types import Parameter
-from ..modes import Modes
-from ..nodal_modes import NodalModes
+from ..modes.changed import nodal_below
+from ..modes.finite_elements.nodal_modes import NodalModes
+from ..modes.modes import Modes
+from ..modes.yielding import SoftenedSupport
 from . import _words
 from ._effect import Hinged
-from ._yielding import SoftenedSupport
 
 SOFTEST, STIFFEST = 10.0, 1e-6
 """Compliance over that of the structure in the softest pattern of the support: the prior."""

@@ -10,9 +10,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import Uniform
 
-from .._channel import Channel
 from .._sites import unit
 from .._types import Parameter, Receptance
+from ..positions.channel import Channel
 from . import _scales
 from ._effect import InstrumentEffect, Omega
 

@@ -14,7 +14,6 @@ SUBMODULES = {
     "netcdf",
     "npz_modes",
     "uff",
-    "uff_modes",
 }
 
 __getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules=SUBMODULES)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..modal_model import ModalModel
+from ..modes.finite_elements.modal_model import ModalModel
 
 
 @dataclass(frozen=True, eq=False)

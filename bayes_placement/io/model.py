@@ -9,9 +9,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from ..engines._engine import Engine
-from ..experiment import Experiment, Measurements
-from ..measurement import Measurement
+from ..experiment.experiment import Experiment, Measurements
+from ..experiment.measurement import Measurement
+from ..inference.engines._engine import Engine
 
 
 class Study(NamedTuple):

@@ -14,7 +14,7 @@ import scipy.sparse
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from ..modal_model import ModalModel
+from ..modes.finite_elements.modal_model import ModalModel
 from .matrix_files import SystemMatrices, assembled
 
 _SHAPES = ("oug", "bophig")

@@ -29,7 +29,7 @@ from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from .._files import write_whole
-from ..modal_model import ModalModel
+from ..modes.finite_elements.modal_model import ModalModel
 
 _NAMES = {
     "position": ("position", "nodes", "coordinates", "node_position_m"),

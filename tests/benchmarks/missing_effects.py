@@ -48,7 +48,7 @@ def experiment_of(drawn):
 
 
 def _placed(kind, one):
-    at = bp.supports.Segment(one.recorded, within=one.within)
+    at = bp.positions.Segment(one.recorded, within=one.within)
     return kind(one.name, at=at, directions=(one.direction,))
 
 

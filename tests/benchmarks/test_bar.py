@@ -69,7 +69,7 @@ def test_one_fit_takes_less_than_half_a_minute(engine):
 
 def test_all_prior_draws_at_once_beat_a_loop(benchmark):
     """Paper's sizes of one configuration, against a plain NumPy loop of Table 1 over h."""
-    from bayes_placement._target import Target
+    from bayes_placement.inference._target import Target
 
     experiment = bar.placed(0.25, 0.25, None)
     data = experiment.data(experiment.nominal_measurement())

@@ -19,8 +19,8 @@ from scipy.special import logsumexp
 import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement.design._candidates import candidates
-from bayes_placement.design._cells import Task, chunks, compute, grid
-from bayes_placement.information._estimator import Gain, divergence
+from bayes_placement.design.information._estimator import Gain, divergence
+from bayes_placement.design.running._cells import Task, chunks, compute, grid
 from models import bar
 
 DRAWS, PLACES, MODES = 1000, 800, 15
@@ -156,7 +156,7 @@ def test_a_map_on_two_workers():
         "two Dask workers": {"processes": 2, "dask": "local"},
     }
     for kind, settings in kinds.items():
-        with bp.workers(**settings) as executor:
+        with bp.design.workers(**settings) as executor:
             began = time.perf_counter()
             found.append(bp.information_map(experiment, even(49), executor=executor))
             print(f"\n49 x 49 cells, {kind}: {time.perf_counter() - began:.0f} s", end="")

@@ -15,7 +15,7 @@ from scipy.stats import t as student
 import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement.design import lead
-from bayes_placement.information._estimator import spread
+from bayes_placement.design.information._estimator import spread
 from models import bar
 
 CELLS = 0.5 + np.arange(-24, 25) / 52

@@ -10,12 +10,12 @@ import time
 import numpy as np
 import pytest
 
-from bayes_placement.criticism._hypotheses import alone
-from bayes_placement.criticism._odds import LEVEL, p_value
-from bayes_placement.criticism.improve import improve
-from bayes_placement.io import case
+from bayes_placement.criticism.missing._hypotheses import alone
+from bayes_placement.criticism.missing._odds import LEVEL, p_value
+from bayes_placement.criticism.missing.improve import improve
+from bayes_placement.io.case import case
 from tests.benchmarks.missing_effects import experiment_of
-from tests.hidden_draws import draw
+from tests.simulator.hidden_draws import draw
 
 CASES = ["01", "03", "05", "06", "07", "09", "11", "12"]
 MODELS = ["02", "04", "08", "10"]

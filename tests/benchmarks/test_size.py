@@ -20,9 +20,9 @@ from numpyro.distributions import Uniform
 from scipy.spatial import KDTree
 
 import bayes_placement as bp
-from bayes_placement._repeated import carried
 from bayes_placement._sites import substitute
 from bayes_placement.io import npz_modes
+from bayes_placement.modes._repeated import carried
 
 NODES, MODES, LINES = 333_334, 60, 400
 CANDIDATES, SENSORS, WITHIN = 200, 6, 0.004
@@ -47,7 +47,7 @@ def write_model(path):
     frequency = np.sort([20.0 * (m**2 + n**2) for m in range(1, 9) for n in range(1, 9)])[:MODES]
     npz_modes.write(
         path,
-        bp.ModalModel.from_arrays(
+        bp.finite_elements.ModalModel.from_arrays(
             position=position,
             shape=shape,
             natural_frequency=frequency + np.arange(MODES),
@@ -69,14 +69,18 @@ def continuous(model):
     places = model.position[candidates(model.position)]
     near = KDTree(model.position).query_ball_point(places, 3 * WITHIN)
     few = model.restricted(model.node[np.unique(np.concatenate(near))])
-    reading = bp.interpolation.scattered(few).near(places, WITHIN)
-    return few, reading, [bp.supports.Box(place, within=(WITHIN, WITHIN, 0.0)) for place in places]
+    reading = bp.finite_elements.interpolation.scattered(few).near(places, WITHIN)
+    return few, reading, [bp.positions.Box(place, within=(WITHIN, WITHIN, 0.0)) for place in places]
 
 
 def at_nodes(model):
     """Candidate nodes themselves, every one as likely."""
     few = model.restricted(model.node[candidates(model.position)])
-    return few, bp.interpolation.nearest(few), [bp.supports.Nodes(few.position)] * CANDIDATES
+    return (
+        few,
+        bp.finite_elements.interpolation.nearest(few),
+        [bp.positions.Nodes(few.position)] * CANDIDATES,
+    )
 
 
 def experiment(model, placed):
@@ -84,7 +88,9 @@ def experiment(model, placed):
     tilt = (Uniform(-0.1, 0.1),) * 3
     chosen = np.linspace(10, CANDIDATES - 10, SENSORS).astype(int)
     return bp.Experiment(
-        bp.Structure(bp.nodal_modes.modes(few, reading), damping=bp.damping.Modal(0.01)),
+        bp.Structure(
+            bp.finite_elements.nodal_modes.modes(few, reading), damping=bp.damping.Modal(0.01)
+        ),
         sensors=[
             bp.Sensor(f"s{one}", at=supports[one], directions=(1, 2, 3), angles=tilt)
             for one in chosen
@@ -183,7 +189,7 @@ def test_eigenpairs_cost_less_than_direct_solutions():
 
 def costs():
     """Seconds of a likelihood of parameters of matrices, by eigenpairs and by direct solutions."""
-    from tests import test_affine_modes  # not needed by the models
+    from tests.modes.finite_elements import test_affine_modes  # not needed by the models
 
     modes = test_affine_modes.affine()
     size, omega = modes.nodal.squares.size, 2 * np.pi * np.linspace(50.0, 1500.0, LINES)

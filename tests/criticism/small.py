@@ -26,10 +26,10 @@ def experiment():
     return bp.Experiment(
         bp.Structure(modes, damping=bp.damping.Modal(dist.Uniform(0.02, 0.06))),
         sensors=[
-            bp.Sensor("s1", at=bp.supports.Segment(0.24, within=0.02)),
-            bp.Sensor("s2", at=bp.supports.Segment(0.61, within=0.02)),
+            bp.Sensor("s1", at=bp.positions.Segment(0.24, within=0.02)),
+            bp.Sensor("s2", at=bp.positions.Segment(0.61, within=0.02)),
         ],
-        actuators=[bp.Actuator("a1", at=bp.supports.Segment(0.40, within=0.02))],
+        actuators=[bp.Actuator("a1", at=bp.positions.Segment(0.40, within=0.02))],
         frequency=LINES,
         observe=bp.observe.Complex("acceleration"),
         noise=bp.noise.FromCoherence(),

@@ -45,7 +45,7 @@ def note(log):
 
 def main(log):
     """Begin two workers and wait."""
-    with bp.workers(2) as executor:
+    with bp.design.workers(2) as executor:
         for _ in range(2):
             executor.submit(note, Path(log))
         time.sleep(60)

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import bayes_placement as bp
-from bayes_placement.information._estimator import Estimator, Gain
+from bayes_placement.design.information._estimator import Estimator, Gain
 from models import bar
 
 TRACED: list[str] = []
@@ -81,7 +81,7 @@ def experiment(sensors, actuators=("a1",), *, noise=None, within=0.04):
     """The bar, with sensors at 0.3, 0.4, ... and actuators at 0.5."""
 
     def at(place):
-        return bp.supports.Segment(place, within=within)
+        return bp.positions.Segment(place, within=within)
 
     return bp.Experiment(
         bar.bar(),

@@ -13,10 +13,10 @@ import numpy as np
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design import _cells, _running
 from bayes_placement.design._candidates import candidates
-from bayes_placement.design._fingerprint import fingerprint
 from bayes_placement.design._question import nominal_values
+from bayes_placement.design.running import _cells, _running
+from bayes_placement.design.running._fingerprint import fingerprint
 from models import bar
 from tests.design import at_work
 from tests.effects import models_in_space
@@ -85,7 +85,7 @@ def main(store, log, *address):
     _running.compute = lambda chunk: logged(Path(log), chunk.sent())
     _running.compute_sent = partial(logged, Path(log))
     local = 2 if address == ("local",) else None
-    with bp.workers(local, dask=address[0] if address else None) as executor:
+    with bp.design.workers(local, dask=address[0] if address else None) as executor:
         computed(store=store, executor=executor)
 
 

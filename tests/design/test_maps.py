@@ -10,7 +10,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement.design import maps
-from bayes_placement.information._estimator import spread
+from bayes_placement.design.information._estimator import spread
 from models import bar
 from tests.effects import models_in_space
 
@@ -77,7 +77,7 @@ def test_one_transducer_may_be_moved_alone(experiment, whole):
 
 
 def test_supports_may_be_tried_with_tolerances_of_their_own(experiment):
-    wide, narrow = (bp.supports.Segment(0.25, within=within) for within in (0.04, 0.01))
+    wide, narrow = (bp.positions.Segment(0.25, within=within) for within in (0.04, 0.01))
     found = bp.information_map(experiment, {"s1": [wide, narrow]}, estimator=SMALL)["kl"]
     assert float(found[1]) > float(found[0])
 
@@ -94,7 +94,7 @@ def test_nominal_values_may_be_given(experiment):
 
 def test_candidates_on_several_members_of_a_frame():
     scene = models_in_space.frame()
-    seats = [bp.supports.Member(*ends, centre=at, within=0.03) for ends, at in members(scene)]
+    seats = [bp.positions.Member(*ends, centre=at, within=0.03) for ends, at in members(scene)]
     experiment = bp.Experiment(
         bp.Structure(scene.modes, damping=bp.damping.Modal(dist.Uniform(0.005, 0.03))),
         sensors=[bp.Sensor("s1", at=seats[0], directions=(1, 2, 3))],

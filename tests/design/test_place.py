@@ -5,7 +5,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import design, information
-from bayes_placement.design._rules import Rules
+from bayes_placement.design.search._rules import Rules
 from models import bar
 from tests.effects import models_in_space
 
@@ -61,10 +61,10 @@ def test_sensors_keep_their_distance():
     two = bp.Experiment(
         base.structure,
         sensors=[
-            bp.Sensor(name, at=bp.supports.Segment(at, within=0.04))
+            bp.Sensor(name, at=bp.positions.Segment(at, within=0.04))
             for name, at in (("s1", 0.4), ("s2", 0.7))
         ],
-        actuators=[bp.Actuator("a1", at=bp.supports.Segment(0.25, within=0.04))],
+        actuators=[bp.Actuator("a1", at=bp.positions.Segment(0.25, within=0.04))],
         frequency=base.frequency,
         observe=base.observe,
         noise=None,
@@ -117,7 +117,7 @@ def on_plate(*supports):
 
 
 def box(seat, size=0.01):
-    return bp.supports.Box(seat, within=(size, size, 0.0))
+    return bp.positions.Box(seat, within=(size, size, 0.0))
 
 
 def test_a_place_in_space_has_three_coordinates():
@@ -142,7 +142,7 @@ def test_supports_on_several_members_are_candidates_as_well():
     start, corner = models_in_space.FEET["left foot"], models_in_space.CORNERS["left column"]
     end = models_in_space.CORNERS["beam"]
     seats = [
-        bp.supports.Member(low, high, centre=tuple(np.add(low, high) / 2), within=0.03)
+        bp.positions.Member(low, high, centre=tuple(np.add(low, high) / 2), within=0.03)
         for low, high in ((start, corner), (corner, end))
     ]
     one = bp.Experiment(
@@ -162,7 +162,7 @@ def test_supports_on_several_members_are_candidates_as_well():
 
 
 def test_a_tolerance_in_nodes_is_refused_by_the_estimate():
-    nodes = bp.supports.Nodes(models_in_space.plate().matrices.position, box(SEATS[0], 0.05))
+    nodes = bp.positions.Nodes(models_in_space.plate().matrices.position, box(SEATS[0], 0.05))
     with pytest.raises(ValueError, match=r'"sensor.s1.position.node" has the law Categorical'):
         bp.place(on_plate(nodes), {"s1": SEATS[:2]}, estimator=SMALL)
 

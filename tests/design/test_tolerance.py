@@ -27,8 +27,8 @@ def study():
 def declared(factor):
     """The same map with the tolerance as it would be declared."""
     one = bar.placed(0.3, 0.3, None, structure=bar.bar(0.04, bar.PRIOR))
-    seats = [bp.supports.Segment(at, within=0.04 * factor) for at in PLACES]
-    across = [bp.supports.Segment(0.25, within=0.04 * factor)]
+    seats = [bp.positions.Segment(at, within=0.04 * factor) for at in PLACES]
+    across = [bp.positions.Segment(0.25, within=0.04 * factor)]
     return bp.information_map(one, {"s1": seats, "a1": across}, estimator=SMALL)
 
 

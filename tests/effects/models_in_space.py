@@ -14,11 +14,12 @@ from scipy import sparse
 from scipy.linalg import null_space
 
 import bayes_placement as bp
-from bayes_placement import finite_elements, interpolation, soft_supports
-from bayes_placement.channels import Drive, recorded
+from bayes_placement import finite_elements
 from bayes_placement.effects import InstrumentEffect
-from tests import space_frames
-from tests.element_models import weights
+from bayes_placement.experiment.recording import Drive, recorded
+from bayes_placement.modes.finite_elements import interpolation, soft_supports
+from tests.simulator import space_frames
+from tests.simulator.element_models import weights
 from tests.small_models import Plate
 
 RATIO = 0.01
@@ -98,7 +99,7 @@ def changed(scene, stiffness=None, soft=None):
         held = ways.T @ pattern @ ways / compliance + stiff * still @ still.T
         springs[np.ix_(rows, rows)] = held
         free.extend(rows)
-    return bp.Matrices(
+    return bp.finite_elements.Matrices(
         whole.stiffness + sparse.csc_array(springs) + (0 if stiffness is None else stiffness),
         whole.mass,
         whole.position,
@@ -144,7 +145,7 @@ def frame():
         for i, name in enumerate(names)
     }
     held = np.flatnonzero(np.isin(model["dof"][:, 0], [1, len(position)]))
-    matrices = bp.Matrices(**model, fixed=held, regions=regions)
+    matrices = bp.finite_elements.Matrices(**model, fixed=held, regions=regions)
     members = {
         name: interpolation.frame_geometric_stiffness(matrices, elements[4 * i : 4 * i + 4])
         for i, name in enumerate(names)
@@ -167,7 +168,7 @@ def plate():
         "near": small.part(lambda x, y: x < 0.2),
         "corner": small.part(lambda x, y: (x > 0.2) & (y > 0.15)),
     }
-    matrices = bp.Matrices(**small.model(), regions=halves)
+    matrices = bp.finite_elements.Matrices(**small.model(), regions=halves)
     seats = [((0.13, 0.07, 0.0), (3,)), ((0.29, 0.21, 0.0), (-3,)), ((0.33, 0.04, 0.0), (3,))]
     return _scene(
         matrices,
@@ -187,7 +188,7 @@ def handed_over(folder, name):
     grid = bp.io.npz_modes.read_grid(folder / "nominal.npz")
     files = {f"region {i}": folder / f"K_region_{i:02d}.npz" for i in range(12)}
     whole = bp.io.matrix_files.read(folder / "K.npz", folder / "M.npz", regions=files)
-    matrices = bp.Matrices(
+    matrices = bp.finite_elements.Matrices(
         whole.stiffness,
         whole.mass,
         grid.position,

@@ -10,8 +10,8 @@ import scipy.optimize
 
 from bayes_placement import Structure, beams, damping, effects
 from bayes_placement.effects.axial_preload import buckling_load
-from bayes_placement.frf import receptance
-from bayes_placement.points import Points
+from bayes_placement.experiment.frf import receptance
+from bayes_placement.modes.points import Points
 
 LENGTH, AREA, MOMENT, STIFFNESS, DENSITY = 0.8, 2e-4, 6e-10, 7e10, 2700.0
 BEAM = {

@@ -13,9 +13,9 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement.effects import Attachment
-from bayes_placement.frf import receptance
-from bayes_placement.modes import Modes
-from bayes_placement.points import Points
+from bayes_placement.experiment.frf import receptance
+from bayes_placement.modes.modes import Modes
+from bayes_placement.modes.points import Points
 
 LENGTH, AREA = 1.3, 1e-3
 BAR = {"length": LENGTH, "area": AREA, "youngs_modulus": 1e9, "density": 9000.0}
@@ -27,7 +27,7 @@ def experiment(kind="beam", ends="fixed-free", **changes):
     line = getattr(bp.beams, kind)(8, **(BEAM if kind == "beam" else BAR), ends=ends)
     arguments = {
         "sensors": [
-            bp.Sensor("s1", at=bp.supports.Segment(0.3, within=0.02)),
+            bp.Sensor("s1", at=bp.positions.Segment(0.3, within=0.02)),
             bp.Sensor("s2", at=0.9),
         ],
         "actuators": [bp.Actuator("a1", at=0.5)],
@@ -138,13 +138,13 @@ def test_every_suggestion_can_be_added_and_felt(suggested):
 
 def test_an_effect_is_named_by_its_path():
     whole = experiment() + effects.point_mass(
-        bp.supports.Segment(1.25, within=0.1), dist.Uniform(0.1, 1.0), name="magnet"
+        bp.positions.Segment(1.25, within=0.1), dist.Uniform(0.1, 1.0), name="magnet"
     )
     whole = whole + effects.gain_error("s1", dist.Uniform(-0.5, 0.5))
     units = {one.name: one.unit for one in whole.unknowns}
     assert units["structure.effects.magnet.mass"] == "kg"
     assert units["chain.gain_error.error"] == "1"
-    assert bp.experiment.role("chain.gain_error.error") == "parameter h"
+    assert bp.experiment.experiment.role("chain.gain_error.error") == "parameter h"
     law = whole.structure.effects["magnet"].at
     np.testing.assert_allclose([law.low, law.high], [1.15, LENGTH])
     assert [one.name for one in whole.effects] == ["magnet", "gain_error"]
@@ -189,7 +189,7 @@ def test_effects_in_wrong_places_are_refused():
     with refused(r'"local_stiffness_loss": place -0.1 m lies outside'):
         beam + effects.local_stiffness_loss(-0.1, 0.05, 0.5)
     with refused(r"Segment\(1.5, within=0.1\) m has no point on the structure"):
-        beam + effects.ground_spring(bp.supports.Segment(1.5, within=0.1), 1e3)
+        beam + effects.ground_spring(bp.positions.Segment(1.5, within=0.1), 1e3)
     with refused(r"the rotation of the right end was given.*the rotation of the left end"):
         beam + effects.compliant_support(1e-3, end="right")
     with refused(r"This structure holds nothing"):

@@ -17,9 +17,9 @@ from bayes_placement import (
     effects,
     observe,
 )
-from tests import fine_elements, hidden_structures
-from tests.fine_elements import NOTHING, Line, effect
-from tests.hidden_structures import Instrument
+from tests.simulator import fine_elements, hidden_structures
+from tests.simulator.fine_elements import NOTHING, Line, effect
+from tests.simulator.hidden_structures import Instrument
 
 BAR = Line("bar", "fixed-fixed", 1.0, 1e-3, 1e9, 9000.0, 0.02)
 BEAM = Line("beam", "fixed-free", 0.6, 1.8e-4, 70e9, 2700.0, 0.01, 5.4e-10)

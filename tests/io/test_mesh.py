@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bayes_placement.io import mesh
-from bayes_placement.modal_model import ModalModel
+from bayes_placement.modes.finite_elements.modal_model import ModalModel
 
 meshio = pytest.importorskip("meshio", reason='meshes need pip install "bayes_placement[mesh]"')
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bayes_placement.io import npz_modes
-from bayes_placement.modal_model import ModalModel
+from bayes_placement.modes.finite_elements.modal_model import ModalModel
 
 
 @pytest.fixture(scope="module")

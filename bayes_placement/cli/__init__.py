@@ -1,0 +1,1 @@
+"""cli: the commands of `bayes-placement`, for engineers who write no Python."""

@@ -1,0 +1,47 @@
+"""_outputs: in, tables, texts and figures; out, files in a folder, each whole or not at all.
+
+Not known here: what is in them.
+"""
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from .._files import write_whole
+
+DOTS_PER_INCH = 120
+
+
+def make_folder(out: Path) -> None:
+    """Make a folder now, since one that cannot be made would cost the whole run.
+
+    Raises
+    ------
+    ValueError
+        If it is a file.
+    """
+    if out.exists() and not out.is_dir():
+        raise ValueError(
+            f"--out {out} is a file. A folder is needed, which is made if it is not there: "
+            "--out results."
+        )
+    out.mkdir(parents=True, exist_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file."""
+    write_whole(path, lambda beside: beside.write_text(f"{text}\n", encoding="utf-8"))
+
+
+def write_table(path: Path, table: pd.DataFrame, *, index: bool = True) -> None:
+    """Write a table as CSV."""
+    write_whole(path, lambda beside: table.to_csv(beside, index=index))
+
+
+def write_figures(figures: Mapping[str, Figure], out: Path) -> None:
+    """Write figures, by the names of their files."""
+    for name, figure in figures.items():
+        write_whole(out / name, partial(figure.savefig, dpi=DOTS_PER_INCH))

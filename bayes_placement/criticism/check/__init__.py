@@ -1,0 +1,5 @@
+"""check: whether a fitted model explains the data, and where it fails."""
+
+from .check import check
+
+__all__ = ["check"]

@@ -1,0 +1,229 @@
+"""_residuals: in, a tree of results; out, measured and predicted outputs as arrays, and groups.
+
+Not known here: which statistic is made of them.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Bool, Float, Int
+
+from ...experiment.experiment import MEASURED, RESPONSE
+from ...inference.estimates import scalars
+
+FORCE_LEVEL = "force_level"
+"""Coordinate of the lines that tells the force of the run [N], where there were several runs."""
+
+BAND = (0.05, 0.95)
+LINES_OF_BAND = 5
+"""Fewest lines of a frequency band, where there are more bands than one."""
+
+_NEEDED = ("posterior", "prior", "posterior_predictive", "observed_data")
+
+Values = Float[np.ndarray, "sensor actuator frequency part"]
+Draws = Float[np.ndarray, "draw sensor actuator frequency part"]
+Chosen = Bool[np.ndarray, "sensor actuator frequency"]
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Measured outputs beside those of the model, lines in order within each force level.
+
+    Parameters
+    ----------
+    template
+        Measured outputs with their labels.
+    measured
+        The same; zero where nothing was measured.
+    present
+        Where something was measured.
+    draws
+        Outputs of the model at draws from the posterior.
+    replicates
+        The same with an output error drawn for each, or None where the model has none.
+    deviation
+        Standard deviation of each output where the noise is known, else None.
+    frequency
+        Lines [Hz].
+    force_level
+        Number of the force level of each line, zero where there is one alone.
+    unknowns
+        Number of unknowns that were fitted.
+    """
+
+    template: xr.DataArray
+    measured: Values
+    present: Bool[np.ndarray, "sensor actuator frequency part"]
+    draws: Draws
+    replicates: Draws | None
+    deviation: Values | None
+    frequency: Float[np.ndarray, "frequency"]
+    force_level: Int[np.ndarray, "frequency"]
+    unknowns: int
+
+    @cached_property
+    def mean(self) -> Values:
+        """Posterior mean of the response."""
+        return self.draws.mean(axis=0)
+
+    @cached_property
+    def residual(self) -> Values:
+        """Measured outputs less the posterior mean response; zero where nothing was measured."""
+        return np.where(self.present, self.measured - self.mean, 0.0)
+
+    @cached_property
+    def scale(self) -> Values:
+        """Known deviation; else that of the replicates; else the size of the residuals."""
+        if self.deviation is not None:
+            return self.deviation
+        if self.replicates is not None:
+            return np.sqrt(np.mean((self.replicates - self.draws) ** 2, axis=0))
+        axes = (2, 3)
+        count = np.maximum(self.present.sum(axes, keepdims=True), 1)
+        size = np.sqrt(np.sum(self.residual**2, axes, keepdims=True) / count)
+        return np.broadcast_to(np.where(size > 0, size, 1.0), self.residual.shape)
+
+    def labelled(self, values: Any, **attributes: str) -> xr.DataArray:
+        """Put the labels of the outputs on an array; NaN where nothing was measured."""
+        parts = "part" in self.template.dims
+        array = np.where(self.present, values, np.nan)
+        return self.template.copy(data=array if parts else array[..., 0]).assign_attrs(attributes)
+
+
+@dataclass(frozen=True)
+class Grouping:
+    """A way to divide the data: the number of the group of each datum, and the groups' names."""
+
+    dimensions: tuple[str, ...]
+    coordinates: dict[str, Any]
+    number: Int[np.ndarray, "sensor actuator frequency"]
+    shape: tuple[int, ...]
+
+    def masks(self) -> Iterator[Chosen]:
+        """Where the data of each group are."""
+        return (self.number == group for group in range(int(np.prod(self.shape))))
+
+    def dataset(self, columns: dict[str, list[float]]) -> xr.Dataset:
+        """Lay out one number for each group, column by column."""
+        variables = {
+            name: (self.dimensions, np.reshape(values, self.shape))
+            for name, values in columns.items()
+        }
+        return xr.Dataset(variables, coords=self.coordinates)
+
+
+def residuals(posterior: xr.DataTree) -> Residuals:
+    """Read measured and predicted outputs from what `infer` returned."""
+    _check(posterior)
+    observed = _in_order(posterior["observed_data"].to_dataset())
+    predicted = _in_order(posterior["posterior_predictive"].to_dataset())
+    template = _arranged(observed[MEASURED], ())
+    raw = _with_part(template)
+    draws = _drawn(predicted[RESPONSE])
+    if draws.shape[0] < 2:
+        raise ValueError(
+            "The posterior holds one draw of the response; at least two are needed, since the "
+            "expected misfit follows from their spread. Draw more: engines.SMC(particles=1000)."
+        )
+    return Residuals(
+        template=template,
+        measured=np.where(np.isfinite(raw), raw, 0.0),
+        present=np.isfinite(raw),
+        draws=draws,
+        replicates=_drawn(predicted[MEASURED]) if MEASURED in predicted else None,
+        deviation=_deviation(observed),
+        frequency=np.asarray(template["frequency"].values, dtype=float),
+        force_level=_levels(template)[1],
+        unknowns=sum(len(scalars("", v.values)) for v in posterior["posterior"].data_vars.values()),
+    )
+
+
+def groupings(data: Residuals, bands: int) -> dict[str, Grouping]:
+    """Divide the data by sensor, actuator, channel pair, force level and frequency band."""
+    sensors, actuators, lines = data.residual.shape[:3]
+    shape = (sensors, actuators, lines)
+    sensor, actuator, line = np.indices(shape)
+    names = {side: data.template[side].values for side in ("sensor", "actuator")}
+    band, edges = _bands(data.frequency, bands)
+    ways = {
+        "overall": Grouping((), {}, np.zeros(shape, int), ()),
+        "sensor": Grouping(("sensor",), {"sensor": names["sensor"]}, sensor, (sensors,)),
+        "actuator": Grouping(
+            ("actuator",), {"actuator": names["actuator"]}, actuator, (actuators,)
+        ),
+        "channel": Grouping(
+            ("sensor", "actuator"), names, sensor * actuators + actuator, (sensors, actuators)
+        ),
+        "band": Grouping(("band",), edges, band[line], (len(edges["band"]),)),
+    }
+    levels, number = _levels(data.template)
+    if levels.size:
+        known = {FORCE_LEVEL: (FORCE_LEVEL, levels, {"units": "N"})}
+        ways[FORCE_LEVEL] = Grouping((FORCE_LEVEL,), known, number[line], (levels.size,))
+    return ways
+
+
+def band_of(draws: Any, axis: int = 0) -> tuple[Any, Any, Any]:
+    """Median and 5 % and 95 % quantiles over draws."""
+    low, median, high = np.quantile(draws, [BAND[0], 0.5, BAND[1]], axis=axis)
+    return median, low, high
+
+
+def _check(posterior: xr.DataTree) -> None:
+    missing = [name for name in _NEEDED if name not in posterior.children]
+    if missing:
+        raise ValueError(
+            f"A tree without the group {missing[0]} was given; the result of an inference is "
+            "needed, since a misfit is that of a fitted model: bp.check(bp.infer(experiment, "
+            "measurement))."
+        )
+
+
+def _in_order(dataset: xr.Dataset) -> xr.Dataset:
+    """Sort the lines within each force level."""
+    _, level = _levels(dataset)
+    return dataset.isel(frequency=np.lexsort((dataset["frequency"].values, level)))
+
+
+def _levels(labelled: Any) -> tuple[Any, Any]:
+    """Force levels [N], none where they are not told, and the number of each line's own."""
+    if FORCE_LEVEL not in labelled.coords:
+        return np.empty(0), np.zeros(labelled.sizes["frequency"], int)
+    levels, number = np.unique(labelled[FORCE_LEVEL].values, return_inverse=True)
+    return levels, number
+
+
+def _bands(frequency: np.ndarray, bands: int) -> tuple[np.ndarray, dict[str, Any]]:
+    """Band of each line: the lines are divided evenly."""
+    distinct = np.unique(frequency)
+    parts = np.array_split(distinct, max(1, min(bands, distinct.size // LINES_OF_BAND)))
+    low, high = (np.array([part[end] for part in parts]) for end in (0, -1))
+    names = [f"{a:.4g} to {b:.4g} Hz" for a, b in zip(low, high, strict=True)]
+    limits = {"low": ("band", low, {"units": "Hz"}), "high": ("band", high, {"units": "Hz"})}
+    return np.searchsorted(low, frequency, side="right") - 1, {"band": names, **limits}
+
+
+def _arranged(values: xr.DataArray, leading: tuple[str, ...]) -> xr.DataArray:
+    part = ("part",) if "part" in values.dims else ()
+    return values.transpose(*leading, "sensor", "actuator", "frequency", *part)
+
+
+def _with_part(values: xr.DataArray) -> Any:
+    array = np.asarray(values.values, dtype=float)
+    return array if "part" in values.dims else array[..., None]
+
+
+def _drawn(values: xr.DataArray) -> Any:
+    array = _with_part(_arranged(values, ("chain", "draw")))
+    return array.reshape(-1, *array.shape[2:])
+
+
+def _deviation(observed: xr.Dataset) -> Any:
+    if "deviation" not in observed:
+        return None
+    level = _with_part(_arranged(observed["deviation"], ()))
+    return np.where(np.isfinite(level), level, 1.0)

@@ -1,0 +1,145 @@
+"""_suspicion: in, a fitted experiment and scanned candidates; out, how suspect each place is.
+
+Not known here: evidence, what is claimed. Rao's score test of every candidate at its weakest, along
+all its places and settings at once, once all that the model can absorb is projected out.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.special import ndtri
+from scipy.stats import norm
+
+from ...effects._effect import Effect
+from ...effects._library import kind_of
+from ._hypotheses import PLACED, Hypothesis, Scanned, field_of, unknowns_of, weakest
+from ._problem import Problem
+from ._search import others
+from ._whereabouts import whereabouts
+
+PLACES = {1: 41, 2: 17, 3: 7}
+"""Points along each coordinate of a place that has so many."""
+
+SETTINGS = 5
+"""Points along any other unknown."""
+
+MOST, LEAST = 400, 100
+"""Greatest number of places and settings for all variants of a kind, and least for each."""
+
+TRIALS = 2000
+"""Draws of what chance does, for the correction for having looked in many places."""
+
+
+class _Signatures(NamedTuple):
+    points: np.ndarray
+    unit: np.ndarray
+
+
+def suspicion(null: Hypothesis, singles: Sequence[Scanned]) -> pd.DataFrame:
+    """Score every candidate along its places and settings.
+
+    Returns
+    -------
+    DataFrame
+        One row for each place and setting: `kind`, `variant` (number), `setting` (words for what
+        of the structure or which sensor it is about), `at` [m] (place on a line or shift of a
+        sensor; NaN where there is none), `x`, `y`, `z` [m] (place of the effect, or of the sensor,
+        support, member or region that it is about; NaN where not known, and for y and z on a
+        line), `score` (standard normal if nothing is missing), and `p_value` of the candidate,
+        corrected for all its places and settings.
+    """
+    residual, _, slopes, _ = null.problem.slopes(null.fit.point[None])
+    base = _Base(residual[0], slopes[0])
+    variants = Counter(kind_of(one.effect) for one in singles)
+    most = [max(MOST // variants[kind_of(one.effect)], LEAST) for one in singles]
+    frames = [
+        _of_one(base, *pair, number) for number, pair in enumerate(zip(singles, most, strict=True))
+    ]
+    return pd.concat(frames, ignore_index=True)
+
+
+class _Base:
+    """Residual of the model as given, and the directions that it can absorb."""
+
+    def __init__(self, residual: np.ndarray, slopes: np.ndarray):
+        self.slopes = slopes
+        self.curvature = slopes @ slopes.T + np.eye(len(slopes))
+        self.start = residual
+        self.residual = self.projected(residual[None])[0]
+
+    def projected(self, vectors: np.ndarray) -> np.ndarray:
+        """What the model cannot absorb, its prior included."""
+        pull = vectors @ self.slopes.T
+        return vectors - np.linalg.solve(self.curvature, pull.T).T @ self.slopes
+
+
+def _of_one(base: _Base, single: Scanned, most: int, number: int) -> pd.DataFrame:
+    effect = single.effect
+    found = _signatures(base, single, most)
+    score = -found.unit @ base.residual
+    corrected = _corrected(found.unit, score) if score.size else 1.0
+    named = single.problem.coordinates.named(found.points)
+    values = {name: named[name] for name in unknowns_of(effect, single.problem)}
+    lengths = (one for name, one in values.items() if name.endswith((".at", ".shift")))
+    experiment = single.problem.experiment
+    (own,) = (one for one in experiment.effects if one.name == effect.name)
+    x, y, z = whereabouts(own, experiment, values, len(score)).T
+    return pd.DataFrame(
+        {"kind": kind_of(effect), "variant": number, "setting": own.setting(experiment)}
+        | {"at": next(lengths, np.full(len(score), np.nan)), "x": x, "y": y, "z": z}
+        | {"score": score, "p_value": corrected}
+    )
+
+
+def _signatures(base: _Base, single: Scanned, most: int) -> _Signatures:
+    problem, effect = single.problem, single.effect
+    points = _weak_points(problem, effect, most)
+    rest = others(problem, unknowns_of(effect, problem))
+    points[:, rest] = single.scan.points[0, rest]
+    change = base.projected(problem.residuals(points)[0] - base.start)
+    size = np.linalg.norm(change, axis=1, keepdims=True)
+    largest = np.max(size, where=np.isfinite(size), initial=0.0)
+    felt = (size[:, 0] > 1e-9 * largest) & np.isfinite(size[:, 0])
+    return _Signatures(points[felt], change[felt] / size[felt])
+
+
+def _weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:
+    columns, names = [], unknowns_of(effect, problem)
+    coordinates = sum(field_of(effect, name) in PLACED for name in names)
+    for name in names:
+        place = problem.coordinates.places[name]
+        word = field_of(effect, name)
+        if place.stop - place.start > 1:
+            axis = np.zeros(1)
+        elif word == effect.absent[0] and word not in PLACED:
+            axis = np.array([weakest(effect, problem, name)])
+        else:
+            count = PLACES.get(coordinates, 5) if word in PLACED else SETTINGS
+            axis = ndtri((np.arange(count) + 0.5) / count)
+        columns.append((place.start, axis))
+    grids = np.meshgrid(*(axis for _, axis in columns), indexing="ij") if columns else []
+    points = np.zeros((grids[0].size if grids else 1, problem.dimension))
+    for (place, _), grid in zip(columns, grids, strict=True):
+        points[:, place] = grid.ravel()
+    if len(points) > most:
+        points = points[np.random.default_rng(0).choice(len(points), most, replace=False)]
+    return points
+
+
+def _corrected(unit: np.ndarray, score: np.ndarray) -> float:
+    """Probability that the greatest score of a right model is as large.
+
+    Scores of near places are alike, so that many places count as few: as many as make the
+    greatest of so many independent scores as large as that of correlated draws.
+    """
+    greatest = float(np.max(np.abs(score)))
+    rng = np.random.default_rng(0)
+    values, vectors = np.linalg.eigh(unit @ unit.T)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    drawn = np.abs(rng.standard_normal((TRIALS, len(score))) @ root.T).max(axis=1)
+    typical = float(np.median(drawn))
+    count = max(1.0, np.log(0.5) / np.log1p(-2 * norm.sf(typical)))
+    return float(-np.expm1(count * np.log1p(-min(2 * norm.sf(greatest), 1 - 1e-12))))

@@ -1,0 +1,110 @@
+"""_whereabouts: in, an effect of an experiment and values of its unknowns; out, where it sits.
+
+Not known here: scores, evidence, what is claimed. What has no known place has coordinates of NaN,
+and so have y and z on a line.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from ..._sites import is_unknown, substitute
+from ...effects._effect import Effect, InstrumentEffect
+from ...effects.member_preload import MemberPreload
+from ...effects.region_stiffness_loss import RegionStiffnessLoss
+from ...effects.soft_support import SoftSupport
+from ...experiment.experiment import Experiment
+from ...modes.changed import nodal_below
+from ...modes.finite_elements.nodal_modes import NodalModes
+from ...positions.places import Place, Straight, mean
+from ...positions.vectors import Recorded, triple
+
+Coordinates = Float[np.ndarray, "point 3"]
+
+
+def whereabouts(
+    effect: Effect, experiment: Experiment, values: Mapping[str, np.ndarray], count: int
+) -> Coordinates:
+    """Where an effect sits [m] at each of several points.
+
+    Parameters
+    ----------
+    effect
+        An effect of the experiment, whose place may be unknown.
+    experiment
+        The experiment that has it.
+    values
+        Values of its unknowns at the points, by name.
+    count
+        Number of points.
+    """
+    at = _place(effect, experiment)
+    own = _of_the_place(effect, values)
+    found = np.full((count, 3), np.nan)
+    if isinstance(at, Place):
+        found[:] = _in_space(at, own, count)
+    elif is_unknown(at):
+        found[:, 0] = own[""]
+    elif at is not None:
+        found[:, : np.size(at)] = at
+    return found
+
+
+def places(experiment: Experiment, means: Mapping[str, float]) -> dict[str, Recorded]:
+    """Where each effect of an experiment sits [m], by name; those without a place are left out.
+
+    Parameters
+    ----------
+    experiment
+        An experiment with effects.
+    means
+        Values of its unknowns, by name.
+    """
+    found: dict[str, Recorded] = {}
+    values = {name: np.array([value]) for name, value in means.items()}
+    for effect in experiment.effects:
+        (at,) = whereabouts(effect, experiment, values, 1)
+        if np.isfinite(at).all():
+            found[effect.name] = triple(at)
+        elif np.isfinite(at[0]):
+            found[effect.name] = float(at[0])
+    return found
+
+
+def _place(effect: Effect, experiment: Experiment) -> Any:
+    """Its place, known or not: that of its part or sensor, if it has none of its own."""
+    modes = experiment.structure.modes
+    if isinstance(effect, RegionStiffnessLoss | MemberPreload | SoftSupport):
+        return dict(nodal_below(modes).centres).get(_part(effect, nodal_below(modes)))
+    if isinstance(effect, InstrumentEffect):
+        number = getattr(effect, "sensor", None)
+        return None if number is None else list(experiment.sensor.values())[number].recorded
+    return getattr(effect, "at", None)
+
+
+def _part(effect: RegionStiffnessLoss | MemberPreload | SoftSupport, nodal: NodalModes) -> str:
+    """Name of the part of the structure that an effect is about."""
+    if isinstance(effect, RegionStiffnessLoss):
+        return nodal.regions.names[int(effect.region)]
+    if isinstance(effect, MemberPreload):
+        return nodal.members.names[int(effect.member)]
+    return nodal.statics.supports[int(effect.support)]
+
+
+def _of_the_place(effect: Effect, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Values of the unknowns of its place, by their names within it; the place itself is ''."""
+    words = {name.partition(f".{effect.name}.")[2]: one for name, one in values.items()}
+    pairs = {name.partition(".")[::2]: one for name, one in words.items()}
+    return {own: one for (field, own), one in pairs.items() if field == "at"}
+
+
+def _in_space(place: Place, values: Mapping[str, np.ndarray], count: int) -> Coordinates:
+    if isinstance(place, Straight):
+        origin, directions, own = place.frame()
+        lengths = [np.broadcast_to(values.get(n, mean(one)), count) for n, one in own.items()]
+        return origin + np.stack(lengths, axis=-1) @ directions
+    at = jax.jit(jax.vmap(lambda one: substitute(place, one).coordinates()))
+    return np.broadcast_to(np.asarray(at(dict(values))), (count, 3))

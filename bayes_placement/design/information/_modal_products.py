@@ -1,0 +1,56 @@
+"""_modal_products: in, an experiment whose modes are known; out, its FRFs as sums of products.
+
+One factor of each product is known once all is placed, the other once the damping is: so the FRFs
+of many dampings and many placements are one product of matrices. Not known here: densities.
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float
+
+from ...effects._effect import Modulus
+from ...experiment.experiment import Experiment, is_placement
+from ...experiment.frf import dynamic
+from ...modes.points import Points, joined
+
+_DAMPING = "structure.damping."
+
+
+def factorise(experiment: Experiment) -> bool:
+    """Tell whether FRFs are such products: nothing attached, all modes known."""
+    structure = experiment.structure
+    if experiment.chain or structure.attachments or structure.cubic_attachments:
+        return False
+    moduli = [f"structure.effects.{one.name}." for one in structure.of_kind(Modulus)]
+    names = [one.name for one in experiment.unknowns if not is_placement(one.name)]
+    return all(name.startswith((_DAMPING, *moduli)) for name in names)
+
+
+def residues(experiment: Experiment) -> Float[Array, "sensor actuator product"]:
+    """Products of shapes, and the static flexibility [m/N] where it is known; all is placed."""
+    modes = experiment.structure.proper_modes()
+    read, driven = (_points(one, modes.axes) for one in (experiment.sensor, experiment.actuator))
+    shapes = read.shapes(modes)[:, None] * driven.shapes(modes)
+    static = read.static_flexibility(modes, driven)
+    return shapes if static is None else jnp.concatenate([shapes, static[..., None]], axis=-1)
+
+
+def spectra(experiment: Experiment, static: bool) -> Complex[Array, "product frequency"]:
+    """FRF of the observed quantity for a residue of one, once the damping is known.
+
+    Parameters
+    ----------
+    experiment
+        Experiment whose structure is of numbers.
+    static
+        Whether the last of the residues is the static flexibility.
+    """
+    omega = 2 * jnp.pi * jnp.asarray(experiment.lines)
+    factors = dynamic(experiment.structure, experiment.structure.proper_modes(), omega)
+    each = factors.modal
+    if static:
+        each = jnp.concatenate([factors.beyond_static, 1 / factors.relative_modulus[None]])
+    return experiment.observe.frf(each[:, None] + 0j, omega)[:, 0]
+
+
+def _points(side: dict, axes: tuple[int, ...]) -> Points:
+    return joined([one.points(axes) for one in side.values()])

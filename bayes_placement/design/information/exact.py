@@ -1,0 +1,83 @@
+"""exact: in, an experiment with output error; out, what it teaches, the placement integrated out.
+
+Not known here: where else a transducer could sit.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ...experiment.experiment import Experiment
+from ...experiment.noise import Data
+from ...inference import _tensor_quadrature
+from ...inference.alternative import Draws, draws_of
+from . import _points
+from ._estimator import Estimator, Gain, Plan, divergence, known_noise, placement_laws
+from ._knowledge import knowledge, typical
+
+BATCH = 8
+"""Draws of the parameters that are integrated at once."""
+
+
+class Exact(Estimator):
+    """Divergence for the nominal response, the placement integrated by Gauss quadrature.
+
+    The likelihood is that of `marginals.Quadrature`; the average over the parameters is one over
+    points of their prior, Eq. (33).
+
+    Parameters
+    ----------
+    n_h
+        Points of the parameters, in all.
+    nodes
+        Gauss nodes for each coordinate of the placement.
+    points
+        `sobol` or `plain`, see `KDE`.
+    replicates
+        Independent sets of points, whose spread is the error.
+    after
+        What an earlier measurement told, see `KDE`.
+    """
+
+    n_h: int = eqx.field(static=True, default=1024)
+    nodes: int = eqx.field(static=True, default=64)
+    points: str = eqx.field(static=True, default="sobol")
+    replicates: int = eqx.field(static=True, default=4)
+    after: Draws | None = eqx.field(default=None, converter=draws_of)
+
+    def typical(self) -> dict[str, np.ndarray]:
+        """Means after the earlier measurement."""
+        return typical(self.after)
+
+    def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
+        """Draw all points and return the estimate.
+
+        Raises
+        ------
+        ValueError
+            If there is no output error, or no parameter is unknown.
+        """
+        known = knowledge(experiment, self.after, moved)
+        known_noise(experiment, "information.Exact")
+        each = _points.shares(self.n_h, self.replicates, "n_h")
+        sizes = (self.replicates, each, known.dimension)
+        parameters = known.values(_points.scores(self.points, *sizes, seed))
+
+        def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
+            z = one.fix(nominal).predict()
+            data = Data(z, np.ones(z.shape, dtype=bool))
+            nodes = _tensor_quadrature.nested(one, placement_laws(one, known.names), self.nodes)
+
+            def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
+                return _tensor_quadrature.log_likelihood(one.fix(values), data, nodes)
+
+            flat = {n: jnp.reshape(v, (-1, *v.shape[2:])) for n, v in parameters.items()}
+            found = jax.lax.map(likelihood, flat, batch_size=BATCH)
+            return divergence(found.reshape(self.replicates, each))
+
+        return plan

@@ -1,0 +1,1 @@
+"""running: many placements in chunks, on several processes, kept in a folder."""

@@ -1,0 +1,20 @@
+"""experiment: a structure, what excites and reads it, and the output error: one NumPyro model."""
+
+from ..positions.channel import Channel
+from . import damping, noise, observe
+from .experiment import Experiment
+from .measurement import Measurement
+from .structure import Structure
+from .transducers import Actuator, Sensor
+
+__all__ = [
+    "Actuator",
+    "Channel",
+    "Experiment",
+    "Measurement",
+    "Sensor",
+    "Structure",
+    "damping",
+    "noise",
+    "observe",
+]

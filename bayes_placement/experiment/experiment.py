@@ -1,0 +1,372 @@
+"""experiment: in, structure, transducers, lines, observation, noise; out, one NumPyro model.
+
+Not known here: which engine runs it, which marginal is taken.
+"""
+
+from collections import OrderedDict
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro
+from jaxtyping import Array, Float
+
+from .. import _sites
+from .._types import Receptance, Response
+from ..effects._effect import Effect, InstrumentEffect
+from ..positions.places import typical
+from . import _experiment_checks
+from .measurement import Channel, Measurement, at_levels
+from .noise import Data, Noise
+from .observe import FRF_OF, Observation
+from .recording import Drive, recorded
+from .structure import Structure, added
+from .transducers import Actuator, Sensor, Transducer
+
+MEASURED = "measured"
+"""Name of the observed site."""
+
+RESPONSE = "response"
+"""Name of the outputs without output error, in simulations."""
+
+_ROLES = {
+    "structure": "parameter h",
+    "sensor": "placement",
+    "actuator": "placement",
+    "noise": "output error",
+    "chain": "parameter h",
+}
+
+Kind = TypeVar("Kind", bound=Transducer)
+Measurements = Measurement | Sequence[Measurement]
+
+
+def role(name: str) -> str:
+    """What an unknown is for, by where it sits: parameter h, placement or output error."""
+    return _ROLES.get(name.split(".")[0], "parameter h")
+
+
+def is_placement(name: str) -> bool:
+    """Tell whether an unknown belongs to the placement."""
+    return role(name) == "placement"
+
+
+class Experiment(eqx.Module):
+    """A structure, what is known of its instruments, and what is measured.
+
+    Every leaf that is a `numpyro.distributions.Distribution` is an unknown, and its path is its
+    name: unknowns below `structure` are the parameters h, below `sensor` and `actuator` the
+    placement, below `noise` the output error. `Experiment.model` is an ordinary NumPyro model.
+
+    Parameters
+    ----------
+    structure
+        The structure.
+    sensors, actuators
+        Sensors and actuators; every sensor is measured for every actuator.
+    frequency
+        Lines [Hz].
+    observe
+        What is compared: `observe.LogAmplitude` or `observe.Complex`.
+    noise
+        Output error; None for the paper's case of no output error.
+
+    Raises
+    ------
+    ValueError
+        For transducers of the same name or outside the structure, and for lines at which the
+        observation is not finite.
+    """
+
+    structure: Structure
+    sensor: OrderedDict[str, Sensor]
+    actuator: OrderedDict[str, Actuator]
+    frequency: Any
+    observe: Observation
+    noise: Noise | None
+    chain: OrderedDict[str, InstrumentEffect]
+    force_levels: tuple[float, ...] | None = eqx.field(static=True)
+    sensors_mounted: str = eqx.field(static=True)
+
+    def __init__(
+        self,
+        structure: Structure,
+        *,
+        sensors: Sequence[Sensor],
+        actuators: Sequence[Actuator],
+        frequency: Any,
+        observe: Observation,
+        noise: Noise | None,
+        force_levels: Sequence[float] | None = None,
+        sensors_mounted: str = "roving",
+    ):
+        self.structure = structure
+        self.sensor = _placed(sensors, structure)
+        self.actuator = _placed(actuators, structure)
+        self.frequency = _experiment_checks.lines(frequency)
+        self.observe = observe
+        self.noise = noise
+        self.chain = OrderedDict()
+        self.force_levels = _experiment_checks.levels(force_levels)
+        self.sensors_mounted = _experiment_checks.mounting(sensors_mounted)
+        observe.check(self.frequency)
+
+    def __add__(self, effect: Effect) -> "Experiment":
+        """Return the experiment with one more effect, on its structure or its instruments.
+
+        Raises
+        ------
+        ValueError
+            If the effect bears a taken name, lies outside the structure or names no sensor.
+        """
+        if isinstance(effect, InstrumentEffect):
+            found = effect.among(self.sensor_channels)
+            chain = added(self.chain, found.on(self.structure.modes))
+            return eqx.tree_at(lambda tree: tree.chain, self, chain, is_leaf=_is_dict)
+        return eqx.tree_at(lambda tree: tree.structure, self, self.structure + effect)
+
+    @property
+    def effects(self) -> list[Effect]:
+        """Every effect on the structure and the instruments."""
+        return [*self.structure.effects.values(), *self.chain.values()]
+
+    def without(self, name: str) -> "Experiment":
+        """Return the experiment without one of its effects.
+
+        Raises
+        ------
+        ValueError
+            If there is no such effect.
+        """
+        for where in (lambda tree: tree.structure.effects, lambda tree: tree.chain):
+            kept = OrderedDict(where(self))
+            if kept.pop(name, None) is not None:
+                return eqx.tree_at(where, self, kept, is_leaf=_is_dict)
+        raise ValueError(
+            f'There is no effect "{name}" to leave out. The experiment has '
+            f"{', '.join(one.name for one in self.effects) or 'none'}."
+        )
+
+    @property
+    def lines(self) -> np.ndarray:
+        """Frequency of each datum [Hz]: the lines, once for each force level."""
+        return np.tile(np.asarray(self.frequency), len(self.force_levels or (1,)))
+
+    @property
+    def line_forces(self) -> np.ndarray | None:
+        """Amplitude [N] of the force at each datum along frequency; None where it is not known."""
+        if self.force_levels is None:
+            return None
+        return np.repeat(np.asarray(self.force_levels), np.size(self.frequency))
+
+    @property
+    def unknowns(self) -> list[_sites.Unknown]:
+        """Every unknown with its prior and unit, in the order in which they are sampled."""
+        return _sites.unknowns(self)
+
+    @property
+    def sensor_channels(self) -> tuple[Channel, ...]:
+        """Channels of all sensors, in order."""
+        return tuple(channel for one in self.sensor.values() for channel in one.channels)
+
+    @property
+    def actuator_channels(self) -> tuple[Channel, ...]:
+        """Channels of all actuators, in order."""
+        return tuple(channel for one in self.actuator.values() for channel in one.channels)
+
+    def fix(self, values: Mapping[str, Any]) -> "Experiment":
+        """Return the experiment with some unknowns replaced by values, by name.
+
+        Raises
+        ------
+        ValueError
+            If a name is not an unknown.
+        """
+        return _sites.substitute(self, values)
+
+    def nominal(self) -> "Experiment":
+        """Return the experiment at recorded positions and at the prior mean of all else."""
+        return self.fix(self.nominal_values())
+
+    def nominal_values(self) -> dict[str, Any]:
+        """Recorded position or prior mean of each unknown, by name."""
+        return {one.name: self._nominal_value(one) for one in self.unknowns}
+
+    def _nominal_value(self, unknown: _sites.Unknown) -> Any:
+        for kind, side in (("sensor", self.sensor), ("actuator", self.actuator)):
+            for one in side.values():
+                if unknown.name.startswith(f"{kind}.{one.name}.position"):
+                    return one.at_record(unknown.name)
+        return typical(unknown.law)
+
+    def with_only(self, side: str, name: str, channels: slice) -> "Experiment":
+        """Return the experiment with a single sensor (or actuator), whose channels are given."""
+        noise = None if self.noise is None else self.noise.of(**{f"{side}s": channels})
+        one = OrderedDict({name: getattr(self, side)[name]})
+        return eqx.tree_at(
+            lambda tree: (getattr(tree, side), tree.noise),
+            self,
+            (one, noise),
+            is_leaf=lambda leaf: leaf is None,
+        )
+
+    def receptance(self) -> Receptance:
+        """Receptance [m/N] of the structure at the lines, as its instruments recorded it."""
+        force = None if self.line_forces is None else jnp.asarray(self.line_forces)
+        drive = Drive(self._omega(), force, self.sensors_mounted)
+        chain = [effect for _, effect in sorted(self.chain.items())]
+        return recorded(self.structure, self.sensor, self.actuator, chain, drive)
+
+    def _omega(self) -> Float[Array, "frequency"]:
+        return 2 * jnp.pi * jnp.tile(jnp.asarray(self.frequency), len(self.force_levels or (1,)))
+
+    def frf(self) -> Receptance:
+        """FRF of the observed quantity, once no structure or placement is unknown, Eq. (18)."""
+        return self.observe.frf(self.receptance(), self._omega())
+
+    def predict(self) -> Response:
+        """Outputs z without output error, Eq. (20)."""
+        return self.observe.output(self.frf())
+
+    def data(self, measurement: Measurements) -> Data:
+        """Outputs of a measurement at the lines and channels of this experiment.
+
+        Parameters
+        ----------
+        measurement
+            One measurement, or one for each force level, in any order.
+
+        Raises
+        ------
+        ValueError
+            If a line, a channel or a force level of the experiment was not measured.
+        """
+        parts = [self._data(one) for one in at_levels(measurement, self.force_levels)]
+        return parts[0] if len(parts) == 1 else Data.joined(parts)
+
+    def _data(self, measurement: Measurement) -> Data:
+        chosen = (
+            measurement.lines(np.asarray(self.frequency))
+            .channels(self.sensor_channels, self.actuator_channels)
+            .converted(FRF_OF[self.observe.quantity])  # type: ignore[arg-type]
+        )
+        known = self.noise is not None and self.noise.reads_coherence
+        variance = chosen.noise_variance() if known else None
+        return outputs(self.observe, chosen.frf, variance)
+
+    def model(self, measurement: Measurements | Data | None = None) -> None:
+        """Run the NumPyro model: prior on h, latent placement, Gaussian output error.
+
+        Parameters
+        ----------
+        measurement
+            What was measured; None to simulate.
+        """
+        concrete = _sites.realise(self)
+        predicted = concrete.predict()
+        data = measurement if isinstance(measurement, Data | None) else self.data(measurement)
+        if data is None:
+            numpyro.deterministic(RESPONSE, predicted)
+        if concrete.noise is None:
+            _refuse_data_without_noise(data)
+            return
+        observed = None if data is None else data.z
+        numpyro.sample(MEASURED, concrete.noise.law(predicted, data), obs=observed)
+
+    def nominal_measurement(self) -> Measurement | tuple[Measurement, ...]:
+        """Return what the nominal experiment would measure without output error, z_nom.
+
+        With force levels, one measurement for each.
+        """
+        whole = np.asarray(jax.jit(lambda: self.nominal().frf())())
+        if self.force_levels is None:
+            return self._measurement(whole, None)
+        each = np.split(whole, len(self.force_levels), axis=-1)
+        pairs = zip(each, self.force_levels, strict=True)
+        return tuple(self._measurement(frf, level) for frf, level in pairs)
+
+    def _measurement(self, frf: np.ndarray, force_level: float | None) -> Measurement:
+        return Measurement.from_arrays(
+            frf,
+            self.frequency,
+            sensors=self.sensor_channels,
+            actuators=self.actuator_channels,
+            quantity=FRF_OF[self.observe.quantity],  # type: ignore[arg-type]
+            force_level=force_level,
+        )
+
+    def __str__(self) -> str:
+        """Lay out every prior and unit in one table."""
+        rows = [(u.name, describe(u.law), u.unit, role(u.name)) for u in self.unknowns]
+        low, high = float(np.min(self.frequency)), float(np.max(self.frequency))
+        channels = f"{len(self.sensor_channels)} sensor x {len(self.actuator_channels)} actuator"
+        return "\n".join(
+            [
+                f"Experiment: {channels} channels, {np.size(self.frequency)} lines from {low:g} "
+                f"to {high:g} Hz, z = {self.observe.label}",
+                *_table([("unknown", "prior", "unit", "role"), *rows]),
+            ]
+        )
+
+
+def outputs(observe: Observation, frf: Any, variance: Any = None) -> Data:
+    """Turn a measured FRF, NaN where nothing was measured, into outputs and their errors."""
+    measured = np.isfinite(frf)
+    filled = jnp.asarray(np.where(measured, frf, 1.0))
+    z = jax.jit(observe.output)(filled)
+    if z.ndim == 4:
+        measured = np.broadcast_to(measured[:, :, None, :], z.shape)
+    # A level where nothing was measured is never used, but it must not be NaN in a gradient.
+    level = None if variance is None else jnp.where(jnp.isnan(variance), 1.0, variance)
+    deviation = None if level is None else jax.jit(observe.deviation)(filled, level)
+    return Data(jnp.where(measured, z, 0.0), measured, deviation)
+
+
+def describe(law: Any) -> str:
+    """Write a law as its name and arguments: Uniform(0.02, 0.06)."""
+    values = [getattr(law, name, None) for name in law.arg_constraints]
+    return f"{type(law).__name__}({', '.join(_number(v) for v in values if v is not None)})"
+
+
+def _number(value: Any) -> str:
+    array = np.asarray(value)
+    return f"{array:.6g}" if array.ndim == 0 else f"array{array.shape}"
+
+
+def _table(rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return ["  ".join(word.ljust(w) for word, w in zip(row, widths, strict=True)) for row in rows]
+
+
+def _placed(transducers: Sequence[Kind], structure: Structure) -> OrderedDict[str, Kind]:
+    # An ordered dictionary keeps its order through JAX; a plain one would be sorted by name.
+    placed = OrderedDict((one.name, one.on(structure.modes)) for one in transducers)
+    names = [one.name for one in transducers]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(
+            f'Two transducers are called "{twice[0]}". Each needs a name of its own, since '
+            "unknowns are named by it. A sensor used in several runs is given once."
+        )
+    if not placed:
+        raise ValueError(
+            "An experiment needs at least one sensor and one actuator, since an FRF is measured "
+            'between the two: sensors=[bp.Sensor("s1", at=0.25)].'
+        )
+    return placed
+
+
+def _is_dict(leaf: Any) -> bool:
+    return isinstance(leaf, dict)
+
+
+def _refuse_data_without_noise(data: Data | None) -> None:
+    if data is not None:
+        raise ValueError(
+            "The experiment has noise=None, so no measured value has a density. Give it "
+            "noise.Gaussian(sigma), or use marginals.KDE(), whose kernel is a density by itself "
+            "(the paper's case of no output error)."
+        )

@@ -1,0 +1,392 @@
+"""measurement: in, complex FRFs of labelled channels; out, the same by quantity, line and channel.
+
+Not known here: structures, probability, file formats.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
+from . import _measurement_checks as checks
+from ._measurement_checks import DERIVATIVE
+
+__all__ = ["UNIT", "Channel", "Channels", "Measurement"]
+
+Position = tuple[float, float, float]
+
+UNIT = {"receptance": "m/N", "mobility": "(m/s)/N", "accelerance": "(m/s²)/N"}
+
+# Universal files carry 6 significant digits of the first line and of the spacing, so a line is
+# known to 5e-6 of its frequency; twice that still tells apart the lines of any such file.
+LINE_TOLERANCE = 1e-5
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Measurement:
+    """Measured FRFs, labelled by sensor channel, actuator channel and frequency.
+
+    Arrays are copied and read-only. `Measurement.from_arrays` is the usual way to make one.
+
+    Parameters
+    ----------
+    frf
+        Complex FRFs [m/N, (m/s)/N or (m/s²)/N] of shape (sensor, actuator, frequency), under
+        exp(+i w t); NaN along the whole line where a pair was not measured.
+    frequency
+        Lines [Hz], not negative and strictly increasing.
+    sensors, actuators
+        Channels of the rows and of the columns.
+    quantity
+        `receptance`, `mobility` or `accelerance`.
+    coherence
+        Ordinary coherence [1] in the shape of the FRFs, NaN for pairs where unknown; or None.
+    averages
+        Number of averages of the H1 estimate, or None.
+    positions
+        Recorded coordinates [m] by the name of the transducer, as far as they are known.
+    force_level
+        Amplitude of the force [N], or None.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not agree, a measured pair has gaps, or a value cannot be what it should be.
+    """
+
+    frf: np.ndarray
+    frequency: np.ndarray
+    sensors: tuple[Channel, ...]
+    actuators: tuple[Channel, ...]
+    quantity: str
+    coherence: np.ndarray | None = None
+    averages: float | int | None = None
+    positions: dict[str, Position] = field(default_factory=dict)
+    force_level: float | int | None = None
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays and refuse what cannot have been measured."""
+        for name, dtype in (("frf", complex), ("frequency", float), ("coherence", float)):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _frozen(getattr(self, name), dtype))
+        object.__setattr__(self, "positions", checks.positions(self.positions))
+        for channel in self.sensors + self.actuators:
+            checked(channel)
+        checks.quantity(self.quantity)
+        checks.frequency(self.frequency)
+        checks.shape("frf", self.frf, self._shape)
+        checks.frf(self.frf, self.frequency, self._label)
+        if self.coherence is not None:
+            checks.shape("coherence", self.coherence, self._shape)
+            checks.coherence(self.coherence, self.frequency, self._label)
+        checks.averages(self.averages)
+        checks.force_level(self.force_level)
+
+    @classmethod
+    def from_arrays(
+        cls,
+        frf: Any,
+        frequency: Any,
+        *,
+        sensors: Channels,
+        actuators: Channels,
+        quantity: str,
+        coherence: Any = None,
+        averages: float | int | None = None,
+        positions: Mapping[str, Sequence[float | int]] | None = None,
+        force_level: float | int | None = None,
+    ) -> "Measurement":
+        """Make a measurement of plain arrays and channel labels.
+
+        Parameters
+        ----------
+        frf, coherence
+            Array-likes of shape (sensor, actuator, frequency), or (frequency,) where there is one
+            sensor channel and one actuator channel.
+        frequency
+            Lines [Hz].
+        sensors, actuators
+            Labels such as `s1` or `s1+x`, or channels; each may appear once.
+        quantity, averages, positions, force_level
+            As in `Measurement`.
+
+        Raises
+        ------
+        ValueError
+            As in `Measurement`, and if a channel is given twice.
+        """
+        rows, columns = parsed(sensors), parsed(actuators)
+        check_distinct("sensor", rows)
+        check_distinct("actuator", columns)
+        single = len(rows) == len(columns) == 1
+        return cls(
+            frf=_as_pairs(frf, single),
+            frequency=np.asarray(frequency),
+            sensors=rows,
+            actuators=columns,
+            quantity=quantity,
+            coherence=None if coherence is None else _as_pairs(coherence, single),
+            averages=averages,
+            positions=checks.positions(positions or {}),
+            force_level=force_level,
+        )
+
+    @property
+    def _shape(self) -> tuple[int, int, int]:
+        return len(self.sensors), len(self.actuators), self.frequency.size
+
+    @property
+    def measured(self) -> np.ndarray:
+        """Which pairs were measured, of shape (sensor, actuator)."""
+        return ~np.isnan(self.frf).all(axis=-1)
+
+    def converted(self, quantity: str) -> "Measurement":
+        """Return the FRFs as receptance, mobility or accelerance, by powers of i w.
+
+        Raises
+        ------
+        ValueError
+            If the quantity is none of these, or 0 Hz would have to be divided by.
+        """
+        frf = derivative(self.frf, self.frequency, self.quantity, quantity)
+        return replace(self, frf=frf, quantity=quantity)
+
+    def band(self, low: float | int, high: float | int) -> "Measurement":
+        """Return the lines from low to high [Hz], both included.
+
+        Raises
+        ------
+        ValueError
+            If no line lies there.
+        """
+        return self._kept(
+            (self.frequency >= low) & (self.frequency <= high), f"band({low:g}, {high:g})"
+        )
+
+    def without(self, low: float | int, high: float | int) -> "Measurement":
+        """Return the measurement less the lines from low to high [Hz], both included.
+
+        Raises
+        ------
+        ValueError
+            If no line is left.
+        """
+        return self._kept(
+            (self.frequency < low) | (self.frequency > high), f"without({low:g}, {high:g})"
+        )
+
+    def lines(self, frequency: Any) -> "Measurement":
+        """Return the lines at these frequencies [Hz], found to a relative 1e-5.
+
+        The measured frequencies are kept, so that conversions see what was measured.
+
+        Raises
+        ------
+        ValueError
+            If a line was not measured, or the frequencies do not increase from line to line.
+        """
+        wanted = np.atleast_1d(np.asarray(frequency, dtype=float))
+        index = np.arange(self.frequency.size)
+        nearest = np.rint(np.interp(wanted, self.frequency, index)).astype(int)
+        close = np.isclose(self.frequency[nearest], wanted, rtol=LINE_TOLERANCE, atol=0.0)
+        if not close.all():
+            raise checks.not_measured(wanted[~close], self.frequency[nearest[~close]])
+        if np.any(np.diff(nearest) <= 0):
+            raise ValueError(
+                "The frequencies given do not increase from one measured line to the next; each "
+                "line is needed once, since a line that counts twice makes the answer too sure: "
+                "measurement.lines(np.unique(frequency))."
+            )
+        return self._at(nearest)
+
+    def channels(self, sensors: Channels, actuators: Channels) -> "Measurement":
+        """Pick and order the rows and columns of these channels; they may repeat.
+
+        A channel recorded in the opposite direction is the requested one with its sign flipped.
+        A direction that is not stated, here or in the record, matches the only channel of that
+        name; the result bears the direction that either of them states.
+
+        Raises
+        ------
+        ValueError
+            If a channel is missing, or several match.
+        """
+        rows = [match(one, self.sensors, "sensor") for one in parsed(sensors)]
+        columns = [match(one, self.actuators, "actuator") for one in parsed(actuators)]
+        pick = np.ix_([row.place for row in rows], [column.place for column in columns])
+        signs = np.outer([row.sign for row in rows], [column.sign for column in columns])
+        return replace(
+            self,
+            frf=self.frf[pick] * signs[:, :, None],
+            coherence=None if self.coherence is None else self.coherence[pick],
+            sensors=tuple(row.channel for row in rows),
+            actuators=tuple(column.channel for column in columns),
+        )
+
+    def noise_variance(self) -> np.ndarray:
+        """Variance E|error|^2 of each FRF value, known from coherence and averages.
+
+        For an H1 estimate of n averages with coherence g2 it is |H|^2 (1 - g2) / (n g2), circular
+        complex Gaussian: half of it lies in the real part, half in the imaginary part.
+
+        Returns
+        -------
+        ndarray
+            Variance [unit of the FRF squared] of shape (sensor, actuator, frequency); NaN where a
+            pair was not measured.
+
+        Raises
+        ------
+        ValueError
+            If coherence or averages are missing, or say that an error is zero or unbounded.
+        """
+        if self.coherence is None or self.averages is None:
+            missing = "coherence" if self.coherence is None else "number of averages"
+            raise ValueError(
+                f"The measurement has no {missing}; both are needed, since the error of an FRF "
+                "follows from the two together. Give them to the measurement, or state the error: "
+                "noise.Gaussian(sigma)."
+            )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            variance = (
+                np.abs(self.frf) ** 2 * (1 - self.coherence) / (self.averages * self.coherence)
+            )
+        checks.variance(variance, self.measured, self.frequency, self._label)
+        return variance
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the measurement as a labelled dataset, complex numbers as an axis `part`."""
+        pairs = ("sensor", "actuator", "frequency")
+        parts = np.stack([self.frf.real, self.frf.imag], axis=2)
+        attributes = {"long_name": self.quantity, "units": UNIT[self.quantity]}
+        variables: dict[str, Any] = {
+            "frf": (("sensor", "actuator", "part", "frequency"), parts, attributes),
+            "sensor_position": (("sensor", "axis"), self._recorded(self.sensors), {"units": "m"}),
+            "actuator_position": (
+                ("actuator", "axis"),
+                self._recorded(self.actuators),
+                {"units": "m"},
+            ),
+        }
+        if self.coherence is not None:
+            variables["coherence"] = (pairs, self.coherence, {"units": "1"})
+        optional = {"averages": self.averages, "force_level_newton": self.force_level}
+        return xr.Dataset(
+            variables,
+            coords={
+                "sensor": [channel.label for channel in self.sensors],
+                "actuator": [channel.label for channel in self.actuators],
+                "frequency": ("frequency", self.frequency, {"units": "Hz"}),
+                "part": ["real", "imag"],
+                "axis": ["x", "y", "z"],
+            },
+            attrs={"quantity": self.quantity}
+            | {name: value for name, value in optional.items() if value is not None},
+        )
+
+    def __repr__(self) -> str:
+        """Say what was measured in one paragraph."""
+        low, high = self.frequency[0], self.frequency[-1]
+        known = "no coherence" if self.coherence is None else "with coherence"
+        averages = "" if self.averages is None else f", {self.averages} averages"
+        force = "" if self.force_level is None else f", force {self.force_level:g} N"
+        return (
+            f"Measurement: {self.quantity} [{UNIT[self.quantity]}] of "
+            f"{_counted(len(self.sensors), 'sensor channel')} for "
+            f"{_counted(len(self.actuators), 'actuator channel')}, "
+            f"{_counted(int(self.measured.sum()), 'pair')} measured, "
+            f"{self.frequency.size} lines from {low:g} to {high:g} Hz, {known}{averages}{force}."
+        )
+
+    def _label(self, row: int, column: int) -> str:
+        return f"{self.sensors[row].label} / {self.actuators[column].label}"
+
+    def _kept(self, keep: np.ndarray, request: str) -> "Measurement":
+        if not keep.any():
+            raise ValueError(
+                f"{request} leaves no line of this measurement, which has {self.frequency.size} "
+                f"from {self.frequency[0]:g} to {self.frequency[-1]:g} Hz; at least one is needed. "
+                "Choose a band [Hz] that overlaps with them."
+            )
+        return self._at(np.flatnonzero(keep))
+
+    def _at(self, index: np.ndarray) -> "Measurement":
+        coherence = None if self.coherence is None else self.coherence[..., index]
+        return replace(
+            self, frf=self.frf[..., index], frequency=self.frequency[index], coherence=coherence
+        )
+
+    def _recorded(self, channels: tuple[Channel, ...]) -> np.ndarray:
+        unknown = (np.nan,) * 3
+        return np.array([self.positions.get(channel.name, unknown) for channel in channels])
+
+
+def at_levels(
+    given: "Measurement | Sequence[Measurement]", levels: Sequence[float] | None
+) -> list["Measurement"]:
+    """Measurements in the order of some force levels [N].
+
+    Raises
+    ------
+    ValueError
+        If a level was not measured, or several measurements are given and no level.
+    """
+    several = [given] if isinstance(given, Measurement) else list(given)
+    if levels is None:
+        if len(several) != 1:
+            raise ValueError(
+                f"{len(several)} measurements were given to an experiment without force levels, "
+                "which has one. Say how hard each was driven: "
+                "Experiment(..., force_levels=[0.1, 1.0])."
+            )
+        return several
+    found = {one.force_level: one for one in several}
+    missing = [level for level in levels if level not in found]
+    if missing:
+        known = ", ".join("none stated" if one is None else f"{one:g} N" for one in found)
+        raise ValueError(
+            f"The experiment has the force level {missing[0]:g} N, but the measurements given have "
+            f"{known}. Give one measurement for each level: Measurement.from_arrays(..., "
+            f"force_level={missing[0]:g})."
+        )
+    return [found[level] for level in levels]
+
+
+def derivative(frf: np.ndarray, frequency: np.ndarray, given: str, wanted: str) -> np.ndarray:
+    """Turn FRFs of one quantity into another by powers of i w, under exp(+i w t).
+
+    Raises
+    ------
+    ValueError
+        If a quantity is unknown, or 0 Hz would have to be divided by.
+    """
+    checks.quantity(given)
+    checks.quantity(wanted)
+    power = DERIVATIVE[wanted] - DERIVATIVE[given]
+    if power < 0 and np.any(frequency == 0):
+        raise ValueError(
+            f"The {given} at 0 Hz was given; a {wanted} there would need a division by zero, since "
+            "the motion at 0 Hz leaves no trace in its derivatives. Drop 0 Hz: "
+            "measurement.without(0, 0)."
+        )
+    return frf * (2j * np.pi * frequency) ** power
+
+
+def _frozen(values: Any, dtype: type) -> np.ndarray:
+    array: np.ndarray = np.array(values, dtype=dtype)
+    if dtype is complex:
+        array[np.isnan(array)] = complex(np.nan, np.nan)  # a lone NaN is given the imaginary part 0
+    array.setflags(write=False)
+    return array
+
+
+def _as_pairs(values: Any, single: bool) -> np.ndarray:
+    array = np.asarray(values)
+    return array[None, None] if single and array.ndim == 1 else array
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,209 @@
+"""noise: in, predicted outputs; out, the Gaussian law of the measured ones, Eq. (21).
+
+Not known here: the structure, placement, how z came from the FRF.
+"""
+
+import abc
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool
+from numpyro.distributions import Distribution, MultivariateNormal, Normal
+
+from .._sites import is_unknown, unit
+from .._types import Parameter, Response
+
+Chosen: TypeAlias = slice | np.ndarray
+"""Some channels: a slice of them, or their numbers."""
+
+
+class Data(eqx.Module):
+    """Measured outputs, in the shape of the predicted ones.
+
+    Parameters
+    ----------
+    z
+        Measured outputs; zero where nothing was measured.
+    measured
+        Where something was measured.
+    deviation
+        Standard deviation of each output known from coherence and averages, or None.
+    """
+
+    z: Response
+    measured: Bool[np.ndarray, "sensor actuator *part frequency"]
+    deviation: Response | None = None
+
+    def of(self, sensors: Any = slice(None), actuators: Any = slice(None)) -> "Data":
+        """Return the data of some sensor and actuator channels."""
+
+        def pick(values: Any) -> Any:
+            return None if values is None else values[sensors][:, actuators]
+
+        return Data(pick(self.z), pick(self.measured), pick(self.deviation))
+
+    @staticmethod
+    def joined(parts: "Sequence[Data]") -> "Data":
+        """Return the data of several force levels, one behind the other along frequency."""
+
+        def join(values: list[Any]) -> Any:
+            xp = np if isinstance(values[0], np.ndarray) else jnp
+            return None if values[0] is None else xp.concatenate(values, axis=-1)
+
+        names = ("z", "measured", "deviation")
+        return Data(*(join([getattr(part, name) for part in parts]) for name in names))
+
+
+class Noise(eqx.Module):
+    """Law of the output error N in Z_obs = Z + N."""
+
+    reads_coherence: eqx.AbstractClassVar[bool]
+
+    @abc.abstractmethod
+    def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
+        """Law of the measured outputs around the predicted ones.
+
+        Parameters
+        ----------
+        predicted
+            Outputs of the model.
+        data
+            The measured outputs with what is known of their errors; None in a simulation.
+        kernel
+            Variance added to each output: a kernel density estimate with Gaussian kernels plus
+            Gaussian noise is again Gaussian (Eq. 29 in closed form).
+        """
+
+    def deviation(self, data: Data) -> Response | None:
+        """Standard deviation of each output, in the unit of z; None where it is not known."""
+        return None
+
+    def of(self, sensors: Chosen = slice(None), actuators: Chosen = slice(None)) -> "Noise":
+        """Return the noise of some sensor and actuator channels."""
+        return self
+
+
+class Gaussian(Noise):
+    """Independent Gaussian errors of a given or unknown standard deviation.
+
+    Parameters
+    ----------
+    sigma
+        Standard deviation of z, in the unit of z (for a complex FRF, of each of its parts): a
+        number, an array that broadcasts to (sensor, actuator, frequency), or a distribution.
+    """
+
+    reads_coherence = False
+    sigma: Parameter = eqx.field(metadata=unit("unit of z"))
+
+    def __init__(self, sigma: Parameter):
+        self.sigma = sigma
+        if isinstance(sigma, int | float) and not sigma > 0:
+            raise ValueError(
+                f"noise.Gaussian({sigma}) was given; the standard deviation must be positive, "
+                "since a likelihood without noise is infinite. Without output error "
+                "give noise=None and use marginals.KDE()."
+            )
+
+    def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
+        """Independent normal law of every output."""
+        sigma = _as_outputs(self.sigma, predicted)
+        return _masked(Normal(predicted, jnp.sqrt(sigma**2 + kernel)), data)
+
+    def deviation(self, data: Data) -> Response | None:
+        """Return sigma for every output; None where it is a distribution."""
+        return None if is_unknown(self.sigma) else _as_outputs(self.sigma, data.z)
+
+    def of(self, sensors: Chosen = slice(None), actuators: Chosen = slice(None)) -> "Gaussian":
+        """Return the noise of some channels, where each has a level of its own."""
+        level = self.sigma
+        alone = not is_unknown(level) and jnp.ndim(level) == 3  # type: ignore[arg-type]
+        return Gaussian(_channels(jnp.asarray(level), sensors, actuators)) if alone else self
+
+
+class Covariance(Noise):
+    """Gaussian errors that are correlated along the lines of a channel.
+
+    Parameters
+    ----------
+    matrix
+        Covariance of the outputs of one channel pair along frequency [(unit of z)^2], a matrix or
+        a distribution of matrices.
+    scale
+        Factor on the standard deviation [1], a number or a distribution.
+    """
+
+    reads_coherence = False
+    matrix: Parameter = eqx.field(metadata=unit("(unit of z)^2"))
+    scale: Parameter = eqx.field(metadata=unit("1"))
+
+    def __init__(self, matrix: Parameter, scale: Parameter = 1.0):
+        self.matrix = matrix
+        self.scale = scale
+
+    def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
+        """Joint normal law of the lines of each channel pair."""
+        if data is not None and not data.measured.all():
+            raise ValueError(
+                "noise.Covariance needs every sensor measured for every actuator at every line, "
+                "but some pairs are missing. Use noise.Gaussian, or select measured channels."
+            )
+        extra = jnp.asarray(kernel)[..., None] * jnp.eye(predicted.shape[-1])
+        matrix = jnp.asarray(self.matrix) * jnp.asarray(self.scale) ** 2
+        return MultivariateNormal(predicted, matrix + extra)
+
+
+class FromCoherence(Noise):
+    """Independent errors at each line, known from coherence and averages.
+
+    E|error|^2 = |H|^2 (1 - coherence) / (averages coherence) for an FRF by the H1 estimator, half
+    of it in the real and half in the imaginary part (Bendat and Piersol, Random Data, ch. 9).
+
+    Parameters
+    ----------
+    factor
+        Factor on the standard deviation [1]: 1, or a distribution where the coherence does not
+        tell the whole error.
+    """
+
+    reads_coherence = True
+    factor: Parameter = eqx.field(metadata=unit("1"))
+
+    def __init__(self, factor: Parameter = 1.0):
+        self.factor = factor
+
+    def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
+        """Independent normal law of every output."""
+        if data is None or data.deviation is None:
+            raise ValueError(
+                "noise.FromCoherence reads its level from the coherence and the averages of a "
+                "measurement, and none is given here. Give a measurement with both, or use "
+                "noise.Gaussian(sigma)."
+            )
+        deviation = data.deviation * jnp.asarray(self.factor)
+        return _masked(Normal(predicted, jnp.sqrt(deviation**2 + kernel)), data)
+
+    def deviation(self, data: Data) -> Response | None:
+        """Return the known deviation times the factor; None where this is a distribution."""
+        if is_unknown(self.factor) or data.deviation is None:
+            return None
+        return data.deviation * jnp.asarray(self.factor)
+
+
+def _channels(sigma: Array, sensors: Chosen, actuators: Chosen) -> Array:
+    sigma = sigma[sensors] if sigma.shape[0] > 1 else sigma
+    return sigma[:, actuators] if sigma.shape[1] > 1 else sigma
+
+
+def _as_outputs(sigma: Any, predicted: Response) -> Array:
+    level = jnp.asarray(sigma)
+    if level.ndim == 3 and predicted.ndim == 4:
+        level = level[..., None, :]  # both parts of a complex FRF have the same level
+    return jnp.broadcast_to(level, predicted.shape)
+
+
+def _masked(law: Distribution, data: Data | None) -> Distribution:
+    return law if data is None else law.mask(data.measured)

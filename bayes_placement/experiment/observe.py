@@ -1,0 +1,165 @@
+"""observe: in, an FRF of displacement, velocity or acceleration; out, the real outputs z, and back.
+
+Not known here: the structure, priors, the noise level.
+"""
+
+import abc
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Inexact
+
+from .._types import Receptance, Response
+
+_DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
+_UNIT = {"displacement": "m/N", "velocity": "(m/s)/N", "acceleration": "(m/s²)/N"}
+FRF_OF = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
+
+FRF = Inexact[Array, "sensor actuator frequency"]
+Variance = Float[Array, "sensor actuator frequency"]
+Measured = Float[np.ndarray, "sensor actuator *part frequency"]
+Lines = Float[np.ndarray, "frequency"]
+
+
+def _known(quantity: str) -> str:
+    if quantity not in _DERIVATIVE:
+        raise ValueError(
+            f"The quantity {quantity!r} cannot be observed. "
+            "Give displacement, velocity or acceleration: observe.LogAmplitude('velocity')."
+        )
+    return quantity
+
+
+class Observation(eqx.Module):
+    """The mapping z = f(U) of Eq. (8), with what it does to errors."""
+
+    quantity: eqx.AbstractVar[str]
+    parts: eqx.AbstractClassVar[int]
+
+    @abc.abstractmethod
+    def output(self, frf: FRF) -> Response:
+        """Outputs z of an FRF of the observed quantity."""
+
+    @abc.abstractmethod
+    def deviation(self, frf: FRF, variance: Variance) -> Response:
+        """Standard deviation of each output, given E|error|^2 of the FRF."""
+
+    @abc.abstractmethod
+    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+        """Return what outputs tell of the receptance [m/N], whatever quantity was observed.
+
+        Parameters
+        ----------
+        measured
+            Outputs z; NaN where nothing was measured.
+        omega
+            Angular frequency of each line [rad/s].
+        """
+
+    @abc.abstractmethod
+    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+        """Log of |dz / d(what z tells of the receptance)| for each output.
+
+        The density of z times this Jacobian is a density of the receptance, in which models of
+        different observed quantities are comparable.
+
+        Parameters
+        ----------
+        measured
+            Outputs z; NaN where nothing was measured.
+        omega
+            Angular frequency of each line [rad/s].
+        """
+
+    @property
+    @abc.abstractmethod
+    def label(self) -> str:
+        """Name and unit of the outputs for an axis."""
+
+    def frf(self, receptance: Receptance, omega: Float[Array, "frequency"]) -> Receptance:
+        """Turn a receptance into the FRF of the observed quantity."""
+        return receptance * (1j * omega) ** self.derivative
+
+    @property
+    def derivative(self) -> int:
+        """How many times the displacement is derived by time."""
+        return _DERIVATIVE[self.quantity]
+
+    def check(self, frequency: np.ndarray) -> None:
+        """Refuse 0 Hz, where velocity and acceleration vanish and carry no information."""
+        if self.quantity != "displacement" and np.any(frequency == 0):
+            raise ValueError(
+                f"observe.{type(self).__name__} needs |U| > 0, but frequency 0 Hz gives zero "
+                f"{self.quantity}. Drop 0 Hz: frequency[frequency > 0]."
+            )
+
+
+class LogAmplitude(Observation):
+    """Decimal logarithm of the amplitude, z = log10 |U|, as in section 5 of the paper.
+
+    Parameters
+    ----------
+    quantity
+        `displacement`, `velocity` or `acceleration`, per unit force in SI.
+    """
+
+    quantity: str = eqx.field(static=True, converter=_known)
+    parts = 1
+
+    def output(self, frf: FRF) -> Response:
+        """log10 |U|, by the square of the modulus, whose gradient is the simpler."""
+        return 0.5 * jnp.log10(jnp.real(frf) ** 2 + jnp.imag(frf) ** 2)
+
+    def deviation(self, frf: FRF, variance: Variance) -> Response:
+        """First-order error of log10 |U|: only the part of the error along U counts."""
+        return jnp.sqrt(variance / 2) / (jnp.abs(frf) * jnp.log(10.0))
+
+    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+        """Amplitude of the receptance |H| [m/N]; z keeps nothing of the phase."""
+        return 10.0**measured / omega**self.derivative
+
+    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+        """Log of dz / d|H| = 1 / (|H| log 10)."""
+        return -np.log(self.receptance(measured, omega) * np.log(10.0))
+
+    @property
+    def label(self) -> str:
+        """Axis label."""
+        return f"log10 of {self.quantity} per force [{_UNIT[self.quantity]}]"
+
+
+class Complex(Observation):
+    """Real and imaginary part of the FRF, on an axis `part` of two before frequency.
+
+    Parameters
+    ----------
+    quantity
+        `displacement`, `velocity` or `acceleration`, per unit force in SI.
+    """
+
+    quantity: str = eqx.field(static=True, converter=_known)
+    parts = 2
+
+    def output(self, frf: FRF) -> Response:
+        """Real and imaginary part."""
+        return jnp.stack([jnp.real(frf), jnp.imag(frf)], axis=-2)
+
+    def deviation(self, frf: FRF, variance: Variance) -> Response:
+        """Half of the variance lies in each part of a circular error."""
+        return jnp.sqrt(jnp.stack([variance, variance], axis=-2) / 2)
+
+    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+        """Real and imaginary part of the receptance [m/N]."""
+        frf = measured[..., 0, :] + 1j * measured[..., 1, :]
+        found = frf / (1j * omega) ** self.derivative
+        return np.stack([np.real(found), np.imag(found)], axis=-2)
+
+    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+        """Log of the factor omega^n on each of two parts, which rotate besides."""
+        return np.log(omega**self.derivative) + 0.0 * measured
+
+    @property
+    def label(self) -> str:
+        """Axis label."""
+        return f"{self.quantity} per force [{_UNIT[self.quantity]}]"

@@ -1,0 +1,122 @@
+"""structure: in, modes, a damping law and effects; out, one structure, and the stiffness it feels.
+
+Not known here: sensors, actuators, probability.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Inexact
+
+from ..effects._effect import (
+    Attachment,
+    CubicAttachment,
+    Effect,
+    GlobalChange,
+    Hinged,
+    Modulus,
+    StructureEffect,
+)
+from ..modes.hinged import hinged
+from ..modes.modes import Modes
+from .damping import Damping
+
+Kind = TypeVar("Kind", bound=Effect)
+Omega = Inexact[Array, "frequency"]
+
+
+class Structure(eqx.Module):
+    """A vibrating structure: its modes, how they lose energy, and effects added to it.
+
+    Parameters
+    ----------
+    modes
+        Natural frequencies and mode shapes, for example `beams.bar(...)`.
+    damping
+        Damping law, for example `damping.Modal([0.04])`. It holds for the modes of the structure
+        proper: with its cracks, preload and soft supports, without what is attached to it.
+    """
+
+    modes: Modes
+    damping: Damping
+    effects: OrderedDict[str, StructureEffect]
+
+    def __init__(
+        self,
+        modes: Modes,
+        *,
+        damping: Damping,
+        effects: Mapping[str, StructureEffect] = OrderedDict(),
+    ):
+        self.modes = modes
+        self.damping = damping
+        self.effects = OrderedDict(effects)
+
+    def __add__(self, effect: Effect) -> "Structure":
+        """Return the structure with one more effect.
+
+        Raises
+        ------
+        ValueError
+            If the effect belongs to the measurement, bears a taken name, or lies outside.
+        """
+        if not isinstance(effect, StructureEffect):
+            raise ValueError(
+                f'The effect "{effect.name}" was added to a structure, but it happens to the '
+                "measurement, which a structure knows nothing of. Add it to the experiment: "
+                "experiment + effect."
+            )
+        placed = added(self.effects, effect.on(self.modes))
+        return Structure(self.modes, damping=self.damping, effects=placed)
+
+    def of_kind(self, kind: Callable[..., Kind]) -> list[Kind]:
+        """Return the effects of one kind, by name: the order of adding is of no consequence."""
+        abstract_class: Any = kind
+        return [one for _, one in sorted(self.effects.items()) if isinstance(one, abstract_class)]
+
+    def proper_modes(self) -> Modes:
+        """Modes of the structure proper, without attachments."""
+        modes = self.modes.solved()
+        for change in self.of_kind(GlobalChange):
+            modes = change.changed(modes)
+        hinges = [hinge for one in self.of_kind(Hinged) for hinge in one.hinges(modes)]
+        return hinged(modes, hinges) if hinges else modes
+
+    def relative_modulus(self, omega: Omega) -> Inexact[Array, "frequency"]:
+        """Modulus over the modulus as drawn [1]."""
+        return sum(
+            (one.relative_modulus(omega) for one in self.of_kind(Modulus)), jnp.ones(omega.shape)
+        )
+
+    def kept_damping(self) -> Float[Array, ""]:
+        """Share of the damping law that no effect has replaced [1]."""
+        return jnp.prod(jnp.array([1.0, *(one.kept_damping() for one in self.of_kind(Modulus))]))
+
+    @property
+    def attachments(self) -> list[Attachment]:
+        """What is attached and linear."""
+        return self.of_kind(Attachment)
+
+    @property
+    def cubic_attachments(self) -> list[CubicAttachment]:
+        """What is attached and depends on the amplitude."""
+        return self.of_kind(CubicAttachment)
+
+
+def added(effects: Mapping[str, Kind], effect: Kind) -> OrderedDict[str, Kind]:
+    """Return effects and one more, by name.
+
+    Raises
+    ------
+    ValueError
+        If its name is taken.
+    """
+    if effect.name in effects:
+        raise ValueError(
+            f'An effect "{effect.name}" was added twice. Each needs a name of its own, since '
+            f'unknowns are named by it: name="{effect.name}_2".'
+        )
+    return OrderedDict(effects) | {effect.name: effect}

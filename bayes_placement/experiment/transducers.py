@@ -1,0 +1,210 @@
+"""transducers: in, modes and the place of a sensor or actuator; out, the mode shapes it reads.
+
+Not known here: frequencies, damping, data.
+"""
+
+from typing import Any, ClassVar, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._sites import is_unknown, unit, unknowns
+from .._types import Parameter, Shapes
+from ..modes.modes import Modes
+from ..modes.points import Points
+from ..positions.orientation import rotation, unit_vector
+from ..positions.placed import At, placed, read
+from ..positions.places import Place, Position, coordinates, mean
+from ..positions.tolerances import Support
+from ..positions.vectors import Recorded, Vector, triple
+from .measurement import Channel
+
+Self = TypeVar("Self", bound="Transducer")
+
+
+class Transducer(eqx.Module):
+    """What sensors and actuators share: a name, a place, directions and an orientation.
+
+    Parameters
+    ----------
+    name
+        Its name in the measurement and in the names of the unknowns.
+    at
+        Where it sits [m]. On a line: a number, `supports.Segment`, or any scalar distribution. In
+        space: three numbers or distributions, a place (`places.Cartesian`, ...) or a support
+        (`supports.Box`, ...).
+    directions
+        Recorded directions of its channels, +-1, +-2, +-3 for +-x, +-y, +-z. Empty: the one
+        direction in which the structure moves.
+    angles
+        Euler angles [rad] by which it is rolled against its record, three numbers or
+        distributions (`orientation.rotation`); None where the orientation is exact.
+    recorded
+        Recorded position [m], a number or three; by default the centre of the support or the mean
+        of the law.
+    support
+        Its tolerance wherever it sits, so that it can be tried elsewhere; by default `at`, if that
+        is a support.
+    """
+
+    kind: eqx.AbstractClassVar[str]
+    name: str = eqx.field(static=True)
+    position: Position | Support = eqx.field(metadata=unit("m"))
+    angles: tuple[Parameter, ...] | None = eqx.field(metadata=unit("rad"))
+    directions: tuple[int, ...] = eqx.field(static=True)
+    recorded: Recorded = eqx.field(static=True)
+    support: Support | None
+
+    def __init__(
+        self,
+        name: str,
+        at: At,
+        *,
+        directions: tuple[int, ...] = (),
+        angles: tuple[Parameter, ...] | None = None,
+        recorded: float | int | Vector | None = None,
+        support: Support | None = None,
+    ):
+        self.name = name
+        self.position = read(at)
+        self.support = self.position if isinstance(self.position, Support) else support
+        self.angles = None if angles is None else tuple(angles)
+        self.directions = tuple(directions)
+        self.recorded = _middle(self.position) if recorded is None else _recorded(recorded)
+        self._check_directions()
+
+    def _check_directions(self) -> None:
+        if not set(self.directions) <= {-3, -2, -1, 1, 2, 3}:
+            raise ValueError(
+                f'{self.kind} "{self.name}": directions={self.directions} was given; each must be '
+                "one of +-1, +-2, +-3 for +-x, +-y, +-z: directions=(3,)."
+            )
+        if self.angles is not None and len(self.angles) != 3:
+            raise ValueError(
+                f'{self.kind} "{self.name}": {len(self.angles)} angles were given; three Euler '
+                "angles [rad] about x, y and z are needed: angles=(0.0, 0.1, 0.0)."
+            )
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The channels that it contributes, in order."""
+        return tuple(Channel(self.name, direction) for direction in self.directions)
+
+    def on(self: Self, modes: Modes) -> Self:
+        """Return it placed on a structure: its directions stated, its support a law.
+
+        Raises
+        ------
+        ValueError
+            If it lies outside the structure, or on a line where the structure is in space.
+        """
+        return type(self)(
+            self.name,
+            placed(self.position, modes.bounds(), f'{self.kind} "{self.name}"'),
+            directions=self.directions or modes.axes,
+            angles=self.angles,
+            recorded=self.recorded,
+            support=self.support,
+        )
+
+    def moved(self: Self, place: Recorded | Support, modes: Modes) -> Self:
+        """Return it recorded elsewhere on the structure, with the tolerance that it has here.
+
+        Parameters
+        ----------
+        place
+            Recorded position [m], or a support.
+        modes
+            Modes of the structure.
+
+        Raises
+        ------
+        ValueError
+            If its tolerance is not known as a support, or it comes to lie outside the structure.
+        """
+        at: Any = place
+        if not isinstance(place, Support):
+            at = place if self.support is None else self.support.around(place)
+        if not isinstance(at, Support) and self._is_uncertain():
+            raise ValueError(
+                f'{self.kind} "{self.name}" was to be moved to {place} m, but its tolerance is '
+                "known as a law at its own place only; a support is needed, since it can be moved. "
+                "Declare at=supports.Segment(0.25, within=0.04), or give supports as candidates."
+            )
+        one = type(self)(self.name, at, directions=self.directions, angles=self.angles)
+        return one.on(modes)
+
+    def glued(self: Self, factor: float, modes: Modes) -> Self:
+        """Return it at the same place with a tolerance so many times as large.
+
+        Raises
+        ------
+        ValueError
+            If its tolerance is not known as a support.
+        """
+        if self.support is None:
+            raise ValueError(
+                f'{self.kind} "{self.name}" was to have {factor:g} times its tolerance, but it has '
+                "none that is known as a support; one is needed. Declare "
+                "at=supports.Segment(0.25, within=0.04)."
+            )
+        at = self.support.scaled(factor)
+        one = type(self)(
+            self.name,
+            at,
+            directions=self.directions,
+            angles=self.angles,
+            recorded=self.recorded,
+        )
+        return one.on(modes)
+
+    def _is_uncertain(self) -> bool:
+        return bool(unknowns(self.position))
+
+    def at_record(self, name: str) -> Any:
+        """Value of an unknown of its position, by its name, where it was recorded."""
+        if not isinstance(self.position, Place):
+            return self.recorded
+        return self.position.nearest(self.recorded)[name.rpartition(".position.")[2]]
+
+    def points(self, axes: tuple[int, ...]) -> Points:
+        """Where and along what its channels read or drive a structure that moves along axes."""
+        vectors = self._directions(axes)
+        position = coordinates(self.position)
+        return Points(jnp.broadcast_to(position, (len(vectors), *position.shape)), vectors)
+
+    def shapes(self, modes: Modes) -> Shapes:
+        """Mode shapes read by its channels, the rows of [O][Phi] of Eq. (14)."""
+        return self.points(modes.axes).shapes(modes)
+
+    def _directions(self, axes: tuple[int, ...]) -> Float[Array | np.ndarray, "channel axis"]:
+        vectors: Any = np.stack([unit_vector(direction) for direction in self.directions])
+        if self.angles is not None:
+            vectors = vectors @ rotation(jnp.stack([jnp.asarray(a) for a in self.angles])).T
+        return vectors[:, np.array(axes) - 1]
+
+
+def _middle(at: Position | Support) -> Recorded:
+    if isinstance(at, Support):
+        return at.recorded
+    if isinstance(at, Place):
+        return at.middle()
+    return triple(at.mean) if is_unknown(at) and at.shape() == (3,) else mean(at)
+
+
+def _recorded(given: Any) -> Recorded:
+    return float(given) if np.ndim(given) == 0 else triple(given)
+
+
+class Sensor(Transducer):
+    """A sensor: it reads the motion where it sits. See `Transducer` for the arguments."""
+
+    kind: ClassVar[str] = "Sensor"
+
+
+class Actuator(Transducer):
+    """An actuator or a hammer hit: it drives where it sits. See `Transducer`."""
+
+    kind: ClassVar[str] = "Actuator"

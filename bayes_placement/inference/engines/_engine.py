@@ -1,0 +1,120 @@
+"""_engine: what every engine is, what it is given and what it returns.
+
+In, log_prior, log_likelihood and sample_prior over flat vectors; out, `Draws`. Not known here:
+structures, placement, measurements.
+"""
+
+import abc
+from collections.abc import Callable
+from typing import Any, Protocol, runtime_checkable
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..._types import Key, Progress
+
+Flat = Float[Array, "unknown"]
+Scalar = Float[Array, ""]
+
+
+@runtime_checkable
+class Posterior(Protocol):
+    """What an engine may know of a posterior."""
+
+    dimension: int
+
+    def log_prior(self, flat: Flat) -> Scalar:
+        """Log prior density."""
+
+    def log_likelihood(self, flat: Flat) -> Scalar:
+        """Log likelihood."""
+
+    def log_jacobian(self, flat: Flat) -> Scalar:
+        """Log volume of the named values per volume of the flat vector."""
+
+    def alternatives(self, flat: Flat) -> list[Flat]:
+        """Vectors that may explain the data as well, by maps that keep volume and undo themselves.
+
+        The volume is that of the named values. NaN where a prior excludes one.
+        """
+
+    def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:
+        """Draws from the prior."""
+
+    def prior_quadrature(
+        self, points: int, box: list[tuple[float, float]] | None = None
+    ) -> tuple[Any, Any]:
+        """Gauss nodes over (part of) the prior and the logs of their weights."""
+
+
+class Draws(eqx.Module):
+    """What an engine found.
+
+    Parameters
+    ----------
+    position
+        Flat vectors [chain, draw, unknown].
+    log_weight
+        Log weight of each draw [chain, draw]; None where all weigh the same.
+    lineage
+        Draws that descend from the same first particle carry the same number [chain, draw]; None
+        where draws are independent or a Markov chain.
+    exact
+        The draws are nodes of a quadrature; sums over them have no sampling error.
+    mode
+        Flat vector of the highest posterior density, where the engine looks for it.
+    log_likelihood
+        Log likelihood of each draw [chain, draw].
+    log_evidence, log_evidence_error
+        Log of the evidence and its standard error; NaN where the engine does not give them.
+    stats
+        Statistics of each draw [chain, draw].
+    attributes
+        Statistics of the whole run.
+    complaints
+        One sentence for each thing that went wrong, with what to do.
+    """
+
+    position: Any
+    log_likelihood: Any
+    log_weight: Any = None
+    lineage: Any = None
+    exact: bool = False
+    mode: Any = None
+    log_evidence: float = float("nan")
+    log_evidence_error: float = float("nan")
+    stats: dict[str, Any] = eqx.field(default_factory=dict)
+    attributes: dict[str, Any] = eqx.field(default_factory=dict)
+    complaints: tuple[str, ...] = ()
+
+
+class Engine(eqx.Module):
+    """A way to explore a posterior."""
+
+    @abc.abstractmethod
+    def run(self, posterior: Posterior, key: Key, progress: Progress) -> Draws:
+        """Explore a posterior, reporting the share done."""
+
+    @abc.abstractmethod
+    def settings(self) -> dict[str, Any]:
+        """What determines the result, for the record."""
+
+
+def in_batches(
+    evaluate: Callable[[Float[Array, "draw unknown"]], Float[Array, "draw"]],
+    vectors: Float[Array, "draw unknown"],
+    batch: int,
+    progress: Progress,
+) -> Float[Array, "draw"]:
+    """Evaluate a compiled, vectorised function at many vectors, so many at a time."""
+    count = vectors.shape[0]
+    # The last batch is filled up, so that a second shape need not be compiled.
+    padding = jnp.repeat(vectors[:1], -count % batch, axis=0)
+    padded = jnp.concatenate([vectors, padding])
+    results = []
+    for start in range(0, count, batch):
+        results.append(np.asarray(evaluate(padded[start : start + batch])))
+        progress(min(start + batch, count) / count)
+    return jnp.asarray(np.concatenate(results)[:count])

@@ -1,0 +1,115 @@
+"""nuts: in, a posterior and its gradient; out, chains of the no-U-turn sampler.
+
+Not known here: structures, placement.
+"""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from arviz_stats.base import array_stats
+from numpyro.infer import NUTS as Kernel
+
+from ..._types import Key, Progress
+from ._engine import Draws, Engine, Posterior
+
+GOOD_R_HAT = 1.01
+
+
+class NUTS(Engine):
+    """No-U-turn sampler of NumPyro, its chains started from the prior.
+
+    It does not hop between separate modes: chains that start in different ones show as an R-hat
+    above one. SMC finds the modes' weights.
+
+    Parameters
+    ----------
+    chains, warmup, draws
+        Number of chains, of adaptation steps and of draws kept in each.
+    target_accept
+        Acceptance that the step size is adapted to.
+    """
+
+    chains: int = eqx.field(static=True, default=4)
+    warmup: int = eqx.field(static=True, default=1000)
+    draws: int = eqx.field(static=True, default=1000)
+    target_accept: float = eqx.field(static=True, default=0.9)
+
+    def run(self, posterior: Posterior, key: Key, progress: Progress) -> Draws:
+        """Run all chains together, block by block."""
+
+        def potential(flat: Any) -> Any:
+            return -(posterior.log_prior(flat) + posterior.log_likelihood(flat))
+
+        start_key, chain_key = jax.random.split(key)
+        kernel = Kernel(
+            potential_fn=potential, dense_mass=True, target_accept_prob=self.target_accept
+        )
+        start = posterior.sample_prior(start_key, self.chains)
+        keys = jax.random.split(chain_key, self.chains)
+        state = kernel.init(keys, self.warmup, start, (), {})
+        kept = self._sample(kernel, state, progress)
+        likelihood = jax.jit(jax.vmap(jax.vmap(posterior.log_likelihood)))(kept["position"])
+        return self._draws(kept, likelihood)
+
+    def _sample(self, kernel: Kernel, state: Any, progress: Progress) -> dict[str, Any]:
+        length = int(np.gcd(self.warmup, self.draws))
+        length = next(n for n in range(min(length, 100), 0, -1) if length % n == 0)
+
+        def step(state: Any, _: None) -> tuple[Any, dict[str, Any]]:
+            state = kernel.sample(state, (), {})
+            kept = {
+                "position": state.z,
+                "diverging": state.diverging,
+                "acceptance_rate": state.accept_prob,
+                "n_steps": state.num_steps,
+                "lp": -state.potential_energy,
+            }
+            return state, kept
+
+        block = jax.jit(lambda state: jax.lax.scan(step, state, None, length=length))
+        blocks, total = [], self.warmup + self.draws
+        for done in range(length, total + 1, length):
+            state, kept = block(state)
+            if done > self.warmup:
+                blocks.append(jax.tree.map(np.asarray, kept))
+            progress(done / total)
+        return {
+            name: jnp.asarray(np.concatenate([b[name] for b in blocks]).swapaxes(0, 1))
+            for name in blocks[0]
+        }
+
+    def _draws(self, kept: dict[str, Any], likelihood: Any) -> Draws:
+        position = kept.pop("position")
+        r_hat = float(np.max(array_stats.rhat(np.moveaxis(np.asarray(position), 2, 0))))
+        divergences = int(np.sum(kept["diverging"]))
+        return Draws(
+            position=position,
+            log_likelihood=likelihood,
+            stats=kept,
+            attributes={"divergences": divergences},
+            complaints=_complaints(r_hat, divergences, position.shape[0] * position.shape[1]),
+        )
+
+    def settings(self) -> dict[str, Any]:
+        """Name and sizes."""
+        sizes = {"chains": self.chains, "warmup": self.warmup, "draws": self.draws}
+        return {"engine": "NUTS", **sizes, "target_accept": self.target_accept}
+
+
+def _complaints(r_hat: float, divergences: int, draws: int) -> tuple[str, ...]:
+    complaints = []
+    if r_hat > GOOD_R_HAT:
+        complaints.append(
+            f"The chains have not mixed: R-hat = {r_hat:.3f} is above {GOOD_R_HAT}; the posterior "
+            "may have separate modes, which NUTS does not hop between, so use engines.SMC(), or "
+            "run longer chains."
+        )
+    if divergences > 0.01 * draws:
+        complaints.append(
+            f"{divergences} of {draws} NUTS transitions diverged, so a narrow region may be "
+            "missing; raise target_accept, or use engines.SMC()."
+        )
+    return tuple(complaints)

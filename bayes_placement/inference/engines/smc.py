@@ -1,0 +1,277 @@
+"""smc: in, draws from the prior; out, the posterior by tempering, with its evidence.
+
+Several independent populations run, so that their spread tells the error. Not known here:
+structures, placement.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from arviz_stats.base import array_stats
+from blackjax.mcmc import random_walk
+from blackjax.smc import resampling
+from blackjax.smc.ess import ess_solver
+from blackjax.smc.solver import dichotomy
+from jax.scipy.special import logsumexp
+from jaxtyping import Array, Float
+
+from ..._types import Key, Progress
+from ._engine import Draws, Engine, Posterior
+
+GOOD_R_HAT = 1.05
+TARGET_ACCEPTANCE = 0.25
+CANDIDATES = 4
+"""Particles of which the nearest makes a step, so that most steps stay within a mode."""
+
+
+class _Population(NamedTuple):
+    particles: Float[Array, "draw unknown"]
+    log_likelihood: Float[Array, "draw"]
+    temperature: Any
+    log_evidence: Any
+    lineage: Any
+    scale: Any
+
+
+class _Stages(NamedTuple):
+    resample: Callable[[Key, _Population], _Population]
+    move: Callable[[Key, _Population], _Population]
+
+
+class SMC(Engine):
+    """Adaptive tempered sequential Monte Carlo; handles separate modes and gives the evidence.
+
+    Particles move by a random walk whose steps are differences of two particles of the population
+    (ter Braak, doi:10.1007/s11222-006-8769-1): they follow narrow ridges, and lead from one mode
+    into another.
+
+    Parameters
+    ----------
+    particles
+        Particles in all.
+    populations
+        Independent populations that they are split into.
+    moves
+        Random-walk steps of each particle at each temperature.
+    target_ess
+        Share of the particles that stays effective from one temperature to the next.
+    prior_draws
+        Draws from the prior for each particle. Only the first temperature is chosen among so
+        many; a narrow mode that few of them hit is found nevertheless.
+    """
+
+    particles: int = eqx.field(static=True, default=2000)
+    populations: int = eqx.field(static=True, default=4)
+    moves: int = eqx.field(static=True, default=30)
+    target_ess: float = eqx.field(static=True, default=0.6)
+    prior_draws: int = eqx.field(static=True, default=20)
+
+    def __check_init__(self) -> None:
+        if self.populations < 2 or self.particles < 20 * self.populations:
+            raise ValueError(
+                f"engines.SMC(particles={self.particles}, populations={self.populations}) was "
+                "given; at least two populations of 20 particles are needed, since their spread "
+                "tells the error: SMC(particles=2000, populations=4)."
+            )
+
+    def run(self, posterior: Posterior, key: Key, progress: Progress) -> Draws:
+        """Temper every population from the prior to the posterior."""
+        size = self.particles // self.populations
+        likelihood = jax.jit(lambda x: jax.lax.map(posterior.log_likelihood, x, batch_size=size))
+        stages = _Stages(
+            jax.jit(lambda key, population: self._resample(key, population, size)),
+            jax.jit(lambda key, population: self._move(posterior, key, population)),
+        )
+        found = []
+        for number, one in enumerate(jax.random.split(key, self.populations)):
+            start_key, one = jax.random.split(one)
+            particles = posterior.sample_prior(start_key, size * self.prior_draws)
+            population = _start(particles, likelihood(particles), number)
+
+            def share(temperature: float, number: int = number) -> None:
+                progress((number + _log_share(temperature)) / self.populations)
+
+            found.append(_temper(stages, one, population, share))
+        return self._draws([population for population, _ in found], [n for _, n in found])
+
+    def _resample(self, key: Key, population: _Population, size: int) -> _Population:
+        """Raise the temperature as far as the target ESS allows, and resample so many."""
+        temperature = self._next_temperature(population, size)
+        log_weight = (temperature - population.temperature) * population.log_likelihood
+        log_weight = jnp.where(jnp.isnan(log_weight), -jnp.inf, log_weight)
+        gain = logsumexp(log_weight) - jnp.log(log_weight.size)
+        ancestors = resampling.systematic(key, jax.nn.softmax(log_weight), size)
+        return population._replace(
+            particles=population.particles[ancestors],
+            log_likelihood=population.log_likelihood[ancestors],
+            temperature=temperature,
+            log_evidence=population.log_evidence + gain,
+            lineage=population.lineage[ancestors],
+        )
+
+    def _next_temperature(self, population: _Population, size: int) -> Any:
+        """Temperature at which the share `target_ess` of so many particles is effective."""
+        rest = 1 - population.temperature
+        target = self.target_ess * size / population.log_likelihood.size
+        delta = ess_solver(lambda x: x, population.log_likelihood, target, rest, dichotomy)
+        raised = population.temperature + jnp.clip(delta, 0.0, rest)
+        return jnp.where(rest - delta < 1e-9, 1.0, raised)
+
+    def _move(self, posterior: Posterior, key: Key, population: _Population) -> _Population:
+        """Random walk of every particle at one temperature, and a try at each alternative."""
+        particles = population.particles
+        pairs = population.scale * 2.38 / jnp.sqrt(2 * particles.shape[1])
+
+        def density(flat: Any) -> Any:
+            likelihood = population.temperature * posterior.log_likelihood(flat)
+            value = posterior.log_prior(flat) + likelihood
+            return jnp.where(jnp.isnan(value), -jnp.inf, value)
+
+        def jump(key: Key, position: Any) -> Any:
+            return _difference(key, particles, pairs)
+
+        def walk(key: Key, position: Any) -> tuple[Any, Any]:
+            walk_key, switch_key = jax.random.split(key)
+            state, rate = _walk(density, jump, walk_key, position, self.moves)
+            return _switch(posterior, density, switch_key, state), rate
+
+        keys = jax.random.split(key, particles.shape[0])
+        moved, rates = jax.vmap(walk)(keys, particles)
+        return population._replace(
+            particles=moved,
+            log_likelihood=jax.vmap(posterior.log_likelihood)(moved),
+            scale=population.scale * jnp.exp(jnp.mean(rates) - TARGET_ACCEPTANCE),
+        )
+
+    def _draws(self, populations: list[_Population], steps: list[int]) -> Draws:
+        evidences = np.array([float(one.log_evidence) for one in populations])
+        together = logsumexp(jnp.asarray(evidences)) - np.log(evidences.size)
+        position = jnp.stack([one.particles for one in populations])
+        r_hat = float(np.max(array_stats.rhat(np.moveaxis(np.asarray(position), 2, 0))))
+        lineage = jnp.stack([one.lineage for one in populations])
+        return Draws(
+            position=position,
+            log_likelihood=jnp.stack([one.log_likelihood for one in populations]),
+            lineage=lineage,
+            log_evidence=float(together),
+            log_evidence_error=evidence_error(evidences, np.asarray(lineage), steps),
+            attributes={"temperatures": max(steps)},
+            complaints=_complaints(r_hat),
+        )
+
+    def settings(self) -> dict[str, Any]:
+        """Name and sizes."""
+        sizes = {"particles": self.particles, "populations": self.populations}
+        return {"engine": "SMC", **sizes, "moves": self.moves, "target_ess": self.target_ess} | {
+            "prior_draws": self.prior_draws
+        }
+
+
+def _start(particles: Any, likelihood: Any, number: int) -> _Population:
+    size = particles.shape[0]
+    if not np.any(np.isfinite(likelihood)):
+        raise ValueError(
+            "No draw from the prior has a finite likelihood, so there is nothing to temper. Check "
+            "the units of the measurement and the priors: print(experiment)."
+        )
+    lineage = number * size + jnp.arange(size)
+    zero = jnp.zeros(())
+    return _Population(particles, likelihood, zero, zero, lineage, jnp.ones(()))
+
+
+def _temper(stages: _Stages, key: Key, population: _Population, progress: Progress) -> Any:
+    steps = 0
+    while float(population.temperature) < 1:
+        key, resample_key, move_key = jax.random.split(key, 3)
+        before = float(population.temperature)
+        population = stages.move(move_key, stages.resample(resample_key, population))
+        steps += 1
+        progress(float(population.temperature))
+        if float(population.temperature) <= before:
+            raise ValueError(
+                f"The tempering is stuck at temperature {before:.2e}: a single particle fits far "
+                "better than all others. Use more particles, or check the noise level."
+            )
+    return population, steps
+
+
+def _log_share(temperature: float) -> float:
+    """Share of the work done: temperatures grow by factors, from about 1e-4 to 1."""
+    return min(1.0, max(0.0, 1 + np.log10(max(temperature, 1e-4)) / 4))
+
+
+def _walk(density: Any, jump: Any, key: Key, position: Any, moves: int) -> tuple[Any, Any]:
+    """Random walk of one particle; where and how high it ends, and the share of steps accepted."""
+    kernel = random_walk.build_additive_step()
+
+    def one(state: Any, key: Key) -> tuple[Any, Any]:
+        state, info = kernel(key, state, density, jump)
+        return state, info.acceptance_rate
+
+    start = random_walk.init(position, density)
+    end, rates = jax.lax.scan(one, start, jax.random.split(key, moves))
+    return end, jnp.mean(rates)
+
+
+def _switch(posterior: Posterior, density: Any, key: Key, state: Any) -> Any:
+    """Try one alternative, by lot; each keeps the volume of the named values (Metropolis)."""
+    others = posterior.alternatives(state.position)
+    if not others:
+        return state.position
+    lot_key, accept_key = jax.random.split(key)
+    # One lot more than there are alternatives: an exact symmetry would swap all in step.
+    lot = jax.random.randint(lot_key, (), 0, len(others) + 1)
+    other = jnp.stack([*others, state.position])[lot]
+    inside = jnp.all(jnp.isfinite(other))
+    other = jnp.where(inside, other, state.position)
+    volume = posterior.log_jacobian(state.position) - posterior.log_jacobian(other)
+    gain = density(other) - state.logdensity + volume
+    accepted = inside & (jnp.log(jax.random.uniform(accept_key)) < gain)
+    return jnp.where(accepted, other, state.position)
+
+
+def _difference(key: Key, particles: Any, pairs: Any) -> Any:
+    """Difference of two particles of one mode; at times of any two, to lead from mode to mode."""
+    pair_key, far_key, sign_key, noise_key = jax.random.split(key, 4)
+    first, *others = jax.random.randint(pair_key, (1 + CANDIDATES,), 0, particles.shape[0])
+    differences = particles[first] - particles[jnp.stack(others)]
+    # Drawn without regard to where the walker is, and with a sign by lot, a step is as likely as
+    # its reverse, whichever pair is taken.
+    nearest = differences[jnp.argmin(jnp.sum(differences**2, axis=1))]
+    far = jax.random.bernoulli(far_key, 0.1)
+    step = jnp.where(far, differences[0], pairs * nearest) * jax.random.rademacher(sign_key, ())
+    # A little noise makes every place reachable; a thousandth of the spread changes no target.
+    noise = 1e-3 * jnp.std(particles, axis=0) * jax.random.normal(noise_key, particles.shape[1:])
+    return step + noise
+
+
+def evidence_error(evidences: np.ndarray, lineage: np.ndarray, steps: list[int]) -> float:
+    """Standard error of the log of the mean evidence of independent populations.
+
+    The larger of two estimates: the spread between populations, and the variance that the
+    genealogy of each tells (Lee and Whiteley, doi:10.1093/biomet/asy028).
+    """
+    count = evidences.size
+    relative = np.exp(evidences - evidences.max())
+    spread = np.std(relative, ddof=1) / np.mean(relative) / np.sqrt(count)
+    variances = [_genealogical_variance(one, n) for one, n in zip(lineage, steps, strict=True)]
+    return float(max(spread, np.sqrt(max(float(np.mean(variances)), 0.0) / count)))
+
+
+def _genealogical_variance(lineage: np.ndarray, steps: int) -> float:
+    size = lineage.size
+    shares = np.bincount(lineage - lineage.min()) / size
+    return 1 - (size / (size - 1)) ** steps * (1 - np.sum(shares**2))
+
+
+def _complaints(r_hat: float) -> tuple[str, ...]:
+    if r_hat <= GOOD_R_HAT:
+        return ()
+    return (
+        f"The independent SMC populations disagree: R-hat = {r_hat:.3f} is above {GOOD_R_HAT}; use "
+        "more particles or more moves, SMC(particles=8000, moves=60).",
+    )

@@ -1,0 +1,56 @@
+"""simulate: in, an experiment; out, draws of everything unknown and what would be measured.
+
+Not known here: measurements, engines.
+"""
+
+from typing import Any
+
+import jax
+import numpy as np
+import xarray as xr
+from numpyro.infer import Predictive
+
+from .._types import Key
+from ..experiment.experiment import MEASURED, RESPONSE, Experiment
+from ._results import named_draws, outputs
+
+PRIOR_DRAWS = 1000
+
+
+def sample_prior(experiment: Experiment, key: Key, draws: int = PRIOR_DRAWS) -> dict[str, Any]:
+    """Draws [chain, draw, ...] of every unknown from its prior, by name."""
+    keys = jax.random.split(key, max(1, len(experiment.unknowns)))
+    pairs = zip(experiment.unknowns, keys, strict=False)
+    return {one.name: np.asarray(one.law.sample(k, (1, draws))) for one, k in pairs}
+
+
+def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -> xr.DataTree:
+    """Draw everything unknown from its prior, and the outputs that follow.
+
+    Parameters
+    ----------
+    experiment
+        Structure, instruments, lines, observation and noise.
+    draws
+        Number of draws.
+    key
+        Seed or JAX key.
+
+    Returns
+    -------
+    xarray.DataTree
+        `prior`: the unknowns. `prior_predictive`: `response` (without output error) and
+        `measured` (with it, where the experiment has a noise).
+    """
+    one_key = jax.random.PRNGKey(key) if isinstance(key, int) else key
+    predictive = Predictive(experiment.model, num_samples=draws, batch_ndims=1)
+    samples = jax.jit(lambda one: predictive(one))(one_key)
+    drawn = {name: np.asarray(value)[None] for name, value in samples.items()}
+    predicted = {name: drawn[name] for name in (RESPONSE, MEASURED) if name in drawn}
+    leading = outputs(experiment, predicted, ("chain", "draw"))
+    places = {"chain": np.arange(1), "draw": np.arange(draws)}
+    groups = {
+        "/prior": named_draws(experiment, drawn),
+        "/prior_predictive": leading.assign_coords(places),
+    }
+    return xr.DataTree.from_dict(groups)

@@ -1,0 +1,42 @@
+"""symmetries: in, an experiment; out, placements that may explain the same data as a given one.
+
+Not known here: data, engines. A sampler may try them as moves; each keeps volume and undoes itself,
+and is accepted or not by the posterior, so a wrong guess costs time, never correctness.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from ..experiment.experiment import Experiment, is_placement
+
+Values = dict[str, Any]
+Move = Callable[[Values], Values]
+
+
+def symmetries(experiment: Experiment) -> tuple[Move, ...]:
+    """Moves between placements: the mirror image, and sensor and actuator exchanged."""
+    positions = [
+        one.name
+        for one in experiment.unknowns
+        if is_placement(one.name) and one.name.endswith(".position") and one.law.shape() == ()
+    ]
+    moves = [_mirror(experiment, positions)] if positions else []
+    if len(positions) == 2 and len(experiment.sensor) == len(experiment.actuator) == 1:
+        moves.append(_exchange(*positions))
+    return tuple(moves)
+
+
+def _mirror(experiment: Experiment, positions: list[str]) -> Move:
+    low, high = experiment.structure.modes.bounds()
+
+    def move(values: Values) -> Values:
+        return values | {name: low + high - values[name] for name in positions}
+
+    return move
+
+
+def _exchange(first: str, second: str) -> Move:
+    def move(values: Values) -> Values:
+        return values | {first: values[second], second: values[first]}
+
+    return move

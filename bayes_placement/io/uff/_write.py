@@ -1,0 +1,232 @@
+"""_write: in, a measurement; out, a universal file (datasets 164, 2411, 58 or 58b).
+
+Not known here: structures, probability, how files are read.
+"""
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...experiment.measurement import Measurement
+from ...positions.channel import Channel, check_distinct
+from ._units import FORCE_TYPE, FREQUENCY_TYPE, stated_for
+
+_ID_WIDTH = 80
+_FIRST_ACTUATOR_NODE = 101
+_HEADER_DIGITS = 1e-9  # relative error of a line that a reader would not notice
+_IN_LITTLE_ENDIAN_IEEE = (1, 2)
+_NODE_DIGITS = 9
+
+
+class _Kind(NamedTuple):
+    """A kind of function: its name, its type, and its records 9 and 10."""
+
+    name: str
+    number: int
+    ordinate: str
+    denominator: str
+
+
+def write(path: str | Path, measurement: Measurement, *, binary: bool = False) -> None:
+    """Write a measurement as a universal file in SI, from which `read` gives it back.
+
+    ASCII files keep 13 digits of FRFs and coherences and 7 of a frequency axis; binary files keep
+    everything. The file is complete before it takes the place of an earlier one.
+
+    Transducers whose names are all whole numbers keep them as node numbers. Otherwise sensors are
+    numbered from 1 and actuators from 101 (or above the last sensor), and ID line 5 of each
+    function records the names of its pair as JSON; ID line 4 records averages and force level.
+
+    Parameters
+    ----------
+    path
+        The file; an existing one is replaced.
+    measurement
+        What to write. Transducers without recorded position get no coordinates, and pairs that
+        were not measured no function, so that channels come back in the order of those that were.
+    binary
+        Whether to write dataset 58b.
+
+    Raises
+    ------
+    ValueError
+        If a frequency axis has too many digits for ASCII, a name is too long for an ID line, or a
+        channel appears twice.
+    """
+    check_distinct("sensor", measurement.sensors)
+    check_distinct("actuator", measurement.actuators)
+    blocks = [_units(), _nodes(measurement), *_functions(measurement, binary)]
+    _replace(Path(path), b"".join(blocks))
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Write beside the file and move into its place, so that a failure leaves the old one."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with partial.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _text(*lines: str) -> bytes:
+    return "".join(f"{line}\n" for line in lines).encode("ascii", "replace")
+
+
+def _block(dataset: str, *lines: str) -> bytes:
+    return _text("    -1", f"{dataset:<80}", *lines, "    -1")
+
+
+def _units() -> bytes:
+    one, zero = (f"{value:25.16e}".replace("e", "D") for value in (1.0, 0.0))
+    return _block("   164", f"{1:10d}{'SI':>20}{1:10d}", one * 3, zero)
+
+
+def _nodes(measurement: Measurement) -> bytes:
+    lines = []
+    for name, node in _numbers(measurement).items():
+        if name in measurement.positions:
+            coordinates = (f"{value:25.16e}" for value in measurement.positions[name])
+            lines += [f"{node:10d}{0:10d}{0:10d}{0:10d}", "".join(coordinates)]
+    return _block("  2411", *lines) if lines else b""
+
+
+def _numbers(measurement: Measurement) -> dict[str, int]:
+    """Give each transducer a node; a name that sensors and actuators share is one node."""
+    sensors = list(dict.fromkeys(channel.name for channel in measurement.sensors))
+    actuators = list(dict.fromkeys(channel.name for channel in measurement.actuators))
+    if _named_by_node(measurement):
+        return {name: int(name) for name in sensors + actuators}
+    first = max(_FIRST_ACTUATOR_NODE, len(sensors) + 1)
+    numbered = {name: first + index for index, name in enumerate(actuators)}
+    return numbered | {name: 1 + index for index, name in enumerate(sensors)}
+
+
+def _named_by_node(measurement: Measurement) -> bool:
+    channels = measurement.sensors + measurement.actuators
+    return all(_is_node_number(channel.name) for channel in channels)
+
+
+def _is_node_number(name: str) -> bool:
+    return name.isdecimal() and len(name) <= _NODE_DIGITS and str(int(name)) == name != "0"
+
+
+def _functions(measurement: Measurement, binary: bool) -> Iterator[bytes]:
+    """Every FRF, then every coherence."""
+    motion, label = stated_for(measurement.quantity)
+    frf = _Kind("FRF", 4, _record(motion, "Response", label), _record(FORCE_TYPE, "Force", "N"))
+    coherence = _Kind("Coherence", 6, _record(0, "Coherence", "NONE"), _record(0))
+    every = ((frf, measurement.frf), (coherence, measurement.coherence))
+    nodes = _numbers(measurement)
+    number = 0
+    for kind, values in every:
+        if values is None:
+            continue
+        for row, column in np.argwhere(~np.isnan(values).any(axis=-1)):
+            number += 1
+            pair = measurement.sensors[row], measurement.actuators[column]
+            header = [*_identity(measurement, kind.name, pair), _pair(kind, pair, nodes, number)]
+            yield _function(header, kind, measurement.frequency, values[row, column], binary)
+
+
+def _record(kind: int, axis: str = "NONE", unit: str = "NONE") -> str:
+    return f"{kind:10d}{0:5d}{0:5d}{0:5d} {axis:<20} {unit:<20}"
+
+
+def _identity(measurement: Measurement, title: str, pair: tuple[Channel, Channel]) -> list[str]:
+    """Return the five ID lines; the last two say what the format has no field for."""
+    sensor, actuator = pair
+    title = f"{title} {sensor.label} / {actuator.label}"[:_ID_WIDTH]
+    known = {"averages": measurement.averages, "force_level": measurement.force_level}
+    known = {key: value for key, value in known.items() if value is not None}
+    names = {} if _named_by_node(measurement) else {"names": [sensor.name, actuator.name]}
+    return [f"{line:<80}" for line in (title, "NONE", "NONE", _note(known), _note(names))]
+
+
+def _note(content: dict[str, Any]) -> str:
+    text = json.dumps(content) if content else "NONE"
+    if len(text) > _ID_WIDTH:
+        raise ValueError(
+            f"{text} was to be written, but an ID line of a universal file holds {_ID_WIDTH} "
+            "characters; shorter names are needed, since they would not come back whole. Rename "
+            "the transducers: Measurement.from_arrays(..., sensors=['s1'])."
+        )
+    return text
+
+
+def _pair(kind: _Kind, pair: tuple[Channel, Channel], nodes: dict[str, int], number: int) -> str:
+    ends = (f"{'NONE':>10}{nodes[one.name]:10d}{one.direction:4d}" for one in pair)
+    return f"{kind.number:5d}{number:10d}{0:5d}{0:10d} {' '.join(ends)}"
+
+
+def _function(
+    header: list[str], kind: _Kind, frequency: np.ndarray, values: np.ndarray, binary: bool
+) -> bytes:
+    even = _is_even(frequency, exact=binary)
+    parts = [values.real, values.imag] if np.iscomplexobj(values) else [values]
+    table = np.column_stack(parts if even else [frequency, *parts])
+    spacing = (frequency[0], _spacing(frequency)) if even else (0.0, 0.0)
+    data_type = 2 + 2 * len(parts)  # 4: real, 6: complex, both in double precision
+    lines = [
+        *header,
+        f"{data_type:10d}{frequency.size:10d}{int(even):10d}"
+        + "".join(f"{value:13.6e}" for value in (*spacing, 0.0)),
+        _record(FREQUENCY_TYPE, "Frequency", "Hz"),
+        kind.ordinate,
+        kind.denominator,
+        _record(0),
+    ]
+    return _binary(lines, table) if binary else _ascii(lines, table, frequency, even)
+
+
+def _binary(lines: list[str], table: np.ndarray) -> bytes:
+    values = np.ascontiguousarray(table, dtype="<f8").tobytes()
+    order, floats = _IN_LITTLE_ENDIAN_IEEE
+    identity = f"    58b{order:6d}{floats:6d}{len(lines):12d}{len(values):12d}{0:6d}{0:6d}"
+    return _text("    -1", f"{identity}{0:12d}{0:12d}", *lines) + values + _text("    -1")
+
+
+def _ascii(lines: list[str], table: np.ndarray, frequency: np.ndarray, even: bool) -> bytes:
+    if not even:
+        _check_digits(frequency)
+    formats = [f"{{:{width}}}" for width in ("20.12e",) * table.shape[1]]
+    if not even:
+        formats[0] = "{:13.6e}"
+    row = "".join(formats)
+    cells = [row.format(*values) for values in table]
+    per_line = 1 if len(formats) == 3 else 4 // len(formats)
+    filled = ["".join(cells[start : start + per_line]) for start in range(0, len(cells), per_line)]
+    return _block("    58", *lines, *filled)
+
+
+def _spacing(frequency: np.ndarray) -> float:
+    """Mean spacing [Hz], as many digits as the header of dataset 58 takes."""
+    steps = max(frequency.size - 1, 1)
+    return float(f"{(frequency[-1] - frequency[0]) / steps:.6e}")
+
+
+def _is_even(frequency: np.ndarray, exact: bool) -> bool:
+    """Whether the first line and the spacing, as the header holds them, give every line."""
+    first = float(f"{frequency[0]:.6e}")
+    rebuilt = first + np.arange(frequency.size) * _spacing(frequency)
+    if exact:
+        return bool(np.array_equal(rebuilt, frequency))
+    return bool(np.allclose(rebuilt, frequency, rtol=_HEADER_DIGITS, atol=0.0))
+
+
+def _check_digits(frequency: np.ndarray) -> None:
+    kept = np.array([float(f"{line:.6e}") for line in frequency])
+    lost = ~np.isclose(kept, frequency, rtol=_HEADER_DIGITS, atol=0.0)
+    if lost.any():
+        raise ValueError(
+            f"The line {float(frequency[lost][0])!r} Hz was to be written, but an ASCII universal "
+            "file holds 7 digits of a frequency; all are needed to find the line again. Write "
+            "binary: uff.write(path, measurement, binary=True)."
+        )

@@ -1,0 +1,80 @@
+"""uniform_line: in, the modes of a uniform bar or beam; out, what it does under static forces.
+
+Not known here: damping, sensors, probability, mode shapes in closed form.
+"""
+
+import abc
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from scipy.special import zeta
+
+from ..._types import Parameter
+from ..modes import Modes
+from . import _beam_statics
+
+Place = Float[Array, ""] | float | int
+
+
+class UniformLine(Modes):
+    """A uniform bar or beam, for which every static shape is a polynomial.
+
+    Rigid-body modes are relieved by inertia: static shapes are orthogonal to them in mass, and a
+    force is balanced by the acceleration of a rigid body that it causes.
+    """
+
+    length: eqx.AbstractVar[Parameter]
+    area: eqx.AbstractVar[Parameter]
+    youngs_modulus: eqx.AbstractVar[Parameter]
+    density: eqx.AbstractVar[Parameter]
+    wave_numbers: eqx.AbstractVar[tuple[float, ...]]
+    ends: eqx.AbstractVar[tuple[str, str]]
+    static_correction: eqx.AbstractVar[bool]
+    half_order: eqx.AbstractClassVar[int]
+
+    @property
+    @abc.abstractmethod
+    def stiffness(self) -> Parameter:
+        """Axial stiffness E A [N] of a bar, bending stiffness E I [N m2] of a beam."""
+
+    def static_flexibility(
+        self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
+    ) -> Float[Array, "axis axis"] | None:
+        """Static flexibility [m/N] of all elastic modes; None if not asked for."""
+        if not self.static_correction:
+            return None
+        return (self.green(position, other) / self.stiffness)[None, None]
+
+    def green(
+        self, position: Place, other: Place, orders: tuple[int, int] = (0, 0), power: int = 1
+    ) -> Float[Array, ""]:
+        """Green's function for unit stiffness and mass a length, and its derivatives.
+
+        Parameters
+        ----------
+        position, other
+            Where it is read and where the force is [m]. Where a derivative jumps, at equal
+            positions, it is the mean of both sides; delta functions are left out.
+        orders
+            Orders of the derivatives in the two positions.
+        power
+            1, or 2 for the Green's function applied twice.
+        """
+        x, y = jnp.asarray(position / self.length), jnp.asarray(other / self.length)
+        distance = jnp.asarray((position - other) / self.length)
+        unit = _beam_statics.green(self.half_order, self.ends, x, y, distance, orders, power)
+        return unit * self.length ** (2 * self.half_order * power - 1 - sum(orders))
+
+    def mean_flexibility_beyond(self, order: int) -> Float[Array, ""]:
+        """Mean of 1 / omega_n^2 [s2] over the modes left out, as a jump of this order sees them.
+
+        Its share in a mode falls as n^-decay and omega_n^2 grows as n^growth, so the mean is a
+        ratio of two sums over n > N, Hurwitz's zeta functions.
+        """
+        growth = 2 * self.half_order
+        decay = 2 * (growth - order)
+        last = self.wave_numbers[-1] / np.pi
+        share = last**growth * zeta(decay + growth, last + 1) / zeta(decay, last + 1)
+        return float(share) / self.angular_frequency()[-1] ** 2

@@ -1,0 +1,164 @@
+"""affine_modes: in, a fixed basis and matrices that parameters scale; out, modes for any of them.
+
+Not known here: how the basis was found, files, damping, probability.
+"""
+
+import functools
+import operator
+from collections import OrderedDict
+from collections.abc import Mapping
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..._sites import unit
+from ..._types import Parameter
+from ..changed import ChangedModes, changed
+from ..modes import Modes
+from ._part_factors import Powers
+from .nodal_modes import Named, NodalModes, OverNodal
+
+Point = Float[Array, "3"]
+
+
+class Softened(OverNodal):
+    """Nodal modes beside which what is left out has become softer or stiffer by parts.
+
+    Under forces that stay as they are the strain energy of a part grows with its flexibility, so
+    that the static flexibility becomes F + sum_i (1 / f_i - 1) F K_i F: exact where one factor
+    scales the whole and where the structure is statically determinate, right to first order
+    elsewhere.
+    """
+
+    nodal: NodalModes
+    residual: Float[np.ndarray | Array, "part row row"]
+    softer: Float[Array, "part"]
+    axes: tuple[int, ...] = eqx.field(static=True)
+    rigid_body_modes: int = eqx.field(static=True)
+
+    def angular_frequency(self) -> Float[Array, "mode"]:
+        """Natural angular frequencies [rad/s]."""
+        return self.nodal.angular_frequency()
+
+    def shapes(self, position: Point, derivative: int = 0) -> Float[Array, "axis mode"]:
+        """Mass-normalised mode shapes [kg^-1/2]."""
+        return self.nodal.shapes(position, derivative)
+
+    def static_flexibility(self, position: Point, other: Point) -> Float[Array, "axis axis"] | None:
+        """Static flexibility [m/N], but for the change of what the basis spans."""
+        nodal = self.nodal
+        if nodal.flexibility is None:
+            return None
+        here, there = nodal.interpolation.at(position), nodal.interpolation.at(other)
+        rows = (here.rows[:, None], there.rows)
+        residual = jnp.asarray(self.residual)[:, *rows]
+        between = jnp.asarray(nodal.flexibility)[rows] + jnp.tensordot(self.softer, residual, 1)
+        return here.weight @ between @ there.weight.T / nodal.stiffening()
+
+
+class AffineModes(OverNodal):
+    """Modes of K + sum_i (f_i - 1) K_i and M likewise, in a fixed basis.
+
+    Each factor f_i is a product of powers of the parameters: a modulus scales the stiffness of its
+    region, a thickness the bending stiffness by its cube and the mass by itself. The sparse
+    eigenproblem is solved before; here it is a dense one in the basis, whose first derivatives
+    are exact. Made by `finite_elements.affine`.
+
+    Parameters
+    ----------
+    nodal
+        The basis as nominal modes: mass-orthonormal, of diagonal stiffness.
+    parameter
+        Parameters over their nominal values [1], numbers or laws.
+    stiffness, mass
+        Matrices of the parts in the basis.
+    powers
+        For each part the power of each parameter.
+    residual
+        For each part of the stiffness F K_i F [m/N], F the static flexibility of what the basis
+        leaves out, between the rows that are read.
+    report
+        One sentence on how right the natural frequencies are.
+    frequency_error
+        Largest relative error of a natural frequency that was found [1].
+    """
+
+    nodal: NodalModes
+    parameter: OrderedDict[str, Parameter] = eqx.field(metadata=unit("1"))
+    stiffness: Named
+    mass: Named
+    residual: Float[np.ndarray, "part row row"] | None
+    powers: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = eqx.field(static=True)
+    report: str = eqx.field(static=True)
+    frequency_error: float = eqx.field(static=True)
+    axes: tuple[int, ...] = eqx.field(static=True)
+    rigid_body_modes: int = eqx.field(static=True)
+
+    def __init__(
+        self,
+        nodal: NodalModes,
+        *,
+        parameter: Mapping[str, Parameter],
+        stiffness: Mapping[str, np.ndarray],
+        mass: Mapping[str, np.ndarray],
+        powers: Powers,
+        residual: Float[np.ndarray, "part row row"] | None = None,
+        report: str = "",
+        frequency_error: float = float("nan"),
+    ):
+        self.nodal = nodal
+        self.parameter = OrderedDict(parameter)
+        count = nodal.shape.shape[1]
+        self.stiffness, self.mass = Named.of(stiffness, count), Named.of(mass, count)
+        self.powers = tuple(
+            (part, tuple((name, float(power)) for name, power in each.items()))
+            for part, each in powers.items()
+        )
+        self.residual = residual
+        self.report, self.frequency_error = report, frequency_error
+        self.axes, self.rigid_body_modes = nodal.axes, nodal.rigid_body_modes
+
+    def factor(self, part: str) -> Float[Array, ""]:
+        """Factor of a part [1]."""
+        each = dict(self.powers)[part]
+        scaled = [jnp.asarray(self.parameter[name], float) ** power for name, power in each]
+        return functools.reduce(operator.mul, scaled)
+
+    def solved(self) -> ChangedModes:
+        """Return the modes once the parameters are numbers."""
+        nodal = self.nodal
+        scale = nodal.stiffening() / nodal.heaviness()
+        mass = self._sum(self.mass) if self.mass.names else None
+        return changed(self._softened(), self._sum(self.stiffness) * scale, mass)
+
+    def _softened(self) -> Modes:
+        if self.residual is None or not self.stiffness.names:
+            return self.nodal
+        softer = jnp.stack([1 / self.factor(name) - 1 for name in self.stiffness.names])
+        return Softened(
+            nodal=self.nodal,
+            residual=self.residual,
+            softer=softer,
+            axes=self.axes,
+            rigid_body_modes=self.rigid_body_modes,
+        )
+
+    def _sum(self, parts: Named) -> Float[Array, "mode mode"]:
+        if not parts.names:
+            return jnp.zeros(parts.matrices.shape[1:])
+        excess = jnp.stack([self.factor(name) - 1 for name in parts.names])
+        return jnp.tensordot(excess, jnp.asarray(parts.matrices), 1)
+
+    def angular_frequency(self) -> Float[Array, "mode"]:
+        """Natural angular frequencies [rad/s]."""
+        return self.solved().angular_frequency()
+
+    def shapes(self, position: Point, derivative: int = 0) -> Float[Array, "axis mode"]:
+        """Mass-normalised mode shapes [kg^-1/2]."""
+        return self.solved().shapes(position, derivative)
+
+    def static_flexibility(self, position: Point, other: Point) -> Float[Array, "axis axis"] | None:
+        """Static flexibility [m/N]: exact for nominal parameters, changed in the basis."""
+        return self.solved().static_flexibility(position, other)

@@ -1,0 +1,325 @@
+"""nodal_modes: in, mode shapes at nodes and how to read between them; out, modes of a structure.
+
+Not known here: stiffness and mass matrices, files, damping, probability.
+"""
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Inexact
+
+from ..._sites import unit
+from ..._types import Parameter
+from ...positions.places import Place, mean
+from ...positions.tolerances import Box, Support
+from ...positions.vectors import Coordinates
+from ..modes import Modes
+from .interpolation import Interpolation
+from .modal_model import ModalModel
+from .static_shapes import StaticShapes, none
+
+Numbers = Float[Array | np.ndarray, "..."]
+Point = Float[Array, "3"]
+
+
+class Named(eqx.Module):
+    """Matrices over the modes, each with the name of a part of the structure."""
+
+    matrices: Float[np.ndarray | Array, "part mode mode"]
+    names: tuple[str, ...] = eqx.field(static=True)
+
+    @classmethod
+    def of(cls, parts: Mapping[str, np.ndarray], count: int) -> "Named":
+        """Stack matrices by name; none is possible."""
+        stacked = np.stack(list(parts.values())) if parts else np.zeros((0, count, count))
+        return cls(stacked, tuple(parts))
+
+    def number(self, name: str, what: str) -> int:
+        """Return the number of a part.
+
+        Raises
+        ------
+        ValueError
+            If there is no such part.
+        """
+        if name not in self.names:
+            raise ValueError(
+                f'{what} "{name}" was named, but the model has '
+                f"{', '.join(self.names) or 'none'}. Name one of these; they come with the "
+                "matrices of a model: finite_elements.modes(matrices, ...)."
+            )
+        return self.names.index(name)
+
+
+class NodalModes(Modes):
+    """Modes known at nodes, from a finite element code; made by `modes`.
+
+    Young's modulus and density scale the stiffness and the mass of the whole structure: shapes
+    stay, natural frequencies are multiplied by the root of their ratio.
+    """
+
+    interpolation: Interpolation
+    shape: Inexact[np.ndarray, "row mode"]
+    squares: Float[np.ndarray, "mode"]
+    flexibility: Float[np.ndarray, "row row"] | None
+    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
+    density: Parameter = eqx.field(metadata=unit("kg/m3"))
+    regions: Named
+    members: Named
+    statics: StaticShapes
+    nominal: tuple[float, float] = eqx.field(static=True)
+    mass: float = eqx.field(static=True)
+    extent: tuple[Coordinates, Coordinates] = eqx.field(static=True)
+    pieces: tuple[Support, ...] = eqx.field(static=True)
+    centres: tuple[tuple[str, Coordinates], ...] = eqx.field(static=True)
+    axes: tuple[int, ...] = eqx.field(static=True)
+    rigid_body_modes: int = eqx.field(static=True)
+
+    def stiffening(self) -> Float[Array, ""]:
+        """Stiffness over that of the model as handed over [1]."""
+        return jnp.asarray(self.youngs_modulus, float) / self.nominal[0]
+
+    def heaviness(self) -> Float[Array, ""]:
+        """Mass over that of the model as handed over [1]."""
+        return jnp.asarray(self.density, float) / self.nominal[1]
+
+    def angular_frequency(self) -> Float[Array, "mode"]:
+        """Natural angular frequencies [rad/s]."""
+        return jnp.sqrt(self.squares) * jnp.sqrt(self.stiffening() / self.heaviness())
+
+    def shapes(self, position: Point, derivative: int = 0) -> Float[Array, "axis mode"]:
+        """Mass-normalised mode shapes [kg^-1/2].
+
+        Raises
+        ------
+        ValueError
+            For a derivative, which no effect on a structure in space asks for.
+        """
+        if derivative:
+            raise ValueError(
+                f"The derivative of order {derivative} of nodal mode shapes was asked for; only "
+                "the shapes themselves are known everywhere on a structure in space. Use "
+                "jax.jacfwd(modes.shapes)."
+            )
+        reading = self.interpolation.at(position)
+        return reading.weight @ jnp.asarray(self.shape)[reading.rows] / jnp.sqrt(self.heaviness())
+
+    def static_flexibility(self, position: Point, other: Point) -> Float[Array, "axis axis"] | None:
+        """Static flexibility [m/N] of all elastic modes; None without stiffness matrix."""
+        if self.flexibility is None:
+            return None
+        here, there = self.interpolation.at(position), self.interpolation.at(other)
+        between = jnp.asarray(self.flexibility)[here.rows[:, None], there.rows]
+        return here.weight @ between @ there.weight.T / self.stiffening()
+
+    def bounds(self) -> tuple[Coordinates, Coordinates]:
+        """Return the least and the greatest coordinates [m]."""
+        return self.extent
+
+    def anywhere(self) -> list[Place]:
+        """Return the members or surfaces on which something may sit, each with its uniform law."""
+        return [piece.on(self.extent) for piece in self.pieces]
+
+
+class OverNodal(Modes):
+    """Modes that are known nodal modes changed by unknowns: they sit where those sit."""
+
+    nodal: eqx.AbstractVar[NodalModes]
+
+    def bounds(self) -> tuple[Coordinates, Coordinates]:
+        """Return the least and the greatest coordinates [m]."""
+        return self.nodal.bounds()
+
+    def anywhere(self) -> list[Place]:
+        """Return the members or surfaces on which something may sit."""
+        return self.nodal.anywhere()
+
+
+class UnknownModes(OverNodal):
+    """Modes whose shapes are known, each natural frequency and modal mass a number or a law.
+
+    For models that give shapes only, or whose frequencies are not to be trusted. Numbers count the
+    elastic modes from 1 and belong to the shapes: where laws overlap, natural frequencies may
+    cross, and each shape keeps its own damping ratio. Rigid-body modes stay as they are.
+
+    Parameters
+    ----------
+    nodal
+        The shapes; the natural frequencies of elastic modes are not used.
+    frequency
+        Natural frequency of each elastic mode [Hz], in ascending order of their means.
+    modal_mass
+        Modal mass [kg] of the shape of each elastic mode as it is scaled in `nodal`; by default
+        1, for mass-normalised shapes.
+
+    Raises
+    ------
+    ValueError
+        If there is not one of each for every elastic mode, or they are not in order.
+    """
+
+    nodal: NodalModes
+    frequency: tuple[Parameter, ...] = eqx.field(metadata=unit("Hz"))
+    modal_mass: tuple[Parameter, ...] = eqx.field(metadata=unit("kg"))
+    axes: tuple[int, ...] = eqx.field(static=True)
+    rigid_body_modes: int = eqx.field(static=True)
+
+    def __init__(
+        self,
+        nodal: NodalModes,
+        *,
+        frequency: Sequence[Parameter],
+        modal_mass: Sequence[Parameter] | None = None,
+    ):
+        self.nodal, self.axes = nodal, nodal.axes
+        self.rigid_body_modes = nodal.rigid_body_modes
+        count = nodal.shape.shape[1] - self.rigid_body_modes
+        self.frequency = tuple(frequency)
+        self.modal_mass = (1.0,) * count if modal_mass is None else tuple(modal_mass)
+        if not len(self.frequency) == len(self.modal_mass) == count:
+            raise ValueError(
+                f"UnknownModes was given {len(self.frequency)} natural frequencies and "
+                f"{len(self.modal_mass)} modal masses for {count} elastic mode shapes; one of each "
+                "is needed for every shape. Keep fewer shapes with model.count(...)."
+            )
+        _check_order([mean(value) for value in self.frequency])
+
+    def angular_frequency(self) -> Float[Array, "mode"]:
+        """Natural angular frequencies [rad/s], in the order of the shapes."""
+        rigid = jnp.zeros(self.rigid_body_modes)
+        return jnp.concatenate([rigid, 2 * jnp.pi * _stacked(self.frequency)])
+
+    def shapes(self, position: Point, derivative: int = 0) -> Float[Array, "axis mode"]:
+        """Mode shapes over the roots of their modal masses [kg^-1/2]."""
+        return self.nodal.shapes(position, derivative) / jnp.sqrt(self.masses())
+
+    def masses(self) -> Float[Array, "mode"]:
+        """Modal masses [kg], 1 for rigid-body modes."""
+        return jnp.concatenate([jnp.ones(self.rigid_body_modes), _stacked(self.modal_mass)])
+
+    def static_flexibility(self, position: Point, other: Point) -> None:
+        """Nothing is known of other modes; see `effects.residual_modes`."""
+        return
+
+
+def modes(
+    model: ModalModel,
+    interpolation: Interpolation,
+    *,
+    pieces: Sequence[Support] = (),
+    youngs_modulus: Parameter = 1.0,
+    density: Parameter = 1.0,
+    nominal: tuple[float, float] = (1.0, 1.0),
+    flexibility: Float[np.ndarray, "row row"] | None = None,
+    regions: Mapping[str, np.ndarray] | None = None,
+    members: Mapping[str, np.ndarray] | None = None,
+    centres: Mapping[str, Coordinates] | None = None,
+    statics: StaticShapes | None = None,
+    mass: float | None = None,
+) -> NodalModes:
+    """Modes of a structure from its mode shapes at nodes.
+
+    Parameters
+    ----------
+    model
+        Nodes, mass-normalised shapes, natural frequencies.
+    interpolation
+        How shapes are read between nodes, `interpolation.scattered(model)` for one. Only the
+        rows that it reads are kept.
+    pieces
+        Supports that make up the structure, `supports.Member` or `supports.Patch`: where effects
+        may sit. By default the box around all nodes, read at the closest place.
+    youngs_modulus, density
+        Young's modulus [Pa] and density [kg/m3] of the whole structure, numbers or laws; by
+        default relative ones [1].
+    nominal
+        Their values in the model as handed over.
+    flexibility
+        Static flexibility [m/N] between the rows that the interpolation reads, of all elastic
+        modes; None if not known, which leaves a plain modal sum.
+    regions
+        Stiffness [(rad/s)^2] of each region over the modes, by name.
+    members
+        Geometric stiffness [(rad/s)^2 / N] of each member under a unit tension over the modes.
+    centres
+        Middles of regions, members and soft supports [m], by name, for figures.
+    statics
+        Static shapes of what may give way; None if they are not known.
+    mass
+        Mass of the structure [kg]; by default as its modes suggest.
+
+    Raises
+    ------
+    ValueError
+        If the interpolation reads rows that the model does not have.
+    """
+    rows = interpolation.used_rows()
+    if len(rows) and rows[-1] >= len(model.dof):
+        raise ValueError(
+            f"The interpolation reads row {rows[-1]}, but the model has {len(model.dof)} degrees "
+            "of freedom. Make it from the same model: interpolation.scattered(model)."
+        )
+    shape = np.asarray(model.shape[rows])
+    count, static = shape.shape[1], statics or none(*shape.shape)
+    extent = _box(model.position)
+    return NodalModes(
+        interpolation=interpolation.renumbered(rows),
+        shape=shape,
+        squares=np.asarray((2 * np.pi * model.natural_frequency) ** 2, dtype=float),
+        flexibility=flexibility,
+        youngs_modulus=youngs_modulus,
+        density=density,
+        regions=Named.of(regions or {}, count),
+        members=Named.of(members or {}, count),
+        statics=static,
+        nominal=nominal,
+        mass=mass or _mass(model, rows),
+        extent=extent,
+        pieces=tuple(pieces) or (_whole(extent),),
+        centres=tuple((centres or {}).items()),
+        axes=interpolation.axes,
+        rigid_body_modes=model.rigid_body_modes,
+    )
+
+
+def nodal_of(modes: Modes) -> NodalModes | None:
+    """Return the nodal modes below unknown ones; None if there are none."""
+    if isinstance(modes, OverNodal):
+        return modes.nodal
+    return modes if isinstance(modes, NodalModes) else None
+
+
+def _stacked(values: tuple[Parameter, ...]) -> Float[Array, "mode"]:
+    return jnp.stack([jnp.asarray(value, float) for value in values])
+
+
+def _check_order(frequency: Sequence[float]) -> None:
+    for number, (lower, upper) in enumerate(itertools.pairwise(frequency), start=1):
+        if lower > upper:
+            raise ValueError(
+                f"UnknownModes was given mode {number} at {lower:g} Hz and mode {number + 1} at "
+                f"{upper:g} Hz; means that ascend are needed, since shapes and damping ratios are "
+                "counted so. Sort them together with the columns of the shapes."
+            )
+
+
+def _box(position: Float[np.ndarray, "node 3"]) -> tuple[Coordinates, Coordinates]:
+    low, high = position.min(axis=0), position.max(axis=0)
+    return tuple(map(float, low)), tuple(map(float, high))  # type: ignore[return-value]
+
+
+def _whole(extent: tuple[Coordinates, Coordinates]) -> Box:
+    low, high = np.array(extent)
+    return Box(tuple((low + high) / 2), within=tuple((high - low) / 2))
+
+
+def _mass(model: ModalModel, rows: np.ndarray) -> float:
+    """Mass that the modes move [kg]: mass-normalised shapes have a mean square of one over it."""
+    translations = model.shape[rows[model.dof[rows, 1] <= 3]]
+    squares = np.mean(np.asarray(translations, float) ** 2, axis=0) * len(
+        np.unique(model.dof[rows, 1][model.dof[rows, 1] <= 3])
+    )
+    return float(1 / np.median(squares))

@@ -1,0 +1,74 @@
+"""modes: in, whatever describes a structure; out, natural frequencies and mass-normalised shapes.
+
+Not known here: damping, sensors, probability.
+"""
+
+import abc
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+from numpyro.distributions import Uniform
+
+from ..positions.bounds import Bounds
+
+
+class Modes(eqx.Module):
+    """Natural frequencies and mass-normalised mode shapes, readable at any point."""
+
+    axes: eqx.AbstractVar[tuple[int, ...]]
+    rigid_body_modes: eqx.AbstractVar[int]
+
+    @abc.abstractmethod
+    def angular_frequency(self) -> Float[Array, "mode"]:
+        """Natural angular frequencies [rad/s], rigid-body modes first with 0."""
+
+    @abc.abstractmethod
+    def shapes(
+        self, position: Float[Array, "*coordinate"], derivative: int = 0
+    ) -> Float[Array, "axis mode"]:
+        """Mass-normalised mode shapes [kg^-1/2] along `axes` at a position [m].
+
+        Parameters
+        ----------
+        position
+            Where they are read [m].
+        derivative
+            Order of the derivative in position [kg^-1/2 m^-order].
+        """
+
+    @abc.abstractmethod
+    def static_flexibility(
+        self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
+    ) -> Float[Array, "axis axis"] | None:
+        """Static flexibility [m/N] of all elastic modes, kept or left out; None if not known.
+
+        The sum over all of them of phi phi / omega_n^2. With it a modal sum is exact at low
+        frequency, however few modes are kept (MacNeal 1971, DOI 10.1016/0045-7949(71)90031-9).
+        """
+
+    @abc.abstractmethod
+    def bounds(self) -> Bounds:
+        """Return the least and the greatest position on the structure [m]."""
+
+    def anywhere(self) -> list[Any]:
+        """Return the pieces of the structure, each as the uniform law of a place on it [m]."""
+        return [Uniform(*self.bounds())]
+
+    def solved(self) -> "Modes":
+        """Return the modes once all parameters are numbers; here they are known at once."""
+        return self
+
+    def coupling(self) -> Float[Array, "mode mode"] | None:
+        """Stiffness [(rad/s)^2] that is left between modes of one frequency.
+
+        It is zero, and None where its derivative is zero too: eigenvectors of a repeated frequency
+        have no derivative in the parameters, and this carries what the response has of it.
+        """
+        return None
+
+    @property
+    def natural_frequency(self) -> Float[Array, "mode"]:
+        """Natural frequencies [Hz]."""
+        return self.angular_frequency() / (2 * jnp.pi)

@@ -1,0 +1,286 @@
+"""_supports_in_space: in, a place in space and a tolerance; out, the law of where it may be.
+
+Not known here: mode shapes, sensors, data. Every support is clipped to the structure.
+"""
+
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+from numpyro.distributions import Uniform
+
+from .bounds import HAIR, Bounds, box, clipped, hair, inside, words
+from .places import Cartesian, InBall, OnMember, OnPatch
+from .tolerance_region import Support, nothing_left
+from .vectors import Coordinates, Vector, direction_of, right_angled, triple, vector
+
+_FARTHEST = 0.1  # of the length of a member, by which a recorded place may miss its axis
+
+
+class Box(Support):
+    """A box along the axes of the structure: recorded place and what the glue may be off.
+
+    Parameters
+    ----------
+    centre
+        Recorded position [m].
+    within
+        Greatest deviation to either side along x, y and z [m], zero where there is none.
+    """
+
+    centre: Coordinates = eqx.field(static=True)
+    within: Coordinates = eqx.field(static=True)
+
+    def __init__(self, centre: Vector, *, within: Vector):
+        self.centre = vector("Box(centre=...)", centre)
+        self.within = vector("Box(within=...)", within)
+        if min(self.within) < 0 or max(self.within) == 0:
+            raise ValueError(
+                f"Box(within={self.within}) was given; tolerances [m] that are not negative and "
+                "not all zero are needed. For a position known exactly, give the three numbers "
+                f"themselves: at={self.centre}."
+            )
+
+    @property
+    def recorded(self) -> Coordinates:
+        """Recorded position [m]."""
+        return self.centre
+
+    def around(self, centre: Any) -> "Box":
+        """Return the same tolerances about another place."""
+        return Box(centre, within=self.within)
+
+    def scaled(self, factor: float) -> "Box":
+        """Return a box so many times as large about the same place."""
+        return Box(self.centre, within=triple(factor * np.array(self.within)))
+
+    def on(self, bounds: Bounds) -> Cartesian:
+        """Uniform law of each coordinate [m] that has a tolerance and room."""
+        corners = box(bounds, self)
+        sides = zip(self.centre, self.within, *corners, strict=True)
+        coordinates = [_side(*side, hair(corners)) for side in sides]
+        if any(one is None for one in coordinates):
+            raise ValueError(nothing_left(self, bounds))
+        x, y, z = coordinates
+        return Cartesian(x, y, z)  # type: ignore[arg-type]
+
+
+class Member(Support):
+    """A stretch of a straight member of a frame.
+
+    Parameters
+    ----------
+    start, end
+        Where its axis begins and ends [m].
+    centre
+        Recorded position [m], which is taken to its foot on the axis; None for the whole member.
+    within
+        Greatest deviation along the member to either side [m].
+    """
+
+    start: Coordinates = eqx.field(static=True)
+    end: Coordinates = eqx.field(static=True)
+    centre: Coordinates | None = eqx.field(static=True)
+    within: float | None = eqx.field(static=True)
+
+    def __init__(
+        self,
+        start: Vector,
+        end: Vector,
+        *,
+        centre: Vector | None = None,
+        within: float | int | None = None,
+    ):
+        self.start, self.end = vector("Member(start=...)", start), vector("Member(end=...)", end)
+        self.centre = None if centre is None else vector("Member(centre=...)", centre)
+        self.within = None if within is None else float(within)
+        direction_of("Member(end - start)", np.subtract(self.end, self.start))
+        if (self.centre is None) != (self.within is None) or not self._reach() > 0:
+            raise ValueError(
+                f"Member(centre={centre}, within={within}) was given; a recorded place and a "
+                "positive tolerance [m] are needed, or neither for the whole member: "
+                "centre=(0.0, 0.0, 0.7), within=0.02."
+            )
+        self._check_beside()
+
+    def _reach(self) -> float:
+        return np.inf if self.within is None else self.within
+
+    def _check_beside(self) -> None:
+        if self.centre is None:
+            return
+        along, direction, length = self._foot()
+        beside = np.linalg.norm(np.subtract(self.centre, self.start) - along * direction)
+        if beside > _FARTHEST * length:
+            raise ValueError(
+                f"Member(centre={self.centre}) lies {beside:g} m beside the axis from {self.start} "
+                f"to {self.end} m, more than a tenth of its length; a place on this member is "
+                "needed. Give the member that it sits on."
+            )
+
+    def _foot(self) -> tuple[float, np.ndarray, float]:
+        """Recorded place along the member [m], its direction and its length [m]."""
+        whole = np.subtract(self.end, self.start)
+        length = float(np.linalg.norm(whole))
+        centre = np.add(self.start, self.end) / 2 if self.centre is None else self.centre
+        return float((centre - np.array(self.start)) @ whole / length), whole / length, length
+
+    @property
+    def recorded(self) -> Coordinates:
+        """Recorded position [m], or the middle of the member."""
+        return triple(np.add(self.start, self.end) / 2) if self.centre is None else self.centre
+
+    def around(self, centre: Any) -> "Member":
+        """Return the same tolerance about another place on the member."""
+        return Member(self.start, self.end, centre=centre, within=self.within)
+
+    def scaled(self, factor: float) -> "Member":
+        """Return a stretch so many times as long about the same place."""
+        if self.within is None:
+            raise ValueError(
+                "A whole supports.Member was to have another tolerance, but it has no recorded "
+                "place to be off from. Give one: centre=(0.0, 0.0, 0.7), within=0.02."
+            )
+        return Member(self.start, self.end, centre=self.centre, within=factor * self.within)
+
+    def on(self, bounds: Bounds) -> OnMember:
+        """Uniform law of the distance from the start [m]."""
+        corners = box(bounds, self)
+        foot, direction, length = self._foot()
+        stretch = (max(foot - self._reach(), 0.0), min(foot + self._reach(), length))
+        low, high = clipped(np.array(self.start), direction, stretch, corners)
+        ends = np.array(self.start) + np.outer((low, high), direction)
+        if not low < high or not inside(ends, corners).all():
+            raise ValueError(nothing_left(self, bounds))
+        return OnMember(Uniform(low, high), start=self.start, direction=triple(direction))
+
+
+class Patch(Support):
+    """A flat rectangular patch of a surface.
+
+    Parameters
+    ----------
+    centre
+        Recorded position [m].
+    first, second
+        Two directions in the surface, at right angles, of any length.
+    within
+        Greatest deviation to either side along each of them [m].
+    """
+
+    centre: Coordinates = eqx.field(static=True)
+    directions: tuple[Coordinates, Coordinates] = eqx.field(static=True)
+    within: tuple[float, float] = eqx.field(static=True)
+
+    def __init__(
+        self,
+        centre: Vector,
+        first: Vector,
+        second: Vector,
+        *,
+        within: tuple[float | int, float | int],
+    ):
+        self.centre = vector("Patch(centre=...)", centre)
+        self.directions = right_angled("Patch", first, second)
+        self.within = (float(within[0]), float(within[1]))
+        if not min(self.within) > 0:
+            raise ValueError(
+                f"Patch(within={within}) was given; two positive tolerances [m] are needed. A "
+                "place that can be off along one direction only is a supports.Member."
+            )
+
+    @property
+    def recorded(self) -> Coordinates:
+        """Recorded position [m]."""
+        return self.centre
+
+    def around(self, centre: Any) -> "Patch":
+        """Return the same patch about another place."""
+        return Patch(centre, *self.directions, within=self.within)
+
+    def scaled(self, factor: float) -> "Patch":
+        """Return a patch so many times as large about the same place."""
+        within = (factor * self.within[0], factor * self.within[1])
+        return Patch(self.centre, *self.directions, within=within)
+
+    def on(self, bounds: Bounds) -> OnPatch:
+        """Uniform law of the distances from the centre along the two directions [m]."""
+        corners = box(bounds, self)
+        centre, directions = np.array(self.centre), np.array(self.directions)
+        alone = np.sum(np.abs(directions) > HAIR, axis=0) == 1
+        sides = [
+            clipped(centre, direction * alone, (-within, within), corners)
+            for direction, within in zip(directions, self.within, strict=True)
+        ]
+        if not all(low < high for low, high in sides):
+            raise ValueError(nothing_left(self, bounds))
+        (left, right), (low, high) = sides
+        lengths = np.array([[left, low], [left, high], [right, low], [right, high]])
+        if not inside(centre + lengths @ directions, corners).all():
+            raise ValueError(
+                f"{self} m reaches out of the structure ({words(bounds)}), and what is left of it "
+                "is empty or no rectangle along its two directions. Make `within` smaller, or "
+                "turn the directions along the edge that cuts it."
+            )
+        return OnPatch(
+            Uniform(left, right),
+            Uniform(low, high),
+            origin=self.centre,
+            directions=self.directions,
+        )
+
+
+class Ball(Support):
+    """A ball: a place that may be off in any direction alike.
+
+    Parameters
+    ----------
+    centre
+        Recorded position [m].
+    radius
+        Greatest deviation [m].
+    """
+
+    centre: Coordinates = eqx.field(static=True)
+    radius: float = eqx.field(static=True)
+
+    def __init__(self, centre: Vector, radius: float | int):
+        self.centre = vector("Ball(centre=...)", centre)
+        self.radius = float(radius)
+        if not 0 < self.radius < np.inf:
+            raise ValueError(
+                f"Ball(radius={radius}) was given; a positive radius [m] is needed. For a position "
+                f"known exactly, give the three numbers themselves: at={self.centre}."
+            )
+
+    @property
+    def recorded(self) -> Coordinates:
+        """Recorded position [m]."""
+        return self.centre
+
+    def around(self, centre: Any) -> "Ball":
+        """Return the same ball about another place."""
+        return Ball(centre, self.radius)
+
+    def scaled(self, factor: float) -> "Ball":
+        """Return a ball so many times as large about the same place."""
+        return Ball(self.centre, factor * self.radius)
+
+    def on(self, bounds: Bounds) -> InBall:
+        """Uniform law in the ball as far as the box about the structure goes."""
+        low, high = box(bounds, self)
+        place = InBall((), self.centre, self.radius, (low, high))
+        if place.cut.is_empty:
+            raise ValueError(nothing_left(self, bounds))
+        laws = (Uniform(0.0, 1.0),) * sum(place.axes)
+        return InBall(laws, self.centre, self.radius, (low, high))
+
+
+def _side(
+    centre: float, within: float, low: float, high: float, rounding: float
+) -> Uniform | float | None:
+    """One coordinate of a box [m]; None where it misses the structure."""
+    start, end = max(centre - within, low), min(centre + within, high)
+    if within > 0 and high - low > rounding:
+        return Uniform(start, end) if start < end else None
+    return (start + end) / 2 if start <= end + rounding else None

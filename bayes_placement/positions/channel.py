@@ -1,0 +1,119 @@
+"""channel: in, labels such as s1+x; out, channels, and which recorded one a requested one is.
+
+Not known here: FRFs, files.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+
+class Channel(NamedTuple):
+    """One signal of a sensor or an actuator: its transducer and the recorded direction.
+
+    Parameters
+    ----------
+    name
+        Name of the transducer.
+    direction
+        Recorded direction: +-1, +-2, +-3 for +-x, +-y, +-z; 0 where it is not stated.
+    """
+
+    name: str
+    direction: int = 0
+
+    @property
+    def label(self) -> str:
+        """Name and direction as one word: `s1` where no direction is stated, `s1+x`, `s1-z`."""
+        if self.direction == 0:
+            return self.name
+        return f"{self.name}{'-' if self.direction < 0 else '+'}{'xyz'[abs(self.direction) - 1]}"
+
+    @classmethod
+    def parse(cls, label: "str | Channel") -> "Channel":
+        """Read a label such as `s1` or `s1+x`; a channel is returned as it is.
+
+        Raises
+        ------
+        ValueError
+            If the label has no name, or the channel a direction that is none.
+        """
+        if isinstance(label, Channel):
+            return checked(label)
+        match = re.fullmatch(r"(?P<name>.+?)(?P<direction>[+-][xyz])?", label.strip())
+        if match is None:
+            raise ValueError(
+                f"The channel label {label!r} was given; it needs the name of a transducer, since "
+                "channels are matched by name: 's1', or 's1+x' with its direction."
+            )
+        stated = match["direction"]
+        direction = "xyz".index(stated[1]) + 1 if stated else 0
+        return cls(match["name"], -direction if stated and stated[0] == "-" else direction)
+
+
+Channels = str | Channel | Sequence[str | Channel]
+
+
+class Match(NamedTuple):
+    """A recorded channel that serves as the wanted one: its place, and the sign it needs."""
+
+    place: int
+    sign: int
+    channel: Channel
+
+
+def match(wanted: Channel, recorded: tuple[Channel, ...], side: str) -> Match:
+    """Find the recorded channel that is the wanted one, up to its sign."""
+    named = [index for index, channel in enumerate(recorded) if channel.name == wanted.name]
+    for sign in (1, -1):
+        for index in named:
+            if recorded[index].direction == sign * wanted.direction != 0:
+                return Match(index, sign, wanted)
+    either_unstated = any(wanted.direction * recorded[index].direction == 0 for index in named)
+    if either_unstated and len(named) == 1:
+        stated = wanted.direction or recorded[named[0]].direction
+        return Match(named[0], 1, Channel(wanted.name, stated))
+    there = ", ".join(channel.label for channel in recorded)
+    if either_unstated:
+        raise ValueError(
+            f"The {side} channel {wanted.label} was requested, and several channels of this name "
+            f"were measured; a direction is needed on both sides to tell them apart. Measured "
+            f"are {there}: name one of them."
+        )
+    raise ValueError(
+        f"The {side} channel {wanted.label} was requested, but only {there} were measured; name "
+        "one of them, or rename the transducer to its name in the measurement."
+    )
+
+
+def parsed(channels: Channels) -> tuple[Channel, ...]:
+    """Read channels from labels."""
+    # A single label is itself a sequence, of letters, and a channel one of two fields.
+    several: Iterable[Any] = [channels] if isinstance(channels, str | Channel) else channels
+    return tuple(Channel.parse(one) for one in several)
+
+
+def checked(channel: Channel) -> Channel:
+    """Refuse a channel whose label would be read as another channel."""
+    if channel.direction not in range(-3, 4):
+        raise ValueError(
+            f"Channel {channel.name!r} was given direction {channel.direction}; it must be one of "
+            "+-1, +-2, +-3 for +-x, +-y, +-z, or 0 where it is not stated: Channel('s1', 3)."
+        )
+    if channel != Channel.parse(channel.label):
+        raise ValueError(
+            f"The name {channel.name!r} of a transducer was given; its label {channel.label!r} "
+            "would be read as another channel. Choose a name without blanks around it that does "
+            "not end in a direction: Channel('s1', 1) for 's1+x'."
+        )
+    return channel
+
+
+def check_distinct(side: str, channels: tuple[Channel, ...]) -> None:
+    """Refuse a channel that is given twice."""
+    twice = [one.label for index, one in enumerate(channels) if one in channels[:index]]
+    if twice:
+        raise ValueError(
+            f"The {side} channel {twice[0]} was given twice; every channel is needed once, since "
+            "its data would count twice. Give each row its own label: 's1+x', 's1+y'."
+        )

@@ -1,0 +1,275 @@
+"""places: in, coordinates some of which are laws; out, where they are in space.
+
+Not known here: mode shapes, sensors, what a place is for. On a line a position is one number.
+"""
+
+import abc
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+from numpyro.distributions import Uniform
+
+from .._sites import is_finite, is_unknown, unit
+from .._types import Parameter
+from . import _ball_in_box
+from .vectors import Coordinates, Recorded, Vector, direction_of, right_angled, triple, vector
+
+
+class Place(eqx.Module):
+    """A place on a structure in space, some of whose own coordinates may be unknown."""
+
+    @abc.abstractmethod
+    def coordinates(self) -> Float[Array, "*coordinate"]:
+        """Where it is [m], once its own coordinates are numbers."""
+
+    @abc.abstractmethod
+    def middle(self) -> Recorded:
+        """Where it is on the average of its laws [m]."""
+
+    @abc.abstractmethod
+    def nearest(self, position: Recorded) -> dict[str, Any]:
+        """Values of its unknown coordinates, by name, next to a position [m]."""
+
+
+Position: TypeAlias = Parameter | Place
+"""A number on a line, a place in space, or the law of either."""
+
+
+class Frame(NamedTuple):
+    """An origin [m], orthonormal directions, and how far a place is from it along each [m]."""
+
+    origin: Float[np.ndarray, "3"]
+    directions: Float[np.ndarray, "axis 3"]
+    values: dict[str, Parameter]
+
+
+class Straight(Place):
+    """A place whose own coordinates are lengths along fixed directions."""
+
+    @abc.abstractmethod
+    def frame(self) -> Frame:
+        """Where its coordinates are measured from, and along what."""
+
+    def coordinates(self) -> Float[Array, "3"]:
+        """Where it is [m]: the origin and the lengths along the directions."""
+        origin, directions, values = self.frame()
+        lengths = jnp.stack([jnp.asarray(value, dtype=float) for value in values.values()])
+        return jnp.asarray(origin) + lengths @ directions
+
+    def middle(self) -> Coordinates:
+        """Where it is on the average of its laws [m]."""
+        origin, directions, values = self.frame()
+        return triple(origin + np.array([mean(one) for one in values.values()]) @ directions)
+
+    def nearest(self, position: Recorded) -> dict[str, Any]:
+        """Lengths at the foot of a position [m], as far as their uniform laws go."""
+        origin, directions, values = self.frame()
+        feet = directions @ (np.asarray(position) - origin)
+        pairs = zip(values.items(), feet, strict=True)
+        return {name: _within(law, foot) for (name, law), foot in pairs if is_unknown(law)}
+
+
+class Cartesian(Straight):
+    """A place by its coordinates in the axes of the structure.
+
+    Parameters
+    ----------
+    x, y, z
+        Coordinates [m], each a number or a law.
+    """
+
+    x: Parameter = eqx.field(metadata=unit("m"))
+    y: Parameter = eqx.field(metadata=unit("m"))
+    z: Parameter = eqx.field(metadata=unit("m"))
+
+    def frame(self) -> Frame:
+        """The axes of the structure."""
+        return Frame(np.zeros(3), np.eye(3), {"x": self.x, "y": self.y, "z": self.z})
+
+
+class OnMember(Straight):
+    """A place on a straight member.
+
+    Parameters
+    ----------
+    along
+        Distance from the start [m], a number or a law.
+    start
+        Where the member begins [m].
+    direction
+        Where it goes, of any length.
+    """
+
+    along: Parameter = eqx.field(metadata=unit("m"))
+    start: Coordinates = eqx.field(static=True)
+    direction: Coordinates = eqx.field(static=True)
+
+    def __init__(self, along: Parameter, *, start: Vector, direction: Vector):
+        self.along = along
+        self.start = vector("OnMember(start=...)", start)
+        self.direction = direction_of("OnMember(direction=...)", direction)
+
+    def frame(self) -> Frame:
+        """The line of the member."""
+        directions = np.array([self.direction])
+        return Frame(np.array(self.start), directions, {"along": self.along})
+
+
+class OnPatch(Straight):
+    """A place on a flat patch.
+
+    Parameters
+    ----------
+    first, second
+        Distances from the origin along the two directions [m], numbers or laws.
+    origin
+        Where they are measured from [m].
+    directions
+        Two directions at right angles, of any length.
+    """
+
+    first: Parameter = eqx.field(metadata=unit("m"))
+    second: Parameter = eqx.field(metadata=unit("m"))
+    origin: Coordinates = eqx.field(static=True)
+    directions: tuple[Coordinates, Coordinates] = eqx.field(static=True)
+
+    def __init__(
+        self,
+        first: Parameter,
+        second: Parameter,
+        *,
+        origin: Vector,
+        directions: Sequence[Vector],
+    ):
+        self.first, self.second = first, second
+        self.origin = vector("OnPatch(origin=...)", origin)
+        self.directions = right_angled("OnPatch", *directions)
+
+    def frame(self) -> Frame:
+        """The plane of the patch."""
+        values = {"first": self.first, "second": self.second}
+        return Frame(np.array(self.origin), np.array(self.directions), values)
+
+
+class InBall(Place):
+    """A place in a ball, cut by a box: uniform in what is left if its shares are.
+
+    Parameters
+    ----------
+    share
+        Share of the cut ball below the place along each axis in which the box extends, given the
+        axes before [1]: numbers from 0 to 1 or laws.
+    centre
+        Centre [m].
+    radius
+        Radius [m].
+    bounds
+        Least and greatest corner of the box [m]. Where both agree the place is in their plane.
+    """
+
+    share: tuple[Parameter, ...] = eqx.field(metadata=unit("1"))
+    centre: Coordinates = eqx.field(static=True)
+    radius: float = eqx.field(static=True)
+    bounds: tuple[Coordinates, Coordinates] = eqx.field(static=True)
+
+    def coordinates(self) -> Float[Array, "3"]:
+        """Where it is [m], by Rosenblatt's transform."""
+        free = iter(_ball_in_box.point(self.cut, self.share))
+        pairs = zip(self.axes, self.centre, self.bounds[0], strict=True)
+        found = [middle + next(free) if extends else at for extends, middle, at in pairs]
+        return jnp.stack([jnp.asarray(value, dtype=float) for value in found])
+
+    @property
+    def axes(self) -> tuple[bool, bool, bool]:
+        """Tell along which axes the box extends."""
+        first, second, third = (low < high for low, high in zip(*self.bounds, strict=True))
+        return first, second, third
+
+    @property
+    def cut(self) -> _ball_in_box.Cut:
+        """The ball in its section by the box, about its own centre."""
+        sides = list(zip(self.axes, self.centre, *self.bounds, strict=True))
+        lost = sum((low - middle) ** 2 for extends, middle, low, _ in sides if not extends)
+        return _ball_in_box.Cut(
+            max(self.radius**2 - lost, 0.0) ** 0.5,
+            tuple(low - middle for extends, middle, low, _ in sides if extends),
+            tuple(high - middle for extends, middle, _, high in sides if extends),
+        )
+
+    def middle(self) -> Coordinates:
+        """Centre of the ball [m], or what of the box is next to it."""
+        pairs = zip(self.centre, *self.bounds, strict=True)
+        return triple([min(max(at, low), high) for at, low, high in pairs])
+
+    def nearest(self, position: Recorded) -> dict[str, Any]:
+        """Shares at a position [m], moved axis by axis into the cut ball."""
+        steps = np.asarray(position) - np.array(self.centre)
+        found = jax.jit(lambda: _ball_in_box.shares(self.cut, steps[np.array(self.axes)]))()
+        return {
+            f"share.{number}": value
+            for number, (law, value) in enumerate(zip(self.share, found, strict=True), start=1)
+            if is_unknown(law)
+        }
+
+
+class AtNode(Place):
+    """A place at one of finitely many nodes, Eqs. (13) and (16) of the paper.
+
+    Parameters
+    ----------
+    node
+        Which of them, counted from 0: a number or `numpyro.distributions.Categorical`.
+    position
+        Where they are [m].
+    row
+        Row of each in the list of nodes from which they were chosen.
+    weight_error
+        Greatest standard error of a weight of the law; 0 where the weights are exact.
+    """
+
+    node: Parameter = eqx.field(metadata=unit("1"))
+    position: Float[np.ndarray, "node *coordinate"]
+    row: Int[np.ndarray, "node"]
+    weight_error: float = eqx.field(static=True, default=0.0)
+
+    def coordinates(self) -> Float[Array, "*coordinate"]:
+        """Where the node is [m]."""
+        return jnp.asarray(self.position)[self.node]
+
+    def middle(self) -> Recorded:
+        """Mean of the nodes by their weights, or the node itself [m]."""
+        share = self.node.probs if is_unknown(self.node) else np.eye(len(self.row))[self.node]
+        mean_position = np.asarray(share) @ np.asarray(self.position)
+        return float(mean_position) if mean_position.ndim == 0 else triple(mean_position)
+
+    def nearest(self, position: Recorded) -> dict[str, Any]:
+        """The node next to a position [m]."""
+        steps = np.asarray(self.position) - np.asarray(position)
+        distance = np.linalg.norm(steps.reshape(len(steps), -1), axis=1)
+        return {"node": int(np.argmin(distance))} if is_unknown(self.node) else {}
+
+
+def coordinates(position: Any) -> Float[Array, "*coordinate"]:
+    """Coordinates [m] of a number on a line or of a place in space."""
+    return position.coordinates() if isinstance(position, Place) else jnp.asarray(position, float)
+
+
+def typical(law: Any) -> Any:
+    """Mean of a law, or its most probable value where values are only labels."""
+    return jnp.argmax(law.log_prob(law.enumerate_support())) if is_finite(law) else law.mean
+
+
+def mean(value: Parameter) -> float:
+    """A number or the mean of its law; NaN within a trace."""
+    if is_unknown(value):
+        return float(value.mean)
+    return float("nan") if isinstance(value, jax.core.Tracer) else float(value)
+
+
+def _within(law: Any, value: Any) -> Any:
+    return jnp.clip(value, law.low, law.high) if isinstance(law, Uniform) else value

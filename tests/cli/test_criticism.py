@@ -1,0 +1,253 @@
+"""criticism_commands: what check, explain and improve say, write and refuse."""
+
+import dataclasses
+import json
+import shutil
+
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+import bayes_placement as bp
+from bayes_placement.cli.app import app
+from bayes_placement.inference import methods
+
+MODEL = """
+import jax
+import numpy as np
+import numpyro.distributions as dist
+import bayes_placement as bp
+
+modes = bp.beams.bar(
+    5, length=1.0, area=1e-3, youngs_modulus=dist.Uniform(0.95e9, 1.05e9), density=9000.0
+)
+experiment = bp.Experiment(
+    bp.Structure(modes, damping=bp.damping.Modal(dist.Uniform(0.02, 0.06))),
+    sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.2, within=0.01)), bp.Sensor("s2", at=0.6)],
+    actuators=[bp.Actuator("a1", at=0.3)],
+    frequency=np.arange(100.0, 700.0, 30.0),
+    observe=bp.observe.Complex("velocity"),
+    noise=bp.noise.Gaussian(2e-5),
+)
+engine = bp.engines.MAP(starts=8, draws=200)
+"""
+HIDDEN = """
+hidden = experiment + bp.effects.point_mass(0.42, 0.3)
+"""
+NOTHING = """
+hidden = experiment
+"""
+MEASUREMENT = """
+exact = np.asarray(jax.jit(lambda: hidden.nominal().frf())())
+real, imaginary = 2e-5 * np.random.default_rng(5).standard_normal((2, *exact.shape))
+measurement = bp.Measurement.from_arrays(
+    exact + real + 1j * imaginary,
+    experiment.frequency,
+    sensors=["s1", "s2"],
+    actuators=["a1"],
+    quantity="mobility",
+    positions={"s1": (0.2, 0.0, 0.0), "s2": (0.6, 0.0, 0.0), "a1": (0.3, 0.0, 0.0)},
+)
+"""
+COMMANDS = {
+    "check": (),
+    "explain": ("--effects", "point_mass"),
+    "improve": ("--effects", "point_mass, time_delay"),
+}
+
+
+def run(*words):
+    return CliRunner().invoke(app, [*map(str, words)])
+
+
+def written(folder, *text):
+    path = folder / "study.py"
+    path.write_text("".join(text))
+    return path
+
+
+@pytest.fixture(scope="module")
+def hidden(tmp_path_factory):
+    """Run all three on a model that lacks a mass: the folder, and what each said."""
+    folder = tmp_path_factory.mktemp("hidden")
+    model = written(folder, MODEL, HIDDEN, MEASUREMENT)
+    said = {}
+    for command, options in COMMANDS.items():
+        done = run(command, model, *options, "--out", folder / command)
+        assert done.exit_code == 0, (done.output, done.exception)
+        said[command] = done.output
+    return folder, said
+
+
+FILES = {
+    "check": [
+        "discrepancy.png",
+        "measured_against_band.png",
+        "misfit.csv",
+        "misfit.txt",
+        "residual_map.png",
+    ],
+    "explain": [
+        "explanation.csv",
+        "explanation.txt",
+        "probabilities.png",
+        "suspicion.csv",
+        "suspicion.png",
+    ],
+    "improve": [
+        "before_and_after.png",
+        "compared.csv",
+        "error_falls.png",
+        "ledger.json",
+        "ledger.txt",
+        "probabilities.png",
+        "suspicion.csv",
+        "suspicion.png",
+    ],
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_run_writes_tables_and_figures(hidden, command):
+    folder = hidden[0] / command
+    assert sorted(path.name for path in folder.iterdir()) == FILES[command]
+    for path in folder.glob("*.png"):
+        assert path.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_run_shows_the_priors_its_progress_and_where_the_results_are(hidden, command):
+    output = hidden[1][command]
+    for piece in ("Uniform(9.5e+08, 1.05e+09)", "100%", "took"):
+        assert piece in output
+    assert output.rstrip().endswith(f"{hidden[0] / command}/")
+
+
+def test_check_says_where_the_model_fails(hidden):
+    folder, said = hidden
+    table = pd.read_csv(folder / "check" / "misfit.csv", index_col=0)
+    assert {"all data", "sensor s1+x", "sensor s2+x"} <= set(table.index)
+    assert table.loc["all data", "chi2 per datum"] > 3
+    text = (folder / "check" / "misfit.txt").read_text()
+    for where in (said["check"], text):
+        assert "The model fails: chi2 per datum is" in where
+
+
+def test_explain_names_the_effect_and_its_probability(hidden):
+    folder, said = hidden
+    table = pd.read_csv(folder / "explain" / "explanation.csv", index_col=0)
+    assert table.index[0] == "point_mass"
+    assert table.loc["point_mass", "probability"] > 0.99
+    for where in (said["explain"], (folder / "explain" / "explanation.txt").read_text()):
+        assert "Missing is point_mass, with probability" in where
+
+
+def test_the_suspicion_is_written_place_by_place(hidden):
+    scores = pd.read_csv(hidden[0] / "explain" / "suspicion.csv")
+    masses = scores[scores["kind"] == "point_mass"]
+    assert len(masses) > 20
+    worst = masses.loc[masses["score"].abs().idxmax(), "at"]
+    assert worst == pytest.approx(0.42, abs=0.1)
+    assert set(scores["kind"]) == {"point_mass"}
+
+
+def test_complaints_of_the_inference_are_lines_of_the_report(hidden, tmp_path, monkeypatch):
+    class Complaining(bp.engines.Importance):
+        def run(self, posterior, key, progress):
+            draws = super().run(posterior, key, progress)
+            return dataclasses.replace(draws, complaints=("Look twice.",))
+
+    monkeypatch.setitem(methods.ENGINES, "map", lambda: Complaining(draws=50))
+    model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT, "engine = None\n")
+    done = run("check", model, "--out", tmp_path)
+    assert done.exit_code == 0, (done.output, done.exception)
+    for where in (done.output, (tmp_path / "misfit.txt").read_text()):
+        assert "- Look twice." in where
+
+
+def test_improve_writes_the_ledger(hidden):
+    folder, said = hidden
+    ledger = json.loads((folder / "improve" / "ledger.json").read_text())
+    assert set(ledger) == {
+        "steps",
+        "verdict",
+        "probabilities",
+        "confounded",
+        "unexplained",
+        "wall_seconds",
+    }
+    first, last = ledger["steps"]
+    assert (first["added"], last["added"]) == (None, "point_mass")
+    for step in (first, last):
+        assert {"added", "parameters", "chi2_per_datum", "log_evidence"} <= set(step)
+    assert first["chi2_per_datum"] > 3 > 1.3 > last["chi2_per_datum"]
+    assert ledger["verdict"] == ["point_mass"]
+    assert ledger["probabilities"].keys() == {
+        "point_mass",
+        "time_delay",
+        "nothing_missing",
+        "none_of_these",
+    }
+    assert ledger["unexplained"] is False
+    low, high = last["parameters"]["structure.effects.point_mass.at"]["interval_99"]
+    assert low < 0.42 < high
+    for where in (said["improve"], (folder / "improve" / "ledger.txt").read_text()):
+        assert "Missing: point_mass (probability" in where
+
+
+def test_improve_of_a_right_model_claims_nothing(tmp_path):
+    model = written(tmp_path, MODEL, NOTHING, MEASUREMENT)
+    done = run("improve", model, "--effects", "time_delay", "--out", tmp_path)
+    assert done.exit_code == 0, done.output
+    ledger = json.loads((tmp_path / "ledger.json").read_text())
+    assert ledger["verdict"] == []
+    assert len(ledger["steps"]) == 1
+    assert "Nothing is claimed to be missing" in done.output
+    assert (tmp_path / "before_and_after.png").is_file()
+
+
+def refused(*words):
+    done = run(*words)
+    assert done.exit_code == 2, done.output
+    assert "Traceback" not in done.output
+    return " ".join(done.output.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_model_without_data_asks_for_them(tmp_path, command):
+    model = written(tmp_path, MODEL)
+    message = refused(command, model, "--out", tmp_path / "out")
+    assert "declares no `measurement`" in message
+    assert f"bayes-placement {command} {model} --data measured.uff" in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_data_from_a_file_take_the_place_of_the_models_own(hidden, tmp_path):
+    own = bp.io.model.read(hidden[0] / "study.py").measurement
+    bp.io.uff.write(tmp_path / "fewer.uff", own.lines(own.frequency[1:]))
+    words = (hidden[0] / "study.py", "--data", tmp_path / "fewer.uff", "--out", tmp_path)
+    assert "100" in refused("check", *words)
+
+
+@pytest.mark.parametrize("command", ["explain", "improve"])
+def test_an_unknown_effect_is_answered_with_the_known_ones(hidden, command, tmp_path):
+    words = (hidden[0] / "study.py", "--effects", "point_mas", "--out", tmp_path)
+    message = refused(command, *words)
+    assert "Did you mean 'point_mass'?" in message
+
+
+def test_a_folder_without_a_case_is_refused(tmp_path):
+    assert "case.json" in refused("check", tmp_path, "--out", tmp_path / "out")
+
+
+def test_a_folder_is_read_as_a_case(shared_data, tmp_path):
+    case = tmp_path / "case"
+    shutil.copytree(shared_data / "cases" / "03_cantilever-01", case)
+    (case / "measured.uff").unlink()
+    assert "measured.uff" in refused("improve", case, "--out", tmp_path / "out")
+
+
+def test_an_unknown_engine_is_answered_with_the_known_ones(hidden):
+    message = refused("check", hidden[0] / "study.py", "--engine", "guess")
+    assert "'guess' is not one of" in message
+    assert "nuts" in message

@@ -1,0 +1,366 @@
+"""placement_commands: where to measure, as said, written and refused on the command line."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import numpyro.distributions as dist
+import pandas as pd
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import bayes_placement as bp
+from bayes_placement.cli import place as placement_commands
+from bayes_placement.cli.app import app
+from bayes_placement.cli.place import Options
+from models import bar
+from tests.effects import models_in_space
+
+MODEL = """
+import numpy as np
+import numpyro.distributions as dist
+import bayes_placement as bp
+
+modes = bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+experiment = bp.Experiment(
+    bp.Structure(modes, damping=bp.damping.Modal([{ratio}])),
+    sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.25, within=0.04)){more}],
+    actuators=[bp.Actuator("a1", at=0.3)],
+    frequency={lines},
+    observe=bp.observe.LogAmplitude("velocity"),
+    noise=bp.noise.{noise},
+)
+"""
+PLAIN = {
+    "ratio": "dist.Uniform(0.02, 0.06)",
+    "more": "",
+    "lines": "[150.0, 166.0]",
+    "noise": "Gaussian(0.05)",
+}
+MEASUREMENT = """
+measurement = experiment.nominal_measurement()
+engine = bp.engines.Importance(draws={draws})
+"""
+TWO = ', bp.Sensor("s2", at=bp.positions.Segment(0.5, within=0.04))'
+
+
+def run(*words):
+    return CliRunner().invoke(app, ["place", *map(str, words), "--places", "4"])
+
+
+def written(folder, *more, **changes):
+    path = folder / "study.py"
+    path.write_text(MODEL.format_map(PLAIN | changes) + "".join(more))
+    return path
+
+
+def done(folder, *words, out="out"):
+    """Run a command that ends well: what it said, and its folder."""
+    answer = run(folder / "study.py", *words, "--out", folder / out)
+    assert answer.exit_code == 0, (answer.output, answer.exception)
+    return answer.output, folder / out
+
+
+def refused(*words):
+    answer = run(*words)
+    assert answer.exit_code == 2, (answer.output, answer.exception)
+    assert "Traceback" not in answer.output
+    return " ".join(answer.output.replace("│", " ").split())
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory):
+    """A finished run: its folder, with the model in it, and what it said."""
+    folder = tmp_path_factory.mktemp("first")
+    written(folder)
+    return folder, done(folder)[0]
+
+
+def test_a_run_writes_tables_a_map_and_figures(first):
+    out = first[0] / "out"
+    assert sorted(path.name for path in out.iterdir()) == [
+        "chunks",
+        "map.nc",
+        "map.png",
+        "placement.txt",
+        "placements.csv",
+        "placements.png",
+    ]
+    for path in out.glob("*.png"):
+        assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_run_shows_priors_a_table_with_units_and_the_verdict(first):
+    folder, said = first
+    for piece in ("Uniform(0.02, 0.06)", "s1 [m]", "a1 [m]", "information [nat]", "100%"):
+        assert piece in said
+    assert "lines are used" not in said
+    verdict = (folder / "out" / "placement.txt").read_text().strip()
+    assert verdict.startswith("Best of 16 placements: s1 at 0.")
+    assert f"- {verdict}\n" in said
+    assert said.rstrip().endswith(f"Tables and figures are in {folder / 'out'}/")
+
+
+def test_table_and_map_agree_on_places_and_information(first):
+    out = first[0] / "out"
+    table = pd.read_csv(out / "placements.csv", index_col=0)
+    with xr.open_dataset(out / "map.nc", engine="h5netcdf") as whole:
+        np.testing.assert_allclose(whole["s1"], [0.2, 0.4, 0.6, 0.8])
+        np.testing.assert_allclose(whole["a1"], [0.2, 0.4, 0.6, 0.8])
+        best = whole["kl"].sel(s1=table["s1"][0], a1=table["a1"][0], method="nearest")
+        assert float(best) == float(whole["kl"].max()) == pytest.approx(table["kl"].max())
+    assert len(table) == 16 and table["kl"].is_monotonic_decreasing
+
+
+def test_the_terminal_shows_the_best_placements_in_order(first):
+    table = pd.read_csv(first[0] / "out" / "placements.csv", index_col=0)
+    rows = [line.split() for line in first[1].splitlines() if " ± " in line]
+    shown = [row for row in rows if row[0].isdigit()]
+    assert [int(row[0]) for row in shown] == [*range(1, 11)]
+    for row, (_, known) in zip(shown, table.iterrows(), strict=False):
+        assert [float(row[1]), float(row[2])] == pytest.approx([known["s1"], known["a1"]])
+        assert float(row[3]) == pytest.approx(known["kl"], rel=1e-3)
+
+
+def test_another_run_reads_what_the_first_has_computed(first):
+    folder, said = first
+    out = folder / "out"
+    chunks = {path: path.stat().st_mtime_ns for path in (out / "chunks").iterdir()}
+    table = (out / "placements.csv").read_bytes()
+    again, _ = done(folder)
+    assert {path: path.stat().st_mtime_ns for path in (out / "chunks").iterdir()} == chunks
+    assert len(chunks) > 0 and (out / "placements.csv").read_bytes() == table
+    assert [line for line in again.splitlines() if "took" not in line] == [
+        line for line in said.splitlines() if "took" not in line
+    ]
+
+
+def test_to_ask_about_its_only_parameter_is_the_same(first):
+    folder, _ = first
+    chunks = sorted((folder / "out" / "chunks").iterdir())
+    table = (folder / "out" / "placements.csv").read_bytes()
+    done(folder, "--about", "structure.damping.ratio.1")
+    assert sorted((folder / "out" / "chunks").iterdir()) == chunks
+    assert (folder / "out" / "placements.csv").read_bytes() == table
+
+
+def test_another_seed_is_computed_anew(first):
+    folder, _ = first
+    done(folder, "--seed", 1, out="seed")
+    one, other = (
+        pd.read_csv(folder / name / "placements.csv", index_col=0) for name in ("out", "seed")
+    )
+    assert one["kl"][0] != other["kl"][0]
+    assert one["kl"][0] == pytest.approx(other["kl"][0], abs=5 * one["kl_se"][0])
+
+
+def test_more_sensors_are_like_the_last_one_and_added_one_at_a_time(first):
+    said, out = done(first[0], "--sensors", 2, "--search", "forward", out="two")
+    assert "2 sensor x 1 actuator" in said and "sensor.s2.position" in said
+    table = pd.read_csv(out / "placements.csv", index_col=0)
+    assert {"s1", "s2", "a1"} <= set(table.columns)
+    # There is no map of three transducers, nor is there one to wait for.
+    assert not list(out.glob("map.*"))
+    assert not any(line.startswith("map ") for line in said.splitlines())
+
+
+def test_fewer_sensors_are_the_first_ones(tmp_path):
+    experiment = bp.io.model.read(written(tmp_path, more=TWO)).experiment
+    asked = placement_commands._asked(experiment, options(sensors=1))
+    assert [*asked.sensor] == ["s1"] and [*asked.actuator] == ["a1"]
+    assert placement_commands._asked(experiment, options(sensors=2)) is experiment
+    assert placement_commands._asked(experiment, options()) is experiment
+
+
+def test_the_noise_may_be_stated(first):
+    _, loud = done(first[0], "--noise", 0.5, "--search", "sequential", out="loud")
+    learnt = pd.read_csv(loud / "placements.csv")["kl"].max()
+    assert not list(loud.glob("map.*"))  # not all of its cells are tried
+    assert learnt < 0.5 * pd.read_csv(first[0] / "out" / "placements.csv")["kl"].max()
+
+
+def test_of_many_lines_some_are_taken_evenly(tmp_path):
+    written(tmp_path, lines="np.arange(100.0, 200.0)")
+    said, _ = done(tmp_path, "--lines", 2, "--search", "sequential")
+    assert "2 of 100 lines are used, evenly over the band" in said and "--lines 100" in said
+    assert "2 lines from 125 to 175 Hz" in said
+
+
+def test_data_come_first_and_then_there_is_less_to_learn(tmp_path, first):
+    model = written(tmp_path, MEASUREMENT.format(draws=1000))
+    own = bp.io.model.read(model).measurement
+    bp.io.uff.write(tmp_path / "measured.uff", own)
+    words = ("--data", tmp_path / "measured.uff", "--search", "sequential")
+    said, out = done(tmp_path, *words)
+    assert any(line.startswith("what is known ") for line in said.splitlines())
+    learnt = pd.read_csv(out / "placements.csv")["kl"].max()
+    assert learnt < 0.8 * pd.read_csv(first[0] / "out" / "placements.csv")["kl"].max()
+
+
+class Complaining(bp.engines.Importance):
+    """Draws that are complained about; a warning would be an error here."""
+
+    def run(self, posterior, key, progress):
+        draws = super().run(posterior, key, progress)
+        return dataclasses.replace(draws, complaints=("Look twice.",))
+
+
+def test_complaints_of_the_inference_are_lines_of_the_report(tmp_path, monkeypatch):
+    monkeypatch.setattr(bp.engines, "Importance", Complaining)
+    study = bp.io.model.read(written(tmp_path, MEASUREMENT.format(draws=400)))
+    _, complaints = placement_commands._estimator(
+        options(), study, study.measurement, lambda name: lambda share: None
+    )
+    assert complaints == ["Look twice."]
+
+
+def explained(probability, *ratios):
+    """As `improve` would return it, with explanations that differ in a mass."""
+
+    def improve(experiment, measured, *, candidates, progress):
+        known = np.linspace(0.03, 0.05, 40)
+        several = [
+            bp.information.Alternative(
+                f"mass {mass:g}",
+                probability,
+                experiment + bp.effects.point_mass(0.55, mass) if mass else experiment,
+                {
+                    "structure.damping.ratio.1": known,
+                    "sensor.s1.position": np.full(40, 0.25),
+                },
+            )
+            for mass in ratios
+        ]
+        return SimpleNamespace(alternatives=several)
+
+    return improve
+
+
+def test_it_tells_explanations_of_the_data_apart(tmp_path, monkeypatch):
+    written(tmp_path, MEASUREMENT.format(draws=20))
+    monkeypatch.setattr(placement_commands, "improve", explained(0.5, 0.0, 2.0))
+    said, out = done(tmp_path, "--estimator", "separation", "--search", "sequential")
+    learnt = pd.read_csv(out / "placements.csv")["kl"]
+    assert 0.3 < learnt.max() < np.log(2) + 0.01
+    assert any(line.startswith("what is known ") for line in said.splitlines())
+
+
+def test_a_single_explanation_is_told_apart_from_nothing(tmp_path, monkeypatch):
+    model = written(tmp_path, MEASUREMENT.format(draws=20))
+    monkeypatch.setattr(placement_commands, "improve", explained(1.0, 0.0))
+    message = refused(model, "--estimator", "separation", "--out", tmp_path / "out")
+    assert "the data leave one only (mass 0)" in message
+    assert "--estimator expected-gain" in message
+
+
+def test_separation_needs_data(tmp_path):
+    message = refused(written(tmp_path), "--estimator", "separation", "--out", tmp_path / "out")
+    assert "declares no `measurement`" in message
+    assert "place --estimator separation" in message
+
+
+@pytest.mark.parametrize(
+    ("changes", "words", "piece"),
+    [
+        ({}, ("--sensors", "0"), "at least one sensor is needed: --sensors 2"),
+        ({}, ("--sensors", "9"), "would try 1e+06 placements of s1, s2"),
+        ({}, ("--sensors", "40"), "would try 4.8e+24 placements of s1, s2"),
+        ({"noise": "FromCoherence()"}, (), "earlier measurement of the same kind, or the"),
+        ({"noise": "FromCoherence()"}, (), "--noise 0.01"),
+        ({"ratio": "0.04"}, (), "the structure has no unknown parameter"),
+        ({}, ("--noise", "0"), "the standard deviation must be positive"),
+        ({}, ("--search", "guess"), "'guess' is not one of"),
+        ({}, ("--about", "sensor.s1.position"), "names of unknown parameters are needed"),
+        ({}, ("--lines", "0"), "'--lines'"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_words(tmp_path, changes, words, piece):
+    assert piece in refused(written(tmp_path, **changes), *words, "--out", tmp_path / "out")
+
+
+def test_what_is_refused_leaves_no_folder(tmp_path):
+    refused(written(tmp_path), "--sensors", "0", "--out", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_is_a_file_is_refused(tmp_path):
+    model = written(tmp_path)
+    assert "is a file. A folder is needed" in refused(model, "--out", model)
+
+
+def options(**changes):
+    plain = {"estimator": "kde", "search": "exhaustive", "sensors": None, "places": 4}
+    more = {"about": None, "lines": 20, "sigma": None, "workers": None, "dask": None, "seed": 0}
+    return Options(**(plain | more | changes))
+
+
+def on_plate(at):
+    scene = models_in_space.plate()
+    return bp.Experiment(
+        bp.Structure(scene.modes, damping=bp.damping.Modal(dist.Uniform(0.01, 0.05))),
+        sensors=[bp.Sensor("s1", at=at)],
+        actuators=[bp.Actuator("a1", at=(0.1, 0.08, 0.0))],
+        frequency=scene.frequency[:3],
+        observe=bp.observe.LogAmplitude("acceleration"),
+        noise=bp.noise.Gaussian(0.02),
+    )
+
+
+BOX = bp.positions.Box((0.1, 0.08, 0.0), within=(0.01, 0.01, 0.0))
+
+
+def test_places_in_space_are_nodes_far_apart_where_the_structure_moves():
+    experiment = on_plate(BOX)
+    found = placement_commands._places(experiment, options(places=4))
+    assert [*found] == ["s1", "a1"] and found["s1"] == found["a1"]
+    # The plate is held at all edges: of the nodes within, the first two are opposite corners.
+    nodes = models_in_space.plate().matrices.position
+    held = np.isin(nodes[:, 0], [0.0, 0.4]) | np.isin(nodes[:, 1], nodes[:, 1][[0, -1]])
+    within = nodes[~held]
+    for at in found["s1"]:
+        assert np.abs(within - at).max(axis=1).min() < 1e-9
+    low, high = within.min(axis=0), within.max(axis=0)
+    apart = np.abs(np.subtract(*found["s1"][:2]))
+    np.testing.assert_allclose(apart, high - low, atol=1e-9)
+    learnt = bp.place(experiment, {"s1": found["s1"]}, estimator=bp.information.KDE(64, 32))
+    assert np.isfinite(learnt.tried["kl"]).all()
+
+
+def test_feet_of_a_frame_are_no_places():
+    scene = models_in_space.frame()
+    experiment = bp.Experiment(
+        scene.structure(),
+        sensors=[bp.Sensor("s1", at=tuple(scene.place), directions=(2,))],
+        actuators=[bp.Actuator("a1", at=tuple(scene.place), directions=(2,))],
+        frequency=scene.frequency,
+        observe=bp.observe.LogAmplitude("acceleration"),
+        noise=bp.noise.Gaussian(0.02),
+    )
+    found = placement_commands._everywhere(experiment, 100)
+    assert len(found) == len(scene.matrices.position) - 2
+    for foot in models_in_space.FEET.values():
+        assert np.linalg.norm(np.subtract(found, foot), axis=1).min() > 0.05
+
+
+def test_no_more_places_than_nodes():
+    points = np.eye(3)
+    found = placement_commands._far_apart(points, 9)
+    assert sorted(map(tuple, found)) == sorted(map(tuple, points))
+
+
+def test_evolution_has_no_line_to_move_along_in_space():
+    with pytest.raises(ValueError, match=r"structure lies in space\. Give --search sequential"):
+        placement_commands._places(on_plate(BOX), options(search="evolutionary"))
+
+
+def test_a_transducer_that_sits_nowhere_is_named(monkeypatch):
+    monkeypatch.setattr(placement_commands, "_everywhere", lambda *given: [1.2, -0.3])
+    experiment = bar.placed(0.3, 0.4, None)
+    with pytest.raises(ValueError, match='None of 2 places is one where "s1" can sit'):
+        placement_commands._places(experiment, options())
+
+
+def test_places_on_a_line_leave_out_its_ends():
+    found = placement_commands._places(bar.placed(0.3, 0.4, None), options(places=3))
+    np.testing.assert_allclose(found["s1"], [0.25, 0.5, 0.75])

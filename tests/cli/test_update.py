@@ -1,0 +1,232 @@
+"""cli: what the command line answers, writes and refuses."""
+
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+from pandas import DataFrame
+from rich.console import Console
+from typer.testing import CliRunner
+
+import bayes_placement as bp
+from bayes_placement.cli import update as commands
+from bayes_placement.cli.app import app
+from bayes_placement.inference.infer import InferenceWarning
+
+MODEL = """
+import numpyro.distributions as dist
+import bayes_placement as bp
+
+modes = bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+experiment = bp.Experiment(
+    bp.Structure(modes, damping=bp.damping.Modal([dist.Uniform(0.02, 0.06)])),
+    sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.25, within=0.04))],
+    actuators=[bp.Actuator("a1", at=0.3)],
+    frequency=[150.0, 166.0],
+    observe=bp.observe.LogAmplitude("velocity"),
+    noise=bp.noise.Gaussian(0.05),
+)
+"""
+ENGINE = "engine = bp.engines.Importance(draws=60)\n"
+MEASUREMENT = "measurement = experiment.nominal_measurement()\n"
+KDE = ("--engine", "importance", "--marginal", "kde")
+
+
+def run(*words):
+    return CliRunner().invoke(app, ["update", *map(str, words)])
+
+
+def written(folder, text):
+    path = folder / "study.py"
+    path.write_text(text)
+    return path
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory):
+    """A finished run: its folder, with the model in it, and what it said."""
+    folder = tmp_path_factory.mktemp("run")
+    model = written(folder, MODEL + ENGINE + MEASUREMENT)
+    done = run(model, *KDE, "--out", folder / "out", "--seed", 3)
+    assert done.exit_code == 0, done.output
+    return folder, done.output
+
+
+COMMANDS = ("update", "check", "explain", "improve", "place")
+
+
+def test_help_lists_the_commands():
+    answer = CliRunner().invoke(app, ["--help"])
+    assert answer.exit_code == 0
+    for command in COMMANDS:
+        assert command in answer.output
+
+
+def test_help_answers_without_loading_anything_heavy():
+    program = (
+        "import sys; from typer.testing import CliRunner; from bayes_placement.cli import app; "
+        f"assert not any(CliRunner().invoke(app, [c, '--help']).exit_code for c in {COMMANDS}); "
+        "heavy = {'jax', 'numpyro', 'numpy', 'scipy', 'xarray', 'pandas', 'matplotlib'}; "
+        "sys.exit(' '.join(heavy & set(sys.modules)) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_run_writes_result_tables_and_figures(first):
+    folder, _ = first
+    assert sorted(path.name for path in (folder / "out").iterdir()) == [
+        "cross_check.csv",
+        "cross_check.txt",
+        "measured_against_band.png",
+        "methods.png",
+        "parameters.png",
+        "placement.png",
+        "result.nc",
+    ]
+    for path in (folder / "out").glob("*.png"):
+        assert path.read_bytes().startswith(b"\x89PNG")
+    for name in ("cross_check.csv", "cross_check.txt"):
+        text = (folder / "out" / name).read_text()
+        assert "kde importance" in text
+        assert "structure.damping.ratio.1 mean" in text
+
+
+def test_a_run_shows_priors_figures_and_where_the_results_are(first):
+    folder, output = first
+    for piece in ("Uniform(0.02, 0.06)", "kde importance", "log evidence", "seconds", "100%"):
+        assert piece in output
+    assert output.rstrip().endswith(f"Results and figures are in {folder / 'out'}/")
+
+
+def test_the_result_is_bit_for_bit_what_infer_returns_for_that_seed(first):
+    folder, _ = first
+    result = bp.io.netcdf.read(folder / "out" / "result.nc")
+    study = bp.io.model.read(folder / "study.py")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)  # the tables say the same
+        expected = bp.infer(
+            study.experiment,
+            study.measurement,
+            engine=bp.engines.Importance(draws=60),
+            marginal=bp.marginals.KDE(),
+            key=3,
+        )
+    for group in expected.children:
+        assert result[group].to_dataset().identical(expected[group].to_dataset())
+    for name in set(expected.attrs) - {"seconds"}:
+        np.testing.assert_array_equal(np.ravel(result.attrs[name]), np.ravel(expected.attrs[name]))
+
+
+def test_another_seed_gives_another_posterior(first, tmp_path):
+    folder, _ = first
+    assert run(folder / "study.py", *KDE, "--out", tmp_path, "--seed", 4).exit_code == 0
+    one, other = (
+        bp.io.netcdf.read(place / "result.nc")["posterior"]["structure.damping.ratio.1"].values
+        for place in (folder / "out", tmp_path)
+    )
+    assert not np.any(np.isin(one, other))
+
+
+def test_data_from_a_file_take_the_place_of_the_models_own(first, tmp_path):
+    folder, _ = first
+    nominal = bp.io.model.read(folder / "study.py").measurement
+    louder = bp.Measurement.from_arrays(
+        10 * nominal.frf,
+        nominal.frequency,
+        sensors=nominal.sensors,
+        actuators=nominal.actuators,
+        quantity="mobility",
+        positions={"s1": (0.25, 0.0, 0.0), "a1": (0.3, 0.0, 0.0)},
+    )
+    bp.io.uff.write(tmp_path / "louder.uff", louder)
+    done = run(
+        written(tmp_path, MODEL + ENGINE),
+        "--data",
+        tmp_path / "louder.uff",
+        *("--engine", "importance", "--out", tmp_path),
+    )
+    assert done.exit_code == 0, done.output
+    seen, own = (
+        bp.io.netcdf.read(place / "result.nc")["observed_data"]["measured"].values
+        for place in (tmp_path, folder / "out")
+    )
+    np.testing.assert_allclose(seen, own + 1, rtol=1e-5)
+
+
+def refused(*words):
+    done = run(*words)
+    assert done.exit_code == 2
+    assert "Traceback" not in done.output
+    return " ".join(done.output.replace("│", " ").split())
+
+
+def test_an_unknown_model_is_refused(tmp_path):
+    message = refused(tmp_path / "nothing.py")
+    assert message.startswith("error: There is no model file")
+    assert "for example models/bar.py" in message
+
+
+def test_a_model_without_data_asks_for_them(tmp_path):
+    model = written(tmp_path, MODEL)
+    message = refused(model, "--out", tmp_path / "out")
+    assert "declares no `measurement`" in message
+    assert f"bayes-placement update {model} --data measured.uff" in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_data_file_is_refused(tmp_path):
+    assert "no such file" in refused(written(tmp_path, MODEL), "--data", tmp_path / "no.uff")
+
+
+def test_data_that_lack_a_line_are_refused(first, tmp_path):
+    study = MODEL.replace("166.0", "170.0") + ENGINE
+    measurement = "other = bp.io.model.read({!r}).measurement\nmeasurement = other\n"
+    text = study + measurement.format(str(first[0] / "study.py"))
+    assert "170" in refused(written(tmp_path, text), "--engine", "importance", "--out", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("option", "known"), [("--engine", "importance"), ("--marginal", "quadrature")]
+)
+def test_an_unknown_word_is_answered_with_the_known_ones(tmp_path, option, known):
+    message = refused(written(tmp_path, MODEL + MEASUREMENT), option, "guess")
+    assert "'guess' is not one of" in message
+    assert known in message
+
+
+def test_a_marginal_needs_an_engine(tmp_path):
+    message = refused(written(tmp_path, MODEL + MEASUREMENT), "--marginal", "kde")
+    assert "--engine smc --marginal kde" in message
+
+
+def test_a_folder_that_is_a_file_is_refused_before_anything_is_computed(tmp_path):
+    model = written(tmp_path, MODEL + MEASUREMENT)
+    message = refused(model, "--out", model)
+    assert "is a file. A folder is needed" in message
+    assert "Uniform" not in message
+
+
+def test_an_engine_that_the_model_sizes_keeps_its_size(tmp_path):
+    study = bp.io.model.read(written(tmp_path, MODEL + ENGINE))
+    (own,) = commands._chosen(study, "importance", None)
+    (other,) = commands._chosen(study, "smc", None)
+    assert own.engine == bp.engines.Importance(draws=60)
+    assert other.engine == bp.engines.SMC()
+
+
+@pytest.mark.parametrize(("width", "tables"), [(80, 2), (140, 1)])
+def test_tables_are_as_wide_as_the_terminal(width, tables, capsys):
+    figures = ["structure.damping.ratio.1 mean", "structure.damping.ratio.1 variation", "seconds"]
+    row = ["0.03505 ± 0.00003", "0.0393 ± 0.0006", "12.3"]
+    table = DataFrame([row] * 4, [f"method {n}" for n in range(4)], figures)
+    console = Console(width=width)
+    for one in commands._tables(console, table):
+        console.print(one)
+    output = capsys.readouterr().out
+    assert output.count("figure") == tables
+    assert output.count("0.03505 ± 0.00003") == 4  # none is broken into two lines
+    assert max(map(len, output.splitlines())) <= width
+    assert output.count("structure.damping.ratio.1") == tables

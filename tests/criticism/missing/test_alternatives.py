@@ -1,0 +1,65 @@
+"""alternatives: which explanations survive, with what odds, and their draws."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bayes_placement import effects
+from bayes_placement.criticism.missing._alternatives import alternatives
+from bayes_placement.criticism.missing._confirm import Confirmed
+from bayes_placement.criticism.missing._hypotheses import Hypothesis
+from bayes_placement.criticism.missing._odds import STRONG, Pool
+from tests.criticism.small import experiment
+
+MASS, SPRING = effects.point_mass(0.3, 0.1), effects.ground_spring(0.3, 1e5)
+NAME = "structure.damping.ratio"
+
+
+def hypothesis(log_evidence, squares, *own):
+    """A fit of so many squares over 100 data, of one unknown."""
+    problem = SimpleNamespace(
+        experiment=experiment(),
+        dimension=1,
+        count=100,
+        coordinates=SimpleNamespace(named=lambda points: {NAME: points[:, 0]}),
+    )
+    fit = SimpleNamespace(
+        log_evidence=log_evidence, squares=squares, point=np.zeros(1), covariance=0.01 * np.eye(1)
+    )
+    return Hypothesis(own, problem, fit)
+
+
+def found(*several):
+    pool = Pool(list(several), {"point_mass": 1, "ground_spring": 1})
+    return alternatives(pool, several, {})
+
+
+def test_nearly_as_probable_explanations_survive():
+    one, other = found(hypothesis(-50.0, 400.0, MASS), hypothesis(-51.0, 400.0, SPRING))
+    assert (one.name, other.name) == ("point_mass", "ground_spring")
+    assert (one.probability, other.probability) == pytest.approx((1.0, np.exp(-1.0)))
+
+
+def test_what_is_improbable_and_misfits_does_not_survive():
+    (one,) = found(hypothesis(-50.0, 100.0, MASS), hypothesis(-55.0, 300.0, SPRING))
+    assert one.name == "point_mass"
+
+
+def test_what_explains_the_data_down_to_the_noise_survives_with_the_least_odds():
+    several = found(hypothesis(-50.0, 100.0, MASS), hypothesis(-70.0, 101.0, SPRING))
+    assert [one.name for one in several] == ["point_mass", "ground_spring"]
+    assert several[1].probability == pytest.approx(np.exp(-STRONG))
+
+
+def test_one_effect_more_than_needed_is_no_explanation_besides():
+    assert len(found(hypothesis(-50.0, 100.0), hypothesis(-70.0, 99.0, MASS))) == 1
+    assert found(hypothesis(-50.0, 100.0))[0].name == "nothing_missing"
+
+
+def test_draws_are_those_that_were_sampled_or_of_the_gaussian():
+    one, other = hypothesis(-50.0, 100.0, MASS), hypothesis(-50.1, 100.0, SPRING)
+    sampled = {id(one): Confirmed(np.full((7, 1), 3.0), -50.0, 0.1)}
+    first, second = alternatives(Pool([one, other], {}), [one, other], sampled)
+    np.testing.assert_array_equal(first.draws[NAME], np.full(7, 3.0))
+    assert second.draws[NAME].std() == pytest.approx(0.1, rel=0.1)

@@ -1,0 +1,158 @@
+"""improve: a hidden effect found, nothing found where nothing is, and what is said of it."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import effects
+from bayes_placement.criticism.missing.explain import explain
+from bayes_placement.criticism.missing.improve import improve
+from bayes_placement.inference.infer import InferenceWarning
+from tests.criticism.small import GAIN, MASS, experiment, measured
+
+KINDS = ["point_mass", "gain_error", "time_delay"]
+
+
+@pytest.fixture(scope="module")
+def candidates():
+    return effects.library(experiment(), KINDS)
+
+
+@pytest.fixture(scope="module")
+def with_mass(candidates):
+    return improve(experiment(), measured(MASS, seed=1), candidates=candidates)
+
+
+@pytest.fixture(scope="module")
+def with_both(candidates):
+    return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=candidates)
+
+
+@pytest.fixture(scope="module")
+def with_nothing(candidates):
+    return improve(experiment(), measured(seed=3), candidates=candidates)
+
+
+def test_a_hidden_mass_is_named_and_the_error_falls_to_the_noise(with_mass):
+    assert with_mass.verdict == ("point_mass",)
+    first, last = with_mass.steps
+    assert (first.added, last.added) == (None, "point_mass")
+    assert first.chi2_per_datum > 3
+    assert last.chi2_per_datum < 1.2
+    assert last.log_evidence > first.log_evidence + 20
+    assert last.held_out > first.held_out
+    assert not with_mass.unexplained
+    assert with_mass.probabilities["point_mass"] > 0.95
+
+
+def test_the_true_mass_and_its_place_lie_in_their_intervals(with_mass):
+    found = with_mass.steps[-1].parameters
+    mass = found["structure.effects.point_mass.mass"]
+    place = found["structure.effects.point_mass.at"]
+    assert mass.low < MASS.mass < mass.high
+    assert place.low < MASS.at < place.high
+    assert mass.high - mass.low < 0.1 * MASS.mass
+    assert (mass.unit, place.unit) == ("kg", "m")
+
+
+def test_the_suspicion_map_points_near_the_mass(with_mass):
+    one = with_mass.suspicion.query("kind == 'point_mass'")
+    assert one["p_value"].iloc[0] < 1e-6
+    assert one.loc[one["score"].abs().idxmax(), "at"] == pytest.approx(MASS.at, abs=0.1)
+
+
+def test_two_effects_at_once_are_found(with_both):
+    assert set(with_both.verdict) == {"point_mass", "gain_error"}
+    assert with_both.steps[0].added is None
+    assert {step.added for step in with_both.steps[1:]} == {"point_mass", "gain_error"}
+    falling = [step.chi2_per_datum for step in with_both.steps]
+    assert falling == sorted(falling, reverse=True)
+    assert falling[-1] < 1.2
+    error = with_both.steps[-1].parameters["chain.gain_error.error"]
+    assert error.low < GAIN.error < error.high
+
+
+def test_where_nothing_is_missing_nothing_is_claimed(with_nothing):
+    assert with_nothing.verdict == ()
+    assert len(with_nothing.steps) == 1
+    assert not with_nothing.unexplained
+    assert with_nothing.probabilities["nothing_missing"] > 0.9
+    assert "Nothing is claimed to be missing" in with_nothing.sentence()
+    assert with_nothing.suspicion["p_value"].min() > 1e-3
+
+
+def test_where_the_noise_is_in_doubt_no_effect_is_called_improbable(with_mass):
+    doubted = with_mass.probabilities | {"point_mass": 1e-9, "none_of_these": 0.999}
+    ledger = dataclasses.replace(with_mass, probabilities=doubted, unexplained=True)
+    assert "Missing: point_mass (the best of the candidates);" in ledger.sentence()
+    assert "Something else is missing still." in ledger.sentence()
+
+
+def test_what_no_candidate_explains_is_said_to_be_unexplained():
+    few = effects.library(experiment(), ["time_delay"])
+    ledger = improve(experiment(), measured(MASS, seed=4), candidates=few)
+    assert ledger.unexplained
+    assert ledger.probabilities["none_of_these"] > 0.9
+    assert any("None of the candidates" in line for line in ledger.words())
+
+
+def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
+    with_both.write(tmp_path / "ledger.json")
+    read = json.loads((tmp_path / "ledger.json").read_text())
+    assert set(read) == {
+        "steps",
+        "verdict",
+        "probabilities",
+        "confounded",
+        "unexplained",
+        "wall_seconds",
+    }
+    assert read["verdict"] == list(with_both.verdict)
+    assert read["steps"][0]["added"] is None
+    assert read["steps"][-1]["chi2_per_datum"] == with_both.steps[-1].chi2_per_datum
+    error = read["steps"][-1]["parameters"]["chain.gain_error.error"]
+    assert error["interval_99"][0] < GAIN.error < error["interval_99"][1]
+    assert set(KINDS) | {"nothing_missing", "none_of_these"} == set(read["probabilities"])
+
+
+def test_words_name_effect_and_error(with_mass):
+    assert "Missing: point_mass" in with_mass.sentence()
+    assert f"{with_mass.steps[0].chi2_per_datum:.3g}" in with_mass.sentence()
+    assert "point_mass" in str(with_mass)
+
+
+def test_the_experiment_of_the_ledger_has_the_effect(with_mass):
+    assert "point_mass" in with_mass.experiment.structure.effects
+
+
+@pytest.fixture(scope="module")
+def posterior():
+    engine = bp.engines.MAP(starts=8, draws=200)
+    # A wrong model presses its parameters against the edges of their priors.
+    with pytest.warns(InferenceWarning, match="at the edge of a prior"):
+        return bp.infer(experiment(), measured(MASS, seed=1), engine=engine)
+
+
+def test_explain_ranks_the_kinds(posterior, candidates):
+    shares = []
+    found = explain(posterior, candidates, progress=shares.append)
+    assert max(found.probabilities, key=found.probabilities.get) == "point_mass"
+    assert next(iter(found.table().index)) == "point_mass"
+    assert "point_mass" in found.words()[0]
+    assert np.all(np.diff(shares) >= 0)
+    assert shares[-1] == 1
+
+
+def test_explain_refuses_candidates_of_another_experiment(posterior):
+    other = effects.library(experiment() + effects.point_mass(0.3, 0.1), ["time_delay"])
+    changed = other._replace(experiment=experiment().fix({"structure.damping.ratio": 0.03}))
+    with pytest.raises(ValueError, match=r"differ in structure\.damping\.ratio"):
+        explain(posterior, changed)
+
+
+def test_explain_needs_a_candidate(posterior):
+    with pytest.raises(ValueError, match="No candidate was given"):
+        explain(posterior, effects.library(experiment(), []))

@@ -1,0 +1,188 @@
+"""_whereabouts: each effect sits where it was said to sit, or where what it is about sits."""
+
+import jax
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+from skfem import Basis, ElementQuadBFS
+
+import bayes_placement as bp
+from bayes_placement import effects, finite_elements
+from bayes_placement.criticism.missing._whereabouts import places as found_places
+from bayes_placement.criticism.missing._whereabouts import whereabouts
+from bayes_placement.modes.finite_elements import interpolation, nodal_modes, soft_supports
+from bayes_placement.positions import places
+from bayes_placement.positions import tolerances as supports
+from tests.small_models import Plate
+
+MIDDLES = {"left half": (0.25, 0.3, 0.0), "right half": (0.75, 0.4, 0.0), "strut": (0.1, 0.2, 0.6)}
+RECORDED = {"s1": (0.2, 0.7, 0.1), "s2": (0.9, 0.1, 0.3)}
+COUNT = 4
+POINTS = np.arange(COUNT)
+
+
+def in_space():
+    random = np.random.default_rng(0)
+    position = np.vstack([np.zeros(3), np.ones(3), random.uniform(size=(10, 3))])
+    model = bp.finite_elements.ModalModel.from_arrays(
+        position=position,
+        shape=random.normal(size=(12, 3, 2)),
+        natural_frequency=[30.0, 80.0],
+        modal_mass=1.0,
+    )
+    modes = nodal_modes.modes(
+        model,
+        interpolation.nearest(model),
+        regions={"left half": np.eye(2), "right half": np.eye(2), "nowhere": np.eye(2)},
+        members={"strut": np.eye(2)},
+        centres=MIDDLES,
+    )
+    return bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(0.02)),
+        sensors=[bp.Sensor(name, at=at) for name, at in RECORDED.items()],
+        actuators=[bp.Actuator("a1", at=(0.5, 0.5, 0.5))],
+        frequency=[20.0, 50.0],
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+    )
+
+
+def on_a_line():
+    return bp.Experiment(
+        bp.Structure(
+            bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0),
+            damping=bp.damping.Modal(0.02),
+        ),
+        sensors=[bp.Sensor("s1", at=0.2), bp.Sensor("s2", at=supports.Segment(0.7, within=0.1))],
+        actuators=[bp.Actuator("a1", at=0.3)],
+        frequency=[150.0],
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+    )
+
+
+SPACE, LINE = in_space(), on_a_line()
+
+
+def at(effect, experiment=SPACE, **values):
+    """Places of an effect added to an experiment, given values of fields of its place."""
+    whole = experiment + effect
+    (own,) = whole.effects
+    where = "chain" if whole.chain else "structure.effects"
+    named = {f"{where}.{own.name}.{field}": one for field, one in values.items()}
+    return whereabouts(own, whole, named, COUNT)
+
+
+def test_a_place_is_where_its_coordinates_say():
+    support = supports.Box((0.5, 0.25, 0.125), within=(0.25, 0.0, 0.125))
+    x, z = 0.3 + 0.1 * POINTS, 0.05 * POINTS
+    found = at(effects.point_mass(support, 0.1), **{"at.x": x, "at.z": z})
+    np.testing.assert_allclose(found, np.stack([x, np.full(COUNT, 0.25), z], axis=1))
+
+
+def test_a_place_on_a_member_lies_along_it():
+    start, end = np.array([0.1, 0.2, 0.3]), np.array([0.7, 0.2, 1.1 - 0.05])
+    along = np.linspace(0.0, np.linalg.norm(end - start), COUNT)
+    found = at(effects.point_mass(supports.Member(start, end), 0.1), **{"at.along": along})
+    np.testing.assert_allclose(found, np.linspace(start, end, COUNT), atol=1e-12)
+
+
+def test_any_other_place_says_itself_where_it_is():
+    ball = supports.Ball((0.5, 0.5, 0.5), 0.2)
+    shares = {f"at.share.{axis}": np.linspace(0.1, 0.9, COUNT) for axis in (1, 2, 3)}
+    found = at(effects.point_mass(ball, 0.1), **shares)
+    law = (SPACE + effects.point_mass(ball, 0.1)).structure.effects["point_mass"].at
+    own = jax.jit(
+        lambda *here: places.InBall(here, law.centre, law.radius, law.bounds).coordinates()
+    )
+    for place, here in zip(found, zip(*shares.values(), strict=True), strict=True):
+        np.testing.assert_allclose(place, own(*here))
+    assert np.all(np.linalg.norm(found - 0.5, axis=1) < 0.2)
+
+
+@pytest.mark.parametrize(
+    ("effect", "place"),
+    [
+        (effects.point_mass((0.1, 0.9, 0.4), dist.Uniform(0, 1)), (0.1, 0.9, 0.4)),
+        (effects.region_stiffness_loss("right half", 0.1), MIDDLES["right half"]),
+        (effects.member_preload("strut", 10.0), MIDDLES["strut"]),
+        (effects.gain_error("s2", 0.1), RECORDED["s2"]),
+        (effects.misplaced_sensor("s1", reversed_share=1.0), RECORDED["s1"]),
+    ],
+    ids=lambda one: getattr(one, "name", None),
+)
+def test_what_has_no_place_of_its_own_sits_where_its_part_or_sensor_does(effect, place):
+    np.testing.assert_allclose(at(effect), [place] * COUNT)
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        effects.time_delay(1e-4),
+        effects.sensor_mass(0.1),
+        effects.hysteretic_damping(0.1),
+        effects.region_stiffness_loss("nowhere", 0.1),
+    ],
+    ids=lambda one: one.name,
+)
+def test_nothing_is_made_up_for_what_has_no_known_place(effect):
+    assert np.isnan(at(effect)).all()
+
+
+def test_regions_and_supports_of_matrices_sit_in_their_middle():
+    plate = Plate(cells=(4, 2), size=(0.4, 0.3))
+    left = plate.part(lambda x, y: x < 0.2)
+    matrices = bp.finite_elements.Matrices(
+        **plate.model(), regions={"left": left, "nothing": 0 * left}
+    )
+    edge = soft_supports.edge(matrices, np.array([0.4, 0, 0]), np.array([0.4, 0.3, 0]))
+    basis = Basis(plate.mesh, ElementQuadBFS())
+    modes = finite_elements.modes(
+        matrices,
+        interpolation.scikit_fem(basis, axes=(3,)),
+        up_to=500.0,
+        soft={"right edge": edge},
+    )
+    middles = dict(modes.centres)
+    assert set(middles) == {"left", "right edge"}
+    np.testing.assert_allclose(middles["left"], (0.1, 0.15, 0.0))
+    np.testing.assert_allclose(middles["right edge"], (0.4, 0.15, 0.0))
+    whole = bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(0.02)),
+        sensors=[bp.Sensor("s1", at=(0.1, 0.1, 0.0))],
+        actuators=[bp.Actuator("a1", at=(0.3, 0.1, 0.0))],
+        frequency=[20.0, 50.0],
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+    )
+    soft = at(effects.soft_support("right edge", 1e-6), whole)
+    np.testing.assert_allclose(soft, [(0.4, 0.15, 0.0)] * COUNT)
+
+
+def test_on_a_line_there_is_x_alone():
+    nothing = np.full(COUNT, np.nan)
+    mass = at(effects.point_mass(dist.Uniform(0, 1), 0.1), LINE, at=0.1 * POINTS)
+    np.testing.assert_array_equal(mass, np.stack([0.1 * POINTS, nothing, nothing], axis=1))
+    gain = at(effects.gain_error("s2", 0.1), LINE)
+    np.testing.assert_array_equal(gain[:, 0], 0.7)
+    assert np.isnan(gain[:, 1:]).all()
+
+
+def test_no_other_field_is_taken_for_a_coordinate():
+    delay = at(effects.tuned_absorber((0.2, 0.3, 0.4), 0.1, 50.0, 0.1), **{"attenuation.x": POINTS})
+    np.testing.assert_allclose(delay, [(0.2, 0.3, 0.4)] * COUNT)
+
+
+def test_places_found_are_those_at_the_means():
+    support = supports.Box((0.5, 0.25, 0.125), within=(0.25, 0.0, 0.125))
+    whole = SPACE + effects.point_mass(support, 0.1) + effects.time_delay(1e-4)
+    whole = whole + effects.member_preload("strut", 10.0)
+    means = {"at.x": 0.31, "at.z": 0.2}
+    means = {f"structure.effects.point_mass.{name}": one for name, one in means.items()}
+    found = found_places(whole, means | {"sensor.s1.position": 0.1})
+    assert found == {"point_mass": (0.31, 0.25, 0.2), "axial_preload": MIDDLES["strut"]}
+
+
+def test_places_found_on_a_line_are_numbers():
+    whole = LINE + effects.point_mass(dist.Uniform(0, 1), 0.1)
+    assert found_places(whole, {"structure.effects.point_mass.at": 0.42}) == {"point_mass": 0.42}

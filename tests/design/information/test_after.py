@@ -1,0 +1,193 @@
+"""What a further measurement tells: sharper parameters, and which explanation is right."""
+
+import jax
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+from scipy.stats import multivariate_normal
+
+import bayes_placement as bp
+from bayes_placement import information
+from bayes_placement.design.information._estimator import spread
+from bayes_placement.design.information._knowledge import Posterior, knowledge
+from models import bar
+from tests.design.information.linear import FORMS, SIGMA, linear_experiment
+
+NAME = "chain.offsets.factor"
+ALONG = FORMS / SIGMA
+COVARIANCE = np.array([[0.3, -0.25], [-0.25, 0.6]])
+RATIOS = ("structure.damping.ratio.1", "structure.damping.ratio.2")
+
+
+def estimated(estimator, experiment, moved=()):
+    plan = estimator.plan(experiment, 0, moved)
+    gain = jax.jit(lambda: plan(experiment, experiment.nominal_values()))()
+    return float(gain.kl), float(spread(np.asarray(gain.without)))
+
+
+def normal_draws(mean, covariance, count=4000, seed=1):
+    return {NAME: np.random.default_rng(seed).multivariate_normal(mean, covariance, size=count)}
+
+
+@pytest.fixture(scope="module")
+def linear():
+    return linear_experiment()
+
+
+def test_after_a_measurement_the_gain_is_that_of_its_posterior(linear):
+    """In closed form: half of log det of one plus what the lines tell of the covariance left."""
+    truth = 0.5 * np.linalg.slogdet(np.eye(3) + ALONG.T @ COVARIANCE @ ALONG)[1]
+    after = normal_draws([0.4, -1.0], COVARIANCE)
+    estimator = information.ExpectedGain(n_h=1024, n_p=1, n_y=512, replicates=8, after=after)
+    found, error = estimated(estimator, linear)
+    assert error < 0.03
+    assert abs(found - truth) < 4 * np.hypot(error, 0.01)  # and the draws are but 4000
+    before, _ = estimated(information.ExpectedGain(n_h=512, n_p=1, n_y=256), linear)
+    assert before > found + 0.1
+
+
+def test_draws_belong_together(linear):
+    """Half as much is learnt about two that are known by their difference only."""
+    apart = np.array([[0.3, 0.29], [0.29, 0.3]])
+    draws = Posterior(normal_draws([0.0, 0.0], apart))
+    values = np.asarray(draws.values(np.random.default_rng(0).normal(size=(4, 500, 1)))[NAME])
+    assert values.shape == (4, 500, 2)
+    np.testing.assert_allclose(np.cov(values.reshape(-1, 2).T), apart, atol=0.05)
+    two = Posterior({"one": np.arange(50.0), "other": np.arange(50.0) + 1.0})
+    pair = two.values(np.random.default_rng(1).normal(size=(2, 30, 1)))
+    np.testing.assert_array_equal(pair["other"] - pair["one"], 1.0)
+    assert len(np.unique(pair["one"])) > 20
+    first, second = draws.halves()
+    assert not set(first.draws[NAME][:, 0]) & set(second.draws[NAME][:, 0])
+
+
+def alternatives(linear):
+    """Two explanations that predict different means and spreads."""
+    laws = (([0.4, -1.0], COVARIANCE, 3.0), ([1.1, -0.6], 0.1 * np.eye(2), 1.0))
+    return laws, [
+        information.Alternative(str(number), probability, linear, normal_draws(mean, covariance))
+        for number, (mean, covariance, probability) in enumerate(laws)
+    ]
+
+
+def mutual_information(laws, count=400_000):
+    """By Monte Carlo with the exact densities of the data."""
+    weights = np.array([weight for *_, weight in laws]) / sum(weight for *_, weight in laws)
+    exact = [
+        multivariate_normal(mean @ ALONG, np.eye(3) + ALONG.T @ covariance @ ALONG)
+        for mean, covariance, _ in [(np.array(m), c, w) for m, c, w in laws]
+    ]
+    told = 0.0
+    for number, (law, weight) in enumerate(zip(exact, weights, strict=True)):
+        y = law.rvs(count, random_state=number)
+        densities = np.array([one.pdf(y) for one in exact])
+        told += weight * np.mean(np.log(densities[number] / (weights @ densities)))
+    return told
+
+
+def test_separation_is_the_mutual_information(linear):
+    laws, several = alternatives(linear)
+    truth = mutual_information(laws)
+    found, error = estimated(information.Separation(several, n_p=1024, n_y=512), linear)
+    assert 0.1 < truth < np.log(2)
+    assert error < 0.02
+    assert abs(found - truth) < 4 * np.hypot(error, 0.005)
+
+
+def test_explanations_that_predict_alike_are_not_told_apart(linear):
+    _, several = alternatives(linear)
+    found, error = estimated(information.Separation([several[0], several[0]]), linear)
+    assert abs(found) < 4 * error + 1e-3
+
+
+def test_a_structure_of_its_own_predicts_by_itself():
+    """A mass that is there or not: plain to see where the structure moves, not at a node."""
+    base = bar.placed(0.4, 0.45, bp.noise.Gaussian(0.02), structure=bar.bar(0.04, 0.04))
+    heavy = base + bp.effects.point_mass(mass=dist.Uniform(0.3, 0.5), at=0.35, name="mass")
+    light = base + bp.effects.ground_spring(
+        stiffness=dist.Uniform(1e6, 2e6), at=0.35, name="spring"
+    )
+    rng = np.random.default_rng(0)
+    several = [
+        information.Alternative(name, 1.0, one, {unknown: rng.uniform(low, high, 200)})
+        for name, one, unknown, (low, high) in (
+            ("mass", heavy, "structure.effects.mass.mass", (0.3, 0.5)),
+            ("spring", light, "structure.effects.spring.stiffness", (1e6, 2e6)),
+        )
+    ]
+    estimator = information.Separation(several, n_p=64, n_y=64)
+    found = bp.information_map(base, {"s1": [0.06, 0.35]}, estimator=estimator)
+    assert np.all(found["kl"] < np.log(2) + 1e-9)
+    assert float(found["kl"].max()) > 0.3
+
+
+def test_what_stays_mounted_is_known_by_the_measurement():
+    experiment = bar.placed(0.25, 0.3, bp.noise.Gaussian(0.05))
+    rng = np.random.default_rng(2)
+    after = {name: rng.uniform(0.03, 0.05, 50) for name in RATIOS}
+    after |= {
+        f"{one}.position": rng.normal(0.26, 0.001, 50) for one in ("sensor.s1", "actuator.a1")
+    }
+    assert knowledge(experiment, after, ["s1"]).names == (*RATIOS, "actuator.a1.position")
+    assert knowledge(experiment, after, ["s1", "a1"]).names == RATIOS
+    assert knowledge(experiment, None, ["s1"]).names == RATIOS
+
+
+@pytest.mark.parametrize(
+    "estimator", [information.KDE(n_h=64, n_p=64), information.Exact(n_h=64, nodes=8)]
+)
+def test_each_estimator_goes_on_from_a_posterior(estimator):
+    """Nothing is left to be learnt of what is known, and the nominal values are its means."""
+    experiment = bar.placed(0.25, 0.3, bp.noise.Gaussian(0.02))
+    rng = np.random.default_rng(2)
+    sharp = {name: rng.normal(0.035, 1e-5, 50) for name in RATIOS}
+    half = {RATIOS[0]: rng.uniform(0.02, 0.06, 50), RATIOS[1]: rng.normal(0.035, 1e-5, 50)}
+    places = {"s1": [0.25], "a1": [0.25]}
+    told = [
+        float(bp.information_map(experiment, places, estimator=one)["kl"][0, 0])
+        for one in (
+            estimator,
+            type(estimator)(**(sizes(estimator) | {"after": half})),
+            type(estimator)(**(sizes(estimator) | {"after": sharp})),
+        )
+    ]
+    assert told[0] > told[1] + 0.2 and told[1] > told[2]
+    assert abs(told[2]) < 1e-3
+
+
+def test_nominal_values_are_the_means_after_the_measurement():
+    experiment = bar.placed(0.25, 0.3, None)
+    rng = np.random.default_rng(2)
+    after = {name: rng.uniform(0.02, 0.03, 50) for name in RATIOS}
+    estimator = information.KDE(n_h=64, n_p=64, after=after)
+    means = {name: float(values.mean()) for name, values in after.items()}
+    places = {"s1": [0.25], "a1": [0.25]}
+    found = bp.information_map(experiment, places, estimator=estimator)
+    same = bp.information_map(experiment, places, estimator=estimator, nominal=means)
+    other = bp.information_map(experiment, places, estimator=estimator, nominal={RATIOS[1]: 0.021})
+    assert float(found["kl"][0, 0]) == pytest.approx(float(same["kl"][0, 0]), rel=1e-9)
+    assert abs(float(found["kl"][0, 0] - other["kl"][0, 0])) > 0.01
+
+
+def sizes(estimator):
+    return {name: value for name, value in estimator.settings().items() if name != "estimator"}
+
+
+def test_draws_that_lack_a_parameter_are_refused():
+    experiment = bar.placed(0.25, 0.3, bp.noise.Gaussian(0.05))
+    one = information.KDE(after={RATIOS[0]: np.ones(4)})
+    with pytest.raises(ValueError, match=r"Draws of .*ratio.1 were given, but .*ratio.2 as"):
+        one.plan(experiment, 0)
+
+
+def test_one_explanation_is_not_told_apart(linear):
+    _, several = alternatives(linear)
+    with pytest.raises(ValueError, match=r"Separation was given 0; at least two explanations"):
+        information.Separation(several[:1])
+
+
+def test_separation_needs_the_output_error(linear):
+    _, several = alternatives(linear)
+    silent = bar.placed(0.25, 0.3, None)
+    with pytest.raises(ValueError, match=r"information.Separation was given .*noise=None"):
+        information.Separation(several).plan(silent, 0)

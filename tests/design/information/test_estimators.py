@@ -1,0 +1,207 @@
+"""estimators: the paper's numbers, exact integrals, and a linear experiment in closed form."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import information
+from bayes_placement.design.information._estimator import placement_laws, spread
+from bayes_placement.experiment.noise import Data
+from bayes_placement.inference import _tensor_quadrature
+from models import bar
+from tests.design.information.linear import FORMS, SCALES, SIGMA, linear_experiment
+from tests.test_reference import BOTH, EXACT_TABLE, FIRST, KDE_TABLE, P1, P2, P4, SECOND
+
+SMALL_ERROR = 0.02
+RATIOS = ("structure.damping.ratio.1", "structure.damping.ratio.2")
+TABLE = {(kernel, ratios, places): kl for kernel, ratios, places, kl, *_ in KDE_TABLE}
+
+
+def estimated(estimator, experiment, seed=0, **nominal):
+    plan = estimator.plan(experiment, seed)
+    values = experiment.nominal_values() | nominal
+    gain = jax.jit(lambda: plan(experiment, values))()
+    return float(gain.kl), float(spread(np.asarray(gain.without)))
+
+
+@pytest.mark.parametrize(
+    ("kernel", "ratios", "places", "points"),
+    [
+        ("soize", BOTH, P2, "sobol"),
+        ("soize", BOTH, P1, "plain"),
+        ("soize", BOTH, P4, "sobol"),
+        ("soize", FIRST, P1, "sobol"),
+        ("silverman", SECOND, P2, "sobol"),
+    ],
+)
+def test_kde_has_the_numbers_of_the_paper(kernel, ratios, places, points):
+    experiment = bar.placed(*places, noise=None, structure=bar.bar(*ratios))
+    found, error = estimated(information.KDE(kernel=kernel, points=points), experiment)
+    mean, spread = TABLE[kernel, ratios, places]
+    assert 0 < error < 2 * spread
+    assert abs(found - mean) < 4 * np.hypot(error, spread / np.sqrt(20))
+
+
+def test_products_of_modes_are_the_responses():
+    """The short way in single precision beside the long one in double."""
+    experiment = bar.placed(*P2, noise=bp.noise.Gaussian(0.02))
+    estimator = information.KDE(n_h=64, n_p=100)
+    short, _ = estimated(estimator, experiment)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(information.kde._modal_products, "factorise", lambda _: False)
+        long, _ = estimated(estimator, experiment)
+    assert short == pytest.approx(long, rel=1e-4)
+
+
+@pytest.mark.parametrize("row", [EXACT_TABLE[0], EXACT_TABLE[1], EXACT_TABLE[5]])
+def test_exact_has_the_numbers_of_the_reference(row):
+    sigma, places, expected = row
+    experiment = bar.placed(*places, bp.noise.Gaussian(sigma))
+    found, error = estimated(information.Exact(n_h=512, nodes=32), experiment)
+    assert 0 < error < 0.03
+    assert abs(found - expected[4]) < 4 * error + 1e-4
+
+
+@pytest.fixture(scope="module")
+def linear():
+    return linear_experiment()
+
+
+def closed_form():
+    slopes = (SCALES[:, None] * FORMS).T / SIGMA
+    return 0.5 * np.linalg.slogdet(np.eye(3) + slopes @ slopes.T)[1]
+
+
+def test_the_expected_gain_of_a_linear_experiment_is_the_closed_form(linear):
+    estimator = information.ExpectedGain(n_h=2048, n_p=1, n_y=512, replicates=8)
+    found, error = estimated(estimator, linear)
+    assert error < 0.02
+    assert abs(found - closed_form()) < 3 * error
+
+
+def test_its_bias_falls_like_one_over_the_draws(linear):
+    sizes, biases, errors = [8, 16, 32], [], []
+    for size in sizes:
+        estimator = information.ExpectedGain(
+            n_h=size, n_p=1, n_y=256, points="plain", replicates=64
+        )
+        found, error = estimated(estimator, linear)
+        biases.append(found - closed_form())
+        errors.append(error)
+    assert biases[0] > 10 * errors[0]
+    # Four times the draws: a fourth of the bias, but for what is of second order.
+    ratio = biases[0] / biases[2]
+    assert ratio == pytest.approx(4.0, abs=3 * ratio * errors[2] / biases[2] + 1.0)
+
+
+def exact_divergences(experiment, count):
+    """Divergence for data that the prior predicts, all integrals by Gauss quadrature."""
+    laws = placement_laws(experiment)
+    nodes = _tensor_quadrature.nested(experiment, laws, 32)
+    node, weight = np.polynomial.legendre.leggauss(12)
+    first, second = (one.ravel() for one in np.meshgrid(0.04 + 0.02 * node, 0.04 + 0.02 * node))
+    log_weight = np.log(np.outer(weight / 2, weight / 2).ravel())
+
+    @jax.jit
+    def likelihoods(z):
+        data = Data(z, np.ones(z.shape, dtype=bool))
+        several = {RATIOS[0]: jnp.asarray(first), RATIOS[1]: jnp.asarray(second)}
+        return jax.lax.map(
+            lambda one: _tensor_quadrature.log_likelihood(experiment.fix(one), data, nodes),
+            several,
+            batch_size=16,
+        )
+
+    respond = jax.jit(lambda values: experiment.fix(values).predict())
+    random = np.random.default_rng(0)
+    for _ in range(count):
+        values = {name: random.uniform(0.02, 0.06) for name in RATIOS}
+        values |= {name: float(random.uniform(law.low, law.high)) for name, law in laws.items()}
+        z = respond(values)
+        z += SMALL_ERROR * random.standard_normal(z.shape)
+        yield information.from_prior_draws(np.asarray(likelihoods(z)), log_weight).kl
+
+
+def test_the_expected_gain_of_the_bar_is_the_mean_of_exact_divergences():
+    """Placement unknown by 4 cm, which moves the outputs by thirty times their error."""
+    experiment = bar.placed(*P2, bp.noise.Gaussian(SMALL_ERROR))
+    exact = np.fromiter(exact_divergences(experiment, 100), float)
+    truth, deviation = exact.mean(), exact.std(ddof=1) / 10
+    assert deviation < 0.05 < truth / 20
+    for places in (16, 64):
+        found, error = estimated(information.ExpectedGain(n_p=places), experiment)
+        assert abs(found - truth) < 3 * np.hypot(error, deviation)
+
+
+def test_one_more_sensor_teaches_no_less():
+    base = bar.placed(0.25, 0.25, bp.noise.Gaussian(SMALL_ERROR))
+    told = []
+    for count in (1, 2):
+        one = bp.Experiment(
+            base.structure,
+            sensors=[
+                bp.Sensor(f"s{number}", at=bp.positions.Segment(at, within=0.04))
+                for number, at in enumerate((0.25, 0.75)[:count])
+            ],
+            actuators=list(base.actuator.values()),
+            frequency=base.frequency,
+            observe=base.observe,
+            noise=base.noise,
+        )
+        told.append(estimated(information.ExpectedGain(n_p=16), one))
+    (fewer, first), (more, second) = told
+    assert more - fewer > 3 * np.hypot(first, second)
+
+
+def test_more_is_learnt_where_the_output_error_is_less(linear):
+    small = information.ExpectedGain(n_h=128, n_p=1, n_y=128)
+    coarse = eqx.tree_at(lambda tree: tree.noise, linear, bp.noise.Gaussian(10 * SIGMA))
+    assert estimated(small, linear)[0] > 3 * estimated(small, coarse)[0]
+
+
+def known():
+    return bar.placed(*P2, bp.noise.Gaussian(0.05), structure=bar.bar(0.04, 0.04))
+
+
+def certain(noise):
+    whole = bar.placed(*P2, noise)
+    places = {name: v for name, v in whole.nominal_values().items() if "position" in name}
+    return whole.fix(places)
+
+
+@pytest.mark.parametrize(
+    ("estimator", "make", "message"),
+    [
+        (information.KDE(), known, r"no unknown parameter; at least one is needed"),
+        (information.KDE(), lambda: certain(None), r"no position or angle is a distribution"),
+        (information.Exact(), lambda: bar.placed(*P2, None), r"noise=None; the output error"),
+        (information.ExpectedGain(), lambda: certain(None), r"ExpectedGain was given .*noise=None"),
+        (
+            information.Exact(),
+            lambda: bar.placed(*P2, bp.noise.Gaussian(dist.HalfNormal(0.1))),
+            r"noise.Gaussian of unknown level",
+        ),
+        (
+            information.KDE(points="halton"),
+            lambda: bar.placed(*P2, None),
+            r"points='halton' .*'sobol' or 'plain'",
+        ),
+        (
+            information.KDE(n_h=3),
+            lambda: bar.placed(*P2, None),
+            r"n_h=3 points in replicates=4 were given; at least two",
+        ),
+    ],
+)
+def test_what_cannot_be_estimated_is_refused(estimator, make, message):
+    with pytest.raises(ValueError, match=message):
+        estimator.plan(make(), 0)
+
+
+def test_a_kernel_that_does_not_exist_is_refused():
+    with pytest.raises(ValueError, match=r"no kernel 'cosine'. The kernels are soize and"):
+        information.KDE(kernel="cosine")

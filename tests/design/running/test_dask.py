@@ -1,0 +1,113 @@
+"""Dask: the same map from two local workers, also when one is killed, or the whole run."""
+
+import os
+import sys
+from functools import partial
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import information
+from bayes_placement.design.running import _cells, _executors, _running
+from models import bar
+from tests.design import killed, small_maps
+
+EXTRA = 'a cluster needs pip install "bayes_placement[dask]"'
+dask = pytest.importorskip("dask", reason=EXTRA)
+distributed = pytest.importorskip("distributed", reason=EXTRA)
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    with bp.design.workers(2, dask="local") as executor:
+        yield executor
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return small_maps.computed()
+
+
+def test_the_map_is_the_same_bit_for_bit(cluster, whole):
+    shares = []
+    assert small_maps.computed(executor=cluster, progress=shares.append).identical(whole)
+    np.testing.assert_allclose(shares, np.arange(13) / 12)
+
+
+def test_a_scheduler_is_found_by_its_address(cluster, whole):
+    address = cluster._client.scheduler.address
+    with bp.design.workers(dask=address) as executor:
+        assert small_maps.computed(executor=executor).identical(whole)
+
+
+def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, whole, tmp_path, monkeypatch):
+    marker = tmp_path / "killed"
+    monkeypatch.setattr(_running, "compute_sent", partial(small_maps.stop_once, marker))
+    assert small_maps.computed(executor=cluster).identical(whole)
+    worker = int(marker.read_text())
+    assert worker != os.getpid()
+    killed.until(lambda: killed.gone(worker))
+
+
+def test_an_error_arrives_in_words_and_leaves_nothing_waiting(cluster, monkeypatch):
+    monkeypatch.setattr(_running, "compute_sent", small_maps.fail)
+    with pytest.raises(ValueError, match="Stiffness was given as zero"):
+        small_maps.computed(executor=cluster)
+    futures = cluster._client.futures
+    assert not [one for one in futures.values() if one.status == "pending"]
+
+
+def test_an_estimate_that_cannot_be_made_is_refused_by_its_own_words(cluster):
+    experiment = bar.placed(0.3, 0.3, None)
+    with pytest.raises(ValueError, match=r"was given an experiment with noise=None; the output"):
+        bp.information_map(
+            experiment, {"s1": [0.2]}, estimator=information.Exact(), executor=cluster
+        )
+
+
+@pytest.mark.parametrize("whose", ["its own workers", "workers that live on"])
+def test_a_run_that_is_killed_goes_on(whose, cluster, whole, tmp_path, monkeypatch):
+    client = cluster._client
+    own = whose == "its own workers"
+    before, workers = killed.killed_half_way(tmp_path, "local" if own else client.scheduler.address)
+    killed.until(lambda: not any(client.processing().values()))  # nothing is done for nobody
+    killed.until(lambda: not own or all(map(killed.gone, workers)))
+    counted, sent = [], _cells.Chunk.sent
+
+    def count(chunk):
+        counted.append(chunk)
+        return sent(chunk)
+
+    def again():
+        found = small_maps.computed(executor=cluster, store=tmp_path / "store")
+        assert found.identical(whole)
+
+    monkeypatch.setattr(_cells.Chunk, "sent", count)
+    # Workers that live on end what each has in hand, for nobody.
+    killed.goes_on(tmp_path, before, again, counted, twice=1 if own else 2)
+
+
+def test_an_address_and_a_number_of_workers_are_refused():
+    with (
+        pytest.raises(ValueError, match=r"2 workers were asked for together with .* tcp://host:1"),
+        bp.design.workers(2, dask="tcp://host:1"),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "no such thing"])
+def test_a_scheduler_that_does_not_answer_is_named(address):
+
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "0.5s"}),
+        pytest.raises(ConnectionError, match=f"No Dask scheduler answers at {address}"),
+        bp.design.workers(dask=address),
+    ):
+        pass
+
+
+def test_without_dask_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ImportError, match=r'pip install "bayes_placement\[dask\]"'):
+        _executors._distributed()

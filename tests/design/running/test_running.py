@@ -1,0 +1,499 @@
+"""running: chunks kept in files, computed by any executor, lost workers, runs that are killed."""
+
+import io
+import os
+import sys
+import threading
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+import xarray as xr
+
+import bayes_placement as bp
+from bayes_placement import information
+from bayes_placement.design.running import _cells, _executors, _running, _store
+from bayes_placement.design.running._fingerprint import fingerprint
+from bayes_placement.io.model import read
+from models import bar
+from tests.design import at_work, killed, small_maps
+from tests.design.small_maps import CELLS, computed
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return computed()
+
+
+@pytest.fixture(scope="module")
+def processes():
+    with bp.design.workers(2) as executor:
+        yield executor
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory, whole):
+    folder = tmp_path_factory.mktemp("kept")
+    assert computed(store=folder).identical(whole)
+    return folder
+
+
+@pytest.fixture
+def store(kept, tmp_path):
+    """A store of its own that holds the whole map."""
+    for path in kept.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    return tmp_path
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Chunks that were computed here."""
+    found = []
+
+    def count(chunk):
+        found.append(chunk)
+        return _cells.compute(chunk)
+
+    monkeypatch.setattr(_running, "compute", count)
+    return found
+
+
+# Results in files.
+
+
+def test_only_what_is_missing_is_computed(store, whole, counted):
+    names = sorted(store.iterdir())
+    assert len(names) == CELLS
+    shares = []
+    assert computed(store=store, progress=shares.append).identical(whole)
+    assert not counted and shares == [1.0]
+    names[3].unlink()
+    assert computed(store=str(store), progress=shares.append).identical(whole)
+    assert len(counted) == 1 and shares[1:] == [11 / 12, 1.0]
+
+
+def test_a_file_says_by_itself_what_is_in_it(kept, whole):
+    cells = []
+    for path in kept.iterdir():
+        with xr.open_dataset(path, engine="h5netcdf") as found:
+            assert found.attrs["estimator"] == "KDE" and found.attrs["n_h"] == "128"
+            assert found.attrs["key"] == 0 and found.attrs["bayes_placement"] == bp.__version__
+            assert found["kl"].attrs["units"] == "nat" and found["recorded"].attrs["units"] == "m"
+            where = dict(zip(found["transducer"].values, found["recorded"].values, strict=True))
+            cell = whole.sel({name: at[0] for name, at in where.items()})
+            assert found["kl"].values[0] == cell["kl"]
+            np.testing.assert_array_equal(found["kl_without"].values[0], cell["kl_without"])
+            cells.append(tuple(at[0] for at in where.values()))
+    assert len(set(cells)) == CELLS
+
+
+def cut(content):
+    return content[: len(content) // 2]
+
+
+def flipped(content):
+    """One bit of the largest number that is stored is another."""
+    path = content.find(np.float64(content_number(content)).tobytes())
+    return content[:path] + bytes([content[path] ^ 1]) + content[path + 1 :]
+
+
+def content_number(content):
+    with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as found:
+        return float(found["kl_without"].values[0, 2])
+
+
+def foreign(content):
+    return bytes(xr.Dataset({"kl": ("cell", [1.0])}).to_netcdf(engine="h5netcdf"))
+
+
+@pytest.mark.parametrize("harm", [lambda content: b"", cut, lambda one: one[:-1], flipped, foreign])
+def test_a_damaged_file_is_computed_anew_and_said(harm, store, whole, counted):
+    path = sorted(store.iterdir())[5]
+    content = path.read_bytes()
+    path.write_bytes(harm(content))
+    assert path.read_bytes() != content
+    with pytest.warns(UserWarning, match=rf"{path.name} is damaged \(.*computed anew"):
+        assert computed(store=store).identical(whole)
+    assert len(counted) == 1
+    assert computed(store=store).identical(whole) and len(counted) == 1
+
+
+def test_what_a_killed_writer_left_is_of_no_consequence(store, whole, counted):
+    for path in list(store.iterdir())[:2]:
+        (store / f".{path.stem}-abc.nc").write_bytes(b"half")
+        path.unlink()
+    assert computed(store=store).identical(whole) and len(counted) == 2
+
+
+def test_a_file_that_may_not_be_read_is_an_error(store, monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(_store.Path, "read_bytes", refuse)
+    with pytest.raises(PermissionError, match="Permission denied"):
+        computed(store=store)
+
+
+def test_two_runs_may_write_one_file_at_once(tmp_path):
+    chunk = small_maps.chunks()[0]
+    result = np.linspace(1, 2, 5)[None]
+    found = []
+
+    def write():
+        for _ in range(10):
+            _store.Store(tmp_path).write(chunk, result)
+            found.append(_store.Store(tmp_path).read(chunk))
+
+    threads = [threading.Thread(target=write) for _ in range(2)]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+    np.testing.assert_array_equal(found, [result] * 20)
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_file_in_the_place_of_a_folder_is_refused(tmp_path):
+    path = tmp_path / "file"
+    path.touch()
+    with pytest.raises(ValueError, match=r"file' is a file. A folder is needed"):
+        computed(store=path)
+
+
+# Names of files.
+
+
+def test_names_are_the_same_in_any_process(processes):
+    several = small_maps.structures()
+    other = processes.submit(small_maps.fingerprints, several).result()
+    assert other == small_maps.fingerprints(several) and len(set(other)) == 3
+
+
+def test_each_that_determines_a_result_is_in_its_name(monkeypatch, tmp_path):
+    def name(chunk):
+        return _store.Store(tmp_path)._path(chunk).name
+
+    first, *others = small_maps.chunks()
+    places = {"s1": small_maps.PLACES["s1"][:3], "a1": small_maps.PLACES["a1"]}
+    (pair, *_), several = small_maps.chunks(size=2), others
+    several += [
+        small_maps.chunks(seed=1)[0],
+        small_maps.chunks(information.KDE(n_h=128, n_p=65))[0],
+        small_maps.chunks(information.KDE(n_h=128, n_p=64, points="plain"))[0],
+        small_maps.chunks(places=places)[0],
+        pair,
+        pair._replace(place=pair.place[:1]),  # filled up: of another length
+    ]
+    names = {name(one) for one in [first, *several]}
+    assert len(names) == 1 + len(several)
+    assert name(small_maps.chunks()[0]) in names
+    monkeypatch.setattr(_store, "VERSION", "0.0.0")
+    assert name(first) not in names
+
+
+def test_what_is_compiled_does_not_depend_on_where_candidates_are():
+    first = small_maps.chunks()[0].task
+    places = {name: at + 0.01 for name, at in small_maps.PLACES.items()}
+    moved = small_maps.chunks(places=places)[0].task
+    fewer = small_maps.chunks(places={"s1": places["s1"][:2], "a1": places["a1"]})[0].task
+    assert moved.program == first.program and moved.content != first.content
+    others = [fewer, small_maps.chunks(seed=1)[0].task]
+    assert len({one.program for one in [first, *others]}) == 3
+
+
+LAWS = [
+    dist.Uniform(0.0, 1.0),
+    dist.Uniform(0.0, 2.0),
+    dist.Uniform(np.zeros(1), 1.0),
+    dist.LogUniform(1.0, 2.0),
+    dist.LogUniform(1.0, 3.0),
+    dist.TruncatedNormal(0.0, 1.0, low=0.0),
+    dist.TruncatedNormal(0.0, 1.0, low=0.1),
+    dist.Normal(0.0, 1.0).expand([3]),
+    dist.Normal(0.0, 1.0).expand([3]).to_event(1),
+    dist.MixtureSameFamily(dist.Categorical(np.array([0.4, 0.6])), dist.Normal(np.arange(2.0), 1)),
+    dist.MixtureSameFamily(dist.Categorical(np.array([0.6, 0.4])), dist.Normal(np.arange(2.0), 1)),
+    dist.MixtureSameFamily(dist.Categorical(np.array([0.6, 0.4])), dist.Normal(np.arange(2.0), 2)),
+]
+VALUES = [
+    np.zeros(4),
+    np.zeros((2, 2)),
+    np.zeros((4, 1)),
+    np.zeros(4, np.int64),
+    np.zeros(8, np.float32),
+    np.array(["a", "bc"]),
+    np.array(["ab", "c"]),
+    np.array(["ab", "c"], object),
+    ["a", "bc"],
+    ["ab", "c"],
+    ("ab", "c"),
+    {"a": 1, "b": 2},
+    {"b": 2, "a": 1},
+    {1, 2},
+    0,
+    0.0,
+    False,
+    None,
+    "",
+    b"",
+    "None",
+    np.sin,
+    cut,
+    foreign,
+    dist.Normal,
+    range(3),
+    range(4),
+]
+
+
+@pytest.mark.parametrize("values", [LAWS, VALUES])
+def test_content_that_differs_has_another_name(values):
+    names = [fingerprint(one) for one in values]
+    assert len(set(names)) == len(names)
+    assert names == [fingerprint(one) for one in values]
+
+
+OWN = """
+import equinox as eqx
+
+class Own(eqx.Module):
+    factor: float = 1.0
+
+    def value(self):
+        return self.factor * 2.0
+"""
+
+
+def test_the_text_of_a_class_of_the_user_is_in_the_name(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    found = []
+    for number, text in enumerate([OWN, OWN.replace("2.0", "3.0"), OWN.replace("2.0", "4.0")]):
+        (tmp_path / f"own_{number}.py").write_text(text)
+        one = __import__(f"own_{number}").Own
+        one.__module__ = "own"
+        monkeypatch.setitem(sys.modules, "own", sys.modules[f"own_{number}"])
+        found.append(fingerprint(one()))
+    assert len(set(found)) == 3
+
+
+# Executors.
+
+
+def test_threads_and_processes_find_the_same_bit_for_bit(whole, processes):
+    with ThreadPoolExecutor(2) as threads:
+        assert computed(executor=threads).identical(whole)
+    shares = []
+    assert computed(executor=processes, progress=shares.append).identical(whole)
+    np.testing.assert_allclose(shares, np.arange(CELLS + 1) / CELLS)
+
+
+def test_a_task_travels_packed_once():
+    several = small_maps.chunks()
+    assert several[0].sent().packed is several[1].sent().packed
+    opened = _cells._opened(several[0].sent().packed)
+    assert opened.content == several[0].task.content
+    assert _cells._opened(several[1].sent().packed) is opened
+
+
+def test_few_chunks_are_handed_out_at_once(whole, monkeypatch):
+    monkeypatch.setattr(_running, "AHEAD", 3)
+    held, most = set(), []
+
+    class Few(Executor):
+        def submit(self, fn, /, *args):
+            future = threads.submit(fn, *args)
+            held.add(future)
+            most.append(sum(not one.done() for one in held))
+            return future
+
+    with ThreadPoolExecutor(1) as threads:
+        assert computed(executor=Few()).identical(whole)
+    assert len(most) == CELLS and max(most) <= 3
+
+
+def test_a_chunk_that_was_filled_up_is_cut(monkeypatch):
+    monkeypatch.setattr(_running, "compute_sent", lambda sent: sent.candidate)
+    several = small_maps.chunks(size=5)
+    for one, result in _running._elsewhere(several, Breaking(9)):
+        np.testing.assert_array_equal(result, one.candidate[: len(one.place)])
+    assert [len(one.place) for one in several] == [5, 5, 2]
+
+
+class Stopped(BaseException):
+    """Somebody stops a run."""
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, Stopped])
+def test_nothing_is_left_waiting_when_a_run_is_stopped(error, monkeypatch):
+    futures = []
+
+    def stop(share):
+        if share > 0:
+            raise error
+
+    class Noting(Executor):
+        def submit(self, fn, /, *args):
+            futures.append(threads.submit(fn, *args))
+            return futures[-1]
+
+    with ThreadPoolExecutor(1) as threads:
+        with pytest.raises(error):
+            computed(executor=Noting(), progress=stop)
+        assert len(futures) == CELLS and all(one.cancelled() or one.done() for one in futures[3:])
+    assert sum(one.cancelled() for one in futures) >= CELLS - 4
+
+
+def test_an_error_in_a_worker_arrives_in_words(processes, tmp_path, monkeypatch):
+    monkeypatch.setattr(_running, "compute_sent", small_maps.fail)
+    with pytest.raises(ValueError, match="Stiffness was given as zero"):
+        computed(executor=processes, store=tmp_path)
+    assert 1 <= len(list(tmp_path.iterdir())) < CELLS - 2  # what came before is kept
+
+
+def test_what_cannot_travel_is_refused(processes):
+    class Inner(information.KDE.__base__):
+        replicates: int = 4
+
+        def typical(self):
+            return {}
+
+        def plan(self, experiment, seed, moved=()):
+            return information.KDE(n_h=8, n_p=8).plan(experiment, seed)
+
+    with pytest.raises(ValueError, match=r"cannot be sent to another process: .*Inner"):
+        bp.information_map(
+            bar.placed(0.3, 0.3, None), {"s1": [0.2]}, estimator=Inner(), executor=processes
+        )
+
+
+MODEL = """
+import equinox as eqx
+import numpy as np
+from bayes_placement.information import KDE
+from models import bar
+
+class Mine(KDE.__base__):
+    replicates: int = eqx.field(static=True, default=4)
+
+    def typical(self):
+        return {}
+
+    def plan(self, experiment, seed, moved=()):
+        return KDE(n_h=64, n_p=32).plan(experiment, seed)
+
+mine = Mine()
+experiment = bar.placed(0.3, 0.3, None)
+"""
+
+
+def test_a_class_that_workers_cannot_import_is_named(processes, tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(MODEL)
+    experiment = read(path).experiment
+    mine = sys.modules["_model_mine"].mine
+    with pytest.raises(RuntimeError, match=r"No module named '_model_mine'. Classes of your own"):
+        bp.information_map(experiment, {"s1": [0.2]}, estimator=mine, executor=processes)
+
+
+# Lost workers, killed runs.
+
+
+@pytest.fixture
+def numbered(monkeypatch):
+    """Chunks of which a number is sent and nothing else, so that workers need no JAX."""
+    monkeypatch.setattr(_cells.Chunk, "sent", lambda chunk: int(chunk.place[0]))
+    return small_maps.chunks()
+
+
+TENS = [(number, 10 * number) for number in range(CELLS)]
+
+
+class Breaking(Executor):
+    """Breaks once it was given so many."""
+
+    def __init__(self, count):
+        self.left = count
+
+    def submit(self, fn, /, *args):
+        self.left -= 1
+        future = Future()
+        if self.left < 0:
+            future.set_exception(BrokenProcessPool("a process ended"))
+        else:
+            future.set_result(fn(*args))
+        return future
+
+
+def test_a_lost_worker_is_replaced(numbered, tmp_path, monkeypatch):
+    marker = tmp_path / "killed"
+    monkeypatch.setattr(_running, "compute_sent", partial(at_work.stop_once, marker))
+    with bp.design.workers(2) as executor:
+        found = list(_running._elsewhere(numbered, executor))
+        assert executor.submit(os.getpid).result() != int(marker.read_text())
+    assert sorted((int(one.place[0]), int(ten[0])) for one, ten in found) == TENS
+
+
+def test_workers_that_are_lost_again_and_again_are_given_up(numbered, monkeypatch):
+    begun = []
+
+    def new(self):
+        begun.append(Breaking(2))
+        return begun[-1]
+
+    monkeypatch.setattr(_executors.Processes, "_new", new)
+    monkeypatch.setattr(_running, "compute_sent", lambda number: np.array([number]))
+    found = []
+    with (
+        bp.design.workers(1) as executor,
+        pytest.raises(RuntimeError, match=r"A worker was lost.* same store.*may lack memory"),
+    ):
+        found.extend(_running._elsewhere(numbered, executor))
+    assert len(begun) == 1 + _executors.REPLACEMENTS
+
+
+def test_another_pool_that_breaks_leaves_what_was_finished(whole, tmp_path, counted):
+    with pytest.raises(RuntimeError, match=r"A worker was lost.* same store"):
+        computed(executor=Breaking(5), store=tmp_path)
+    assert len(list(tmp_path.iterdir())) == 5
+    assert computed(store=tmp_path).identical(whole) and len(counted) == CELLS - 5
+
+
+def test_a_run_that_is_killed_goes_on(whole, tmp_path, counted):
+    before, _ = killed.killed_half_way(tmp_path)
+
+    def again():
+        assert computed(store=tmp_path / "store").identical(whole)
+
+    killed.goes_on(tmp_path, before, again, counted)
+
+
+def test_workers_end_with_the_process_that_began_them(tmp_path):
+    log = tmp_path / "log"
+    with killed.begun("at_work", log) as process:
+        killed.until(lambda: log.exists() and len(log.read_text().splitlines()) == 2)
+        killed.kill(process)
+    for worker in log.read_text().split():
+        killed.until(lambda worker=worker: killed.gone(int(worker)), seconds=10)
+
+
+# Workers.
+
+
+def test_none_is_this_process():
+    with bp.design.workers() as executor:
+        assert executor is None
+
+
+def test_each_worker_takes_its_share_of_the_cores():
+    with bp.design.workers(2) as executor:
+        threads = executor.submit(os.getenv, "PJRT_NPROC").result()
+    assert int(threads) == max(1, os.cpu_count() // 2)
+
+
+def test_less_than_one_worker_is_refused():
+    with pytest.raises(ValueError, match=r"0 workers were asked for; at least one is needed"):
+        bp.design.workers(0)

@@ -1,0 +1,241 @@
+"""evolutionary: the highest of several hills, rules kept, one program, the same by its seed."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import numpy.testing as npt
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import design, information
+from bayes_placement.design.running import _running
+from bayes_placement.design.search import evolutionary
+from models import bar
+from tests.design import landscapes
+from tests.design.landscapes import Hills, Modal, Nearness, learnt
+from tests.effects import models_in_space
+
+ANYWHERE = bp.positions.Segment(0.5, within=0.46)
+SMALL = information.KDE(n_h=128, n_p=64)
+
+
+SHORT = design.Evolutionary(scattered=2, generations=3)
+
+
+def placed(places, estimator, *, key=0, search=None, **settings):
+    names = [name for name in places if name.startswith("s")]
+    return bp.place(
+        landscapes.experiment(names),
+        places,
+        estimator=estimator,
+        search=search or design.Evolutionary(),
+        key=key,
+        **settings,
+    )
+
+
+def both(**settings):
+    return placed({"s1": ANYWHERE, "a1": ANYWHERE}, Hills(), **settings)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return both()
+
+
+@pytest.mark.parametrize("key", range(3))
+def test_the_narrow_high_hill_is_found_beside_the_broad_low_one(key):
+    found = both(key=key)
+    npt.assert_allclose([found.positions["s1"], found.positions["a1"]], (0.8, 0.15), atol=0.01)
+    assert found.kl == found.tried["kl"].max()
+    # The second best is the top of the other hill, not the next place on the same one.
+    assert found.kl - found.ahead == pytest.approx(0.8, abs=2e-4)
+
+
+def test_it_is_the_best_of_a_fine_grid_by_fewer_trials(found):
+    fine = np.linspace(0.04, 0.96, 47)
+    grid = placed({"s1": fine, "a1": fine}, Hills(), search=design.Exhaustive())
+    assert found.kl > grid.kl - 1e-3
+    assert found.evaluations < grid.evaluations / 2
+
+
+@pytest.mark.parametrize(
+    ("ratios", "best"),
+    [((bar.PRIOR, 0.04), {0.5}), ((bar.PRIOR, bar.PRIOR), {0.25, 0.75})],
+    ids=["the first ratio", "both"],
+)
+def test_the_bar_of_the_paper(ratios, best):
+    """Both ratios have a local maximum at (0.5, 0.5), where the first alone has its best place."""
+    one = bar.placed(0.5, 0.5, None, structure=bar.bar(*ratios))
+    places = {"s1": ANYWHERE, "a1": ANYWHERE}
+    found = bp.place(one, places, estimator=SMALL, search=design.Evolutionary(populations=2))
+    for place in found.positions.values():
+        assert min(abs(float(place) - one) for one in best) < 0.02
+    assert found.evaluations < 1000
+
+
+def test_three_sensors_are_placed_as_well_as_on_a_fine_grid():
+    """The determinant is greatest at the zeros of a Legendre polynomial in the cosine."""
+    names = ("s1", "s2", "s3")
+    found = placed(dict.fromkeys(names, ANYWHERE), Modal(strength=1e4))
+    zeros = np.sort(np.arccos(np.polynomial.legendre.leggauss(3)[0]) / np.pi)
+    here = [float(found.positions[name]) for name in names]
+    npt.assert_allclose(here, zeros, atol=0.01)  # those alike come in their order
+    assert found.kl > learnt(zeros, strength=1e4) - 0.01
+
+
+def test_the_same_seed_finds_the_same_and_another_one_does_not():
+    first, again, other = (both(key=key, search=SHORT) for key in (1, 1, 2))
+    assert first.tried.equals(again.tried)
+    assert not first.tried.equals(other.tried)
+
+
+def test_random_numbers_of_the_user_are_left_alone():
+    np.random.seed(3)
+    before = np.random.get_state()[1].copy()
+    both(search=SHORT)
+    npt.assert_array_equal(before, np.random.get_state()[1])
+
+
+def test_all_generations_are_compiled_once():
+    landscapes.TRACED.clear()
+    found = placed({"s1": ANYWHERE, "s2": ANYWHERE}, Modal(strength=12.0), search=SHORT)
+    assert len(landscapes.TRACED) == 1 and found.evaluations == 5 * 32
+
+
+def test_what_is_kept_is_not_computed_again_and_threads_find_the_same(tmp_path, monkeypatch):
+    first = both(store=tmp_path, search=SHORT)
+    with ThreadPoolExecutor(2) as threads:
+        other = both(executor=threads, search=SHORT)
+    assert other.tried.equals(first.tried)
+    monkeypatch.setattr(_running, "compute", None)
+    assert both(store=tmp_path, search=SHORT).tried.equals(first.tried)
+
+
+def test_nothing_that_is_forbidden_is_ever_tried():
+    forbidden = [(0.7, 1.0), (0.0, 0.1)]
+    found = both(forbidden=forbidden)
+    for name in ("s1", "a1"):
+        assert found.tried[name].between(0.1, 0.7).all()
+    assert found.positions["s1"] > 0.3  # on the other hill
+
+
+def test_a_best_place_at_an_edge_of_what_is_allowed_is_found():
+    found = both(forbidden=[(0.78, 0.9)])
+    assert found.positions["s1"] == pytest.approx(0.78, abs=0.01) and found.positions["s1"] < 0.78
+
+
+def test_sensors_keep_their_distance_and_that_to_those_mounted():
+    one = landscapes.experiment(("s1", "s2", "s3"))  # the third at 0.5
+    places = {"s1": ANYWHERE, "s2": ANYWHERE}
+    found = bp.place(one, places, estimator=Modal(), search=SHORT, least_distance=0.3)
+    several = found.tried[["s1", "s2"]].assign(s3=0.5).to_numpy()
+    assert np.diff(np.sort(several, axis=1), axis=1).min() >= 0.3
+
+
+def test_where_rules_leave_little_it_is_found_all_the_same():
+    found = both(forbidden=[(0.0, 0.6), (0.62, 1.0)], search=SHORT)
+    assert found.tried["a1"].between(0.6, 0.62).all()
+
+
+def test_only_sensors_worth_their_cost_are_placed():
+    cost = {"s1": 1.2, "s2": 1.2}
+    found = placed({"s1": ANYWHERE, "s2": ANYWHERE}, Modal(modes=1), cost=cost)
+    assert found.away == ("s2",)
+    assert found.positions["s1"] == pytest.approx(0.5, abs=0.01)
+    assert found.net == pytest.approx(learnt([0.5], modes=1) - 1.2, abs=1e-3)
+
+
+def test_numbers_on_a_line_are_a_region_from_the_least_to_the_greatest():
+    found = placed({"s1": [0.6, 0.7, 0.9]}, Modal(modes=1), search=SHORT)
+    assert found.tried["s1"].between(0.6, 0.9).all()
+    assert found.positions["s1"] == pytest.approx(0.6, abs=0.01)
+
+
+def test_a_region_is_clipped_to_the_structure():
+    region = bp.positions.Segment(0.9, within=0.3)
+    found = placed({"s1": region}, Modal(modes=2), search=SHORT)
+    assert found.tried["s1"].between(0.6, 1.0).all()
+
+
+def test_progress_runs_from_nothing_to_all():
+    shares = []
+    both(progress=shares.append, search=SHORT)
+    assert shares[0] == 0 and shares[-1] == 1 and np.all(np.diff(shares) >= 0)
+
+
+def in_space(tolerance):
+    scene = models_in_space.plate()
+    return bp.Experiment(
+        bp.Structure(scene.modes, damping=bp.damping.Modal(dist.Uniform(0.005, 0.03))),
+        sensors=[bp.Sensor("s1", at=tolerance)],
+        actuators=[bp.Actuator("a1", at=(0.3, 0.1, 0.0))],
+        frequency=scene.frequency[:3],
+        observe=bp.observe.LogAmplitude("acceleration"),
+        noise=bp.noise.Gaussian(0.02),
+    )
+
+
+BOX = bp.positions.Box((0.1, 0.08, 0.0), within=(0.01, 0.01, 0.0))
+BALL = bp.positions.Ball((0.1, 0.08, 0.0), 0.01)
+
+
+@pytest.mark.parametrize(
+    ("region", "target"),
+    [
+        (bp.positions.Box((0.2, 0.15, 0.0), within=(0.15, 0.1, 0.0)), (0.12, 0.21, 0.0)),
+        (
+            bp.positions.Patch((0.2, 0.15, 0.0), (0, 1, 0), (1, 0, 0), within=(0.1, 0.15)),
+            (0.12, 0.21, 0.0),
+        ),
+        (bp.positions.Member((0.05, 0.05, 0.0), (0.35, 0.25, 0.0)), (0.23, 0.17, 0.0)),
+    ],
+)
+def test_regions_in_space(region, target):
+    found = bp.place(
+        in_space(BOX), {"s1": region}, estimator=Nearness(target), search=design.Evolutionary()
+    )
+    npt.assert_allclose(found.positions["s1"], target, atol=0.004)
+
+
+def test_places_on_a_plate_are_evaluated_as_such():
+    region = bp.positions.Box((0.2, 0.15, 0.0), within=(0.1, 0.1, 0.0))
+    search = design.Evolutionary(populations=1, scattered=1, generations=1)
+    found = bp.place(in_space(BOX), {"s1": region}, estimator=SMALL, search=search)
+    best = tuple(map(float, found.positions["s1"]))
+    again = bp.place(in_space(BOX), {"s1": [best]}, estimator=SMALL)
+    assert found.evaluations == 16 and again.kl == pytest.approx(found.kl, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "region", "message"),
+    [
+        (BOX, [(0.1, 0.1, 0.0), (0.2, 0.1, 0.0)], r'Sensor "s1" was given a list of places; des'),
+        (BOX, BALL, r'Sensor "s1" was to be moved through Ball; a region with straight sides'),
+        (BALL, bp.positions.Box((0.2, 0.15, 0.0), within=(0.1, 0.1, 0.0)), r"law of another form"),
+    ],
+)
+def test_what_one_cannot_move_through_is_refused(tolerance, region, message):
+    with pytest.raises(ValueError, match=message):
+        bp.place(in_space(tolerance), {"s1": region}, estimator=SMALL, search=design.Evolutionary())
+
+
+@pytest.mark.parametrize("places", [[0.3], []])
+def test_one_place_is_no_region(places):
+    with pytest.raises(ValueError, match=r'Sensor "s1" was given a list of places; design.Evol'):
+        placed({"s1": places}, Modal())
+
+
+@pytest.mark.parametrize("settings", [{"populations": 0}, {"size": 2}, {"accuracy": 0.0}])
+def test_settings_without_sense_are_refused(settings):
+    with pytest.raises(
+        ValueError, match=r"at least one population of four, one generation of each"
+    ):
+        design.Evolutionary(**settings)
+
+
+def test_where_nothing_is_told_is_worse_than_anywhere_else():
+    losses = evolutionary._losses(np.array([2.0, -np.inf, -1.0]))
+    np.testing.assert_array_equal(losses, [-2.0, 2.0, 1.0])
+    assert np.isfinite(evolutionary._losses(np.array([-np.inf, -np.inf]))).all()

@@ -1,0 +1,237 @@
+"""Every engine on posteriors in closed form: asymmetric, bimodal, and hopeless ones."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro
+import numpyro.distributions as dist
+import pytest
+
+from bayes_placement import engines
+from bayes_placement._types import no_progress
+from bayes_placement.inference._target import Target
+from bayes_placement.inference.engines.importance import pareto_k
+from bayes_placement.inference.engines.smc import _start
+
+# y = a + 2 b + noise and y' = b + noise, with Gaussian priors of different means and scales: the
+# posterior is Gaussian, correlated, and symmetric in nothing.
+PRIOR_MEAN, PRIOR_SD = np.array([1.0, -2.0]), np.array([0.7, 1.5])
+DESIGN, NOISE, MEASURED = (
+    np.array([[1.0, 2.0], [0.0, 1.0]]),
+    np.array([0.4, 0.9]),
+    np.array([0.3, 1.1]),
+)
+PRECISION = np.diag(PRIOR_SD**-2.0) + DESIGN.T @ np.diag(NOISE**-2.0) @ DESIGN
+COVARIANCE = np.linalg.inv(PRECISION)
+MEAN = COVARIANCE @ (PRIOR_MEAN / PRIOR_SD**2 + DESIGN.T @ (MEASURED / NOISE**2))
+MARGINAL = np.diag(NOISE**2) + DESIGN @ np.diag(PRIOR_SD**2) @ DESIGN.T
+RESIDUAL = MEASURED - DESIGN @ PRIOR_MEAN
+LOG_EVIDENCE = -0.5 * (
+    RESIDUAL @ np.linalg.solve(MARGINAL, RESIDUAL) + np.linalg.slogdet(2 * np.pi * MARGINAL)[1]
+)
+LAWS = {"a": dist.Normal(PRIOR_MEAN[0], PRIOR_SD[0]), "b": dist.Normal(PRIOR_MEAN[1], PRIOR_SD[1])}
+
+
+def linear_gaussian():
+    values = jnp.stack([numpyro.sample(name, law) for name, law in LAWS.items()])
+    numpyro.sample("y", dist.Normal(DESIGN @ values, NOISE), obs=jnp.asarray(MEASURED))
+
+
+def two_modes():
+    x = numpyro.sample("x", dist.Uniform(-3.0, 5.0))
+    numpyro.sample("y", dist.Normal(x**2, 0.05), obs=jnp.asarray(4.0))
+
+
+TWO_MODES = {"x": dist.Uniform(-3.0, 5.0)}
+
+
+def run(engine, model=linear_gaussian, laws=LAWS, key=0, **options):
+    target = Target(model, laws, **options)
+    return target, engine.run(target, jax.random.PRNGKey(key), no_progress)
+
+
+def weights(draws):
+    shape = draws.position.shape[:2]
+    equal = np.full(shape, 1 / np.prod(shape))
+    return equal if draws.log_weight is None else np.exp(np.asarray(draws.log_weight))
+
+
+@pytest.mark.parametrize(
+    ("engine", "effective"),
+    [
+        (engines.Importance(draws=20_000), 400),
+        (engines.Grid(points=48), 1e8),
+        (engines.MAP(starts=4, draws=20_000), 20_000),
+        (engines.NUTS(warmup=300, draws=1000), 1000),
+        (engines.SMC(particles=2000), 1500),
+    ],
+    ids=lambda one: type(one).__name__,
+)
+def test_a_gaussian_posterior_is_found(engine, effective):
+    _, draws = run(engine)
+    weight, position = weights(draws)[..., None], np.asarray(draws.position)
+    mean = np.sum(weight * position, axis=(0, 1))
+    sd = np.sqrt(np.sum(weight * (position - mean) ** 2, axis=(0, 1)))
+    exact = np.sqrt(np.diag(COVARIANCE))
+    tolerance = 5 / np.sqrt(effective) + 1e-4
+    np.testing.assert_array_less(np.abs(mean - MEAN) / exact, tolerance)
+    np.testing.assert_array_less(np.abs(sd / exact - 1), tolerance)
+
+
+@pytest.mark.parametrize(
+    ("engine", "error"),
+    [(engines.Grid(points=48), 1e-4), (engines.MAP(starts=4), 1e-6)],
+    ids=lambda one: type(one).__name__,
+)
+def test_an_exact_evidence_is_exact(engine, error):
+    assert abs(run(engine)[1].log_evidence - LOG_EVIDENCE) < error
+
+
+@pytest.mark.parametrize(
+    "engine",
+    [engines.Importance(draws=20_000), engines.SMC(particles=1000)],
+    ids=["importance", "smc"],
+)
+def test_an_estimated_evidence_knows_its_error(engine):
+    found = [run(engine, key=key)[1] for key in range(3)]
+    deviation = [(one.log_evidence - LOG_EVIDENCE) / one.log_evidence_error for one in found]
+    assert np.all(np.abs(deviation) < 5)
+    assert np.mean(np.square(deviation)) < 4
+
+
+@pytest.mark.parametrize(
+    "engine",
+    [engines.Importance(draws=50), engines.NUTS(warmup=50, draws=50), engines.SMC(particles=80)],
+    ids=lambda one: type(one).__name__,
+)
+def test_the_same_key_gives_the_same_draws(engine):
+    first, second, other = (run(engine, key=key)[1].position for key in (1, 1, 2))
+    np.testing.assert_array_equal(first, second)
+    assert np.any(np.asarray(first) != np.asarray(other))
+
+
+def test_smc_weighs_separate_modes():
+    # x = -2 and x = 2 explain the data alike, and the prior holds both.
+    target, draws = run(engines.SMC(particles=2000), two_modes, TWO_MODES)
+    x = np.asarray(jax.vmap(jax.vmap(target.constrain))(draws.position)["x"])
+    assert abs(np.mean(x > 0) - 0.5) < 0.1
+    assert np.all(np.abs(np.abs(x) - 2.0) < 0.1)
+
+
+def test_nuts_says_that_it_does_not_hop():
+    _, draws = run(engines.NUTS(warmup=200, draws=200), two_modes, TWO_MODES, key=3)
+    assert any("have not mixed: R-hat" in one for one in draws.complaints)
+
+
+def test_a_symmetry_lets_smc_switch_between_modes():
+    # All particles start in one mode, whose differences lead nowhere else: only the mirror does.
+    mirror = (lambda values: {"x": -values["x"]},)
+    for moves, expected in (((), 0.0), (mirror, 0.5)):
+        target = Target(two_modes, TWO_MODES, moves)
+        x = 2.0 + 1e-3 * jax.random.normal(jax.random.PRNGKey(0), (500,))
+        particles = jax.vmap(target.flatten)({"x": x})
+        likelihood = jax.vmap(target.log_likelihood)(particles)
+        start = _start(particles, likelihood, 0)._replace(temperature=jnp.ones(()))
+        engine = engines.SMC(particles=2000, moves=2)
+        moved = jax.jit(lambda key, one: engine._move(target, key, one))(  # noqa: B023
+            jax.random.PRNGKey(1), start
+        )
+        share = np.mean(jax.vmap(target.constrain)(moved.particles)["x"] < 0)
+        assert abs(share - expected) <= 5 * np.sqrt(expected * (1 - expected) / 500)
+
+
+def test_a_wrong_symmetry_biases_nothing():
+    def mirror(values):
+        return {"a": 2.0 - values["a"], "b": values["b"]}
+
+    _, draws = run(engines.SMC(particles=2000), moves=(mirror,))
+    deviation = (np.mean(draws.position, axis=(0, 1)) - MEAN) / np.sqrt(np.diag(COVARIANCE))
+    assert np.all(np.abs(deviation) < 5 / np.sqrt(1500))
+
+
+def test_a_grid_zooms_into_a_narrow_posterior():
+    def narrow():
+        x = numpyro.sample("x", dist.Uniform(0.0, 1.0))
+        numpyro.sample("y", dist.Normal(x, 1e-4), obs=jnp.asarray(0.30005))
+
+    target, draws = run(engines.Grid(points=24), narrow, {"x": dist.Uniform(0.0, 1.0)})
+    x = np.asarray(jax.vmap(jax.vmap(target.constrain))(draws.position)["x"])
+    mean = np.sum(weights(draws) * x)
+    np.testing.assert_allclose(mean, 0.30005, atol=1e-7)
+    np.testing.assert_allclose(np.sum(weights(draws) * (x - mean) ** 2), 1e-8, rtol=1e-3)
+    np.testing.assert_allclose(draws.log_evidence, 0.0, atol=1e-3)
+    assert draws.complaints == ()
+
+
+def test_the_evolutionary_search_finds_the_better_of_two_modes():
+    def tilted():
+        x = numpyro.sample("x", dist.Uniform(-3.0, 5.0))
+        numpyro.sample("y", dist.Normal(x**2 - 0.1 * x, 0.05), obs=jnp.asarray(4.3))
+        numpyro.factor("tilt", 3.0 * x)
+
+    target, draws = run(engines.MAP(search="evolutionary"), tilted, TWO_MODES)
+    np.testing.assert_allclose(target.constrain(draws.mode)["x"], 2.1247, atol=1e-2)
+
+
+def test_laplace_says_when_the_posterior_is_no_gaussian():
+    _, draws = run(engines.MAP(), two_modes, TWO_MODES)
+    assert draws.complaints == ()  # each of the two peaks by itself is near a Gaussian
+
+    def banana():
+        x = numpyro.sample("x", dist.Uniform(-3.0, 5.0))
+        y = numpyro.sample("y", dist.Uniform(-30.0, 30.0))
+        numpyro.sample("z", dist.Normal(y - x**2, 0.01), obs=jnp.asarray(0.0))
+
+    _, draws = run(engines.MAP(), banana, {**TWO_MODES, "y": dist.Uniform(-30.0, 30.0)})
+    assert any("not near the Gaussian" in one or "flat at its" in one for one in draws.complaints)
+
+
+def test_importance_says_when_few_draws_carry_the_weight():
+    _, draws = run(engines.Importance(draws=200), two_modes, TWO_MODES)
+    assert any("Importance sampling is unreliable here" in one for one in draws.complaints)
+
+
+@pytest.mark.parametrize("shape", [0.3, 0.7, 1.2])
+def test_pareto_k_is_that_of_the_tail(shape):
+    weights = np.random.default_rng(1).pareto(1 / shape, 100_000) + 1
+    assert pareto_k(np.log(weights)) == pytest.approx(shape, abs=0.15)
+    assert pareto_k(np.zeros(100)) == 0.0
+
+
+def impossible():
+    numpyro.sample("x", dist.Uniform(0.0, 1.0))
+    numpyro.factor("y", -jnp.inf)
+
+
+@pytest.mark.parametrize(
+    "engine", [engines.Importance(draws=20), engines.SMC(particles=80), engines.MAP(starts=2)]
+)
+def test_data_that_cannot_be_are_an_error(engine):
+    with pytest.raises(ValueError, match=r"[Cc]heck the units"):
+        run(engine, impossible, {"x": dist.Uniform(0.0, 1.0)})
+
+
+def test_a_discrete_unknown_is_an_error():
+    with pytest.raises(ValueError, match="has a discrete law, BernoulliProbs"):
+        Target(linear_gaussian, {"a": dist.Bernoulli(0.5)})
+
+
+def test_a_large_grid_is_an_error():
+    laws = {name: dist.Uniform(0.0, 1.0) for name in "abcde"}
+    with pytest.raises(ValueError, match=r"engines.Grid\(24\) over 5 unknowns has 8e\+06 nodes"):
+        engines.Grid(points=24).run(Target(linear_gaussian, laws), None, no_progress)
+
+
+def test_wrong_settings_are_errors():
+    with pytest.raises(ValueError, match="no search 'simplex'"):
+        engines.MAP(search="simplex")
+    with pytest.raises(ValueError, match="at least two populations of 20 particles"):
+        engines.SMC(particles=30)
+
+
+def test_progress_ends_at_one():
+    for engine in (engines.Importance(draws=40, batch=20), engines.NUTS(warmup=20, draws=20)):
+        shares = []
+        engine.run(Target(linear_gaussian, LAWS), jax.random.PRNGKey(0), shares.append)
+        assert shares[-1] == pytest.approx(1.0)
+        assert shares == sorted(shares)

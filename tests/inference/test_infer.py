@@ -1,0 +1,199 @@
+"""infer: one layout of results whatever the method, reproducible, honest about itself."""
+
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from models import bar
+
+GROUPS = {
+    "posterior",
+    "sample_stats",
+    "log_likelihood",
+    "posterior_predictive",
+    "observed_data",
+    "prior",
+    "estimates",
+}
+SMALL = {
+    "importance": (bp.engines.Importance(draws=60), bp.marginals.KDE(draws=50)),
+    "grid": (bp.engines.Grid(points=12), bp.marginals.Quadrature(points=16)),
+    "map": (bp.engines.MAP(starts=2, draws=50), bp.marginals.Latent()),
+    "nuts": (bp.engines.NUTS(chains=2, warmup=30, draws=30), bp.marginals.Latent()),
+    "smc": (bp.engines.SMC(particles=80, populations=2, moves=3), bp.marginals.Latent()),
+}
+pytestmark = pytest.mark.filterwarnings("ignore::bayes_placement.infer.InferenceWarning")
+
+
+def experiment_and_measurement(noise=0.05):
+    experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(noise))
+    return experiment, experiment.nominal_measurement()
+
+
+@pytest.fixture(scope="module", params=SMALL)
+def small(request):
+    """A tiny run of each method."""
+    engine, marginal = SMALL[request.param]
+    return bp.infer(*experiment_and_measurement(), engine=engine, marginal=marginal, key=3)
+
+
+def test_the_layout_is_the_same_for_every_method(small):
+    assert set(small.children) >= GROUPS
+    unknowns = {one.name for one in experiment_and_measurement()[0].unknowns}
+    assert set(small["posterior"].data_vars) == unknowns == set(small["prior"].data_vars)
+    assert small["posterior"]["sensor.s1.position"].attrs == {"units": "m", "role": "placement"}
+    measured = small["posterior_predictive"]["measured"]
+    assert measured.dims == ("chain", "draw", "sensor", "actuator", "frequency")
+    assert small["log_likelihood"]["measured"].dims == measured.dims
+    assert list(small["estimates"]["unknown"].values) == list(small["posterior"].data_vars)
+    assert np.all(np.isfinite(small["estimates"]["mean"]))
+
+
+def test_the_record_tells_how_to_run_it_again(small):
+    assert small.attrs["seed"] == 3
+    assert {"engine", "marginal", "experiment", "seconds", "version_jax"} <= set(small.attrs)
+
+
+def test_draws_lie_within_their_priors(small):
+    ratio = small["posterior"]["structure.damping.ratio.1"]
+    position = small["posterior"]["sensor.s1.position"]
+    assert 0.02 <= ratio.min() <= ratio.max() <= 0.06
+    assert 0.21 <= position.min() <= position.max() <= 0.29
+
+
+@pytest.mark.parametrize("name", ["importance", "smc"])
+def test_a_seed_gives_the_same_result_bit_for_bit(name):
+    engine, marginal = SMALL[name]
+    first, again = (
+        bp.infer(*experiment_and_measurement(), engine=engine, marginal=marginal, key=3)
+        for _ in range(2)
+    )
+    for group in GROUPS:
+        assert first[group].to_dataset().identical(again[group].to_dataset()), group
+
+
+def test_methods_agree_on_the_bar():
+    # The one full-sized run of each sampler; the other rows are in tests/benchmarks.
+    experiment = bar.placed(0.25, 0.25, bp.noise.Gaussian(0.01))
+    measurement = experiment.nominal_measurement()
+    expected = {"structure.damping.ratio.1": (0.039385, 0.15373)}
+    expected["structure.damping.ratio.2"] = (0.039983, 0.03240)
+    for engine in (bp.engines.SMC(), bp.engines.NUTS()):
+        found = bp.infer(experiment, measurement, engine=engine, key=2)["estimates"].to_dataset()
+        for name, (mean, variation) in expected.items():
+            one = found.sel(unknown=name)
+            assert abs(one["mean"] - mean) < 5 * one["mean_error"]
+            assert abs(one["cov"] - variation) < 5 * one["cov_error"]
+        assert abs(found["kl_parameters"] - 2.4862) < 0.1
+        if isinstance(engine, bp.engines.SMC):
+            assert abs(found["log_evidence"] - 28.9118) < 0.1
+        else:
+            assert np.max(found["r_hat"]) < 1.01
+
+
+def test_an_unknown_noise_level_is_found():
+    lines = np.linspace(20.0, 430.0, 42)
+    noise = bp.noise.Gaussian(dist.LogUniform(1e-3, 1.0))
+    experiment = bar.placed(0.25, 0.30, noise, frequency=lines)
+    frf = np.asarray(experiment.nominal().frf())
+    errors = np.random.default_rng(0).normal(0.0, 0.05, frf.shape)
+    measurement = bp.Measurement.from_arrays(
+        frf * 10**errors, lines, sensors=["s1"], actuators=["a1"], quantity="mobility"
+    )
+    found = bp.infer(experiment, measurement, engine=bp.engines.SMC(particles=1000), key=1)
+    # 42 data less some four unknowns tell a level to about 1 / sqrt(2 * 38) = 11 %.
+    sigma = np.log(found["posterior"]["noise.sigma"])
+    assert abs(float(sigma.mean()) - np.log(0.05)) < 3 * float(sigma.std())
+    assert 0.08 < float(sigma.std()) < 0.16
+
+
+def test_complex_responses_tell_the_sign_of_the_modes():
+    experiment = bp.Experiment(
+        bar.bar(),
+        sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.25, within=0.04))],
+        actuators=[bp.Actuator("a1", at=0.30)],
+        frequency=bar.PAPER_LINES,
+        observe=bp.observe.Complex("acceleration"),
+        noise=bp.noise.FromCoherence(),
+    )
+    frf = np.asarray(experiment.fix(
+        {**{f"structure.damping.ratio.{n}": r for n, r in ((1, 0.03), (2, 0.05))},
+         "sensor.s1.position": 0.27}
+    ).frf())  # fmt: skip
+    measurement = bp.Measurement.from_arrays(
+        frf,
+        bar.PAPER_LINES,
+        sensors=["s1"],
+        actuators=["a1"],
+        quantity="accelerance",
+        coherence=np.full(frf.shape, 0.99),
+        averages=20,
+    )
+    result = bp.infer(experiment, measurement, engine=bp.engines.SMC(particles=1000), key=1)
+    found = result["estimates"].to_dataset()
+    truth = [0.03, 0.05, 0.27]
+    assert np.all(np.abs(found["mean"] - truth) < 3 * found["sd"] + 5 * found["mean_error"])
+    assert np.all(found["sd"].values < [2e-3, 2e-3, 2e-3])
+    assert result["observed_data"]["measured"].dims == ("sensor", "actuator", "part", "frequency")
+
+
+def test_nothing_unknown_is_an_error():
+    experiment, measurement = experiment_and_measurement()
+    with pytest.raises(ValueError, match="Nothing in this experiment is unknown"):
+        bp.infer(experiment.nominal(), measurement)
+
+
+def test_a_line_that_was_not_measured_is_an_error():
+    experiment, measurement = experiment_and_measurement()
+    with pytest.raises(ValueError, match="not measured"):
+        bp.infer(experiment, measurement.band(0.0, 300.0))
+
+
+def test_sampling_without_noise_is_an_error():
+    experiment = bar.placed(0.25, 0.30, None)
+    with pytest.raises(ValueError, match="noise=None, so no measured value has a density"):
+        bp.infer(experiment, experiment.nominal_measurement())
+
+
+def test_lines_of_several_force_levels_are_told_apart():
+    experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.05))
+    experiment = bp.Experiment(
+        experiment.structure,
+        sensors=[*experiment.sensor.values()],
+        actuators=[*experiment.actuator.values()],
+        frequency=experiment.frequency,
+        observe=experiment.observe,
+        noise=experiment.noise,
+        force_levels=[1.0, 3.0],
+    )
+    engine = bp.engines.Importance(draws=60)
+    found = bp.infer(experiment, experiment.nominal_measurement(), engine=engine)
+    observed = found["observed_data"]["measured"]
+    np.testing.assert_array_equal(observed["frequency"], np.tile(bar.PAPER_LINES, 2))
+    np.testing.assert_array_equal(observed["force_level"], np.repeat([1.0, 3.0], 10))
+    assert observed["force_level"].attrs == {"units": "N"}
+    np.testing.assert_array_equal(observed.values[..., :10], observed.values[..., 10:])
+
+
+@pytest.mark.parametrize(
+    ("noise", "known"),
+    [
+        (bp.noise.Gaussian(0.05), True),
+        (bp.noise.Gaussian(dist.LogUniform(0.01, 0.1)), False),
+        (bp.noise.FromCoherence(2.0), True),
+        (bp.noise.FromCoherence(dist.LogUniform(0.5, 2.0)), False),
+    ],
+)
+def test_a_known_deviation_is_on_record(noise, known):
+    data = bar.experiment.data(bar.measurement)
+    deviation = noise.deviation(data)
+    assert (deviation is not None) == known
+    if isinstance(noise, bp.noise.Gaussian) and known:
+        np.testing.assert_array_equal(deviation, np.full(data.z.shape, 0.05))
+    elif known:
+        np.testing.assert_allclose(deviation, 2 * data.deviation, rtol=1e-14)
+
+
+def test_the_deviation_is_observed(small):
+    np.testing.assert_array_equal(small["observed_data"]["deviation"].values, 0.05)

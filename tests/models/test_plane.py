@@ -1,0 +1,240 @@
+"""The real aeroplane-like structure: what the study finds, against plain modal identification."""
+
+import warnings
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+import bayes_placement as bp
+from bayes_placement.inference.infer import InferenceWarning
+from models import plane as study
+
+MODEL = Path(study.__file__)
+BANDS = [(16.0, 22.0, [0]), (84.0, 93.0, [2, 3]), (95.5, 99.0, [4]), (103.0, 107.5, [5])]
+"""Bands [Hz] and their modes. Mode 2 is left out: its resonance is a double one."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled_in_haste():
+    """Leave most optimisations out: here compiling costs far more than running."""
+    before = jax.config.read("jax_disable_most_optimizations")
+    jax.config.update("jax_disable_most_optimizations", True)
+    yield
+    jax.config.update("jax_disable_most_optimizations", before)
+
+
+@pytest.fixture(scope="module")
+def plane(request):
+    folder = request.getfixturevalue("shared_data") / "measured/plane"
+    if not folder.is_dir():
+        pytest.skip(f"the measurement of the plane is not on this machine: there is no {folder}")
+    return study.read(folder)
+
+
+@pytest.fixture(scope="module")
+def measurement(plane):
+    return study.measured(plane)
+
+
+def inferred(experiment, measurement):
+    # Laplace's method may say that its spread is but an approximation here.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)
+        return bp.infer(experiment, measurement, engine=study.engine, key=0)
+
+
+@pytest.fixture(scope="module")
+def posterior(plane, measurement):
+    return inferred(study.below(plane), measurement)
+
+
+@pytest.fixture(scope="module")
+def means(posterior):
+    draws = posterior["posterior"].to_dataset().mean(("chain", "draw"))
+    return {name: values.values for name, values in draws.data_vars.items()}
+
+
+@pytest.fixture(scope="module")
+def identified(plane):
+    """Frequency, damping ratio and residue of each sensor for each mode, by least squares."""
+    frequency, ratio = np.full(study.PAIRED, np.nan), np.full(study.PAIRED, np.nan)
+    residue = np.full((study.PAIRED, 3), np.nan)
+    sign, shape = study.signs(plane)[0], plane.shape_at_hits()
+    for low, high, modes in BANDS:
+        inside = (plane.frequency > low) & (plane.frequency < high)
+        usable = study.sound(plane)
+        measured = (plane.accelerance * sign[:, None])[..., inside][usable]
+        poles, amplitudes = fitted(plane.frequency[inside], measured, study.RESONANCES[modes])
+        for number, mode in enumerate(modes):
+            frequency[mode], ratio[mode] = poles[2 * number : 2 * number + 2]
+            whole = np.zeros(usable.shape)
+            whole[usable] = amplitudes[number]
+            driven = np.where(usable, shape[mode], 0.0)
+            residue[mode] = np.sum(whole * driven, axis=1) / np.sum(driven**2, axis=1)
+    return frequency, ratio, residue
+
+
+def fitted(frequency, measured, resonances):
+    """Poles common to all FRFs, and the real residues of each: variable projection."""
+    stacked = np.concatenate([measured.real, measured.imag], axis=1).T
+    weight = 1 / np.linalg.norm(stacked, axis=0)
+
+    def basis(poles):
+        modal = [
+            -(frequency**2) / (f**2 - frequency**2 + 2j * z * f * frequency)
+            for f, z in poles.reshape(-1, 2)
+        ]
+        both = np.array([*modal, np.ones_like(frequency), frequency**2 / frequency[0] ** 2])
+        return np.concatenate([both.real, both.imag], axis=1).T
+
+    def left(poles):
+        found = basis(poles)
+        return ((stacked - found @ np.linalg.lstsq(found, stacked, rcond=None)[0]) * weight).ravel()
+
+    start = np.ravel([(f, 0.003) for f in resonances])
+    poles = least_squares(left, start, x_scale=np.tile([0.1, 1e-3], len(resonances))).x
+    return poles, np.linalg.lstsq(basis(poles), stacked, rcond=None)[0][: len(resonances)]
+
+
+def test_the_study_says_which_data_it_needs(monkeypatch):
+    monkeypatch.delenv(study.FOLDER, raising=False)
+    with pytest.raises(FileNotFoundError, match=r"measured.npz and modes.npz is needed, .* PLANE_"):
+        bp.io.model.read(MODEL)
+
+
+def test_the_command_line_finds_the_study_by_the_folder(plane, monkeypatch, request):
+    folder = request.getfixturevalue("shared_data") / "measured/plane"
+    monkeypatch.setenv(study.FOLDER, str(folder))
+    found = bp.io.model.read(MODEL)
+    assert len(found.experiment.actuator) == 37
+    assert found.measurement.frf.shape[:2] == (3, 74)
+    assert found.engine == study.engine
+
+
+def test_what_was_overloaded_or_recorded_twice_is_left_out(plane):
+    usable = study.sound(plane)
+    np.testing.assert_array_equal(plane.accelerance[:, 15], plane.accelerance[:, 16])
+    assert not usable[:, 16].any()
+    # Hits on the tailplane and the fin overload the accelerometers there, none on the other wing.
+    on_tail, left = plane.hit[:, 1] < 0.2, (plane.hit[:, 0] < -0.3)
+    assert not usable[1:, on_tail].any()
+    assert usable[0, on_tail].all()
+    assert usable[:, left].mean() > 0.95
+
+
+def test_the_signs_are_unanimous_and_follow_the_data(plane):
+    sign, unanimity = study.signs(plane)
+    known = study.sound(plane).any(axis=0)
+    assert unanimity[known].min() > 0.75
+    on_fin = plane.axis == 1
+    assert sign[0] == 1 and set(sign[known & ~on_fin][1:]) == {-1} and set(sign[on_fin]) == {1}
+    flip = np.where(np.random.default_rng(0).random(74) < 0.5, -1, 1)
+    flip[0] = 1
+    flipped = plane._replace(accelerance=plane.accelerance * flip[:, None])
+    np.testing.assert_array_equal(study.signs(flipped)[0][known], (sign * flip)[known])
+
+
+def test_no_other_sign_has_any_probability(plane, measurement, means):
+    experiment = study.below(plane).fix({name: jnp.asarray(v) for name, v in means.items()})
+    data = experiment.data(measurement)
+
+    def log_likelihood(z):
+        law = experiment.noise.law(experiment.predict(), data)
+        return jnp.sum(law.log_prob(z), axis=(0, 2, 3))
+
+    right, wrong = jax.jit(lambda: (log_likelihood(data.z), log_likelihood(-data.z)))()
+    known = data.measured.any(axis=(0, 2, 3))
+    assert np.min(np.asarray(right - wrong)[known]) > 20
+
+
+def test_natural_frequencies_and_damping(means, identified):
+    frequency, ratio, _ = identified
+    found = means["structure.modes.frequency"]
+    np.testing.assert_allclose(found, study.RESONANCES[: study.PAIRED], atol=0.1)
+    known = np.isfinite(frequency)
+    np.testing.assert_allclose(found[known], frequency[known], atol=0.06)
+    np.testing.assert_allclose(means["structure.damping.ratio"][known], ratio[known], rtol=0.25)
+
+
+def test_modal_masses_are_those_of_one_structure(plane, means):
+    # Each as heavy as the whole where it moves it, within what plates of two gauges make of it. The
+    # whole itself is not well known: it is felt in a few lines between resonances only.
+    even = np.mean(np.sum(plane.shape[: study.PAIRED] ** 2, axis=2), axis=1)
+    mass = means["structure.modes.modal_mass"]
+    share = mass[study.RIGID_BODY :] / even / mass[0]
+    assert np.all((share > 0.2) & (share < 2))
+
+
+def places(means):
+    """Where each accelerometer was found [m]."""
+    return {
+        name: [
+            means.get(f"sensor.{name}.position.{axis}", side)
+            for axis, side in zip("xyz", sides, strict=True)
+        ]
+        for name, sides in study.PLATES.items()
+    }
+
+
+def test_where_the_accelerometers_sat(means):
+    found = places(means)
+    assert found["wing"][0] > 0.63  # near the tip at 0.75 m
+    assert found["tail"][0] > 0.15  # the right half, whose tip is at 0.25 m
+    assert found["fin"][2] > 0.25  # the tip is at 0.35 m
+
+
+@pytest.mark.parametrize(("sensor", "name"), list(enumerate(study.AXES)))
+def test_of_all_nodes_and_axes_those_found_explain_the_identified_residues(
+    plane, means, identified, sensor, name
+):
+    residue = identified[2]
+    mass = means["structure.modes.modal_mass"][study.RIGID_BODY :, None, None]
+    expected = turned_shapes(plane, means, mass) / np.sqrt(mass)
+    size = np.max(np.abs(residue), axis=1)[:, None, None]
+    missed = (expected - residue[:, sensor, None, None]) / size
+    square = np.nansum(missed**2, axis=0)
+    node, axis = np.unravel_index(np.argmin(square), square.shape)
+    found = np.array(places(means)[name])
+    assert axis == study.AXES[name] - 1
+    assert np.linalg.norm(plane.node[node] - found) < 0.08
+
+
+def turned_shapes(plane, means, mass):
+    """Mass-normalised shapes at all nodes, [mode, node, axis], close ones turned."""
+    shapes = plane.shape[: study.PAIRED] / np.sqrt(mass)
+    for number, (one, two) in enumerate(study.CLOSE[:2]):
+        first, second = one - 1, two - 1
+        angle = means["structure.modes.angle"][number]
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        shapes[[first, second]] = np.tensordot(turn, shapes[[first, second]], 1)
+    return shapes
+
+
+def test_modes_1_to_6_leave_the_stated_error(posterior):
+    misfit = bp.check(posterior)
+    assert misfit.passed
+    chi2 = study.by_mode(misfit)
+    assert np.all((chi2 > 0.5) & (chi2 < 1.5))
+
+
+def test_above_mode_6_the_check_fails_where_it_passes_below(plane, posterior, measurement):
+    misfit = bp.check(inferred(study.beyond(plane, posterior), measurement))
+    assert "The model fails" in str(misfit)
+    assert "1 of 3 bands fails, 117.6 to 126 Hz" in str(misfit)
+    band = misfit.groups["band"]
+    np.testing.assert_array_equal(band["corrected"].values > misfit.level, [True, True, False])
+    chi2 = study.by_mode(misfit)
+    assert chi2[: study.PAIRED].max() < 2
+    assert chi2[study.PAIRED :].min() > 20
+
+
+def test_shapes_pair_with_resonances_up_to_mode_6(plane):
+    criterion = study.assurance(plane)
+    own = np.diag(criterion)
+    assert own[: study.PAIRED].min() > 0.85
+    assert own[study.PAIRED : 9].max() < 0.1
+    assert criterion[study.PAIRED : 10].max() < 0.85

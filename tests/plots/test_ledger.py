@@ -1,0 +1,343 @@
+"""ledger_plots: what is drawn is what was found, with units and a legend that says what is what."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from matplotlib.colors import to_rgba
+
+import bayes_placement as bp
+from bayes_placement.criticism.missing.explain import Explanation
+from bayes_placement.criticism.missing.ledger import Ledger, Step
+from bayes_placement.plots import ledger as ledger_plots
+from tests.in_space import Linear
+
+UNIT = "velocity per force [(m/s)/N]"
+PLACES = np.array([0.1, 0.4, 0.7])
+PROBABILITIES = {
+    "point_mass": 0.9,
+    "ground_spring": 0.06,
+    "gain_error": 1e-5,
+    "nothing_missing": 0.01,
+    "none_of_these": 0.03,
+}
+
+
+def scores():
+    """Two kinds with a place, one of them with two settings; a gain; a sensor that is shifted."""
+    rows = [
+        ("point_mass", 0, at, score) for at, score in zip(PLACES, (3.0, -40.0, 8.0), strict=True)
+    ]
+    rows += [("ground_spring", 1, at, s) for at in PLACES for s in (10 * at, -20 * at)]
+    rows += [("gain_error", n, np.nan, score) for n, score in ((2, 1.0), (3, -2.0))]
+    rows += [("misplaced_sensor", 4, shift, 30.0 + shift) for shift in (-0.2, 0.2)]
+    table = pd.DataFrame(rows, columns=["kind", "variant", "at", "score"])
+    return table.assign(p_value=np.where(table["kind"] == "gain_error", 0.2, 1e-9))
+
+
+IN_SPACE = np.array([[0.1, 0.2, 0.3], [0.9, 0.7, 0.5], [0.4, 0.6, 0.1]])
+
+
+def scores_in_space(flat=False):
+    """Five kinds with a place, the last of which is not drawn, and one that has none."""
+    kinds = ["point_mass", "ground_spring", "gain_error", "axial_preload", "mount_resonance"]
+    rows = [
+        (kind, number, *place, score)
+        for number, kind in enumerate(kinds)
+        for place, score in zip(IN_SPACE, (9.0 - number, -40.0 + number, 1.0), strict=True)
+    ]
+    rows.append(("time_delay", 5, np.nan, np.nan, np.nan, 60.0))
+    table = pd.DataFrame(rows, columns=["kind", "variant", "x", "y", "z", "score"])
+    table["z"] = table["z"] * (0.0 if flat else 1.0)
+    return table.assign(at=np.nan, p_value=1e-9)
+
+
+def in_space():
+    """Return an experiment on a structure in space that is read nowhere here."""
+    return bp.Experiment(
+        bp.Structure(Linear(), damping=bp.damping.Modal(0.03)),
+        sensors=[bp.Sensor("s1", at=(0.2, 0.3, 0.1))],
+        actuators=[bp.Actuator("a1", at=(0.9, 0.1, 0.5))],
+        frequency=[150.0],
+        observe=bp.observe.Complex("velocity"),
+        noise=None,
+    )
+
+
+def step(added, chi2):
+    effects = () if added is None else (added,)
+    return Step(added, effects, {}, chi2, 0.5, -3.0, None, -1.0)
+
+
+def ledger(*steps):
+    found = steps or (step(None, 1234.0), step("point_mass", 7.5), step("gain_error", 1.04))
+    return Ledger(
+        steps=found,
+        verdict=("gain_error", "point_mass"),
+        probabilities=PROBABILITIES,
+        confounded=(),
+        unexplained=False,
+        seconds=1.0,
+        experiment=EXPERIMENT,
+        compared=pd.DataFrame(),
+        suspicion=scores(),
+        alternatives=(),
+    )
+
+
+def explanation():
+    return Explanation((), PROBABILITIES, (), scores(), ())
+
+
+def fit(seed, parts=True, levels=1):
+    random = np.random.default_rng(seed)
+    lines = np.array([10.0, 20.0, 40.0, 80.0])
+    frequency = np.tile(lines, levels)
+    dims = ("sensor", "actuator", "frequency")
+    size = (2, 1, frequency.size)
+    logarithm = f"log10 of {UNIT}"
+    unit = UNIT if parts else logarithm
+    units = {"measured": logarithm, "predicted": logarithm, "error": unit, "noise": unit}
+    coordinates = {
+        "sensor": ["s1", "s2"],
+        "actuator": ["a1"],
+        "frequency": ("frequency", frequency),
+    }
+    if levels > 1:
+        coordinates["force_level"] = ("frequency", np.repeat([0.5, 2.0], lines.size))
+    arrays = {
+        name: (dims, np.abs(random.normal(size=size)) + 0.1, {"units": one})
+        for name, one in units.items()
+    }
+    whole = xr.Dataset(arrays, coords=coordinates)
+    whole["measured"][0, 0, 1] = np.nan  # nothing was measured there
+    return whole
+
+
+def fits(**case):
+    return {"as given": fit(1, **case), "with point_mass": fit(2, **case)}
+
+
+def tiny():
+    return bp.Experiment(
+        bp.Structure(
+            bp.beams.bar(2, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0),
+            damping=bp.damping.Modal(0.03),
+        ),
+        sensors=[bp.Sensor("s1", at=0.2)],
+        actuators=[bp.Actuator("a1", at=0.3)],
+        frequency=[150.0],
+        observe=bp.observe.Complex("velocity"),
+        noise=None,
+    )
+
+
+EXPERIMENT = tiny()
+
+FOUND = {"point_mass": (0.3, 0.4, 0.5)}
+FIGURES = {
+    "suspicion": lambda: ledger_plots.suspicion(scores(), {"point_mass": 0.37}),
+    "suspicion in space": lambda: ledger_plots.suspicion(scores_in_space(), FOUND, in_space()),
+    "suspicion in a plane": lambda: ledger_plots.suspicion(scores_in_space(flat=True), FOUND),
+    "probabilities of an explanation": lambda: ledger_plots.probabilities(explanation()),
+    "probabilities of a ledger": lambda: ledger_plots.probabilities(ledger()),
+    "error_falls": lambda: ledger_plots.error_falls(ledger()),
+    "before_and_after": lambda: ledger_plots.before_and_after(fits()),
+    "before_and_after of logarithms": lambda: ledger_plots.before_and_after(fits(parts=False)),
+    "before_and_after at two levels": lambda: ledger_plots.before_and_after(fits(levels=2)),
+}
+
+
+def drawn(figure):
+    """Draw a figure; a warning of the layout or of a missing value is an error in this suite."""
+    figure.draw_without_rendering()
+    return figure
+
+
+def labels(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def line(axis, label):
+    (one,) = [line for line in axis.lines if line.get_label() == label]
+    return one.get_ydata()
+
+
+def words(axis):
+    return [text.get_text() for text in axis.texts]
+
+
+def names(axis):
+    return [label.get_text() for label in axis.get_yticklabels()]
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_axis_bears_a_name_and_a_unit(name):
+    for axis in drawn(FIGURES[name]()).axes:
+        assert axis.get_xlabel().endswith("]") or not axis.get_xlabel()
+        assert axis.get_ylabel().endswith("]") or not axis.get_ylabel()
+        assert axis.get_xlabel() or axis.get_ylabel()
+        assert axis.name != "3d" or axis.get_zlabel() == "z [m]"
+
+
+@pytest.mark.parametrize("name", [name for name in FIGURES if "prob" not in name])
+def test_one_legend_stands_above_the_panels(name):
+    figure = drawn(FIGURES[name]())
+    (legend,) = figure.legends
+    bottom = legend.get_window_extent().y0
+    assert all(axis.get_tightbbox().y1 <= bottom for axis in figure.axes)
+    assert len(labels(figure)) == len(set(labels(figure))) >= 2
+
+
+def test_the_map_shows_the_greatest_score_at_each_place():
+    mapped = ledger_plots.suspicion(scores()).axes[0]
+    assert names(mapped) == ["gain_error", "ground_spring", "misplaced_sensor", "point_mass"]
+    strips = {round(mesh.get_coordinates()[0, 0, 1] + 0.4): mesh for mesh in mapped.collections}
+    assert set(strips) == {1, 3}  # what a misplaced sensor has is a shift, not a place
+    np.testing.assert_allclose(strips[3].get_array().ravel(), [3.0, 40.0, 8.0])
+    np.testing.assert_allclose(strips[1].get_array().ravel(), 20 * PLACES)
+    edges = strips[3].get_coordinates()[0, :, 0]
+    assert np.all((edges[:-1] < PLACES) & (edges[1:] > PLACES))
+    assert {mesh.norm.vmax for mesh in strips.values()} == {40.0}
+    assert words(mapped) == ["no place"] * 2
+
+
+def test_bars_say_how_suspect_each_kind_is_and_whether_by_chance():
+    ranked = ledger_plots.suspicion(scores()).axes[1]
+    bars = {round(bar.get_y() + 0.4): bar for bar in ranked.patches}
+    assert [bars[n].get_width() for n in range(4)] == [2.0, 14.0, 30.2, 40.0]
+    chance = [bars[n].get_facecolor() == to_rgba("0.7") for n in range(4)]
+    assert chance == [True, False, False, False]
+    assert words(ranked) == ["2", "14", "30.2", "40"]
+
+
+def test_the_place_that_was_found_is_marked_on_its_strip():
+    found = {"point_mass": 0.37, "another": 0.9}
+    figure = ledger_plots.suspicion(scores(), found)
+    (star,) = figure.axes[0].lines
+    assert (list(star.get_xdata()), list(star.get_ydata())) == ([0.37], [3])
+    assert "place as fitted" in labels(figure)
+    assert "place as fitted" not in labels(ledger_plots.suspicion(scores()))
+
+
+def maps(figure):
+    return [axis for axis in figure.axes if axis.get_title().startswith("suspicion of ")][:-1]
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_a_structure_in_space_has_a_map_of_each_of_the_most_suspect_kinds(flat):
+    figure = drawn(ledger_plots.suspicion(scores_in_space(flat), FOUND))
+    assert [axis.get_title().removeprefix("suspicion of ") for axis in maps(figure)] == [
+        "point_mass",
+        "ground_spring",
+        "gain_error",
+        "axial_preload",
+    ]
+    assert {axis.name for axis in maps(figure)} == {"rectilinear" if flat else "3d"}
+    for number, axis in enumerate(maps(figure)):
+        (marks,) = axis.collections
+        assert sorted(marks.get_array()) == [1.0, 9.0 - number, 40.0 - number]
+
+
+def test_only_the_map_of_a_kind_that_was_found_bears_its_place():
+    figure = ledger_plots.suspicion(scores_in_space(flat=True), FOUND)
+    stars = [
+        np.transpose(line.get_data()).tolist()
+        for axis in maps(figure)
+        for line in axis.lines
+        if line.get_label() == "place as fitted"
+    ]
+    assert stars == [[[0.3, 0.4]]]
+
+
+def test_bars_beside_the_maps_show_all_kinds():
+    figure = ledger_plots.suspicion(scores_in_space(), FOUND, in_space())
+    (ranked,) = (axis for axis in figure.axes if axis.get_title() == "suspicion of each kind")
+    assert names(ranked)[::-1] == [
+        "time_delay",
+        "point_mass",
+        "ground_spring",
+        "gain_error",
+        "axial_preload",
+        "mount_resonance",
+    ]
+    assert words(ranked) == ["36", "37", "38", "39", "40", "60"]
+    assert set(labels(figure)) == {
+        "structure",
+        "sensor as recorded",
+        "actuator as recorded",
+        "greatest score",
+        "place as fitted",
+        "more than chance (corrected p < 0.01)",
+    }
+
+
+def test_candidates_without_places_are_drawn_alone():
+    figure = drawn(ledger_plots.suspicion(scores().query("kind == 'gain_error'")))
+    assert not figure.axes[0].collections
+    assert words(figure.axes[0]) == ["no place"]
+
+
+@pytest.mark.parametrize("found", [explanation, ledger])
+def test_each_probability_has_a_bar_with_its_figure(found):
+    axis = ledger_plots.probabilities(found()).axes[0]
+    assert names(axis)[::-1] == [
+        "point_mass",
+        "ground_spring",
+        "none_of_these",
+        "nothing_missing",
+        "gain_error",
+    ]
+    np.testing.assert_allclose(
+        [bar.get_width() for bar in axis.patches], sorted(PROBABILITIES.values())
+    )
+    assert words(axis)[::-1] == ["0.900", "0.060", "0.030", "0.010", "< 0.001"]
+
+
+def test_the_error_falls_step_by_step_to_the_noise():
+    axis = ledger_plots.error_falls(ledger()).axes[0]
+    np.testing.assert_array_equal(line(axis, "misfit of the best fit"), [1234.0, 7.5, 1.04])
+    assert set(line(axis, "noise floor: a right model gives 1")) == {1.0}
+    assert [text.get_text() for text in axis.get_xticklabels()] == [
+        "as given",
+        "+ point_mass",
+        "+ gain_error",
+    ]
+    assert words(axis) == ["1234", "7.5", "1.04"]
+    assert axis.get_yscale() == "log"
+
+
+def test_a_model_that_lacks_nothing_is_a_single_point():
+    axis = drawn(ledger_plots.error_falls(ledger(step(None, 0.98)))).axes[0]
+    assert words(axis) == ["0.98"]
+    low, high = axis.get_ylim()
+    assert low < 0.98 < 1 < high
+
+
+def test_responses_and_errors_are_those_of_each_fit():
+    both = fits()
+    figure = ledger_plots.before_and_after(both)
+    assert len(figure.axes) == 4
+    for sensor in range(2):
+        upper, lower = figure.axes[2 * sensor : 2 * sensor + 2]
+        for name, one in both.items():
+            here = one.isel(sensor=sensor, actuator=0)
+            np.testing.assert_array_equal(line(upper, name), here["predicted"])
+            np.testing.assert_array_equal(line(lower, f"error, {name}"), here["error"])
+        noise = [one.get_ydata() for one in lower.lines if one.get_label() == "noise"]
+        np.testing.assert_array_equal(noise[0], both["as given"]["noise"][sensor, 0])
+        assert upper.get_title() == lower.get_title() == f"sensor s{sensor + 1}, actuator a1"
+        assert lower.get_ylabel() == "size of error\n[(m/s)/N]"
+
+
+def test_each_force_level_has_panels_of_its_own():
+    figure = ledger_plots.before_and_after(fits(levels=2))
+    assert len(figure.axes) == 8
+    assert figure.axes[1].get_title() == "sensor s1, actuator a1, 2 N"
+    expected = fits(levels=2)["as given"]["predicted"][0, 0, 4:]
+    np.testing.assert_array_equal(line(figure.axes[1], "as given"), expected)
+
+
+def test_logarithms_differ_by_the_logarithm_of_a_ratio():
+    axis = ledger_plots.before_and_after(fits(parts=False)).axes[1]
+    assert axis.get_ylabel() == "size of error\n[log10 of ratio]"

@@ -1,0 +1,186 @@
+"""misfit_plots: what is drawn is what was found, with units and a legend that says what is what."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from bayes_placement.criticism.check.misfit import Misfit
+from bayes_placement.plots import misfit as misfit_plots
+
+LINES = np.array([10.0, 20.0, 40.0, 80.0])
+UNIT = "velocity per force [(m/s)/N]"
+NOTHING = xr.Dataset()
+
+
+def misfit(parts=True, levels=1):
+    """Misfit of two sensors and an actuator, with arrays that tell themselves apart."""
+    random = np.random.default_rng(3)
+    frequency = np.tile(LINES, levels)
+    channel = ("sensor", "actuator", "frequency")
+    outputs = (*channel, "part") if parts else channel
+    size = (2, 1, frequency.size)
+    unit = UNIT if parts else f"log10 of {UNIT}"
+    coordinates = {
+        "sensor": ["s1+x", "s2+x"],
+        "actuator": ["a1+x"],
+        "frequency": ("frequency", frequency, {"units": "Hz"}),
+    }
+    if parts:
+        coordinates["part"] = ["real", "imaginary"]
+    if levels > 1:
+        coordinates["force_level"] = ("frequency", np.repeat([0.5, 2.0][:levels], 4))
+
+    def arrays(dims, units, *names):
+        shape = (*size, 2) if dims == outputs and parts else size
+        return {name: (dims, random.normal(size=shape), {"units": units}) for name in names}
+
+    amplitude = f"log10 of {UNIT}"
+    response = xr.Dataset(
+        arrays(channel, amplitude, "measured", "mean", "low", "high")
+        | arrays(channel, "noise deviations", "misfit")
+        | arrays(outputs, unit, "residual")
+        | arrays(outputs, "noise deviations", "residual_over_noise"),
+        coords=coordinates,
+    )
+    response["misfit"] = abs(response["misfit"])
+    response["misfit"][1, 0, 2] = np.nan  # a gap is left blank
+    discrepancy = xr.Dataset(arrays(outputs, unit, "mean", "low", "high"), coords=coordinates)
+    return Misfit(NOTHING, {}, response, NOTHING, NOTHING, discrepancy, 0.01, True)
+
+
+FIGURES = {
+    name: getattr(misfit_plots, name)
+    for name in ("measured_against_band", "residual_map", "discrepancy")
+}
+CASES = {
+    "complex": {},
+    "logarithms": {"parts": False},
+    "two force levels": {"levels": 2},
+    "logarithms at two force levels": {"parts": False, "levels": 2},
+}
+
+
+def drawn(figure):
+    """Draw a figure; a warning of the layout or of a missing value is an error in this suite."""
+    figure.draw_without_rendering()
+    return figure
+
+
+def labels(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def line(axis, label):
+    (one,) = [line for line in axis.lines if line.get_label() == label]
+    return one.get_ydata()
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_axis_bears_a_name_and_a_unit(name, case):
+    for axis in drawn(FIGURES[name](misfit(**CASES[case]))).axes:
+        assert axis.get_xlabel().endswith("]") or not axis.get_xlabel()
+        assert axis.get_ylabel().endswith("]")
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("name", ["measured_against_band", "discrepancy"])
+def test_each_entry_of_the_legend_stands_once(name, case):
+    entries = labels(FIGURES[name](misfit(**CASES[case])))
+    assert len(entries) == len(set(entries)) >= 3
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("name", ["measured_against_band", "discrepancy"])
+def test_the_legend_lies_within_the_figure(name, case):
+    figure = drawn(FIGURES[name](misfit(**CASES[case])))
+    box, whole = figure.legends[0].get_window_extent(), figure.bbox
+    assert whole.x0 <= box.x0 and box.x1 <= whole.x1
+
+
+def test_measured_points_and_band_are_those_found():
+    one = misfit()
+    figure = misfit_plots.measured_against_band(one)
+    assert len(figure.axes) == 2
+    for sensor, axis in enumerate(figure.axes):
+        here = one.response.isel(sensor=sensor, actuator=0)
+        assert axis.get_title() == f"sensor s{sensor + 1}+x, actuator a1+x"
+        np.testing.assert_array_equal(line(axis, "measured"), here["measured"])
+        np.testing.assert_array_equal(line(axis, "posterior mean"), here["mean"])
+        corners = axis.collections[0].get_paths()[0].vertices
+        assert corners[:, 1].min() == min(here["low"].min(), here["high"].min())
+
+
+def test_the_map_has_a_row_for_each_channel_and_a_column_for_each_line():
+    one = misfit()
+    figure = misfit_plots.residual_map(one)
+    axis, bar = figure.axes
+    (mesh,) = axis.collections[:1]
+    values = np.ma.filled(mesh.get_array().astype(float), np.nan)
+    np.testing.assert_array_equal(values, one.response["misfit"][:, 0])
+    assert [text.get_text() for text in axis.get_yticklabels()] == ["s1+x, a1+x", "s2+x, a1+x"]
+    edges = mesh.get_coordinates()[0, :, 0]
+    assert np.all((edges[:-1] < LINES) & (edges[1:] > LINES))
+    assert bar.get_ylabel() == "size of residual [noise deviations]"
+
+
+def test_each_force_level_has_a_map_of_its_own():
+    one = misfit(levels=2)
+    first, second, _ = misfit_plots.residual_map(one).axes
+    assert [first.get_title(), second.get_title()] == ["residual, 0.5 N", "residual, 2 N"]
+    values = second.collections[0].get_array()
+    np.testing.assert_array_equal(values[0], one.response["misfit"][0, 0, 4:])
+
+
+@pytest.mark.parametrize("name", ["measured_against_band", "discrepancy"])
+def test_each_force_level_has_panels_of_its_own(name):
+    one = misfit(levels=2)
+    figure = FIGURES[name](one)
+    titles = [axis.get_title() for axis in figure.axes]
+    pairs = [f"sensor s{n}+x, actuator a1+x" for n in (1, 2)]
+    assert titles == [f"{pair}, {level} N" for pair in pairs for level in ("0.5", "2")]
+    label, values = {
+        "measured_against_band": ("measured", one.response["measured"]),
+        "discrepancy": ("residual, real part", one.response["residual_over_noise"][..., 0]),
+    }[name]
+    np.testing.assert_array_equal(line(figure.axes[3], label), values[1, 0, 4:])
+
+
+@pytest.mark.parametrize(("lines", "scale"), [([10, 20, 40, 80], "linear"), ([1, 2, 3, 80], "log")])
+def test_lines_that_crowd_at_the_lower_end_are_spread(lines, scale):
+    one = misfit()
+    at = {"frequency": ("frequency", np.array(lines, dtype=float), {"units": "Hz"})}
+    moved = replace(
+        one, response=one.response.assign_coords(at), discrepancy=one.discrepancy.assign_coords(at)
+    )
+    for name, figure in FIGURES.items():
+        assert drawn(figure(moved)).axes[0].get_xscale() == scale, name
+
+
+def test_a_map_of_a_single_line_is_drawn():
+    one = misfit()
+    single = one.response.isel(frequency=[1])
+    drawn(
+        misfit_plots.residual_map(
+            Misfit(NOTHING, {}, single, NOTHING, NOTHING, one.discrepancy, 0.01, True)
+        )
+    )
+
+
+@pytest.mark.parametrize("parts", [True, False])
+def test_the_discrepancy_is_drawn_part_by_part_with_the_residuals(parts):
+    one = misfit(parts)
+    axis = misfit_plots.discrepancy(one).axes[1]
+    response = one.response.isel(sensor=1, actuator=0)
+    noise = response["residual"] / response["residual_over_noise"]
+    expected = {
+        "discrepancy": one.discrepancy["mean"].isel(sensor=1, actuator=0) / noise,
+        "residual": response["residual_over_noise"],
+    }
+    for number, part in enumerate([", real part", ", imaginary part"] if parts else [""]):
+        for name, values in expected.items():
+            here = values[:, number] if parts else values
+            np.testing.assert_allclose(line(axis, f"{name}{part}"), here)
+    assert axis.get_ylabel() == "discrepancy\n[noise deviations]"

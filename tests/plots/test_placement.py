@@ -1,0 +1,242 @@
+"""placement_plots: what is drawn is what was computed, with units, and the optimum is marked."""
+
+import numpy as np
+import numpy.testing as npt
+import pandas as pd
+import pytest
+import xarray as xr
+
+from bayes_placement.design.information._estimator import spread
+from bayes_placement.design.place import Placement
+from bayes_placement.design.tolerance import FACTOR, ToleranceStudy
+from bayes_placement.plots import placement as placement_plots
+
+PLACES = {
+    "s1": np.linspace(0.1, 0.9, 9),
+    "a1": np.linspace(0.2, 0.8, 5),
+    "s2": np.array([0.15, 0.5, 0.7, 0.95]),
+}
+TOP = {"s1": 0.3, "a1": 0.65, "s2": 0.7}
+KL = "information [nat]"
+
+
+def hill(*names, height=1.0, error=1e-3):
+    """A map with one hill, as `information_map` lays it out; errors are not common."""
+    grid = np.meshgrid(*(PLACES[name] for name in names), indexing="ij")
+    apart = sum((x - TOP[name]) ** 2 for x, name in zip(grid, names, strict=True))
+    return labelled(names, height * np.exp(-apart / 0.1), error).assign_coords(
+        {name: (name, PLACES[name], {"units": "m"}) for name in names}
+    )
+
+
+def labelled(names, kl, error):
+    random = np.random.default_rng(4)
+    without = kl[..., None] + error / np.sqrt(3) * random.standard_normal((*kl.shape, 4))
+    return xr.Dataset(
+        {
+            "kl": (names, kl),
+            "kl_se": (names, spread(without)),
+            "kl_without": ([*names, "replicate"], without),
+        }
+    )
+
+
+def in_space(*names):
+    """A map of places on a plate at x-z, best at the fifth place of the first."""
+    x, z = (values.ravel() for values in np.meshgrid([0.0, 0.2, 0.4], [0.0, 0.15, 0.3]))
+    kl = np.exp(-(((x - 0.2) ** 2 + (z - 0.15) ** 2) / 0.05))
+    kl = kl if len(names) == 1 else np.add.outer(kl, 2 * np.roll(kl, 1))
+    triple = {"x": x, "y": np.full(9, 0.02), "z": z}
+    return labelled(names, kl, 1e-3).assign_coords(
+        {f"{name}.{axis}": (name, at) for name in names for axis, at in triple.items()}
+    )
+
+
+def study(*names):
+    factors = [1.0, 0.5, 0.25]
+    maps = [hill(*names, height=height) for height in (1.0, 1.5, 1.6)]
+    along = xr.DataArray(factors, dims=FACTOR, name=FACTOR)
+    return ToleranceStudy(xr.concat(maps, dim=along), pd.DataFrame())
+
+
+def placement(count):
+    kl = np.linspace(2.0, 1.0, count)
+    columns = {"s1": np.linspace(0.1, 0.9, count), "kl": kl, "kl_se": np.full(count, 0.02)}
+    tried = pd.DataFrame(columns | {"cost": np.zeros(count), "net": kl})
+    return Placement({"s1": 0.1}, (), 2.0, 0.02, 0.0, 0.1, 0.01, tried, "Exhaustive", count)
+
+
+FIGURES = {
+    "curve": lambda: placement_plots.information(hill("s1")),
+    "map": lambda: placement_plots.information(hill("s1", "a1")),
+    "pairs": lambda: placement_plots.information(hill("s1", "a1", "s2")),
+    "space": lambda: placement_plots.information(in_space("s1")),
+    "two in space": lambda: placement_plots.information(in_space("s1", "a1")),
+    "tolerances": lambda: placement_plots.tolerances(study("s1", "a1")),
+    "tolerances of one": lambda: placement_plots.tolerances(study("s1")),
+    "tolerances of three": lambda: placement_plots.tolerances(study("s1", "a1", "s2")),
+    "placements": lambda: placement_plots.placements(placement(30)),
+    "one placement": lambda: placement_plots.placements(placement(1)),
+}
+
+
+def drawn(figure):
+    """Draw a figure; a warning of the layout or of a missing value is an error in this suite."""
+    figure.draw_without_rendering()
+    return figure
+
+
+def labels(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def line(axis, label):
+    (one,) = [line for line in axis.lines if line.get_label() == label]
+    return one.get_xdata(), one.get_ydata()
+
+
+def panels(figure):
+    """Panels without the bars of colours."""
+    return [axis for axis in figure.axes if axis.get_xlabel()]
+
+
+def bars(figure):
+    return [axis for axis in figure.axes if not axis.get_xlabel()]
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_axis_bears_a_name_and_a_unit(name):
+    figure = drawn(FIGURES[name]())
+    for axis in panels(figure):
+        assert axis.get_xlabel().endswith(("[m]", "placements that were tried", "was tried"))
+        assert axis.get_ylabel().endswith(("[m]", "[nat]"))
+    assert {axis.get_ylabel() for axis in bars(figure)} <= {KL}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_each_entry_of_the_legend_stands_once_and_within_the_figure(name):
+    figure = drawn(FIGURES[name]())
+    entries = labels(figure)
+    assert len(entries) == len(set(entries)) >= 2 and "best" in entries
+    box, whole = figure.legends[0].get_window_extent(), figure.bbox
+    assert whole.x0 <= box.x0 and box.x1 <= whole.x1
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_nothing_lies_above_the_star(name):
+    for axis in panels(FIGURES[name]()):
+        stars = [one for one in axis.lines if one.get_label() == "best"]
+        assert len(stars) == 1
+        others = [one for one in [*axis.lines, *axis.collections] if one is not stars[0]]
+        drawn_later = [one for one in others if one.get_zorder() > stars[0].get_zorder()]
+        assert not drawn_later
+
+
+def test_a_map_shows_its_values_with_the_star_at_the_greatest():
+    whole = hill("s1", "a1")
+    (axis,) = panels(placement_plots.information(whole))
+    mesh = axis.collections[0]
+    npt.assert_array_equal(mesh.get_array(), whole["kl"].T)
+    corners = mesh.get_coordinates()
+    npt.assert_allclose([corners[0, 0], corners[-1, -1]], [(0.05, 0.125), (0.95, 0.875)])
+    assert axis.get_xlabel() == "position of s1 [m]"
+    assert axis.get_ylabel() == "position of a1 [m]"
+    npt.assert_allclose(np.ravel(line(axis, "best")), [0.3, 0.65])
+
+
+def test_places_that_are_as_good_are_marked():
+    whole = hill("s1", "a1", error=0.05)
+    (axis,) = panels(placement_plots.information(whole))
+    x, y = line(axis, "no worse than the best within 2 standard errors")
+    assert 1 < len(x) < whole["kl"].size
+    best = float(whole["kl"].max())
+    for s1, a1 in zip(x, y, strict=True):
+        assert best - float(whole["kl"].sel(s1=s1, a1=a1)) < 0.5
+
+
+def test_a_curve_has_its_errors_and_the_star():
+    whole = hill("s1", error=0.02)
+    (axis,) = panels(placement_plots.information(whole))
+    npt.assert_array_equal(line(axis, "information"), [PLACES["s1"], whole["kl"]])
+    npt.assert_allclose(np.ravel(line(axis, "best")), [0.3, 1.0])
+    band = axis.collections[0].get_paths()[0].vertices[:, 1]
+    assert band.max() == pytest.approx(float((whole["kl"] + 2 * whole["kl_se"]).max()))
+    assert {"± 2 standard errors", "information", "best"} <= set(labels(axis.figure))
+
+
+def test_three_transducers_have_a_panel_for_each_pair_best_over_the_third():
+    whole = hill("s1", "a1", "s2")
+    found = panels(placement_plots.information(whole))
+    pairs = [("s1", "a1"), ("s1", "s2"), ("a1", "s2")]
+    assert len(found) == 3
+    for axis, (across, up) in zip(found, pairs, strict=True):
+        assert axis.get_xlabel() == f"position of {across} [m]"
+        assert axis.get_ylabel() == f"position of {up} [m]"
+        (other,) = {"s1", "a1", "s2"} - {across, up}
+        best = whole["kl"].max(other).transpose(up, across)
+        npt.assert_array_equal(axis.collections[0].get_array(), best)
+        npt.assert_allclose(np.ravel(line(axis, "best")), [TOP[across], TOP[up]])
+
+
+@pytest.mark.parametrize(("names", "best"), [(("s1",), [4]), (("s1", "a1"), [4, 5])])
+def test_places_in_space_are_seen_where_they_differ(names, best):
+    whole = in_space(*names)
+    found = panels(placement_plots.information(whole))
+    assert len(found) == len(names)
+    for axis, name, number in zip(found, names, best, strict=True):
+        assert (axis.get_xlabel(), axis.get_ylabel()) == (f"x of {name} [m]", f"z of {name} [m]")
+        at = [float(whole[f"{name}.{one}"][number]) for one in "xz"]
+        npt.assert_allclose(np.ravel(line(axis, "best")), at)
+        others = [other for other in names if other != name]
+        npt.assert_array_equal(axis.collections[0].get_array(), whole["kl"].max(others))
+
+
+@pytest.mark.parametrize("names", [("s1", "a1"), ("s1", "a1", "s2")])
+def test_maps_of_all_tolerances_share_their_colours(names):
+    one = study(*names)
+    found = panels(placement_plots.tolerances(one))
+    assert [axis.get_title() for axis in found] == [
+        "1 times the tolerance",
+        "0.5 times the tolerance",
+        "0.25 times the tolerance",
+    ]
+    limits = {axis.collections[0].get_clim() for axis in found}
+    assert limits == {(float(one.maps["kl"].min()), float(one.maps["kl"].max()))}
+    for number, axis in enumerate(found):
+        kl = one.maps["kl"].isel({FACTOR: number})
+        kl = kl.max("s2") if len(names) > 2 else kl
+        npt.assert_array_equal(axis.collections[0].get_array(), kl.T)
+    levels = {tuple(axis.collections[1].levels) for axis in found}
+    assert len(levels) == 1 and len(*levels) == 6
+
+
+def test_curves_of_all_tolerances_share_their_axis():
+    one = study("s1")
+    limits = {axis.get_ylim() for axis in panels(placement_plots.tolerances(one))}
+    ((low, high),) = limits
+    assert low == 0 and high > 1.6
+
+
+def test_the_best_placements_are_shown_by_rank():
+    axis = placement_plots.placements(placement(30)).axes[0]
+    assert axis.get_xlabel() == "rank among 30 placements that were tried"
+    assert axis.get_ylabel() == KL
+    npt.assert_allclose(np.ravel(line(axis, "best")), [1, 2.0])
+    points, _, (errors,) = axis.containers[0]
+    npt.assert_array_equal(points.get_xdata(), np.arange(1, 21))
+    npt.assert_array_equal(np.asarray(points.get_ydata(), float), placement(30).tried["kl"][:20])
+    npt.assert_allclose(errors.get_segments()[0][:, 1], [1.96, 2.04])
+
+
+def test_a_single_placement_has_the_rank_one():
+    axis = drawn(placement_plots.placements(placement(1))).axes[0]
+    assert [tick for tick in axis.get_xticks() if 0.5 <= tick <= 1.5] == [1]
+
+
+def test_a_map_of_one_column_is_drawn():
+    drawn(placement_plots.information(hill("s1", "a1").isel(a1=[2])))
+
+
+def test_a_flat_map_is_drawn():
+    flat = hill("s1", "a1", height=0.0, error=0.0)
+    drawn(placement_plots.information(flat))

@@ -1,0 +1,276 @@
+"""plots: what is drawn is what was given, with units, and a legend that says what is what."""
+
+import io
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import bayes_placement as bp
+
+FREQUENCY = np.array([10.0, 20.0, 40.0, 80.0])
+RNG = np.random.default_rng(3)
+RATIO, POSITION = "structure.damping.ratio", "sensor.s1.position"
+
+
+def draws(values, unit="1"):
+    return ("chain", "draw"), np.asarray(values).reshape(1, -1), {"units": unit}
+
+
+def outputs(values, leading=("chain", "draw"), parts=False):
+    part = ["part"] if parts else []
+    unit = "velocity per force [(m/s)/N]"
+    return xr.Dataset(
+        {
+            "measured": (
+                (*leading, "sensor", "actuator", *part, "frequency"),
+                values,
+                {"units": unit if parts else f"log10 of {unit}"},
+            )
+        },
+        coords={
+            "sensor": ["s1+x", "s2+x"],
+            "actuator": ["a1+x"],
+            "frequency": ("frequency", FREQUENCY, {"units": "Hz"}),
+        },
+    )
+
+
+def result(ratio=None, place=None, parts=False):
+    """Result of an inference of a damping ratio and a position, with two sensors."""
+    shape = (2, 1, 2, 4) if parts else (2, 1, 4)
+    ratio = RNG.normal(0.04, 0.004, 500) if ratio is None else ratio
+    place = RNG.normal(0.3, 0.01, 500) if place is None else place
+    prior = {RATIO: draws(RNG.uniform(0.02, 0.06, 400)), POSITION: draws(RNG.uniform(0, 1, 400))}
+    prior[POSITION][2]["units"] = "m"
+    observed = RNG.normal(size=shape)
+    return xr.DataTree.from_dict(
+        {
+            "/posterior": xr.Dataset({RATIO: draws(ratio), POSITION: draws(place, "m")}),
+            "/prior": xr.Dataset(prior),
+            "/posterior_predictive": outputs(
+                observed + RNG.normal(size=(1, 200, *shape)), parts=parts
+            ),
+            "/observed_data": outputs(observed, (), parts=parts),
+        }
+    )
+
+
+SPATIAL = {
+    "sensor.s1.position.x": "m",
+    "sensor.s1.position.y": "m",
+    "sensor.s1.angles.1": "rad",
+    "sensor.s1.angles.3": "rad",
+    "actuator.a1.position.along": "m",
+}
+
+
+def result_in_space():
+    """Result of an inference of places in space and of angles."""
+
+    def group(count):
+        return xr.Dataset({name: draws(RNG.uniform(size=count), u) for name, u in SPATIAL.items()})
+
+    return xr.DataTree.from_dict({"/posterior": group(500), "/prior": group(400)})
+
+
+def labels(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()] if figure.legends else []
+
+
+def line(axis, label):
+    (one,) = [line for line in axis.lines if line.get_label() == label]
+    return one.get_ydata()
+
+
+def steps(axis, label):
+    (one,) = [patch for patch in axis.patches if patch.get_label() == label]
+    return one.get_data()
+
+
+def drawn(figure):
+    """Draw a figure; a warning of the layout or of a missing value is an error in this suite."""
+    figure.savefig(io.BytesIO())
+    return figure
+
+
+FIGURES = {
+    "measured_against_band": lambda: bp.plots.posterior.measured_against_band(result()),
+    "measured_against_band of complex outputs": lambda: bp.plots.posterior.measured_against_band(
+        result(parts=True)
+    ),
+    "parameters": lambda: bp.plots.posterior.parameters(result(), {RATIO: 0.04}),
+    "placement": lambda: bp.plots.posterior.placement(result(), {POSITION: 0.3}),
+    "placement in space": lambda: bp.plots.posterior.placement(result_in_space()),
+    "pair": lambda: bp.plots.posterior.pair(result(), RATIO, POSITION),
+    "methods": lambda: bp.plots.posterior.methods({"one": result(), "two": result()}),
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_axis_bears_a_name_and_a_unit(name):
+    for axis in drawn(FIGURES[name]()).axes:
+        assert axis.get_xlabel().endswith("]")
+        assert any(word in axis.get_ylabel() for word in ("[", "density", "ratio"))
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_one_legend_stands_above_the_panels(name):
+    figure = drawn(FIGURES[name]())
+    (legend,) = figure.legends
+    bottom = legend.get_window_extent().y0
+    assert all(axis.get_tightbbox().y1 <= bottom for axis in figure.axes)
+    assert len(labels(figure)) == len(set(labels(figure))) >= 2
+
+
+def test_each_transducer_in_space_has_a_row_and_angles_say_about_what():
+    figure = drawn(bp.plots.posterior.placement(result_in_space()))
+    said = {axis.get_xlabel(): axis.get_subplotspec() for axis in figure.axes}
+    assert {label: (one.rowspan.start, one.colspan.start) for label, one in said.items()} == {
+        "sensor.s1.position.x [m]": (0, 0),
+        "sensor.s1.position.y [m]": (0, 1),
+        "sensor.s1.angles.1 about x [rad]": (0, 2),
+        "sensor.s1.angles.3 about z [rad]": (0, 3),
+        "actuator.a1.position.along [m]": (1, 0),
+    }
+    assert figure.axes[2].get_ylabel() == "probability density [1/rad]"
+
+
+def test_measured_points_are_drawn_on_the_band_and_less_its_mean():
+    one = result()
+    one["observed_data"]["measured"][1, 0, 2] = np.nan  # a gap is left out
+    figure = bp.plots.posterior.measured_against_band(one)
+    assert len(figure.axes) == 4
+    for sensor in range(2):
+        measured = one["observed_data"]["measured"][sensor, 0]
+        mean = one["posterior_predictive"]["measured"][..., sensor, 0, :].mean(("chain", "draw"))
+        upper, lower = figure.axes[2 * sensor : 2 * sensor + 2]
+        np.testing.assert_allclose(line(upper, "measured"), measured)
+        np.testing.assert_allclose(line(upper, "posterior predictive, mean"), mean)
+        np.testing.assert_allclose(line(lower, "measured"), measured - mean)
+        centre = line(lower, "posterior predictive, mean")
+        np.testing.assert_allclose(centre, np.zeros(FREQUENCY.size), atol=1e-12)
+        assert f"s{sensor + 1}+x" in upper.get_title()
+    drawn(figure)
+
+
+def test_the_band_holds_nine_draws_in_ten():
+    one = result()
+    axis = bp.plots.posterior.measured_against_band(one).axes[0]
+    corners = axis.collections[0].get_paths()[0].vertices
+    predicted = one["posterior_predictive"]["measured"][0, :, 0, 0]
+    at_first = corners[corners[:, 0] == FREQUENCY[0], 1]
+    expected = predicted[:, 0].quantile([0.05, 0.95])
+    np.testing.assert_allclose([at_first.min(), at_first.max()], expected)
+
+
+def test_complex_outputs_are_drawn_by_the_logarithm_of_their_amplitude():
+    one = result(parts=True)
+    axis = bp.plots.posterior.measured_against_band(one).axes[0]
+    real, imaginary = one["observed_data"]["measured"].values[0, 0]
+    np.testing.assert_allclose(line(axis, "measured"), np.log10(np.hypot(real, imaginary)))
+    assert axis.get_ylabel() == "log10 of velocity\nper force [(m/s)/N]"
+
+
+def tiny(observe):
+    return bp.Experiment(
+        bp.Structure(
+            bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0),
+            damping=bp.damping.Modal([0.04]),
+        ),
+        sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.25, within=0.04))],
+        actuators=[bp.Actuator("a1", at=0.3)],
+        frequency=FREQUENCY,
+        observe=observe,
+        noise=None,
+    )
+
+
+@pytest.mark.parametrize("observe", [bp.observe.LogAmplitude, bp.observe.Complex])
+def test_the_nominal_response_is_drawn_along_with_the_simulated_band(observe):
+    experiment = tiny(observe("velocity"))
+    figure = bp.plots.posterior.response_band(
+        bp.simulate(experiment, draws=20), experiment.nominal().predict()
+    )
+    frf = np.asarray(experiment.nominal().frf())[0, 0]
+    np.testing.assert_allclose(line(figure.axes[0], "as recorded"), np.log10(np.abs(frf)))
+    assert labels(drawn(figure)) == [
+        "random draws, 90 % band",
+        "random draws, mean",
+        "as recorded",
+    ]
+
+
+def test_many_channels_have_a_panel_each():
+    wide = tiny(bp.observe.LogAmplitude("velocity"))
+    simulated = bp.simulate(wide, draws=5)["prior_predictive"].to_dataset()
+    many = xr.concat([simulated] * 6, "sensor").assign_coords(sensor=[f"s{n}" for n in range(6)])
+    figure = bp.plots.posterior.response_band(xr.DataTree.from_dict({"/prior_predictive": many}))
+    assert len(drawn(figure).axes) == 6
+    assert len(labels(figure)) == 2
+
+
+@pytest.mark.parametrize("group", ["prior", "posterior"])
+def test_histograms_hold_all_draws(group):
+    density, edges, _ = steps(bp.plots.posterior.parameters(result()).axes[0], group)
+    assert np.sum(density * np.diff(edges)) == pytest.approx(1.0)
+
+
+def test_nodes_of_a_grid_leave_no_gaps():
+    node = 0.04 + 0.004 * np.linspace(-3, 3, 15) ** 3 / 9
+    share = np.exp(-0.5 * ((node - 0.04) / 0.004) ** 2) * np.gradient(node)
+    ratio = np.repeat(node, np.rint(1000 * share / share.sum()).astype(int))
+    one = result(ratio, place=np.full(ratio.size, 0.3))
+    density, _, _ = steps(bp.plots.posterior.parameters(one).axes[0], "posterior")
+    assert density.min() > 0
+    # The nodes crowd in the middle; the density must not show it.
+    middle = np.unique(ratio)
+    exact = np.exp(-0.5 * ((middle - 0.04) / 0.004) ** 2) / (0.004 * np.sqrt(2 * np.pi))
+    np.testing.assert_allclose(density, exact, atol=0.2 * exact.max())
+
+
+def test_a_posterior_of_a_single_value_is_drawn():
+    drawn(bp.plots.posterior.placement(result(place=np.full(500, 0.3))))
+
+
+def test_a_posterior_far_narrower_than_the_prior_is_shown_enlarged():
+    wide, narrow = RNG.uniform(0.02, 0.06, 500), RNG.uniform(0.0400, 0.0402, 500)
+    first, second = (bp.plots.posterior.parameters(result(ratio=r)).axes[0] for r in (wide, narrow))
+    assert first.get_xlim()[0] < 0.021
+    assert 0.0398 < second.get_xlim()[0] < second.get_xlim()[1] < 0.0404
+
+
+def test_true_values_are_marked_where_they_are_known():
+    figure = bp.plots.posterior.placement(result(), {POSITION: 0.31, "another": 1.0})
+    assert line(figure.axes[0], "true value") is not None
+    assert figure.axes[0].lines[0].get_xdata()[0] == 0.31
+    assert labels(figure) == ["prior", "posterior", "true value"]
+    assert labels(bp.plots.posterior.placement(result())) == ["prior", "posterior"]
+
+
+def test_each_element_of_an_array_has_a_panel():
+    one = result()
+    for group in ("prior", "posterior"):
+        dataset = one[group].to_dataset()
+        several = (("chain", "draw", "i"), RNG.normal(size=(1, 100, 3)), {"units": "kg"})
+        fresh = xr.Dataset({"structure.mass": several, POSITION: dataset[POSITION][:, :100]})
+        one[group] = xr.DataTree(fresh)
+    figure = drawn(bp.plots.posterior.parameters(one))
+    names = [f"structure.mass[{n}] [kg]" for n in range(3)]
+    assert [axis.get_xlabel() for axis in figure.axes] == names
+
+
+def test_each_method_is_drawn_once_by_its_name():
+    figure = bp.plots.posterior.methods({"one": result(), "two": result()}, {RATIO: 0.04})
+    assert labels(drawn(figure)) == ["one", "two", "true value"]
+    lines = [patch.get_linestyle() for patch in figure.axes[0].patches]
+    assert len(set(lines)) == 2  # told apart without colour
+
+
+def test_a_figure_of_nothing_says_so():
+    only = result()
+    for group in ("prior", "posterior"):
+        only[group] = xr.DataTree(only[group].to_dataset()[[POSITION]])
+    for figure in (bp.plots.posterior.parameters(only), bp.plots.posterior.methods({"one": only})):
+        drawn(figure)
+        assert figure.axes[0].texts[0].get_text() == "nothing of this kind is unknown"

@@ -1,0 +1,186 @@
+"""structure_plots: a structure is drawn where it is, and a score where it belongs."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+from skfem import Basis, ElementHex1, ElementQuad1, ElementVector, MeshHex, MeshQuad
+
+import bayes_placement as bp
+from bayes_placement.modes.finite_elements import interpolation, nodal_modes
+from bayes_placement.plots import structure as structure_plots
+from tests.in_space import BOUNDS, Linear
+from tests.simulator.element_models import nodes
+
+CORNERS = np.array([[0.0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]])
+
+
+def model(position):
+    return bp.finite_elements.ModalModel.from_arrays(
+        position=position,
+        shape=np.random.default_rng(0).normal(size=(len(position), 3, 2)),
+        natural_frequency=[30.0, 80.0],
+        modal_mass=1.0,
+    )
+
+
+def modes(reading, position=CORNERS):
+    """Modes with this interpolation; which rows it reads does not matter here."""
+    handed_over = model(np.vstack([position, np.zeros((20, 3))]))
+    return nodal_modes.modes(handed_over, reading)
+
+
+def lines(found):
+    """Set of lines, each the set of its two ends."""
+    points, style = found
+    assert style == "-"
+    parts = points.reshape(-1, 3, 3)
+    assert np.isnan(parts[:, 2]).all()
+    ends = np.round(parts[:, :2], 9) + 0.0
+    return {frozenset(map(tuple, pair)) for pair in ends.tolist()}
+
+
+def pairs(*several):
+    return {frozenset(map(tuple, (CORNERS[i], CORNERS[j]))) for i, j in several}
+
+
+def elements(*corners):
+    return interpolation.linear(nodes(CORNERS, (1, 2, 3)), np.array(corners))
+
+
+def boxes(mesh, element):
+    axes = tuple(range(1, mesh.dim() + 1))
+    return interpolation.scikit_fem(Basis(mesh, ElementVector(element)), axes=axes)
+
+
+def experiment(structure_modes, at=(0.0, 1.0, 0.0)):
+    return bp.Experiment(
+        bp.Structure(structure_modes, damping=bp.damping.Modal(0.02)),
+        sensors=[bp.Sensor("s1", at=at), bp.Sensor("s2", at=(0.5, 0.0, 0.0))],
+        actuators=[bp.Actuator("a1", at=(0.0, 0.0, 0.0))],
+        frequency=[20.0, 50.0],
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+    )
+
+
+def test_lines_triangles_and_tetrahedra_are_drawn_by_their_edges():
+    whole = modes(elements([0, 1], [0, 3]))
+    assert lines(structure_plots.outline(whole)) == pairs((0, 1), (0, 3))
+    face = modes(elements([0, 1, 2]))
+    assert lines(structure_plots.outline(face)) == pairs((0, 1), (0, 2), (1, 2))
+    solid = modes(elements([0, 1, 2, 3]))
+    every = pairs((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+    assert lines(structure_plots.outline(solid)) == every
+
+
+@pytest.mark.parametrize(
+    ("mesh", "element", "count"),
+    [
+        (MeshQuad.init_tensor([0.0, 2.0], [0.0, 1.0, 3.0]), ElementQuad1(), 7),
+        (MeshHex.init_tensor([0.0, 2.0], [0.0, 1.0], [0.0, 1.0, 3.0]), ElementHex1(), 20),
+    ],
+    ids=["rectangles", "bricks"],
+)
+def test_rectangles_and_bricks_have_no_diagonals(mesh, element, count):
+    found = lines(structure_plots.outline(modes(boxes(mesh, element))))
+    assert len(found) == count
+    for one, other in found:
+        assert np.count_nonzero(np.subtract(one, other)) == 1
+
+
+@pytest.mark.parametrize("read", [interpolation.nearest, interpolation.scattered])
+def test_nodes_without_elements_are_dots(read):
+    position = np.random.default_rng(1).uniform(size=(15, 3))
+    handed_over = model(position)
+    points, style = structure_plots.outline(nodal_modes.modes(handed_over, read(handed_over)))
+    assert style == "."
+    np.testing.assert_allclose(points, position)
+
+
+def test_modes_that_do_not_tell_their_nodes_are_a_box():
+    found = lines(structure_plots.outline(Linear()))
+    assert len(found) == 12
+    assert {end for line in found for end in line} >= set(BOUNDS)
+
+
+def test_of_a_large_mesh_some_lines_are_drawn(monkeypatch):
+    monkeypatch.setattr(structure_plots, "MOST_LINES", 4)
+    whole = modes(elements([0, 1, 2, 3]))
+    assert len(lines(structure_plots.outline(whole))) == 3
+
+
+@pytest.mark.parametrize(
+    ("size", "axes", "projection"),
+    [
+        ((1.0, 2.0, 3.0), (0, 1, 2), "3d"),
+        ((1.0, 0.0, 3.0), (0, 2), None),
+        ((1.0, 2.0, 0.0), (0, 1), None),
+        ((2.0, 0.0, 0.0), (0, 2), None),
+        ((0.0, 2.0, 0.0), (0, 1), None),
+        ((0.0, 0.0, 2.0), (0, 2), None),
+        ((0.0, 0.0, 0.0), (0, 2), None),
+    ],
+)
+def test_what_lies_in_a_plane_is_seen_in_that_plane(size, axes, projection):
+    corners = np.array([np.ones(3), 1 + np.array(size)])
+    seen = structure_plots.view(corners)
+    assert (seen.axes, seen.projection) == (axes, projection)
+    assert np.all(seen.low < corners[0])
+    assert np.all(seen.high > corners[1])
+    np.testing.assert_array_equal(seen.seen(corners), corners[:, list(axes)].T)
+
+
+@pytest.fixture(scope="module")
+def frame():
+    """Draw an L in the plane of x and z, and what is known of three places on it."""
+    whole = experiment(modes(elements([0, 1], [0, 3]), CORNERS[[0, 1, 3]]), at=(0.0, 0.0, 3.0))
+    rows = pd.DataFrame(
+        {
+            "x": [0.0, 0.0, 1.0, 2.0],
+            "y": 0.0,
+            "z": [1.0, 1.0, 0.0, 0.0],
+            "size": [2.0, 7.0, 9.0, 4.0],
+        }
+    )
+    figure = Figure()
+    axis = figure.subplots()
+    seen = structure_plots.view(structure_plots.extent(whole, rows))
+    structure_plots.structure(axis, seen, whole)
+    structure_plots.suspects(figure, axis, seen, rows, "score [1]")
+    structure_plots.fitted(axis, seen, (1.5, 0.0, 0.0))
+    structure_plots.dressed(axis, seen)
+    figure.draw_without_rendering()
+    return axis
+
+
+def marked(axis, label):
+    (line,) = [one for one in axis.lines if one.get_label() == label]
+    return np.transpose(line.get_data()).tolist()
+
+
+def test_a_place_has_the_colour_of_its_greatest_score(frame):
+    (marks,) = frame.collections
+    pairs = zip(marks.get_offsets().tolist(), marks.get_array(), strict=True)
+    found = {tuple(at): score for at, score in pairs}
+    assert found == {(0.0, 1.0): 7.0, (1.0, 0.0): 9.0, (2.0, 0.0): 4.0}
+    assert (marks.norm.vmin, marks.norm.vmax) == (0.0, 9.0)
+    assert marked(frame, "greatest score") == [[1.0, 0.0]]
+
+
+def test_instruments_and_what_was_fitted_are_marked_where_they_are(frame):
+    assert marked(frame, "sensor as recorded") == [[0.0, 3.0], [0.5, 0.0]]
+    assert marked(frame, "actuator as recorded") == [[0.0, 0.0]]
+    assert marked(frame, "place as fitted") == [[1.5, 0.0]]
+    names = {text.get_text().strip(): text.get_position() for text in frame.texts}
+    assert names == {"s1": (0.0, 3.0), "s2": (0.5, 0.0), "a1": (0.0, 0.0)}
+
+
+def test_axes_bear_the_names_of_their_coordinates_and_one_scale(frame):
+    assert (frame.get_xlabel(), frame.get_ylabel()) == ("x [m]", "z [m]")
+    assert frame.get_aspect() == 1.0
+
+
+def test_places_of_an_unknown_structure_are_all_there_is():
+    rows = pd.DataFrame({"x": [0.0, 1.0], "y": [2.0, 3.0], "z": [4.0, 5.0], "size": 1.0})
+    np.testing.assert_array_equal(structure_plots.extent(None, rows), [[0, 2, 4], [1, 3, 5]])
