@@ -13,6 +13,8 @@ import numpyro
 from jax.tree_util import DictKey, GetAttrKey, SequenceKey
 from numpyro.distributions import Distribution
 
+from ._types import InputError
+
 Tree = TypeVar("Tree")
 
 
@@ -82,7 +84,7 @@ def substitute(tree: Tree, values: Mapping[str, Any]) -> Tree:
     names = [unknown.name for unknown in unknowns(tree)]
     strange = [name for name in values if name not in names]
     if strange:
-        raise ValueError(
+        raise InputError(
             f"There is no unknown {strange[0]!r} to give a value to. "
             f"The unknowns are {', '.join(names) or 'none'}."
         )

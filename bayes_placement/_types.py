@@ -26,7 +26,11 @@ Progress = Callable[[float], None]
 """Called with the share of the work that is done, from 0 to 1."""
 
 
-class InfeasibleError(ValueError):
+class InputError(ValueError):
+    """What was given, what is needed, why, and the line that fixes it."""
+
+
+class InfeasibleError(InputError):
     """A method that cannot treat this experiment, where another one can."""
 
 

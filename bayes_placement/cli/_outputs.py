@@ -11,6 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from .._files import write_whole
+from .._types import InputError
 
 DOTS_PER_INCH = 120
 
@@ -24,7 +25,7 @@ def make_folder(out: Path) -> None:
         If it is a file.
     """
     if out.exists() and not out.is_dir():
-        raise ValueError(
+        raise InputError(
             f"--out {out} is a file. A folder is needed, which is made if it is not there: "
             "--out results."
         )

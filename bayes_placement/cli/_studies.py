@@ -8,7 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from .._types import Progress
+from .._types import InputError, Progress
 from ..experiment.experiment import Experiment, Measurements
 from ..inference import methods
 from ..inference.infer import InferenceWarning, infer
@@ -41,7 +41,7 @@ def measured(study: model.Study, data: Path | None, path: Path, command: str) ->
     if data is not None:
         return uff.read(data, require_positions=False)
     if study.measurement is None:
-        raise ValueError(
+        raise InputError(
             f"{path} declares no `measurement` and no --data file is given. Measured FRFs are "
             f"needed: bayes-placement {command} {path} --data measured.uff"
         )

@@ -18,7 +18,7 @@ import xarray as xr
 from .. import design
 from .._files import write_whole
 from .._progress import stages, terminal
-from .._types import Progress
+from .._types import InputError, Progress
 from ..criticism.missing.improve import improve
 from ..design import information
 from ..design._fewer import with_lines, with_more, with_only
@@ -154,7 +154,7 @@ def _planned(study: Study, measured: Measurements | None, options: Options) -> E
     """The experiment with the output error that is stated, or that a measurement tells."""
     noise, known = study.experiment.noise, study.measurement if measured is None else measured
     if options.sigma is None and known is None and noise is not None and noise.reads_coherence:
-        raise ValueError(
+        raise InputError(
             f"The model declares noise.{type(noise).__name__}(), which reads the output error from "
             "a measurement, but there is none. Give --data measured.uff, an earlier measurement of "
             "the same kind, or the standard deviation of log10 of the amplitude: --noise 0.01."
@@ -179,7 +179,7 @@ def _asked(experiment: Experiment, options: Options) -> Experiment:
     if options.sensors is None or options.sensors == len(sensors):
         return experiment
     if options.sensors < 1:
-        raise ValueError(
+        raise InputError(
             f"--sensors {options.sensors} was given; at least one sensor is needed: --sensors 2."
         )
     if options.sensors < len(sensors):
@@ -191,7 +191,7 @@ def _asked(experiment: Experiment, options: Options) -> Experiment:
 def _places(experiment: Experiment, options: Options) -> dict[str, Sequence[Any]]:
     """Places to try, of those where each transducer can sit."""
     if options.search == "evolutionary" and in_space(experiment.structure.modes.bounds()):
-        raise ValueError(
+        raise InputError(
             "--search evolutionary moves along a line, but this structure lies in space. Give "
             "--search sequential or forward, or use bp.place with a support for each transducer."
         )
@@ -202,13 +202,13 @@ def _places(experiment: Experiment, options: Options) -> dict[str, Sequence[Any]
     }
     empty = [name for name, several in found.items() if not several]
     if empty:
-        raise ValueError(
+        raise InputError(
             f'None of {len(every)} places is one where "{empty[0]}" can sit with its tolerance. '
             "Try more places, --places 200, or use bp.place with places of your own."
         )
     cells = np.prod([len(several) for several in found.values()], dtype=float)
     if options.search == "exhaustive" and cells > MOST_CELLS:
-        raise ValueError(
+        raise InputError(
             f"--search exhaustive would try {cells:.2g} placements of {', '.join(found)}. Give "
             "--search forward (or evolutionary), fewer --sensors or fewer --places."
         )
@@ -284,7 +284,7 @@ def _separation(
     found = improve(experiment, measured, candidates=library(experiment), progress=progress)
     if len(found.alternatives) < 2:
         only = "".join(f" ({one.name})" for one in found.alternatives)
-        raise ValueError(
+        raise InputError(
             f"--estimator separation tells explanations apart, but the data leave one only{only}. "
             "Give --estimator expected-gain, to sharpen its parameters."
         )

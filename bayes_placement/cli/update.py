@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from .._progress import stages, terminal
+from .._types import InputError
 from ..experiment.experiment import Experiment, Measurements
 from ..inference import methods
 from ..inference.report import Report, report
@@ -51,7 +52,7 @@ def _chosen(study: Study, engine: str, marginal: str | None) -> list[methods.Met
     if engine != "all":
         return [_studies.method(study, engine, marginal or "latent")]
     if marginal is not None:
-        raise ValueError(
+        raise InputError(
             f"--marginal {marginal} was given without --engine. A marginal goes with one engine, "
             "since --engine all runs several marginals that check each other: "
             f"--engine smc --marginal {marginal}."

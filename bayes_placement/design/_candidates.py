@@ -11,6 +11,7 @@ import jax
 import numpy as np
 
 from .._sites import unknowns
+from .._types import InputError
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
 from ..positions.tolerances import Support
@@ -74,7 +75,7 @@ def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candid
         If there is no such transducer, nothing to try, or a place lies outside the structure.
     """
     if not places:
-        raise ValueError(
+        raise InputError(
             "No places to try were given; those of at least one transducer are needed: "
             '{"s1": np.linspace(0.04, 0.96, 47)}.'
         )
@@ -84,14 +85,14 @@ def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candid
 def _candidates(experiment: Experiment, name: str, places: Any) -> Candidates:
     one = transducer(experiment, name)
     if isinstance(places, Support):
-        raise ValueError(
+        raise InputError(
             f'{one.kind} "{name}" was given {places} to sit anywhere in; here a list of places to '
             f'try is needed: {{"{name}": [0.25, 0.5]}}. search=design.Evolutionary() searches all '
             "of a support."
         )
     moved = [one.moved(_place(each), experiment.structure.modes) for each in places]
     if not moved:
-        raise ValueError(
+        raise InputError(
             f'{one.kind} "{name}" was given no place to try; at least one is needed: '
             f'{{"{name}": [0.25, 0.5]}}.'
         )
@@ -137,7 +138,7 @@ def transducer(experiment: Experiment, name: str) -> Transducer:
     """
     known = {**experiment.sensor, **experiment.actuator}
     if name not in known:
-        raise ValueError(
+        raise InputError(
             f'Places of "{name}" were given, but the experiment has no such transducer. It has '
             f"{', '.join(known)}."
         )

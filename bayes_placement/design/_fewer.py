@@ -12,6 +12,7 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
+from .._types import InputError
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Covariance, Gaussian, Noise
 from ..experiment.transducers import Sensor
@@ -52,7 +53,7 @@ def with_more(experiment: Experiment, count: int) -> Experiment:
     last = list(experiment.sensor.values())[-1]
     noise = experiment.noise
     if noise is not None and not _equal(noise, noise.of(sensors=np.array([0]))):
-        raise ValueError(
+        raise InputError(
             f'{count} more sensors like "{last.name}" were asked for, but each channel has a level '
             "of the output error of its own, so theirs is not known. Declare all sensors in the "
             "experiment."
@@ -142,7 +143,7 @@ def _channels(side: Mapping[str, Any], names: Collection[str]) -> np.ndarray:
 def _check_chain(experiment: Experiment) -> None:
     for effect in experiment.chain.values():
         if "sensor" in {field.name for field in dataclasses.fields(effect)}:
-            raise ValueError(
+            raise InputError(
                 f'The effect "{effect.name}" is about one sensor, by its number, but sensors are '
                 "to be left out here, which changes the numbers. Leave the effect out: "
                 f'experiment.without("{effect.name}").'

@@ -8,7 +8,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from .._types import InfeasibleError
+from .._types import InfeasibleError, InputError
 from ..experiment.experiment import Experiment, is_placement, role
 
 
@@ -74,7 +74,7 @@ def _refuse_strange(given: Mapping[str, float], found: Mapping[str, Any]) -> Non
     strange = [name for name in given if name not in found or is_placement(name)]
     if strange:
         names = ", ".join(name for name in found if not is_placement(name))
-        raise ValueError(
+        raise InputError(
             f"A nominal value of {strange[0]} was given, which is no unknown parameter; those are "
             f"{names}. Places are taken where they are recorded."
         )

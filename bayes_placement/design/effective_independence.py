@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
+from .._types import InputError
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
 from ..modes.modes import Modes
@@ -173,7 +174,7 @@ def _in_band(experiment: Experiment, modes: Modes) -> np.ndarray:
     low, high = np.min(experiment.lines), np.max(experiment.lines)
     found = np.flatnonzero((natural >= low) & (natural <= high))
     if not found.size:
-        raise ValueError(
+        raise InputError(
             f"No natural frequency lies in the band of {low:g} to {high:g} Hz; shapes of at least "
             "one mode are needed. Choose modes by number: modes=(1, 2)."
         )
@@ -183,7 +184,7 @@ def _in_band(experiment: Experiment, modes: Modes) -> np.ndarray:
 def _numbered(modes: Modes, numbers: Sequence[int]) -> np.ndarray:
     count = jax.eval_shape(lambda: modes.natural_frequency).shape[0]
     if not numbers or min(numbers) < 1 or max(numbers) > count:
-        raise ValueError(
+        raise InputError(
             f"modes={tuple(numbers)} was given; numbers of modes from 1 to {count} are needed, as "
             "many as the structure has: modes=(1, 2)."
         )
@@ -193,7 +194,7 @@ def _numbered(modes: Modes, numbers: Sequence[int]) -> np.ndarray:
 def _check_alike(experiment: Experiment, several: Sequence[Candidates]) -> None:
     for one in several:
         if one.name not in experiment.sensor:
-            raise ValueError(
+            raise InputError(
                 f'Places of the actuator "{one.name}" were given; those of sensors are needed, '
                 "since effective independence knows nothing of what drives the structure. "
                 "bp.place(...) places actuators as well."
@@ -203,7 +204,7 @@ def _check_alike(experiment: Experiment, several: Sequence[Candidates]) -> None:
     for one in several[1:]:
         fields = [(known[name].directions, known[name].angles) for name in (first.name, one.name)]
         if not np.array_equal(one.recorded, first.recorded) or not eqx.tree_equal(*fields):
-            raise ValueError(
+            raise InputError(
                 f'Sensors "{first.name}" and "{one.name}" have other places to try, or other '
                 "directions; sensors alike and one list of places are needed, from which places "
                 f'are removed one by one: {{"{first.name}": places, "{one.name}": places}}.'
@@ -214,19 +215,19 @@ def _check_rank(rows: Rows, base: np.ndarray, count: int) -> None:
     channels, modes = rows.shape[1:]
     several = count * channels + len(base)
     if len(rows) < count:
-        raise ValueError(
+        raise InputError(
             f"{len(rows)} places for {count} sensors were given; at least as many places as "
             "sensors are needed, since each sits at one of its own."
         )
     if several < modes:
-        raise ValueError(
+        raise InputError(
             f"{several} channels were given for {modes} modes; at least as many channels as modes "
             "are needed, since otherwise no placement tells them apart. Choose fewer modes: "
             f"modes={tuple(range(1, several + 1))}."
         )
     rank = np.linalg.matrix_rank(np.concatenate([rows.reshape(-1, modes), base]))
     if rank < modes:
-        raise ValueError(
+        raise InputError(
             f"With a sensor at each of the {len(rows)} places only {rank} of {modes} modes could "
             "be told apart; more places are needed, or fewer modes: modes=(1, 2)."
         )

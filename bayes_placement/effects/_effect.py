@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float, Inexact, Int
 
 from .._sites import is_unknown
-from .._types import Parameter, Receptance
+from .._types import InputError, Parameter, Receptance
 from ..modes.hinged import Hinge
 from ..modes.modes import Modes
 from ..modes.points import Points, along
@@ -200,7 +200,7 @@ def numbered(name: Numbered, channels: Sequence[Channel]) -> Numbered:
         return name
     known = sensor_names(channels)
     if name not in known:
-        raise ValueError(
+        raise InputError(
             f'An effect on sensor "{name}" was added, but the experiment has the sensors '
             f'{", ".join(known)}. Name one of them: sensor="{known[0]}".'
         )

@@ -7,6 +7,7 @@ import difflib
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
+from .._types import InputError
 from ._effect import Effect
 from .axial_preload import AxialPreload
 from .compliant_support import CompliantSupport
@@ -108,7 +109,7 @@ def _kind(word: str | type[Effect]) -> type[Effect]:
     if word not in known:
         near = difflib.get_close_matches(word, known, n=1)
         meant = f" Did you mean {near[0]!r}?" if near else ""
-        raise ValueError(
+        raise InputError(
             f"There is no effect {word!r}.{meant} The effects are {', '.join(known)}; one of your "
             "own goes in as a class: library(experiment, further=[MyEffect])."
         )

@@ -10,7 +10,7 @@ import equinox as eqx
 from numpyro.distributions import LogUniform
 
 from .._sites import unit
-from .._types import Parameter
+from .._types import InputError, Parameter
 from ..modes._lines import uniform_line
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.changed import line_of
@@ -55,7 +55,7 @@ class CompliantSupport(Hinged):
         instead = 'Name a support of the model: effects.soft_support("left foot", ...).'
         possible = supports(uniform_line(modes, "compliant_support", instead))
         if (self.end, self.motion) not in possible:
-            raise ValueError(
+            raise InputError(
                 f'Effect "{self.name}": the {self.motion} of the {self.end} end was given, but '
                 "only what a support holds can give way. This structure holds "
                 f"{', '.join(f'the {m} of the {e} end' for e, m in possible) or 'nothing'}."

@@ -11,7 +11,7 @@ import numpy as np
 from numpyro.distributions import Uniform
 
 from .._sites import unit
-from .._types import Parameter, Receptance
+from .._types import InputError, Parameter, Receptance
 from ..positions.channel import Channel
 from . import _words
 from ._effect import InstrumentEffect, Numbered, Omega, numbered, of_sensor, sensor_names
@@ -49,7 +49,7 @@ class GainError(InstrumentEffect):
             return GainError(sensor, self.error, name=self.name)
         own = [one for one in channels if one.name == sensor_names(channels)[int(sensor)]]
         if self.direction not in [one.direction for one in own]:
-            raise ValueError(
+            raise InputError(
                 f'Effect "{self.name}": the direction {self.direction} was given, but the sensor '
                 f"has the channels {', '.join(one.label for one in own)}. Give one of their "
                 f"directions: direction={own[0].direction}."

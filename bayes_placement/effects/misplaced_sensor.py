@@ -16,7 +16,7 @@ from jaxtyping import Array, Float, Int
 from numpyro.distributions import Uniform
 
 from .._sites import is_unknown, unit
-from .._types import Parameter, Receptance
+from .._types import InputError, Parameter, Receptance
 from ..modes.modes import Modes
 from ..positions.bounds import in_space
 from ..positions.channel import Channel
@@ -94,7 +94,7 @@ class MisplacedSensor(InstrumentEffect):
         own, its = (len(_channels(number, channels)) for number in (one.sensor, other))
         if own != its:
             first, second = (sensor_names(channels)[int(place)] for place in (one.sensor, other))
-            raise ValueError(
+            raise InputError(
                 f'Effect "{self.name}": sensors "{first}" and "{second}" were given as swapped, '
                 f"but they have {own} and {its} channels, of which each carries one of the other. "
                 "Name two sensors alike."

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from .._types import InputError
+
 # Time derivatives of the displacement, which under exp(+i w t) are powers of i w.
 DERIVATIVE = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
@@ -16,7 +18,7 @@ PairLabel = Callable[[int, int], str]
 def quantity(given: str) -> None:
     """Refuse what is not an FRF of motion per force."""
     if given not in DERIVATIVE:
-        raise ValueError(
+        raise InputError(
             f"quantity={given!r} was given; an FRF of displacement, velocity or acceleration per "
             "force is needed: quantity='receptance', 'mobility' or 'accelerance'."
         )
@@ -25,19 +27,19 @@ def quantity(given: str) -> None:
 def frequency(lines: np.ndarray) -> None:
     """Refuse lines that are not an axis."""
     if lines.ndim != 1 or lines.size == 0:
-        raise ValueError(
+        raise InputError(
             f"frequency has shape {lines.shape}; one axis with at least one line [Hz] is needed: "
             "frequency=np.arange(1.0, 100.0)."
         )
     if not np.isfinite(lines).all() or lines[0] < 0:
-        raise ValueError(
+        raise InputError(
             f"frequency has the value {lines[~(lines >= 0) | np.isinf(lines)][0]:g} Hz; lines must "
             "be finite and not negative, since FRFs are one-sided: frequency[frequency >= 0]."
         )
     falling = np.flatnonzero(np.diff(lines) <= 0)
     if falling.size:
         before, after = lines[falling[0]], lines[falling[0] + 1]
-        raise ValueError(
+        raise InputError(
             f"frequency goes from {before:g} Hz to {after:g} Hz; it must increase from line to "
             "line, so that each line is found. Sort both by np.argsort(frequency)."
         )
@@ -46,7 +48,7 @@ def frequency(lines: np.ndarray) -> None:
 def shape(name: str, values: np.ndarray, needed: tuple[int, int, int]) -> None:
     """Refuse an array that is not laid out as sensor, actuator, frequency."""
     if values.shape != needed:
-        raise ValueError(
+        raise InputError(
             f"{name} has shape {values.shape}; (sensor, actuator, frequency) = {needed} is needed "
             "by the channels and lines given. Move its axes: np.moveaxis(frf, source, destination)."
         )
@@ -56,14 +58,14 @@ def frf(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
     """Refuse gaps inside a measured pair, and a measurement of nothing."""
     unmeasured = np.isnan(values).all(axis=-1)
     if unmeasured.all():
-        raise ValueError(
+        raise InputError(
             "frf holds nothing but NaN; at least one pair of sensor and actuator must be measured, "
             "since there is nothing to learn from otherwise. Look at how the file was read."
         )
     gaps = np.argwhere(~np.isfinite(values) & ~unmeasured[..., None])
     if gaps.size:
         row, column, line = gaps[0].tolist()
-        raise ValueError(
+        raise InputError(
             f"frf is {values[row, column, line]:g} for {label(row, column)} at {lines[line]:g} Hz; "
             "a measured pair needs a finite value at every line, and NaN throughout means not "
             "measured. Drop the line for all pairs: frf[..., np.isfinite(frf).all(axis=(0, 1))]."
@@ -76,7 +78,7 @@ def coherence(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
     outside = np.argwhere(~((values >= 0) & (values <= 1)) & known)
     if outside.size:
         row, column, line = outside[0].tolist()
-        raise ValueError(
+        raise InputError(
             f"coherence is {values[row, column, line]:g} for {label(row, column)} at "
             f"{lines[line]:g} Hz; it must lie between 0 and 1, being a share of power. Give the "
             "ordinary coherence |Gxy|^2 / (Gxx Gyy), or NaN at every line where it is unknown."
@@ -86,7 +88,7 @@ def coherence(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
 def averages(given: float | int | None) -> None:
     """Refuse a number of averages that cannot be counted."""
     if given is not None and not (given >= 1 and given == int(given)):
-        raise ValueError(
+        raise InputError(
             f"averages={given} was given; a whole number of at least 1 is needed, since it divides "
             "the variance of the FRF: averages=16."
         )
@@ -95,7 +97,7 @@ def averages(given: float | int | None) -> None:
 def force_level(given: float | int | None) -> None:
     """Refuse a force that is not one."""
     if given is not None and not 0 < given < np.inf:
-        raise ValueError(
+        raise InputError(
             f"force_level={given} was given; a positive amplitude [N] is needed, since an FRF is "
             "motion per force: force_level=0.5."
         )
@@ -109,7 +111,7 @@ def positions(given: Mapping[str, Sequence[float | int]]) -> dict[str, tuple[flo
 def _point(name: str, point: Sequence[float | int]) -> tuple[float, float, float]:
     coordinates = np.asarray(point, dtype=float)
     if coordinates.shape != (3,) or not np.isfinite(coordinates).all():
-        raise ValueError(
+        raise InputError(
             f"The position of {name!r} was given as {point}; three finite coordinates [m] are "
             f"needed, since structures lie in space: positions={{{name!r}: (0.25, 0.0, 0.0)}}."
         )
@@ -123,7 +125,7 @@ def variance(values: np.ndarray, measured: np.ndarray, lines: np.ndarray, label:
     useless = np.argwhere(~useful & measured[..., None])
     if useless.size:
         row, column, line = useless[0].tolist()
-        raise ValueError(
+        raise InputError(
             f"Coherence and FRF make the variance of {label(row, column)} at {lines[line]:g} Hz "
             f"{values[row, column, line]:g}; a positive one is needed, since coherence 0 leaves "
             "the error without bound, coherence 1 or a zero FRF claims that there is none, and "

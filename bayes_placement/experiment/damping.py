@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
 from .._sites import unit
-from .._types import Parameter
+from .._types import InputError, Parameter
 
 Loss = Complex[Array, "mode frequency"]
 Natural = Float[Array, "mode"]
@@ -44,7 +44,7 @@ class Modal(Damping):
     def __init__(self, ratio: list[Parameter] | tuple[Parameter, ...] | Parameter):
         self.ratio = tuple(ratio) if isinstance(ratio, list) else ratio
         if isinstance(ratio, list | tuple) and not ratio:
-            raise ValueError(
+            raise InputError(
                 "damping.Modal got no ratio. At least one is needed, and the last one holds for "
                 "all further modes: damping.Modal([0.04])."
             )

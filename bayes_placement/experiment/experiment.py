@@ -15,7 +15,7 @@ import numpyro
 from jaxtyping import Array, Float
 
 from .. import _sites
-from .._types import Receptance, Response
+from .._types import InputError, Receptance, Response
 from ..effects._effect import Effect, InstrumentEffect
 from ..positions.places import typical
 from . import _experiment_checks
@@ -145,7 +145,7 @@ class Experiment(eqx.Module):
             kept = OrderedDict(where(self))
             if kept.pop(name, None) is not None:
                 return eqx.tree_at(where, self, kept, is_leaf=_is_dict)
-        raise ValueError(
+        raise InputError(
             f'There is no effect "{name}" to leave out. The experiment has '
             f"{', '.join(one.name for one in self.effects) or 'none'}."
         )
@@ -347,12 +347,12 @@ def _placed(transducers: Sequence[Kind], structure: Structure) -> OrderedDict[st
     names = [one.name for one in transducers]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise ValueError(
+        raise InputError(
             f'Two transducers are called "{twice[0]}". Each needs a name of its own, since '
             "unknowns are named by it. A sensor used in several runs is given once."
         )
     if not placed:
-        raise ValueError(
+        raise InputError(
             "An experiment needs at least one sensor and one actuator, since an FRF is measured "
             'between the two: sensors=[bp.Sensor("s1", at=0.25)].'
         )
@@ -365,7 +365,7 @@ def _is_dict(leaf: Any) -> bool:
 
 def _refuse_data_without_noise(data: Data | None) -> None:
     if data is not None:
-        raise ValueError(
+        raise InputError(
             "The experiment has noise=None, so no measured value has a density. Give it "
             "noise.Gaussian(sigma), or use marginals.KDE(), whose kernel is a density by itself "
             "(the paper's case of no output error)."

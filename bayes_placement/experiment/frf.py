@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
-from .._types import Receptance
+from .._types import InputError, Receptance
 from ..effects._effect import CubicAttachment
 from ..modes._repeated import carried
 from ..modes.modes import Modes
@@ -249,7 +249,7 @@ def _start(slope: Array, curve: Array, b: Array) -> Array:
 def _only(cubic: Sequence[CubicAttachment]) -> CubicAttachment:
     if len(cubic) > 1:
         names = " and ".join(one.name for one in cubic)
-        raise ValueError(
+        raise InputError(
             f"The structure has several cubic attachments, {names}. One is possible, since the "
             "describing functions of several depend on each other. Keep one of them."
         )
@@ -258,7 +258,7 @@ def _only(cubic: Sequence[CubicAttachment]) -> CubicAttachment:
 
 def _known(force: Float[Array, "frequency"] | None) -> Float[Array, "frequency"]:
     if force is None:
-        raise ValueError(
+        raise InputError(
             "The structure has a cubic stiffness, whose response depends on how hard it is driven, "
             "but no force is known. Say it: Experiment(..., force_levels=[0.1, 1.0])."
         )

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from .._types import InputError
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
 from . import _measurement_checks as checks
 from ._measurement_checks import DERIVATIVE
@@ -195,7 +196,7 @@ class Measurement:
         if not close.all():
             raise checks.not_measured(wanted[~close], self.frequency[nearest[~close]])
         if np.any(np.diff(nearest) <= 0):
-            raise ValueError(
+            raise InputError(
                 "The frequencies given do not increase from one measured line to the next; each "
                 "line is needed once, since a line that counts twice makes the answer too sure: "
                 "measurement.lines(np.unique(frequency))."
@@ -245,7 +246,7 @@ class Measurement:
         """
         if self.coherence is None or self.averages is None:
             missing = "coherence" if self.coherence is None else "number of averages"
-            raise ValueError(
+            raise InputError(
                 f"The measurement has no {missing}; both are needed, since the error of an FRF "
                 "follows from the two together. Give them to the measurement, or state the error: "
                 "noise.Gaussian(sigma)."
@@ -306,7 +307,7 @@ class Measurement:
 
     def _kept(self, keep: np.ndarray, request: str) -> "Measurement":
         if not keep.any():
-            raise ValueError(
+            raise InputError(
                 f"{request} leaves no line of this measurement, which has {self.frequency.size} "
                 f"from {self.frequency[0]:g} to {self.frequency[-1]:g} Hz; at least one is needed. "
                 "Choose a band [Hz] that overlaps with them."
@@ -337,7 +338,7 @@ def at_levels(
     several = [given] if isinstance(given, Measurement) else list(given)
     if levels is None:
         if len(several) != 1:
-            raise ValueError(
+            raise InputError(
                 f"{len(several)} measurements were given to an experiment without force levels, "
                 "which has one. Say how hard each was driven: "
                 "Experiment(..., force_levels=[0.1, 1.0])."
@@ -347,7 +348,7 @@ def at_levels(
     missing = [level for level in levels if level not in found]
     if missing:
         known = ", ".join("none stated" if one is None else f"{one:g} N" for one in found)
-        raise ValueError(
+        raise InputError(
             f"The experiment has the force level {missing[0]:g} N, but the measurements given have "
             f"{known}. Give one measurement for each level: Measurement.from_arrays(..., "
             f"force_level={missing[0]:g})."
@@ -367,7 +368,7 @@ def derivative(frf: np.ndarray, frequency: np.ndarray, given: str, wanted: str) 
     checks.quantity(wanted)
     power = DERIVATIVE[wanted] - DERIVATIVE[given]
     if power < 0 and np.any(frequency == 0):
-        raise ValueError(
+        raise InputError(
             f"The {given} at 0 Hz was given; a {wanted} there would need a division by zero, since "
             "the motion at 0 Hz leaves no trace in its derivatives. Drop 0 Hz: "
             "measurement.without(0, 0)."

@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool
 from numpyro.distributions import Distribution, MultivariateNormal, Normal
 
 from .._sites import is_unknown, unit
-from .._types import Parameter, Response
+from .._types import InputError, Parameter, Response
 
 Chosen: TypeAlias = slice | np.ndarray
 """Some channels: a slice of them, or their numbers."""
@@ -102,7 +102,7 @@ class Gaussian(Noise):
     def __init__(self, sigma: Parameter):
         self.sigma = sigma
         if isinstance(sigma, int | float) and not sigma > 0:
-            raise ValueError(
+            raise InputError(
                 f"noise.Gaussian({sigma}) was given; the standard deviation must be positive, "
                 "since a likelihood without noise is infinite. Without output error "
                 "give noise=None and use marginals.KDE()."
@@ -147,7 +147,7 @@ class Covariance(Noise):
     def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
         """Joint normal law of the lines of each channel pair."""
         if data is not None and not data.measured.all():
-            raise ValueError(
+            raise InputError(
                 "noise.Covariance needs every sensor measured for every actuator at every line, "
                 "but some pairs are missing. Use noise.Gaussian, or select measured channels."
             )
@@ -178,7 +178,7 @@ class FromCoherence(Noise):
     def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
         """Independent normal law of every output."""
         if data is None or data.deviation is None:
-            raise ValueError(
+            raise InputError(
                 "noise.FromCoherence reads its level from the coherence and the averages of a "
                 "measurement, and none is given here. Give a measurement with both, or use "
                 "noise.Gaussian(sigma)."

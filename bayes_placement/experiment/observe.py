@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
-from .._types import Receptance, Response
+from .._types import InputError, Receptance, Response
 
 _DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
 _UNIT = {"displacement": "m/N", "velocity": "(m/s)/N", "acceleration": "(m/s²)/N"}
@@ -24,7 +24,7 @@ Lines = Float[np.ndarray, "frequency"]
 
 def _known(quantity: str) -> str:
     if quantity not in _DERIVATIVE:
-        raise ValueError(
+        raise InputError(
             f"The quantity {quantity!r} cannot be observed. "
             "Give displacement, velocity or acceleration: observe.LogAmplitude('velocity')."
         )
@@ -89,7 +89,7 @@ class Observation(eqx.Module):
     def check(self, frequency: np.ndarray) -> None:
         """Refuse 0 Hz, where velocity and acceleration vanish and carry no information."""
         if self.quantity != "displacement" and np.any(frequency == 0):
-            raise ValueError(
+            raise InputError(
                 f"observe.{type(self).__name__} needs |U| > 0, but frequency 0 Hz gives zero "
                 f"{self.quantity}. Drop 0 Hz: frequency[frequency > 0]."
             )

@@ -11,6 +11,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
+from .._types import InputError
 from ..effects._effect import (
     Attachment,
     CubicAttachment,
@@ -64,7 +65,7 @@ class Structure(eqx.Module):
             If the effect belongs to the measurement, bears a taken name, or lies outside.
         """
         if not isinstance(effect, StructureEffect):
-            raise ValueError(
+            raise InputError(
                 f'The effect "{effect.name}" was added to a structure, but it happens to the '
                 "measurement, which a structure knows nothing of. Add it to the experiment: "
                 "experiment + effect."
@@ -115,7 +116,7 @@ def added(effects: Mapping[str, Kind], effect: Kind) -> OrderedDict[str, Kind]:
         If its name is taken.
     """
     if effect.name in effects:
-        raise ValueError(
+        raise InputError(
             f'An effect "{effect.name}" was added twice. Each needs a name of its own, since '
             f'unknowns are named by it: name="{effect.name}_2".'
         )

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._sites import is_unknown, unit, unknowns
-from .._types import Parameter, Shapes
+from .._types import InputError, Parameter, Shapes
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..positions.orientation import rotation, unit_vector
@@ -77,12 +77,12 @@ class Transducer(eqx.Module):
 
     def _check_directions(self) -> None:
         if not set(self.directions) <= {-3, -2, -1, 1, 2, 3}:
-            raise ValueError(
+            raise InputError(
                 f'{self.kind} "{self.name}": directions={self.directions} was given; each must be '
                 "one of +-1, +-2, +-3 for +-x, +-y, +-z: directions=(3,)."
             )
         if self.angles is not None and len(self.angles) != 3:
-            raise ValueError(
+            raise InputError(
                 f'{self.kind} "{self.name}": {len(self.angles)} angles were given; three Euler '
                 "angles [rad] about x, y and z are needed: angles=(0.0, 0.1, 0.0)."
             )
@@ -128,7 +128,7 @@ class Transducer(eqx.Module):
         if not isinstance(place, Support):
             at = place if self.support is None else self.support.around(place)
         if not isinstance(at, Support) and self._is_uncertain():
-            raise ValueError(
+            raise InputError(
                 f'{self.kind} "{self.name}" was to be moved to {place} m, but its tolerance is '
                 "known as a law at its own place only; a support is needed, since it can be moved. "
                 "Declare at=supports.Segment(0.25, within=0.04), or give supports as candidates."
@@ -145,7 +145,7 @@ class Transducer(eqx.Module):
             If its tolerance is not known as a support.
         """
         if self.support is None:
-            raise ValueError(
+            raise InputError(
                 f'{self.kind} "{self.name}" was to have {factor:g} times its tolerance, but it has '
                 "none that is known as a support; one is needed. Declare "
                 "at=supports.Segment(0.25, within=0.04)."

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from numpyro.distributions import Distribution, biject_to
 from numpyro.infer.util import compute_log_probs
 
-from .._types import Key
+from .._types import InputError, Key
 from ._quadrature import tensor
 
 Values = dict[str, Any]
@@ -131,7 +131,7 @@ class Target:
 def _check_continuous(laws: dict[str, Distribution]) -> None:
     for name, law in laws.items():
         if law.support.is_discrete:
-            raise ValueError(
+            raise InputError(
                 f'The unknown "{name}" has a discrete law, {type(law).__name__}, which the engines '
                 "cannot move through. Sum over it by marginals.Nodes(), give it a continuous law, "
                 "or run NumPyro's DiscreteHMCGibbs on experiment.model."

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from .._sites import substitute
-from .._types import Key, Progress, no_progress
+from .._types import InputError, Key, Progress, no_progress
 from ..experiment.experiment import Experiment, Measurements, role
 from ..experiment.noise import Data
 from . import _results, divergence
@@ -121,7 +121,7 @@ def _seed(key: int | Key) -> int | list[int]:
 
 def _check(experiment: Experiment) -> None:
     if not experiment.unknowns:
-        raise ValueError(
+        raise InputError(
             "Nothing in this experiment is unknown, so there is nothing to infer. Put a "
             "distribution where a number is not known: damping.Modal([dist.Uniform(0.02, 0.06)])."
         )

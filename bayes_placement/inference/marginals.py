@@ -14,7 +14,7 @@ import numpyro
 from numpyro.distributions import Distribution
 
 from .._sites import Unknown, is_finite, realise
-from .._types import InfeasibleError, Key
+from .._types import InfeasibleError, InputError, Key
 from ..experiment.experiment import MEASURED, Experiment, is_placement
 from ..experiment.noise import Data
 from . import _kernel_density, _tensor_quadrature
@@ -100,7 +100,7 @@ class Nodes(Marginal):
     def _mixture(self, experiment: Experiment) -> _tensor_quadrature.Nested:
         laws = _integrated(self, experiment)
         if not laws:
-            raise ValueError(
+            raise InputError(
                 "marginals.Nodes sums over positions at nodes, but none is unknown. Declare one, "
                 "at=supports.Nodes(positions, supports.Box(...)), or use marginals.Latent()."
             )
@@ -189,12 +189,12 @@ class KDE(Marginal):
 
     def __check_init__(self) -> None:
         if self.kernel not in _kernel_density.SHRINKAGE:
-            raise ValueError(
+            raise InputError(
                 f"marginals.KDE has no kernel {self.kernel!r}. The kernels are "
                 f"{' and '.join(_kernel_density.SHRINKAGE)}: KDE(kernel='soize')."
             )
         if self.draws < 2:
-            raise ValueError(
+            raise InputError(
                 f"marginals.KDE(draws={self.draws}) was given; a spread needs at least two draws, "
                 "and an estimate hundreds: KDE(draws=800)."
             )
@@ -203,7 +203,7 @@ class KDE(Marginal):
         self, experiment: Experiment, data: Data, key: Key
     ) -> _kernel_density.KernelDensity:
         if not any(is_placement(unknown.name) for unknown in experiment.unknowns):
-            raise ValueError(
+            raise InputError(
                 "marginals.KDE estimates the spread that unknown placement gives to z, but no "
                 "position or angle is a distribution. Declare one, at=supports.Segment(0.25, "
                 "within=0.04), or use marginals.Latent()."

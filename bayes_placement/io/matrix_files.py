@@ -11,6 +11,8 @@ import numpy as np
 import scipy.io
 import scipy.sparse
 
+from .._types import InputError
+
 _NOISE = 1e-8  # of the largest entry: what assembly in another order leaves
 
 
@@ -78,7 +80,7 @@ def assembled(
     size = whole["stiffness"].shape
     for name, matrix in whole.items():
         if matrix.shape != size:
-            raise ValueError(
+            raise InputError(
                 f"{places[name]} ({name}) has the size {_size(matrix)}, but "
                 f"{places['stiffness']} (stiffness) {_size(whole['stiffness'])}; one size is "
                 "needed, since rows are the same degrees of freedom. Export all on the same set, "
@@ -97,7 +99,7 @@ def _read_one(path: Path) -> scipy.sparse.csc_array:
     try:
         matrix = _load(path)
     except (ValueError, OSError, EOFError, StopIteration) as error:
-        raise ValueError(
+        raise InputError(
             f"{path} cannot be read as a sparse matrix ({error}); one matrix that "
             "scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz) wrote is needed. "
             "Write it so."

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from .._types import InputError
 from ..modes.finite_elements.modal_model import ModalModel
 
 
@@ -58,7 +59,7 @@ class Mesh:
         distance, index = KDTree(model.position).query(self.position)
         if (distance > tolerance * size).any():
             worst = int(np.argmax(distance))
-            raise ValueError(
+            raise InputError(
                 f"Node {self.node[worst]} of the mesh at {self.position[worst]} m is "
                 f"{distance[worst]:.3g} m from the next node of the model; the same places are "
                 f"needed (within {tolerance:g} of the size {size:.3g} m), since numbers are "
@@ -134,7 +135,7 @@ def _read_by_meshio(path: Path) -> Any:
         with contextlib.redirect_stderr(said):  # where meshio reports what it could not read
             found = meshio.read(path)
     except (Exception, SystemExit) as error:  # its readers raise what they like, or exit
-        raise ValueError(
+        raise InputError(
             f"{path} cannot be read by meshio ({error or type(error).__name__}); a mesh in one of "
             "its formats, told by the ending, is needed. Convert it, or give node numbers and "
             "coordinates themselves."

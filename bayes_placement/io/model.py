@@ -9,6 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
+from .._types import InputError
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
 from ..inference.engines._engine import Engine
@@ -48,7 +49,7 @@ def read(path: str | Path) -> Study:
     module = _run(Path(path))
     experiment = _named(module, "experiment", Experiment)
     if experiment is None:
-        raise ValueError(
+        raise InputError(
             f"{path} has no `experiment`. A model file declares one: experiment = "
             "bp.Experiment(...); see models/bar.py for an example."
         )
@@ -65,7 +66,7 @@ def _run(path: Path) -> ModuleType:
         )
     spec = importlib.util.spec_from_file_location(f"_model_{path.stem}", path)
     if spec is None or spec.loader is None:
-        raise ValueError(
+        raise InputError(
             f"{path} is no Python file. Give one that defines `experiment`: models/bar.py."
         )
     module = importlib.util.module_from_spec(spec)
@@ -85,7 +86,7 @@ def _measurement(module: ModuleType) -> Measurements | None:
 def _named(module: ModuleType, name: str, kind: type) -> Any:
     value = getattr(module, name, None)
     if value is not None and not isinstance(value, kind):
-        raise ValueError(
+        raise InputError(
             f"`{name}` in {module.__file__} is a {type(value).__name__}; a {kind.__name__} is "
             "needed. See models/bar.py for an example."
         )

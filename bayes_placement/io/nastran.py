@@ -14,6 +14,7 @@ import scipy.sparse
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
+from .._types import InputError
 from ..modes.finite_elements.modal_model import ModalModel
 from .matrix_files import SystemMatrices, assembled
 
@@ -146,7 +147,7 @@ def _tables(path: Path) -> dict[str, Any]:
     shapes = [key for key in found if key.startswith(_SHAPES) and found[key] is not None]
     if "uset" not in found or len(shapes) != 1:
         holds = f"eigenvectors {shapes or 'none'}, nodes {'yes' if 'uset' in found else 'none'}"
-        raise ValueError(
+        raise InputError(
             f"{path} holds {holds}; one table of eigenvectors (OUG of real modes) and the tables "
             "of nodes (GEOM1, BGPDT, EQEXIN) are needed, since shapes are read at places. Run SOL "
             "103 with PARAM,POST,-1, PARAM,OGEOM,YES and DISP(PLOT)=ALL."
@@ -183,7 +184,7 @@ def _grids(
 
     missing = number[~np.isin(number, uset.index.get_level_values("id"))]
     if missing.size:
-        raise ValueError(
+        raise InputError(
             f"{path} holds eigenvectors of {missing.size} nodes that its tables of nodes do not "
             f"place ({missing[0]} first); one solution on one set of nodes is needed, since "
             "sensors are placed among them. Write the modes of the residual structure, without "
@@ -218,7 +219,7 @@ def _eigenvalues(
     hertz, mass = np.sign(lama[:, 2]) * lama[:, 4], lama[:, 5]
     alike = hertz.shape == shown.shape
     if not (alike and np.allclose(np.abs(hertz), shown, rtol=1e-3, atol=1e-6 * shown.max())):
-        raise ValueError(
+        raise InputError(
             f"{path} holds {shown.size} eigenvectors up to {shown.max():g} Hz and a table LAMA of "
             f"{hertz.size} modes up to {np.abs(hertz).max():g} Hz; those of one solution are "
             "needed, since modal masses belong to shapes. Write one solution into a file of its "
@@ -233,7 +234,7 @@ def _check_stable(
     """Refuse negative eigenvalues other than the residue of rigid-body modes."""
     wrong = (signed < 0) & (frequency > 0)
     if wrong.any():
-        raise ValueError(
+        raise InputError(
             f"{path} holds a negative eigenvalue (mode {int(np.argmax(wrong)) + 1}, "
             f"{signed[wrong][0]:.3g} Hz) that is no residue of a rigid-body mode, which lies below "
             "1e-3 of the first elastic frequency; positive ones are needed, since an unstable "
@@ -244,7 +245,7 @@ def _check_stable(
 def _check_names(wanted: list[str], held: list[str], path: Path) -> None:
     for name in wanted:
         if held.count(name) != 1:
-            raise ValueError(
+            raise InputError(
                 f"{path} holds the matrices {', '.join(held).upper()}, {name.upper()} "
                 f"{held.count(name)} times; it is needed once, since matrices are told by name. "
                 'Give the name that the file has: read_matrices(path, stiffness="K", mass="M").'

@@ -8,6 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from .._files import write_whole
+from .._types import InputError
 
 
 def write(result: xr.DataTree, path: str | Path) -> Path:
@@ -42,7 +43,7 @@ def read(path: str | Path) -> xr.DataTree:
         with xr.open_datatree(path, engine="h5netcdf") as tree:
             return tree.load()
     except OSError as error:
-        raise ValueError(
+        raise InputError(
             f"{path} cannot be read as netCDF: {error}. A whole file of results is needed; write "
             "it again, or take another copy."
         ) from error

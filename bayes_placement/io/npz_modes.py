@@ -29,6 +29,7 @@ from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from .._files import write_whole
+from .._types import InputError
 from ..modes.finite_elements.modal_model import ModalModel
 
 _NAMES = {
@@ -133,7 +134,7 @@ def write(path: str | Path, model: ModalModel) -> Path:
         If the path has another ending.
     """
     if Path(path).suffix != ".npz":
-        raise ValueError(
+        raise InputError(
             f"{path} was given; a name that ends in .npz is needed, since the reader goes by it. "
             f"Write to {Path(path).with_suffix('.npz')}."
         )
@@ -177,7 +178,7 @@ def _arrays(
     for name in wanted:
         if len(found[name]) > 1 or (name in needed and not found[name]):
             also = "both " + " and ".join(found[name]) if found[name] else f"no {name}"
-            raise ValueError(
+            raise InputError(
                 f"{path} holds {also}, among {', '.join(file.files)}; one array named "
                 f"{' or '.join(_NAMES[name])} is needed, since a model has its {name} once. Write "
                 f"it with numpy.savez(path, {name}=..., ...), in SI."

@@ -3,6 +3,7 @@
 Not known here: any single effect, data.
 """
 
+from .._types import InputError
 from .beams.beams import UniformBeam
 from .beams.uniform_line import UniformLine
 from .changed import line_of
@@ -19,7 +20,7 @@ def uniform_line(modes: Modes, effect: str, instead: str) -> UniformLine:
         If there is none, with what a finite element model takes instead.
     """
     if nodal_of(modes) is not None:
-        raise ValueError(
+        raise InputError(
             f"{effect} was added to a finite element model, but it needs the section of a uniform "
             f"bar or beam, which a model does not tell. {instead}"
         )
@@ -36,5 +37,5 @@ def uniform_beam(modes: Modes, effect: str, why: str, instead: str) -> UniformBe
     """
     line = uniform_line(modes, effect, instead)
     if not isinstance(line, UniformBeam):
-        raise ValueError(f"{effect} was added to a bar, {why}. Use it on beams.beam.")
+        raise InputError(f"{effect} was added to a bar, {why}. Use it on beams.beam.")
     return line

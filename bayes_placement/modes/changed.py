@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from .._types import InputError
 from ..positions.bounds import Bounds
 from ._eigenpairs import eigenpairs
 from .beams.uniform_line import UniformLine
@@ -160,7 +161,7 @@ def line_of(modes: Modes) -> UniformLine:
         return modes
     if isinstance(modes, ChangedModes):
         return line_of(modes.modes)
-    raise ValueError(
+    raise InputError(
         f"This effect was added to {type(modes).__name__}, but it needs to know the section of a "
         "uniform bar or beam, which those modes do not tell. Use beams.bar or beams.beam."
     )
@@ -178,7 +179,7 @@ def nodal_below(modes: Modes) -> NodalModes:
         return nodal_below(modes.modes)
     nodal = nodal_of(modes)
     if nodal is None:
-        raise ValueError(
+        raise InputError(
             f"This effect was added to {type(modes).__name__}, but it needs the matrices of a "
             "finite element model. Use finite_elements.modes(matrices, ...)."
         )

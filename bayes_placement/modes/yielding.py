@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from .._types import Parameter
+from .._types import InputError, Parameter
 from .changed import changed, mixed, nodal_below
 from .finite_elements.interpolation import Interpolation
 from .finite_elements.nodal_modes import NodalModes
@@ -60,7 +60,7 @@ class SoftenedSupport(NamedTuple):
         ValueError
             Always.
         """
-        raise ValueError(
+        raise InputError(
             "A support was to give way, but its static shapes are not known beside these modes: "
             "they are those of one stiffness matrix, which only youngs_modulus and density may "
             "scale. Use finite_elements.modes(matrices, ..., soft={...})."

@@ -9,6 +9,7 @@ import equinox as eqx
 import numpy as np
 from numpyro.distributions import Uniform
 
+from .._types import InputError
 from .bounds import HAIR, Bounds, box, clipped, hair, inside, words
 from .places import Cartesian, InBall, OnMember, OnPatch
 from .tolerance_region import Support, nothing_left
@@ -35,7 +36,7 @@ class Box(Support):
         self.centre = vector("Box(centre=...)", centre)
         self.within = vector("Box(within=...)", within)
         if min(self.within) < 0 or max(self.within) == 0:
-            raise ValueError(
+            raise InputError(
                 f"Box(within={self.within}) was given; tolerances [m] that are not negative and "
                 "not all zero are needed. For a position known exactly, give the three numbers "
                 f"themselves: at={self.centre}."
@@ -60,7 +61,7 @@ class Box(Support):
         sides = zip(self.centre, self.within, *corners, strict=True)
         coordinates = [_side(*side, hair(corners)) for side in sides]
         if any(one is None for one in coordinates):
-            raise ValueError(nothing_left(self, bounds))
+            raise InputError(nothing_left(self, bounds))
         x, y, z = coordinates
         return Cartesian(x, y, z)  # type: ignore[arg-type]
 
@@ -96,7 +97,7 @@ class Member(Support):
         self.within = None if within is None else float(within)
         direction_of("Member(end - start)", np.subtract(self.end, self.start))
         if (self.centre is None) != (self.within is None) or not self._reach() > 0:
-            raise ValueError(
+            raise InputError(
                 f"Member(centre={centre}, within={within}) was given; a recorded place and a "
                 "positive tolerance [m] are needed, or neither for the whole member: "
                 "centre=(0.0, 0.0, 0.7), within=0.02."
@@ -112,7 +113,7 @@ class Member(Support):
         along, direction, length = self._foot()
         beside = np.linalg.norm(np.subtract(self.centre, self.start) - along * direction)
         if beside > _FARTHEST * length:
-            raise ValueError(
+            raise InputError(
                 f"Member(centre={self.centre}) lies {beside:g} m beside the axis from {self.start} "
                 f"to {self.end} m, more than a tenth of its length; a place on this member is "
                 "needed. Give the member that it sits on."
@@ -137,7 +138,7 @@ class Member(Support):
     def scaled(self, factor: float) -> "Member":
         """Return a stretch so many times as long about the same place."""
         if self.within is None:
-            raise ValueError(
+            raise InputError(
                 "A whole supports.Member was to have another tolerance, but it has no recorded "
                 "place to be off from. Give one: centre=(0.0, 0.0, 0.7), within=0.02."
             )
@@ -151,7 +152,7 @@ class Member(Support):
         low, high = clipped(np.array(self.start), direction, stretch, corners)
         ends = np.array(self.start) + np.outer((low, high), direction)
         if not low < high or not inside(ends, corners).all():
-            raise ValueError(nothing_left(self, bounds))
+            raise InputError(nothing_left(self, bounds))
         return OnMember(Uniform(low, high), start=self.start, direction=triple(direction))
 
 
@@ -184,7 +185,7 @@ class Patch(Support):
         self.directions = right_angled("Patch", first, second)
         self.within = (float(within[0]), float(within[1]))
         if not min(self.within) > 0:
-            raise ValueError(
+            raise InputError(
                 f"Patch(within={within}) was given; two positive tolerances [m] are needed. A "
                 "place that can be off along one direction only is a supports.Member."
             )
@@ -213,11 +214,11 @@ class Patch(Support):
             for direction, within in zip(directions, self.within, strict=True)
         ]
         if not all(low < high for low, high in sides):
-            raise ValueError(nothing_left(self, bounds))
+            raise InputError(nothing_left(self, bounds))
         (left, right), (low, high) = sides
         lengths = np.array([[left, low], [left, high], [right, low], [right, high]])
         if not inside(centre + lengths @ directions, corners).all():
-            raise ValueError(
+            raise InputError(
                 f"{self} m reaches out of the structure ({words(bounds)}), and what is left of it "
                 "is empty or no rectangle along its two directions. Make `within` smaller, or "
                 "turn the directions along the edge that cuts it."
@@ -248,7 +249,7 @@ class Ball(Support):
         self.centre = vector("Ball(centre=...)", centre)
         self.radius = float(radius)
         if not 0 < self.radius < np.inf:
-            raise ValueError(
+            raise InputError(
                 f"Ball(radius={radius}) was given; a positive radius [m] is needed. For a position "
                 f"known exactly, give the three numbers themselves: at={self.centre}."
             )
@@ -271,7 +272,7 @@ class Ball(Support):
         low, high = box(bounds, self)
         place = InBall((), self.centre, self.radius, (low, high))
         if place.cut.is_empty:
-            raise ValueError(nothing_left(self, bounds))
+            raise InputError(nothing_left(self, bounds))
         laws = (Uniform(0.0, 1.0),) * sum(place.axes)
         return InBall(laws, self.centre, self.radius, (low, high))
 

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from jaxtyping import Bool, Float
 
+from .._types import InputError
 from .vectors import Coordinates
 
 Corners = tuple[Coordinates, Coordinates]
@@ -33,7 +34,7 @@ def box(bounds: Bounds, what: Any) -> Corners:
         If the structure is a line.
     """
     if not in_space(bounds):
-        raise ValueError(f"{what} was given, but {not_in_space(bounds)}")
+        raise InputError(f"{what} was given, but {not_in_space(bounds)}")
     low, high = bounds
     return low, high
 

@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
+from .._types import InputError
+
 
 class Channel(NamedTuple):
     """One signal of a sensor or an actuator: its transducer and the recorded direction.
@@ -42,7 +44,7 @@ class Channel(NamedTuple):
             return checked(label)
         match = re.fullmatch(r"(?P<name>.+?)(?P<direction>[+-][xyz])?", label.strip())
         if match is None:
-            raise ValueError(
+            raise InputError(
                 f"The channel label {label!r} was given; it needs the name of a transducer, since "
                 "channels are matched by name: 's1', or 's1+x' with its direction."
             )
@@ -75,12 +77,12 @@ def match(wanted: Channel, recorded: tuple[Channel, ...], side: str) -> Match:
         return Match(named[0], 1, Channel(wanted.name, stated))
     there = ", ".join(channel.label for channel in recorded)
     if either_unstated:
-        raise ValueError(
+        raise InputError(
             f"The {side} channel {wanted.label} was requested, and several channels of this name "
             f"were measured; a direction is needed on both sides to tell them apart. Measured "
             f"are {there}: name one of them."
         )
-    raise ValueError(
+    raise InputError(
         f"The {side} channel {wanted.label} was requested, but only {there} were measured; name "
         "one of them, or rename the transducer to its name in the measurement."
     )
@@ -96,12 +98,12 @@ def parsed(channels: Channels) -> tuple[Channel, ...]:
 def checked(channel: Channel) -> Channel:
     """Refuse a channel whose label would be read as another channel."""
     if channel.direction not in range(-3, 4):
-        raise ValueError(
+        raise InputError(
             f"Channel {channel.name!r} was given direction {channel.direction}; it must be one of "
             "+-1, +-2, +-3 for +-x, +-y, +-z, or 0 where it is not stated: Channel('s1', 3)."
         )
     if channel != Channel.parse(channel.label):
-        raise ValueError(
+        raise InputError(
             f"The name {channel.name!r} of a transducer was given; its label {channel.label!r} "
             "would be read as another channel. Choose a name without blanks around it that does "
             "not end in a direction: Channel('s1', 1) for 's1+x'."
@@ -113,7 +115,7 @@ def check_distinct(side: str, channels: tuple[Channel, ...]) -> None:
     """Refuse a channel that is given twice."""
     twice = [one.label for index, one in enumerate(channels) if one in channels[:index]]
     if twice:
-        raise ValueError(
+        raise InputError(
             f"The {side} channel {twice[0]} was given twice; every channel is needed once, since "
             "its data would count twice. Give each row its own label: 's1+x', 's1+y'."
         )

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .._sites import is_unknown
-from .._types import Parameter
+from .._types import InputError, Parameter
 from .bounds import Bounds, hair, in_space, not_a_line, not_in_space, said, words
 from .places import AtNode, Cartesian, Place, Position
 from .tolerances import Support
@@ -39,10 +39,10 @@ def placed(at: At, bounds: Bounds, whose: str, word: str = "position") -> Positi
         try:
             return where.on(bounds)
         except ValueError as error:
-            raise ValueError(f"{whose}: {error}") from error
+            raise InputError(f"{whose}: {error}") from error
     if _coordinates(where) != (3 if in_space(bounds) else 1):
         told = not_a_line(bounds) if in_space(bounds) else not_in_space(bounds)
-        raise ValueError(f"{whose}: {word} {_told(where)} was given, but {told}")
+        raise InputError(f"{whose}: {word} {_told(where)} was given, but {told}")
     _check_inside(where, bounds, f"{whose}: {word}")
     return where
 
@@ -60,7 +60,7 @@ def read(at: At) -> Position | Support:
     if not isinstance(at, tuple | list) and np.ndim(at) != 1:
         return at
     if len(at) != 3:
-        raise ValueError(
+        raise InputError(
             f"A place of {len(at)} coordinates was given; one number on a line or three along x, y "
             "and z [m] in space are needed: at=(0.2, 0.0, 0.9)."
         )
@@ -82,7 +82,7 @@ def _check_inside(where: Any, bounds: Bounds, what: str) -> None:
     if all(_may_be(one, low, high, hair(bounds)) for one, low, high in sides):
         return
     support = "Box" if in_space(bounds) else "Segment"
-    raise ValueError(
+    raise InputError(
         f"{what} {_told(where)} m lies outside the structure ({words(bounds)}). Mode shapes are "
         f"only known on the structure; use supports.{support} within it."
     )

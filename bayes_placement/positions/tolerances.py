@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpyro.distributions import Uniform
 
+from .._types import InputError
 from ._nearest_nodes import at_nodes
 from ._supports_in_space import Ball, Box, Member, Patch
 from .bounds import Bounds, in_space, inside, not_a_line, not_in_space, words
@@ -39,7 +40,7 @@ class Segment(Support):
         self.centre = float(centre)
         self.within = float(within)
         if not self.within > 0:
-            raise ValueError(
+            raise InputError(
                 f"Segment(within={within}) was given; a positive tolerance [m] is needed. For a "
                 f"position known exactly, give the number itself: at={centre}."
             )
@@ -60,7 +61,7 @@ class Segment(Support):
     def on(self, bounds: Bounds) -> Uniform:
         """Uniform law along the line, see `Segment.law`."""
         if in_space(bounds):
-            raise ValueError(
+            raise InputError(
                 f"Segment({self.centre}, within={self.within}) was given, but {not_a_line(bounds)}"
             )
         return self.law(bounds)  # type: ignore[arg-type]
@@ -76,7 +77,7 @@ class Segment(Support):
         low = max(self.centre - self.within, bounds[0])
         high = min(self.centre + self.within, bounds[1])
         if not low < high:
-            raise ValueError(
+            raise InputError(
                 f"Segment({self.centre}, within={self.within}) m has no point on the structure "
                 f"({bounds[0]:g} to {bounds[1]:g} m)."
             )
@@ -106,7 +107,7 @@ class Nodes(Support):
         self.support = support
         shape = self.position.shape
         if shape[1:] not in ((), (3,)) or len(shape) == 0 or shape[0] == 0:
-            raise ValueError(
+            raise InputError(
                 f"Nodes(position of shape {shape}) was given; positions [m] of at least one node "
                 "are needed, three coordinates each in space (node, 3), or one on a line (node,)."
             )
@@ -126,7 +127,7 @@ class Nodes(Support):
     def scaled(self, factor: float) -> "Nodes":
         """Return the nodes about the same place, the tolerance of the support so much larger."""
         if self.support is None:
-            raise ValueError(
+            raise InputError(
                 "Nodes without a support were to have another tolerance, but they have none: every "
                 "node is as likely as any other. Give one: "
                 "supports.Nodes(position, supports.Segment(0.3, within=0.01))."
@@ -137,13 +138,13 @@ class Nodes(Support):
         """Law of the nearest node: a categorical law over those that may be nearest."""
         if in_space(bounds) != (self.position.ndim == 2):
             told = not_a_line(bounds) if in_space(bounds) else not_in_space(bounds)
-            raise ValueError(
+            raise InputError(
                 f"Nodes(position of shape {self.position.shape}) was given, but {told}"
             )
         law = None if self.support is None else self.support.on(bounds)
         on_structure = inside(self.position, bounds)
         if not on_structure.any():
-            raise ValueError(
+            raise InputError(
                 f"None of {len(on_structure)} nodes lies on the structure ({words(bounds)}). Nodes "
                 "of its own model are needed, in metres and in its axes."
             )

@@ -8,6 +8,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from .._types import InputError
+
 Coordinates = tuple[float, float, float]
 
 Recorded: TypeAlias = float | Coordinates
@@ -33,7 +35,7 @@ def vector(what: str, values: Any) -> Coordinates:
     """
     given = np.asarray(values, dtype=float)
     if given.shape != (3,) or not np.all(np.isfinite(given)):
-        raise ValueError(
+        raise InputError(
             f"{what} was given {given.tolist()}; three finite numbers along x, y and z [m] are "
             "needed, since the structure lies in space: (0.2, 0.0, 0.9)."
         )
@@ -51,7 +53,7 @@ def direction_of(what: str, values: Any) -> Coordinates:
     given = np.array(vector(what, values))
     length = np.linalg.norm(given)
     if not length > 0:
-        raise ValueError(
+        raise InputError(
             f"{what} was given {given.tolist()}, which has no direction; a step other than zero is "
             "needed: (0.0, 0.0, 1.0)."
         )
@@ -70,7 +72,7 @@ def right_angled(what: str, first: Any, second: Any) -> tuple[Coordinates, Coord
     other = direction_of(f"{what}(second direction)", second)
     if abs(np.dot(one, other)) > 1e-9:
         straight = np.array(other) - np.dot(one, other) * np.array(one)
-        raise ValueError(
+        raise InputError(
             f"{what} was given directions {one} and {other}; two at right angles are needed, so "
             "that lengths along them are independent. Beside the first: second="
             f"{direction_of(what, straight)}."

@@ -23,7 +23,7 @@ SMALL = {
     "nuts": (bp.engines.NUTS(chains=2, warmup=30, draws=30), bp.marginals.Latent()),
     "smc": (bp.engines.SMC(particles=80, populations=2, moves=3), bp.marginals.Latent()),
 }
-pytestmark = pytest.mark.filterwarnings("ignore::bayes_placement.infer.InferenceWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")
 
 
 def experiment_and_measurement(noise=0.05):

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float, Int
 
+from ..._types import InputError
 from ...experiment.experiment import MEASURED, RESPONSE
 from ...inference.estimates import scalars
 
@@ -125,7 +126,7 @@ def residuals(posterior: xr.DataTree) -> Residuals:
     raw = _with_part(template)
     draws = _drawn(predicted[RESPONSE])
     if draws.shape[0] < 2:
-        raise ValueError(
+        raise InputError(
             "The posterior holds one draw of the response; at least two are needed, since the "
             "expected misfit follows from their spread. Draw more: engines.SMC(particles=1000)."
         )
@@ -176,7 +177,7 @@ def band_of(draws: Any, axis: int = 0) -> tuple[Any, Any, Any]:
 def _check(posterior: xr.DataTree) -> None:
     missing = [name for name in _NEEDED if name not in posterior.children]
     if missing:
-        raise ValueError(
+        raise InputError(
             f"A tree without the group {missing[0]} was given; the result of an inference is "
             "needed, since a misfit is that of a fitted model: bp.check(bp.infer(experiment, "
             "measurement))."

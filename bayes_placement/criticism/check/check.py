@@ -6,6 +6,7 @@ Not known here: which effect is missing, how to mend it.
 import numpy as np
 import xarray as xr
 
+from ..._types import InputError
 from . import _edges, correlation, discrepancy
 from ._residuals import Grouping, Residuals, band_of, groupings, residuals
 from ._statistics import Statistics
@@ -73,12 +74,12 @@ def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Mi
 
 def _check(level: float, bands: int) -> None:
     if not 0 < level < 1:
-        raise ValueError(
+        raise InputError(
             f"level={level} was given; a probability between 0 and 1 is needed, since it is how "
             "often a right model may fail: check(posterior, level=0.01)."
         )
     if bands < 1:
-        raise ValueError(
+        raise InputError(
             f"bands={bands} was given; at least one is needed, since every line lies in a "
             "frequency band: check(posterior, bands=8)."
         )

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float, Inexact, Shaped
 
+from ..._types import InputError
 from ._residuals import Residuals, band_of
 
 MOST_LINES = 80
@@ -79,7 +80,7 @@ def comac(first: ModeShapes, second: OtherShapes) -> Float[np.ndarray, "*#draw c
     """
     _check_channels(first, second)
     if first.shape[-1] != second.shape[-1]:
-        raise ValueError(
+        raise InputError(
             f"CoMAC was given {first.shape[-1]} and {second.shape[-1]} modes; it needs them "
             "paired, since it compares channel by channel over pairs. Pair them by their MAC: "
             "second[:, mac(first, second).argmax(1)]."
@@ -170,7 +171,7 @@ def _lengths(shapes: np.ndarray) -> np.ndarray:
 
 def _check_channels(first: np.ndarray, second: np.ndarray) -> None:
     if first.shape[-2] != second.shape[-2]:
-        raise ValueError(
+        raise InputError(
             f"Mode shapes at {first.shape[-2]} and at {second.shape[-2]} channels were given; the "
             "same channels are needed, since shapes are compared place by place. Read both at the "
             "sensors: shapes[channels]."

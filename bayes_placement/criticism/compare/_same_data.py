@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from ..._types import InputError
 from ...experiment.experiment import MEASURED
 
 RECEPTANCE = "receptance"
@@ -35,7 +36,7 @@ def log_jacobian(results: Mapping[str, xr.DataTree]) -> dict[str, xr.DataArray]:
 
 def _observed(name: str, result: xr.DataTree) -> xr.Dataset:
     if "observed_data" not in result or MEASURED not in result["observed_data"]:
-        raise ValueError(
+        raise InputError(
             f'"{name}" holds no observed data, so it is no inference. compare needs what infer '
             f'returned: compare({{"{name}": infer(experiment, measurement), ...}}).'
         )
@@ -59,7 +60,7 @@ def _between(first: tuple[str, xr.Dataset], second: tuple[str, xr.Dataset]) -> x
 def _check_kind(names: tuple[str, str], one: xr.Dataset, other: xr.Dataset) -> None:
     if set(one[MEASURED].dims) != set(other[MEASURED].dims):
         kinds = [_label(dataset) for dataset in (one, other)]
-        raise ValueError(
+        raise InputError(
             f'{_pair(names)} describe different data: the one "{kinds[0]}", the other '
             f'"{kinds[1]}". An amplitude says nothing of the phase, so no Jacobian makes its '
             "density that of a complex FRF. Give both the same kind of output, "
@@ -72,13 +73,13 @@ def _aligned(names: tuple[str, str], one: xr.Dataset, other: xr.Dataset) -> xr.D
     for side in ("sensor", "actuator"):
         labels = [sorted(map(str, dataset[side].values)) for dataset in (one, other)]
         if labels[0] != labels[1]:
-            raise ValueError(
+            raise InputError(
                 f"{_pair(names)} describe different data: the {side} channels "
                 f"{', '.join(labels[0])} and {', '.join(labels[1])}. {_BOTH}"
             )
     first, second = one["frequency"].values, other["frequency"].values
     if first.shape != second.shape or not np.allclose(first, second, rtol=SAME, atol=0):
-        raise ValueError(
+        raise InputError(
             f"{_pair(names)} describe different data: {_lines(first)} and {_lines(second)}. {_BOTH}"
         )
     aligned = other.sel(sensor=one["sensor"], actuator=one["actuator"])
@@ -87,7 +88,7 @@ def _aligned(names: tuple[str, str], one: xr.Dataset, other: xr.Dataset) -> xr.D
 
 def _check_told(name: str, observed: xr.Dataset) -> None:
     if RECEPTANCE not in observed or LOG_JACOBIAN not in observed:
-        raise ValueError(
+        raise InputError(
             f'"{name}" observes "{_label(observed)}", another one something else, and the result '
             f'does not say what its outputs tell of the receptance ("{RECEPTANCE}" and '
             f'"{LOG_JACOBIAN}" among its observed data), without which densities of different '
@@ -99,7 +100,7 @@ def _check_values(names: tuple[str, str], one: xr.DataArray, other: xr.DataArray
     first, second = (values.transpose(*one.dims).values for values in (one, other))
     there = [np.isfinite(values) for values in (first, second)]
     if not np.array_equal(there[0], there[1]):
-        raise ValueError(
+        raise InputError(
             f"{_pair(names)} describe different data: {there[0].sum()} outputs were measured for "
             f"the one and {there[1].sum()} for the other, or elsewhere. {_BOTH}"
         )
@@ -107,7 +108,7 @@ def _check_values(names: tuple[str, str], one: xr.DataArray, other: xr.DataArray
     size = np.sqrt(np.sum(np.abs(first) ** 2, axis=axes, keepdims=True))
     apart = np.abs(second - first) > SAME * size
     if np.any(apart):
-        raise ValueError(
+        raise InputError(
             f"{_pair(names)} describe different data: {apart.sum()} of {there[0].sum()} measured "
             f"values are not the same. {_BOTH}"
         )

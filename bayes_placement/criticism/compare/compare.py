@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ..._types import InputError
 from ...experiment.experiment import MEASURED
 from ._same_data import log_jacobian
 
@@ -215,7 +216,7 @@ def compare(results: Mapping[str, xr.DataTree]) -> ModelComparison:
 
 def _check_several(results: Mapping[str, xr.DataTree]) -> None:
     if len(results) < 2:
-        raise ValueError(
+        raise InputError(
             f"compare was given {len(results)} model; two or more are needed, since evidence and "
             "elpd say something only next to those of another model of the same data: "
             'compare({"bar": one, "bar with a mass": other}).'
@@ -227,7 +228,7 @@ def _check_known(rows: dict[str, Row]) -> None:
         sum(_known(row, name) for row in rows.values()) for name in ("log_evidence", "elpd_loo")
     ]
     if max(known) < 2:
-        raise ValueError(
+        raise InputError(
             "No two of these models have an evidence, nor likelihoods of each datum, so there is "
             "nothing to compare. Infer with engines.SMC(), which gives the evidence, or give the "
             "experiment noise.Gaussian(sigma), which gives each datum a likelihood."

@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 from threadpoolctl import threadpool_limits
 
-from ..._types import Progress, no_progress
+from ..._types import InputError, Progress, no_progress
 from ...effects._library import Library
 from ...experiment.experiment import MEASURED, Experiment
 from ...experiment.noise import Data
@@ -125,7 +125,7 @@ def explain(
     """
     data = observed(posterior, candidates.experiment)
     if not candidates.effects:
-        raise ValueError(
+        raise InputError(
             "No candidate was given, so nothing can be compared. Give some: "
             "effects.library(experiment)."
         )
@@ -192,7 +192,7 @@ def observed(posterior: xr.DataTree, experiment: Experiment) -> Data:
     ours = {one.name for one in experiment.unknowns}
     if theirs != ours:
         strange = ", ".join(sorted(theirs ^ ours))
-        raise ValueError(
+        raise InputError(
             f"The posterior and the candidates differ in {strange}: they belong to different "
             "experiments, whose misfits are not the same. Take the candidates of the experiment "
             "that was inferred: effects.library(experiment)."

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import ndtr
 
-from ..._types import InfeasibleError
+from ..._types import InfeasibleError, InputError
 from ...experiment.experiment import Experiment, is_placement, role
 from ...inference.alternative import Draws
 from . import _points
@@ -81,7 +81,7 @@ def knowledge(experiment: Experiment, after: Draws | None, moved: Sequence[str])
     """
     laws = {one.name: one.law for one in experiment.unknowns if role(one.name) == "parameter h"}
     if not laws:
-        raise ValueError(
+        raise InputError(
             "A map of information was asked for, but the structure has no unknown parameter; at "
             "least one is needed, since the information is about it. Declare one: "
             "damping.Modal([dist.Uniform(0.02, 0.06)])."

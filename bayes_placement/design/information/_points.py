@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from ..._types import InfeasibleError
+from ..._types import InfeasibleError, InputError
 from ...inference._standard_normal import Coordinates
 
 KINDS = ("sobol", "plain")
@@ -38,7 +38,7 @@ def scores(kind: str, replicates: int, count: int, dimension: int, seed: int) ->
         If there is no such kind.
     """
     if kind not in KINDS:
-        raise ValueError(
+        raise InputError(
             f"points={kind!r} was given; {' or '.join(map(repr, KINDS))} is needed: quasi-random "
             "points, whose error falls faster, or independent draws."
         )

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..._types import InfeasibleError
+from ..._types import InfeasibleError, InputError
 from ...experiment.experiment import Experiment, is_placement
 from ...inference._kernel_density import SHRINKAGE
 from ...inference.alternative import Draws, draws_of
@@ -61,7 +61,7 @@ class KDE(Estimator):
 
     def __check_init__(self) -> None:
         if self.kernel not in SHRINKAGE:
-            raise ValueError(
+            raise InputError(
                 f"information.KDE has no kernel {self.kernel!r}. The kernels are "
                 f"{' and '.join(SHRINKAGE)}: KDE(kernel='soize')."
             )

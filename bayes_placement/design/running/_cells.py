@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..._types import InputError
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates, placed
 from ..information._estimator import Estimator, Plan
@@ -68,7 +69,7 @@ class Task:
         try:
             return pickle.dumps([getattr(self, own.name) for own in fields(self)])
         except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise ValueError(
+            raise InputError(
                 f"The experiment cannot be sent to another process: {error}. Functions and classes "
                 "of your own can be, once they are defined in a file, outside of any function; "
                 "or compute here: executor=None."

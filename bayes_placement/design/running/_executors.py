@@ -13,6 +13,8 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, nullco
 from types import ModuleType
 from typing import Any
 
+from ..._types import InputError
+
 REPLACEMENTS = 3
 """How often lost workers are replaced, before something else is taken to be wrong."""
 
@@ -42,7 +44,7 @@ def workers(
         If no scheduler answers.
     """
     if processes is not None and processes < 1:
-        raise ValueError(
+        raise InputError(
             f"{processes} workers were asked for; at least one is needed: workers(4), or None to "
             "compute in this process."
         )
@@ -118,7 +120,7 @@ def _end_with_parent() -> None:
 @contextmanager
 def _dask(address: str, processes: int | None) -> Iterator[Executor]:
     if address != "local" and processes is not None:
-        raise ValueError(
+        raise InputError(
             f"{processes} workers were asked for together with the Dask scheduler {address}, whose "
             f'workers are there already. Give its address alone, workers(dask="{address}"), or '
             f'begin some here: workers({processes}, dask="local").'

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from ..._files import write_whole
+from ..._types import InputError
 from ._cells import Chunk
 from ._fingerprint import fingerprint
 
@@ -81,7 +82,7 @@ class Store:
 
 def _make(folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
-        raise ValueError(
+        raise InputError(
             f"store={str(folder)!r} is a file. A folder is needed, which is made if it is not "
             'there, since each finished chunk is a file in it: store="finished".'
         )
@@ -120,7 +121,7 @@ def _result(content: bytes) -> np.ndarray:
         result = np.column_stack([found["kl"].values, found["kl_without"].values])
         told: Any = found.attrs["sha256"]
     if _checksum(result) != told:
-        raise ValueError("its numbers are not those that were written")
+        raise InputError("its numbers are not those that were written")
     return result
 
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 import equinox as eqx
 import numpy as np
 
+from ..._types import InputError
 from ...experiment.experiment import Experiment
 from .. import _fewer
 from .._candidates import Candidates, candidates, where_it_is
@@ -54,7 +55,7 @@ class Offer(NamedTuple):
         self.rules.checked(self.experiment)
         for name, cost in self.cost.items():
             if name not in self.places or not cost >= 0:
-                raise ValueError(
+                raise InputError(
                     f'A cost of {cost:g} nat of "{name}" was given; a cost that is not negative of '
                     f"one of those to be placed ({', '.join(self.places)}) is needed, since it "
                     f'tells whether that one is worth placing: cost={{"{next(iter(self.places))}": '

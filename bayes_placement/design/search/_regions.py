@@ -10,6 +10,7 @@ import numpy as np
 from numpyro.distributions import Uniform
 
 from ..._sites import is_unknown
+from ..._types import InputError
 from ...experiment.experiment import Experiment
 from ...positions.bounds import in_space
 from ...positions.places import Straight
@@ -69,7 +70,7 @@ def region(experiment: Experiment, name: str, given: Any) -> Region:
         low, high = float(law.low), float(law.high)
         return Region(name, np.array([low]), np.array([[high - low]]))
     if not isinstance(law, Straight):
-        raise ValueError(
+        raise InputError(
             f"{_whose(experiment, name)} was to be moved through {type(support).__name__}; a "
             "region with straight sides is needed: supports.Segment on a line, supports.Member, "
             "Patch or Box in space."
@@ -98,7 +99,7 @@ def _span(experiment: Experiment, name: str, given: Sequence[Any] | np.ndarray) 
             return Segment((low + high) / 2, within=(high - low) / 2)
         except (TypeError, ValueError):
             pass
-    raise ValueError(
+    raise InputError(
         f"{_whose(experiment, name)} was given a list of places; design.Evolutionary needs a "
         "region to move it through: one support (supports.Segment on a line, supports.Member, "
         "Patch or Box in space), or several numbers on a line, between which it may be. Give "

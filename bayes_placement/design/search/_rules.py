@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..._types import InputError
 from ...experiment.experiment import Experiment
 from ...positions.bounds import in_space
 from ...positions.vectors import Recorded
@@ -44,13 +45,13 @@ class Rules(NamedTuple):
             sizes = {np.size(low), np.size(high)}
             if sizes != {coordinates} or np.any(np.asarray(low) > np.asarray(high)):
                 needed = "(0.2, 0.3)" if coordinates == 1 else "((0, 0, 0), (0.1, 0.1, 0))"
-                raise ValueError(
+                raise InputError(
                     f"The forbidden region {low} to {high} m was given; its least and its greatest "
                     f"corner are needed, each of {coordinates} coordinates as the structure has: "
                     f"forbidden=[{needed}]."
                 )
         if not self.least_distance >= 0:
-            raise ValueError(
+            raise InputError(
                 f"least_distance={self.least_distance:g} was given; a distance [m] that is not "
                 "negative is needed: least_distance=0.05."
             )

@@ -11,7 +11,7 @@ import equinox as eqx
 import numpy as np
 from scipy.stats import qmc
 
-from ..._types import InfeasibleError
+from ..._types import InfeasibleError, InputError
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates
 from ..running._evaluation import Evaluation
@@ -65,7 +65,7 @@ class Evolutionary(Search):
     def __check_init__(self) -> None:
         counts = (self.populations, self.scattered, self.generations)
         if min(counts) < 1 or self.size < 4 or not self.accuracy > 0:
-            raise ValueError(
+            raise InputError(
                 f"Evolutionary(populations={self.populations}, size={self.size}, scattered="
                 f"{self.scattered}, generations={self.generations}, accuracy={self.accuracy:g}) "
                 "was given; at least one population of four, one generation of each kind, and a "

@@ -14,7 +14,7 @@ from arviz_stats.base import array_stats
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
-from ..._types import Key, Progress
+from ..._types import InputError, Key, Progress
 from ._engine import Draws, Engine, Posterior, in_batches
 
 GOOD_PARETO_K = 0.7
@@ -57,7 +57,7 @@ def weighted(
     """Posterior of points of the prior that carry prior weights summing to one."""
     log_weight = likelihood + log_prior_weight
     if not np.any(np.isfinite(likelihood)):
-        raise ValueError(
+        raise InputError(
             "No draw from the prior has a finite likelihood, so nothing can be weighted. The model "
             "cannot produce these data, or the kernels are too narrow: check the units of the "
             "measurement, widen the priors, or give the experiment an output error."

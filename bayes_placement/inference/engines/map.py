@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import differential_evolution, minimize
 
-from ..._types import Key, Progress
+from ..._types import InputError, Key, Progress
 from ._engine import Draws, Engine, Posterior
 from .importance import GOOD_PARETO_K, pareto_k
 
@@ -41,7 +41,7 @@ class MAP(Engine):
 
     def __check_init__(self) -> None:
         if self.search not in _SEARCHES:
-            raise ValueError(
+            raise InputError(
                 f"engines.MAP has no search {self.search!r}. The searches are "
                 f"{' and '.join(_SEARCHES)}: MAP(search='evolutionary')."
             )
@@ -104,7 +104,7 @@ def _descend(cost: Objective, starts: np.ndarray, progress: Progress) -> list[An
             ends.append(end)
         progress(done / len(starts))
     if not ends:
-        raise ValueError(
+        raise InputError(
             "No start of engines.MAP reached a finite posterior density. Check the units of the "
             "measurement and the priors: print(experiment)."
         )

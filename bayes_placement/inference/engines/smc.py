@@ -19,7 +19,7 @@ from blackjax.smc.solver import dichotomy
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
-from ..._types import Key, Progress
+from ..._types import InputError, Key, Progress
 from ._engine import Draws, Engine, Posterior
 
 GOOD_R_HAT = 1.05
@@ -72,7 +72,7 @@ class SMC(Engine):
 
     def __check_init__(self) -> None:
         if self.populations < 2 or self.particles < 20 * self.populations:
-            raise ValueError(
+            raise InputError(
                 f"engines.SMC(particles={self.particles}, populations={self.populations}) was "
                 "given; at least two populations of 20 particles are needed, since their spread "
                 "tells the error: SMC(particles=2000, populations=4)."
@@ -174,7 +174,7 @@ class SMC(Engine):
 def _start(particles: Any, likelihood: Any, number: int) -> _Population:
     size = particles.shape[0]
     if not np.any(np.isfinite(likelihood)):
-        raise ValueError(
+        raise InputError(
             "No draw from the prior has a finite likelihood, so there is nothing to temper. Check "
             "the units of the measurement and the priors: print(experiment)."
         )
@@ -192,7 +192,7 @@ def _temper(stages: _Stages, key: Key, population: _Population, progress: Progre
         steps += 1
         progress(float(population.temperature))
         if float(population.temperature) <= before:
-            raise ValueError(
+            raise InputError(
                 f"The tempering is stuck at temperature {before:.2e}: a single particle fits far "
                 "better than all others. Use more particles, or check the noise level."
             )

@@ -10,8 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..._types import InputError
 
-class CaseError(ValueError):
+
+class CaseError(InputError):
     """A case folder that does not describe one whole, unambiguous experiment."""
 
 
@@ -225,7 +227,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     names = [name for name, _ in pairs]
     twice = [name for index, name in enumerate(names) if name in names[:index]]
     if twice:
-        raise ValueError(
+        raise InputError(
             f'the field "{twice[0]}" stands twice in one object, and either could be meant'
         )
     return dict(pairs)

@@ -7,6 +7,8 @@ import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..._types import InputError
+
 NODES, UNITS, FUNCTION, DATA_AT_NODES = (15, 2411), 164, 58, 55
 
 _DELIMITER = re.compile(rb"^ {4}-1 *\r?$", re.MULTILINE)
@@ -19,7 +21,7 @@ _LAYOUT = {2: (4, 1), 4: (8, 1), 5: (4, 2), 6: (8, 2)}
 _FROM_ARRAYS = {DATA_AT_NODES: "ModalModel.from_arrays"}
 
 
-class MeasurementFileError(ValueError):
+class MeasurementFileError(InputError):
     """A file that does not hold one whole, unambiguous measurement."""
 
 

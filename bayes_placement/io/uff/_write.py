@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..._types import InputError
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, check_distinct
 from ._units import FORCE_TYPE, FREQUENCY_TYPE, stated_for
@@ -153,7 +154,7 @@ def _identity(measurement: Measurement, title: str, pair: tuple[Channel, Channel
 def _note(content: dict[str, Any]) -> str:
     text = json.dumps(content) if content else "NONE"
     if len(text) > _ID_WIDTH:
-        raise ValueError(
+        raise InputError(
             f"{text} was to be written, but an ID line of a universal file holds {_ID_WIDTH} "
             "characters; shorter names are needed, since they would not come back whole. Rename "
             "the transducers: Measurement.from_arrays(..., sensors=['s1'])."
@@ -225,7 +226,7 @@ def _check_digits(frequency: np.ndarray) -> None:
     kept = np.array([float(f"{line:.6e}") for line in frequency])
     lost = ~np.isclose(kept, frequency, rtol=_HEADER_DIGITS, atol=0.0)
     if lost.any():
-        raise ValueError(
+        raise InputError(
             f"The line {float(frequency[lost][0])!r} Hz was to be written, but an ASCII universal "
             "file holds 7 digits of a frequency; all are needed to find the line again. Write "
             "binary: uff.write(path, measurement, binary=True)."

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..._sites import is_unknown, unit
-from ..._types import Parameter
+from ..._types import InputError, Parameter
 from . import _beam_roots
 from .uniform_line import UniformLine
 
@@ -163,7 +163,7 @@ def bar(
     _check(modes, length=length, area=area, youngs_modulus=youngs_modulus, density=density)
     left, right = ("fixed" if end == "pinned" else end for end in _ends(ends))
     if "guided" in (left, right):
-        raise ValueError(
+        raise InputError(
             f"ends={ends!r} has a guided end, but a bar moves along its axis only, where an end "
             "is either fixed or free. Use beams.beam for bending, or ends='fixed-free'."
         )
@@ -291,7 +291,7 @@ def _ends(ends: str) -> tuple[str, str]:
     words = [_SYNONYMS.get(word, word) for word in ends.lower().split("-")]
     known = {"fixed", "free", "pinned", "guided"}
     if len(words) != 2 or not set(words) <= known:
-        raise ValueError(
+        raise InputError(
             f"ends={ends!r} is not understood. Give the left and the right end, each one of "
             "fixed (or clamped), free, pinned, guided, joined by a hyphen: ends='fixed-free'."
         )
@@ -300,7 +300,7 @@ def _ends(ends: str) -> tuple[str, str]:
 
 def _axes(direction: int) -> tuple[int, ...]:
     if direction not in (1, 2, 3):
-        raise ValueError(
+        raise InputError(
             f"direction={direction} was given; the motion is recorded along 1, 2 or 3 for x, y or "
             "z: direction=3."
         )
@@ -310,7 +310,7 @@ def _axes(direction: int) -> tuple[int, ...]:
 def _check_section(section: dict[str, Parameter | None]) -> None:
     given = [name for name, value in section.items() if value is not None]
     if len(given) != 1:
-        raise ValueError(
+        raise InputError(
             f"beams.beam was given {' and '.join(given) or 'no bending stiffness'}; it needs "
             "exactly one of second_moment [m4] and radius_of_gyration [m], since one follows from "
             "the other: second_moment=width * height**3 / 12."
@@ -319,10 +319,10 @@ def _check_section(section: dict[str, Parameter | None]) -> None:
 
 def _check(modes: int, **quantities: Parameter | None) -> None:
     if modes < 1:
-        raise ValueError(f"modes={modes} was given; at least one mode is needed: modes=15.")
+        raise InputError(f"modes={modes} was given; at least one mode is needed: modes=15.")
     for name, value in quantities.items():
         if isinstance(value, int | float) and not value > 0:
-            raise ValueError(
+            raise InputError(
                 f"{name}={value} was given; it must be positive, since it divides or scales the "
                 f"natural frequencies. Give it in SI units: {name}=1.0."
             )

@@ -7,6 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 from numpy.typing import ArrayLike
 
+from ..._types import InputError
+
 _RIGID = 1e-3  # of the first elastic natural frequency
 _RIGID_OF_ONE_BODY = 6
 _DIRECTIONS = 7
@@ -18,13 +20,13 @@ def checked_position(position: ArrayLike) -> Float[np.ndarray, "node 3"]:
     """Coordinates, three of each node."""
     given = np.asarray(position, dtype=float)
     if given.ndim != 2 or given.shape[1] != 3 or not len(given):
-        raise ValueError(
+        raise InputError(
             f"position has the shape {given.shape}; [node, 3] is needed, since each node has the "
             "coordinates x, y, z [m]. Give zeros for the axes that a plane structure lacks."
         )
     if not np.isfinite(given).all():
         row = int(np.flatnonzero(~np.isfinite(given).all(axis=1))[0])
-        raise ValueError(
+        raise InputError(
             f"position of node {row} (counted from 0) is {given[row]}; finite coordinates [m] are "
             "needed, since sensors are placed among the nodes. Leave out nodes without a place."
         )
@@ -37,13 +39,13 @@ def checked_node(node: ArrayLike | None, count: int) -> Int[np.ndarray, "node"]:
         return np.arange(1, count + 1)
     given = _whole_numbers(node, "node")
     if given.shape != (count,):
-        raise ValueError(
+        raise InputError(
             f"node has the shape {given.shape}, but position places {count} nodes; one number for "
             f"each is needed, since shapes are told apart by it. Give node of length {count}."
         )
     numbers, times = np.unique(given, return_counts=True)
     if (times > 1).any():
-        raise ValueError(
+        raise InputError(
             f"node holds the number {numbers[times > 1][0]} more than once; each number may stand "
             "for one node only, since either place could be meant. Leave the repetition out, of "
             "position and shape too: numpy.unique(node, return_index=True)."
@@ -60,7 +62,7 @@ def by_row(
         return _flat(given, node)
     if given.ndim != 2 or dof is None:
         also = "without dof" if dof is None else "with dof"
-        raise ValueError(
+        raise InputError(
             f"shape has the shape {given.shape} and came {also}; [node, axis, mode] without dof, "
             "or [dof, mode] with dof is needed, since otherwise nobody knows in which direction a "
             "row moves. Give shape.reshape(node, axis, mode), or dof=[(node, direction), ...] with "
@@ -72,7 +74,7 @@ def by_row(
 def _real(shape: ArrayLike) -> Float[np.ndarray, "..."]:
     given = np.asarray(shape)
     if np.iscomplexobj(given):
-        raise ValueError(
+        raise InputError(
             "shape is complex; the real normal modes of the undamped structure are needed, since "
             "damping is added to them as a law of its own. Let the finite element code solve the "
             "undamped eigenproblem."
@@ -85,7 +87,7 @@ def _flat(
 ) -> tuple[Float[np.ndarray, "row mode"], Int[np.ndarray, "dof 2"]]:
     nodes, axes, modes = shape.shape
     if nodes != node.size or axes not in (3, 6):
-        raise ValueError(
+        raise InputError(
             f"shape has the shape {shape.shape} for {node.size} nodes; [{node.size}, 3 or 6, mode] "
             "is needed, since each node moves along x, y, z and perhaps turns about them. Give "
             "[dof, mode] and dof=[(node, direction), ...] where only some directions are known."
@@ -98,7 +100,7 @@ def _flat(
 def check_shape(shape: Float[np.ndarray, "row mode"]) -> None:
     """Refuse shapes without modes, with gaps, or of zeros, without a copy of them."""
     if not shape.size:
-        raise ValueError(
+        raise InputError(
             f"shape has the shape {shape.shape}; at least one mode at one node is needed, since "
             "the response is a sum over modes. Export the modes with the nodes."
         )
@@ -110,7 +112,7 @@ def check_shape(shape: Float[np.ndarray, "row mode"]) -> None:
 def _refuse_mode(wrong: Bool[np.ndarray, "mode"], what: str, because: str) -> None:
     if wrong.any():
         modes = ", ".join(map(str, np.flatnonzero(wrong)[:5] + 1))
-        raise ValueError(
+        raise InputError(
             f"shape {what} in mode {modes} (counted from 1); finite shapes that move somewhere are "
             f"needed, since {because} would spread to every response. Leave the mode out, or "
             "export it again."
@@ -122,7 +124,7 @@ def checked_dof(
 ) -> Int[np.ndarray, "dof 2"]:
     """Rows of node and direction, each once, of nodes that are placed."""
     if dof.shape != (rows, 2):
-        raise ValueError(
+        raise InputError(
             f"dof has the shape {dof.shape}, but shape has {rows} rows; [{rows}, 2] is needed, one "
             "(node, direction) for each row of shape. A wrong number of degrees of freedom usually "
             "means that fixed or dependent ones are left out of one of both: leave them out of "
@@ -134,7 +136,7 @@ def checked_dof(
     first = np.unique(rank, return_index=True)[1]
     if first.size < rows:
         repeated = dof[np.setdiff1d(np.arange(rows), first)[0]]
-        raise ValueError(
+        raise InputError(
             f"dof holds node {repeated[0]}, direction {repeated[1]} more than once; each row must "
             "be another degree of freedom, since either could be meant. Leave the repetition out."
         )
@@ -145,7 +147,7 @@ def _check_directions(dof: Int[np.ndarray, "dof 2"]) -> None:
     wrong = (dof[:, 1] < 1) | (dof[:, 1] > _DIRECTIONS)
     if wrong.any():
         node, direction = dof[wrong][0]
-        raise ValueError(
+        raise InputError(
             f"dof holds direction {direction} of node {node}; 1 to 6 (x, y, z and the rotations "
             "about them) or 7 (the twist of a plate) is needed, since that is how a row is "
             "read. Add 1 where directions are counted from 0."
@@ -155,7 +157,7 @@ def _check_directions(dof: Int[np.ndarray, "dof 2"]) -> None:
 def checked_unit(unit: float, name: str) -> float:
     """A unit in SI."""
     if not 0 < unit < np.inf:
-        raise ValueError(
+        raise InputError(
             f"{name} is {unit:g}; a positive number is needed, what one unit of the arrays is in "
             "SI. In mm, t, N and s, length_unit=1e-3 and mass_unit=1e3."
         )
@@ -167,7 +169,7 @@ def check_known(wanted: Int[np.ndarray, "wanted"], node: Int[np.ndarray, "node"]
     strange = wanted[~np.isin(wanted, node)]
     if strange.size:
         numbers = ", ".join(map(str, np.unique(strange)[:5]))
-        raise ValueError(
+        raise InputError(
             f"Node {numbers} is not among the {node.size} nodes of the model, numbered "
             f"{node.min()} to {node.max()}; known nodes are needed, since the others have no "
             "place. Give their coordinates with the others, or leave these numbers out."
@@ -179,7 +181,7 @@ def checked_frequency(frequency: ArrayLike, modes: int) -> Float[np.ndarray, "mo
     given = _one_each(frequency, modes, "natural_frequency", "Hz")
     if (np.diff(given, prepend=0.0) < 0).any():
         place = int(np.flatnonzero(np.diff(given, prepend=0.0) < 0)[0])
-        raise ValueError(
+        raise InputError(
             f"natural_frequency of mode {place + 1} is {given[place]:g} Hz; numbers from 0 in "
             "ascending order are needed, since the lowest modes are kept and rigid-body modes "
             "come first. Give 0 for rigid-body modes, and sort: order = "
@@ -198,7 +200,7 @@ def without_rigid_residue(frequency: Float[np.ndarray, "mode"]) -> Float[np.ndar
 def checked_mass(mass: ArrayLike | float | int | None, modes: int) -> Float[np.ndarray, "mode"]:
     """Modal masses, one of each shape."""
     if mass is None:
-        raise ValueError(
+        raise InputError(
             f"{modes} mode shapes came without modal masses; they are needed, since a shape "
             "has no scale of its own and receptance is shape x shape / modal mass. Give "
             "modal_mass=[...] [kg], or modal_mass=1 if the shapes are mass-normalised; where "
@@ -209,7 +211,7 @@ def checked_mass(mass: ArrayLike | float | int | None, modes: int) -> Float[np.n
     given = _one_each(np.full(modes, given) if not given.ndim else given, modes, "modal_mass", "kg")
     if (given <= 0).any():
         mode = int(np.flatnonzero(given <= 0)[0])
-        raise ValueError(
+        raise InputError(
             f"modal_mass of mode {mode + 1} is {given[mode]:g} kg; positive ones are needed, since "
             "shapes are divided by their roots. Files often hold 0 where the modal mass is not "
             "known: give modal_mass=[...], or modal_mass=1 if the shapes are mass-normalised."
@@ -225,7 +227,7 @@ def checked_damping(damping: ArrayLike | None, modes: int) -> Float[np.ndarray, 
     wrong = (given < 0) | (given >= _UNUSUAL_DAMPING)
     if wrong.any():
         mode = int(np.flatnonzero(wrong)[0])
-        raise ValueError(
+        raise InputError(
             f"damping_ratio of mode {mode + 1} is {given[mode]:g}; a number from 0 to below 1 is "
             "needed, the share of critical damping. Divide per cent by 100 and loss factors by 2."
         )
@@ -251,7 +253,7 @@ def _one_each(values: ArrayLike, modes: int, name: str, unit: str) -> Float[np.n
     given = np.asarray(values, dtype=float)
     if given.shape != (modes,) or not np.isfinite(given).all():
         holds = f"the shape {given.shape}" if given.shape != (modes,) else "gaps (NaN or infinity)"
-        raise ValueError(
+        raise InputError(
             f"{name} has {holds}; one finite number [{unit}] for each of the {modes} modes of "
             f"shape is needed, since they belong together. Give {name} of length {modes}."
         )
@@ -263,7 +265,7 @@ def _whole_numbers(values: ArrayLike, name: str) -> Int[np.ndarray, "..."]:
     if given.dtype.kind in "iu":
         return given.astype(np.int64, copy=False)
     if given.dtype.kind != "f" or not (given == np.round(given)).all():
-        raise ValueError(
+        raise InputError(
             f"{name} holds {given.dtype.name} values; whole numbers are needed, since nodes and "
             f"directions are counted. Give {name} as integers."
         )

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._sites import is_unknown
-from ..._types import Parameter
+from ..._types import InputError, Parameter
 
 TAIL = 1e-4
 """Probability to either side of the range of a law."""
@@ -35,21 +35,21 @@ def complete(powers: Powers, parts: Collection[str], parameters: Collection[str]
     found = {part: powers.get(part, {part: 1}) for part in parts}
     strange = [part for part in powers if part not in found]
     if strange:
-        raise ValueError(
+        raise InputError(
             f'powers names "{strange[0]}", but the parts that can be scaled are '
             f'{_listed(parts)}. Give its matrix: stiffness={{"{strange[0]}": ...}}, or mass.'
         )
     for part, each in found.items():
         unknown = [name for name in each if name not in parameters]
         if unknown or not each:
-            raise ValueError(
+            raise InputError(
                 f'The part "{part}" is scaled by {_listed(unknown)}, but the parameters are '
                 f"{_listed(parameters)}; each part needs at least one of them. Say which: "
                 f'powers={{"{part}": {{"{next(iter(parameters), "thickness")}": 1}}}}.'
             )
     idle = set(parameters) - {name for each in found.values() for name in each}
     if idle:
-        raise ValueError(
+        raise InputError(
             f"The parameter {_listed(sorted(idle))} scales nothing; the parts are "
             f"{_listed(parts)}. A parameter needs the name of a region or a matrix of its own, "
             f'since it would have no effect: stiffness={{"{min(idle)}": ...}}, or mass.'
@@ -102,7 +102,7 @@ def _range(value: Parameter) -> Range:
 def _checked(name: str, limits: Range) -> Range:
     low, high = limits
     if not 0 < low <= high < np.inf:
-        raise ValueError(
+        raise InputError(
             f'The parameter "{name}" ranges from {low:g} to {high:g}; values over the nominal one '
             "are needed, positive, since stiffness and mass are scaled by them. Give a law that "
             f'stays positive, or say the range: ranges={{"{name}": (0.8, 1.25)}}.'

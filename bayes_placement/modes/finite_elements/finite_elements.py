@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array
 
-from ..._types import Parameter
+from ..._types import InputError, Parameter
 from ...positions.tolerances import Support
 from ...positions.vectors import Coordinates, triple
 from . import _openings, _part_factors, _scikit_fem_rows, interpolation, nodal_modes
@@ -299,7 +299,7 @@ def _as_model(
 def _check_rows(interpolation: Interpolation) -> None:
     count = len(interpolation.used_rows())
     if count > MOST_ROWS:
-        raise ValueError(
+        raise InputError(
             f"The interpolation reads {count} degrees of freedom; at most {MOST_ROWS} can have "
             "a static flexibility between all of them. Read only where transducers may sit: "
             "interpolation.near(position, radius)."

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
+from ..._types import InputError
 from . import _modal_model_checks as checks
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "w_xy")
@@ -162,7 +163,7 @@ class ModalModel:
         """
         known = self.natural_frequency.size
         if not 1 <= modes <= known:
-            raise ValueError(
+            raise InputError(
                 f"count({modes}) was asked of a model of {known} modes; 1 to {known} are needed, "
                 "since modes that were not handed over cannot be made up. Ask for fewer, or let "
                 "the finite element code compute more."
@@ -185,7 +186,7 @@ class ModalModel:
         """
         modes = int(np.count_nonzero(self.natural_frequency < frequency))
         if not modes:
-            raise ValueError(
+            raise InputError(
                 f"below({frequency:g}) keeps no mode: the lowest natural frequency is "
                 f"{self.natural_frequency[0]:g} Hz. At least one is needed, since a structure "
                 "without modes does not move. Give a higher frequency, in Hz and not in rad/s."

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact
 
 from ..._sites import unit
-from ..._types import Parameter
+from ..._types import InputError, Parameter
 from ...positions.places import Place, mean
 from ...positions.tolerances import Box, Support
 from ...positions.vectors import Coordinates
@@ -46,7 +46,7 @@ class Named(eqx.Module):
             If there is no such part.
         """
         if name not in self.names:
-            raise ValueError(
+            raise InputError(
                 f'{what} "{name}" was named, but the model has '
                 f"{', '.join(self.names) or 'none'}. Name one of these; they come with the "
                 "matrices of a model: finite_elements.modes(matrices, ...)."
@@ -99,7 +99,7 @@ class NodalModes(Modes):
             For a derivative, which no effect on a structure in space asks for.
         """
         if derivative:
-            raise ValueError(
+            raise InputError(
                 f"The derivative of order {derivative} of nodal mode shapes was asked for; only "
                 "the shapes themselves are known everywhere on a structure in space. Use "
                 "jax.jacfwd(modes.shapes)."
@@ -180,7 +180,7 @@ class UnknownModes(OverNodal):
         self.frequency = tuple(frequency)
         self.modal_mass = (1.0,) * count if modal_mass is None else tuple(modal_mass)
         if not len(self.frequency) == len(self.modal_mass) == count:
-            raise ValueError(
+            raise InputError(
                 f"UnknownModes was given {len(self.frequency)} natural frequencies and "
                 f"{len(self.modal_mass)} modal masses for {count} elastic mode shapes; one of each "
                 "is needed for every shape. Keep fewer shapes with model.count(...)."
@@ -258,7 +258,7 @@ def modes(
     """
     rows = interpolation.used_rows()
     if len(rows) and rows[-1] >= len(model.dof):
-        raise ValueError(
+        raise InputError(
             f"The interpolation reads row {rows[-1]}, but the model has {len(model.dof)} degrees "
             "of freedom. Make it from the same model: interpolation.scattered(model)."
         )
@@ -299,7 +299,7 @@ def _stacked(values: tuple[Parameter, ...]) -> Float[Array, "mode"]:
 def _check_order(frequency: Sequence[float]) -> None:
     for number, (lower, upper) in enumerate(itertools.pairwise(frequency), start=1):
         if lower > upper:
-            raise ValueError(
+            raise InputError(
                 f"UnknownModes was given mode {number} at {lower:g} Hz and mode {number + 1} at "
                 f"{upper:g} Hz; means that ascend are needed, since shapes and damping ratios are "
                 "counted so. Sort them together with the columns of the shapes."

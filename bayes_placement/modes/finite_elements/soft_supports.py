@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.linalg import null_space
 
+from ..._types import InputError
 from ...positions.vectors import Vector
 from .matrices import Matrices
 
@@ -55,7 +56,7 @@ def springs(matrices: Matrices, rows: ArrayLike) -> SupportMotion:
     free = np.setdiff1d(held, matrices.fixed)
     if not held.size or free.size:
         what = f"row {free[0]}, which is free" if free.size else "no row"
-        raise ValueError(
+        raise InputError(
             f"soft_supports.springs was given {what}; rows that are held are needed, since only "
             "what a support holds can give way. Take rows of matrices.fixed."
         )
@@ -85,7 +86,7 @@ def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> 
     axis = np.eye(3)[matrices.dof[rows, 1] - 4]
     turns = np.eye(rows.size) if along is None else _across(axis, np.asarray(along, dtype=float))
     if not turns.size:
-        raise ValueError(
+        raise InputError(
             f"soft_supports.rotations was given node {node}, at which "
             f"{'no' if not rows.size else 'no bending'} rotation is held; only what a support "
             "holds can give way. Name a clamped node: matrices.dof[matrices.fixed, 0] has them."
@@ -118,7 +119,7 @@ def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) 
     table = _held_rows(matrices)[nodes]
     on = table[:, direction] >= 0
     if np.count_nonzero(on) < 2:
-        raise ValueError(
+        raise InputError(
             f"soft_supports.edge was given {first.tolist()} to {last.tolist()} m, along which "
             f"{np.count_nonzero(on)} nodes are held in direction {direction}; at least two are "
             "needed, since only what a support holds can give way. Give both ends of a held edge."

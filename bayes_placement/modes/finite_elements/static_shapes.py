@@ -8,6 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from ..._types import InputError
+
 Square = Float[np.ndarray | Array, "pattern pattern"]
 
 
@@ -93,7 +95,7 @@ class StaticShapes(eqx.Module):
             If no support of that name may give way.
         """
         if name not in self.supports:
-            raise ValueError(
+            raise InputError(
                 f'The support "{name}" was named, but of the model '
                 f"{', '.join(self.supports) or 'none'} may give way. Name one of these; they come "
                 'with the modes: finite_elements.modes(..., soft={"'

@@ -6,6 +6,7 @@ Not known here: sections, materials, mode shapes, sensors, probability.
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...._types import InputError
 from ._elements import HERMITE, Elements, elements
 from ._interpolation import Nodes, element_rows
 
@@ -59,7 +60,7 @@ def kinematics(
     length = np.linalg.norm(chord, axis=1)
     if not (length > 0).all():
         one = int(np.argmin(length))
-        raise ValueError(
+        raise InputError(
             f"Element {one} joins node {nodes.node[ends[one, 0]]} to node "
             f"{nodes.node[ends[one, 1]]} at the same place; a length is needed to have a slope. "
             f"Leave it out: elements = np.delete(elements, {one}, axis=0)."

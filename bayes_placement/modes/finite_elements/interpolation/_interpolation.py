@@ -13,6 +13,7 @@ from jaxtyping import Array, Bool, Float, Int, Shaped
 from scipy.spatial import KDTree
 
 from .... import _types  # noqa: F401  double precision, before the first array is made
+from ...._types import InputError
 
 Self = TypeVar("Self", bound="Interpolation")
 
@@ -95,7 +96,7 @@ class Interpolation(eqx.Module):
         """
         lost = np.setdiff1d(self.used_rows(), rows)
         if len(lost):
-            raise ValueError(
+            raise InputError(
                 f"{len(rows)} rows were kept, but the interpolation reads {len(lost)} others, "
                 f"among them row {lost[0]}. Keep all that it reads: interpolation.used_rows()."
             )
@@ -124,7 +125,7 @@ def element_rows(
     """
     count = len(nodes.node)
     if len(elements) == 0 or elements.min() < 0 or elements.max() >= count:
-        raise ValueError(
+        raise InputError(
             f"elements of shape {elements.shape} {_range(elements)}; the corners of at least one "
             f"element are needed, as indices 0 to {count - 1} into `node`. Indices of node ids: "
             "np.argsort(node)[np.searchsorted(np.sort(node), elements)]."
@@ -132,7 +133,7 @@ def element_rows(
     rows = rows_of(nodes, directions)[elements]
     if (rows < 0).any():
         element, corner, direction = np.argwhere(rows < 0)[0]
-        raise ValueError(
+        raise InputError(
             f"Node {nodes.node[elements[element, corner]]} has no degree of freedom in direction "
             f"{directions[direction]}, but its element has shape functions of the directions "
             f"{directions} at each node. Give each of them a row, of zeros where it is held, or "

@@ -6,6 +6,7 @@ Not known here: mode shapes, sensors, probability.
 import numpy as np
 from jaxtyping import Int
 
+from ...._types import InputError
 from ._elements import Elements, elements
 from ._interpolation import Nodes, element_rows
 
@@ -16,7 +17,7 @@ def linear_elements(
     """Linear shape functions on lines, triangles or tetrahedra."""
     count = corners.shape[1]
     if count not in (2, 3, 4):
-        raise ValueError(
+        raise InputError(
             f"Elements with {count} corners were given; linear shape functions are those of 2, 3 "
             "or 4 corners (lines, triangles, tetrahedra). Split others: "
             "elements[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3) for quadrilaterals."

@@ -6,6 +6,7 @@ Not known here: thickness, material, mode shapes, sensors, probability.
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ...._types import InputError
 from ._elements import HERMITE, Elements, all_exponents, elements
 from ._interpolation import Nodes, element_rows
 
@@ -47,7 +48,7 @@ def _check_rectangles(
     which = np.sort(high @ np.array([1, 2]), axis=1)
     bad = (off > 1e-6 * side.max(axis=1)) | (which != np.arange(4)).any(axis=1)
     if bad.any():
-        raise ValueError(
+        raise InputError(
             f"The four corners of element {np.argmax(bad)} are no rectangle with sides along x "
             "and y in a plane of constant z; that is needed, since its degrees of freedom are "
             "derivatives in x and y. For other plates hand over a scikit-fem basis: "

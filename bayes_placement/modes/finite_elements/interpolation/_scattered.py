@@ -13,6 +13,7 @@ from jax.scipy.linalg import solve
 from jaxtyping import Array, Float, Int
 from scipy.spatial import KDTree
 
+from ...._types import InputError
 from ._elements import all_exponents, monomials
 from ._interpolation import Interpolation, Nodes, Reading, reachable, rows_of, taken
 
@@ -145,7 +146,7 @@ def _read_nodes(
     if axes is None:
         axes = tuple(int(one) for one in np.unique(nodes.dof[:, 1]) if one <= 3)
     if not axes or not set(axes) <= {1, 2, 3}:
-        raise ValueError(
+        raise InputError(
             f"axes={axes}: the motion is read along at least one of 1, 2, 3 for x, y, z, and the "
             f"degrees of freedom have the directions {np.unique(nodes.dof[:, 1]).tolist()}. "
             "For example axes=(3,)."
@@ -153,7 +154,7 @@ def _read_nodes(
     rows = rows_of(nodes, axes)
     whole = (rows >= 0).all(axis=1)
     if not whole.any():
-        raise ValueError(
+        raise InputError(
             f"No node has degrees of freedom along all of the axes {axes}; a place is read from "
             "nodes that have them all. Name fewer axes: axes=(3,)."
         )
@@ -167,7 +168,7 @@ def _radii(tree: KDTree) -> Float[np.ndarray, "node"]:
     count = min(_NEIGHBOURS[dimension], tree.n - 1)
     distance = tree.query(tree.data, [count + 1])[0][:, 0]
     if tree.n == 1 or not (distance > 0).all():
-        raise ValueError(
+        raise InputError(
             f"{tree.n} nodes were given, {np.sum(distance == 0)} of them with no other node apart "
             "from them; nodes at several places are needed to read between them. "
             "Take the nearest node: interpolation.nearest(model)."

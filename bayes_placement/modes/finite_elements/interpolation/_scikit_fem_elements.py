@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ...._types import InputError
 from ._elements import Elements, all_exponents, elements, reference_corners
 
 _BOXES = {"RefLine": False, "RefQuad": False, "RefHex": False, "RefTri": True, "RefTet": True}
@@ -60,7 +61,7 @@ def _check_basis(basis: Any) -> None:
 def _simplex(basis: Any) -> bool:
     name = basis.elem.refdom.__name__
     if name not in _BOXES:
-        raise ValueError(
+        raise InputError(
             f"A basis on the cell {name} was given; lines, triangles, quadrilaterals, tetrahedra "
             f"and hexahedra can be read. For other cells {_REMEDY}"
         )
@@ -81,7 +82,7 @@ def _cells(
     bent = np.abs(place - corner[:, None] - lattice @ edges.mT).max(axis=(1, 2))
     worst = int(np.argmax(bent / np.abs(edges).max(axis=(1, 2))))
     if bent[worst] > 1e-9 * np.abs(edges[worst]).max():
-        raise ValueError(
+        raise InputError(
             f"Cell {worst} of the mesh is curved or no parallelogram: its map from the reference "
             "cell is not affine, so that its shape functions are no polynomials of the position. "
             f"Use straight triangles or tetrahedra (mesh.to_meshtri()), or {_REMEDY}"
@@ -123,7 +124,7 @@ def _coefficients(
     others = lattice / 2 + reference_corners(powers.shape[1], simplex).mean(axis=0) / 3
     again = np.einsum("pt,etai->epai", _terms(others, powers), found)
     if np.abs(again - _values(basis, others, cells)).max() > 1e-6 * np.abs(values).max():
-        raise ValueError(
+        raise InputError(
             f"The shape functions of {type(basis.elem).__name__} are no polynomials of the degree "
             f"that it states, {basis.elem.maxdeg}; a polynomial is needed to read them at any "
             f"place. Use a Lagrange, Morley, Argyris, BFS or Hermite element, or {_REMEDY}"
@@ -146,7 +147,7 @@ def _values(
         for number in range(basis.Nbfun)
     ]
     if len(several[0]) > 1:
-        raise ValueError(
+        raise InputError(
             f"A basis of {type(basis.elem).__name__} was given, which has {len(several[0])} "
             "fields; one field of displacements is needed. Use the basis of one of its parts, or "
             "ElementVector for a vector field."
@@ -161,7 +162,7 @@ def _check_components(
     coefficients: Float[np.ndarray, "kind term axis entry"], axes: tuple[int, ...]
 ) -> None:
     if coefficients.shape[2] != len(axes):
-        raise ValueError(
+        raise InputError(
             f"axes={axes} was given, but the basis has a field of {coefficients.shape[2]} "
             "components; each needs its axis of 1, 2, 3 for x, y, z: axes=(3,) for the deflection "
             "of a plate, axes=(1, 2, 3) for a solid."

@@ -12,6 +12,7 @@ from scipy.linalg import eigh, null_space
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from ...._types import InputError
 from ._static_flexibility import StaticFlexibility, with_sign
 from ._symmetric_factor import factorised, start_vector
 
@@ -137,7 +138,7 @@ def _dense(flexibility: StaticFlexibility, count: int) -> Eigenmodes:
     inverse, shape = inverse[::-1], shape[:, ::-1]
     known = int(np.count_nonzero(inverse > 1e-14 * inverse[0]))
     if count > known:
-        raise ValueError(
+        raise InputError(
             f"{count} elastic modes were asked for, but the structure has {known}: not more than "
             "it has degrees of freedom with mass. Ask for fewer."
         )

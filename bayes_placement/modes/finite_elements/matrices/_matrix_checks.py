@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 
+from ...._types import InputError
 from .._modal_model_checks import checked_dof, checked_node, checked_position
 from ..modal_model import DIRECTIONS
 from ._affine import Affine
@@ -27,12 +28,12 @@ def sparse(name: str, matrix: Any, size: int) -> csc_array:
     """Sparse matrix of finite numbers over all degrees of freedom."""
     shape = np.shape(matrix)
     if len(shape) != 2 or shape[0] != shape[1]:
-        raise ValueError(
+        raise InputError(
             f"{name} has shape {shape}; a square matrix over all degrees of freedom is needed, "
             "one row and one column for each. Pass the assembled matrix, held rows included."
         )
     if shape[0] != size:
-        raise ValueError(
+        raise InputError(
             f"{name} has {shape[0]} rows, but dof names {size} degrees of freedom; one row of dof "
             "(node, direction) is needed for each row of the matrix, held ones included. Give dof "
             "in the order of the matrix."
@@ -41,7 +42,7 @@ def sparse(name: str, matrix: Any, size: int) -> csc_array:
     if not np.isfinite(found.data).all():
         at = int(np.flatnonzero(~np.isfinite(found.data))[0])
         column = int(np.searchsorted(found.indptr, at, side="right")) - 1
-        raise ValueError(
+        raise InputError(
             f"{name} is {found.data[at]:g} in row {found.indices[at]}, column {column}; every "
             "entry must be finite. Look at how it was assembled or read."
         )
@@ -57,7 +58,7 @@ def symmetric(name: str, matrix: csc_array, dof: Int[np.ndarray, "dof 2"]) -> cs
     if share.size and share.max() > SYMMETRY:
         worst = int(np.argmax(share))
         row, column = int(apart.row[worst]), int(apart.col[worst])
-        raise ValueError(
+        raise InputError(
             f"{name} is not symmetric: between {label(dof, row)} (row {row}) and "
             f"{label(dof, column)} (row {column}) its two entries are {matrix[row, column]:g} and "
             f"{matrix[column, row]:g}, {share[worst]:.1e} of the diagonal apart. Natural modes "
@@ -73,7 +74,7 @@ def nodes(
     """Coordinates, node numbers and degrees of freedom that fit each other."""
     rows = np.asarray(dof)
     if rows.ndim != 2 or rows.shape[1] != 2 or not np.issubdtype(rows.dtype, np.integer):
-        raise ValueError(
+        raise InputError(
             f"dof has shape {rows.shape} and type {rows.dtype}; whole numbers [dof, 2] are needed, "
             "the node and the direction (1 to 7 for x y z rx ry rz w_xy) of each row, since "
             "rigid-body motions and sensors refer to them. Give one pair for each row of stiffness."
@@ -88,7 +89,7 @@ def held(fixed: ArrayLike | None, size: int) -> Int[np.ndarray, "fixed"]:
     given = np.empty(0, dtype=np.int64) if fixed is None or not np.size(fixed) else fixed
     rows = np.unique(known_rows("fixed", given, size))
     if rows.size == size:
-        raise ValueError(
+        raise InputError(
             "fixed holds every row, so that nothing can move; at least one free row is needed. "
             "Leave out the rows that are free: fixed=np.flatnonzero(mask)."
         )
@@ -105,13 +106,13 @@ def mass(
     inertia, stiff = matrix.diagonal(), stiffness.diagonal()
     if (inertia < 0).any():
         row = int(np.argmin(inertia))
-        raise ValueError(
+        raise InputError(
             f"mass is {inertia[row]:g} on its diagonal for {label(dof, row)} (row {row}); kinetic "
             "energy cannot be negative. Look at its sign and units."
         )
     idle = free[(inertia[free] == 0) & (stiff[free] == 0)]
     if idle.size:
-        raise ValueError(
+        raise InputError(
             f"{label(dof, int(idle[0]))} (row {idle[0]}) has neither stiffness nor mass, "
             f"one of {idle.size} such rows, so that their motion is not known. Hold them: "
             f"fixed=[*fixed, {idle[0]}, ...], or leave them out of the matrices."
@@ -125,7 +126,7 @@ def kinetic_energy(matrix: csc_array, free: Int[np.ndarray, "free"]) -> None:
     scale = diags_array(inertia[heavy] ** -0.5)
     least = _least_eigenvalue(csc_array(scale @ matrix[heavy][:, heavy] @ scale))
     if least < -SYMMETRY:
-        raise ValueError(
+        raise InputError(
             f"mass is not positive: a motion has the kinetic energy {least:.2g} times that of its "
             "rows apart; kinetic energy cannot be negative. Look at how mass was assembled, or "
             "lump it."
@@ -149,12 +150,12 @@ def _least_eigenvalue(matrix: csc_array) -> float:
 def asked(count: int | None, up_to: float | None) -> None:
     """Refuse modes(...) without, or with both of, its arguments, and less than one mode."""
     if (count is None) == (up_to is None):
-        raise ValueError(
+        raise InputError(
             f"modes(count={count}, up_to={up_to}) was given; one of both is needed, how many "
             "modes or up to which frequency [Hz]: modes(up_to=500.0)."
         )
     if count is not None and count < 1:
-        raise ValueError(
+        raise InputError(
             f"modes(count={count}) keeps no mode; at least one is needed, since a structure "
             "without modes does not move. Ask for more: modes(count=20)."
         )
@@ -163,7 +164,7 @@ def asked(count: int | None, up_to: float | None) -> None:
 def found(count: int, up_to: float) -> None:
     """Refuse a band without modes."""
     if not count:
-        raise ValueError(
+        raise InputError(
             f"modes(up_to={up_to:g}) keeps no mode; at least one is needed, since a structure "
             "without modes does not move. Give a higher frequency, in Hz, or modes(count=1)."
         )
@@ -180,7 +181,7 @@ def regions(
     excess = sum(one.diagonal() for one in found.values()) - whole
     worst = int(np.argmax(excess - SYMMETRY * whole))
     if excess[worst] > SYMMETRY * whole[worst]:
-        raise ValueError(
+        raise InputError(
             f"regions add up to {whole[worst] + excess[worst]:g} on the diagonal of "
             f"{label(dof, worst)} (row {worst}), but stiffness is {whole[worst]:g} there; regions "
             "are parts of the stiffness, so that their sum cannot exceed it. Count each element "
@@ -193,13 +194,13 @@ def known_rows(name: str, rows: ArrayLike, size: int) -> Int[np.ndarray, "chosen
     """Rows of dof, in any order."""
     given = np.atleast_1d(np.asarray(rows))
     if given.ndim != 1 or not np.issubdtype(given.dtype, np.integer):
-        raise ValueError(
+        raise InputError(
             f"{name} has shape {given.shape} and type {given.dtype}; a list of rows of dof, "
             f"counted from 0, is needed. From a mask: {name}=np.flatnonzero(mask)."
         )
     outside = given[(given < 0) | (given >= size)]
     if outside.size:
-        raise ValueError(
+        raise InputError(
             f"{name} names row {outside[0]}, but rows go from 0 to {size - 1}; rows of dof counted "
             "from 0 are needed, not node numbers. Look them up: "
             "np.flatnonzero(np.isin(dof[:, 0], nodes))."
@@ -219,12 +220,12 @@ def releasable(
         what = "a row twice"
         if free.size:
             what = f"{label(dof, int(free[0]))} (row {free[0]}), which is free"
-        raise ValueError(
+        raise InputError(
             f"release was asked for {what}; rows that are held, each once, are needed, since only "
             "what a support holds can give way. Take rows from fixed."
         )
     if rigid_body_modes:
-        raise ValueError(
+        raise InputError(
             f"release was asked of a structure with {rigid_body_modes} rigid-body modes; all must "
             "be held, since a displaced support would carry the structure along without strain. "
             "Hold what moves freely: Matrices(..., fixed=[...])."
@@ -236,14 +237,14 @@ def affine(parts: Affine, dof: Int[np.ndarray, "dof 2"]) -> Affine:
     names = {**parts.stiffness, **parts.mass}
     if set(names) != set(parts.box) or not names:
         apart = sorted(set(names) ^ set(parts.box))
-        raise ValueError(
+        raise InputError(
             f"Affine has parts {sorted(names)} and a box for {sorted(parts.box)}; each name needs "
             f"a part and a box, at least one name in all, but {apart} has not both. Give "
             'box={"' + (apart or ["name"])[0] + '": (0.8, 1.25)}.'
         )
     for name, (low, high) in parts.box.items():
         if not 0 < low < high < np.inf:
-            raise ValueError(
+            raise InputError(
                 f'box["{name}"] is ({low:g}, {high:g}); a least and a greater positive factor are '
                 "needed, 1 being nominal, since at 0 the part is gone. Give them as shares: "
                 f'box={{"{name}": (0.8, 1.25)}}.'

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import eigh
 
+from ...._types import InputError
 from . import _eigenmodes as eigenmodes
 from ._affine import Affine, Factors
 from ._eigenmodes import Eigenmodes
@@ -198,7 +199,7 @@ def diagonal(span: RitzSpan, report: BasisReport) -> ReducedBasis:
 def check_policy(up_to: float, tolerance: float, margin: float) -> None:
     """Refuse a band or a tolerance without meaning."""
     if not (up_to > 0 and 0 < tolerance < 1 and margin > 1):
-        raise ValueError(
+        raise InputError(
             f"up_to={up_to:g} Hz, tolerance={tolerance:g}, margin={margin:g} was given; a "
             "frequency above 0, a relative error between 0 and 1 and a margin above 1 are needed, "
             "since the first vectors must reach beyond the band: margin=1.5."

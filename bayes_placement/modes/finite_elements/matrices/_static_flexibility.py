@@ -10,6 +10,7 @@ from jaxtyping import Float, Int
 from scipy.linalg import cholesky, solve_triangular
 from scipy.sparse import csc_array
 
+from ...._types import InputError
 from . import _rigid_body as rigid_body
 from ._symmetric_factor import SymmetricFactor, blocks, factorised
 
@@ -119,7 +120,7 @@ def static_flexibility(
         field = np.zeros((direction.size, 1))
         field[moving, 0] = further
         fields = np.hstack([fields, field])
-    raise ValueError(
+    raise InputError(
         f"The stiffness allows more than {MECHANISMS} motions without strain energy beside those "
         "of a rigid body; hardly any structure has so many hinges. Look for parts that nothing "
         "joins, rows without stiffness, or a stiffness in the wrong units."
@@ -141,7 +142,7 @@ def mass_orthonormal(
     fields = fields / np.abs(fields).max(axis=0)
     inertia = fields.T @ (mass @ fields)
     if np.linalg.eigvalsh(inertia)[0] <= MASSLESS * np.trace(inertia):
-        raise ValueError(
+        raise InputError(
             "The structure has a motion with neither strain energy nor mass; every free motion "
             "needs one of them, since its response is infinite otherwise. Hold it with fixed=, "
             "or give it inertia."
