@@ -32,9 +32,9 @@ class Transducer(eqx.Module):
     name
         Its name in the measurement and in the names of the unknowns.
     at
-        Where it sits [m]. On a line: a number, `supports.Segment`, or any scalar distribution. In
+        Where it sits [m]. On a line: a number, `positions.Segment`, or any scalar distribution. In
         space: three numbers or distributions, a place (`places.Cartesian`, ...) or a support
-        (`supports.Box`, ...).
+        (`positions.Box`, ...).
     directions
         Recorded directions of its channels, +-1, +-2, +-3 for +-x, +-y, +-z. Empty: the one
         direction in which the structure moves.
@@ -131,7 +131,7 @@ class Transducer(eqx.Module):
             raise InputError(
                 f'{self.kind} "{self.name}" was to be moved to {place} m, but its tolerance is '
                 "known as a law at its own place only; a support is needed, since it can be moved. "
-                "Declare at=supports.Segment(0.25, within=0.04), or give supports as candidates."
+                "Declare at=positions.Segment(0.25, within=0.04), or give supports as candidates."
             )
         one = type(self)(self.name, at, directions=self.directions, angles=self.angles)
         return one.on(modes)
@@ -148,7 +148,7 @@ class Transducer(eqx.Module):
             raise InputError(
                 f'{self.kind} "{self.name}" was to have {factor:g} times its tolerance, but it has '
                 "none that is known as a support; one is needed. Declare "
-                "at=supports.Segment(0.25, within=0.04)."
+                "at=positions.Segment(0.25, within=0.04)."
             )
         at = self.support.scaled(factor)
         one = type(self)(

@@ -102,7 +102,7 @@ class Nodes(Marginal):
         if not laws:
             raise InputError(
                 "marginals.Nodes sums over positions at nodes, but none is unknown. Declare one, "
-                "at=supports.Nodes(positions, supports.Box(...)), or use marginals.Latent()."
+                "at=positions.Nodes(positions, positions.Box(...)), or use marginals.Latent()."
             )
         return _nested(self, experiment, laws, 1)
 
@@ -205,7 +205,7 @@ class KDE(Marginal):
         if not any(is_placement(unknown.name) for unknown in experiment.unknowns):
             raise InputError(
                 "marginals.KDE estimates the spread that unknown placement gives to z, but no "
-                "position or angle is a distribution. Declare one, at=supports.Segment(0.25, "
+                "position or angle is a distribution. Declare one, at=positions.Segment(0.25, "
                 "within=0.04), or use marginals.Latent()."
             )
         return _kernel_density.KernelDensity(

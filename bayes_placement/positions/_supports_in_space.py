@@ -139,7 +139,7 @@ class Member(Support):
         """Return a stretch so many times as long about the same place."""
         if self.within is None:
             raise InputError(
-                "A whole supports.Member was to have another tolerance, but it has no recorded "
+                "A whole positions.Member was to have another tolerance, but it has no recorded "
                 "place to be off from. Give one: centre=(0.0, 0.0, 0.7), within=0.02."
             )
         return Member(self.start, self.end, centre=self.centre, within=factor * self.within)
@@ -187,7 +187,7 @@ class Patch(Support):
         if not min(self.within) > 0:
             raise InputError(
                 f"Patch(within={within}) was given; two positive tolerances [m] are needed. A "
-                "place that can be off along one direction only is a supports.Member."
+                "place that can be off along one direction only is a positions.Member."
             )
 
     @property

@@ -83,7 +83,7 @@ def not_a_line(bounds: Bounds) -> str:
     middle = said(np.add(*bounds) / 2)
     return (
         f"the structure lies in space ({words(bounds)}), where a place has three coordinates: "
-        f"at={middle}, or at=supports.Box({middle}, within=(0.01, 0.0, 0.0))."
+        f"at={middle}, or at=positions.Box({middle}, within=(0.01, 0.0, 0.0))."
     )
 
 
@@ -92,5 +92,5 @@ def not_in_space(bounds: Bounds) -> str:
     middle = said(np.add(*bounds) / 2)
     return (
         f"the structure is a line ({words(bounds)}), along which a place is one number: "
-        f"at={middle}, or at=supports.Segment({middle}, within=0.01)."
+        f"at={middle}, or at=positions.Segment({middle}, within=0.01)."
     )

@@ -130,7 +130,7 @@ class Nodes(Support):
             raise InputError(
                 "Nodes without a support were to have another tolerance, but they have none: every "
                 "node is as likely as any other. Give one: "
-                "supports.Nodes(position, supports.Segment(0.3, within=0.01))."
+                "positions.Nodes(position, positions.Segment(0.3, within=0.01))."
             )
         return Nodes(self.position, self.support.scaled(factor))
 

@@ -85,7 +85,7 @@ def test_angles_have_gradients():
 
 def test_unknown_places_and_angles_are_named_and_sampled():
     angles = (0.0, dist.Uniform(-0.2, 0.2), 0.0)
-    sensor = Sensor("s1", at=supports.Segment(0.7, within=0.05), angles=angles).on(BEAM)
+    sensor = Sensor("s1", at=positions.Segment(0.7, within=0.05), angles=angles).on(BEAM)
     named = [(one.name, one.unit) for one in unknowns(sensor)]
     assert named == [("position", "m"), ("angles.2", "rad")]
     with handlers.seed(rng_seed=4):
@@ -96,7 +96,7 @@ def test_unknown_places_and_angles_are_named_and_sampled():
 
 
 def test_a_segment_becomes_a_uniform_law_on_the_structure():
-    law = Actuator("a1", at=supports.Segment(1.19, within=0.05)).on(BEAM).position
+    law = Actuator("a1", at=positions.Segment(1.19, within=0.05)).on(BEAM).position
     np.testing.assert_allclose([law.low, law.high], [1.14, 1.2])
 
 
@@ -104,10 +104,10 @@ def test_a_segment_becomes_a_uniform_law_on_the_structure():
     ("at", "given", "recorded"),
     [
         (0.3, None, 0.3),
-        (supports.Segment(1.19, within=0.05), None, 1.19),
+        (positions.Segment(1.19, within=0.05), None, 1.19),
         (dist.Uniform(0.2, 0.6), None, 0.4),
         (dist.Uniform(0.2, 0.6), 0.25, 0.25),
-        (supports.Segment(0.3, within=0.1), 0.35, 0.35),
+        (positions.Segment(0.3, within=0.1), 0.35, 0.35),
     ],
 )
 def test_the_record_is_kept_on_the_structure(at, given, recorded):
@@ -126,7 +126,7 @@ def test_a_place_outside_the_structure_is_refused(kind, word):
         kind("t1", at=1.25).on(BEAM)
     message = rf'{word} "t1": Segment\(1.3, within=0.04\) m has no point on the structure'
     with pytest.raises(ValueError, match=message):
-        kind("t1", at=supports.Segment(1.3, within=0.04)).on(BEAM)
+        kind("t1", at=positions.Segment(1.3, within=0.04)).on(BEAM)
 
 
 @pytest.mark.parametrize("directions", [(0,), (4,), (1, -7)])
@@ -222,19 +222,19 @@ def test_a_law_of_three_coordinates_is_a_place():
 CENTRE = (0.7, 0.2, 0.4)
 MESH = np.stack(np.meshgrid([0.6, 0.7, 0.8], [0.1, 0.3], [0.4, 0.6]), axis=-1).reshape(-1, 3)
 SUPPORTS = [
-    (supports.Box(CENTRE, within=(0.1, 0.05, 0.0)), ["x", "y"], CENTRE),
+    (positions.Box(CENTRE, within=(0.1, 0.05, 0.0)), ["x", "y"], CENTRE),
     (
-        supports.Member((0.7, 0.2, 0.0), (0.7, 0.2, 0.6), centre=(0.71, 0.2, 0.4), within=0.1),
+        positions.Member((0.7, 0.2, 0.0), (0.7, 0.2, 0.6), centre=(0.71, 0.2, 0.4), within=0.1),
         ["along"],
         CENTRE,
     ),
     (
-        supports.Patch(CENTRE, (1, 0, 0), (0, 1, 1), within=(0.1, 0.05)),
+        positions.Patch(CENTRE, (1, 0, 0), (0, 1, 1), within=(0.1, 0.05)),
         ["first", "second"],
         CENTRE,
     ),
-    (supports.Ball(CENTRE, 0.1), ["share.1", "share.2", "share.3"], CENTRE),
-    (supports.Nodes(MESH, supports.Ball((0.69, 0.27, 0.5), 0.2)), ["node"], (0.7, 0.3, 0.4)),
+    (positions.Ball(CENTRE, 0.1), ["share.1", "share.2", "share.3"], CENTRE),
+    (positions.Nodes(MESH, positions.Ball((0.69, 0.27, 0.5), 0.2)), ["node"], (0.7, 0.3, 0.4)),
 ]
 
 
@@ -242,7 +242,7 @@ SUPPORTS = [
     ("support", "names", "place"), SUPPORTS, ids=lambda one: type(one).__name__
 )
 def test_the_nominal_transducer_sits_where_it_was_recorded(support, names, place):
-    moved = support.recorded if isinstance(support, supports.Nodes) else None
+    moved = support.recorded if isinstance(support, positions.Nodes) else None
     sensor = Sensor("s1", at=support, directions=(3,), recorded=None if moved is None else place)
     experiment = experiment_in_space(sensor, Actuator("a1", at=support, directions=(1,)))
     found = {one.name for one in experiment.unknowns}
@@ -253,7 +253,7 @@ def test_the_nominal_transducer_sits_where_it_was_recorded(support, names, place
 
 
 def test_a_record_beside_the_clipped_support_goes_to_its_edge():
-    support = supports.Box((1.02, 0.2, 0.4), within=(0.04, 0.0, 0.0))
+    support = positions.Box((1.02, 0.2, 0.4), within=(0.04, 0.0, 0.0))
     experiment = experiment_in_space(
         Sensor("s1", at=support), Actuator("a1", at=PLACE, recorded=(0.8, 0.2, 0.4))
     )
@@ -285,9 +285,9 @@ def test_every_support_has_finite_gradients_of_the_response():
 WRONG_PLACES = [
     (0.3, in_space.Linear(), r"position 0.3 was given, but the structure lies in space"),
     (dist.Uniform(0, 1), in_space.Linear(), r"position Uniform was given, but the structure lies"),
-    (supports.Segment(0.3, within=0.1), in_space.Linear(), r"Segment\(0.3, within=0.1\) was given"),
+    (positions.Segment(0.3, within=0.1), in_space.Linear(), r"Segment\(0.3, within=0.1\) was given"),
     (PLACE, BEAM, r"position \(0.7, 0.2, 0.4\) was given, but the structure is a line"),
-    (supports.Ball(PLACE, 0.1), BEAM, r"Ball.* was given, but the structure is a line"),
+    (positions.Ball(PLACE, 0.1), BEAM, r"Ball.* was given, but the structure is a line"),
     ((0.7, 0.9, 0.4), in_space.Linear(), r"position \(0.7, 0.9, 0.4\) m lies outside the struct"),
     (
         (dist.Uniform(0, 1), -0.1, 0.4),
@@ -326,7 +326,7 @@ def test_effects_sit_on_the_same_supports():
 
 
 def test_an_effect_at_nodes_has_a_typical_node():
-    support = supports.Nodes(MESH, supports.Box((0.7, 0.3, 0.4), within=(0.06, 0.0, 0.0)))
+    support = positions.Nodes(MESH, positions.Box((0.7, 0.3, 0.4), within=(0.06, 0.0, 0.0)))
     experiment = experiment_in_space(Sensor("s1", at=PLACE), Actuator("a1", at=PLACE))
     changed = (experiment + bp.effects.point_mass(at=support, mass=0.1)).nominal()
     found = changed.structure.effects["point_mass"].points(changed.structure.modes)

@@ -16,7 +16,7 @@ from bayes_placement.positions import tolerances as supports
 from tests import in_space
 
 KEY = jax.random.PRNGKey(7)
-PATCH = supports.Patch((0.53, 0.41, 0.3), (1, 0, 0), (0, 1, 0), within=(0.21, 0.17))
+PATCH = positions.Patch((0.53, 0.41, 0.3), (1, 0, 0), (0, 1, 0), within=(0.21, 0.17))
 DRIVEN = (0.13, 0.67, 0.22)
 RATIO = {"structure.damping.ratio.1": 0.03}
 
@@ -57,7 +57,7 @@ def measured():
 
 
 def at_nodes(counts, support=PATCH, **options):
-    return {"at": supports.Nodes(mesh(*counts), support), **options}
+    return {"at": positions.Nodes(mesh(*counts), support), **options}
 
 
 def log_likelihood(one, marginal, values):
@@ -85,13 +85,13 @@ def summed(one, values):
 
 def several():
     """Two sensors and two actuators at nodes, and a mass at one of them."""
-    few = supports.Box((0.5, 0.4, 0.3), within=(0.2, 0.15, 0.0))
+    few = positions.Box((0.5, 0.4, 0.3), within=(0.2, 0.15, 0.0))
     return experiment(
-        [at_nodes((5, 4, 2), few), at_nodes((6, 4, 1), supports.Ball((0.8, 0.2, 0.5), 0.15))],
+        [at_nodes((5, 4, 2), few), at_nodes((6, 4, 1), positions.Ball((0.8, 0.2, 0.5), 0.15))],
         [at_nodes((4, 3, 2), few), {"at": (0.9, 0.1, 0.4)}],
         effects=[
             bp.effects.point_mass(
-                at=supports.Nodes(mesh(2, 1, 1)[[0, 4, 7]]), mass=dist.Uniform(0.0, 0.1)
+                at=positions.Nodes(mesh(2, 1, 1)[[0, 4, 7]]), mass=dist.Uniform(0.0, 0.1)
             )
         ],
     )
@@ -134,7 +134,7 @@ def test_quadrature_mixes_nodes_and_continuous_coordinates():
 def test_only_gauss_nodes_count_in_what_resolves_an_integral():
     # Under no data, what is effective of Gauss nodes is known, whatever the weights of the mesh.
     rolled = {"angles": (0.0, dist.Uniform(-0.3, 0.5), 0.0)}
-    few = supports.Box((0.5, 0.4, 0.3), within=(0.2, 0.0, 0.0))
+    few = positions.Box((0.5, 0.4, 0.3), within=(0.2, 0.0, 0.0))
     one = experiment(
         [{"at": DRIVEN}, {"at": PATCH.centre}],
         [at_nodes((4, 2, 2), few, **rolled), at_nodes((4, 2, 2), few, **rolled)],
@@ -222,7 +222,7 @@ def test_sampling_along_nodes_is_refused():
 
 def test_a_sum_over_no_nodes_is_refused():
     one = experiment([{"at": PATCH}], [{"at": DRIVEN}])
-    with pytest.raises(ValueError, match=r"none is unknown. Declare one, at=supports.Nodes"):
+    with pytest.raises(ValueError, match=r"none is unknown. Declare one, at=positions.Nodes"):
         bp.marginals.Nodes().model(one, one.data(measured()), KEY)
 
 

@@ -22,7 +22,7 @@ def limits(segment, bounds=(0.0, 1.0)):
 
 
 def test_a_segment_is_uniform_to_both_sides():
-    np.testing.assert_allclose(limits(supports.Segment(0.25, within=0.04)), (0.21, 0.29))
+    np.testing.assert_allclose(limits(positions.Segment(0.25, within=0.04)), (0.21, 0.29))
 
 
 @pytest.mark.parametrize(
@@ -30,19 +30,19 @@ def test_a_segment_is_uniform_to_both_sides():
     [(0.01, 0.04, (0.0, 0.05)), (0.98, 0.04, (0.94, 1.0)), (1.02, 0.04, (0.98, 1.0))],
 )
 def test_a_segment_is_clipped_to_the_structure(centre, within, expected):
-    np.testing.assert_allclose(limits(supports.Segment(centre, within=within)), expected)
+    np.testing.assert_allclose(limits(positions.Segment(centre, within=within)), expected)
 
 
 @pytest.mark.parametrize("centre", [1.3, -0.3, 1.04])
 def test_a_segment_beside_the_structure_is_refused(centre):
     with pytest.raises(ValueError, match=r"has no point on the structure \(0 to 1 m\)"):
-        supports.Segment(centre, within=0.04).law((0.0, 1.0))
+        positions.Segment(centre, within=0.04).law((0.0, 1.0))
 
 
 @pytest.mark.parametrize("within", [0.0, -0.01, float("nan")])
 def test_a_tolerance_must_be_positive(within):
     with pytest.raises(ValueError, match=r"a positive tolerance \[m\] is needed.*at=0.5"):
-        supports.Segment(0.5, within=within)
+        positions.Segment(0.5, within=within)
 
 
 def ends(place):
@@ -66,7 +66,7 @@ def ends(place):
     ],
 )
 def test_a_box_is_clipped_along_each_axis(centre, within, expected):
-    found = ends(supports.Box(centre, within=within).on(FRAME))
+    found = ends(positions.Box(centre, within=within).on(FRAME))
     for name, value in expected.items():
         np.testing.assert_allclose(found[name], value, atol=1e-9)
 
@@ -80,14 +80,14 @@ def test_a_box_is_clipped_along_each_axis(centre, within, expected):
     ],
 )
 def test_a_member_is_clipped_to_its_ends(options, expected):
-    place = supports.Member((1.2, 0.0, 0.9), (1.2, 0.0, 0.0), **options).on(FRAME)
+    place = positions.Member((1.2, 0.0, 0.9), (1.2, 0.0, 0.0), **options).on(FRAME)
     assert place.start == (1.2, 0.0, 0.9)
     assert place.direction == (0.0, 0.0, -1.0)
     np.testing.assert_allclose(ends(place)["along"], expected)
 
 
 def test_a_member_is_clipped_to_the_structure():
-    place = supports.Member((-0.3, 0.0, -0.4), (0.9, 0.0, 1.2)).on(FRAME)
+    place = positions.Member((-0.3, 0.0, -0.4), (0.9, 0.0, 1.2)).on(FRAME)
     np.testing.assert_allclose(ends(place)["along"], (0.5, 1.625))
 
 
@@ -99,21 +99,21 @@ def test_a_member_is_clipped_to_the_structure():
     ],
 )
 def test_a_patch_is_clipped_along_its_directions(centre, first, second, expected):
-    place = supports.Patch(centre, first, second, within=(0.3, 0.2)).on(FRAME)
+    place = positions.Patch(centre, first, second, within=(0.3, 0.2)).on(FRAME)
     found = ends(place)
     for name, value in expected.items():
         np.testing.assert_allclose(found[name], value, atol=1e-12)
 
 
 def test_a_patch_that_the_edge_cuts_obliquely_is_refused():
-    oblique = supports.Patch((0.1, 0.0, 0.4), (3, 0, 4), (4, 0, -3), within=(0.3, 0.2))
+    oblique = positions.Patch((0.1, 0.0, 0.4), (3, 0, 4), (4, 0, -3), within=(0.3, 0.2))
     with pytest.raises(ValueError, match="what is left of it is empty or no rectangle"):
         oblique.on(FRAME)
 
 
 def test_a_ball_has_a_share_for_each_axis_with_room():
-    assert len(supports.Ball((0.5, 0.4, 0.3), 0.1).on(BODY).share) == 3
-    place = supports.Ball((0.5, 0.003, 0.9), 0.005).on(FRAME)
+    assert len(positions.Ball((0.5, 0.4, 0.3), 0.1).on(BODY).share) == 3
+    place = positions.Ball((0.5, 0.003, 0.9), 0.005).on(FRAME)
     assert len(place.share) == 2
     np.testing.assert_allclose(place.cut.radius, 0.004)
 
@@ -121,15 +121,15 @@ def test_a_ball_has_a_share_for_each_axis_with_room():
 @pytest.mark.parametrize(
     "support",
     [
-        supports.Box((1.5, 0.0, 0.5), within=(0.1, 0.0, 0.0)),
-        supports.Box((0.5, 0.2, 0.5), within=(0.1, 0.0, 0.0)),
-        supports.Member((1.3, 0.0, 0.0), (1.3, 0.0, 0.9)),
-        supports.Member((0.0, 0.1, 0.0), (0.0, 0.1, 0.9)),
-        supports.Member((0.0, 0.0, 1.0), (0.0, 0.0, 2.0)),
-        supports.Patch((0.5, 0.0, 1.2), (1, 0, 0), (0, 0, 1), within=(0.1, 0.1)),
-        supports.Patch((0.5, 0.1, 0.5), (1, 0, 0), (0, 0, 1), within=(0.1, 0.1)),
-        supports.Ball((0.5, 0.1, 0.5), 0.05),
-        supports.Nodes([[0.5, 0.1, 0.5]]),
+        positions.Box((1.5, 0.0, 0.5), within=(0.1, 0.0, 0.0)),
+        positions.Box((0.5, 0.2, 0.5), within=(0.1, 0.0, 0.0)),
+        positions.Member((1.3, 0.0, 0.0), (1.3, 0.0, 0.9)),
+        positions.Member((0.0, 0.1, 0.0), (0.0, 0.1, 0.9)),
+        positions.Member((0.0, 0.0, 1.0), (0.0, 0.0, 2.0)),
+        positions.Patch((0.5, 0.0, 1.2), (1, 0, 0), (0, 0, 1), within=(0.1, 0.1)),
+        positions.Patch((0.5, 0.1, 0.5), (1, 0, 0), (0, 0, 1), within=(0.1, 0.1)),
+        positions.Ball((0.5, 0.1, 0.5), 0.05),
+        positions.Nodes([[0.5, 0.1, 0.5]]),
     ],
 )
 def test_a_support_beside_the_structure_is_refused(support):
@@ -141,11 +141,11 @@ def test_a_support_beside_the_structure_is_refused(support):
 @pytest.mark.parametrize(
     "support",
     [
-        supports.Box((0.5, 0.0, 0.5), within=(0.1, 0.0, 0.0)),
-        supports.Member((0.3, 0.0, 0.0), (0.3, 0.0, 0.9)),
-        supports.Patch((0.5, 0.0, 0.5), (1, 0, 0), (0, 0, 1), within=(0.1, 0.1)),
-        supports.Ball((0.5, 0.1, 0.5), 0.2),
-        supports.Nodes([[0.5, 0.1, 0.5]]),
+        positions.Box((0.5, 0.0, 0.5), within=(0.1, 0.0, 0.0)),
+        positions.Member((0.3, 0.0, 0.0), (0.3, 0.0, 0.9)),
+        positions.Patch((0.5, 0.0, 0.5), (1, 0, 0), (0, 0, 1), within=(0.1, 0.1)),
+        positions.Ball((0.5, 0.1, 0.5), 0.2),
+        positions.Nodes([[0.5, 0.1, 0.5]]),
     ],
     ids=lambda one: type(one).__name__,
 )
@@ -154,9 +154,9 @@ def test_three_coordinates_on_a_line_are_refused(support):
         support.on((0.0, 1.0))
 
 
-@pytest.mark.parametrize("support", [supports.Segment(0.5, within=0.1), supports.Nodes([0.5])])
+@pytest.mark.parametrize("support", [positions.Segment(0.5, within=0.1), positions.Nodes([0.5])])
 def test_one_coordinate_in_space_is_refused(support):
-    with pytest.raises(ValueError, match=r"lies in space .*supports.Box\(\(0.6, 0, 0.45\), within"):
+    with pytest.raises(ValueError, match=r"lies in space .*positions.Box\(\(0.6, 0, 0.45\), within"):
         support.on(FRAME)
 
 
@@ -164,40 +164,40 @@ def test_a_support_keeps_what_was_recorded():
     nodes = np.array([[0.0, 0.0, 0.0], [0.2, 0.4, 0.2]])
     centre = (0.5, 0.0, 0.5)
     for support in (
-        supports.Box(centre, within=(0.1, 0.0, 0.0)),
-        supports.Member((0.5, 0, 0), (0.5, 0, 0.9), centre=centre, within=0.1),
-        supports.Patch(centre, (1, 0, 0), (0, 0, 1), within=(0.1, 0.1)),
-        supports.Ball(centre, 0.1),
-        supports.Nodes(nodes, supports.Ball(centre, 0.1)),
+        positions.Box(centre, within=(0.1, 0.0, 0.0)),
+        positions.Member((0.5, 0, 0), (0.5, 0, 0.9), centre=centre, within=0.1),
+        positions.Patch(centre, (1, 0, 0), (0, 0, 1), within=(0.1, 0.1)),
+        positions.Ball(centre, 0.1),
+        positions.Nodes(nodes, positions.Ball(centre, 0.1)),
     ):
         assert support.recorded == centre
-    assert supports.Segment(0.3, within=0.1).recorded == 0.3
-    assert supports.Member((0.5, 0, 0), (0.5, 0, 0.8)).recorded == (0.5, 0.0, 0.4)
-    assert supports.Nodes(nodes).recorded == (0.1, 0.2, 0.1)
-    assert supports.Nodes([0.2, 0.6]).recorded == pytest.approx(0.4)
+    assert positions.Segment(0.3, within=0.1).recorded == 0.3
+    assert positions.Member((0.5, 0, 0), (0.5, 0, 0.8)).recorded == (0.5, 0.0, 0.4)
+    assert positions.Nodes(nodes).recorded == (0.1, 0.2, 0.1)
+    assert positions.Nodes([0.2, 0.6]).recorded == pytest.approx(0.4)
 
 
 WRONG = [
-    (lambda: supports.Box((0, 0), within=(1, 1, 1)), r"Box\(centre=...\) was given"),
-    (lambda: supports.Box((0, 0, 0), within=(0, 0, 0)), r"not all zero .* at=\(0.0, 0.0, 0.0\)"),
-    (lambda: supports.Box((0, 0, 0), within=(0.1, -0.1, 0)), "that are not negative"),
-    (lambda: supports.Member((0, 0, 0), (0, 0, 0)), r"end - start\) was given"),
-    (lambda: supports.Member((0, 0, 0), (1, 0, 0), within=0.1), "or neither for the whole member"),
+    (lambda: positions.Box((0, 0), within=(1, 1, 1)), r"Box\(centre=...\) was given"),
+    (lambda: positions.Box((0, 0, 0), within=(0, 0, 0)), r"not all zero .* at=\(0.0, 0.0, 0.0\)"),
+    (lambda: positions.Box((0, 0, 0), within=(0.1, -0.1, 0)), "that are not negative"),
+    (lambda: positions.Member((0, 0, 0), (0, 0, 0)), r"end - start\) was given"),
+    (lambda: positions.Member((0, 0, 0), (1, 0, 0), within=0.1), "or neither for the whole member"),
     (
-        lambda: supports.Member((0, 0, 0), (1, 0, 0), centre=(0.5, 0, 0), within=0),
+        lambda: positions.Member((0, 0, 0), (1, 0, 0), centre=(0.5, 0, 0), within=0),
         "a positive tolerance",
     ),
     (
-        lambda: supports.Member((0, 0, 0), (1, 0, 0), centre=(0.5, 0.2, 0), within=0.1),
+        lambda: positions.Member((0, 0, 0), (1, 0, 0), centre=(0.5, 0.2, 0), within=0.1),
         "lies 0.2 m beside the axis",
     ),
     (
-        lambda: supports.Patch((0, 0, 0), (1, 0, 0), (0, 1, 0), within=(0.1, 0)),
+        lambda: positions.Patch((0, 0, 0), (1, 0, 0), (0, 1, 0), within=(0.1, 0)),
         "two positive tolerances",
     ),
-    (lambda: supports.Ball((0, 0, 0), 0), r"a positive radius \[m\] is needed"),
-    (lambda: supports.Nodes(np.zeros((4, 2))), r"three coordinates each in space \(node, 3\)"),
-    (lambda: supports.Nodes([]), "at least one node"),
+    (lambda: positions.Ball((0, 0, 0), 0), r"a positive radius \[m\] is needed"),
+    (lambda: positions.Nodes(np.zeros((4, 2))), r"three coordinates each in space \(node, 3\)"),
+    (lambda: positions.Nodes([]), "at least one node"),
 ]
 
 
@@ -213,7 +213,7 @@ def weights(place):
 
 
 def test_nodes_on_a_line_have_the_stretch_that_is_nearest():
-    found = supports.Nodes([0.0, 0.1, 0.3, 0.35, 0.7], supports.Segment(0.2, within=0.15))
+    found = positions.Nodes([0.0, 0.1, 0.3, 0.35, 0.7], positions.Segment(0.2, within=0.15))
     place = found.on((0.0, 1.0))
     # 0.05 to 0.35 m: half-way points 0.05, 0.2 and 0.325 m.
     expected = {1: 0.15 / 0.3, 2: 0.125 / 0.3, 3: 0.025 / 0.3}
@@ -224,19 +224,19 @@ def test_nodes_on_a_line_have_the_stretch_that_is_nearest():
 
 def test_nodes_beside_a_member_have_the_stretch_that_is_nearest():
     nodes = [[0.0, 0.3, 0.1], [0.1, 0.0, 0.5], [0.0, 0.0, 0.85], [0.5, 0.5, 0.5]]
-    place = supports.Nodes(nodes, supports.Member((0, 0, 0), (0, 0, 0.6))).on(BODY)
+    place = positions.Nodes(nodes, positions.Member((0, 0, 0), (0, 0, 0.6))).on(BODY)
     # |x - z| alike: 0.09 + (z - 0.1)^2 = 0.01 + (z - 0.5)^2, and 0.01 + (z - .5)^2 = (z - .85)^2.
     first = (0.26 - 0.10) / 0.8
     assert weights(place) == pytest.approx({0: first / 0.6, 1: 1 - first / 0.6})
 
 
 def test_nodes_without_a_support_are_alike():
-    place = supports.Nodes([[0.1, 0.1, 0.1], [0.5, 0.5, 0.5], [9.0, 9.0, 9.0]]).on(BODY)
+    place = positions.Nodes([[0.1, 0.1, 0.1], [0.5, 0.5, 0.5], [9.0, 9.0, 9.0]]).on(BODY)
     assert weights(place) == {0: 0.5, 1: 0.5}
 
 
 def test_a_single_node_is_known():
-    place = supports.Nodes([[0.1, 0.1, 0.1], [0.9, 0.5, 0.5]], supports.Ball((0, 0, 0), 0.1))
+    place = positions.Nodes([[0.1, 0.1, 0.1], [0.9, 0.5, 0.5]], positions.Ball((0, 0, 0), 0.1))
     assert place.on(BODY).node == 0
 
 
@@ -281,10 +281,10 @@ def grid(counts):
 
 def test_cells_in_space_are_found_by_points_within_their_stated_error():
     axes, nodes = grid((6, 5, 4))
-    box = supports.Box((0.33, 0.41, 0.5), within=(0.3, 0.25, 0.2))
-    place = supports.Nodes(nodes, box).on(BODY)
+    box = positions.Box((0.33, 0.41, 0.5), within=(0.3, 0.25, 0.2))
+    place = positions.Nodes(nodes, box).on(BODY)
     stretches = [
-        supports.Nodes(axis, supports.Segment(centre, within=within)).on((axis[0], axis[-1]))
+        positions.Nodes(axis, positions.Segment(centre, within=within)).on((axis[0], axis[-1]))
         for axis, centre, within in zip(axes, box.centre, box.within, strict=True)
     ]
     exact = np.einsum("a,b,c->abc", *(np.asarray(one.node.probs) for one in stretches)).ravel()
@@ -295,7 +295,7 @@ def test_cells_in_space_are_found_by_points_within_their_stated_error():
 def test_cells_of_a_cut_ball_are_where_uniform_points_are_nearest():
     _, nodes = grid((6, 5, 4))
     centre, radius = np.array([0.2, 0.35, 0.5]), 0.3
-    place = supports.Nodes(nodes, supports.Ball(centre, radius)).on(BODY)
+    place = positions.Nodes(nodes, positions.Ball(centre, radius)).on(BODY)
     points = np.random.default_rng(2).uniform(*BODY, (400_000, 3))
     points = points[np.linalg.norm(points - centre, axis=1) < radius]
     distance = np.linalg.norm(points[:, None] - nodes, axis=-1)
@@ -329,7 +329,7 @@ def test_a_tolerance_twice_as_large_is_about_the_same_place(support, wanted):
     ("support", "message"),
     [
         (bp.positions.Nodes(np.array([0.1, 0.3])), r"Nodes without a support .* Give one"),
-        (bp.positions.Member((0, 0, 0), (0, 0, 1)), r"A whole supports.Member .* no recorded"),
+        (bp.positions.Member((0, 0, 0), (0, 0, 1)), r"A whole positions.Member .* no recorded"),
     ],
 )
 def test_what_has_no_tolerance_cannot_have_another(support, message):

@@ -83,7 +83,7 @@ class KDE(Estimator):
         if not placed:
             raise InfeasibleError(
                 "information.KDE estimates the spread that unknown placement gives to z, but no "
-                "position or angle is a distribution. Declare one, at=supports.Segment(0.25, "
+                "position or angle is a distribution. Declare one, at=positions.Segment(0.25, "
                 "within=0.04), or use information.Exact()."
             )
         each = _points.shares(self.n_h, self.replicates, "n_h")

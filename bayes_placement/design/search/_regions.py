@@ -72,7 +72,7 @@ def region(experiment: Experiment, name: str, given: Any) -> Region:
     if not isinstance(law, Straight):
         raise InputError(
             f"{_whose(experiment, name)} was to be moved through {type(support).__name__}; a "
-            "region with straight sides is needed: supports.Segment on a line, supports.Member, "
+            "region with straight sides is needed: positions.Segment on a line, positions.Member, "
             "Patch or Box in space."
         )
     return _straight(name, law)
@@ -101,9 +101,9 @@ def _span(experiment: Experiment, name: str, given: Sequence[Any] | np.ndarray) 
             pass
     raise InputError(
         f"{_whose(experiment, name)} was given a list of places; design.Evolutionary needs a "
-        "region to move it through: one support (supports.Segment on a line, supports.Member, "
+        "region to move it through: one support (positions.Segment on a line, positions.Member, "
         "Patch or Box in space), or several numbers on a line, between which it may be. Give "
-        f'{{"{name}": supports.Segment(0.5, within=0.45)}}, or search=design.Sequential().'
+        f'{{"{name}": positions.Segment(0.5, within=0.45)}}, or search=design.Sequential().'
     )
 
 

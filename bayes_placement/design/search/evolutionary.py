@@ -245,7 +245,7 @@ def _some(experiment: Experiment, one: Region) -> Candidates:
         raise InfeasibleError(
             f'The tolerance of "{one.name}" is a law of another form at each place, which would be '
             "compiled by itself; one that differs in numbers only is needed. Declare "
-            "at=supports.Box(...), or search a list of places by search=design.Exhaustive()."
+            "at=positions.Box(...), or search a list of places by search=design.Exhaustive()."
         )
     return several
 

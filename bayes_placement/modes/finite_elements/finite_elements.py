@@ -58,7 +58,7 @@ def modes(
     up_to
         All modes up to this frequency are kept [Hz].
     pieces
-        Supports that make up the structure, `supports.Member` or `supports.Patch`: where effects
+        Supports that make up the structure, `positions.Member` or `positions.Patch`: where effects
         may sit. By default the box around all nodes, read at the closest place.
     members
         Geometric stiffness of each member under a unit tension [1/m], by name: sparse matrices,

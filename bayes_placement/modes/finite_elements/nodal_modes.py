@@ -230,7 +230,7 @@ def modes(
         How shapes are read between nodes, `interpolation.scattered(model)` for one. Only the
         rows that it reads are kept.
     pieces
-        Supports that make up the structure, `supports.Member` or `supports.Patch`: where effects
+        Supports that make up the structure, `positions.Member` or `positions.Patch`: where effects
         may sit. By default the box around all nodes, read at the closest place.
     youngs_modulus, density
         Young's modulus [Pa] and density [kg/m3] of the whole structure, numbers or laws; by

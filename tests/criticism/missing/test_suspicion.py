@@ -84,7 +84,7 @@ def spatial():
     experiment = in_space()
     hidden = experiment.fix({"structure.damping.ratio": 0.04})
     hidden = hidden + effects.point_mass(PLACE, 1e-3)
-    surface = supports.Box((0.5, 0.4, 0.2), within=(0.5, 0.4, 0.0))
+    surface = positions.Box((0.5, 0.4, 0.2), within=(0.5, 0.4, 0.0))
     candidates = [
         effects.point_mass(surface, dist.LogUniform(1e-4, 0.1)),
         effects.gain_error("s2", dist.Uniform(-0.5, 0.5)),

@@ -53,7 +53,7 @@ def on_a_line():
             bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0),
             damping=bp.damping.Modal(0.02),
         ),
-        sensors=[bp.Sensor("s1", at=0.2), bp.Sensor("s2", at=supports.Segment(0.7, within=0.1))],
+        sensors=[bp.Sensor("s1", at=0.2), bp.Sensor("s2", at=positions.Segment(0.7, within=0.1))],
         actuators=[bp.Actuator("a1", at=0.3)],
         frequency=[150.0],
         observe=bp.observe.Complex("acceleration"),
@@ -74,7 +74,7 @@ def at(effect, experiment=SPACE, **values):
 
 
 def test_a_place_is_where_its_coordinates_say():
-    support = supports.Box((0.5, 0.25, 0.125), within=(0.25, 0.0, 0.125))
+    support = positions.Box((0.5, 0.25, 0.125), within=(0.25, 0.0, 0.125))
     x, z = 0.3 + 0.1 * POINTS, 0.05 * POINTS
     found = at(effects.point_mass(support, 0.1), **{"at.x": x, "at.z": z})
     np.testing.assert_allclose(found, np.stack([x, np.full(COUNT, 0.25), z], axis=1))
@@ -83,12 +83,12 @@ def test_a_place_is_where_its_coordinates_say():
 def test_a_place_on_a_member_lies_along_it():
     start, end = np.array([0.1, 0.2, 0.3]), np.array([0.7, 0.2, 1.1 - 0.05])
     along = np.linspace(0.0, np.linalg.norm(end - start), COUNT)
-    found = at(effects.point_mass(supports.Member(start, end), 0.1), **{"at.along": along})
+    found = at(effects.point_mass(positions.Member(start, end), 0.1), **{"at.along": along})
     np.testing.assert_allclose(found, np.linspace(start, end, COUNT), atol=1e-12)
 
 
 def test_any_other_place_says_itself_where_it_is():
-    ball = supports.Ball((0.5, 0.5, 0.5), 0.2)
+    ball = positions.Ball((0.5, 0.5, 0.5), 0.2)
     shares = {f"at.share.{axis}": np.linspace(0.1, 0.9, COUNT) for axis in (1, 2, 3)}
     found = at(effects.point_mass(ball, 0.1), **shares)
     law = (SPACE + effects.point_mass(ball, 0.1)).structure.effects["point_mass"].at
@@ -174,7 +174,7 @@ def test_no_other_field_is_taken_for_a_coordinate():
 
 
 def test_places_found_are_those_at_the_means():
-    support = supports.Box((0.5, 0.25, 0.125), within=(0.25, 0.0, 0.125))
+    support = positions.Box((0.5, 0.25, 0.125), within=(0.25, 0.0, 0.125))
     whole = SPACE + effects.point_mass(support, 0.1) + effects.time_delay(1e-4)
     whole = whole + effects.member_preload("strut", 10.0)
     means = {"at.x": 0.31, "at.z": 0.2}

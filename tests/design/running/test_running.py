@@ -373,7 +373,7 @@ def test_what_cannot_travel_is_refused(processes):
 MODEL = """
 import equinox as eqx
 import numpy as np
-from bayes_placement.information import KDE
+from bayes_placement.design.information import KDE
 from models import bar
 
 class Mine(KDE.__base__):
