@@ -10,12 +10,11 @@ from numpyro import handlers
 from scipy.spatial.transform import Rotation
 
 import bayes_placement as bp
-from bayes_placement import Actuator, Sensor, beams
+from bayes_placement import Actuator, Sensor, beams, positions
 from bayes_placement._sites import realise, substitute, unknowns
 from bayes_placement.experiment.measurement import Channel
 from bayes_placement.modes.modes import Modes
 from bayes_placement.positions import places
-from bayes_placement.positions import tolerances as supports
 from tests import in_space
 
 BEAM = beams.beam(4, length=1.2, area=1e-3, second_moment=1e-8, youngs_modulus=7e10, density=2700.0)
@@ -285,7 +284,11 @@ def test_every_support_has_finite_gradients_of_the_response():
 WRONG_PLACES = [
     (0.3, in_space.Linear(), r"position 0.3 was given, but the structure lies in space"),
     (dist.Uniform(0, 1), in_space.Linear(), r"position Uniform was given, but the structure lies"),
-    (positions.Segment(0.3, within=0.1), in_space.Linear(), r"Segment\(0.3, within=0.1\) was given"),
+    (
+        positions.Segment(0.3, within=0.1),
+        in_space.Linear(),
+        r"Segment\(0.3, within=0.1\) was given",
+    ),
     (PLACE, BEAM, r"position \(0.7, 0.2, 0.4\) was given, but the structure is a line"),
     (positions.Ball(PLACE, 0.1), BEAM, r"Ball.* was given, but the structure is a line"),
     ((0.7, 0.9, 0.4), in_space.Linear(), r"position \(0.7, 0.9, 0.4\) m lies outside the struct"),

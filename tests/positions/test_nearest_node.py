@@ -10,9 +10,9 @@ import pytest
 from scipy.special import logsumexp
 
 import bayes_placement as bp
+from bayes_placement import positions
 from bayes_placement._sites import substitute
 from bayes_placement.inference._target import Target
-from bayes_placement.positions import tolerances as supports
 from tests import in_space
 
 KEY = jax.random.PRNGKey(7)

@@ -5,9 +5,9 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement import positions
 from bayes_placement._sites import is_unknown
 from bayes_placement.positions import _voronoi
-from bayes_placement.positions import tolerances as supports
 
 FRAME = ((0.0, 0.0, 0.0), (1.2, 0.0, 0.9))
 """Bounds of a frame in the plane y = 0."""
@@ -156,7 +156,9 @@ def test_three_coordinates_on_a_line_are_refused(support):
 
 @pytest.mark.parametrize("support", [positions.Segment(0.5, within=0.1), positions.Nodes([0.5])])
 def test_one_coordinate_in_space_is_refused(support):
-    with pytest.raises(ValueError, match=r"lies in space .*positions.Box\(\(0.6, 0, 0.45\), within"):
+    with pytest.raises(
+        ValueError, match=r"lies in space .*positions.Box\(\(0.6, 0, 0.45\), within"
+    ):
         support.on(FRAME)
 
 

@@ -7,10 +7,9 @@ import pytest
 from scipy.stats import chi2, norm
 
 import bayes_placement as bp
-from bayes_placement import effects
+from bayes_placement import effects, positions
 from bayes_placement.criticism.missing._hypotheses import all_scanned, alone
 from bayes_placement.criticism.missing._suspicion import suspicion
-from bayes_placement.positions import tolerances as supports
 from tests.criticism import small
 from tests.in_space import Linear
 

@@ -7,12 +7,11 @@ import pytest
 from skfem import Basis, ElementQuadBFS
 
 import bayes_placement as bp
-from bayes_placement import effects, finite_elements
+from bayes_placement import effects, finite_elements, positions
 from bayes_placement.criticism.missing._whereabouts import places as found_places
 from bayes_placement.criticism.missing._whereabouts import whereabouts
 from bayes_placement.modes.finite_elements import interpolation, nodal_modes, soft_supports
 from bayes_placement.positions import places
-from bayes_placement.positions import tolerances as supports
 from tests.small_models import Plate
 
 MIDDLES = {"left half": (0.25, 0.3, 0.0), "right half": (0.75, 0.4, 0.0), "strut": (0.1, 0.2, 0.6)}
