@@ -1,7 +1,4 @@
-"""_files: in, a path and a function that writes; out, the whole file, or what was there before.
-
-Not known here: what is written.
-"""
+"""Files that are complete or not there at all."""
 
 import os
 import tempfile
@@ -9,30 +6,32 @@ from collections.abc import Callable
 from pathlib import Path
 
 
-def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
-    """Write a file beside its place and move it there once it is whole.
+def write_atomically(path: str | Path, write: Callable[[Path], object]) -> Path:
+    """Write a temporary file in the same folder and rename it once it is complete.
 
     Parameters
     ----------
     path
         Where the file is to be; its folder is made.
     write
-        Called with the path of a temporary file of the same ending.
+        Called with the path of a temporary file of the same suffix.
 
     Returns
     -------
     Path
         The path.
     """
-    place = Path(path)
-    place.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(suffix=place.suffix, prefix=f".{place.stem}-", dir=place.parent)
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(
+        suffix=target.suffix, prefix=f".{target.stem}-", dir=target.parent
+    )
     os.close(handle)
-    beside = Path(name)
+    temporary = Path(name)
     try:
-        write(beside)
-        beside.chmod(0o644)  # temporary files are private, results are not
-        beside.replace(place)
+        write(temporary)
+        temporary.chmod(0o644)  # temporary files are private, results are not
+        temporary.replace(target)
     finally:
-        beside.unlink(missing_ok=True)
-    return place
+        temporary.unlink(missing_ok=True)
+    return target

@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
-from .._files import write_whole
+from .._files import write_atomically
 from .._types import InputError
 
 DOTS_PER_INCH = 120
@@ -34,15 +34,15 @@ def make_folder(out: Path) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file."""
-    write_whole(path, lambda beside: beside.write_text(f"{text}\n", encoding="utf-8"))
+    write_atomically(path, lambda temporary: temporary.write_text(f"{text}\n", encoding="utf-8"))
 
 
 def write_table(path: Path, table: pd.DataFrame, *, index: bool = True) -> None:
     """Write a table as CSV."""
-    write_whole(path, lambda beside: table.to_csv(beside, index=index))
+    write_atomically(path, lambda temporary: table.to_csv(temporary, index=index))
 
 
 def write_figures(figures: Mapping[str, Figure], out: Path) -> None:
     """Write figures, by the names of their files."""
     for name, figure in figures.items():
-        write_whole(out / name, partial(figure.savefig, dpi=DOTS_PER_INCH))
+        write_atomically(out / name, partial(figure.savefig, dpi=DOTS_PER_INCH))

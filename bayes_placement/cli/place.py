@@ -16,7 +16,7 @@ import pandas as pd
 import xarray as xr
 
 from .. import design
-from .._files import write_whole
+from .._files import write_atomically
 from .._progress import stages, terminal
 from .._types import InputError, Progress
 from ..criticism.missing.improve import improve
@@ -314,6 +314,6 @@ def _write(best: Placement, words: list[str], maps: list[xr.Dataset], out: Path)
     write_table(out / "placements.csv", best.tried)
     figures = {"placements.png": placement_plots.placements(best)}
     for one in maps:
-        write_whole(out / "map.nc", partial(one.to_netcdf, engine="h5netcdf"))
+        write_atomically(out / "map.nc", partial(one.to_netcdf, engine="h5netcdf"))
         figures["map.png"] = placement_plots.information(one)
     write_figures(figures, out)

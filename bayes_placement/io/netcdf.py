@@ -7,7 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from .._files import write_whole
+from .._files import write_atomically
 from .._types import InputError
 
 
@@ -21,7 +21,7 @@ def write(result: xr.DataTree, path: str | Path) -> Path:
     path
         The file, usually `result.nc`.
     """
-    return write_whole(path, lambda beside: result.to_netcdf(beside, engine="h5netcdf"))
+    return write_atomically(path, lambda temporary: result.to_netcdf(temporary, engine="h5netcdf"))
 
 
 def read(path: str | Path) -> xr.DataTree:

@@ -28,7 +28,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from .._files import write_whole
+from .._files import write_atomically
 from .._types import InputError
 from ..modes.finite_elements.modal_model import ModalModel
 
@@ -143,7 +143,7 @@ def write(path: str | Path, model: ModalModel) -> Path:
     arrays["modal_mass"] = np.ones(model.natural_frequency.size)
     if model.damping_ratio is not None:
         arrays["damping_ratio"] = model.damping_ratio
-    return write_whole(path, lambda beside: np.savez(beside, **arrays))
+    return write_atomically(path, lambda temporary: np.savez(temporary, **arrays))
 
 
 @contextmanager

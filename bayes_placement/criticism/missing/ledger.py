@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from ..._files import write_whole
+from ..._files import write_atomically
 from ...experiment.experiment import Experiment
 from ...inference.alternative import Alternative
 from ._estimates import Estimate
@@ -125,7 +125,7 @@ class Ledger:
     def write(self, path: str | Path) -> None:
         """Write the ledger as JSON, whole or not at all."""
         text = json.dumps(self.to_json(), indent=1, allow_nan=False)
-        write_whole(Path(path), lambda beside: beside.write_text(f"{text}\n"))
+        write_atomically(Path(path), lambda temporary: temporary.write_text(f"{text}\n"))
 
     def table(self) -> pd.DataFrame:
         """One row a step."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..._files import write_whole
+from ..._files import write_atomically
 from ..._types import InputError
 from ._cells import Chunk
 from ._fingerprint import fingerprint
@@ -73,7 +73,7 @@ class Store:
         if self.folder is not None:
             whole = _described(chunk, result)
             path = self._path(chunk)
-            write_whole(path, lambda beside: whole.to_netcdf(beside, engine="h5netcdf"))
+            write_atomically(path, lambda temporary: whole.to_netcdf(temporary, engine="h5netcdf"))
 
     def _path(self, chunk: Chunk) -> Path:
         assert self.folder is not None
