@@ -6,11 +6,11 @@ Not known here: how the values were found, figures.
 from collections.abc import Mapping
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
+from .._compiled import compiled
 from .._types import Response
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
@@ -40,7 +40,7 @@ def fitted(
     """
     data = experiment.data(measurement)
     concrete = experiment.fix(_whole(experiment, values))
-    predicted, variance = jax.jit(lambda: _law(concrete, data))()
+    predicted, variance = compiled(_law)(concrete, data)
     parts = experiment.observe.parts > 1
     drawn = _drawn(np.asarray(data.z), np.asarray(predicted), np.asarray(variance), parts)
     present = np.all(np.asarray(data.measured), axis=-2) if parts else np.asarray(data.measured)

@@ -140,7 +140,7 @@ def _ahead(
     waiting: deque[_Ahead] = deque()
     for below, effect in pairs:
         renamed, problem = _prepared(below, effect)
-        waiting.append((below, renamed, problem, pool.submit(problem.compiled.prepare)))
+        waiting.append((below, renamed, problem, pool.submit(problem.prepare)))
         if len(waiting) > AHEAD:
             yield waiting.popleft()
     yield from waiting

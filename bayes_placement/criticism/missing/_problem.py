@@ -13,11 +13,11 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import MaskedDistribution, MultivariateNormal
 
+from ..._compiled import compiled
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ...experiment.observe import Complex
 from ...inference._standard_normal import Coordinates
-from ._compiled import Compiled
 from ._groups import Groups, grouped
 
 BATCH = 16
@@ -57,8 +57,11 @@ class Problem:
         self.data = data
         self.coordinates = Coordinates({one.name: one.law for one in experiment.unknowns})
         self.count = int(np.sum(np.asarray(data.measured)))
-        points = np.zeros((BATCH, self.dimension))
-        self.compiled = Compiled(_residuals, (points, False), experiment, data)
+        self.compiled = compiled(_residuals).bound(experiment, data)
+
+    def prepare(self) -> None:
+        """Compile the residuals, unless that is done. Any thread may."""
+        self.compiled.prepare(np.zeros((BATCH, self.dimension)), False)
 
     @property
     def dimension(self) -> int:

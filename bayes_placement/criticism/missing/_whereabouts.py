@@ -11,6 +11,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
+from ..._compiled import compiled
 from ..._sites import is_unknown, substitute
 from ...effects._effect import Effect, InstrumentEffect
 from ...effects.member_preload import MemberPreload
@@ -106,5 +107,8 @@ def _in_space(place: Place, values: Mapping[str, np.ndarray], count: int) -> Coo
         origin, directions, own = place.frame()
         lengths = [np.broadcast_to(values.get(n, mean(one)), count) for n, one in own.items()]
         return origin + np.stack(lengths, axis=-1) @ directions
-    at = jax.jit(jax.vmap(lambda one: substitute(place, one).coordinates()))
-    return np.broadcast_to(np.asarray(at(dict(values))), (count, 3))
+    return np.broadcast_to(np.asarray(compiled(_coordinates)(place, dict(values))), (count, 3))
+
+
+def _coordinates(place: Place, values: dict[str, Any]) -> Any:
+    return jax.vmap(lambda point: substitute(place, point).coordinates())(values)

@@ -1,0 +1,68 @@
+"""A function of trees is compiled once a structure, whatever the numbers in them."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement._compiled import compiled
+from tests.criticism import small
+
+TRACED = []
+
+
+def scaled(tree, factor):
+    TRACED.append(jax.tree.structure(tree))
+    return tree["mean"] * factor + tree["law"].high * tree["power"]
+
+
+def tree(mean=0.5, high=2.0, power=2):
+    return {"mean": mean, "law": dist.Uniform(0.0, high), "power": power}
+
+
+@pytest.fixture(autouse=True)
+def forgotten():
+    compiled(scaled)(tree(), 1.0)
+    TRACED.clear()
+
+
+def test_the_same_structure_with_other_numbers_is_not_compiled_again():
+    assert compiled(scaled)(tree(0.25, high=3.0), 2.0) == 0.5 + 6.0
+    assert compiled(scaled)(tree(-1.0, high=0.5), 3.0) == -3.0 + 1.0
+    assert not TRACED
+
+
+def test_another_structure_or_integer_is_compiled_anew():
+    assert compiled(scaled)(tree(power=3), 1.0) == 0.5 + 6.0
+    assert compiled(scaled)({**tree(), "further": 1.0}, 1.0) == 0.5 + 4.0
+    assert len(TRACED) == 2
+
+
+def test_what_is_prepared_is_not_compiled_when_it_runs():
+    bound = compiled(scaled).bound(tree(power=5))
+    bound.prepare(1.0)
+    assert len(TRACED) == 1
+    assert bound(4.0) == 2.0 + 10.0
+    assert compiled(scaled).bound(tree(1.0, power=5))(4.0) == 4.0 + 10.0
+    assert len(TRACED) == 1
+
+
+def test_it_may_be_part_of_another_compiled_function():
+    slope = jax.jit(jax.grad(lambda mean: compiled(scaled)(tree(mean), 3.0)))
+    assert slope(0.1) == 3.0
+
+
+def frf(experiment):
+    TRACED.append(experiment)
+    return experiment.frf()
+
+
+def test_experiments_that_differ_in_numbers_share_one_function():
+    first = small.experiment().fix(small.TRUTH) + bp.effects.point_mass(0.2, 0.1)
+    second = small.experiment().fix(small.TRUTH) + bp.effects.point_mass(0.7, 0.3)
+    compiled(frf)(first)
+    assert len(TRACED) == 1
+    np.testing.assert_allclose(compiled(frf)(second), jnp.asarray(second.frf()), rtol=1e-9)
+    assert len(TRACED) == 1
