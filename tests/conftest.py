@@ -1,10 +1,21 @@
-"""conftest: shapes and types of every annotation in the package are checked while tests run."""
+"""Shapes and types of every annotation in the package are checked while tests run.
 
+Most of their time is compilation: it is done with few optimisations, once for all processes.
+"""
+
+import os
 import sys
 from pathlib import Path
 
 import pytest
 from jaxtyping import install_import_hook
+
+# Read by JAX when it is imported, here and in every process that a test starts.
+os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
+os.environ.setdefault(
+    "JAX_COMPILATION_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "jax")
+)
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.2")
 
 # The hook rewrites modules as they are imported; one imported before it would go unchecked.
 assert "bayes_placement" not in sys.modules, "bayes_placement was imported before conftest.py"
