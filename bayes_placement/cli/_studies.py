@@ -12,9 +12,7 @@ from .._types import InputError, Progress
 from ..experiment.experiment import Experiment, Measurements
 from ..inference import methods
 from ..inference.infer import InferenceWarning, infer
-from ..io import model
-from ..io.case import case
-from ..io.uff import uff
+from ..io import case, model, uff
 
 
 def read(path: Path) -> model.Study:

@@ -13,7 +13,7 @@ import pytest
 from bayes_placement.criticism.missing._hypotheses import alone
 from bayes_placement.criticism.missing._odds import LEVEL, p_value
 from bayes_placement.criticism.missing.improve import improve
-from bayes_placement.io.case import case
+from bayes_placement.io import case
 from tests.benchmarks.missing_effects import experiment_of
 from tests.simulator.hidden_draws import draw
 

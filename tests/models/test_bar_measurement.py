@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bayes_placement.io.uff import uff
+from bayes_placement.io import uff
 from models import bar_measurement
 
 MODELS = Path(bar_measurement.__file__).parent

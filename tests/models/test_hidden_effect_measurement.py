@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import pyuff
 
-from bayes_placement.io.uff import uff
+from bayes_placement.io import uff
 from models import bar_measurement, hidden_effect
 from models import hidden_effect_measurement as script
 from tests.simulator.hidden_structures import (

@@ -1,5 +1,6 @@
-"""case: folders with `case.json` and universal files."""
+"""Case folders: `case.json` and universal files, which need no Python."""
 
-from .case import read
+from ._json_fields import CaseError
+from .folder import read
 
-__all__ = ["read"]
+__all__ = ["CaseError", "read"]

@@ -12,8 +12,8 @@ import numpy as np
 
 from ...experiment.measurement import LINE_TOLERANCE, Measurement
 from ...positions.channel import Channel
-from ..uff import uff
-from ._fields import CaseError, Fields, Rule, is_number, numbers, one_of, whole
+from .. import uff
+from ._json_fields import CaseError, Fields, Rule, is_number, numbers, one_of, whole
 
 UNITS = {"accelerance": "(m/s^2)/N", "mobility": "(m/s)/N", "receptance": "m/N"}
 _PLACE_DIGITS = 1e-5  # of the greatest coordinate; universal files may keep six digits

@@ -1,6 +1,8 @@
-"""uff: universal files, in and out."""
+"""Universal files (UFF): measured FRFs, in and out, and modes of finite element models."""
 
-from .uff import read
-from .uff_modes import read as read_modes
+from ._datasets import MeasurementFileError
+from ._write import write
+from .frfs import read
+from .modes import read as read_modes
 
-__all__ = ["read", "read_modes"]
+__all__ = ["MeasurementFileError", "read", "read_modes", "write"]

@@ -1,60 +1,57 @@
-"""_nodes: in, the datasets 15 and 2411 of a universal file; out, nodes with coordinates [m].
-
-Not known here: what the nodes carry.
-"""
+"""Coordinates of nodes from the datasets 15 and 2411 of a universal file."""
 
 from collections.abc import Container
 
-from ._blocks import NODES, Block, MeasurementFileError
+from ._datasets import NODES, Dataset, MeasurementFileError
 from ._units import FileUnits
 
-Point = tuple[float, float, float]
+Coordinates = tuple[float, float, float]
 
-_GLOBAL_SYSTEMS = (0, 1)  # both number the global Cartesian system in the wild
+_GLOBAL_SYSTEMS = (0, 1)  # writers use either number for the global Cartesian system
 
 
 def node_positions(
-    blocks: list[Block], units: FileUnits, wanted: Container[int]
-) -> dict[int, Point]:
-    """Coordinates [m] of those nodes among the wanted ones that the file places.
+    datasets: list[Dataset], units: FileUnits, wanted: Container[int]
+) -> dict[int, Coordinates]:
+    """Coordinates [m] of the wanted nodes, as far as the file states them.
 
     Raises
     ------
     MeasurementFileError
-        If one of them stands in a local system, or has two places.
+        If a wanted node is in a local coordinate system, or has two positions.
     """
-    points: dict[int, Point] = {}
-    for block in blocks:
-        if block.dataset in NODES:
-            points |= _points(block, units, wanted, points)
-    return points
+    positions: dict[int, Coordinates] = {}
+    for dataset in datasets:
+        if dataset.number in NODES:
+            positions |= _positions(dataset, units, wanted, positions)
+    return positions
 
 
-def _points(
-    block: Block, units: FileUnits, wanted: Container[int], earlier: dict[int, Point]
-) -> dict[int, Point]:
-    columns = [block.fields[key] for key in ("node_nums", "def_cs", "disp_cs", "x", "y", "z")]
-    points: dict[int, Point] = {}
-    for number, definition, displacement, *point in zip(*columns, strict=True):
+def _positions(
+    dataset: Dataset, units: FileUnits, wanted: Container[int], earlier: dict[int, Coordinates]
+) -> dict[int, Coordinates]:
+    columns = [dataset.fields[key] for key in ("node_nums", "def_cs", "disp_cs", "x", "y", "z")]
+    positions: dict[int, Coordinates] = {}
+    for number, definition, displacement, *coordinates in zip(*columns, strict=True):
         node = int(number)
         if node not in wanted:
             continue
-        _check_global(block, node, definition, displacement)
-        x, y, z = (float(value) * units.length for value in point)
-        if points.get(node, earlier.get(node, (x, y, z))) != (x, y, z):
+        _check_global(dataset, node, definition, displacement)
+        x, y, z = (float(value) * units.length for value in coordinates)
+        if positions.get(node, earlier.get(node, (x, y, z))) != (x, y, z):
             raise MeasurementFileError(
-                f"{block.place} gives node {node} other coordinates than before; one place is "
+                f"{dataset.place} gives node {node} other coordinates than before; one position is "
                 "needed for each node, since either could be meant. Delete the wrong one."
             )
-        points[node] = x, y, z
-    return points
+        positions[node] = x, y, z
+    return positions
 
 
-def _check_global(block: Block, node: int, definition: float, displacement: float) -> None:
+def _check_global(dataset: Dataset, node: int, definition: float, displacement: float) -> None:
     for system in (definition, displacement):
         if system not in _GLOBAL_SYSTEMS:
             raise MeasurementFileError(
-                f"{block.place} gives node {node} in the local coordinate system {system:g}; the "
+                f"{dataset.place} gives node {node} in the local coordinate system {system:g}; the "
                 "global Cartesian one (0 or 1) is needed, since directions and coordinates of all "
                 "nodes are compared. Export the geometry in global coordinates."
             )

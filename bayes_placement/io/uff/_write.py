@@ -1,7 +1,4 @@
-"""_write: in, a measurement; out, a universal file (datasets 164, 2411, 58 or 58b).
-
-Not known here: structures, probability, how files are read.
-"""
+"""Write a measurement as a universal file (datasets 164, 2411, and 58 or 58b)."""
 
 import json
 import os
@@ -23,8 +20,8 @@ _IN_LITTLE_ENDIAN_IEEE = (1, 2)
 _NODE_DIGITS = 9
 
 
-class _Kind(NamedTuple):
-    """A kind of function: its name, its type, and its records 9 and 10."""
+class _FunctionType(NamedTuple):
+    """A type of function: its name, its number, and its records 9 and 10."""
 
     name: str
     number: int
@@ -36,7 +33,7 @@ def write(path: str | Path, measurement: Measurement, *, binary: bool = False) -
     """Write a measurement as a universal file in SI, from which `read` gives it back.
 
     ASCII files keep 13 digits of FRFs and coherences and 7 of a frequency axis; binary files keep
-    everything. The file is complete before it takes the place of an earlier one.
+    everything. The file is complete before it replaces an earlier one.
 
     Transducers whose names are all whole numbers keep them as node numbers. Otherwise sensors are
     numbered from 1 and actuators from 101 (or above the last sensor), and ID line 5 of each
@@ -60,12 +57,12 @@ def write(path: str | Path, measurement: Measurement, *, binary: bool = False) -
     """
     check_distinct("sensor", measurement.sensors)
     check_distinct("actuator", measurement.actuators)
-    blocks = [_units(), _nodes(measurement), *_functions(measurement, binary)]
-    _replace(Path(path), b"".join(blocks))
+    datasets = [_units(), _nodes(measurement), *_functions(measurement, binary)]
+    _replace(Path(path), b"".join(datasets))
 
 
 def _replace(path: Path, content: bytes) -> None:
-    """Write beside the file and move into its place, so that a failure leaves the old one."""
+    """Write a temporary file and rename it, so that a failure leaves the earlier file."""
     partial = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with partial.open("wb") as file:
@@ -81,26 +78,26 @@ def _text(*lines: str) -> bytes:
     return "".join(f"{line}\n" for line in lines).encode("ascii", "replace")
 
 
-def _block(dataset: str, *lines: str) -> bytes:
-    return _text("    -1", f"{dataset:<80}", *lines, "    -1")
+def _dataset(number: str, *lines: str) -> bytes:
+    return _text("    -1", f"{number:<80}", *lines, "    -1")
 
 
 def _units() -> bytes:
-    one, zero = (f"{value:25.16e}".replace("e", "D") for value in (1.0, 0.0))
-    return _block("   164", f"{1:10d}{'SI':>20}{1:10d}", one * 3, zero)
+    unity, zero = (f"{value:25.16e}".replace("e", "D") for value in (1.0, 0.0))
+    return _dataset("   164", f"{1:10d}{'SI':>20}{1:10d}", unity * 3, zero)
 
 
 def _nodes(measurement: Measurement) -> bytes:
     lines = []
-    for name, node in _numbers(measurement).items():
+    for name, node in _node_numbers(measurement).items():
         if name in measurement.positions:
             coordinates = (f"{value:25.16e}" for value in measurement.positions[name])
             lines += [f"{node:10d}{0:10d}{0:10d}{0:10d}", "".join(coordinates)]
-    return _block("  2411", *lines) if lines else b""
+    return _dataset("  2411", *lines) if lines else b""
 
 
-def _numbers(measurement: Measurement) -> dict[str, int]:
-    """Give each transducer a node; a name that sensors and actuators share is one node."""
+def _node_numbers(measurement: Measurement) -> dict[str, int]:
+    """Node of each transducer; a name that sensors and actuators share is a single node."""
     sensors = list(dict.fromkeys(channel.name for channel in measurement.sensors))
     actuators = list(dict.fromkeys(channel.name for channel in measurement.actuators))
     if _named_by_node(measurement):
@@ -122,31 +119,38 @@ def _is_node_number(name: str) -> bool:
 def _functions(measurement: Measurement, binary: bool) -> Iterator[bytes]:
     """Every FRF, then every coherence."""
     motion, label = stated_for(measurement.quantity)
-    frf = _Kind("FRF", 4, _record(motion, "Response", label), _record(FORCE_TYPE, "Force", "N"))
-    coherence = _Kind("Coherence", 6, _record(0, "Coherence", "NONE"), _record(0))
-    every = ((frf, measurement.frf), (coherence, measurement.coherence))
-    nodes = _numbers(measurement)
+    frf = _FunctionType(
+        "FRF", 4, _record(motion, "Response", label), _record(FORCE_TYPE, "Force", "N")
+    )
+    coherence = _FunctionType("Coherence", 6, _record(0, "Coherence", "NONE"), _record(0))
+    functions = ((frf, measurement.frf), (coherence, measurement.coherence))
+    nodes = _node_numbers(measurement)
     number = 0
-    for kind, values in every:
+    for function_type, values in functions:
         if values is None:
             continue
         for row, column in np.argwhere(~np.isnan(values).any(axis=-1)):
             number += 1
             pair = measurement.sensors[row], measurement.actuators[column]
-            header = [*_identity(measurement, kind.name, pair), _pair(kind, pair, nodes, number)]
-            yield _function(header, kind, measurement.frequency, values[row, column], binary)
+            header = [
+                *_identity(measurement, function_type.name, pair),
+                _pair(function_type, pair, nodes, number),
+            ]
+            yield _function(
+                header, function_type, measurement.frequency, values[row, column], binary
+            )
 
 
-def _record(kind: int, axis: str = "NONE", unit: str = "NONE") -> str:
-    return f"{kind:10d}{0:5d}{0:5d}{0:5d} {axis:<20} {unit:<20}"
+def _record(data_type: int, axis: str = "NONE", unit: str = "NONE") -> str:
+    return f"{data_type:10d}{0:5d}{0:5d}{0:5d} {axis:<20} {unit:<20}"
 
 
 def _identity(measurement: Measurement, title: str, pair: tuple[Channel, Channel]) -> list[str]:
-    """Return the five ID lines; the last two say what the format has no field for."""
+    """Five ID lines; the last two hold what the format has no field for."""
     sensor, actuator = pair
     title = f"{title} {sensor.label} / {actuator.label}"[:_ID_WIDTH]
-    known = {"averages": measurement.averages, "force_level": measurement.force_level}
-    known = {key: value for key, value in known.items() if value is not None}
+    settings = {"averages": measurement.averages, "force_level": measurement.force_level}
+    known = {key: value for key, value in settings.items() if value is not None}
     names = {} if _named_by_node(measurement) else {"names": [sensor.name, actuator.name]}
     return [f"{line:<80}" for line in (title, "NONE", "NONE", _note(known), _note(names))]
 
@@ -155,20 +159,29 @@ def _note(content: dict[str, Any]) -> str:
     text = json.dumps(content) if content else "NONE"
     if len(text) > _ID_WIDTH:
         raise InputError(
-            f"{text} was to be written, but an ID line of a universal file holds {_ID_WIDTH} "
-            "characters; shorter names are needed, since they would not come back whole. Rename "
+            f"{text} cannot be written, since an ID line of a universal file holds {_ID_WIDTH} "
+            "characters; shorter names are needed, which can be read back. Rename "
             "the transducers: Measurement.from_arrays(..., sensors=['s1'])."
         )
     return text
 
 
-def _pair(kind: _Kind, pair: tuple[Channel, Channel], nodes: dict[str, int], number: int) -> str:
-    ends = (f"{'NONE':>10}{nodes[one.name]:10d}{one.direction:4d}" for one in pair)
-    return f"{kind.number:5d}{number:10d}{0:5d}{0:10d} {' '.join(ends)}"
+def _pair(
+    function_type: _FunctionType,
+    pair: tuple[Channel, Channel],
+    nodes: dict[str, int],
+    number: int,
+) -> str:
+    ends = (f"{'NONE':>10}{nodes[channel.name]:10d}{channel.direction:4d}" for channel in pair)
+    return f"{function_type.number:5d}{number:10d}{0:5d}{0:10d} {' '.join(ends)}"
 
 
 def _function(
-    header: list[str], kind: _Kind, frequency: np.ndarray, values: np.ndarray, binary: bool
+    header: list[str],
+    function_type: _FunctionType,
+    frequency: np.ndarray,
+    values: np.ndarray,
+    binary: bool,
 ) -> bytes:
     even = _is_even(frequency, exact=binary)
     parts = [values.real, values.imag] if np.iscomplexobj(values) else [values]
@@ -180,8 +193,8 @@ def _function(
         f"{data_type:10d}{frequency.size:10d}{int(even):10d}"
         + "".join(f"{value:13.6e}" for value in (*spacing, 0.0)),
         _record(FREQUENCY_TYPE, "Frequency", "Hz"),
-        kind.ordinate,
-        kind.denominator,
+        function_type.ordinate,
+        function_type.denominator,
         _record(0),
     ]
     return _binary(lines, table) if binary else _ascii(lines, table, frequency, even)
@@ -204,7 +217,7 @@ def _ascii(lines: list[str], table: np.ndarray, frequency: np.ndarray, even: boo
     cells = [row.format(*values) for values in table]
     per_line = 1 if len(formats) == 3 else 4 // len(formats)
     filled = ["".join(cells[start : start + per_line]) for start in range(0, len(cells), per_line)]
-    return _block("    58", *lines, *filled)
+    return _dataset("    58", *lines, *filled)
 
 
 def _spacing(frequency: np.ndarray) -> float:
@@ -214,7 +227,7 @@ def _spacing(frequency: np.ndarray) -> float:
 
 
 def _is_even(frequency: np.ndarray, exact: bool) -> bool:
-    """Whether the first line and the spacing, as the header holds them, give every line."""
+    """Tell whether the first line and the spacing, as the header holds them, give every line."""
     first = float(f"{frequency[0]:.6e}")
     rebuilt = first + np.arange(frequency.size) * _spacing(frequency)
     if exact:
@@ -227,7 +240,7 @@ def _check_digits(frequency: np.ndarray) -> None:
     lost = ~np.isclose(kept, frequency, rtol=_HEADER_DIGITS, atol=0.0)
     if lost.any():
         raise InputError(
-            f"The line {float(frequency[lost][0])!r} Hz was to be written, but an ASCII universal "
-            "file holds 7 digits of a frequency; all are needed to find the line again. Write "
+            f"The frequency {float(frequency[lost][0])!r} Hz cannot be written, since an ASCII "
+            "universal file holds 7 digits of it; all are needed to find the line again. Write "
             "binary: uff.write(path, measurement, binary=True)."
         )

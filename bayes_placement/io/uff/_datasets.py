@@ -1,7 +1,4 @@
-"""_blocks: in, a universal file; out, its datasets as pyuff decodes them, checked to be whole.
-
-Not known here: units, channels, FRFs, mode shapes.
-"""
+"""Datasets of a universal file as pyuff decodes them, checked to be complete."""
 
 import re
 from pathlib import Path
@@ -22,19 +19,36 @@ _FROM_ARRAYS = {DATA_AT_NODES: "ModalModel.from_arrays"}
 
 
 class MeasurementFileError(InputError):
-    """A file that does not hold one whole, unambiguous measurement."""
+    """A universal file that is malformed, incomplete or ambiguous."""
 
 
-class Block(NamedTuple):
-    """One dataset of a universal file: where it stands, its number, its fields by pyuff's names."""
+class Dataset(NamedTuple):
+    """One dataset of a universal file.
+
+    Parameters
+    ----------
+    place
+        Where it stands, for messages: file, position in the file, number.
+    number
+        Number of its kind, such as 58.
+    fields
+        What it holds, by pyuff's names.
+    """
 
     place: str
-    dataset: int
+    number: int
     fields: dict[str, Any]
 
 
-def load(path: Path, data: int = FUNCTION) -> list[Block]:
+def load(path: Path, data: int = FUNCTION) -> list[Dataset]:
     """Read the nodes, the units and one kind of data of a universal file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    data
+        Number of the datasets that hold the data: 58 for functions, 55 for data at nodes.
 
     Raises
     ------
@@ -47,8 +61,8 @@ def load(path: Path, data: int = FUNCTION) -> list[Block]:
 
     if not path.is_file():
         raise FileNotFoundError(
-            f"{path} was given, and there is no such file; a universal file (.uff, .unv) is "
-            "needed. Check the folder: Path(...).resolve()."
+            f"There is no file {path}; a universal file (.uff, .unv) is needed. Check the folder: "
+            "Path(...).resolve()."
         )
     numbers = _dataset_numbers(path)
     file = pyuff.UFF(str(path))
@@ -61,20 +75,20 @@ def load(path: Path, data: int = FUNCTION) -> list[Block]:
         )
     wanted = {*NODES, UNITS, data}
     return [
-        Block(place, number, _decoded(file, index, number, place))
+        Dataset(place, number, _decoded(file, index, number, place))
         for index, number in enumerate(numbers)
         if number in wanted and (place := f"{path}, block {index + 1} (dataset {number})")
     ]
 
 
-def _decoded(file: Any, index: int, dataset: int, place: str) -> dict[str, Any]:
+def _decoded(file: Any, index: int, number: int, place: str) -> dict[str, Any]:
     try:
         fields = file.read_sets(index)
     except Exception as error:  # pyuff raises bare Exception for every malformed field
         raise MeasurementFileError(
             f"{place} cannot be decoded ({error}); every field must stand in the columns that the "
             "format gives it. Export the file again, or read the numbers yourself and give them "
-            f"to {_FROM_ARRAYS.get(dataset, 'Measurement.from_arrays')}."
+            f"to {_FROM_ARRAYS.get(number, 'Measurement.from_arrays')}."
         ) from error
     if fields["type"] == FUNCTION:
         _check_length(fields, place)
@@ -82,16 +96,16 @@ def _decoded(file: Any, index: int, dataset: int, place: str) -> dict[str, Any]:
 
 
 def _check_length(fields: dict[str, Any], place: str) -> None:
-    found, needed = min(len(fields["x"]), len(fields["data"])), fields["num_pts"]
-    if found != needed or len(fields["x"]) != len(fields["data"]):
+    count, announced = min(len(fields["x"]), len(fields["data"])), fields["num_pts"]
+    if count != announced or len(fields["x"]) != len(fields["data"]):
         raise MeasurementFileError(
-            f"{place} announces {needed} values and holds {found}; all of them are needed, since a "
-            "line without its value shifts every later one. Export the file again."
+            f"{place} announces {announced} values and holds {count}; all of them are needed, "
+            "since a line without its value shifts every later one. Export the file again."
         )
 
 
 def _dataset_numbers(path: Path) -> list[int]:
-    """Walk through the delimiters, so that a truncated file is told before it is decoded."""
+    """Numbers of all datasets by their delimiters; refuses a truncated file before decoding."""
     data = path.read_bytes()
     numbers: list[int] = []
     opening = _DELIMITER.search(data)
@@ -115,7 +129,7 @@ def _dataset_numbers(path: Path) -> list[int]:
 
 
 def _line(data: bytes, start: int) -> tuple[bytes, int]:
-    """Return the line from start, and where the next one starts."""
+    """Line that begins at an offset, and the offset of the next line."""
     end = data.find(b"\n", start)
     end = len(data) if end < 0 else end
     return data[start:end], end + 1
@@ -134,25 +148,26 @@ def _number(identity: bytes, place: str) -> int:
 
 
 def _end_of_binary(data: bytes, start: int, place: str) -> int:
-    """Return where the values of dataset 58b end, counted from its seventh record.
+    """Offset at which the values of dataset 58b end, computed from its seventh record.
 
-    The count of bytes in the first line is not used: common writers, pyuff among them, put the
+    The number of bytes in the first line is not used: common writers, pyuff among them, put the
     count of real numbers of one part there.
     """
-    lines = []
+    records = []
     for _ in range(_LINES_BEFORE_VALUES):
-        line, start = _line(data, start)
-        lines.append(line)
-    form = lines[6]
+        record, start = _line(data, start)
+        records.append(record)
+    data_form = records[6]
     try:
-        kind, count, even = (int(form[column : column + 10]) for column in (0, 10, 20))
-        size, parts = _LAYOUT[kind]
+        data_type, count, even = (int(data_form[column : column + 10]) for column in (0, 10, 20))
+        size, parts = _LAYOUT[data_type]
     except (KeyError, ValueError) as error:
         if start > len(data):
             raise _truncated(place) from error
         raise MeasurementFileError(
-            f"{place} has the data form {form!r}; an ordinate type of 2, 4, 5 or 6, a count and a "
-            "spacing are needed there, since they say how to read the values. Export it again."
+            f"{place} has the data form {data_form!r}; an ordinate type of 2, 4, 5 or 6, a count "
+            "and a spacing are needed there, since they say how to read the values. Export it "
+            "again."
         ) from error
     return start + count * size * (parts + (even == 0))
 

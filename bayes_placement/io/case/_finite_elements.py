@@ -19,7 +19,7 @@ from ...modes.finite_elements.nodal_modes import NodalModes
 from ...modes.finite_elements.soft_supports import SupportMotion
 from ...positions.tolerances import Box, Member, Support
 from .. import matrix_files, npz_modes
-from ._fields import CaseError, Fields, Rule, load, numbers, one_of, positive
+from ._json_fields import CaseError, Fields, Rule, load, numbers, one_of, positive
 
 _BAND_FACTOR = 5
 """Modes are kept up to so many times the band; the static flexibility stands for the others."""

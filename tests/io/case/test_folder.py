@@ -11,7 +11,7 @@ import pytest
 from numpyro.distributions import LogNormal, Normal, Uniform
 
 import bayes_placement as bp
-from bayes_placement.io.case import case
+from bayes_placement.io import case
 
 LINES = np.linspace(20.0, 120.0, 6)
 MISSING = object()

@@ -16,8 +16,8 @@ from ...experiment.damping import Modal
 from ...experiment.structure import Structure
 from ...modes.beams import beams
 from ...modes.modes import Modes
-from ._fields import CaseError, Fields, Rule, begins_with, between, distinct, one_of, positive
-from ._model import Model
+from ._finite_elements import Model
+from ._json_fields import CaseError, Fields, Rule, begins_with, between, distinct, one_of, positive
 
 
 class _Line(NamedTuple):

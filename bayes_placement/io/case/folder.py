@@ -13,9 +13,9 @@ from ...experiment.observe import FRF_OF, Complex
 from ...experiment.transducers import Actuator, Sensor
 from ...positions.channel import Channel, checked
 from ..model import Study
-from . import _places as _case_places
-from . import _structure as _case_structure
-from ._fields import CaseError, Fields, Rule, distinct, load, one_of, whole
+from . import _line as _case_structure
+from . import _transducers as _case_places
+from ._json_fields import CaseError, Fields, Rule, distinct, load, one_of, whole
 from ._measurement import Mounted, measurements, setup
 
 __all__ = ["CaseError", "read"]

@@ -1,11 +1,10 @@
-"""uff_modes: modes as others write them, compared with the arrays they were written from."""
+"""Universal files: modes of other programs, compared with the arrays they were made of."""
 
 import numpy as np
 import pytest
 import pyuff
 
-from bayes_placement.io import npz_modes
-from bayes_placement.io.uff import uff_modes
+from bayes_placement.io import npz_modes, uff
 
 # Typed by hand after the text of the format: FORTRAN columns, not the code of any library.
 HAND_TYPED = """\
@@ -102,7 +101,7 @@ def by_pyuff(folder, *sets):
 
 
 def test_a_hand_typed_file(tmp_path):
-    model = uff_modes.read(hand_typed(tmp_path))
+    model = uff.read_modes(hand_typed(tmp_path))
     assert model.node.tolist() == [7, 101]
     assert model.position.tolist() == [[0.25, 0.0, -0.1], [0.3, 1.0, 0.0]]
     assert model.dof.tolist() == [[7, 1], [7, 3], [101, 1], [101, 3]]  # nothing moves along y
@@ -116,7 +115,7 @@ def test_handed_over_models_agree_with_their_arrays(shared_data, name):
     folder = shared_data / "cases" / "models" / name
     if not folder.is_dir():
         pytest.skip(f"cases/models/{name} of the shared data is not on this machine")
-    ours, arrays = uff_modes.read(folder / "nominal.uff"), npz_modes.read(folder / "nominal.npz")
+    ours, arrays = uff.read_modes(folder / "nominal.uff"), npz_modes.read(folder / "nominal.npz")
     lowest = arrays.count(ours.natural_frequency.size)
     row = {tuple(dof): number for number, dof in enumerate(arrays.dof.tolist())}
     rows = [row[tuple(dof)] for dof in ours.dof.tolist()]
@@ -131,7 +130,7 @@ def test_handed_over_models_agree_with_their_arrays(shared_data, name):
 @pytest.mark.parametrize("axes", [3, 6])
 def test_files_by_pyuff(tmp_path, axes):
     sets = [mode(2, 30.0, axes=axes), mode(1, 20.0, axes=axes, modal_m=4.0)]  # not in order
-    model = uff_modes.read(by_pyuff(tmp_path, nodes(1, 2, 3), *sets))
+    model = uff.read_modes(by_pyuff(tmp_path, nodes(1, 2, 3), *sets))
     assert model.node.tolist() == [1, 2]  # node 3 is in no mode
     assert model.natural_frequency.tolist() == [20.0, 30.0]
     assert model.damping_ratio is None
@@ -146,31 +145,31 @@ def test_units_of_dataset_164(tmp_path):
     in_mm = mode(1, 20.0, modal_m=1e3)  # of 1 kg m2 = 1e6 kg mm2 = 1e3 t mm2
     in_mm |= {f"r{k + 1}": in_si[f"r{k + 1}"] * length[k] for k in range(6)}
     place = nodes(1, 2) | {"x": np.array([1000.0, 2000.0]), "z": np.array([500.0, 500.0])}
-    expected = uff_modes.read(by_pyuff(tmp_path, nodes(1, 2), in_si))
-    found = uff_modes.read(by_pyuff(tmp_path, units(1e3, 1.0), place, in_mm))
+    expected = uff.read_modes(by_pyuff(tmp_path, nodes(1, 2), in_si))
+    found = uff.read_modes(by_pyuff(tmp_path, units(1e3, 1.0), place, in_mm))
     np.testing.assert_allclose(found.position, expected.position)
     np.testing.assert_allclose(found.shape, expected.shape, rtol=1e-5)
 
 
 def test_what_the_format_leaves_out_is_zero(tmp_path):
     sets = [mode(1, 20.0, axes=3), mode(2, 30.0, numbers=(2,), axes=3)]
-    model = uff_modes.read(by_pyuff(tmp_path, nodes(1, 2), *sets))
+    model = uff.read_modes(by_pyuff(tmp_path, nodes(1, 2), *sets))
     assert model.shape[:, 1].tolist() == [0.0, 0.0, 0.0, 20.0, 21.0, 22.0]
 
 
 def test_other_results_are_passed_over(tmp_path):
     sets = [mode(1, 20.0), mode(1, 20.0, spec_data_type=2), mode(1, 1.0, analysis_type=5)]
     sets[-1] |= {"freq_step_n": 1}
-    assert uff_modes.read(by_pyuff(tmp_path, nodes(1, 2), *sets)).natural_frequency.size == 1
+    assert uff.read_modes(by_pyuff(tmp_path, nodes(1, 2), *sets)).natural_frequency.size == 1
 
 
 def test_modal_masses_are_given_where_the_file_has_none(tmp_path):
     path = by_pyuff(tmp_path, nodes(1, 2), mode(1, 20.0, modal_m=0.0), mode(2, 30.0, modal_m=0.0))
     with pytest.raises(ValueError, match=r"modal_mass of mode 1 is 0 kg.*Files often hold 0"):
-        uff_modes.read(path)
-    model = uff_modes.read(path, modal_mass=[4.0, 1.0])
+        uff.read_modes(path)
+    model = uff.read_modes(path, modal_mass=[4.0, 1.0])
     assert model.shape[0].tolist() == [5.0, 20.0]
-    assert uff_modes.read(path, modal_mass=1).shape[0].tolist() == [10.0, 20.0]
+    assert uff.read_modes(path, modal_mass=1).shape[0].tolist() == [10.0, 20.0]
 
 
 COMPLEX = mode(1, 20.0, axes=3, data_type=5)
@@ -189,7 +188,7 @@ COMPLEX |= {f"r{k}": COMPLEX[f"r{k}"] * (1 + 0.1j) for k in (1, 2, 3)}
         ([], r"holds no data at nodes \(dataset 55\)"),
         ([mode(1, 20.0, axes=3, data_ch=1)], r"data characteristic 1 with 3 values of each node"),
         ([mode(1, 20.0, data_ch=4)], r"characteristic 4 with 6 values .*three translations"),
-        ([mode(1, 20.0, numbers=(1, 9))], r"move 1 nodes that .* do not place \(9\); coord"),
+        ([mode(1, 20.0, numbers=(1, 9))], r"move 1 nodes of which .* no coordinates \(9\); those"),
         ([mode(1, 20.0, numbers=(1, 1))], r"holds a node more than once; each node"),
         ([mode(1, 20.0), mode(1, 20.0)], r"holds mode 1 of load case 1 at 20 Hz .*same mode"),
         ([mode(1, 20.0), mode(2, 30.0, load_case=2)], r"load case 2 at 30 Hz .*one load case"),
@@ -197,8 +196,8 @@ COMPLEX |= {f"r{k}": COMPLEX[f"r{k}"] * (1 + 0.1j) for k in (1, 2, 3)}
     ],
 )
 def test_what_is_refused(tmp_path, sets, message):
-    with pytest.raises(uff_modes.MeasurementFileError, match=message):
-        uff_modes.read(by_pyuff(tmp_path, nodes(1, 2), *sets))
+    with pytest.raises(uff.MeasurementFileError, match=message):
+        uff.read_modes(by_pyuff(tmp_path, nodes(1, 2), *sets))
 
 
 @pytest.mark.parametrize(
@@ -216,10 +215,10 @@ def test_what_is_refused(tmp_path, sets, message):
     ],
 )
 def test_traps_of_the_decoder(tmp_path, changes, message):
-    with pytest.raises(uff_modes.MeasurementFileError, match=message):
-        uff_modes.read(hand_typed(tmp_path, *changes))
+    with pytest.raises(uff.MeasurementFileError, match=message):
+        uff.read_modes(hand_typed(tmp_path, *changes))
 
 
 def test_no_file(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"there is no such file; a universal file"):
-        uff_modes.read(tmp_path / "none.uff")
+    with pytest.raises(FileNotFoundError, match=r"There is no file .*none.uff; a universal file"):
+        uff.read_modes(tmp_path / "none.uff")

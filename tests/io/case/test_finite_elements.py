@@ -9,7 +9,7 @@ import pytest
 
 from bayes_placement import effects
 from bayes_placement.criticism.missing._hypotheses import alone
-from bayes_placement.io.case import case
+from bayes_placement.io import case
 
 
 @pytest.fixture

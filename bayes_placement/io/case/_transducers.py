@@ -10,10 +10,10 @@ from numpyro.distributions import Uniform
 
 from ..._types import Parameter
 from ...positions.tolerances import Box, Segment
-from ._fields import Rule, between, is_number, numbers
+from ._finite_elements import Model
+from ._json_fields import Rule, between, is_number, numbers
+from ._line import Drawn
 from ._measurement import Mounted
-from ._model import Model
-from ._structure import Drawn
 
 
 def position(drawn: Drawn) -> Rule:

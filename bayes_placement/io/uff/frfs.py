@@ -1,0 +1,278 @@
+"""FRFs of a universal file (datasets 15, 58, 58b, 164, 2411) as a measurement in SI."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...experiment.measurement import Channel, Measurement, Position, derivative
+from ._datasets import FUNCTION, Dataset, MeasurementFileError, load
+from ._nodes import node_positions
+from ._units import FileUnits, check_abscissa, file_units, quantity_of, scale
+
+_FRF, _COHERENCE = 4, 6
+_Node = tuple[int, int]  # number and direction
+
+
+class _Function(NamedTuple):
+    """An FRF or a coherence of the file, by nodes and not yet by channels."""
+
+    place: str
+    sensor: _Node
+    actuator: _Node
+    frequency: np.ndarray
+    values: np.ndarray
+    quantity: str
+    notes: dict[str, Any]
+
+
+def read(
+    path: str | Path,
+    *,
+    names: Mapping[int, str] | None = None,
+    require_positions: bool = True,
+    averages: int | None = None,
+    quantity: str | None = None,
+) -> Measurement:
+    """Read the FRFs of a universal file (UFF), ASCII or binary, into a measurement in SI.
+
+    FRFs (dataset 58, function type 4) and their coherences (type 6) are read, nodes from dataset
+    15 or 2411; other datasets and entity names are ignored. Values are in the units of their
+    labels, else of dataset 164, else SI; coordinates in those of dataset 164, else metres.
+
+    Parameters
+    ----------
+    path
+        The file.
+    names
+        Name of the transducer by node number. A node without one is named as `write` recorded it
+        (ID line 5), else by its number: `1`.
+    require_positions
+        Whether a node without coordinates is an error.
+    averages
+        Number of averages, for which the format has no field: without this argument it is known
+        only where ID line 4 records it, as `write` does.
+    quantity
+        `receptance`, `mobility` or `accelerance`, to which all FRFs are converted; needed where
+        the file mixes them.
+
+    Returns
+    -------
+    Measurement
+        Channels in the order in which they first appear; pairs without FRF are NaN.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    MeasurementFileError
+        (A ValueError.) If the file is malformed, or holds no single, unambiguous measurement.
+    """
+    datasets = load(Path(path))
+    units = file_units(datasets)
+    frfs = _frfs(datasets, units, Path(path))
+    transducers = _names(frfs, names or {})
+    positions = _positions(datasets, units, transducers, require_positions)
+    return _assembled(datasets, frfs, transducers, positions, averages, quantity)
+
+
+def _assembled(
+    datasets: list[Dataset],
+    frfs: list[_Function],
+    transducers: dict[int, str],
+    positions: dict[str, Position],
+    averages: int | None,
+    quantity: str | None,
+) -> Measurement:
+    _check_same_lines(frfs)
+    quantity = quantity or _common_quantity(frfs)
+    sensors = list(dict.fromkeys(frf.sensor for frf in frfs))
+    actuators = list(dict.fromkeys(frf.actuator for frf in frfs))
+    converted = [
+        frf._replace(values=derivative(frf.values, frf.frequency, frf.quantity, quantity))
+        for frf in frfs
+    ]
+    return Measurement.from_arrays(
+        _arranged(converted, sensors, actuators),
+        frfs[0].frequency,
+        sensors=[Channel(transducers[node], direction) for node, direction in sensors],
+        actuators=[Channel(transducers[node], direction) for node, direction in actuators],
+        quantity=quantity,
+        coherence=_coherence(datasets, frfs, sensors, actuators),
+        averages=averages if averages is not None else _noted(frfs, "averages"),
+        positions=positions,
+        force_level=_noted(frfs, "force_level"),
+    )
+
+
+def _frfs(datasets: list[Dataset], units: FileUnits, path: Path) -> list[_Function]:
+    functions = [dataset for dataset in datasets if dataset.number == FUNCTION]
+    frfs = [dataset for dataset in functions if dataset.fields["func_type"] == _FRF]
+    if not frfs:
+        types = sorted({dataset.fields["func_type"] for dataset in functions})
+        contents = f"functions of type {types}" if types else "no function (dataset 58)"
+        raise MeasurementFileError(
+            f"{path} holds {contents}; at least one FRF (dataset 58, function type 4) is needed, "
+            "since a structure is updated by its FRFs. Export FRFs, not spectra or time histories."
+        )
+    return [_frf(dataset, units) for dataset in frfs]
+
+
+def _frf(dataset: Dataset, units: FileUnits) -> _Function:
+    if not np.iscomplexobj(dataset.fields["data"]):
+        raise MeasurementFileError(
+            f"{dataset.place} is an FRF of real numbers; complex ones (ordinate type 5 or 6) are "
+            "needed, since the phase holds the sign and the damping of a resonance. Export real "
+            "and imaginary part."
+        )
+    factor = scale(dataset, units)
+    return _function(dataset, dataset.fields["data"] * factor, quantity_of(dataset))
+
+
+def _function(dataset: Dataset, values: np.ndarray, quantity: str = "") -> _Function:
+    check_abscissa(dataset)
+    return _Function(
+        place=dataset.place,
+        sensor=_node(dataset, "rsp"),
+        actuator=_node(dataset, "ref"),
+        frequency=np.asarray(dataset.fields["x"], dtype=float),
+        values=values,
+        quantity=quantity,
+        notes=_note(dataset, "id4") | _note(dataset, "id5"),
+    )
+
+
+def _node(dataset: Dataset, side: str) -> _Node:
+    node, direction = dataset.fields[f"{side}_node"], dataset.fields[f"{side}_dir"]
+    if abs(direction) > 3:
+        raise MeasurementFileError(
+            f"{dataset.place} has direction {direction} at node {node}, a rotation; a translation "
+            "(+-1, +-2, +-3, or 0 where not stated) is needed, since FRFs here are motion in a "
+            "direction per force. Leave rotations out of the export."
+        )
+    return int(node), int(direction)
+
+
+def _note(dataset: Dataset, line: str) -> dict[str, Any]:
+    """Note that `write` recorded in an ID line as a JSON object; empty for any other text."""
+    text = dataset.fields[line].strip()
+    try:
+        note = json.loads(text) if text.startswith("{") else {}
+    except json.JSONDecodeError:
+        return {}  # other programs write any text there
+    return note
+
+
+def _noted(frfs: list[_Function], key: str) -> Any:
+    noted = {frf.notes.get(key): frf for frf in frfs}
+    if len(noted) > 1:
+        raise MeasurementFileError(
+            f"{list(noted.values())[1].place} records {key}={list(noted)[1]} and an earlier FRF "
+            f"{key}={next(iter(noted))}; one number is needed, since a measurement has one. Split "
+            "the file by it."
+        )
+    return next(iter(noted))
+
+
+def _check_same_lines(functions: list[_Function]) -> None:
+    first, *rest = functions
+    for function in rest:
+        same = function.frequency.shape == first.frequency.shape and np.allclose(
+            function.frequency, first.frequency, rtol=1e-9, atol=0.0
+        )
+        if not same:
+            raise MeasurementFileError(
+                f"{function.place} has {_axis(function)} but {first.place} has {_axis(first)}; one "
+                "frequency axis is needed for all, since a measurement has one. Export them on the "
+                "same lines, or in files of their own."
+            )
+
+
+def _axis(function: _Function) -> str:
+    low, high = function.frequency[[0, -1]]
+    return f"{function.frequency.size} lines from {low:g} to {high:g} Hz"
+
+
+def _common_quantity(frfs: list[_Function]) -> str:
+    quantities = sorted({frf.quantity for frf in frfs})
+    if len(quantities) > 1:
+        raise MeasurementFileError(
+            f"The file mixes {' and '.join(quantities)}; one quantity is needed, since a "
+            "measurement has one. Say to which all FRFs are to be converted: "
+            f"uff.read(path, quantity={quantities[0]!r})."
+        )
+    return quantities[0]
+
+
+def _names(frfs: list[_Function], chosen: Mapping[int, str]) -> dict[int, str]:
+    """Name of the transducer at each node: as chosen, else as recorded, else the node number."""
+    recorded: dict[int, str] = {}
+    for frf in frfs:
+        nodes = (frf.sensor[0], frf.actuator[0])
+        recorded |= dict(zip(nodes, frf.notes.get("names", map(str, nodes)), strict=True))
+    names = {node: chosen.get(node, name) for node, name in recorded.items()}
+    for node, name in names.items():
+        others = [other for other in names if other < node and names[other] == name]
+        if others:
+            raise MeasurementFileError(
+                f"Nodes {others[0]} and {node} would both be named {name!r}; each node needs a "
+                f"name of its own, since it has its own position. Name both: names="
+                f"{{{others[0]}: 's1', {node}: 's2'}}."
+            )
+    return names
+
+
+def _arranged(
+    functions: list[_Function], sensors: list[_Node], actuators: list[_Node]
+) -> np.ndarray:
+    """Values of functions, [sensor, actuator, frequency]; NaN for a pair without a function."""
+    lines = functions[0].frequency.size
+    array = np.full((len(sensors), len(actuators), lines), np.nan, functions[0].values.dtype)
+    filled: dict[tuple[_Node, _Node], str] = {}
+    for function in functions:
+        pair = function.sensor, function.actuator
+        if pair in filled:
+            raise MeasurementFileError(
+                f"{function.place} and {filled[pair]} hold the same function for response node "
+                f"{pair[0][0]} (direction {pair[0][1]}) and reference node {pair[1][0]} "
+                f"(direction {pair[1][1]}); one for each pair is needed, since either could "
+                "be meant. Delete one, or read repeated runs from files of their own."
+            )
+        filled[pair] = function.place
+        array[sensors.index(function.sensor), actuators.index(function.actuator)] = function.values
+    return array
+
+
+def _coherence(
+    datasets: list[Dataset], frfs: list[_Function], sensors: list[_Node], actuators: list[_Node]
+) -> np.ndarray | None:
+    pairs = {(frf.sensor, frf.actuator) for frf in frfs}
+    coherences = [
+        _function(dataset, np.real(dataset.fields["data"]))
+        for dataset in datasets
+        if dataset.number == FUNCTION and dataset.fields["func_type"] == _COHERENCE
+    ]
+    of_frfs = [function for function in coherences if (function.sensor, function.actuator) in pairs]
+    if not of_frfs:
+        return None
+    _check_same_lines([frfs[0], *of_frfs])
+    return _arranged(of_frfs, sensors, actuators)
+
+
+def _positions(
+    datasets: list[Dataset], units: FileUnits, transducers: dict[int, str], required: bool
+) -> dict[str, Position]:
+    """Coordinates [m] of the nodes of the FRFs, by the name of the transducer."""
+    positions = node_positions(datasets, units, transducers)
+    missing = [node for node in transducers if node not in positions]
+    if missing and required:
+        placed = ", ".join(map(str, sorted(positions))) or "none of its nodes"
+        raise MeasurementFileError(
+            f"FRFs refer to the nodes {', '.join(map(str, missing))} without coordinates; datasets "
+            f"15 and 2411 place {placed}. Recorded coordinates are needed, since the true "
+            "positions lie around them. Export the geometry with the FRFs, or state the positions "
+            "in the experiment: uff.read(path, require_positions=False)."
+        )
+    return {transducers[node]: position for node, position in positions.items()}
