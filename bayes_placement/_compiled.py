@@ -25,8 +25,8 @@ def compiled(function: Callable[..., Result]) -> "Compiled[Result]":
     ----------
     function
         A function of trees, defined once: of a module or a class, not inside another function,
-        where it would be a new one at every call. No number of its arguments may steer it in
-        Python (`if`, `np.asarray`).
+        where it would be a new one at every call. Where a Python float steers it (`if`, `float`),
+        floats are fixed as well, so that other ones are compiled anew; an array must not steer it.
     """
     return Compiled(function)
 
@@ -39,9 +39,7 @@ class Compiled(Generic[Result]):
 
     def __call__(self, *arguments: Any) -> Result:
         """Run it, compiled for the structure of its arguments."""
-        leaves, structure = jax.tree.flatten(arguments)
-        numbers, fixed = _parted(leaves)
-        return _jitted(_Key(self.function, structure, fixed))(numbers, ())
+        return self.bound(*arguments)()
 
     def bound(self, *trees: Any) -> "Bound[Result]":
         """Return it with its first arguments given, which are then taken apart only once."""
@@ -61,24 +59,56 @@ class Bound(Generic[Result]):
 
     def __init__(self, function: Callable[..., Result], trees: tuple[Any, ...]):
         leaves, structure = jax.tree.flatten(trees)
-        self.numbers, fixed = _parted(leaves)
-        self._jitted = _jitted(_Key(function, structure, fixed))
+        self._parts = _parts(_Form(function, structure), leaves, _is_number)
+        if self._parts.key in _STEERED:
+            self._parts = self._parts.with_fixed_floats()
 
     def prepare(self, *arguments: Any) -> None:
         """Compile it for arguments of the shapes of these, unless that is done. Any thread may."""
-        self._jitted.lower(self.numbers, arguments).compile()
+        self._tried(lambda parts: _jitted(parts.key).lower(parts.numbers, arguments).compile())
 
     def __call__(self, *arguments: Any) -> Result:
         """Run it. Only one thread at a time may: two can wait for each other for ever."""
-        return self._jitted(self.numbers, arguments)
+        return self._tried(lambda parts: _jitted(parts.key)(parts.numbers, arguments))
+
+    def _tried(self, action: Callable[["_Parts"], Any]) -> Any:
+        try:
+            return action(self._parts)
+        except _STEERING:
+            _STEERED.add(self._parts.key)
+            self._parts = self._parts.with_fixed_floats()
+            return action(self._parts)
+
+
+class _Form(NamedTuple):
+    """A function, and the structure of the trees that it is given."""
+
+    function: Callable[..., Any]
+    structure: Any
 
 
 class _Key(NamedTuple):
     """What calls must have in common to share one compiled function."""
 
-    function: Callable[..., Any]
-    structure: Any
+    form: _Form
     fixed: tuple[Any, ...]
+
+
+class _Parts(NamedTuple):
+    """Numbers of trees, which are inputs, and the rest."""
+
+    key: _Key
+    leaves: list[Any]
+    numbers: list[Any]
+
+    def with_fixed_floats(self) -> "_Parts":
+        """Return the same with arrays alone as inputs."""
+        return _parts(self.key.form, self.leaves, _is_array)
+
+
+def _parts(form: _Form, leaves: list[Any], is_input: Callable[[Any], bool]) -> _Parts:
+    fixed = tuple(_INPUT if is_input(leaf) else leaf for leaf in leaves)
+    return _Parts(_Key(form, fixed), leaves, [leaf for leaf in leaves if is_input(leaf)])
 
 
 @functools.lru_cache(maxsize=512)
@@ -86,19 +116,20 @@ def _jitted(key: _Key) -> Any:
     def function(numbers: list[Any], arguments: tuple[Any, ...]) -> Any:
         inputs = iter(numbers)
         leaves = [next(inputs) if leaf is _INPUT else leaf for leaf in key.fixed]
-        return key.function(*jax.tree.unflatten(key.structure, leaves), *arguments)
+        return key.form.function(*jax.tree.unflatten(key.form.structure, leaves), *arguments)
 
     return jax.jit(function)
 
 
-def _parted(leaves: list[Any]) -> tuple[list[Any], tuple[Any, ...]]:
-    """Numbers among leaves, which are inputs, and all leaves with a mark in their place."""
-    numbers = [leaf for leaf in leaves if _is_input(leaf)]
-    return numbers, tuple(_INPUT if _is_input(leaf) else leaf for leaf in leaves)
+def _is_array(leaf: Any) -> bool:
+    return isinstance(leaf, np.ndarray | np.generic | jax.Array)
 
 
-def _is_input(leaf: Any) -> bool:
-    return isinstance(leaf, np.ndarray | np.generic | jax.Array | float | complex)
+def _is_number(leaf: Any) -> bool:
+    return _is_array(leaf) or isinstance(leaf, float | complex)
 
 
 _INPUT = object()
+_STEERING = (jax.errors.ConcretizationTypeError, jax.errors.TracerArrayConversionError)
+_STEERED: set[_Key] = set()
+"""Functions of structures that a Python float steers."""

@@ -54,6 +54,25 @@ def test_it_may_be_part_of_another_compiled_function():
     assert slope(0.1) == 3.0
 
 
+def steered(tree):
+    TRACED.append(tree)
+    return tree["mean"] * 2 if tree["mean"] > 0 else tree["law"].high
+
+
+def test_floats_that_steer_a_function_are_fixed():
+    assert compiled(steered)(tree(0.25)) == 0.5
+    assert len(TRACED) == 2  # the first attempt ended where the float was compared
+    assert compiled(steered)(tree(-0.25, high=3.0)) == 3.0
+    assert len(TRACED) == 3
+    assert compiled(steered)(tree(0.25)) == 0.5
+    assert len(TRACED) == 3
+
+
+def test_an_array_that_steers_a_function_is_an_error():
+    with pytest.raises(jax.errors.TracerBoolConversionError):
+        compiled(steered)(tree(np.array(0.25)))
+
+
 def frf(experiment):
     TRACED.append(experiment)
     return experiment.frf()

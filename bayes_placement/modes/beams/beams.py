@@ -55,7 +55,7 @@ class UniformBar(UniformLine):
         scale = (k / self.length) ** derivative
         return (scale * wave / jnp.sqrt(mean_square * mass))[None, :]
 
-    def bounds(self) -> tuple[float, float]:
+    def bounds(self) -> tuple[float, Any]:
         """Return the two ends of the bar [m]."""
         return 0.0, _least(self.length)
 
@@ -103,7 +103,7 @@ class UniformBeam(UniformLine):
         mass = self.density * self.area * self.length
         return unit_mass[None, :] / (jnp.sqrt(mass) * self.length**derivative)
 
-    def bounds(self) -> tuple[float, float]:
+    def bounds(self) -> tuple[float, Any]:
         """Return the two ends of the beam [m]."""
         return 0.0, _least(self.length)
 
@@ -328,8 +328,8 @@ def _check(modes: int, **quantities: Parameter | None) -> None:
             )
 
 
-def _least(length: Parameter) -> float:
+def _least(length: Parameter) -> Any:
     """Give the least length that a number or a prior allows: what fits there always fits."""
     if is_unknown(length):
         return float(length.support.lower_bound)  # type: ignore[union-attr]
-    return float(length)  # type: ignore[arg-type]
+    return length  # which may be an input of a compiled function
