@@ -301,17 +301,20 @@ def _is_mapped(places: dict[str, Sequence[Any]], options: Options) -> bool:
 
 def _shown(best: Placement) -> pd.DataFrame:
     """The best placements, in words for the terminal."""
-    places = best.tried.drop(columns=["kl", "kl_se", "cost", "net"])
+    places = best.table.drop(
+        columns=["information_gain", "information_gain_se", "cost", "net_gain"]
+    )
     table = places.add_suffix(" [m]").map(lambda at: f"{at:.4g}")
     table["information [nat]"] = [
-        f"{kl:.4g} ± {error:.1g}" for kl, error in best.tried[["kl", "kl_se"]].to_numpy()
+        f"{kl:.4g} ± {error:.1g}"
+        for kl, error in best.table[["information_gain", "information_gain_se"]].to_numpy()
     ]
     return table.set_axis(np.arange(len(table)) + 1, axis="index").head(SHOWN)
 
 
 def _write(best: Placement, words: list[str], maps: list[xr.Dataset], out: Path) -> None:
     write_text(out / "placement.txt", "\n".join(words))
-    write_table(out / "placements.csv", best.tried)
+    write_table(out / "placements.csv", best.table)
     figures = {"placements.png": placement_plots.placements(best)}
     for one in maps:
         write_atomically(out / "map.nc", partial(one.to_netcdf, engine="h5netcdf"))

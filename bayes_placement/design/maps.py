@@ -131,8 +131,8 @@ def lead(whole: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
     ValueError
         If nothing is known at any placement.
     """
-    names = [str(name) for name in whole["kl"].dims]
-    kl = np.nan_to_num(whole["kl"].values, nan=-np.inf)
+    names = [str(name) for name in whole["information_gain"].dims]
+    kl = np.nan_to_num(whole["information_gain"].values, nan=-np.inf)
     if np.isneginf(kl).all():
         raise InfeasibleError(nothing_told(kl.size))
     order = np.argsort(kl, axis=None)[::-1]
@@ -146,7 +146,10 @@ def lead(whole: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
 
 def difference(one: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
     """Information of one cell less that of another, and the standard error of that [nat]."""
-    found = (np.concatenate([[float(at["kl"])], at["kl_without"].values]) for at in (one, other))
+    found = (
+        np.concatenate([[float(at["information_gain"])], at["information_gain_jackknife"].values])
+        for at in (one, other)
+    )
     return ahead(*found)
 
 
@@ -174,12 +177,14 @@ def ahead(
 
 def rivals(whole: xr.Dataset) -> xr.DataArray:
     """Tell which placements of a map are no worse than the best, within two standard errors."""
-    values = whole["kl_without"]
-    names = [str(name) for name in whole["kl"].dims]
+    values = whole["information_gain_jackknife"]
+    names = [str(name) for name in whole["information_gain"].dims]
     best = lead(whole).best
     behind = (values.isel(best) - values).transpose(*names, "replicate").values
-    lost = (whole["kl"].isel(best) - whole["kl"]).transpose(*names).values
-    return whole["kl"].copy(data=lost <= DOUBT * spread(behind))
+    lost = (
+        (whole["information_gain"].isel(best) - whole["information_gain"]).transpose(*names).values
+    )
+    return whole["information_gain"].copy(data=lost <= DOUBT * spread(behind))
 
 
 def _labelled(
@@ -189,9 +194,13 @@ def _labelled(
     units = {"units": "nat"}
     whole = xr.Dataset(
         {
-            "kl": (names, found[..., 0], {**units, "long_name": "information"}),
-            "kl_se": (names, spread(found[..., 1:]), {**units, "long_name": "standard error"}),
-            "kl_without": ([*names, "replicate"], found[..., 1:], units),
+            "information_gain": (names, found[..., 0], {**units, "long_name": "information"}),
+            "information_gain_se": (
+                names,
+                spread(found[..., 1:]),
+                {**units, "long_name": "standard error"},
+            ),
+            "information_gain_jackknife": ([*names, "replicate"], found[..., 1:], units),
         },
         attrs=settings,
     )

@@ -27,7 +27,7 @@ from .search.exhaustive import Exhaustive
 from .search.search import Search, Tried
 
 SLIGHT = 0.01
-"""Share of what is learnt that is no difference to speak of, however small its error."""
+"""Share of the information gain below which a lead is not significant, whatever its error."""
 
 
 @dataclass(frozen=True)
@@ -38,19 +38,19 @@ class Placement:
     ----------
     positions
         Recorded place of each transducer that is placed [m], by name.
-    away
+    omitted
         Names of those that are not worth their cost.
-    kl, kl_se
+    information_gain, information_gain_se
         What is learnt there, and its standard error [nat].
     cost
         What those that are placed cost [nat].
-    ahead, ahead_se
+    lead, lead_se
         By how much more is learnt, less cost, than at the second best placement, and its standard
         error [nat]; much of both errors is common. Placements next to the best one in a region are
         not counted as the second best.
-    tried
-        All placements, one a row, the best first: places [m], `kl`, `kl_se`, `cost` and `net`, the
-        information less the cost [nat].
+    table
+        All placements, one a row, the best first: places [m], `information_gain`,
+        `information_gain_se`, `cost` and `net_gain`, the information gain less the cost [nat].
     search
         How it was searched for.
     evaluations
@@ -58,20 +58,20 @@ class Placement:
     """
 
     positions: dict[str, Any]
-    away: tuple[str, ...]
-    kl: float
-    kl_se: float
+    omitted: tuple[str, ...]
+    information_gain: float
+    information_gain_se: float
     cost: float
-    ahead: float
-    ahead_se: float
-    tried: pd.DataFrame
+    lead: float
+    lead_se: float
+    table: pd.DataFrame
     search: str
     evaluations: int
 
     @property
-    def net(self) -> float:
+    def net_gain(self) -> float:
         """What is learnt less what it costs [nat]."""
-        return self.kl - self.cost
+        return self.information_gain - self.cost
 
     def __str__(self) -> str:
         """Say where, how much is learnt, and how sure that is."""
@@ -80,23 +80,24 @@ class Placement:
         )
         price = f", less {self.cost:.3g} nat of cost" if self.cost else ""
         return (
-            f"Best of {len(self.tried)} placements: {where or 'nothing placed'}; "
-            f"{self.kl:.3g} ± {self.kl_se:.2g} nat{price}{self._lead()}.{self._left_out()}"
+            f"Best of {len(self.table)} placements: {where or 'nothing placed'}; "
+            f"{self.information_gain:.3g} ± {self.information_gain_se:.2g} nat{price}"
+            f"{self._lead()}.{self._left_out()}"
         )
 
     def _lead(self) -> str:
-        if not np.isfinite(self.ahead):
+        if not np.isfinite(self.lead):
             return ""
-        least = max(2 * self.ahead_se, SLIGHT * abs(self.kl))
-        sure = "" if self.ahead > least else ", which is no difference to speak of"
-        return f", {self.ahead:.2g} ± {self.ahead_se:.2g} more than the second best{sure}"
+        least = max(2 * self.lead_se, SLIGHT * abs(self.information_gain))
+        sure = "" if self.lead > least else ", which is not significant"
+        return f", {self.lead:.2g} ± {self.lead_se:.2g} more than the second best{sure}"
 
     def _left_out(self) -> str:
-        if not self.away:
+        if not self.omitted:
             return ""
-        if len(self.away) == 1:
-            return f" {self.away[0]} is left out: it teaches less than it costs."
-        names = " and ".join(self.away)
+        if len(self.omitted) == 1:
+            return f" {self.omitted[0]} is left out: it teaches less than it costs."
+        names = " and ".join(self.omitted)
         return f" {names} are left out: they teach less than they cost."
 
 
@@ -183,17 +184,20 @@ def _best(offer: Offer, tried: Tried, search: str) -> Placement:
     others = [number for number in order[1:] if not (tried.like_best[[best, number]]).all()]
     difference, error = ahead(net[best], net[others[0]]) if others else (np.inf, np.nan)
     table = pd.DataFrame([_row(tried.places[number]) for number in order])
-    table["kl"], table["kl_se"] = tried.found[order, 0], spread(tried.found[order, 1:])
-    table["cost"], table["net"] = costs[order], net[order, 0]
+    table["information_gain"], table["information_gain_se"] = (
+        tried.found[order, 0],
+        spread(tried.found[order, 1:]),
+    )
+    table["cost"], table["net_gain"] = costs[order], net[order, 0]
     return Placement(
         positions=tried.places[best],
-        away=tuple(name for name in offer.places if name not in tried.places[best]),
-        kl=float(tried.found[best, 0]),
-        kl_se=float(spread(tried.found[best, 1:])),
+        omitted=tuple(name for name in offer.places if name not in tried.places[best]),
+        information_gain=float(tried.found[best, 0]),
+        information_gain_se=float(spread(tried.found[best, 1:])),
         cost=float(costs[best]),
-        ahead=difference,
-        ahead_se=error,
-        tried=table,
+        lead=difference,
+        lead_se=error,
+        table=table,
         search=search,
         evaluations=tried.evaluations,
     )

@@ -50,18 +50,18 @@ class ToleranceStudy:
         return "\n".join(self._said(row, first) for row in rows)
 
     def _said(self, row: dict[str, Any], first: float) -> str:
-        names = [str(name) for name in self.maps["kl"].dims if name != FACTOR]
+        names = [str(name) for name in self.maps["information_gain"].dims if name != FACTOR]
         where = ", ".join(f"{name} at {row[name]}" for name in names)
         said = (
-            f"{row[FACTOR]:g} times the tolerance: best {where}, {row['kl']:.3g} ± "
-            f"{row['kl_se']:.1g} nat"
+            f"{row[FACTOR]:g} times the tolerance: best {where}, {row['information_gain']:.3g} ± "
+            f"{row['information_gain_se']:.1g} nat"
         )
         if row[FACTOR] == first:
             return f"{said}."
-        bought = f"{row['bought']:.2g} ± {row['bought_se']:.1g} nat more"
-        if row["moved"] <= DOUBT * row["moved_se"]:
+        bought = f"{row['improvement']:.2g} ± {row['improvement_se']:.1g} nat more"
+        if row["relocation"] <= DOUBT * row["relocation_se"]:
             return f"{said}, {bought}; the first place is as good."
-        return f"{said}, {bought}, of which {row['moved']:.2g} for moving there."
+        return f"{said}, {bought}, of which {row['relocation']:.2g} for moving there."
 
 
 def tolerance_study(
@@ -152,9 +152,17 @@ def _table(maps: list[xr.Dataset], factors: Sequence[float]) -> pd.DataFrame:
         moved, moved_se = difference(best, stayed)
         rows.append(
             {FACTOR: factor}
-            | {str(name): _place(best, str(name)) for name in one["kl"].dims}
-            | {"kl": float(best["kl"]), "kl_se": float(best["kl_se"])}
-            | {"bought": bought, "bought_se": bought_se, "moved": moved, "moved_se": moved_se}
+            | {str(name): _place(best, str(name)) for name in one["information_gain"].dims}
+            | {
+                "information_gain": float(best["information_gain"]),
+                "information_gain_se": float(best["information_gain_se"]),
+            }
+            | {
+                "improvement": bought,
+                "improvement_se": bought_se,
+                "relocation": moved,
+                "relocation_se": moved_se,
+            }
         )
     return pd.DataFrame(rows).set_index(FACTOR)
 

@@ -36,7 +36,7 @@ def information(whole: xr.Dataset) -> Figure:
     whole
         What `information_map` returned.
     """
-    names = [str(name) for name in whole["kl"].dims]
+    names = [str(name) for name in whole["information_gain"].dims]
     pairs = _pairs(whole, names)
     figure, axes = panels(1, len(pairs), panel=_SQUARE if max(map(len, pairs)) > 1 else PANEL)
     for axis, pair in zip(axes.flat, pairs, strict=True):
@@ -49,11 +49,14 @@ def tolerances(study: ToleranceStudy) -> Figure:
 
     Of more than two transducers, of the first two, each best over all others.
     """
-    names = [str(name) for name in study.maps["kl"].dims if name != FACTOR]
+    names = [str(name) for name in study.maps["information_gain"].dims if name != FACTOR]
     pair = _pairs(study.maps, names)[0]
     size = _SQUARE if len(pair) > 1 else PANEL
     figure, axes = panels(1, study.maps.sizes[FACTOR], panel=size)
-    scale = {"vmin": float(study.maps["kl"].min()), "vmax": float(study.maps["kl"].max())}
+    scale = {
+        "vmin": float(study.maps["information_gain"].min()),
+        "vmax": float(study.maps["information_gain"].max()),
+    }
     for number, axis in enumerate(axes.flat):
         one = study.maps.isel({FACTOR: number})
         _panel(figure, axis, one, pair, **scale)
@@ -63,15 +66,17 @@ def tolerances(study: ToleranceStudy) -> Figure:
 
 def placements(found: Placement) -> Figure:
     """Information of the best placements that were tried, with two standard errors."""
-    some = found.tried.head(_MOST_SHOWN)
+    some = found.table.head(_MOST_SHOWN)
     figure, axes = panels(1, 1)
     axis, rank = axes[0, 0], np.arange(len(some)) + 1
     bars = {"fmt": "o", "color": "C0", "markersize": 4, "capsize": 2}
-    axis.errorbar(rank, some["kl"], DOUBT * some["kl_se"], label=_ERRORS, **bars)
-    axis.plot(rank[:1], some["kl"][:1], label="best", zorder=4, **STAR)
+    axis.errorbar(
+        rank, some["information_gain"], DOUBT * some["information_gain_se"], label=_ERRORS, **bars
+    )
+    axis.plot(rank[:1], some["information_gain"][:1], label="best", zorder=4, **STAR)
     axis.set_xlim(0.5, len(some) + 0.5)
     axis.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-    axis.set_xlabel(f"rank among {len(found.tried)} placements that were tried")
+    axis.set_xlabel(f"rank among {len(found.table)} placements that were tried")
     axis.set_ylabel(_KL)
     return legend(figure, axes)
 
@@ -105,12 +110,12 @@ class _Shown(NamedTuple):
 
 def _profile(whole: xr.Dataset, kept: tuple[str, ...]) -> _Shown:
     """Best over all transducers that a panel does not show; rivals likewise."""
-    others = [str(name) for name in whole["kl"].dims if name not in kept]
+    others = [str(name) for name in whole["information_gain"].dims if name not in kept]
     best = lead(whole).best
     as_good = rivals(whole).any(others).transpose(*kept).values
     if others:
-        stacked = whole[["kl", "kl_se"]].stack(others_of_all=others)
-        whole = stacked.isel(others_of_all=stacked["kl"].argmax("others_of_all"))
+        stacked = whole[["information_gain", "information_gain_se"]].stack(others_of_all=others)
+        whole = stacked.isel(others_of_all=stacked["information_gain"].argmax("others_of_all"))
     return _Shown(whole, as_good, {name: best[name] for name in kept})
 
 
@@ -118,7 +123,7 @@ def _map(figure: Figure, axis: Axes, shown: _Shown, scale: dict[str, Any]) -> No
     whole, as_good, best = shown
     across, up = best
     x, y = whole[across].values, whole[up].values
-    kl = whole["kl"].transpose(up, across).values
+    kl = whole["information_gain"].transpose(up, across).values
     colours = axis.pcolormesh(edges(x), edges(y), kl, **scale)
     figure.colorbar(colours, ax=axis, label=_KL)
     if min(kl.shape) > 1 and np.ptp(kl) > 0:
@@ -135,7 +140,11 @@ def _map(figure: Figure, axis: Axes, shown: _Shown, scale: dict[str, Any]) -> No
 def _curve(axis: Axes, shown: _Shown, scale: dict[str, Any]) -> None:
     whole, as_good, best = shown
     (name,) = best
-    x, kl, error = whole[name].values, whole["kl"].values, DOUBT * whole["kl_se"].values
+    x, kl, error = (
+        whole[name].values,
+        whole["information_gain"].values,
+        DOUBT * whole["information_gain_se"].values,
+    )
     axis.fill_between(x, kl - error, kl + error, alpha=0.3, label=_ERRORS)
     axis.plot(x, kl, ".-", label="information")
     axis.plot(x[as_good], kl[as_good], "o", color="k", fillstyle="none", label=_AS_GOOD)
@@ -153,7 +162,7 @@ def _places(figure: Figure, axis: Axes, shown: _Shown, scale: dict[str, Any]) ->
     every = {one: whole[f"{name}.{one}"].values for one in "xyz"}
     across, up = sorted(sorted(every, key=lambda one: -np.ptp(every[one]))[:2])
     x, y = every[across], every[up]
-    colours = axis.scatter(x, y, c=whole["kl"].values, s=60, **scale)
+    colours = axis.scatter(x, y, c=whole["information_gain"].values, s=60, **scale)
     figure.colorbar(colours, ax=axis, label=_KL)
     axis.plot(x[as_good], y[as_good], label=_AS_GOOD, **_RIVAL)
     axis.plot(x[best[name]], y[best[name]], label="best", **STAR)

@@ -104,7 +104,7 @@ def seconds(function):
 def test_a_cell_beside_a_plain_loop_and_its_floor(benchmark):
     least = floor()
     cells = some_cells(
-        information.KDE(n_h=DRAWS, n_p=PLACES),
+        information.KDE(draws=DRAWS, placement_draws=PLACES),
         {"s1": np.linspace(0.1, 0.9, CELLS), "a1": [0.25]},
     )
     least(), cells()  # compiled
@@ -165,7 +165,7 @@ def test_a_map_on_two_workers():
 
 def spreads(points, monkeypatch):
     """Standard deviation [cell] of estimates from different seeds, all at once."""
-    whole = information.KDE(points=points)
+    whole = information.KDE(sampling=points)
 
     def each(log_likelihood):
         several = log_likelihood.reshape(-1, whole.replicates, log_likelihood.shape[-1])
@@ -174,7 +174,7 @@ def spreads(points, monkeypatch):
 
     monkeypatch.setattr(information.kde, "divergence", each)
     many = information.KDE(
-        n_h=SEEDS * whole.n_h, points=points, replicates=SEEDS * whole.replicates
+        draws=SEEDS * whole.draws, sampling=points, replicates=SEEDS * whole.replicates
     )
     sensor, actuator = np.array(FEW).T
     cells = np.tile(np.arange(len(FEW))[:, None], 2)

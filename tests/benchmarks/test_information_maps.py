@@ -50,7 +50,9 @@ def test_the_optimum(name):
     found, distance = figure(name), FIGURES[name][1]
     best = lead(found)
     at = [float(found[name][number]) for name, number in best.best.items()]
-    kl, error = (float(found[name].isel(best.best)) for name in ("kl", "kl_se"))
+    kl, error = (
+        float(found[name].isel(best.best)) for name in ("information_gain", "information_gain_se")
+    )
     print(f"\n  best at ({at[0]:.3f}, {at[1]:.3f}): {kl:.3f} +- {error:.3f} nat, ", end="")
     print(f"the second best {best.difference:.4f} +- {best.error:.4f} less", end="")
     for one in at:
@@ -71,7 +73,9 @@ def test_the_map_is_symmetric_within_its_errors(name, kind):
     All cells share these replicates, so that the mean square over a map scatters from seed to seed
     (0.2 to 4.5 in twelve, 1.0 on the average); without the factor of the jackknife it is above 3.
     """
-    kl, without = (figure(name)[part].values for part in ("kl", "kl_without"))
+    kl, without = (
+        figure(name)[part].values for part in ("information_gain", "information_gain_jackknife")
+    )
     other = MIRRORS[kind]
     difference, error = kl - other(kl), spread(without - other(without))
     apart = error > 0  # not on the axis of symmetry
@@ -88,11 +92,13 @@ def test_the_local_maximum_of_both():
     """As large as Table 1 says, and larger than its surroundings."""
     found = figure("Figure 5: both ratios")
     middle = {"s1": MIDDLE, "a1": MIDDLE}
-    kl, error = (float(found[part].isel(middle)) for part in ("kl", "kl_se"))
+    kl, error = (
+        float(found[part].isel(middle)) for part in ("information_gain", "information_gain_se")
+    )
     near = slice(MIDDLE - AROUND, MIDDLE + AROUND + 1)
     window = found.isel(s1=near, a1=near)
     best = lead(window)
-    edge = window["kl"].values.copy()
+    edge = window["information_gain"].values.copy()
     edge[1:-1, 1:-1] = 0.0
     print(f"\n  at (0.5, 0.5): {kl:.3f} +- {error:.3f} nat, Table 1 {LOCAL} +- {SCATTER}; ", end="")
     print(f"{edge.max():.3f} at most {1e3 * AROUND / 52:.0f} mm away", end="")

@@ -108,9 +108,13 @@ def test_table_and_map_agree_on_places_and_information(first):
     with xr.open_dataset(out / "map.nc", engine="h5netcdf") as whole:
         np.testing.assert_allclose(whole["s1"], [0.2, 0.4, 0.6, 0.8])
         np.testing.assert_allclose(whole["a1"], [0.2, 0.4, 0.6, 0.8])
-        best = whole["kl"].sel(s1=table["s1"][0], a1=table["a1"][0], method="nearest")
-        assert float(best) == float(whole["kl"].max()) == pytest.approx(table["kl"].max())
-    assert len(table) == 16 and table["kl"].is_monotonic_decreasing
+        best = whole["information_gain"].sel(s1=table["s1"][0], a1=table["a1"][0], method="nearest")
+        assert (
+            float(best)
+            == float(whole["information_gain"].max())
+            == pytest.approx(table["information_gain"].max())
+        )
+    assert len(table) == 16 and table["information_gain"].is_monotonic_decreasing
 
 
 def test_the_terminal_shows_the_best_placements_in_order(first):
@@ -120,7 +124,7 @@ def test_the_terminal_shows_the_best_placements_in_order(first):
     assert [int(row[0]) for row in shown] == [*range(1, 11)]
     for row, (_, known) in zip(shown, table.iterrows(), strict=False):
         assert [float(row[1]), float(row[2])] == pytest.approx([known["s1"], known["a1"]])
-        assert float(row[3]) == pytest.approx(known["kl"], rel=1e-3)
+        assert float(row[3]) == pytest.approx(known["information_gain"], rel=1e-3)
 
 
 def test_another_run_reads_what_the_first_has_computed(first):
@@ -151,8 +155,10 @@ def test_another_seed_is_computed_anew(first):
     one, other = (
         pd.read_csv(folder / name / "placements.csv", index_col=0) for name in ("out", "seed")
     )
-    assert one["kl"][0] != other["kl"][0]
-    assert one["kl"][0] == pytest.approx(other["kl"][0], abs=5 * one["kl_se"][0])
+    assert one["information_gain"][0] != other["information_gain"][0]
+    assert one["information_gain"][0] == pytest.approx(
+        other["information_gain"][0], abs=5 * one["information_gain_se"][0]
+    )
 
 
 def test_more_sensors_are_like_the_last_one_and_added_one_at_a_time(first):
@@ -175,9 +181,9 @@ def test_fewer_sensors_are_the_first_ones(tmp_path):
 
 def test_the_noise_may_be_stated(first):
     _, loud = done(first[0], "--noise", 0.5, "--search", "sequential", out="loud")
-    learnt = pd.read_csv(loud / "placements.csv")["kl"].max()
+    learnt = pd.read_csv(loud / "placements.csv")["information_gain"].max()
     assert not list(loud.glob("map.*"))  # not all of its cells are tried
-    assert learnt < 0.5 * pd.read_csv(first[0] / "out" / "placements.csv")["kl"].max()
+    assert learnt < 0.5 * pd.read_csv(first[0] / "out" / "placements.csv")["information_gain"].max()
 
 
 def test_of_many_lines_some_are_taken_evenly(tmp_path):
@@ -194,8 +200,8 @@ def test_data_come_first_and_then_there_is_less_to_learn(tmp_path, first):
     words = ("--data", tmp_path / "measured.uff", "--search", "sequential")
     said, out = done(tmp_path, *words)
     assert any(line.startswith("what is known ") for line in said.splitlines())
-    learnt = pd.read_csv(out / "placements.csv")["kl"].max()
-    assert learnt < 0.8 * pd.read_csv(first[0] / "out" / "placements.csv")["kl"].max()
+    learnt = pd.read_csv(out / "placements.csv")["information_gain"].max()
+    assert learnt < 0.8 * pd.read_csv(first[0] / "out" / "placements.csv")["information_gain"].max()
 
 
 class Complaining(bp.engines.Importance):
@@ -241,7 +247,7 @@ def test_it_tells_explanations_of_the_data_apart(tmp_path, monkeypatch):
     written(tmp_path, MEASUREMENT.format(draws=20))
     monkeypatch.setattr(placement_commands, "improve", explained(0.5, 0.0, 2.0))
     said, out = done(tmp_path, "--estimator", "separation", "--search", "sequential")
-    learnt = pd.read_csv(out / "placements.csv")["kl"]
+    learnt = pd.read_csv(out / "placements.csv")["information_gain"]
     assert 0.3 < learnt.max() < np.log(2) + 0.01
     assert any(line.startswith("what is known ") for line in said.splitlines())
 
@@ -324,7 +330,7 @@ def test_places_in_space_are_nodes_far_apart_where_the_structure_moves():
     apart = np.abs(np.subtract(*found["s1"][:2]))
     np.testing.assert_allclose(apart, high - low, atol=1e-9)
     learnt = bp.place(experiment, {"s1": found["s1"]}, estimator=bp.information.KDE(64, 32))
-    assert np.isfinite(learnt.tried["kl"]).all()
+    assert np.isfinite(learnt.table["information_gain"]).all()
 
 
 def test_feet_of_a_frame_are_no_places():

@@ -120,8 +120,8 @@ def test_what_is_learnt_there_is_told_by_the_same_estimator():
     estimator = landscapes.Modal(modes=2)
     there = bp.place(one, found.places, estimator=estimator)
     best = bp.place(one, dict.fromkeys(names(2), SEVEN), estimator=estimator)
-    assert there.kl == pytest.approx(landscapes.learnt(at(found), modes=2))
-    assert 0.9 * best.kl < there.kl <= best.kl + 1e-12
+    assert there.information_gain == pytest.approx(landscapes.learnt(at(found), modes=2))
+    assert 0.9 * best.information_gain < there.information_gain <= best.information_gain + 1e-12
 
 
 def test_it_says_where_and_by_which_modes():

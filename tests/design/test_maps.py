@@ -15,7 +15,7 @@ from models import bar
 from tests.effects import models_in_space
 
 GRID = np.array([0.25, 0.4, 0.6, 0.75])
-SMALL = information.KDE(n_h=128, n_p=64)
+SMALL = information.KDE(draws=128, placement_draws=64)
 
 
 @pytest.fixture(scope="module")
@@ -29,11 +29,11 @@ def whole(experiment):
 
 
 def test_a_map_is_labelled(whole):
-    assert whole["kl"].dims == ("s1", "a1")
+    assert whole["information_gain"].dims == ("s1", "a1")
     np.testing.assert_array_equal(whole["s1"], GRID)
-    assert whole["a1"].attrs["units"] == "m" and whole["kl"].attrs["units"] == "nat"
-    assert whole.attrs["estimator"] == "KDE" and whole.attrs["n_h"] == 128
-    assert np.isfinite(whole["kl"]).all() and (whole["kl_se"] > 0).all()
+    assert whole["a1"].attrs["units"] == "m" and whole["information_gain"].attrs["units"] == "nat"
+    assert whole.attrs["estimator"] == "KDE" and whole.attrs["draws"] == 128
+    assert np.isfinite(whole["information_gain"]).all() and (whole["information_gain_se"] > 0).all()
 
 
 def test_each_cell_is_the_estimate_of_the_experiment_there(experiment, whole):
@@ -41,18 +41,20 @@ def test_each_cell_is_the_estimate_of_the_experiment_there(experiment, whole):
     plan = SMALL.plan(there, 3)
     gain = jax.jit(lambda: plan(there, there.nominal_values()))()
     cell = whole.sel(s1=0.4, a1=0.75)
-    assert float(gain.kl) == pytest.approx(float(cell["kl"]), rel=1e-5)
-    assert spread(np.asarray(gain.without)) == pytest.approx(float(cell["kl_se"]), rel=1e-3)
+    assert float(gain.kl) == pytest.approx(float(cell["information_gain"]), rel=1e-5)
+    assert spread(np.asarray(gain.without)) == pytest.approx(
+        float(cell["information_gain_se"]), rel=1e-3
+    )
 
 
 def test_the_order_of_names_is_of_no_consequence(experiment, whole):
     places = {"a1": GRID[2:], "s1": GRID[:1]}
-    other = bp.information_map(experiment, places, estimator=SMALL, key=3)["kl"]
-    np.testing.assert_allclose(other.values.T, whole["kl"][:1, 2:], rtol=1e-5)
+    other = bp.information_map(experiment, places, estimator=SMALL, key=3)["information_gain"]
+    np.testing.assert_allclose(other.values.T, whole["information_gain"][:1, 2:], rtol=1e-5)
 
 
 def test_the_map_is_symmetric_under_exchange_and_mirror(whole):
-    kl, error = whole["kl"].values, whole["kl_se"].values
+    kl, error = whole["information_gain"].values, whole["information_gain_se"].values
     for other in (kl.T, kl[::-1, ::-1]):
         assert np.all(np.abs(kl - other) < 5 * np.sqrt(2) * error + 1e-3)
     assert kl.max() > 5 * kl.min()
@@ -60,25 +62,33 @@ def test_the_map_is_symmetric_under_exchange_and_mirror(whole):
 
 def test_the_lead_of_the_best_has_an_error_of_its_own(whole):
     lead = maps.lead(whole)
-    assert lead.difference == float(np.sort(whole["kl"].values, axis=None)[-1:-3:-1] @ [1, -1])
+    assert lead.difference == float(
+        np.sort(whole["information_gain"].values, axis=None)[-1:-3:-1] @ [1, -1]
+    )
     far = maps.lead(whole, {"s1": 1, "a1": 1})
     assert far.best == lead.best
     assert far.difference > 5 * far.error > 0
     # What is common to both placements does not count.
-    apart = np.hypot(whole["kl_se"].isel(far.best), whole["kl_se"].isel(far.other))
+    apart = np.hypot(
+        whole["information_gain_se"].isel(far.best), whole["information_gain_se"].isel(far.other)
+    )
     assert far.error < 1.5 * float(apart)
 
 
 def test_one_transducer_may_be_moved_alone(experiment, whole):
     line = bp.information_map(experiment, {"a1": GRID}, estimator=SMALL, key=3)
-    assert line["kl"].dims == ("a1",)
+    assert line["information_gain"].dims == ("a1",)
     mid = bp.information_map(experiment, {"a1": [0.6], "s1": [0.3]}, estimator=SMALL, key=3)
-    assert float(line["kl"].sel(a1=0.6)) == pytest.approx(float(mid["kl"][0, 0]), rel=1e-5)
+    assert float(line["information_gain"].sel(a1=0.6)) == pytest.approx(
+        float(mid["information_gain"][0, 0]), rel=1e-5
+    )
 
 
 def test_supports_may_be_tried_with_tolerances_of_their_own(experiment):
     wide, narrow = (bp.positions.Segment(0.25, within=within) for within in (0.04, 0.01))
-    found = bp.information_map(experiment, {"s1": [wide, narrow]}, estimator=SMALL)["kl"]
+    found = bp.information_map(experiment, {"s1": [wide, narrow]}, estimator=SMALL)[
+        "information_gain"
+    ]
     assert float(found[1]) > float(found[0])
 
 
@@ -86,7 +96,9 @@ def test_nominal_values_may_be_given(experiment):
     name = "structure.damping.ratio.2"
     places = {"s1": [0.25], "a1": [0.25]}
     one, other = (
-        bp.information_map(experiment, places, estimator=SMALL, nominal={name: value})["kl"]
+        bp.information_map(experiment, places, estimator=SMALL, nominal={name: value})[
+            "information_gain"
+        ]
         for value in (0.025, 0.04)
     )
     assert float(one[0, 0]) > float(other[0, 0]) + 0.1
@@ -104,7 +116,7 @@ def test_candidates_on_several_members_of_a_frame():
         noise=bp.noise.Gaussian(0.02),
     )
     found = bp.information_map(experiment, {"s1": seats}, estimator=SMALL)
-    assert np.isfinite(found["kl"]).all() and found["kl"].std() > 0.01
+    assert np.isfinite(found["information_gain"]).all() and found["information_gain"].std() > 0.01
     np.testing.assert_allclose(found["s1.z"], [seat.centre[2] for seat in seats])
 
 
@@ -153,12 +165,14 @@ def test_one_parameter_may_be_asked_about(experiment):
     name = "structure.damping.ratio.2"
     places = {"s1": [0.25], "a1": [0.25, 0.5]}
     alone = bar.placed(0.3, 0.3, None, structure=bar.bar(0.04, bar.PRIOR))
-    want = bp.information_map(alone, places, estimator=SMALL)["kl"]
-    found = bp.information_map(experiment, places, estimator=SMALL, about=[name])["kl"]
+    want = bp.information_map(alone, places, estimator=SMALL)["information_gain"]
+    found = bp.information_map(experiment, places, estimator=SMALL, about=[name])[
+        "information_gain"
+    ]
     np.testing.assert_allclose(found, want, rtol=1e-5)
     held = {"structure.damping.ratio.1": 0.03}
     other = bp.information_map(experiment, places, estimator=SMALL, about=[name], nominal=held)
-    assert not np.allclose(other["kl"], want, rtol=1e-4)
+    assert not np.allclose(other["information_gain"], want, rtol=1e-4)
 
 
 @pytest.mark.parametrize("about", [[], ["structure.damping.ratio.3"], ["sensor.s1.position"]])
@@ -169,6 +183,8 @@ def test_what_is_no_parameter_cannot_be_asked_about(experiment, about):
 
 def test_more_than_the_draws_can_tell_is_doubted():
     sharp = bar.placed(0.3, 0.3, bp.noise.Gaussian(0.001))
-    few = information.ExpectedGain(n_h=4, n_p=8, n_y=8)
-    with pytest.warns(information.InformationWarning, match=r"n_h=4 draws .* log n_h = 1.4 nat"):
+    few = information.ExpectedGain(draws=4, placement_draws=8, data_draws=8)
+    with pytest.warns(
+        information.InformationWarning, match=r"draws=4 draws .* log draws = 1.4 nat"
+    ):
         bp.information_map(sharp, {"s1": [0.25]}, estimator=few)

@@ -10,7 +10,7 @@ from models import bar
 from tests.effects import models_in_space
 
 GRID = np.array([0.1, 0.25, 0.4, 0.5, 0.62, 0.75])
-SMALL = information.KDE(n_h=128, n_p=64)
+SMALL = information.KDE(draws=128, placement_draws=64)
 
 
 @pytest.fixture(scope="module")
@@ -29,18 +29,22 @@ def test_the_best_of_a_grid_is_that_of_the_map(experiment, whole):
     lead = design.lead(table)
     assert whole.positions == {name: GRID[place] for name, place in lead.best.items()}
     assert set(whole.positions.values()) <= {0.25, 0.75}
-    assert whole.kl == pytest.approx(float(table["kl"].max()), rel=1e-5)
-    assert (whole.ahead, whole.ahead_se) == pytest.approx((lead.difference, lead.error), rel=1e-3)
-    assert len(whole.tried) == GRID.size**2 and whole.tried["kl"].is_monotonic_decreasing
+    assert whole.information_gain == pytest.approx(float(table["information_gain"].max()), rel=1e-5)
+    assert (whole.lead, whole.lead_se) == pytest.approx((lead.difference, lead.error), rel=1e-3)
+    assert (
+        len(whole.table) == GRID.size**2 and whole.table["information_gain"].is_monotonic_decreasing
+    )
 
 
 def test_one_at_a_time_finds_as_good_a_place_by_fewer_trials(experiment, whole):
     found = bp.place(
         experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL, search=design.Sequential()
     )
-    assert found.kl == pytest.approx(whole.kl, abs=4 * whole.kl_se)
-    assert len(found.tried) < len(whole.tried)
-    assert list(found.tried.columns) == list(whole.tried.columns)
+    assert found.information_gain == pytest.approx(
+        whole.information_gain, abs=4 * whole.information_gain_se
+    )
+    assert len(found.table) < len(whole.table)
+    assert list(found.table.columns) == list(whole.table.columns)
 
 
 def test_what_is_mounted_stays(experiment):
@@ -52,8 +56,8 @@ def test_nothing_sits_where_it_is_forbidden(experiment, whole):
     found = bp.place(
         experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL, forbidden=[(0.0, 0.3), (0.7, 0.8)]
     )
-    assert set(found.tried["s1"]) == {0.4, 0.5, 0.62}
-    assert found.kl < whole.kl
+    assert set(found.table["s1"]) == {0.4, 0.5, 0.62}
+    assert found.information_gain < whole.information_gain
 
 
 def test_sensors_keep_their_distance():
@@ -71,33 +75,40 @@ def test_sensors_keep_their_distance():
     )
     places = {"s1": GRID[:4], "s2": GRID[:4]}
     found = bp.place(two, places, estimator=SMALL, least_distance=0.2)
-    assert np.all(np.abs(found.tried["s1"] - found.tried["s2"]) >= 0.2)
+    assert np.all(np.abs(found.table["s1"] - found.table["s2"]) >= 0.2)
     alone = bp.place(two, {"s1": GRID}, estimator=SMALL, least_distance=0.2)
-    assert np.all(np.abs(alone.tried["s1"] - 0.7) >= 0.2)
+    assert np.all(np.abs(alone.table["s1"] - 0.7) >= 0.2)
 
 
 def test_the_result_says_what_it_took(whole):
     assert whole.search == "Exhaustive" and whole.evaluations == GRID.size**2
-    assert whole.away == () and whole.cost == 0 and whole.net == whole.kl
-    assert [*whole.tried.columns] == ["s1", "a1", "kl", "kl_se", "cost", "net"]
+    assert whole.omitted == () and whole.cost == 0 and whole.net_gain == whole.information_gain
+    assert [*whole.table.columns] == [
+        "s1",
+        "a1",
+        "information_gain",
+        "information_gain_se",
+        "cost",
+        "net_gain",
+    ]
 
 
 def test_adding_one_at_a_time_begins_with_sensor_and_actuator_together(experiment, whole):
     places = {"s1": GRID, "a1": GRID}
     found = bp.place(experiment, places, estimator=SMALL, search=design.Forward())
-    assert found.kl == whole.kl and found.positions == whole.positions
+    assert found.information_gain == whole.information_gain and found.positions == whole.positions
 
 
 def test_one_place_has_no_second_best(experiment):
     found = bp.place(experiment, {"s1": [0.25], "a1": [0.25]}, estimator=SMALL)
-    assert str(found).endswith("nat.") and np.isnan(found.ahead_se)
+    assert str(found).endswith("nat.") and np.isnan(found.lead_se)
 
 
 def test_it_says_where_and_how_sure(whole):
     said = str(whole)
     assert said.startswith("Best of 36 placements: s1 at 0.") and "more than the second" in said
     # The bar is symmetric: its mirror image is as good.
-    assert said.endswith("which is no difference to speak of.")
+    assert said.endswith("which is not significant.")
 
 
 SEATS = [(0.1, 0.08, 0.0), (0.2, 0.15, 0.0), (0.2, 0.25, 0.0)]
@@ -122,7 +133,7 @@ def box(seat, size=0.01):
 
 def test_a_place_in_space_has_three_coordinates():
     found = bp.place(on_plate(box(SEATS[0])), {"s1": SEATS[:2]}, estimator=SMALL)
-    assert [*found.tried.columns][:3] == ["s1.x", "s1.y", "s1.z"]
+    assert [*found.table.columns][:3] == ["s1.x", "s1.y", "s1.z"]
     assert "s1 at (0." in str(found)
 
 
@@ -158,7 +169,9 @@ def test_supports_on_several_members_are_candidates_as_well():
         for search in (design.Exhaustive(), design.Forward())
     ]
     assert len({tuple(each.positions["s1"]) for each in found}) == 1
-    np.testing.assert_allclose([each.kl for each in found], found[0].kl, rtol=1e-5)
+    np.testing.assert_allclose(
+        [each.information_gain for each in found], found[0].information_gain, rtol=1e-5
+    )
 
 
 def test_a_tolerance_in_nodes_is_refused_by_the_estimate():
@@ -178,9 +191,9 @@ def test_a_place_that_does_not_move_is_never_the_answer(experiment):
         noise=None,
     )
     found = bp.place(exact, {"s1": [0.0, 0.25]}, estimator=SMALL)
-    assert found.positions == {"s1": 0.25} and np.isneginf(found.tried["kl"][1])
+    assert found.positions == {"s1": 0.25} and np.isneginf(found.table["information_gain"][1])
     whole = bp.information_map(exact, {"s1": [0.0, 0.25]}, estimator=SMALL)
-    assert np.isnan(whole["kl"][0]) and design.lead(whole).best == {"s1": 1}
+    assert np.isnan(whole["information_gain"][0]) and design.lead(whole).best == {"s1": 1}
     assert list(design.rivals(whole).values) == [False, True]
     for search in (bp.place, bp.information_map):
         with pytest.raises(ValueError, match=r"At none of 1 placements is the information finite"):

@@ -119,8 +119,8 @@ def test_scatter_of_repeated_measurements_is_as_planned():
 
 def test_what_is_planned_can_be_placed():
     found = planned(experiment(bp.noise.FromCoherence(), COMPLEX), measured())
-    table = bp.information_map(found, {"s1": [0.25, 0.4]}, estimator=bp.information.Exact(n_h=32))
-    assert np.isfinite(table["kl"]).all()
+    table = bp.information_map(found, {"s1": [0.25, 0.4]}, estimator=bp.information.Exact(draws=32))
+    assert np.isfinite(table["information_gain"]).all()
 
 
 def test_an_error_read_from_coherence_needs_a_measurement():

@@ -34,9 +34,9 @@ def labelled(names, kl, error):
     without = kl[..., None] + error / np.sqrt(3) * random.standard_normal((*kl.shape, 4))
     return xr.Dataset(
         {
-            "kl": (names, kl),
-            "kl_se": (names, spread(without)),
-            "kl_without": ([*names, "replicate"], without),
+            "information_gain": (names, kl),
+            "information_gain_se": (names, spread(without)),
+            "information_gain_jackknife": ([*names, "replicate"], without),
         }
     )
 
@@ -61,8 +61,12 @@ def study(*names):
 
 def placement(count):
     kl = np.linspace(2.0, 1.0, count)
-    columns = {"s1": np.linspace(0.1, 0.9, count), "kl": kl, "kl_se": np.full(count, 0.02)}
-    tried = pd.DataFrame(columns | {"cost": np.zeros(count), "net": kl})
+    columns = {
+        "s1": np.linspace(0.1, 0.9, count),
+        "information_gain": kl,
+        "information_gain_se": np.full(count, 0.02),
+    }
+    tried = pd.DataFrame(columns | {"cost": np.zeros(count), "net_gain": kl})
     return Placement({"s1": 0.1}, (), 2.0, 0.02, 0.0, 0.1, 0.01, tried, "Exhaustive", count)
 
 
@@ -136,7 +140,7 @@ def test_a_map_shows_its_values_with_the_star_at_the_greatest():
     whole = hill("s1", "a1")
     (axis,) = panels(placement_plots.information(whole))
     mesh = axis.collections[0]
-    npt.assert_array_equal(mesh.get_array(), whole["kl"].T)
+    npt.assert_array_equal(mesh.get_array(), whole["information_gain"].T)
     corners = mesh.get_coordinates()
     npt.assert_allclose([corners[0, 0], corners[-1, -1]], [(0.05, 0.125), (0.95, 0.875)])
     assert axis.get_xlabel() == "position of s1 [m]"
@@ -148,19 +152,21 @@ def test_places_that_are_as_good_are_marked():
     whole = hill("s1", "a1", error=0.05)
     (axis,) = panels(placement_plots.information(whole))
     x, y = line(axis, "no worse than the best within 2 standard errors")
-    assert 1 < len(x) < whole["kl"].size
-    best = float(whole["kl"].max())
+    assert 1 < len(x) < whole["information_gain"].size
+    best = float(whole["information_gain"].max())
     for s1, a1 in zip(x, y, strict=True):
-        assert best - float(whole["kl"].sel(s1=s1, a1=a1)) < 0.5
+        assert best - float(whole["information_gain"].sel(s1=s1, a1=a1)) < 0.5
 
 
 def test_a_curve_has_its_errors_and_the_star():
     whole = hill("s1", error=0.02)
     (axis,) = panels(placement_plots.information(whole))
-    npt.assert_array_equal(line(axis, "information"), [PLACES["s1"], whole["kl"]])
+    npt.assert_array_equal(line(axis, "information"), [PLACES["s1"], whole["information_gain"]])
     npt.assert_allclose(np.ravel(line(axis, "best")), [0.3, 1.0])
     band = axis.collections[0].get_paths()[0].vertices[:, 1]
-    assert band.max() == pytest.approx(float((whole["kl"] + 2 * whole["kl_se"]).max()))
+    assert band.max() == pytest.approx(
+        float((whole["information_gain"] + 2 * whole["information_gain_se"]).max())
+    )
     assert {"± 2 standard errors", "information", "best"} <= set(labels(axis.figure))
 
 
@@ -173,7 +179,7 @@ def test_three_transducers_have_a_panel_for_each_pair_best_over_the_third():
         assert axis.get_xlabel() == f"position of {across} [m]"
         assert axis.get_ylabel() == f"position of {up} [m]"
         (other,) = {"s1", "a1", "s2"} - {across, up}
-        best = whole["kl"].max(other).transpose(up, across)
+        best = whole["information_gain"].max(other).transpose(up, across)
         npt.assert_array_equal(axis.collections[0].get_array(), best)
         npt.assert_allclose(np.ravel(line(axis, "best")), [TOP[across], TOP[up]])
 
@@ -188,7 +194,9 @@ def test_places_in_space_are_seen_where_they_differ(names, best):
         at = [float(whole[f"{name}.{one}"][number]) for one in "xz"]
         npt.assert_allclose(np.ravel(line(axis, "best")), at)
         others = [other for other in names if other != name]
-        npt.assert_array_equal(axis.collections[0].get_array(), whole["kl"].max(others))
+        npt.assert_array_equal(
+            axis.collections[0].get_array(), whole["information_gain"].max(others)
+        )
 
 
 @pytest.mark.parametrize("names", [("s1", "a1"), ("s1", "a1", "s2")])
@@ -201,9 +209,11 @@ def test_maps_of_all_tolerances_share_their_colours(names):
         "0.25 times the tolerance",
     ]
     limits = {axis.collections[0].get_clim() for axis in found}
-    assert limits == {(float(one.maps["kl"].min()), float(one.maps["kl"].max()))}
+    assert limits == {
+        (float(one.maps["information_gain"].min()), float(one.maps["information_gain"].max()))
+    }
     for number, axis in enumerate(found):
-        kl = one.maps["kl"].isel({FACTOR: number})
+        kl = one.maps["information_gain"].isel({FACTOR: number})
         kl = kl.max("s2") if len(names) > 2 else kl
         npt.assert_array_equal(axis.collections[0].get_array(), kl.T)
     levels = {tuple(axis.collections[1].levels) for axis in found}
@@ -224,7 +234,9 @@ def test_the_best_placements_are_shown_by_rank():
     npt.assert_allclose(np.ravel(line(axis, "best")), [1, 2.0])
     points, _, (errors,) = axis.containers[0]
     npt.assert_array_equal(points.get_xdata(), np.arange(1, 21))
-    npt.assert_array_equal(np.asarray(points.get_ydata(), float), placement(30).tried["kl"][:20])
+    npt.assert_array_equal(
+        np.asarray(points.get_ydata(), float), placement(30).table["information_gain"][:20]
+    )
     npt.assert_allclose(errors.get_segments()[0][:, 1], [1.96, 2.04])
 
 

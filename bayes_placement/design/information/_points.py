@@ -39,7 +39,7 @@ def scores(kind: str, replicates: int, count: int, dimension: int, seed: int) ->
     """
     if kind not in KINDS:
         raise InputError(
-            f"points={kind!r} was given; {' or '.join(map(repr, KINDS))} is needed: quasi-random "
+            f"sampling={kind!r} was given; {' or '.join(map(repr, KINDS))} is needed: quasi-random "
             "points, whose error falls faster, or independent draws."
         )
     rng = np.random.default_rng(seed)

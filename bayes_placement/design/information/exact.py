@@ -32,11 +32,11 @@ class Exact(Estimator):
 
     Parameters
     ----------
-    n_h
+    draws
         Points of the parameters, in all.
     nodes
         Gauss nodes for each coordinate of the placement.
-    points
+    sampling
         `sobol` or `plain`, see `KDE`.
     replicates
         Independent sets of points, whose spread is the error.
@@ -44,9 +44,9 @@ class Exact(Estimator):
         What an earlier measurement told, see `KDE`.
     """
 
-    n_h: int = eqx.field(static=True, default=1024)
+    draws: int = eqx.field(static=True, default=1024)
     nodes: int = eqx.field(static=True, default=64)
-    points: str = eqx.field(static=True, default="sobol")
+    sampling: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
     after: Draws | None = eqx.field(default=None, converter=draws_of)
 
@@ -64,9 +64,9 @@ class Exact(Estimator):
         """
         known = knowledge(experiment, self.after, moved)
         known_noise(experiment, "information.Exact")
-        each = _points.shares(self.n_h, self.replicates, "n_h")
+        each = _points.shares(self.draws, self.replicates, "draws")
         sizes = (self.replicates, each, known.dimension)
-        parameters = known.values(_points.scores(self.points, *sizes, seed))
+        parameters = known.values(_points.scores(self.sampling, *sizes, seed))
 
         def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
             z = one.fix(nominal).predict()

@@ -36,11 +36,11 @@ class ExpectedGain(Estimator):
 
     Parameters
     ----------
-    n_h, n_p
+    draws, placement_draws
         Draws of the parameters and, for each of them, of the placement, in each replicate.
-    n_y
+    data_draws
         Simulated data in each replicate.
-    points
+    sampling
         `sobol` or `plain`, see `KDE`.
     replicates
         Independent sets of points, whose spread is the error.
@@ -48,10 +48,10 @@ class ExpectedGain(Estimator):
         What an earlier measurement told, see `KDE`.
     """
 
-    n_h: int = eqx.field(static=True, default=256)
-    n_p: int = eqx.field(static=True, default=64)
-    n_y: int = eqx.field(static=True, default=256)
-    points: str = eqx.field(static=True, default="sobol")
+    draws: int = eqx.field(static=True, default=256)
+    placement_draws: int = eqx.field(static=True, default=64)
+    data_draws: int = eqx.field(static=True, default=256)
+    sampling: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
     after: Draws | None = eqx.field(default=None, converter=draws_of)
 
@@ -76,11 +76,11 @@ class ExpectedGain(Estimator):
         wide = _points.dimension(placement_laws(experiment, known.names))
 
         def drawn(count: int, wide: int, number: int) -> Array:
-            found = _points.scores(self.points, self.replicates, count, wide, seed + number)
+            found = _points.scores(self.sampling, self.replicates, count, wide, seed + number)
             return jnp.asarray(found)
 
-        outer = drawn(self.n_y, each + wide + size, 0)
-        inner, places = drawn(self.n_h, each, 1), drawn(self.n_p, wide, 2)
+        outer = drawn(self.data_draws, each + wide + size, 0)
+        inner, places = drawn(self.draws, each, 1), drawn(self.placement_draws, wide, 2)
 
         def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
             now = Prior(placement_laws(one, known.names))

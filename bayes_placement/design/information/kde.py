@@ -39,11 +39,11 @@ class KDE(Estimator):
 
     Parameters
     ----------
-    n_h, n_p
+    draws, placement_draws
         Draws of the parameters, in all, and of the placement, for each replicate.
     kernel
         `soize` or `silverman`, see `marginals.KDE`.
-    points
+    sampling
         `sobol` (scrambled, in replicates) or `plain`: independent draws, as in the paper.
     replicates
         Independent sets of points, whose spread is the error.
@@ -52,10 +52,10 @@ class KDE(Estimator):
         would add. By default nothing is known but the prior.
     """
 
-    n_h: int = eqx.field(static=True, default=1000)
-    n_p: int = eqx.field(static=True, default=800)
+    draws: int = eqx.field(static=True, default=1000)
+    placement_draws: int = eqx.field(static=True, default=800)
     kernel: str = eqx.field(static=True, default="soize")
-    points: str = eqx.field(static=True, default="sobol")
+    sampling: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
     after: Draws | None = eqx.field(default=None, converter=draws_of)
 
@@ -86,11 +86,11 @@ class KDE(Estimator):
                 "position or angle is a distribution. Declare one, at=positions.Segment(0.25, "
                 "within=0.04), or use information.Exact()."
             )
-        each = _points.shares(self.n_h, self.replicates, "n_h")
+        each = _points.shares(self.draws, self.replicates, "draws")
         sizes = (self.replicates, each, known.dimension)
-        normal = _points.scores(self.points, *sizes, seed)
-        spread = (self.replicates, self.n_p, _points.dimension(placed))
-        draws = _Draws(known.values(normal), _points.scores(self.points, *spread, seed + 1))
+        normal = _points.scores(self.sampling, *sizes, seed)
+        spread = (self.replicates, self.placement_draws, _points.dimension(placed))
+        draws = _Draws(known.values(normal), _points.scores(self.sampling, *spread, seed + 1))
         everywhere = not any(is_placement(name) for name in known.names)
         if everywhere and _modal_products.factorise(experiment):
             return self._by_products(experiment, draws)
@@ -152,7 +152,7 @@ class KDE(Estimator):
         variance = jnp.zeros_like(z)
         if one.noise is not None:
             variance = jnp.broadcast_to(one.noise.law(z, None).variance, z.shape)
-        return z, variance, kernel(self.kernel, self.n_p, z.size)
+        return z, variance, kernel(self.kernel, self.placement_draws, z.size)
 
 
 class _Draws(NamedTuple):

@@ -37,11 +37,11 @@ class Separation(Estimator):
     ----------
     alternatives
         Two explanations at least: `bp.explain(...).alternatives`.
-    n_p
+    placement_draws
         Draws that make the density of each explanation, in each replicate.
-    n_y
+    data_draws
         Simulated data of each explanation, in each replicate.
-    points, replicates
+    sampling, replicates
         See `KDE`.
 
     Raises
@@ -51,9 +51,9 @@ class Separation(Estimator):
     """
 
     alternatives: tuple[Alternative, ...] = eqx.field(default=(), converter=tuple)
-    n_p: int = eqx.field(static=True, default=64)
-    n_y: int = eqx.field(static=True, default=64)
-    points: str = eqx.field(static=True, default="sobol")
+    placement_draws: int = eqx.field(static=True, default=64)
+    data_draws: int = eqx.field(static=True, default=64)
+    sampling: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
 
     def __check_init__(self) -> None:
@@ -158,13 +158,13 @@ def _drawn(own: _Explained, sizes: Separation, experiment: Experiment, seed: int
     explaining, making = Posterior({"known": own.known}).halves()
 
     def scores(count: int, dimension: int, number: int) -> np.ndarray:
-        return _points.scores(sizes.points, sizes.replicates, count, dimension, seed + number)
+        return _points.scores(sizes.sampling, sizes.replicates, count, dimension, seed + number)
 
     def coordinates(half: Posterior, normal: np.ndarray) -> Array:
         return jnp.concatenate([half.values(normal[..., :1])["known"], normal[..., 1:]], axis=-1)
 
-    fit = scores(sizes.n_p, 1 + own.wide, 0)
-    data = scores(sizes.n_y, 1 + own.wide + size, 1)
+    fit = scores(sizes.placement_draws, 1 + own.wide, 0)
+    data = scores(sizes.data_draws, 1 + own.wide + size, 1)
     makes, error = data[..., : 1 + own.wide], data[..., 1 + own.wide :]
     return _Drawn(coordinates(explaining, fit), coordinates(making, makes), jnp.asarray(error))
 

@@ -74,14 +74,14 @@ def _doubted(estimator: Estimator, kl: np.ndarray) -> None:
     """Warn of more information than so many draws of the parameters can tell."""
     if not isinstance(estimator, ExpectedGain):
         return
-    most, greatest = np.log(estimator.n_h), np.max(kl, initial=-np.inf)
+    most, greatest = np.log(estimator.draws), np.max(kl, initial=-np.inf)
     if greatest > most:
         warnings.warn(
-            f"An expected gain of {greatest:.3g} nat was found with n_h={estimator.n_h} draws of "
-            f"the parameters, which tell no more than log n_h = {most:.2g} nat apart: such figures "
-            "are too high, and only their order is a hint. Give more draws, "
-            f"information.ExpectedGain(n_h={16 * estimator.n_h}), fewer lines, or a prior that is "
-            "narrower, such as the posterior of a first measurement: after=posterior.",
+            f"An expected gain of {greatest:.3g} nat was found with draws={estimator.draws} draws "
+            f"of the parameters, which tell no more than log draws = {most:.2g} nat apart: such "
+            "figures are too high, and only their order is a hint. Give more draws, "
+            f"information.ExpectedGain(draws={16 * estimator.draws}), fewer lines, or a narrower "
+            "prior, such as the posterior of a first measurement: after=posterior.",
             InformationWarning,
             stacklevel=4,
         )

@@ -104,8 +104,12 @@ def _described(chunk: Chunk, result: np.ndarray) -> xr.Dataset:
     return xr.Dataset(
         {
             "recorded": (where, recorded, {"units": "m", "long_name": "recorded place"}),
-            "kl": ("cell", result[:, 0], {"units": "nat", "long_name": "information"}),
-            "kl_without": (
+            "information_gain": (
+                "cell",
+                result[:, 0],
+                {"units": "nat", "long_name": "information"},
+            ),
+            "information_gain_jackknife": (
                 ("cell", "replicate"),
                 result[:, 1:],
                 {"units": "nat", "long_name": "information without each replicate"},
@@ -118,7 +122,9 @@ def _described(chunk: Chunk, result: np.ndarray) -> xr.Dataset:
 
 def _result(content: bytes) -> np.ndarray:
     with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as found:
-        result = np.column_stack([found["kl"].values, found["kl_without"].values])
+        result = np.column_stack(
+            [found["information_gain"].values, found["information_gain_jackknife"].values]
+        )
         told: Any = found.attrs["sha256"]
     if _checksum(result) != told:
         raise InputError("its numbers are not those that were written")

@@ -40,7 +40,7 @@ def estimated(estimator, experiment, seed=0, **nominal):
 )
 def test_kde_has_the_numbers_of_the_paper(kernel, ratios, places, points):
     experiment = bar.placed(*places, noise=None, structure=bar.bar(*ratios))
-    found, error = estimated(information.KDE(kernel=kernel, points=points), experiment)
+    found, error = estimated(information.KDE(kernel=kernel, sampling=points), experiment)
     mean, spread = TABLE[kernel, ratios, places]
     assert 0 < error < 2 * spread
     assert abs(found - mean) < 4 * np.hypot(error, spread / np.sqrt(20))
@@ -49,7 +49,7 @@ def test_kde_has_the_numbers_of_the_paper(kernel, ratios, places, points):
 def test_products_of_modes_are_the_responses():
     """The short way in single precision beside the long one in double."""
     experiment = bar.placed(*P2, noise=bp.noise.Gaussian(0.02))
-    estimator = information.KDE(n_h=64, n_p=100)
+    estimator = information.KDE(draws=64, placement_draws=100)
     short, _ = estimated(estimator, experiment)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(information.kde._modal_products, "factorise", lambda _: False)
@@ -61,7 +61,7 @@ def test_products_of_modes_are_the_responses():
 def test_exact_has_the_numbers_of_the_reference(row):
     sigma, places, expected = row
     experiment = bar.placed(*places, bp.noise.Gaussian(sigma))
-    found, error = estimated(information.Exact(n_h=512, nodes=32), experiment)
+    found, error = estimated(information.Exact(draws=512, nodes=32), experiment)
     assert 0 < error < 0.03
     assert abs(found - expected[4]) < 4 * error + 1e-4
 
@@ -77,7 +77,9 @@ def closed_form():
 
 
 def test_the_expected_gain_of_a_linear_experiment_is_the_closed_form(linear):
-    estimator = information.ExpectedGain(n_h=2048, n_p=1, n_y=512, replicates=8)
+    estimator = information.ExpectedGain(
+        draws=2048, placement_draws=1, data_draws=512, replicates=8
+    )
     found, error = estimated(estimator, linear)
     assert error < 0.02
     assert abs(found - closed_form()) < 3 * error
@@ -87,7 +89,7 @@ def test_its_bias_falls_like_one_over_the_draws(linear):
     sizes, biases, errors = [8, 16, 32], [], []
     for size in sizes:
         estimator = information.ExpectedGain(
-            n_h=size, n_p=1, n_y=256, points="plain", replicates=64
+            draws=size, placement_draws=1, data_draws=256, sampling="plain", replicates=64
         )
         found, error = estimated(estimator, linear)
         biases.append(found - closed_form())
@@ -133,7 +135,7 @@ def test_the_expected_gain_of_the_bar_is_the_mean_of_exact_divergences():
     truth, deviation = exact.mean(), exact.std(ddof=1) / 10
     assert deviation < 0.05 < truth / 20
     for places in (16, 64):
-        found, error = estimated(information.ExpectedGain(n_p=places), experiment)
+        found, error = estimated(information.ExpectedGain(placement_draws=places), experiment)
         assert abs(found - truth) < 3 * np.hypot(error, deviation)
 
 
@@ -152,13 +154,13 @@ def test_one_more_sensor_teaches_no_less():
             observe=base.observe,
             noise=base.noise,
         )
-        told.append(estimated(information.ExpectedGain(n_p=16), one))
+        told.append(estimated(information.ExpectedGain(placement_draws=16), one))
     (fewer, first), (more, second) = told
     assert more - fewer > 3 * np.hypot(first, second)
 
 
 def test_more_is_learnt_where_the_output_error_is_less(linear):
-    small = information.ExpectedGain(n_h=128, n_p=1, n_y=128)
+    small = information.ExpectedGain(draws=128, placement_draws=1, data_draws=128)
     coarse = eqx.tree_at(lambda tree: tree.noise, linear, bp.noise.Gaussian(10 * SIGMA))
     assert estimated(small, linear)[0] > 3 * estimated(small, coarse)[0]
 
@@ -186,14 +188,14 @@ def certain(noise):
             r"noise.Gaussian of unknown level",
         ),
         (
-            information.KDE(points="halton"),
+            information.KDE(sampling="halton"),
             lambda: bar.placed(*P2, None),
-            r"points='halton' .*'sobol' or 'plain'",
+            r"sampling='halton' .*'sobol' or 'plain'",
         ),
         (
-            information.KDE(n_h=3),
+            information.KDE(draws=3),
             lambda: bar.placed(*P2, None),
-            r"n_h=3 points in replicates=4 were given; at least two",
+            r"draws=3 points in replicates=4 were given; at least two",
         ),
     ],
 )

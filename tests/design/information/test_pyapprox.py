@@ -56,7 +56,9 @@ def test_the_published_cantilever(published, measured):
     truth = published.exact_eig(weights)
     forms = np.asarray(published.design_matrix())[chosen].T
     experiment = linear_experiment(forms, np.ones(2), published.noise_std())
-    estimator = information.ExpectedGain(n_h=2**18, n_p=1, n_y=256, replicates=8)
+    estimator = information.ExpectedGain(
+        draws=2**18, placement_draws=1, data_draws=256, replicates=8
+    )
     found, error = estimated(estimator, experiment)
     assert error < 0.03
     assert abs(found - truth) < 3 * error
@@ -121,11 +123,15 @@ def by_pyapprox(experiment, backend, seeds=8):
 
 
 def test_a_cantilever_of_ours(backend):
-    estimator = information.ExpectedGain(n_h=2048, n_p=1, n_y=1024, replicates=8)
+    estimator = information.ExpectedGain(
+        draws=2048, placement_draws=1, data_draws=1024, replicates=8
+    )
     found = bp.information_map(cantilever(1.0), {"s1": PLACES}, estimator=estimator)
     for place in PLACES:
         ours = found.sel(s1=place)
         theirs, error = by_pyapprox(cantilever(place), backend)
-        assert theirs > 0.5 and error < 0.03 and float(ours["kl_se"]) < 0.03
-        assert abs(float(ours["kl"]) - theirs) < 3 * np.hypot(float(ours["kl_se"]), error)
-    assert float(found["kl"].max()) > float(found["kl"].min()) + 0.3
+        assert theirs > 0.5 and error < 0.03 and float(ours["information_gain_se"]) < 0.03
+        assert abs(float(ours["information_gain"]) - theirs) < 3 * np.hypot(
+            float(ours["information_gain_se"]), error
+        )
+    assert float(found["information_gain"].max()) > float(found["information_gain"].min()) + 0.3

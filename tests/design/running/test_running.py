@@ -80,13 +80,18 @@ def test_a_file_says_by_itself_what_is_in_it(kept, whole):
     cells = []
     for path in kept.iterdir():
         with xr.open_dataset(path, engine="h5netcdf") as found:
-            assert found.attrs["estimator"] == "KDE" and found.attrs["n_h"] == "128"
+            assert found.attrs["estimator"] == "KDE" and found.attrs["draws"] == "128"
             assert found.attrs["key"] == 0 and found.attrs["bayes_placement"] == bp.__version__
-            assert found["kl"].attrs["units"] == "nat" and found["recorded"].attrs["units"] == "m"
+            assert (
+                found["information_gain"].attrs["units"] == "nat"
+                and found["recorded"].attrs["units"] == "m"
+            )
             where = dict(zip(found["transducer"].values, found["recorded"].values, strict=True))
             cell = whole.sel({name: at[0] for name, at in where.items()})
-            assert found["kl"].values[0] == cell["kl"]
-            np.testing.assert_array_equal(found["kl_without"].values[0], cell["kl_without"])
+            assert found["information_gain"].values[0] == cell["information_gain"]
+            np.testing.assert_array_equal(
+                found["information_gain_jackknife"].values[0], cell["information_gain_jackknife"]
+            )
             cells.append(tuple(at[0] for at in where.values()))
     assert len(set(cells)) == CELLS
 
@@ -103,11 +108,11 @@ def flipped(content):
 
 def content_number(content):
     with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as found:
-        return float(found["kl_without"].values[0, 2])
+        return float(found["information_gain_jackknife"].values[0, 2])
 
 
 def foreign(content):
-    return bytes(xr.Dataset({"kl": ("cell", [1.0])}).to_netcdf(engine="h5netcdf"))
+    return bytes(xr.Dataset({"information_gain": ("cell", [1.0])}).to_netcdf(engine="h5netcdf"))
 
 
 @pytest.mark.parametrize("harm", [lambda content: b"", cut, lambda one: one[:-1], flipped, foreign])
@@ -182,8 +187,8 @@ def test_each_that_determines_a_result_is_in_its_name(monkeypatch, tmp_path):
     (pair, *_), several = small_maps.chunks(size=2), others
     several += [
         small_maps.chunks(seed=1)[0],
-        small_maps.chunks(information.KDE(n_h=128, n_p=65))[0],
-        small_maps.chunks(information.KDE(n_h=128, n_p=64, points="plain"))[0],
+        small_maps.chunks(information.KDE(draws=128, placement_draws=65))[0],
+        small_maps.chunks(information.KDE(draws=128, placement_draws=64, sampling="plain"))[0],
         small_maps.chunks(places=places)[0],
         pair,
         pair._replace(place=pair.place[:1]),  # filled up: of another length
@@ -362,7 +367,7 @@ def test_what_cannot_travel_is_refused(processes):
             return {}
 
         def plan(self, experiment, seed, moved=()):
-            return information.KDE(n_h=8, n_p=8).plan(experiment, seed)
+            return information.KDE(draws=8, placement_draws=8).plan(experiment, seed)
 
     with pytest.raises(ValueError, match=r"cannot be sent to another process: .*Inner"):
         bp.information_map(
@@ -383,7 +388,7 @@ class Mine(KDE.__base__):
         return {}
 
     def plan(self, experiment, seed, moved=()):
-        return KDE(n_h=64, n_p=32).plan(experiment, seed)
+        return KDE(draws=64, placement_draws=32).plan(experiment, seed)
 
 mine = Mine()
 experiment = bar.placed(0.3, 0.3, None)

@@ -17,7 +17,7 @@ from tests.design.landscapes import Hills, Modal, Nearness, learnt
 from tests.effects import models_in_space
 
 ANYWHERE = bp.positions.Segment(0.5, within=0.46)
-SMALL = information.KDE(n_h=128, n_p=64)
+SMALL = information.KDE(draws=128, placement_draws=64)
 
 
 SHORT = design.Evolutionary(scattered=2, generations=3)
@@ -48,15 +48,15 @@ def found():
 def test_the_narrow_high_hill_is_found_beside_the_broad_low_one(key):
     found = both(key=key)
     npt.assert_allclose([found.positions["s1"], found.positions["a1"]], (0.8, 0.15), atol=0.01)
-    assert found.kl == found.tried["kl"].max()
+    assert found.information_gain == found.table["information_gain"].max()
     # The second best is the top of the other hill, not the next place on the same one.
-    assert found.kl - found.ahead == pytest.approx(0.8, abs=2e-4)
+    assert found.information_gain - found.lead == pytest.approx(0.8, abs=2e-4)
 
 
 def test_it_is_the_best_of_a_fine_grid_by_fewer_trials(found):
     fine = np.linspace(0.04, 0.96, 47)
     grid = placed({"s1": fine, "a1": fine}, Hills(), search=design.Exhaustive())
-    assert found.kl > grid.kl - 1e-3
+    assert found.information_gain > grid.information_gain - 1e-3
     assert found.evaluations < grid.evaluations / 2
 
 
@@ -82,13 +82,13 @@ def test_three_sensors_are_placed_as_well_as_on_a_fine_grid():
     zeros = np.sort(np.arccos(np.polynomial.legendre.leggauss(3)[0]) / np.pi)
     here = [float(found.positions[name]) for name in names]
     npt.assert_allclose(here, zeros, atol=0.01)  # those alike come in their order
-    assert found.kl > learnt(zeros, strength=1e4) - 0.01
+    assert found.information_gain > learnt(zeros, strength=1e4) - 0.01
 
 
 def test_the_same_seed_finds_the_same_and_another_one_does_not():
     first, again, other = (both(key=key, search=SHORT) for key in (1, 1, 2))
-    assert first.tried.equals(again.tried)
-    assert not first.tried.equals(other.tried)
+    assert first.table.equals(again.table)
+    assert not first.table.equals(other.table)
 
 
 def test_random_numbers_of_the_user_are_left_alone():
@@ -108,16 +108,16 @@ def test_what_is_kept_is_not_computed_again_and_threads_find_the_same(tmp_path, 
     first = both(store=tmp_path, search=SHORT)
     with ThreadPoolExecutor(2) as threads:
         other = both(executor=threads, search=SHORT)
-    assert other.tried.equals(first.tried)
+    assert other.table.equals(first.table)
     monkeypatch.setattr(_running, "compute", None)
-    assert both(store=tmp_path, search=SHORT).tried.equals(first.tried)
+    assert both(store=tmp_path, search=SHORT).table.equals(first.table)
 
 
 def test_nothing_that_is_forbidden_is_ever_tried():
     forbidden = [(0.7, 1.0), (0.0, 0.1)]
     found = both(forbidden=forbidden)
     for name in ("s1", "a1"):
-        assert found.tried[name].between(0.1, 0.7).all()
+        assert found.table[name].between(0.1, 0.7).all()
     assert found.positions["s1"] > 0.3  # on the other hill
 
 
@@ -130,33 +130,33 @@ def test_sensors_keep_their_distance_and_that_to_those_mounted():
     one = landscapes.experiment(("s1", "s2", "s3"))  # the third at 0.5
     places = {"s1": ANYWHERE, "s2": ANYWHERE}
     found = bp.place(one, places, estimator=Modal(), search=SHORT, least_distance=0.3)
-    several = found.tried[["s1", "s2"]].assign(s3=0.5).to_numpy()
+    several = found.table[["s1", "s2"]].assign(s3=0.5).to_numpy()
     assert np.diff(np.sort(several, axis=1), axis=1).min() >= 0.3
 
 
 def test_where_rules_leave_little_it_is_found_all_the_same():
     found = both(forbidden=[(0.0, 0.6), (0.62, 1.0)], search=SHORT)
-    assert found.tried["a1"].between(0.6, 0.62).all()
+    assert found.table["a1"].between(0.6, 0.62).all()
 
 
 def test_only_sensors_worth_their_cost_are_placed():
     cost = {"s1": 1.2, "s2": 1.2}
     found = placed({"s1": ANYWHERE, "s2": ANYWHERE}, Modal(modes=1), cost=cost)
-    assert found.away == ("s2",)
+    assert found.omitted == ("s2",)
     assert found.positions["s1"] == pytest.approx(0.5, abs=0.01)
-    assert found.net == pytest.approx(learnt([0.5], modes=1) - 1.2, abs=1e-3)
+    assert found.net_gain == pytest.approx(learnt([0.5], modes=1) - 1.2, abs=1e-3)
 
 
 def test_numbers_on_a_line_are_a_region_from_the_least_to_the_greatest():
     found = placed({"s1": [0.6, 0.7, 0.9]}, Modal(modes=1), search=SHORT)
-    assert found.tried["s1"].between(0.6, 0.9).all()
+    assert found.table["s1"].between(0.6, 0.9).all()
     assert found.positions["s1"] == pytest.approx(0.6, abs=0.01)
 
 
 def test_a_region_is_clipped_to_the_structure():
     region = bp.positions.Segment(0.9, within=0.3)
     found = placed({"s1": region}, Modal(modes=2), search=SHORT)
-    assert found.tried["s1"].between(0.6, 1.0).all()
+    assert found.table["s1"].between(0.6, 1.0).all()
 
 
 def test_progress_runs_from_nothing_to_all():
@@ -205,7 +205,9 @@ def test_places_on_a_plate_are_evaluated_as_such():
     found = bp.place(in_space(BOX), {"s1": region}, estimator=SMALL, search=search)
     best = tuple(map(float, found.positions["s1"]))
     again = bp.place(in_space(BOX), {"s1": [best]}, estimator=SMALL)
-    assert found.evaluations == 16 and again.kl == pytest.approx(found.kl, rel=1e-5)
+    assert found.evaluations == 16 and again.information_gain == pytest.approx(
+        found.information_gain, rel=1e-5
+    )
 
 
 @pytest.mark.parametrize(

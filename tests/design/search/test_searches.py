@@ -36,10 +36,10 @@ def greedy(count, places=GRID, begun=()):
 def test_sensors_alike_are_not_tried_twice():
     found = placed(THREE)
     sets = list(itertools.combinations_with_replacement(GRID, 3))
-    assert found.evaluations == len(found.tried) == len(sets) == 120
+    assert found.evaluations == len(found.table) == len(sets) == 120
     best = max(sets, key=learnt)
     assert sorted(at(found)) == pytest.approx(best)
-    assert found.kl == pytest.approx(learnt(best))
+    assert found.information_gain == pytest.approx(learnt(best))
 
 
 @pytest.mark.parametrize(
@@ -83,9 +83,13 @@ def test_forward_placement_is_that_of_a_plain_loop():
     assert found.evaluations == 3 * GRID.size
     assert found.search == "Forward"
     # Greedy is near the best for such information (Nemhauser, Wolsey and Fisher 1978).
-    assert (1 - 1 / np.e) * placed(THREE).kl < found.kl <= placed(THREE).kl
-    assert list(found.tried["s3"]) != list(found.tried["s1"])
-    assert found.tried[["s1", "s2", "s3"]].notna().all(axis=None)
+    assert (
+        (1 - 1 / np.e) * placed(THREE).information_gain
+        < found.information_gain
+        <= placed(THREE).information_gain
+    )
+    assert list(found.table["s3"]) != list(found.table["s1"])
+    assert found.table[["s1", "s2", "s3"]].notna().all(axis=None)
 
 
 def test_forward_placement_goes_on_from_what_is_mounted():
@@ -109,16 +113,16 @@ def test_forward_placement_keeps_to_the_rules():
     )
     assert not set(at(kept)) & {0.08, 0.5}
     assert np.diff(sorted(at(kept))).min() >= 0.25
-    assert kept.kl < free.kl
+    assert kept.information_gain < free.information_gain
 
 
 def test_moving_one_at_a_time_ends_where_no_single_move_helps():
     found = placed(THREE, search=design.Sequential())
     here = at(found)
-    assert found.kl == pytest.approx(learnt(here))
+    assert found.information_gain == pytest.approx(learnt(here))
     for number, place in itertools.product(range(3), GRID):
         moved = [*here[:number], place, *here[number + 1 :]]
-        assert learnt(moved) <= found.kl + 1e-9
+        assert learnt(moved) <= found.information_gain + 1e-9
 
 
 def test_moving_is_compiled_once_and_needs_few_trials():
@@ -131,13 +135,13 @@ def test_moving_is_compiled_once_and_needs_few_trials():
 def test_what_was_not_offered_is_no_answer():
     """The places that the experiment states are where moving begins, not places to try."""
     found = placed(TWO, np.array([0.05, 0.1]), search=design.Sequential())
-    assert set(np.ravel(found.tried[["s1", "s2"]])) <= {0.05, 0.1}
+    assert set(np.ravel(found.table[["s1", "s2"]])) <= {0.05, 0.1}
 
 
 def test_moving_keeps_to_the_rules_even_where_it_begins_against_them():
     forbidden = [(0.25, 0.55)]  # there all three are stated to be
     found = placed(THREE, search=design.Sequential(), forbidden=forbidden, least_distance=0.12)
-    assert not ((found.tried[[*THREE]] > 0.25) & (found.tried[[*THREE]] < 0.55)).any(axis=None)
+    assert not ((found.table[[*THREE]] > 0.25) & (found.table[[*THREE]] < 0.55)).any(axis=None)
     assert np.diff(sorted(at(found))).min() >= 0.12
 
 
@@ -157,28 +161,30 @@ def test_a_sensor_is_placed_only_while_it_teaches_more_than_it_costs(price):
     found = placed(THREE, cost=cost)
     assert found.evaluations == len(sets)
     assert sorted(at(found)) == pytest.approx(best)
-    assert found.net == pytest.approx(net(best, price))
-    assert len(found.away) == 3 - len(best)
+    assert found.net_gain == pytest.approx(net(best, price))
+    assert len(found.omitted) == 3 - len(best)
     assert found.cost == pytest.approx(price * len(best))
-    np.testing.assert_allclose(found.tried["net"], found.tried["kl"] - found.tried["cost"])
-    assert found.tried["net"].is_monotonic_decreasing
+    np.testing.assert_allclose(
+        found.table["net_gain"], found.table["information_gain"] - found.table["cost"]
+    )
+    assert found.table["net_gain"].is_monotonic_decreasing
     for search in (design.Forward(), design.Sequential()):
         other = placed(THREE, cost=cost, search=search)
-        assert len(other.away) == len(found.away)
-        assert found.net - 0.1 < other.net <= found.net + 1e-9
+        assert len(other.omitted) == len(found.omitted)
+        assert found.net_gain - 0.1 < other.net_gain <= found.net_gain + 1e-9
 
 
 def test_costs_of_their_own_choose_the_cheaper_sensor():
     found = placed(TWO, cost={"s1": 3.0, "s2": 2.9}, sensors=TWO)
-    assert found.away == ("s1",)
+    assert found.omitted == ("s1",)
     assert str(found).endswith("s1 is left out: it teaches less than it costs.")
 
 
 def test_none_may_be_worth_its_cost_beside_those_mounted():
     for search in (design.Exhaustive(), design.Forward(), design.Sequential()):
         found = placed(("s2", "s3"), cost={"s2": 5.0, "s3": 5.0}, search=search)
-        assert found.positions == {} and found.away == ("s2", "s3")
-        assert found.kl == pytest.approx(learnt([0.3])) and found.cost == 0
+        assert found.positions == {} and found.omitted == ("s2", "s3")
+        assert found.information_gain == pytest.approx(learnt([0.3])) and found.cost == 0
         assert "nothing placed" in str(found)
         assert str(found).endswith("s2 and s3 are left out: they teach less than they cost.")
         if search == design.Forward():
@@ -188,8 +194,8 @@ def test_none_may_be_worth_its_cost_beside_those_mounted():
 def test_what_has_no_cost_is_always_placed():
     for search in (design.Exhaustive(), design.Forward()):
         found = placed(TWO, cost={"s2": 5.0}, sensors=TWO, search=search)
-        assert set(found.positions) == {"s1"} and found.away == ("s2",)
-        assert "s1" in found.tried and found.tried["s1"].notna().all()
+        assert set(found.positions) == {"s1"} and found.omitted == ("s2",)
+        assert "s1" in found.table and found.table["s1"].notna().all()
     assert found.evaluations == 2 * GRID.size  # what must be there comes first
 
 
