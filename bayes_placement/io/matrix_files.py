@@ -1,7 +1,4 @@
-"""matrix_files: in, sparse matrices in SciPy or Matrix Market files; out, stiffness and mass.
-
-Not known here: nodes, degrees of freedom, the eigenproblem.
-"""
+"""Stiffness and mass in files of sparse matrices: SciPy (.npz) and Matrix Market (.mtx)."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,11 +10,11 @@ import scipy.sparse
 
 from .._types import InputError
 
-_NOISE = 1e-8  # of the largest entry: what assembly in another order leaves
+_ROUND_OFF = 1e-8  # of the largest entry: asymmetry that the order of assembly leaves
 
 
 class SystemMatrices(NamedTuple):
-    """Symmetric matrices of one size.
+    """Stiffness and mass matrices of the same degrees of freedom.
 
     Parameters
     ----------
@@ -57,52 +54,64 @@ def read(
     FileNotFoundError
         If there is no such file.
     ValueError
-        If a file holds no such matrix, or the sizes disagree.
+        If a file does not hold such a matrix, or the sizes differ.
     """
     files = {"stiffness": stiffness, "mass": mass} | {
         f"region {name}": path for name, path in (regions or {}).items()
     }
-    read_ones = {name: _read_one(Path(path)) for name, path in files.items()}
-    return assembled(read_ones, {name: str(path) for name, path in files.items()})
+    matrices = {name: _read_matrix(Path(path)) for name, path in files.items()}
+    return system_matrices(matrices, {name: str(path) for name, path in files.items()})
 
 
-def assembled(
+def system_matrices(
     matrices: Mapping[str, scipy.sparse.csc_array], places: Mapping[str, str]
 ) -> SystemMatrices:
-    """Check matrices that belong together: `stiffness`, `mass`, and any `region NAME`.
+    """Check and complete matrices that belong together; readers of all formats end here.
+
+    Parameters
+    ----------
+    matrices
+        The matrices `stiffness`, `mass`, and any `region NAME`.
+    places
+        Where each comes from, for messages.
 
     Raises
     ------
     ValueError
-        If one is not real, finite, square and symmetric, or has another size than the stiffness.
+        If a matrix is not real, finite, square and symmetric, or of another size than the
+        stiffness.
     """
-    whole = {name: _symmetric(matrix, places[name]) for name, matrix in matrices.items()}
-    size = whole["stiffness"].shape
-    for name, matrix in whole.items():
+    complete = {name: _symmetric(matrix, places[name]) for name, matrix in matrices.items()}
+    size = complete["stiffness"].shape
+    for name, matrix in complete.items():
         if matrix.shape != size:
             raise InputError(
                 f"{places[name]} ({name}) has the size {_size(matrix)}, but "
-                f"{places['stiffness']} (stiffness) {_size(whole['stiffness'])}; one size is "
-                "needed, since rows are the same degrees of freedom. Export all on the same set, "
-                "fixed ones included in all or in none."
+                f"{places['stiffness']} (stiffness) {_size(complete['stiffness'])}; one size is "
+                "needed, since rows are the same degrees of freedom. Export all matrices on the "
+                "same set, with the fixed degrees of freedom in all or in none."
             )
-    regions = {name.removeprefix("region "): one for name, one in whole.items() if " " in name}
-    return SystemMatrices(whole["stiffness"], whole["mass"], regions)
+    regions = {
+        name.removeprefix("region "): matrix
+        for name, matrix in complete.items()
+        if name.startswith("region ")
+    }
+    return SystemMatrices(complete["stiffness"], complete["mass"], regions)
 
 
-def _read_one(path: Path) -> scipy.sparse.csc_array:
+def _read_matrix(path: Path) -> scipy.sparse.csc_array:
     if not path.is_file():
         raise FileNotFoundError(
-            f"{path} was given, and there is no such file; a sparse matrix (.npz by SciPy, or .mtx)"
-            " is needed. Check the folder: Path(...).resolve()."
+            f"There is no file {path}; a sparse matrix (.npz by SciPy, or .mtx) is needed. "
+            "Check the folder: Path(...).resolve()."
         )
     try:
         matrix = _load(path)
     except (ValueError, OSError, EOFError, StopIteration) as error:
         raise InputError(
-            f"{path} cannot be read as a sparse matrix ({error}); one matrix that "
+            f"{path} cannot be read as a sparse matrix ({error}); a file that "
             "scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz) wrote is needed. "
-            "Write it so."
+            "Write the matrix with one of these."
         ) from error
     return scipy.sparse.csc_array(matrix)
 
@@ -112,33 +121,33 @@ def _load(path: Path) -> Any:
 
 
 def _symmetric(matrix: scipy.sparse.csc_array, place: str) -> scipy.sparse.csc_array:
-    """Complete a triangle, and refuse what is no real symmetric matrix."""
+    """Complete a triangular matrix, and refuse what is not real and symmetric."""
     if np.iscomplexobj(matrix) or matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
         raise _refused(place, f"a {_size(matrix)} matrix of {matrix.dtype.name}")
     if not np.isfinite(matrix.data).all():
         raise _refused(place, "values that are not finite")
-    whole = _completed(matrix.astype(float))
-    largest = abs(whole).max()
+    complete = _completed(matrix.astype(float))
+    largest = abs(complete).max()
     if largest == 0:
         raise _refused(place, "zeros only")
-    if abs(whole - whole.T).max() > _NOISE * largest:
+    if abs(complete - complete.T).max() > _ROUND_OFF * largest:
         raise _refused(place, "a matrix that is not symmetric")
-    return whole
+    return complete
 
 
 def _completed(matrix: scipy.sparse.csc_array) -> scipy.sparse.csc_array:
     below, above = scipy.sparse.tril(matrix, -1), scipy.sparse.triu(matrix, 1)
-    one_sided = (below.nnz == 0) != (above.nnz == 0)
-    if not one_sided:
+    triangular = (below.nnz == 0) != (above.nnz == 0)
+    if not triangular:
         return matrix
     return scipy.sparse.csc_array(matrix + below.T + above.T)
 
 
-def _refused(place: str, holds: str) -> ValueError:
-    return ValueError(
-        f"{place} holds {holds}; a real, finite, square and symmetric matrix is needed, since "
-        "stiffness and mass of an undamped structure are so. Export it without damping, "
-        "follower loads and rotor terms, as a whole or as one triangle."
+def _refused(place: str, contents: str) -> InputError:
+    return InputError(
+        f"{place} holds {contents}; a real, finite, square and symmetric matrix is needed, since "
+        "stiffness and mass of an undamped structure are such. Export it without damping, "
+        "follower loads and rotor terms, as a full matrix or as a triangle."
     )
 
 

@@ -1,7 +1,4 @@
-"""mesh: in, a mesh file; out, nodes with coordinates [m], elements, and named sets of nodes.
-
-Not known here: modes, matrices, what the elements are made of.
-"""
+"""Meshes of many formats, by meshio: nodes, elements and named sets of nodes."""
 
 import contextlib
 import io
@@ -30,7 +27,7 @@ class Mesh:
     elements
         Nodes of each element, by meshio's name of its type: `line`, `quad`, `tetra` and so on.
     node_sets
-        Nodes of each named set; those of a set of elements are all nodes of its elements.
+        Nodes of each named set; for a set of elements, all nodes of its elements.
     """
 
     node: Int[np.ndarray, "node"]
@@ -39,19 +36,19 @@ class Mesh:
     node_sets: dict[str, np.ndarray]
 
     def numbered_as(self, model: ModalModel, *, tolerance: float = 1e-6) -> "Mesh":
-        """Give each node the number of the node of a model at the same place.
+        """Give each node the number that the node at the same position has in a model.
 
         Parameters
         ----------
         model
             The model whose numbers are wanted.
         tolerance
-            How far apart the same node may be in both, as a share of the size of the model.
+            Largest distance between the two positions, as a share of the size of the model.
 
         Raises
         ------
         ValueError
-            If a node has no counterpart.
+            If a node has no counterpart in the model.
         """
         from scipy.spatial import KDTree
 
@@ -61,17 +58,17 @@ class Mesh:
             worst = int(np.argmax(distance))
             raise InputError(
                 f"Node {self.node[worst]} of the mesh at {self.position[worst]} m is "
-                f"{distance[worst]:.3g} m from the next node of the model; the same places are "
-                f"needed (within {tolerance:g} of the size {size:.3g} m), since numbers are "
-                "carried over by place. Check the unit: mesh.read(path, length_unit=1e-3) for mm."
+                f"{distance[worst]:.3g} m from the nearest node of the model; the same positions "
+                f"are needed (within {tolerance:g} of the size {size:.3g} m), since nodes are "
+                "matched by position. Check the unit: mesh.read(path, length_unit=1e-3) for mm."
             )
         number = model.node[index]
-        of = dict(zip(self.node.tolist(), number.tolist(), strict=True))
+        new = dict(zip(self.node.tolist(), number.tolist(), strict=True))
         return replace(
             self,
             node=number,
-            elements={name: _renumbered(nodes, of) for name, nodes in self.elements.items()},
-            node_sets={name: _renumbered(nodes, of) for name, nodes in self.node_sets.items()},
+            elements={name: _renumbered(nodes, new) for name, nodes in self.elements.items()},
+            node_sets={name: _renumbered(nodes, new) for name, nodes in self.node_sets.items()},
         )
 
 
@@ -79,13 +76,13 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
     """Read a mesh by meshio: Abaqus, Gmsh, Nastran bulk data, VTK, MED and others.
 
     Nodes are numbered 1, 2, 3 and so on in the order of the file, since meshio does not keep the
-    numbers that the file gives; `Mesh.numbered_as` takes those of a model. Sets are point sets,
+    numbers of the file; `Mesh.numbered_as` takes those of a model. Sets are point sets,
     cell sets and the physical groups of Gmsh.
 
     Parameters
     ----------
     path
-        The file; its ending tells the format.
+        The file; its suffix tells the format.
     length_unit
         What one unit of its coordinates is in metres: 1e-3 for mm.
 
@@ -101,19 +98,19 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
     Warns
     -----
     UserWarning
-        If meshio left something out, such as the end of a file that is cut off.
+        If meshio left something out, such as the end of a truncated file.
     """
-    found = _read_by_meshio(Path(path))
-    position = np.zeros((len(found.points), 3))
-    position[:, : found.points.shape[1]] = found.points * length_unit
+    content = _read_by_meshio(Path(path))
+    position = np.zeros((len(content.points), 3))
+    position[:, : content.points.shape[1]] = content.points * length_unit
     elements: dict[str, list[np.ndarray]] = {}
-    for block in found.cells:
+    for block in content.cells:
         elements.setdefault(block.type, []).append(_numbers(block.data))
     return Mesh(
         node=np.arange(1, len(position) + 1),
         position=position,
         elements={name: np.concatenate(blocks) for name, blocks in elements.items()},
-        node_sets=_node_sets(found),
+        node_sets=_node_sets(content),
     )
 
 
@@ -122,40 +119,40 @@ def _read_by_meshio(path: Path) -> Any:
         import meshio
     except ImportError as error:
         raise ImportError(
-            f"{path} is to be read by meshio, which is not installed; it is needed, since it "
-            'knows the formats. Install it: pip install "bayes_placement[mesh]".'
+            f"{path} cannot be read, since meshio is not installed, which knows the formats of "
+            'meshes. Install it: pip install "bayes_placement[mesh]".'
         ) from error
     if not path.is_file():
         raise FileNotFoundError(
-            f"{path} was given, and there is no such file; a mesh is needed. Check the folder: "
-            "Path(...).resolve()."
+            f"There is no file {path}; a mesh is needed. Check the folder: Path(...).resolve()."
         )
-    said = io.StringIO()
+    complaints = io.StringIO()
     try:
-        with contextlib.redirect_stderr(said):  # where meshio reports what it could not read
-            found = meshio.read(path)
-    except (Exception, SystemExit) as error:  # its readers raise what they like, or exit
+        with contextlib.redirect_stderr(complaints):  # where meshio reports what it cannot read
+            content = meshio.read(path)
+    except (Exception, SystemExit) as error:  # its readers raise any exception, or exit
         raise InputError(
-            f"{path} cannot be read by meshio ({error or type(error).__name__}); a mesh in one of "
-            "its formats, told by the ending, is needed. Convert it, or give node numbers and "
-            "coordinates themselves."
+            f"{path} cannot be read by meshio ({error or type(error).__name__}); a mesh in a "
+            "format that it tells by the suffix is needed. Convert it, or give node numbers and "
+            "coordinates as arrays."
         ) from error
-    if said.getvalue().strip():
+    if complaints.getvalue().strip():
         warnings.warn(
-            f"{path} was read, but meshio says: {' '.join(said.getvalue().split())} Check the "
+            f"{path} was read, but meshio says: {' '.join(complaints.getvalue().split())} Check "
+            "the "
             "number of nodes and elements, or convert the file.",
             stacklevel=3,
         )
-    return found
+    return content
 
 
-def _node_sets(found: Any) -> dict[str, np.ndarray]:
-    sets = {name: np.unique(_numbers(points)) for name, points in found.point_sets.items()}
-    members = {**_physical_groups(found), **found.cell_sets}
-    for name, cells in members.items():
+def _node_sets(content: Any) -> dict[str, np.ndarray]:
+    sets = {name: np.unique(_numbers(points)) for name, points in content.point_sets.items()}
+    element_sets = {**_physical_groups(content), **content.cell_sets}
+    for name, cells in element_sets.items():
         corners = [
             block.data[np.asarray(rows, dtype=int)].ravel()
-            for block, rows in zip(found.cells, cells, strict=True)
+            for block, rows in zip(content.cells, cells, strict=True)
             if rows is not None and len(rows)
         ]
         if corners and not name.startswith("gmsh:"):
@@ -163,17 +160,17 @@ def _node_sets(found: Any) -> dict[str, np.ndarray]:
     return sets
 
 
-def _physical_groups(found: Any) -> dict[str, list[np.ndarray]]:
-    """Elements of each physical group of Gmsh, which meshio leaves as tags."""
-    tags = found.cell_data.get("gmsh:physical")
+def _physical_groups(content: Any) -> dict[str, list[np.ndarray]]:
+    """Elements of each physical group of Gmsh, which meshio gives as tags."""
+    tags = content.cell_data.get("gmsh:physical")
     if tags is None:
         return {}
     return {
         name: [
             np.flatnonzero(tag == group) if block.dim == dimension else np.zeros(0, dtype=int)
-            for block, tag in zip(found.cells, tags, strict=True)
+            for block, tag in zip(content.cells, tags, strict=True)
         ]
-        for name, (group, dimension) in found.field_data.items()
+        for name, (group, dimension) in content.field_data.items()
     }
 
 
@@ -181,5 +178,5 @@ def _numbers(points: np.ndarray) -> np.ndarray:
     return np.asarray(points, dtype=np.int64) + 1
 
 
-def _renumbered(nodes: np.ndarray, of: dict[int, int]) -> np.ndarray:
-    return np.vectorize(of.__getitem__, otypes=[np.int64])(nodes)
+def _renumbered(nodes: np.ndarray, new: dict[int, int]) -> np.ndarray:
+    return np.vectorize(new.__getitem__, otypes=[np.int64])(nodes)

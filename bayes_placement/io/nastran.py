@@ -1,7 +1,4 @@
-"""nastran: in, OUTPUT2 and OUTPUT4 files; out, a modal model, or stiffness and mass.
-
-Not known here: other formats, the eigenproblem, structures, probability.
-"""
+"""Nastran: modes from OUTPUT2 files, stiffness and mass from OUTPUT4 files, by pyyeti."""
 
 import importlib
 import warnings
@@ -16,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from .._types import InputError
 from ..modes.finite_elements.modal_model import ModalModel
-from .matrix_files import SystemMatrices, assembled
+from .matrix_files import SystemMatrices, system_matrices
 
-_SHAPES = ("oug", "bophig")
+_SHAPE_TABLES = ("oug", "bophig")
 
 
 def read_modes(
@@ -31,10 +28,10 @@ def read_modes(
     """Read nodes and real normal modes of an OUTPUT2 file (`PARAM,POST,-1`), by pyyeti.
 
     Coordinates are those of BGPDT in the basic system; eigenvectors (OUG, of the last solution in
-    the file, single precision) are turned from the displacement systems of the nodes to the basic
-    one; frequencies and modal masses come from LAMA. Scalar points are left out, as are
+    the file, single precision) are rotated from the displacement systems of the nodes to the
+    basic system; frequencies and modal masses come from LAMA. Scalar points are left out, as are
     directions in which nothing moves; of superelements only the residual structure is read.
-    Negative eigenvalues count as rigid-body modes where they are as small as those.
+    Negative eigenvalues as small as those of rigid-body modes count as rigid-body modes.
 
     Parameters
     ----------
@@ -58,10 +55,11 @@ def read_modes(
     """
     tables = _tables(Path(path))
     number, shape = _eigenvectors(tables)
-    position, turn = _grids(tables["uset"], number, Path(path))
+    position, rotation = _grids(tables["uset"], number, Path(path))
     signed, mass = _eigenvalues(tables, Path(path))
     order = np.argsort(np.abs(signed), kind="stable")
-    shape[:, :3], shape[:, 3:] = _turned(shape[:, :3], turn), _turned(shape[:, 3:], turn)
+    shape[:, :3] = _rotated(shape[:, :3], rotation)
+    shape[:, 3:] = _rotated(shape[:, 3:], rotation)
     model = ModalModel.from_arrays(
         node=number,
         position=position,
@@ -89,7 +87,7 @@ def read_matrices(
     path
         The file, usually `.op4`, binary or text, dense or sparse.
     stiffness, mass
-        Names of the matrices in the file; upper and lower case are the same.
+        Names of the matrices in the file, in upper or lower case.
     regions
         Name of the matrix of each region, by the name of the region.
 
@@ -109,12 +107,12 @@ def read_matrices(
     wanted = [name.lower() for name in names.values()]
     try:
         held = op4.dir(str(path), verbose=False)[0]
-        found = op4.read(str(path), wanted, sparse=(True, scipy.sparse.csc_array))
-    except Exception as error:  # its readers raise whatever they stumble over
+        content = op4.read(str(path), wanted, sparse=(True, scipy.sparse.csc_array))
+    except Exception as error:  # its readers raise any exception
         raise _unreadable(Path(path), "OUTPUT4", error) from error
     _check_names(wanted, held, Path(path))
-    matrices = {role: found[name.lower()] for role, name in names.items()}
-    return assembled(matrices, {role: f"{path}, {name}" for role, name in names.items()})
+    matrices = {role: content[name.lower()] for role, name in names.items()}
+    return system_matrices(matrices, {role: f"{path}, {name}" for role, name in names.items()})
 
 
 def _pyyeti(part: str, path: Path) -> Any:
@@ -122,46 +120,47 @@ def _pyyeti(part: str, path: Path) -> Any:
         module = importlib.import_module(f"pyyeti.nastran.{part}")
     except ImportError as error:
         raise ImportError(
-            f"{path} is to be read by pyyeti, which is not installed; it is needed, since it knows "
-            'the files of Nastran. Install it: pip install "bayes_placement[nastran]".'
+            f"{path} cannot be read, since pyyeti is not installed, which knows the files of "
+            'Nastran. Install it: pip install "bayes_placement[nastran]".'
         ) from error
     if not path.is_file():
         raise FileNotFoundError(
-            f"{path} was given, and there is no such file; a file of Nastran is needed. Check the "
-            "folder: Path(...).resolve()."
+            f"There is no file {path}; a file of Nastran is needed. Check the folder: "
+            "Path(...).resolve()."
         )
     return module
 
 
 def _tables(path: Path) -> dict[str, Any]:
-    """Tables of nodes (`uset`), eigenvectors (`oug`) and eigenvalues (`lama`, where there)."""
+    """Tables of nodes (`uset`), eigenvectors (`oug`) and, if present, eigenvalues (`lama`)."""
     op2 = _pyyeti("op2", path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # other solutions in the file
             warnings.filterwarnings("error", message="(?s).*garbled")
             with op2.OP2(str(path)) as file:
-                found = file.rdparampost(get_mats=False, get_ougs=True, get_dr_tables=False)
-    except Exception as error:  # its readers raise whatever they stumble over
+                content = file.rdparampost(get_mats=False, get_ougs=True, get_dr_tables=False)
+    except Exception as error:  # its readers raise any exception
         raise _unreadable(path, "OUTPUT2", error) from error
-    shapes = [key for key in found if key.startswith(_SHAPES) and found[key] is not None]
-    if "uset" not in found or len(shapes) != 1:
-        holds = f"eigenvectors {shapes or 'none'}, nodes {'yes' if 'uset' in found else 'none'}"
+    shapes = [key for key in content if key.startswith(_SHAPE_TABLES) and content[key] is not None]
+    if "uset" not in content or len(shapes) != 1:
+        nodes = "yes" if "uset" in content else "none"
         raise InputError(
-            f"{path} holds {holds}; one table of eigenvectors (OUG of real modes) and the tables "
-            "of nodes (GEOM1, BGPDT, EQEXIN) are needed, since shapes are read at places. Run SOL "
-            "103 with PARAM,POST,-1, PARAM,OGEOM,YES and DISP(PLOT)=ALL."
+            f"{path} holds eigenvectors {shapes or 'none'}, nodes {nodes}; one table of "
+            "eigenvectors (OUG of real modes) and the tables of nodes (GEOM1, BGPDT, EQEXIN) are "
+            "needed, since shapes are read at positions. Run SOL 103 with PARAM,POST,-1, "
+            "PARAM,OGEOM,YES and DISP(PLOT)=ALL."
         )
-    tables = {"uset": found["uset"], "oug": found[shapes[0]]}
-    lama = [found[key] for key in found if key.startswith("lama")]
+    tables = {"uset": content["uset"], "oug": content[shapes[0]]}
+    lama = [content[key] for key in content if key.startswith("lama")]
     return tables | ({"lama": lama[-1]} if lama else {})
 
 
-def _unreadable(path: Path, form: str, error: BaseException) -> ValueError:
-    return ValueError(
-        f"{path} cannot be read as {form} ({str(error).strip() or type(error).__name__}); a whole "
-        "file by Nastran is needed. Write it again with PARAM,POST,-1, or give the arrays to "
-        "ModalModel.from_arrays."
+def _unreadable(path: Path, form: str, error: BaseException) -> InputError:
+    return InputError(
+        f"{path} cannot be read as {form} ({str(error).strip() or type(error).__name__}); a "
+        "complete file of Nastran is needed. Write it again with PARAM,POST,-1, or give the arrays "
+        "to ModalModel.from_arrays."
     )
 
 
@@ -179,14 +178,14 @@ def _eigenvectors(
 def _grids(
     uset: Any, number: Int[np.ndarray, "node"], path: Path
 ) -> tuple[Float[np.ndarray, "node 3"], Float[np.ndarray, "node 3 3"]]:
-    """Places in the basic system, and the matrix that turns motion into that system."""
+    """Positions in the basic system, and the rotation of motion into that system."""
     from pyyeti.nastran import n2p
 
     missing = number[~np.isin(number, uset.index.get_level_values("id"))]
     if missing.size:
         raise InputError(
-            f"{path} holds eigenvectors of {missing.size} nodes that its tables of nodes do not "
-            f"place ({missing[0]} first); one solution on one set of nodes is needed, since "
+            f"{path} holds eigenvectors of {missing.size} nodes without coordinates in its tables "
+            f"of nodes ({missing[0]} first); one solution on one set of nodes is needed, since "
             "sensors are placed among them. Write the modes of the residual structure, without "
             "those of superelements, into a file of their own."
         )
@@ -194,36 +193,38 @@ def _grids(
     kept = kept[kept.index.get_level_values("id").isin(number)]
     kept = kept.assign(nasset=n2p.mkusetmask("b"))  # pyyeti gives zeros for some other sets
     known = kept.index.get_level_values("id").to_numpy()[::6]
-    place = np.argsort(known)[np.searchsorted(np.sort(known), number)]
+    row = np.argsort(known)[np.searchsorted(np.sort(known), number)]
     table = kept[["x", "y", "z"]].to_numpy().reshape(-1, 6, 3)
-    turn = np.broadcast_to(np.eye(3), (known.size, 3, 3))
-    if table[:, 1, 0].any():  # some displacement system is not the basic one
-        turn = n2p.rbgeom_uset(kept)[:, :3].reshape(-1, 6, 3)[:, :3]
-    return table[place, 0], turn[place]
+    rotation = np.broadcast_to(np.eye(3), (known.size, 3, 3))
+    if table[:, 1, 0].any():  # a displacement system is not the basic system
+        rotation = n2p.rbgeom_uset(kept)[:, :3].reshape(-1, 6, 3)[:, :3]
+    return table[row, 0], rotation[row]
 
 
-def _turned(
-    motion: Float[np.ndarray, "node 3 mode"], turn: Float[np.ndarray, "node 3 3"]
+def _rotated(
+    motion: Float[np.ndarray, "node 3 mode"], rotation: Float[np.ndarray, "node 3 3"]
 ) -> Float[np.ndarray, "node 3 mode"]:
-    return np.einsum("nji,njm->nim", turn.astype(motion.dtype), motion)
+    return np.einsum("nji,njm->nim", rotation.astype(motion.dtype), motion)
 
 
 def _eigenvalues(
     tables: dict[str, Any], path: Path
 ) -> tuple[Float[np.ndarray, "mode"], Float[np.ndarray, "mode"] | None]:
     """Natural frequencies [Hz] with the sign of the eigenvalue, and modal masses."""
-    shown = tables["oug"].columns.get_level_values(1).to_numpy().astype(float)
+    of_shapes = tables["oug"].columns.get_level_values(1).to_numpy().astype(float)
     if "lama" not in tables:
-        return shown, None
+        return of_shapes, None
     lama = tables["lama"]
     hertz, mass = np.sign(lama[:, 2]) * lama[:, 4], lama[:, 5]
-    alike = hertz.shape == shown.shape
-    if not (alike and np.allclose(np.abs(hertz), shown, rtol=1e-3, atol=1e-6 * shown.max())):
+    agree = hertz.shape == of_shapes.shape and np.allclose(
+        np.abs(hertz), of_shapes, rtol=1e-3, atol=1e-6 * of_shapes.max()
+    )
+    if not agree:
         raise InputError(
-            f"{path} holds {shown.size} eigenvectors up to {shown.max():g} Hz and a table LAMA of "
-            f"{hertz.size} modes up to {np.abs(hertz).max():g} Hz; those of one solution are "
-            "needed, since modal masses belong to shapes. Write one solution into a file of its "
-            "own."
+            f"{path} holds {of_shapes.size} eigenvectors up to {of_shapes.max():g} Hz and a table "
+            f"LAMA of {hertz.size} modes up to {np.abs(hertz).max():g} Hz; those of one solution "
+            "are needed, since modal masses belong to shapes. Write one solution into a file of "
+            "its own."
         )
     return hertz, mass
 
@@ -231,14 +232,14 @@ def _eigenvalues(
 def _check_stable(
     signed: Float[np.ndarray, "mode"], frequency: Float[np.ndarray, "mode"], path: Path
 ) -> None:
-    """Refuse negative eigenvalues other than the residue of rigid-body modes."""
+    """Refuse negative eigenvalues other than round-off of rigid-body modes."""
     wrong = (signed < 0) & (frequency > 0)
     if wrong.any():
         raise InputError(
             f"{path} holds a negative eigenvalue (mode {int(np.argmax(wrong)) + 1}, "
-            f"{signed[wrong][0]:.3g} Hz) that is no residue of a rigid-body mode, which lies below "
-            "1e-3 of the first elastic frequency; positive ones are needed, since an unstable "
-            "structure has no response. Compute elastic modes too, or remove the preload."
+            f"{signed[wrong][0]:.3g} Hz) that is not round-off of a rigid-body mode, which is "
+            "below 1e-3 of the first elastic frequency; positive ones are needed, since an "
+            "unstable structure has no response. Compute elastic modes too, or remove the preload."
         )
 
 
@@ -247,6 +248,6 @@ def _check_names(wanted: list[str], held: list[str], path: Path) -> None:
         if held.count(name) != 1:
             raise InputError(
                 f"{path} holds the matrices {', '.join(held).upper()}, {name.upper()} "
-                f"{held.count(name)} times; it is needed once, since matrices are told by name. "
+                f"{held.count(name)} times; it is needed once, since matrices are found by name. "
                 'Give the name that the file has: read_matrices(path, stiffness="K", mass="M").'
             )

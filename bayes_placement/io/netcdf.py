@@ -1,7 +1,4 @@
-"""netcdf: in, a tree of results; out, the same tree in a file, and back.
-
-Not known here: what the results mean.
-"""
+"""Results as netCDF files, written and read."""
 
 from pathlib import Path
 
@@ -12,7 +9,7 @@ from .._types import InputError
 
 
 def write(result: xr.DataTree, path: str | Path) -> Path:
-    """Save a tree of results as netCDF; a file of that name is replaced only by a whole one.
+    """Write a tree of results as netCDF; the file is complete before it replaces an earlier one.
 
     Parameters
     ----------
@@ -25,7 +22,7 @@ def write(result: xr.DataTree, path: str | Path) -> Path:
 
 
 def read(path: str | Path) -> xr.DataTree:
-    """Read a tree of results back into memory.
+    """Read a tree of results into memory.
 
     Raises
     ------
@@ -44,6 +41,6 @@ def read(path: str | Path) -> xr.DataTree:
             return tree.load()
     except OSError as error:
         raise InputError(
-            f"{path} cannot be read as netCDF: {error}. A whole file of results is needed; write "
-            "it again, or take another copy."
+            f"{path} cannot be read as netCDF: {error}. A complete file of results is needed; "
+            "write it again, or take another copy."
         ) from error

@@ -1,8 +1,6 @@
-"""npz_modes: in, a .npz file of nodes and modes in SI; out, a modal model; and back.
+"""Nodes and modes in NumPy files (.npz), in SI, read and written as a modal model.
 
-Not known here: other formats, structures, probability.
-
-The layout, one array a name; `read` also takes the names in brackets:
+The layout: one array for each name; `read` also understands the names in brackets.
 
 ===================  ================  ============================================================
 `position`           `[node, 3]`       coordinates [m] (`nodes`, `coordinates`, `node_position_m`)
@@ -13,7 +11,7 @@ The layout, one array a name; `read` also takes the names in brackets:
 `node`               `[node]`          node numbers, else 1, 2, 3 ... (`node_ids`)
 `dof`                `[dof, 2]`        node number and direction 1 to 7 of each row (`dofs`)
 `damping_ratio`      `[mode]`          modal damping ratios, optional (`modal_damping`)
-`fixed`              `[fixed]`         rows of `dof` that are held, optional (`fixed_dofs`)
+`fixed`              `[fixed]`         rows of `dof` that are fixed, optional (`fixed_dofs`)
 `element`            `[element, k]`    nodes of each element, optional (`elements`)
 ===================  ================  ============================================================
 """
@@ -43,11 +41,11 @@ _NAMES = {
     "fixed": ("fixed", "fixed_dofs"),
     "element": ("element", "elements"),
 }
-_NEEDED = ("position", "shape", "natural_frequency")
-_MODAL = (*_NEEDED, "modal_mass", "node", "dof", "damping_ratio")
+_REQUIRED = ("position", "shape", "natural_frequency")
+_MODAL = (*_REQUIRED, "modal_mass", "node", "dof", "damping_ratio")
 
 
-class Grid(NamedTuple):
+class ModelNodes(NamedTuple):
     """Nodes and degrees of freedom of a finite element model, without modes.
 
     Parameters
@@ -59,9 +57,9 @@ class Grid(NamedTuple):
     dof
         Node number and direction (1 to 7) of each degree of freedom.
     fixed
-        Rows of `dof` that are held; empty where the file names none.
+        Rows of `dof` that are fixed; empty where the file names none.
     element
-        Nodes of each element, where the file says them.
+        Nodes of each element; None where the file has none.
     """
 
     node: Int[np.ndarray, "node"]
@@ -72,12 +70,12 @@ class Grid(NamedTuple):
 
 
 def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None) -> ModalModel:
-    """Read nodes and modes; shapes are held twice at most, and keep their precision.
+    """Read nodes and modes; shapes keep their precision and are in memory twice at most.
 
     Parameters
     ----------
     path
-        The file, in the layout above, in SI.
+        The file, in the layout of this module, in SI.
     modal_mass
         Modal masses [kg] where the file holds none; 1 if the shapes are mass-normalised.
 
@@ -86,16 +84,16 @@ def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None)
     FileNotFoundError
         If there is no such file.
     ValueError
-        If it is no such file, lacks an array, or its arrays do not make a modal model.
+        If it is not such a file, lacks an array, or its arrays do not make a modal model.
     """
     with _opened(Path(path)) as file:
-        given: dict[str, Any] = _arrays(file, Path(path), _MODAL, needed=_NEEDED)
+        arrays: dict[str, Any] = _arrays(file, Path(path), _MODAL, required=_REQUIRED)
     if modal_mass is not None:
-        given["modal_mass"] = np.asarray(modal_mass)
-    return ModalModel.from_arrays(**given)
+        arrays["modal_mass"] = np.asarray(modal_mass)
+    return ModalModel.from_arrays(**arrays)
 
 
-def read_grid(path: str | Path) -> Grid:
+def read_nodes(path: str | Path) -> ModelNodes:
     """Read nodes and degrees of freedom only, such as those of stiffness and mass matrices.
 
     Raises
@@ -103,23 +101,23 @@ def read_grid(path: str | Path) -> Grid:
     FileNotFoundError
         If there is no such file.
     ValueError
-        If it is no such file or lacks an array.
+        If it is not such a file or lacks an array.
     """
     with _opened(Path(path)) as file:
         wanted = ("position", "node", "dof", "fixed", "element")
-        given = _arrays(file, Path(path), wanted, needed=("position", "dof"))
-    count = len(given["position"])
-    return Grid(
-        node=given.get("node", np.arange(1, count + 1)),
-        position=given["position"].astype(float),
-        dof=given["dof"],
-        fixed=given.get("fixed", np.zeros(0, dtype=int)),
-        element=given.get("element"),
+        arrays = _arrays(file, Path(path), wanted, required=("position", "dof"))
+    count = len(arrays["position"])
+    return ModelNodes(
+        node=arrays.get("node", np.arange(1, count + 1)),
+        position=arrays["position"].astype(float),
+        dof=arrays["dof"],
+        fixed=arrays.get("fixed", np.zeros(0, dtype=int)),
+        element=arrays.get("element"),
     )
 
 
 def write(path: str | Path, model: ModalModel) -> Path:
-    """Write a modal model in the layout above; a file is replaced only by a whole one.
+    """Write a modal model in the layout of this module; the file is complete before it is replaced.
 
     Parameters
     ----------
@@ -135,7 +133,7 @@ def write(path: str | Path, model: ModalModel) -> Path:
     """
     if Path(path).suffix != ".npz":
         raise InputError(
-            f"{path} was given; a name that ends in .npz is needed, since the reader goes by it. "
+            f"{path} was given; a name that ends in .npz is needed, since readers go by it. "
             f"Write to {Path(path).with_suffix('.npz')}."
         )
     arrays = {name: getattr(model, name) for name in ("node", "position", "dof", "shape")}
@@ -150,8 +148,8 @@ def write(path: str | Path, model: ModalModel) -> Path:
 def _opened(path: Path) -> Iterator[np.lib.npyio.NpzFile]:
     if not path.is_file():
         raise FileNotFoundError(
-            f"{path} was given, and there is no such file; a .npz file of nodes and modes is "
-            "needed. Check the folder: Path(...).resolve()."
+            f"There is no file {path}; a .npz file of nodes and modes is needed. Check the folder: "
+            "Path(...).resolve()."
         )
     with path.open("rb") as handle:
         try:
@@ -163,27 +161,27 @@ def _opened(path: Path) -> Iterator[np.lib.npyio.NpzFile]:
         yield file
 
 
-def _not_npz(path: Path, because: str) -> ValueError:
-    return ValueError(
-        f"{path} cannot be read as .npz ({because}); several arrays by name are needed, nodes "
-        "apart from shapes. Write it with numpy.savez(path, position=..., shape=..., ...)."
+def _not_npz(path: Path, reason: str) -> InputError:
+    return InputError(
+        f"{path} cannot be read as .npz ({reason}); named arrays are needed, positions of nodes "
+        "and shapes among them. Write it with numpy.savez(path, position=..., shape=..., ...)."
     )
 
 
 def _arrays(
-    file: np.lib.npyio.NpzFile, path: Path, wanted: tuple[str, ...], needed: tuple[str, ...]
+    file: np.lib.npyio.NpzFile, path: Path, wanted: tuple[str, ...], required: tuple[str, ...]
 ) -> dict[str, Any]:
-    """Read these arrays by any of their names."""
-    found = {name: [alias for alias in _NAMES[name] if alias in file.files] for name in wanted}
+    """Arrays of a file by the first of their names, whatever name they have in the file."""
+    aliases = {name: [alias for alias in _NAMES[name] if alias in file.files] for name in wanted}
     for name in wanted:
-        if len(found[name]) > 1 or (name in needed and not found[name]):
-            also = "both " + " and ".join(found[name]) if found[name] else f"no {name}"
+        if len(aliases[name]) > 1 or (name in required and not aliases[name]):
+            contents = "both " + " and ".join(aliases[name]) if aliases[name] else f"no {name}"
             raise InputError(
-                f"{path} holds {also}, among {', '.join(file.files)}; one array named "
+                f"{path} holds {contents}, among {', '.join(file.files)}; one array named "
                 f"{' or '.join(_NAMES[name])} is needed, since a model has its {name} once. Write "
                 f"it with numpy.savez(path, {name}=..., ...), in SI."
             )
-    return {name: _member(file, aliases[0], path) for name, aliases in found.items() if aliases}
+    return {name: _member(file, names[0], path) for name, names in aliases.items() if names}
 
 
 def _member(file: np.lib.npyio.NpzFile, name: str, path: Path) -> np.ndarray:

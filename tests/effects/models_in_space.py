@@ -185,7 +185,7 @@ def plate():
 def handed_over(folder, name):
     """The portal or the plate, as handed over."""
     folder = folder / "cases" / "models" / name
-    grid = bp.io.npz_modes.read_grid(folder / "nominal.npz")
+    grid = bp.io.npz_modes.read_nodes(folder / "nominal.npz")
     files = {f"region {i}": folder / f"K_region_{i:02d}.npz" for i in range(12)}
     whole = bp.io.matrix_files.read(folder / "K.npz", folder / "M.npz", regions=files)
     matrices = bp.finite_elements.Matrices(

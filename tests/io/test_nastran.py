@@ -93,7 +93,7 @@ def test_cylindrical_displacement_systems():
     position, turn = nastran._grids(uset, np.array([200, 100]), Path("a.op2"))
     np.testing.assert_allclose(position, [[10, 0, 32], [5, 10, 15]], atol=1e-12)
     motion = np.array([[[1.0], [2.0], [3.0]], [[1.0], [2.0], [3.0]]])
-    turned = nastran._turned(motion, turn)[:, :, 0]
+    turned = nastran._rotated(motion, turn)[:, :, 0]
     np.testing.assert_allclose(turned, [[3.0, -2.0, 1.0], [1.0, 2.0, 3.0]], atol=1e-12)
 
 
@@ -145,7 +145,9 @@ def test_shapes_and_masses_of_two_solutions(monkeypatch):
 @pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 @pytest.mark.parametrize("read", [nastran.read_modes, nastran.read_matrices])
 def test_files_of_another_kind(tmp_path, monkeypatch, read):
-    with pytest.raises(FileNotFoundError, match=r"no such file; a file of Nastran is needed"):
+    with pytest.raises(
+        FileNotFoundError, match=r"There is no file .*; a file of Nastran is needed"
+    ):
         read(tmp_path / "none.op2")
     for name, content in [("text", b"GRID, 1,, 0., 0., 0.\n"), ("empty", b"")]:
         (tmp_path / name).write_bytes(content)

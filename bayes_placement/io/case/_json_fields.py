@@ -1,7 +1,4 @@
-"""_fields: in, a JSON file; out, its fields, each checked against what is allowed there.
-
-Not known here: structures, measurements, what a field is for.
-"""
+"""Fields of a JSON file, each checked against a rule, with errors that name file and field."""
 
 import difflib
 import json
@@ -14,56 +11,56 @@ from ..._types import InputError
 
 
 class CaseError(InputError):
-    """A case folder that does not describe one whole, unambiguous experiment."""
+    """A case folder with a missing, wrong or contradictory field or file."""
 
 
-class Rule(NamedTuple):
-    """What is allowed in a field, in words, by example and as a test."""
+class FieldRule(NamedTuple):
+    """What is allowed in a field: in words, by an example, and as a test."""
 
     needed: str
     example: Any
     accepts: Callable[[Any], bool]
 
 
-class Fields(NamedTuple):
-    """A JSON object: its content, the file, its dotted path there and the name that it bears."""
+class JsonObject(NamedTuple):
+    """A JSON object with its file, its dotted path in the file, and its `id` or `name`."""
 
     content: dict[str, Any]
     file: Path
     path: str = ""
     label: str = ""
 
-    def take(self, name: str, rule: Rule) -> Any:
+    def value(self, name: str, rule: FieldRule) -> Any:
         """Return a required field.
 
         Raises
         ------
         CaseError
-            If it is missing, or something else than the rule allows.
+            If it is missing, or the rule does not allow its value.
         """
         if name not in self.content:
             raise CaseError(
-                f"{self.file} has no field {self.place(name)}; {rule.needed} is needed there. "
-                f"{self._similar(name)}Write {_written(name, rule.example)}."
+                f"{self.file} has no field {self.dotted_path(name)}; {rule.needed} is needed "
+                f"there. {self._similar(name)}Write {_written(name, rule.example)}."
             )
         value = self.content[name]
         if not rule.accepts(value):
             raise self.wrong(name, rule)
         return value
 
-    def wrong(self, name: str, rule: Rule) -> CaseError:
-        """Error that says what a field holds and what it should."""
+    def wrong(self, name: str, rule: FieldRule) -> CaseError:
+        """Error that says what a field holds and what is needed there."""
         return CaseError(
-            f"{self.file}: the field {self.place(name)} is {_shown(self.content[name])}; "
+            f"{self.file}: the field {self.dotted_path(name)} is {_shown(self.content[name])}; "
             f"{rule.needed} is needed there. For example, write {_written(name, rule.example)}."
         )
 
-    def place(self, name: str) -> str:
-        """Dotted path of a field: sensors[2].tolerance_m, with the name of its object."""
-        whole = f"{self.path}.{name}" if self.path else name
-        return f'{whole} of "{self.label}"' if self.label else whole
+    def dotted_path(self, name: str) -> str:
+        """Path of a field, with the name of its object: sensors[2].tolerance_m of "s3"."""
+        path = f"{self.path}.{name}" if self.path else name
+        return f'{path} of "{self.label}"' if self.label else path
 
-    def inside(self, name: str) -> "Fields":
+    def object(self, name: str) -> "JsonObject":
         """Return the object in a required field.
 
         Raises
@@ -71,11 +68,11 @@ class Fields(NamedTuple):
         CaseError
             If it is missing or no object.
         """
-        rule = Rule("an object {...}", {}, lambda value: isinstance(value, dict))
+        rule = FieldRule("an object {...}", {}, lambda value: isinstance(value, dict))
         path = f"{self.path}.{name}" if self.path else name
-        return Fields(self.take(name, rule), self.file, path)
+        return JsonObject(self.value(name, rule), self.file, path)
 
-    def each(self, name: str, *, least: int = 0) -> list["Fields"]:
+    def objects(self, name: str, *, least: int = 0) -> list["JsonObject"]:
         """Return the objects in a required field that lists them.
 
         Raises
@@ -84,31 +81,33 @@ class Fields(NamedTuple):
             If it is missing, no list of objects, or shorter than `least`.
         """
         at_least = f" with at least {least} entry" if least else ""
-        rule = Rule(f"a list [{{...}}] of objects{at_least}", [{}], lambda v: _objects(v, least))
+        rule = FieldRule(
+            f"a list [{{...}}] of objects{at_least}", [{}], lambda value: _are_objects(value, least)
+        )
         path = f"{self.path}.{name}" if self.path else name
         return [
-            Fields(one, self.file, f"{path}[{index}]", _label(one))
-            for index, one in enumerate(self.take(name, rule))
+            JsonObject(content, self.file, f"{path}[{index}]", _label(content))
+            for index, content in enumerate(self.value(name, rule))
         ]
 
     def has(self, name: str) -> bool:
-        """Tell whether an optional field is there and not null."""
+        """Tell whether an optional field is present and not null."""
         return self.content.get(name) is not None
 
     def _similar(self, name: str) -> str:
-        found = difflib.get_close_matches(name, self.content, n=1)
-        return f'Is "{found[0]}" it, misspelt? ' if found else ""
+        similar = difflib.get_close_matches(name, self.content, n=1)
+        return f'Is "{similar[0]}" it, misspelt? ' if similar else ""
 
 
-def load(file: Path) -> Fields:
-    """Read a JSON file whose whole is one object.
+def load(file: Path) -> JsonObject:
+    """Read a JSON file that holds an object.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
     CaseError
-        If it is no JSON, no object, or gives a field twice.
+        If it is not JSON, not an object, or holds a field twice.
     """
     if not file.is_file():
         raise FileNotFoundError(
@@ -116,87 +115,89 @@ def load(file: Path) -> Fields:
             "that folder."
         )
     try:
-        content = json.loads(file.read_text("utf-8-sig"), object_pairs_hook=_once)
+        content = json.loads(file.read_text("utf-8-sig"), object_pairs_hook=_without_duplicates)
     except json.JSONDecodeError as error:
         raise CaseError(
-            f"{file} is no JSON: {error.msg} in line {error.lineno}, column {error.colno}. "
+            f"{file} is not JSON: {error.msg} in line {error.lineno}, column {error.colno}. "
             "Correct it there; a comma may be missing or left over just before."
         ) from error
-    except ValueError as error:  # a field given twice, or bytes that are no UTF-8
+    except ValueError as error:  # a duplicate field, or bytes that are not UTF-8
         raise CaseError(f"{file} cannot be read: {error}. Correct it there.") from error
     if not isinstance(content, dict):
         raise CaseError(
             f"{file} holds {_shown(content)}; one object {{...}} with the fields of a case is "
             'needed: {"structure": {...}, "sensors": [...], ...}.'
         )
-    return Fields(content, file)
+    return JsonObject(content, file)
 
 
-def distinct(name: str, objects: list[Fields]) -> None:
+def check_distinct(name: str, objects: list[JsonObject]) -> None:
     """Refuse objects that share the value of a field.
 
     Raises
     ------
     CaseError
-        If two of them do.
+        If two objects do.
     """
-    for index, one in enumerate(objects):
-        value = one.content[name]
-        for other in objects[:index]:
-            if other.content[name] == value:
+    for index, later in enumerate(objects):
+        value = later.content[name]
+        for earlier in objects[:index]:
+            if earlier.content[name] == value:
                 raise CaseError(
-                    f"{one.file}: {other.place(name)} and {one.place(name)} are both "
-                    f"{_shown(value)}; each needs its own, since either could be meant. Correct "
-                    "the one that is wrong, or leave it out."
+                    f"{later.file}: {earlier.dotted_path(name)} and {later.dotted_path(name)} are "
+                    f"both {_shown(value)}; each needs its own, since either could be meant. "
+                    "Correct the one that is wrong, or leave it out."
                 )
 
 
-def positive(unit: str, example: float, most: float = math.inf) -> Rule:
-    """Allow a number above zero, and below a bound if there is one."""
+def positive(unit: str, example: float, most: float = math.inf) -> FieldRule:
+    """Allow a number above zero and below an upper bound."""
     below = f" below {most:g}" if most < math.inf else ""
-    return Rule(
+    return FieldRule(
         f"a positive number [{unit}]{below}",
         example,
         lambda value: is_number(value) and 0 < value < most,
     )
 
 
-def between(low: float, high: float, unit: str, example: float) -> Rule:
-    """Allow a number between two bounds, which are allowed themselves."""
-    return Rule(
+def between(low: float, high: float, unit: str, example: float) -> FieldRule:
+    """Allow a number between two bounds, the bounds included."""
+    return FieldRule(
         f"a number [{unit}] from {low:g} to {high:g}",
         example,
         lambda value: is_number(value) and low <= value <= high,
     )
 
 
-def whole(least: int, example: int) -> Rule:
-    """Allow a whole number of some least value."""
-    return Rule(
+def integer(least: int, example: int) -> FieldRule:
+    """Allow a whole number that is not below a least value."""
+    return FieldRule(
         f"a whole number of at least {least}",
         example,
         lambda value: type(value) is int and value >= least,
     )
 
 
-def begins_with(words: str) -> Rule:
-    """Allow a text that begins with some words."""
-    return Rule(
-        f"a text that begins with {_shown(words)}",
-        words,
-        lambda value: isinstance(value, str) and value.startswith(words),
+def begins_with(beginning: str) -> FieldRule:
+    """Allow a text with a certain beginning."""
+    return FieldRule(
+        f"a text that begins with {_shown(beginning)}",
+        beginning,
+        lambda value: isinstance(value, str) and value.startswith(beginning),
     )
 
 
-def one_of(*words: str) -> Rule:
-    """Allow one of some texts, word for word."""
-    listed = " or ".join(_shown(word) for word in words)
-    return Rule(listed, words[0], lambda value: isinstance(value, str) and value in words)
+def choice(*texts: str) -> FieldRule:
+    """Allow a text of a list, literally."""
+    listed = " or ".join(_shown(text) for text in texts)
+    return FieldRule(listed, texts[0], lambda value: isinstance(value, str) and value in texts)
 
 
-def numbers(needed: str, example: list[float] | list[int], accepts: Callable[[Any], bool]) -> Rule:
+def numbers(
+    needed: str, example: list[float] | list[int], accepts: Callable[[Any], bool]
+) -> FieldRule:
     """Allow a list of numbers of the length of the example that passes a test."""
-    return Rule(
+    return FieldRule(
         needed,
         example,
         lambda value: (
@@ -213,17 +214,17 @@ def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and type(value) is not bool and math.isfinite(value)
 
 
-def _objects(value: Any, least: int) -> bool:
-    listed = isinstance(value, list) and len(value) >= least
-    return listed and all(isinstance(one, dict) for one in value)
+def _are_objects(value: Any, least: int) -> bool:
+    long_enough = isinstance(value, list) and len(value) >= least
+    return long_enough and all(isinstance(entry, dict) for entry in value)
 
 
 def _label(content: dict[str, Any]) -> str:
-    found = content.get("id", content.get("name"))
-    return found if isinstance(found, str) else ""
+    name = content.get("id", content.get("name"))
+    return name if isinstance(name, str) else ""
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     names = [name for name, _ in pairs]
     twice = [name for index, name in enumerate(names) if name in names[:index]]
     if twice:

@@ -1,7 +1,4 @@
-"""_structure: in, the fields of a case; out, the structure that it draws, with its priors.
-
-Not known here: sensors, measurements, how fields are checked.
-"""
+"""Nominal bar or beam of a case, and the structure of a case with its priors."""
 
 from collections.abc import Callable
 from functools import partial
@@ -16,25 +13,34 @@ from ...experiment.damping import Modal
 from ...experiment.structure import Structure
 from ...modes.beams import beams
 from ...modes.modes import Modes
-from ._finite_elements import Model
-from ._json_fields import CaseError, Fields, Rule, begins_with, between, distinct, one_of, positive
+from ._finite_elements import FiniteElementStructure
+from ._json_fields import (
+    CaseError,
+    FieldRule,
+    JsonObject,
+    begins_with,
+    between,
+    check_distinct,
+    choice,
+    positive,
+)
 
 
-class _Line(NamedTuple):
-    """A kind of line structure: direction of its motion and its ends, by the words of a case."""
+class _LineKind(NamedTuple):
+    """A kind of bar or beam: its direction of motion and its ends, by the texts of a case."""
 
     direction: int
     motion: str
     ends: dict[str, str]
 
 
-_LINES = {
-    "axial bar": _Line(
+_LINE_KINDS = {
+    "axial bar": _LineKind(
         1,
         "axial displacement u(x), direction 1",
         {"fixed at x=0 and x=L": "fixed-fixed"},
     ),
-    "Euler-Bernoulli beam, bending": _Line(
+    "Euler-Bernoulli beam, bending": _LineKind(
         3,
         "transverse displacement w(x) along z, direction 3",
         {
@@ -63,21 +69,35 @@ _UNCERTAIN = {
 }
 
 
-class Line(NamedTuple):
-    """The nominal line structure of a case, its words understood."""
+class LineStructure(NamedTuple):
+    """The nominal bar or beam of a case.
 
-    fields: Fields
+    Parameters
+    ----------
+    fields
+        The object `structure` in `case.json`.
+    length
+        Length [m].
+    direction
+        Direction in which it moves: 1 or 3.
+    build
+        Makes its modes of their number, a modulus and a density.
+    springs
+        The objects of its suspension.
+    """
+
+    fields: JsonObject
     length: float
     direction: int
     build: Callable[..., Modes]
-    springs: list[Fields]
+    springs: list[JsonObject]
 
 
-Drawn = Line | Model
-"""What a case draws: a line, or a finite element model."""
+NominalStructure = LineStructure | FiniteElementStructure
+"""The nominal structure of a case."""
 
 
-def drawn(case: Fields) -> Drawn:
+def nominal_structure(case: JsonObject) -> NominalStructure:
     """Read the fields `structure` and `nominal_fe_model`.
 
     Raises
@@ -86,34 +106,34 @@ def drawn(case: Fields) -> Drawn:
         If a field is missing or wrong.
     """
     if case.has("nominal_fe_model"):
-        return Model(case)
-    fields = case.inside("structure")
-    line = _LINES[fields.take("type", one_of(*_LINES))]
-    fields.take("motion", begins_with(line.motion))
-    words = fields.take("boundary_conditions", one_of(*line.ends))
-    length = float(fields.take("length_m", positive("m", 1.0)))
-    beam: Callable[..., Modes] = beams.bar if line.direction == 1 else beams.beam
+        return FiniteElementStructure(case)
+    fields = case.object("structure")
+    kind = _LINE_KINDS[fields.value("type", choice(*_LINE_KINDS))]
+    fields.value("motion", begins_with(kind.motion))
+    ends = fields.value("boundary_conditions", choice(*kind.ends))
+    length = float(fields.value("length_m", positive("m", 1.0)))
+    bar_or_beam: Callable[..., Modes] = beams.bar if kind.direction == 1 else beams.beam
     build = partial(
-        beam,
+        bar_or_beam,
         length=length,
-        ends=line.ends[words],
-        direction=line.direction,
-        **_section(fields, line.direction),
+        ends=kind.ends[ends],
+        direction=kind.direction,
+        **_section(fields, kind.direction),
     )
-    hung = words == _SUSPENDED or fields.has("suspension")
-    springs = fields.each("suspension", least=1) if hung else []
-    return Line(fields, length, line.direction, build, springs)
+    suspended = ends == _SUSPENDED or fields.has("suspension")
+    springs = fields.objects("suspension", least=1) if suspended else []
+    return LineStructure(fields, length, kind.direction, build, springs)
 
 
-def _section(fields: Fields, direction: int) -> dict[str, float]:
+def _section(fields: JsonObject, direction: int) -> dict[str, float]:
     if direction == 1:
-        return {"area": float(fields.take("area_m2", positive("m2", 1e-3)))}
-    width = float(fields.take("width_m", positive("m", 0.03)))
-    height = float(fields.take("height_m", positive("m", 0.006)))
+        return {"area": float(fields.value("area_m2", positive("m2", 1e-3)))}
+    width = float(fields.value("width_m", positive("m", 0.03)))
+    height = float(fields.value("height_m", positive("m", 0.006)))
     return {"area": width * height, "second_moment": width * height**3 / 12}
 
 
-def structure(case: Fields, drawn: Drawn, highest: float) -> Structure:
+def structure(case: JsonObject, nominal: NominalStructure, highest: float) -> Structure:
     """Build the structure with its uncertain parameters, for lines up to a highest one [Hz].
 
     Raises
@@ -121,44 +141,42 @@ def structure(case: Fields, drawn: Drawn, highest: float) -> Structure:
     CaseError
         If a field is missing or wrong.
     """
-    nominal = _nominal(drawn.fields)
-    given: dict[str, Parameter] = {**nominal, **_priors(case, nominal)}
-    damping = Modal(given["modal_damping_ratio"])
-    if isinstance(drawn, Model):
-        stated = given["youngs_modulus_Pa"], given["density_kg_m3"]
-        return Structure(drawn.modes(highest, *stated), damping=damping)
-    modes = _modes_kept(drawn, nominal, highest)
-    built = drawn.build(
-        modes, youngs_modulus=given["youngs_modulus_Pa"], density=given["density_kg_m3"]
-    )
-    whole = Structure(built, damping=damping)
-    for number, spring in enumerate(drawn.springs, start=1):
-        whole = whole + _suspension(spring, number, drawn.length)
-    return whole
+    values = _nominal_values(nominal.fields)
+    parameters: dict[str, Parameter] = {**values, **_priors(case, values)}
+    modulus, density = parameters["youngs_modulus_Pa"], parameters["density_kg_m3"]
+    damping = Modal(parameters["modal_damping_ratio"])
+    if isinstance(nominal, FiniteElementStructure):
+        return Structure(nominal.modes(highest, modulus, density), damping=damping)
+    count = _modes_kept(nominal, values, highest)
+    modes = nominal.build(count, youngs_modulus=modulus, density=density)
+    suspended = Structure(modes, damping=damping)
+    for number, spring in enumerate(nominal.springs, start=1):
+        suspended = suspended + _suspension(spring, number, nominal.length)
+    return suspended
 
 
-def _nominal(fields: Fields) -> dict[str, float]:
-    damping = fields.inside("damping")
-    damping.take("model", one_of(_DAMPING))
+def _nominal_values(fields: JsonObject) -> dict[str, float]:
+    damping = fields.object("damping")
+    damping.value("model", choice(_DAMPING))
     return {
-        "youngs_modulus_Pa": float(fields.take("youngs_modulus_Pa", _MODULUS)),
-        "density_kg_m3": float(fields.take("density_kg_m3", _DENSITY)),
-        "modal_damping_ratio": float(damping.take("ratio", _RATIO)),
+        "youngs_modulus_Pa": float(fields.value("youngs_modulus_Pa", _MODULUS)),
+        "density_kg_m3": float(fields.value("density_kg_m3", _DENSITY)),
+        "modal_damping_ratio": float(damping.value("ratio", _RATIO)),
     }
 
 
-def _modes_kept(drawn: Line, nominal: dict[str, float], highest: float) -> int:
-    reach = 2 * np.pi * _BAND_FACTOR * highest
+def _modes_kept(nominal: LineStructure, values: dict[str, float], highest: float) -> int:
+    limit = 2 * np.pi * _BAND_FACTOR * highest
     material = {
-        "youngs_modulus": nominal["youngs_modulus_Pa"],
-        "density": nominal["density_kg_m3"],
+        "youngs_modulus": values["youngs_modulus_Pa"],
+        "density": values["density_kg_m3"],
     }
     for count in _COUNTS:
-        frequencies = np.asarray(drawn.build(count, **material).angular_frequency())
-        if frequencies[-1] > reach:
-            return max(int(np.sum(frequencies <= reach)), _LEAST_MODES)
+        frequencies = np.asarray(nominal.build(count, **material).angular_frequency())
+        if frequencies[-1] > limit:
+            return max(int(np.sum(frequencies <= limit)), _LEAST_MODES)
     raise CaseError(
-        f"{drawn.fields.file}: the structure in `structure` has more than {_COUNTS[-1]} natural "
+        f"{nominal.fields.file}: the structure in `structure` has more than {_COUNTS[-1]} natural "
         f"frequencies below {_BAND_FACTOR * highest:g} Hz, {_BAND_FACTOR} times the end of "
         "frequency.band_hz; lengths in m, modulus in Pa and density in kg/m3 are needed, since SI "
         'is assumed throughout. Check the units, for example "youngs_modulus_Pa": 2.1e11 for '
@@ -166,39 +184,41 @@ def _modes_kept(drawn: Line, nominal: dict[str, float], highest: float) -> int:
     )
 
 
-def _suspension(spring: Fields, number: int, length: float) -> GroundSpring:
-    place = spring.take("x_m", between(0.0, length, "m", 0.2 * length))
-    stiffness = spring.take("stiffness_N_per_m", positive("N/m", 230.0))
-    return ground_spring(at=float(place), stiffness=float(stiffness), name=f"suspension_{number}")
+def _suspension(spring: JsonObject, number: int, length: float) -> GroundSpring:
+    position = spring.value("x_m", between(0.0, length, "m", 0.2 * length))
+    stiffness = spring.value("stiffness_N_per_m", positive("N/m", 230.0))
+    return ground_spring(
+        at=float(position), stiffness=float(stiffness), name=f"suspension_{number}"
+    )
 
 
-def _priors(case: Fields, nominal: dict[str, float]) -> dict[str, Distribution]:
-    every = case.each("uncertain_parameters")
-    names = [one.take("name", one_of(*_UNCERTAIN)) for one in every]
-    distinct("name", every)
+def _priors(case: JsonObject, nominal: dict[str, float]) -> dict[str, Distribution]:
+    parameters = case.objects("uncertain_parameters")
+    names = [parameter.value("name", choice(*_UNCERTAIN)) for parameter in parameters]
+    check_distinct("name", parameters)
     return {
-        name: _prior(one.inside("prior"), _UNCERTAIN[name], nominal[name])
-        for name, one in zip(names, every, strict=True)
+        name: _prior(parameter.object("prior"), _UNCERTAIN[name], nominal[name])
+        for name, parameter in zip(names, parameters, strict=True)
     }
 
 
-def _prior(fields: Fields, allowed: Rule, nominal: float) -> Distribution:
-    return _PRIORS[fields.take("type", one_of(*_PRIORS))](fields, allowed, nominal)
+def _prior(fields: JsonObject, allowed: FieldRule, nominal: float) -> Distribution:
+    return _PRIORS[fields.value("type", choice(*_PRIORS))](fields, allowed, nominal)
 
 
-def _uniform(fields: Fields, allowed: Rule, nominal: float) -> Distribution:
-    """Uniform law around the nominal value: one beside it betrays another unit."""
-    low = fields.take(
+def _uniform(fields: JsonObject, allowed: FieldRule, nominal: float) -> Distribution:
+    """Uniform prior that contains the nominal value; otherwise the unit is probably another."""
+    low = fields.value(
         "low",
-        Rule(
+        FieldRule(
             f"{allowed.needed}, not above the nominal value {nominal:g} in `structure`,",
             0.9 * nominal,
             lambda value: allowed.accepts(value) and value <= nominal,
         ),
     )
-    high = fields.take(
+    high = fields.value(
         "high",
-        Rule(
+        FieldRule(
             f"{allowed.needed}, above `low` and not below the nominal value {nominal:g},",
             1.1 * nominal,
             lambda value: allowed.accepts(value) and value > low and value >= nominal,
@@ -207,16 +227,16 @@ def _uniform(fields: Fields, allowed: Rule, nominal: float) -> Distribution:
     return Uniform(float(low), float(high))
 
 
-def _normal(fields: Fields, allowed: Rule, nominal: float) -> Distribution:
-    mean = fields.take("mean", allowed)
-    # Five standard deviations: what is positive by nature must not be drawn as negative.
+def _normal(fields: JsonObject, allowed: FieldRule, nominal: float) -> Distribution:
+    mean = fields.value("mean", allowed)
+    # The mean is five standard deviations above zero: a positive quantity is not drawn negative.
     narrow = positive("in the unit of the mean", 0.05 * mean, most=0.2 * mean)
-    return Normal(float(mean), float(fields.take("standard_deviation", narrow)))
+    return Normal(float(mean), float(fields.value("standard_deviation", narrow)))
 
 
-def _lognormal(fields: Fields, allowed: Rule, nominal: float) -> Distribution:
-    median = fields.take("median", allowed)
-    spread = fields.take("log_standard_deviation", positive("1", 0.1))
+def _lognormal(fields: JsonObject, allowed: FieldRule, nominal: float) -> Distribution:
+    median = fields.value("median", allowed)
+    spread = fields.value("log_standard_deviation", positive("1", 0.1))
     return LogNormal(float(np.log(median)), float(spread))
 
 

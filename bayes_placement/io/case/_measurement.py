@@ -1,7 +1,4 @@
-"""_measurement: in, the fields of a case and its UFF files; out, measurements that agree.
-
-Not known here: structures, priors, experiments.
-"""
+"""Measured FRFs of a case: what `case.json` states, and the universal files, which must agree."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -13,20 +10,40 @@ import numpy as np
 from ...experiment.measurement import LINE_TOLERANCE, Measurement
 from ...positions.channel import Channel
 from .. import uff
-from ._json_fields import CaseError, Fields, Rule, is_number, numbers, one_of, whole
+from ._json_fields import (
+    CaseError,
+    FieldRule,
+    JsonObject,
+    choice,
+    integer,
+    is_number,
+    numbers,
+)
 
 UNITS = {"accelerance": "(m/s^2)/N", "mobility": "(m/s)/N", "receptance": "m/N"}
-_PLACE_DIGITS = 1e-5  # of the greatest coordinate; universal files may keep six digits
-_Point = tuple[float, ...]
+_COORDINATE_PRECISION = 1e-5  # of the greatest coordinate; universal files may keep six digits
+_Coordinates = tuple[float, ...]
 
 
-class Mounted(NamedTuple):
-    """A sensor or actuator as the case records it: field, channels, node of the UFF file, place."""
+class RecordedTransducer(NamedTuple):
+    """A sensor or actuator as the case records it.
 
-    fields: Fields
+    Parameters
+    ----------
+    fields
+        Its object in `case.json`.
+    channels
+        Its channels.
+    node
+        Its node in the universal files.
+    position
+        Recorded coordinates [m].
+    """
+
+    fields: JsonObject
     channels: tuple[Channel, ...]
     node: int
-    position: _Point
+    position: _Coordinates
 
     @property
     def name(self) -> str:
@@ -34,12 +51,30 @@ class Mounted(NamedTuple):
         return self.channels[0].name
 
 
-class Setup(NamedTuple):
-    """What the measurement of a case is said to be."""
+class MeasurementSettings(NamedTuple):
+    """What a case states about its measurement.
 
-    case: Path
-    sensors: list[Mounted]
-    actuators: list[Mounted]
+    Parameters
+    ----------
+    file
+        The file `case.json`.
+    sensors, actuators
+        The transducers.
+    quantity
+        `receptance`, `mobility` or `accelerance`.
+    averages
+        Number of averages.
+    force_levels
+        Amplitudes of the force [N], or None.
+    band
+        First and last line [Hz].
+    lines
+        Number of lines in the band.
+    """
+
+    file: Path
+    sensors: list[RecordedTransducer]
+    actuators: list[RecordedTransducer]
     quantity: str
     averages: int
     force_levels: tuple[float, ...] | None
@@ -47,7 +82,9 @@ class Setup(NamedTuple):
     lines: int
 
 
-def setup(case: Fields, sensors: list[Mounted], actuators: list[Mounted]) -> Setup:
+def settings(
+    case: JsonObject, sensors: list[RecordedTransducer], actuators: list[RecordedTransducer]
+) -> MeasurementSettings:
     """Read the fields `measurement` and `frequency`.
 
     Raises
@@ -55,216 +92,237 @@ def setup(case: Fields, sensors: list[Mounted], actuators: list[Mounted]) -> Set
     CaseError
         If a field is missing or wrong.
     """
-    stated, axis = case.inside("measurement"), case.inside("frequency")
-    quantity = stated.take("quantity", one_of(*UNITS))
-    stated.take("units", one_of(UNITS[quantity]))
-    stated.take("convention", one_of("exp(+i w t)"))
-    stated.take("estimator", one_of("H1"))  # for which the noise follows from the coherence
-    stated.take("out_channels", _channels("sensors", sensors))
-    stated.take("in_channels", _channels("actuators", actuators))
-    low, high = axis.take("band_hz", _BAND)
-    return Setup(
-        case=case.file,
+    stated, axis = case.object("measurement"), case.object("frequency")
+    quantity = stated.value("quantity", choice(*UNITS))
+    stated.value("units", choice(UNITS[quantity]))
+    stated.value("convention", choice("exp(+i w t)"))
+    stated.value("estimator", choice("H1"))  # for which the noise follows from the coherence
+    stated.value("out_channels", _channels_rule("sensors", sensors))
+    stated.value("in_channels", _channels_rule("actuators", actuators))
+    low, high = axis.value("band_hz", _BAND)
+    return MeasurementSettings(
+        file=case.file,
         sensors=sensors,
         actuators=actuators,
         quantity=quantity,
-        averages=stated.take("n_averages", whole(1, 16)),
-        force_levels=_levels(stated.take("force_levels_N", _LEVELS)),
+        averages=stated.value("n_averages", integer(1, 16)),
+        force_levels=_levels(stated.value("force_levels_N", _LEVELS)),
         band=(float(low), float(high)),
-        lines=axis.take("n_lines", whole(1, 400)),
+        lines=axis.value("n_lines", integer(1, 400)),
     )
 
 
-def measurements(folder: Path, setup: Setup) -> tuple[Measurement, ...]:
-    """Read one measurement for each force level, or the only one.
+def measurements(folder: Path, settings: MeasurementSettings) -> tuple[Measurement, ...]:
+    """Read the measurement of each force level; a single one where there are no force levels.
 
     Raises
     ------
     FileNotFoundError
         If a file is missing.
     CaseError
-        If a file is no universal file, or contradicts the case.
+        If a file is not a universal file, or contradicts the case.
     """
-    levels = setup.force_levels or (None,)
+    levels = settings.force_levels or (None,)
     names = ["measured.uff", *(f"measured_level{n}.uff" for n in range(2, len(levels) + 1))]
-    every = tuple(
-        _measurement(folder / name, setup, level) for name, level in zip(names, levels, strict=True)
+    measured = tuple(
+        _measurement(folder / name, settings, level)
+        for name, level in zip(names, levels, strict=True)
     )
-    for name, one in zip(names, every, strict=True):
-        if not np.allclose(one.frequency, every[0].frequency, rtol=LINE_TOLERANCE, atol=0.0):
+    for name, measurement in zip(names, measured, strict=True):
+        lines, first = measurement.frequency, measured[0].frequency
+        if not np.allclose(lines, first, rtol=LINE_TOLERANCE, atol=0.0):
             raise CaseError(
                 f"{folder / name} and {folder / names[0]} have other lines in the same band; one "
                 "frequency axis is needed for all force levels, since they are compared line by "
                 "line. Export both on the same lines."
             )
-    return every
+    return measured
 
 
-def _measurement(file: Path, setup: Setup, level: float | None) -> Measurement:
-    whole_file = _named(_read(file, setup), setup)
-    _check_quantity(file, setup, whole_file)
-    for side, mounted in (("sensors", setup.sensors), ("actuators", setup.actuators)):
-        _check_channels(file, setup, side, mounted, whole_file)
-    _check_positions(file, setup, whole_file)
-    _check_notes(file, setup, whole_file, level)
-    chosen = whole_file.channels(*(_every(side) for side in (setup.sensors, setup.actuators)))
-    in_band = _in_band(file, setup, chosen)
-    known = dataclasses.replace(in_band, averages=setup.averages, force_level=level)
-    _check_noise(file, known)
-    return known
+def _measurement(file: Path, settings: MeasurementSettings, level: float | None) -> Measurement:
+    recorded = _named(_read(file, settings), settings)
+    _check_quantity(file, settings, recorded)
+    _check_channels(file, settings, settings.sensors, recorded.sensors)
+    _check_channels(file, settings, settings.actuators, recorded.actuators)
+    _check_positions(file, settings, recorded)
+    _check_notes(file, settings, recorded, level)
+    chosen = recorded.channels(_channels(settings.sensors), _channels(settings.actuators))
+    in_band = _in_band(file, settings, chosen)
+    measurement = dataclasses.replace(in_band, averages=settings.averages, force_level=level)
+    _check_noise(file, measurement)
+    return measurement
 
 
-def _read(file: Path, setup: Setup) -> Measurement:
+def _read(file: Path, settings: MeasurementSettings) -> Measurement:
+    transducers = [*settings.sensors, *settings.actuators]
     if not file.is_file():
-        levels = len(setup.force_levels or ())
+        levels = len(settings.force_levels or ())
         wanted = f"one file for each of {levels} force levels" if levels > 1 else "one file"
         raise FileNotFoundError(
-            f"There is no file {file}, and measurement.force_levels_N in {setup.case} asks for "
+            f"There is no file {file}, and measurement.force_levels_N in {settings.file} asks for "
             f"{wanted}: measured.uff, then measured_level2.uff and so on. Put the file there, or "
             "correct that field."
         )
     # A sensor and an actuator may share a node, so nodes keep their numbers here.
-    nodes = {one.node: str(one.node) for one in (*setup.sensors, *setup.actuators)}
+    nodes = {transducer.node: str(transducer.node) for transducer in transducers}
     try:
         return uff.read(file, names=nodes, require_positions=False)
     except ValueError as error:
         raise CaseError(f"{file} cannot be used: {error}") from error
 
 
-def _named(measurement: Measurement, setup: Setup) -> Measurement:
-    """Name channels and places as the case does, by their node."""
-    sensors = {str(one.node): one.name for one in setup.sensors}
-    actuators = {str(one.node): one.name for one in setup.actuators}
+def _named(measurement: Measurement, settings: MeasurementSettings) -> Measurement:
+    """Name channels and positions as the case does, by their node."""
+    sensors = {str(sensor.node): sensor.name for sensor in settings.sensors}
+    actuators = {str(actuator.node): actuator.name for actuator in settings.actuators}
     return dataclasses.replace(
         measurement,
         sensors=_renamed(measurement.sensors, sensors),
         actuators=_renamed(measurement.actuators, actuators),
         positions={
-            names[node]: place
+            names[node]: position
             for names in (sensors, actuators)
-            for node, place in measurement.positions.items()
+            for node, position in measurement.positions.items()
             if node in names
         },
     )
 
 
 def _renamed(channels: tuple[Channel, ...], names: Mapping[str, str]) -> tuple[Channel, ...]:
-    return tuple(one._replace(name=names.get(one.name, f"node {one.name}")) for one in channels)
+    return tuple(
+        channel._replace(name=names.get(channel.name, f"node {channel.name}"))
+        for channel in channels
+    )
 
 
-def _check_quantity(file: Path, setup: Setup, measured: Measurement) -> None:
-    if measured.quantity != setup.quantity:
+def _check_quantity(file: Path, settings: MeasurementSettings, measured: Measurement) -> None:
+    if measured.quantity != settings.quantity:
         raise _contradiction(
-            file, f"holds {measured.quantity}", setup, "measurement.quantity", setup.quantity
+            file,
+            f"holds {measured.quantity}",
+            settings,
+            "measurement.quantity",
+            settings.quantity,
         )
 
 
 def _check_channels(
-    file: Path, setup: Setup, side: str, mounted: list[Mounted], measured: Measurement
+    file: Path,
+    settings: MeasurementSettings,
+    transducers: list[RecordedTransducer],
+    recorded: tuple[Channel, ...],
 ) -> None:
     """Refuse a channel that is missing or recorded in the opposite direction."""
-    there = measured.sensors if side == "sensors" else measured.actuators
-    for one in mounted:
-        for wanted in one.channels:
-            if not {wanted, Channel(wanted.name)} & set(there):
+    for transducer in transducers:
+        for wanted in transducer.channels:
+            if not {wanted, Channel(wanted.name)} & set(recorded):
                 raise _contradiction(
                     file,
-                    f"has the channels {', '.join(channel.label for channel in there)}",
-                    setup,
-                    one.fields.place("directions"),
-                    f"{wanted.label} at node {one.node}",
+                    f"has the channels {', '.join(channel.label for channel in recorded)}",
+                    settings,
+                    transducer.fields.dotted_path("directions"),
+                    f"{wanted.label} at node {transducer.node}",
                 )
 
 
-def _check_positions(file: Path, setup: Setup, measured: Measurement) -> None:
-    every = [*setup.sensors, *setup.actuators]
-    close = _PLACE_DIGITS * max(max(map(abs, one.position)) for one in every)
-    for one in every:
-        found = measured.positions.get(one.name)
-        if found and not np.allclose(found, one.position, rtol=0.0, atol=close):
+def _check_positions(file: Path, settings: MeasurementSettings, measured: Measurement) -> None:
+    transducers = [*settings.sensors, *settings.actuators]
+    largest = max(max(map(abs, transducer.position)) for transducer in transducers)
+    for transducer in transducers:
+        position = measured.positions.get(transducer.name)
+        if position and not np.allclose(
+            position, transducer.position, rtol=0.0, atol=_COORDINATE_PRECISION * largest
+        ):
             raise _contradiction(
                 file,
-                f"places node {one.node} at {_point(found)} m",
-                setup,
-                one.fields.place("position_m"),
-                f"{_point(one.position)} m",
+                f"places node {transducer.node} at {_shown(position)} m",
+                settings,
+                transducer.fields.dotted_path("position_m"),
+                f"{_shown(transducer.position)} m",
             )
 
 
-def _check_notes(file: Path, setup: Setup, measured: Measurement, level: float | None) -> None:
+def _check_notes(
+    file: Path, settings: MeasurementSettings, measured: Measurement, level: float | None
+) -> None:
     """Compare averages and force level where the file records them."""
-    if measured.averages not in (None, setup.averages):
+    if measured.averages not in (None, settings.averages):
         raise _contradiction(
             file,
             f"records {measured.averages} averages",
-            setup,
+            settings,
             "measurement.n_averages",
-            setup.averages,
+            settings.averages,
         )
     if measured.force_level is not None and measured.force_level != level:
         raise _contradiction(
             file,
             f"records a force of {measured.force_level:g} N",
-            setup,
+            settings,
             "measurement.force_levels_N",
             "none" if level is None else f"{level:g} N for this file",
         )
 
 
-def _in_band(file: Path, setup: Setup, measured: Measurement) -> Measurement:
-    low, high = setup.band
+def _in_band(file: Path, settings: MeasurementSettings, measured: Measurement) -> Measurement:
+    low, high = settings.band
     lines = measured.frequency
     near = (low * (1 - LINE_TOLERANCE) <= lines) & (lines <= high * (1 + LINE_TOLERANCE))
     kept = lines[near]
-    if kept.size != setup.lines or not np.allclose(kept[[0, -1]], setup.band, rtol=LINE_TOLERANCE):
+    whole_band = kept.size == settings.lines and np.allclose(
+        kept[[0, -1]], settings.band, rtol=LINE_TOLERANCE
+    )
+    if not whole_band:
         raise _contradiction(
             file,
             f"has {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {kept.size} of them in "
             "the band",
-            setup,
+            settings,
             "frequency",
-            f"{setup.lines} lines from {low:g} to {high:g} Hz, first and last included",
+            f"{settings.lines} lines from {low:g} to {high:g} Hz, first and last included",
         )
     return measured.band(kept[0], kept[-1])
 
 
 def _check_noise(file: Path, measured: Measurement) -> None:
-    """Refuse now what would have no known noise later."""
+    """Refuse a measurement whose noise is not known."""
     try:
         measured.noise_variance()
     except ValueError as error:
         raise CaseError(
-            f"{file} does not tell its noise: {error} A case needs the coherence of every FRF "
+            f"{file} does not state its noise: {error} A case needs the coherence of every FRF "
             "(dataset 58, function type 6), since its noise follows from it."
         ) from error
 
 
-def _contradiction(file: Path, found: str, setup: Setup, field: str, stated: Any) -> CaseError:
+def _contradiction(
+    file: Path, content: str, settings: MeasurementSettings, field: str, stated: Any
+) -> CaseError:
     return CaseError(
-        f"{file} {found}, but the field {field} in {setup.case} says {stated}; both must agree, "
-        "since either could be meant. Correct the one that is wrong."
+        f"{file} {content}, but the field {field} in {settings.file} says {stated}; both must "
+        "agree, since either could be meant. Correct the one that is wrong."
     )
 
 
-def _channels(side: str, mounted: list[Mounted]) -> Rule:
-    recorded = [[channel.name, channel.direction] for channel in _every(mounted)]
-    return Rule(
+def _channels_rule(side: str, transducers: list[RecordedTransducer]) -> FieldRule:
+    recorded = [[channel.name, channel.direction] for channel in _channels(transducers)]
+    return FieldRule(
         f"each channel of `{side}` once, [id, direction],",
         recorded,
         lambda value: isinstance(value, list) and sorted(map(repr, value)) == _sorted(recorded),
     )
 
 
-def _every(mounted: list[Mounted]) -> list[Channel]:
-    return [channel for one in mounted for channel in one.channels]
+def _channels(transducers: list[RecordedTransducer]) -> list[Channel]:
+    return [channel for transducer in transducers for channel in transducer.channels]
 
 
 def _sorted(channels: list[list[Any]]) -> list[str]:
     return sorted(map(repr, channels))
 
 
-def _levels(given: list[float] | None) -> tuple[float, ...] | None:
-    return None if given is None else tuple(float(level) for level in given)
+def _levels(levels: list[float] | None) -> tuple[float, ...] | None:
+    return None if levels is None else tuple(float(level) for level in levels)
 
 
 def _are_levels(value: Any) -> bool:
@@ -273,11 +331,13 @@ def _are_levels(value: Any) -> bool:
     return min(value) > 0 and len(set(value)) == len(value)
 
 
-def _point(position: _Point) -> str:
+def _shown(position: _Coordinates) -> str:
     return f"({', '.join(f'{value:g}' for value in position)})"
 
 
-_LEVELS = Rule("null, or a list of positive amplitudes [N], each once,", [0.1, 1.0], _are_levels)
+_LEVELS = FieldRule(
+    "null, or a list of positive amplitudes [N], each once,", [0.1, 1.0], _are_levels
+)
 _BAND = numbers(
     "the first and the last line [Hz], positive and increasing,",
     [20.0, 1600.0],

@@ -1,7 +1,4 @@
-"""case: in, a folder with case.json and UFF files; out, the experiment and what was measured.
-
-Not known here: how fields are checked, how universal files are written, inference.
-"""
+"""A case folder, `case.json` and universal files, as an experiment and its measurement."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -13,16 +10,14 @@ from ...experiment.observe import FRF_OF, Complex
 from ...experiment.transducers import Actuator, Sensor
 from ...positions.channel import Channel, checked
 from ..model import Study
-from . import _line as _case_structure
-from . import _transducers as _case_places
-from ._json_fields import CaseError, Fields, Rule, distinct, load, one_of, whole
-from ._measurement import Mounted, measurements, setup
+from ._json_fields import FieldRule, JsonObject, check_distinct, choice, integer, load
+from ._line import NominalStructure, nominal_structure, structure
+from ._measurement import RecordedTransducer, measurements, settings
+from ._transducers import angles, directions_rule, position, position_rule
 
-__all__ = ["CaseError", "read"]
+Transducer = TypeVar("Transducer", Sensor, Actuator)
 
-Kind = TypeVar("Kind", Sensor, Actuator)
-
-_MOUNTED = {
+_SENSOR_SETUPS = {
     "one sensor roved over the positions, one run per position": "roving",
     "all sensors mounted all the time": "fixed",
 }
@@ -31,7 +26,7 @@ _MOUNTED = {
 def read(folder: str | Path) -> Study:
     """Read a case: the nominal structure, its uncertainties and the measured FRFs.
 
-    The folder holds `case.json` (SI units; fields that are not named here are ignored) and
+    The folder holds `case.json` (SI units; fields that are not listed here are ignored) and
     `measured.uff`, with a further `measured_level2.uff`, ... for each further force level.
 
     - `structure`: `type` (`axial bar`, or `Euler-Bernoulli beam, bending`), `length_m`, `area_m2`
@@ -57,7 +52,7 @@ def read(folder: str | Path) -> Study:
     Returns
     -------
     Study
-        Experiment and measurement: with force levels a tuple of measurements, in their order.
+        Experiment and measurement; with force levels a tuple of measurements in their order.
         Channels of the files that the case does not name are left out.
 
     Raises
@@ -68,53 +63,55 @@ def read(folder: str | Path) -> Study:
         (A ValueError.) If a field is missing or wrong, or the files contradict it.
     """
     case = load(Path(folder) / "case.json")
-    drawn = _case_structure.drawn(case)
-    sensors, actuators = (_recorded(case, side, drawn) for side in ("sensors", "actuators"))
+    nominal = nominal_structure(case)
+    sensors, actuators = (_recorded(case, side, nominal) for side in ("sensors", "actuators"))
     _check_distinct(sensors, actuators)
-    stated = setup(case, sensors, actuators)
-    mounting = case.inside("measurement").take("sensor_setup", one_of(*_MOUNTED))
-    structure = _case_structure.structure(case, drawn, stated.band[1])
+    stated = settings(case, sensors, actuators)
+    sensor_setup = case.object("measurement").value("sensor_setup", choice(*_SENSOR_SETUPS))
+    with_priors = structure(case, nominal, stated.band[1])
     measured = measurements(Path(folder), stated)
     experiment = Experiment(
-        structure,
-        sensors=[_transducer(Sensor, one, drawn) for one in sensors],
-        actuators=[_transducer(Actuator, one, drawn) for one in actuators],
+        with_priors,
+        sensors=[_transducer(Sensor, sensor, nominal) for sensor in sensors],
+        actuators=[_transducer(Actuator, actuator, nominal) for actuator in actuators],
         frequency=measured[0].frequency,
         observe=Complex(next(word for word, frf in FRF_OF.items() if frf == stated.quantity)),
         noise=FromCoherence(),
         force_levels=stated.force_levels,
-        sensors_mounted=_MOUNTED[mounting],
+        sensors_mounted=_SENSOR_SETUPS[sensor_setup],
     )
     return Study(experiment, measured if stated.force_levels else measured[0], None, {})
 
 
-def _recorded(case: Fields, side: str, drawn: _case_structure.Drawn) -> list[Mounted]:
-    return [_mounted(one, drawn) for one in case.each(side, least=1)]
+def _recorded(case: JsonObject, side: str, nominal: NominalStructure) -> list[RecordedTransducer]:
+    return [_recorded_transducer(fields, nominal) for fields in case.objects(side, least=1)]
 
 
-def _mounted(fields: Fields, drawn: _case_structure.Drawn) -> Mounted:
-    name = fields.take("id", _NAME)
-    node = fields.take("uff_node", whole(1, 1))
-    position = tuple(map(float, fields.take("position_m", _case_places.position(drawn))))
-    directions = fields.take("directions", _case_places.directions(drawn))
+def _recorded_transducer(fields: JsonObject, nominal: NominalStructure) -> RecordedTransducer:
+    name = fields.value("id", _NAME)
+    node = fields.value("uff_node", integer(1, 1))
+    coordinates = tuple(map(float, fields.value("position_m", position_rule(nominal))))
+    directions = fields.value("directions", directions_rule(nominal))
     channels = tuple(Channel(name, int(direction)) for direction in directions)
-    return Mounted(fields, channels, node, position)
+    return RecordedTransducer(fields, channels, node, coordinates)
 
 
-def _transducer(kind: Callable[..., Kind], mounted: Mounted, drawn: _case_structure.Drawn) -> Kind:
-    return kind(
-        mounted.name,
-        at=_case_places.at(mounted, drawn),
-        directions=tuple(channel.direction for channel in mounted.channels),
-        angles=_case_places.angles(mounted, drawn),
+def _transducer(
+    make: Callable[..., Transducer], recorded: RecordedTransducer, nominal: NominalStructure
+) -> Transducer:
+    return make(
+        recorded.name,
+        at=position(recorded, nominal),
+        directions=tuple(channel.direction for channel in recorded.channels),
+        angles=angles(recorded, nominal),
     )
 
 
-def _check_distinct(sensors: list[Mounted], actuators: list[Mounted]) -> None:
-    """Refuse a name that two transducers bear, and a node that two of one side share."""
-    distinct("id", [one.fields for one in (*sensors, *actuators)])
+def _check_distinct(sensors: list[RecordedTransducer], actuators: list[RecordedTransducer]) -> None:
+    """Refuse a name of two transducers, and a node of two sensors or of two actuators."""
+    check_distinct("id", [transducer.fields for transducer in (*sensors, *actuators)])
     for side in (sensors, actuators):
-        distinct("uff_node", [one.fields for one in side])
+        check_distinct("uff_node", [transducer.fields for transducer in side])
 
 
 def _is_name(value: Any) -> bool:
@@ -124,6 +121,6 @@ def _is_name(value: Any) -> bool:
         return False
 
 
-_NAME = Rule(
+_NAME = FieldRule(
     "a name without blanks around it that does not end in a direction such as +x", "s1", _is_name
 )

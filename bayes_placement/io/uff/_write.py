@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..._files import write_atomically
 from ..._types import InputError
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, check_distinct
@@ -58,20 +59,15 @@ def write(path: str | Path, measurement: Measurement, *, binary: bool = False) -
     check_distinct("sensor", measurement.sensors)
     check_distinct("actuator", measurement.actuators)
     datasets = [_units(), _nodes(measurement), *_functions(measurement, binary)]
-    _replace(Path(path), b"".join(datasets))
+    content = b"".join(datasets)
+    write_atomically(path, lambda temporary: _write_to_disk(temporary, content))
 
 
-def _replace(path: Path, content: bytes) -> None:
-    """Write a temporary file and rename it, so that a failure leaves the earlier file."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with partial.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+def _write_to_disk(path: Path, content: bytes) -> None:
+    with path.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def _text(*lines: str) -> bytes:

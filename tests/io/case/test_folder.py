@@ -511,7 +511,7 @@ def test_a_structure_in_other_units_is_told(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('{\n "structure": {,}\n}', r"case\.json is no JSON: .* in line 2, column 16\. Correct"),
+        ('{\n "structure": {,}\n}', r"case\.json is not JSON: .* in line 2, column 16\. Correct"),
         ("[1]", r"holds \[1\]; one object .* with the fields of a case is needed"),
         ('{"sensors": [], "sensors": []}', 'the field "sensors" stands twice in one object'),
     ],
@@ -619,7 +619,7 @@ def test_force_levels_share_their_lines(tmp_path):
 
 
 def test_a_file_without_coherence_is_refused(tmp_path):
-    message = r"measured\.uff does not tell its noise: .* no coherence.*A case needs the coherence"
+    message = r"measured\.uff does not state its noise: .* no coherence.*A case needs the coherence"
     with pytest.raises(case.CaseError, match=message):
         case.read(written(tmp_path, measured=measured(coherence=None)))
 

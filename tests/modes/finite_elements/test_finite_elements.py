@@ -58,7 +58,7 @@ class HandedOver(NamedTuple):
 
 @functools.cache
 def handed_over(folder):
-    arrays = bp.io.npz_modes.read_grid(folder / "nominal.npz")
+    arrays = bp.io.npz_modes.read_nodes(folder / "nominal.npz")
     regions = {f"region {one}": folder / f"K_region_{one:02d}.npz" for one in range(12)}
     whole = bp.io.matrix_files.read(folder / "K.npz", folder / "M.npz", regions=regions)
     model = bp.finite_elements.Matrices(
