@@ -145,9 +145,7 @@ def test_shapes_and_masses_of_two_solutions(monkeypatch):
 @pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 @pytest.mark.parametrize("read", [nastran.read_modes, nastran.read_matrices])
 def test_files_of_another_kind(tmp_path, monkeypatch, read):
-    with pytest.raises(
-        FileNotFoundError, match=r"There is no file .*; a file of Nastran is needed"
-    ):
+    with pytest.raises(FileNotFoundError, match=r"There is no file .*; a file of Nastran"):
         read(tmp_path / "none.op2")
     for name, content in [("text", b"GRID, 1,, 0., 0., 0.\n"), ("empty", b"")]:
         (tmp_path / name).write_bytes(content)

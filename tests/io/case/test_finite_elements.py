@@ -7,6 +7,7 @@ import shutil
 import jax
 import numpy as np
 import pytest
+import scipy.sparse
 
 from bayes_placement import effects
 from bayes_placement.criticism.missing._hypotheses import alone
@@ -19,14 +20,18 @@ def study(shared_data):
     return functools.cache(lambda name: case.read(shared_data / "cases" / name))
 
 
+def copied(cases, folder, case, model):
+    """Copy a case and the model that it names, to be damaged."""
+    for name in (case, f"models/{model}"):
+        shutil.copytree(cases / name, folder / name, copy_function=shutil.copy)
+        for path in [folder / name, *(folder / name).iterdir()]:
+            path.chmod(0o755)
+    return folder / case
+
+
 @pytest.fixture
 def folder(shared_data, tmp_path):
-    """A copy of a case and of the model that it names, to be damaged."""
-    for name in ("10_plate-02", "models/plate"):
-        shutil.copytree(shared_data / "cases" / name, tmp_path / name, copy_function=shutil.copy)
-        for path in [tmp_path / name, *(tmp_path / name).iterdir()]:
-            path.chmod(0o755)
-    return tmp_path / "10_plate-02"
+    return copied(shared_data / "cases", tmp_path, "10_plate-02", "plate")
 
 
 def rewritten(file, change):
@@ -123,12 +128,12 @@ def test_a_model_that_is_not_there_is_refused(folder):
         case.read(folder)
 
 
-def test_matrices_of_another_model_are_refused(folder):
-    from scipy.sparse import load_npz, save_npz
-
-    file = folder.parent / "models/plate/K.npz"
-    save_npz(file, 1.1 * load_npz(file))
-    message = r"have mode 1 at 178\..* but nominal.npz states 169\.8.*Export both from the same"
+def test_matrices_of_another_model_are_refused(shared_data, tmp_path):
+    folder = copied(shared_data / "cases", tmp_path, "04_portal-01", "portal")
+    file = folder.parent / "models/portal/K.npz"
+    scipy.sparse.save_npz(file, 1.1 * scipy.sparse.load_npz(file))
+    first = np.load(folder.parent / "models/portal/nominal.npz")["freqs_hz"][0]
+    message = rf"have mode 1 at {np.sqrt(1.1) * first:.4g}.* but nominal.npz states {first:.4g}"
     with pytest.raises(case.CaseError, match=message):
         case.read(folder)
 
