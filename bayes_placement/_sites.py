@@ -1,10 +1,7 @@
-"""_sites: in, a tree some of whose leaves are distributions; out, their names, or numbers instead.
+"""Numbers of a tree that are still distributions: listed with their owner, sampled, replaced."""
 
-Not known here: what the tree describes. The name of an unknown is its path through the tree.
-"""
-
-import dataclasses
-from collections.abc import Callable, Iterator, Mapping
+import enum
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, TypeVar
 
 import equinox as eqx
@@ -18,12 +15,84 @@ from ._types import InputError
 Tree = TypeVar("Tree")
 
 
-class Unknown(NamedTuple):
-    """One distribution in a tree: its name, its law and the unit of its value."""
+class Role(enum.Enum):
+    """What an unknown is for."""
 
-    name: str
-    law: Distribution
+    PARAMETER = "parameter h"
+    PLACEMENT = "placement"
+    OUTPUT_ERROR = "output error"
+
+
+class Owner(NamedTuple):
+    """The part of a tree to which an unknown belongs.
+
+    Parameters
+    ----------
+    kind
+        Field that holds it: `sensor`, `actuator`, `effects`, `instrument_effects`, `damping`,
+        `modes`, `noise`; empty for a tree that names no owners.
+    name
+        Its name among those of its kind; empty where there is only one.
+    """
+
+    kind: str
+    name: str = ""
+
+
+class Unknown(NamedTuple):
+    """One distribution in a tree.
+
+    Parameters
+    ----------
+    owner
+        What it belongs to.
+    field
+        Field of the owner that it is, or is in.
+    role
+        What it is for.
+    distribution
+        Its prior.
+    unit
+        Unit of its value.
+    name
+        Its path through the tree, for people, files and NumPyro: `sensor.s1.position.x`.
+    component
+        Its path within the field, empty where it is all of it: `x`.
+    """
+
+    owner: Owner
+    field: str
+    role: Role
+    distribution: Distribution
     unit: str
+    name: str
+    component: str = ""
+
+    @property
+    def is_placement(self) -> bool:
+        """Whether it says where a sensor or an actuator is, or how it is oriented."""
+        return self.role is Role.PLACEMENT
+
+
+class _Steps(NamedTuple):
+    """What is known of a leaf after some steps along its path."""
+
+    owner: Owner = Owner("")
+    awaits_name: bool = False
+    within: tuple[str, ...] = ()
+    role: Role = Role.PARAMETER
+    unit: str = ""
+
+    def step(self, node: Any, key: Any) -> "_Steps":
+        """Take one more step, from a node of the tree by a key."""
+        metadata = _metadata(node, key)
+        word = _word(key)
+        if self.awaits_name and isinstance(key, DictKey):
+            return self._replace(owner=Owner(self.owner.kind, word), awaits_name=False)
+        role, unit = metadata.get("role", self.role), metadata.get("unit", self.unit)
+        if "role" in metadata:
+            return _Steps(Owner(word), awaits_name=True, role=role, unit=unit)
+        return self._replace(within=(*self.within, word), awaits_name=False, unit=unit)
 
 
 def is_unknown(leaf: Any) -> bool:
@@ -31,9 +100,114 @@ def is_unknown(leaf: Any) -> bool:
     return isinstance(leaf, Distribution)
 
 
-def is_finite(law: Any) -> bool:
-    """Tell whether a law gives weight to finitely many values, which can be listed."""
-    return law.support is not None and law.support.is_discrete and law.has_enumerate_support
+def is_finite(distribution: Any) -> bool:
+    """Tell whether a distribution gives weight to finitely many values, which can be listed."""
+    support = distribution.support
+    return support is not None and support.is_discrete and distribution.has_enumerate_support
+
+
+def unit(word: str) -> dict[str, Any]:
+    """Metadata of a field of a tree whose value carries a unit."""
+    return {"unit": word}
+
+
+def owners(role: Role) -> dict[str, Any]:
+    """Metadata of a field whose value owns unknowns of a role; of a dictionary, each entry does."""
+    return {"role": role}
+
+
+def checked_name(kind: str, name: str) -> str:
+    """Return a name that can be a word of the name of an unknown.
+
+    Raises
+    ------
+    InputError
+        If it is empty or contains a dot.
+    """
+    if not isinstance(name, str) or not name or "." in name:
+        better = str(name).replace(".", "_") if isinstance(name, str) and name else "s1"
+        raise InputError(
+            f"{kind} {name!r} was given; a name without a dot is needed, since dots separate the "
+            f'words in names of unknowns (sensor.s1.position): "{better}".'
+        )
+    return name
+
+
+def realise(tree: Tree, where: Callable[[Unknown], bool] = lambda unknown: True) -> Tree:
+    """Sample each distribution of a tree, as a NumPyro site of its name.
+
+    Parameters
+    ----------
+    tree
+        Any tree, an `Experiment` for example.
+    where
+        Which unknowns are sampled; the others stay distributions.
+    """
+
+    def sample(unknown: Unknown) -> Any:
+        if not where(unknown):
+            return unknown.distribution
+        return numpyro.sample(unknown.name, unknown.distribution)
+
+    return _mapped(tree, sample)
+
+
+def substitute(tree: Tree, values: Mapping[str, Any]) -> Tree:
+    """Put numbers in the place of distributions, by name.
+
+    Raises
+    ------
+    InputError
+        If a name is not an unknown of the tree.
+    """
+    names = [unknown.name for unknown in unknowns(tree)]
+    strange = [name for name in values if name not in names]
+    if strange:
+        raise InputError(
+            f"There is no unknown {strange[0]!r} to give a value to. "
+            f"The unknowns are {', '.join(names) or 'none'}."
+        )
+    return _mapped(tree, lambda unknown: values.get(unknown.name, unknown.distribution))
+
+
+def unknowns(tree: Any) -> list[Unknown]:
+    """List the distributions of a tree in the order in which they are sampled."""
+    leaves = jax.tree_util.tree_flatten_with_path(tree, is_leaf=is_unknown)[0]
+    return [_unknown(tree, path, leaf) for path, leaf in leaves if is_unknown(leaf)]
+
+
+def _mapped(tree: Tree, function: Callable[[Unknown], Any]) -> Tree:
+    """Replace each distribution by the value of a function of the unknown."""
+    return jax.tree_util.tree_map_with_path(
+        lambda path, leaf: function(_unknown(tree, path, leaf)) if is_unknown(leaf) else leaf,
+        tree,
+        is_leaf=is_unknown,
+    )
+
+
+def _unknown(tree: Any, path: tuple[Any, ...], leaf: Distribution) -> Unknown:
+    node, steps = tree, _Steps()
+    for key in path:
+        steps = steps.step(node, key)
+        node = _child(node, key)
+    field, *components = steps.within or ("",)
+    name = ".".join(_word(key) for key in path)
+    return Unknown(steps.owner, field, steps.role, leaf, steps.unit, name, ".".join(components))
+
+
+def _metadata(node: Any, key: Any) -> Mapping[str, Any]:
+    if not (isinstance(key, GetAttrKey) and isinstance(node, eqx.Module)):
+        return {}
+    metadata: Mapping[str, Any] = node.__dataclass_fields__[key.name].metadata
+    return metadata
+
+
+def _child(node: Any, key: Any) -> Any:
+    if isinstance(key, GetAttrKey):
+        return getattr(node, key.name)
+    if isinstance(key, DictKey):
+        return node[key.key]
+    return node[key.idx] if isinstance(key, SequenceKey) else None
 
 
 def _word(key: Any) -> str:
@@ -44,81 +218,3 @@ def _word(key: Any) -> str:
     if isinstance(key, SequenceKey):
         return str(key.idx + 1)  # people count modes from one
     return str(key)
-
-
-def site_name(path: tuple[Any, ...]) -> str:
-    """Name of the leaf at a path: `sensor.s1.position`."""
-    return ".".join(_word(key) for key in path)
-
-
-def map_unknowns(tree: Tree, function: Callable[[str, Distribution], Any]) -> Tree:
-    """Replace each distribution by `function(name, distribution)`."""
-    return jax.tree_util.tree_map_with_path(
-        lambda path, leaf: function(site_name(path), leaf) if is_unknown(leaf) else leaf,
-        tree,
-        is_leaf=is_unknown,
-    )
-
-
-def realise(tree: Tree, where: Callable[[str], bool] = lambda name: True) -> Tree:
-    """Sample each distribution of a tree, as a NumPyro site named by its path.
-
-    Parameters
-    ----------
-    tree
-        Any tree, an `Experiment` for one.
-    where
-        Only the sites whose name passes are sampled; the others stay distributions.
-    """
-    return map_unknowns(tree, lambda name, law: numpyro.sample(name, law) if where(name) else law)
-
-
-def substitute(tree: Tree, values: Mapping[str, Any]) -> Tree:
-    """Put numbers in the place of the named distributions.
-
-    Raises
-    ------
-    ValueError
-        If a name is not an unknown of the tree.
-    """
-    names = [unknown.name for unknown in unknowns(tree)]
-    strange = [name for name in values if name not in names]
-    if strange:
-        raise InputError(
-            f"There is no unknown {strange[0]!r} to give a value to. "
-            f"The unknowns are {', '.join(names) or 'none'}."
-        )
-    return map_unknowns(tree, lambda name, law: values.get(name, law))
-
-
-def unknowns(tree: Any) -> list[Unknown]:
-    """List the distributions of a tree in the order in which they are sampled."""
-    units = dict(_units(tree, "", ""))
-    leaves = jax.tree_util.tree_flatten_with_path(tree, is_leaf=is_unknown)[0]
-    named = [(site_name(path), leaf) for path, leaf in leaves if is_unknown(leaf)]
-    return [Unknown(name, law, units.get(name, "")) for name, law in named]
-
-
-def _units(node: Any, name: str, inherited: str) -> Iterator[tuple[str, str]]:
-    if is_unknown(node) or not isinstance(node, eqx.Module | dict | tuple | list):
-        yield name, inherited
-        return
-    for word, child, child_unit in _children(node, inherited):
-        yield from _units(child, f"{name}.{word}" if name else word, child_unit)
-
-
-def _children(node: Any, inherited: str) -> list[tuple[str, Any, str]]:
-    if isinstance(node, dict):
-        return [(str(word), child, inherited) for word, child in node.items()]
-    if isinstance(node, tuple | list):
-        return [(str(place), child, inherited) for place, child in enumerate(node, start=1)]
-    return [
-        (field.name, getattr(node, field.name), field.metadata.get("unit", inherited))
-        for field in dataclasses.fields(node)
-        if not field.metadata.get("static", False)
-    ]
-
-
-def unit(word: str) -> dict[str, str]:
-    """Metadata of a field of a tree whose value carries a unit."""
-    return {"unit": word}

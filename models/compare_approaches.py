@@ -27,7 +27,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
-from bayes_placement.experiment.experiment import role
+from bayes_placement._sites import Role
 from bayes_placement.inference.infer import InferenceWarning
 from bayes_placement.inference.methods import GRID_UNKNOWNS, Method
 
@@ -126,7 +126,7 @@ def approaches(experiment: bp.Experiment, sizes: Sizes) -> list[Method]:
         Method(KDE, bp.engines.Importance(draws=sizes.draws), density),
         Method(LATENT, smc, bp.marginals.Latent()),
     ]
-    parameters = [one for one in experiment.unknowns if role(one.name) == "parameter h"]
+    parameters = [one for one in experiment.unknowns if one.role is Role.PARAMETER]
     if sizes.nodes and len(parameters) <= GRID_UNKNOWNS:
         nodes = bp.marginals.Quadrature(points=sizes.points)
         found.append(Method(EXACT, bp.engines.Grid(points=sizes.nodes), nodes))
@@ -171,7 +171,7 @@ def table(found: Study, scene: str) -> pd.DataFrame:
 
 def _row(result: xr.DataTree) -> dict[str, str]:
     estimates, row = result["estimates"].to_dataset(), {}
-    parameters = [name for name in estimates["unknown"].values if role(name) == "parameter h"]
+    parameters = estimates["unknown"].values[estimates["role"] == Role.PARAMETER.value]
     for name in parameters:
         one, short = estimates.sel(unknown=name), name.removeprefix("structure.")
         row |= {f"{short} mean": _number(one["mean"]), f"{short} variation": _number(one["cov"])}

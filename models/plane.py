@@ -351,8 +351,12 @@ def beyond(plane, posterior):
     Sensors are where they were found, and the model error is the greatest of modes 1 to 6, so that
     bands which `bp.check` passes are a control for those which it does not.
     """
-    means = posterior["posterior"].to_dataset().mean(("chain", "draw"))
-    places = {name: float(means[name]) for name in means if name.startswith("sensor.")}
+    drawn = posterior["posterior"].to_dataset()
+    places = {
+        name: float(draws.mean())
+        for name, draws in drawn.items()
+        if draws.attrs["owner"].startswith("sensor ")
+    }
     modes = PAIRED + 3
     return experiment_of(plane, lines(modes), modes, MISS.max()).fix(places)
 

@@ -53,7 +53,7 @@ SEEDS, REFERENCE_SEEDS = 5, 20
 def kde_runs(experiment, marginal):
     """Likelihoods and values of 1000 draws from the prior, for several seeds, compiled once."""
     data = experiment.data(experiment.nominal_measurement())
-    laws = {one.name: one.law for one in marginal.sampled(experiment)}
+    laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
     prior = Target(lambda: None, laws)
 
     def likelihoods(key, vectors):
@@ -93,7 +93,7 @@ def test_exact_table(sigma, places, expected):
     experiment = bar.placed(*places, bp.noise.Gaussian(sigma))
     marginal = bp.marginals.Quadrature(points=48)
     data = experiment.data(experiment.nominal_measurement())
-    laws = {one.name: one.law for one in marginal.sampled(experiment)}
+    laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
     target = Target(marginal.model(experiment, data, jax.random.PRNGKey(0)), laws)
     draws = bp.engines.Grid(points=24).run(target, jax.random.PRNGKey(0), no_progress)
     weighting = Weighting(np.asarray(draws.log_weight), exact=True)

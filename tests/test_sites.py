@@ -19,8 +19,9 @@ class Leaf(eqx.Module):
 
 
 class Tree(eqx.Module):
-    part: OrderedDict[str, Leaf]
+    part: OrderedDict[str, Leaf] = eqx.field(metadata=_sites.owners(_sites.Role.PLACEMENT))
     plain: object
+    rest: object = eqx.field(default=0.0, metadata=_sites.owners(_sites.Role.OUTPUT_ERROR))
 
 
 def tree():
@@ -38,6 +39,37 @@ def test_units_are_those_of_the_field_that_holds_them():
     assert [one.unit for one in _sites.unknowns(tree())] == ["kg", "1", "1", ""]
 
 
+def test_an_unknown_knows_its_owner_its_role_and_its_place_within():
+    first, second, third, plain = _sites.unknowns(tree())
+    assert first.owner == second.owner == _sites.Owner("part", "s10")
+    assert third.owner == _sites.Owner("part", "s2")
+    assert [(one.field, one.component) for one in (first, second)] == [("mass", ""), ("share", "2")]
+    assert {one.role for one in (first, second, third)} == {_sites.Role.PLACEMENT}
+    assert (plain.owner, plain.field, plain.role) == (("", ""), "plain", _sites.Role.PARAMETER)
+    assert [one.is_placement for one in (first, plain)] == [True, False]
+
+
+def test_an_owner_within_an_owner_is_the_nearer_one():
+    whole = Tree(part=OrderedDict(), plain=0.0, rest=tree())
+    mass, *_, plain = _sites.unknowns(whole)
+    assert (mass.name, mass.owner) == ("rest.part.s10.mass", ("part", "s10"))
+    assert (plain.owner, plain.field, plain.role) == (
+        ("rest", ""),
+        "plain",
+        _sites.Role.OUTPUT_ERROR,
+    )
+    alone = _sites.unknowns(Tree(OrderedDict(), 0.0, dist.Normal(0.0, 1.0)))
+    assert (alone[0].owner, alone[0].field) == (("rest", ""), "")
+
+
+def test_names_can_be_a_word_of_a_name():
+    assert _sites.checked_name("Sensor", "s1+x") == "s1+x"
+    with pytest.raises(ValueError, match=r'Sensor \'s.1\' was given.*dot.*"s_1"'):
+        _sites.checked_name("Sensor", "s.1")
+    with pytest.raises(ValueError, match="Sensor '' was given; a name"):
+        _sites.checked_name("Sensor", "")
+
+
 def test_realise_samples_each_unknown_once_in_order():
     with handlers.trace() as sites, handlers.seed(rng_seed=3):
         real = _sites.realise(tree())
@@ -51,7 +83,7 @@ def test_realise_samples_each_unknown_once_in_order():
 
 def test_realise_leaves_what_it_is_not_asked_for():
     with handlers.trace() as sites, handlers.seed(rng_seed=3):
-        real = _sites.realise(tree(), where=lambda name: name.startswith("part.s2"))
+        real = _sites.realise(tree(), where=lambda unknown: unknown.owner.name == "s2")
     assert list(sites) == ["part.s2.share.1"]
     left = [one.name for one in _sites.unknowns(real)]
     assert left == ["part.s10.mass", "part.s10.share.2", "plain"]

@@ -64,7 +64,7 @@ def fitted(
 def _law(concrete: Experiment, data: Data) -> tuple[Response, Response]:
     assert concrete.noise is not None
     predicted = concrete.predict()
-    law = concrete.noise.law(predicted, data)
+    law = concrete.noise.distribution(predicted, data)
     return predicted, jnp.broadcast_to(law.variance, predicted.shape)
 
 
@@ -94,7 +94,9 @@ def _amplitude(values: np.ndarray) -> np.ndarray:
 
 def _whole(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Any]:
     """Put the elements of arrays together again."""
-    return {one.name: _value(one.name, one.law.shape(), values) for one in experiment.unknowns}
+    return {
+        one.name: _value(one.name, one.distribution.shape(), values) for one in experiment.unknowns
+    }
 
 
 def _value(name: str, shape: tuple[int, ...], values: Mapping[str, float]) -> Any:

@@ -108,9 +108,10 @@ def _as_candidates(experiment: Experiment, name: str, moved: Sequence[Transducer
     where = ".".join([*_path(experiment, name), "position"])
     nominal = [
         {
-            site: np.asarray(each.at_record(site)).item()
+            ".".join([where, unknown.name]).rstrip("."): np.asarray(
+                each.at_record(unknown.name)
+            ).item()
             for unknown in unknowns(each.position)
-            for site in [".".join([where, unknown.name]).rstrip(".")]
         }
         for each in moved
     ]

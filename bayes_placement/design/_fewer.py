@@ -29,7 +29,7 @@ def with_only(experiment: Experiment, names: Collection[str]) -> Experiment:
     kept = [_kept(side, names) for side in (experiment.sensor, experiment.actuator)]
     if kept == [experiment.sensor, experiment.actuator]:
         return experiment
-    _check_chain(experiment)
+    _check_instrument_effects(experiment)
     noise = experiment.noise
     if noise is not None:
         channels = (_channels(side, names) for side in (experiment.sensor, experiment.actuator))
@@ -122,7 +122,7 @@ def alike(experiment: Experiment, one: str, other: str) -> bool:
             noise = experiment.noise
             levels = [noise and noise.of(**{word: _channels(side, {n})}) for n in (one, other)]
             fields = [(side[name].directions, side[name].angles) for name in (one, other)]
-            return not experiment.chain and _equal(*levels) and _equal(*fields)
+            return not experiment.instrument_effects and _equal(*levels) and _equal(*fields)
     return False
 
 
@@ -140,8 +140,8 @@ def _channels(side: Mapping[str, Any], names: Collection[str]) -> np.ndarray:
     return np.flatnonzero([owner in names for owner in owners])
 
 
-def _check_chain(experiment: Experiment) -> None:
-    for effect in experiment.chain.values():
+def _check_instrument_effects(experiment: Experiment) -> None:
+    for effect in experiment.instrument_effects.values():
         if "sensor" in {field.name for field in dataclasses.fields(effect)}:
             raise InputError(
                 f'The effect "{effect.name}" is about one sensor, by its number, but sensors are '

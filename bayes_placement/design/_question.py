@@ -8,8 +8,9 @@ from typing import Any
 
 import jax.numpy as jnp
 
+from .._sites import Role, Unknown
 from .._types import InfeasibleError, InputError
-from ..experiment.experiment import Experiment, is_placement, role
+from ..experiment.experiment import Experiment
 
 
 def only_about(
@@ -28,9 +29,9 @@ def only_about(
         If there is no such parameter, or a nominal value is given for what is none.
     """
     given = dict(nominal or {})
-    found = experiment.nominal_values()
-    parameters = [name for name in found if role(name) == "parameter h"]
-    _refuse_strange(given, found)
+    nominal_value, unknowns = experiment.nominal_values(), experiment.unknowns
+    parameters = [unknown.name for unknown in unknowns if unknown.role is Role.PARAMETER]
+    _refuse_strange(given, [unknown.name for unknown in unknowns if not unknown.is_placement])
     if about is None:
         return experiment, given
     strange = [name for name in about if name not in parameters]
@@ -39,7 +40,7 @@ def only_about(
             f"about={list(about)} was given; names of unknown parameters are needed. Those are "
             f"{', '.join(parameters)}."
         )
-    held = {name: given.pop(name, found[name]) for name in parameters if name not in about}
+    held = {name: given.pop(name, nominal_value[name]) for name in parameters if name not in about}
     return experiment.fix(held), given
 
 
@@ -62,19 +63,23 @@ def nominal_values(
     typical
         Values that are better than recorded places and means of priors, by name.
     """
-    of_moved = tuple(f"{kind}.{name}.position" for kind in ("sensor", "actuator") for name in moved)
+    unknown = experiment.unknown
     return {
         name: jnp.asarray(given.get(name, typical.get(name, value)))
         for name, value in experiment.nominal_values().items()
-        if not name.startswith(of_moved)
+        if not _is_position_of(unknown[name], moved)
     }
 
 
-def _refuse_strange(given: Mapping[str, float], found: Mapping[str, Any]) -> None:
-    strange = [name for name in given if name not in found or is_placement(name)]
+def _is_position_of(unknown: Unknown, transducers: Sequence[str]) -> bool:
+    is_position = unknown.is_placement and unknown.field == "position"
+    return is_position and unknown.owner.name in transducers
+
+
+def _refuse_strange(given: Mapping[str, float], names: Sequence[str]) -> None:
+    strange = [name for name in given if name not in names]
     if strange:
-        names = ", ".join(name for name in found if not is_placement(name))
         raise InputError(
             f"A nominal value of {strange[0]} was given, which is no unknown parameter; those are "
-            f"{names}. Places are taken where they are recorded."
+            f"{', '.join(names)}. Places are taken where they are recorded."
         )

@@ -6,8 +6,9 @@ Not known here: where to measure, how information is estimated.
 import equinox as eqx
 import numpy as np
 
+from .._sites import Role
 from .._types import InfeasibleError
-from ..experiment.experiment import Experiment, Measurements, role
+from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Gaussian
 from ..experiment.observe import LogAmplitude
 
@@ -41,9 +42,8 @@ def planned(
         return _logarithmic(experiment, sigma)
     if noise is None or not noise.reads_coherence:
         typical = experiment.nominal_values()
-        return experiment.fix(
-            {name: value for name, value in typical.items() if role(name) == "output error"}
-        )
+        levels = [one.name for one in experiment.unknowns if one.role is Role.OUTPUT_ERROR]
+        return experiment.fix({name: typical[name] for name in levels})
     if measurement is None:
         raise InfeasibleError(
             f"The output error is declared as noise.{type(noise).__name__}(), which reads it from "

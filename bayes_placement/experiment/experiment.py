@@ -15,6 +15,7 @@ import numpyro
 from jaxtyping import Array, Float
 
 from .. import _sites
+from .._sites import Owner, Role, Unknown, owners
 from .._types import InputError, Receptance, Response
 from ..effects._effect import Effect, InstrumentEffect
 from ..positions.places import typical
@@ -32,26 +33,8 @@ MEASURED = "measured"
 RESPONSE = "response"
 """Name of the outputs without output error, in simulations."""
 
-_ROLES = {
-    "structure": "parameter h",
-    "sensor": "placement",
-    "actuator": "placement",
-    "noise": "output error",
-    "chain": "parameter h",
-}
-
 Kind = TypeVar("Kind", bound=Transducer)
 Measurements = Measurement | Sequence[Measurement]
-
-
-def role(name: str) -> str:
-    """What an unknown is for, by where it sits: parameter h, placement or output error."""
-    return _ROLES.get(name.split(".")[0], "parameter h")
-
-
-def is_placement(name: str) -> bool:
-    """Tell whether an unknown belongs to the placement."""
-    return role(name) == "placement"
 
 
 class Experiment(eqx.Module):
@@ -81,13 +64,15 @@ class Experiment(eqx.Module):
         observation is not finite.
     """
 
-    structure: Structure
-    sensor: OrderedDict[str, Sensor]
-    actuator: OrderedDict[str, Actuator]
+    structure: Structure = eqx.field(metadata=owners(Role.PARAMETER))
+    sensor: OrderedDict[str, Sensor] = eqx.field(metadata=owners(Role.PLACEMENT))
+    actuator: OrderedDict[str, Actuator] = eqx.field(metadata=owners(Role.PLACEMENT))
     frequency: Any
     observe: Observation
-    noise: Noise | None
-    chain: OrderedDict[str, InstrumentEffect]
+    noise: Noise | None = eqx.field(metadata=owners(Role.OUTPUT_ERROR))
+    instrument_effects: OrderedDict[str, InstrumentEffect] = eqx.field(
+        metadata=owners(Role.PARAMETER)
+    )
     force_levels: tuple[float, ...] | None = eqx.field(static=True)
     sensors_mounted: str = eqx.field(static=True)
 
@@ -109,7 +94,7 @@ class Experiment(eqx.Module):
         self.frequency = _experiment_checks.lines(frequency)
         self.observe = observe
         self.noise = noise
-        self.chain = OrderedDict()
+        self.instrument_effects = OrderedDict()
         self.force_levels = _experiment_checks.levels(force_levels)
         self.sensors_mounted = _experiment_checks.mounting(sensors_mounted)
         observe.check(self.frequency)
@@ -123,15 +108,15 @@ class Experiment(eqx.Module):
             If the effect bears a taken name, lies outside the structure or names no sensor.
         """
         if isinstance(effect, InstrumentEffect):
-            found = effect.among(self.sensor_channels)
-            chain = added(self.chain, found.on(self.structure.modes))
-            return eqx.tree_at(lambda tree: tree.chain, self, chain, is_leaf=_is_dict)
+            numbered = effect.among(self.sensor_channels)
+            effects = added(self.instrument_effects, numbered.on(self.structure.modes))
+            return eqx.tree_at(_instrument_effects, self, effects, is_leaf=_is_dict)
         return eqx.tree_at(lambda tree: tree.structure, self, self.structure + effect)
 
     @property
     def effects(self) -> list[Effect]:
         """Every effect on the structure and the instruments."""
-        return [*self.structure.effects.values(), *self.chain.values()]
+        return [*self.structure.effects.values(), *self.instrument_effects.values()]
 
     def without(self, name: str) -> "Experiment":
         """Return the experiment without one of its effects.
@@ -141,10 +126,10 @@ class Experiment(eqx.Module):
         ValueError
             If there is no such effect.
         """
-        for where in (lambda tree: tree.structure.effects, lambda tree: tree.chain):
-            kept = OrderedDict(where(self))
+        for effects in (lambda tree: tree.structure.effects, _instrument_effects):
+            kept = OrderedDict(effects(self))
             if kept.pop(name, None) is not None:
-                return eqx.tree_at(where, self, kept, is_leaf=_is_dict)
+                return eqx.tree_at(effects, self, kept, is_leaf=_is_dict)
         raise InputError(
             f'There is no effect "{name}" to leave out. The experiment has '
             f"{', '.join(one.name for one in self.effects) or 'none'}."
@@ -163,9 +148,20 @@ class Experiment(eqx.Module):
         return np.repeat(np.asarray(self.force_levels), np.size(self.frequency))
 
     @property
-    def unknowns(self) -> list[_sites.Unknown]:
-        """Every unknown with its prior and unit, in the order in which they are sampled."""
+    def unknowns(self) -> list[Unknown]:
+        """Every unknown with its owner, prior and unit, in the order in which they are sampled."""
         return _sites.unknowns(self)
+
+    @property
+    def unknown(self) -> dict[str, Unknown]:
+        """Every unknown by its name."""
+        return {unknown.name: unknown for unknown in self.unknowns}
+
+    def unknowns_of(self, effect: Effect) -> list[Unknown]:
+        """Unknowns that belong to one of the effects."""
+        on_instruments = isinstance(effect, InstrumentEffect)
+        owner = Owner("instrument_effects" if on_instruments else "effects", effect.name)
+        return [unknown for unknown in self.unknowns if unknown.owner == owner]
 
     @property
     def sensor_channels(self) -> tuple[Channel, ...]:
@@ -193,14 +189,13 @@ class Experiment(eqx.Module):
 
     def nominal_values(self) -> dict[str, Any]:
         """Recorded position or prior mean of each unknown, by name."""
-        return {one.name: self._nominal_value(one) for one in self.unknowns}
+        return {unknown.name: self._nominal_value(unknown) for unknown in self.unknowns}
 
-    def _nominal_value(self, unknown: _sites.Unknown) -> Any:
-        for kind, side in (("sensor", self.sensor), ("actuator", self.actuator)):
-            for one in side.values():
-                if unknown.name.startswith(f"{kind}.{one.name}.position"):
-                    return one.at_record(unknown.name)
-        return typical(unknown.law)
+    def _nominal_value(self, unknown: Unknown) -> Any:
+        if unknown.is_placement and unknown.field == "position":
+            side = self.sensor if unknown.owner.kind == "sensor" else self.actuator
+            return side[unknown.owner.name].at_record(unknown.component)
+        return typical(unknown.distribution)
 
     def with_only(self, side: str, name: str, channels: slice) -> "Experiment":
         """Return the experiment with a single sensor (or actuator), whose channels are given."""
@@ -217,8 +212,8 @@ class Experiment(eqx.Module):
         """Receptance [m/N] of the structure at the lines, as its instruments recorded it."""
         force = None if self.line_forces is None else jnp.asarray(self.line_forces)
         drive = Drive(self._omega(), force, self.sensors_mounted)
-        chain = [effect for _, effect in sorted(self.chain.items())]
-        return recorded(self.structure, self.sensor, self.actuator, chain, drive)
+        effects = [effect for _, effect in sorted(self.instrument_effects.items())]
+        return recorded(self.structure, self.sensor, self.actuator, effects, drive)
 
     def _omega(self) -> Float[Array, "frequency"]:
         return 2 * jnp.pi * jnp.tile(jnp.asarray(self.frequency), len(self.force_levels or (1,)))
@@ -274,7 +269,7 @@ class Experiment(eqx.Module):
             _refuse_data_without_noise(data)
             return
         observed = None if data is None else data.z
-        numpyro.sample(MEASURED, concrete.noise.law(predicted, data), obs=observed)
+        numpyro.sample(MEASURED, concrete.noise.distribution(predicted, data), obs=observed)
 
     def nominal_measurement(self) -> Measurement | tuple[Measurement, ...]:
         """Return what the nominal experiment would measure without output error, z_nom.
@@ -300,7 +295,10 @@ class Experiment(eqx.Module):
 
     def __str__(self) -> str:
         """Lay out every prior and unit in one table."""
-        rows = [(u.name, describe(u.law), u.unit, role(u.name)) for u in self.unknowns]
+        rows = [
+            (unknown.name, describe(unknown.distribution), unknown.unit, unknown.role.value)
+            for unknown in self.unknowns
+        ]
         low, high = float(np.min(self.frequency)), float(np.max(self.frequency))
         channels = f"{len(self.sensor_channels)} sensor x {len(self.actuator_channels)} actuator"
         return "\n".join(
@@ -325,10 +323,12 @@ def outputs(observe: Observation, frf: Any, variance: Any = None) -> Data:
     return Data(jnp.where(measured, z, 0.0), measured, deviation)
 
 
-def describe(law: Any) -> str:
-    """Write a law as its name and arguments: Uniform(0.02, 0.06)."""
-    values = [getattr(law, name, None) for name in law.arg_constraints]
-    return f"{type(law).__name__}({', '.join(_number(v) for v in values if v is not None)})"
+def describe(distribution: Any) -> str:
+    """Write a distribution as its name and arguments: Uniform(0.02, 0.06)."""
+    values = [getattr(distribution, name, None) for name in distribution.arg_constraints]
+    return (
+        f"{type(distribution).__name__}({', '.join(_number(v) for v in values if v is not None)})"
+    )
 
 
 def _number(value: Any) -> str:
@@ -357,6 +357,10 @@ def _placed(transducers: Sequence[Kind], structure: Structure) -> OrderedDict[st
             'between the two: sensors=[bp.Sensor("s1", at=0.25)].'
         )
     return placed
+
+
+def _instrument_effects(experiment: Experiment) -> Any:  # Equinox asks for a marker as well
+    return experiment.instrument_effects
 
 
 def _is_dict(leaf: Any) -> bool:

@@ -1,7 +1,4 @@
-"""noise: in, predicted outputs; out, the Gaussian law of the measured ones, Eq. (21).
-
-Not known here: the structure, placement, how z came from the FRF.
-"""
+"""Output error: the Gaussian distribution of measured outputs around predicted ones, Eq. (21)."""
 
 import abc
 from collections.abc import Sequence
@@ -58,13 +55,15 @@ class Data(eqx.Module):
 
 
 class Noise(eqx.Module):
-    """Law of the output error N in Z_obs = Z + N."""
+    """Distribution of the output error N in Z_obs = Z + N."""
 
     reads_coherence: eqx.AbstractClassVar[bool]
 
     @abc.abstractmethod
-    def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
-        """Law of the measured outputs around the predicted ones.
+    def distribution(
+        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+    ) -> Distribution:
+        """Distribution of the measured outputs around the predicted ones.
 
         Parameters
         ----------
@@ -108,8 +107,10 @@ class Gaussian(Noise):
                 "give noise=None and use marginals.KDE()."
             )
 
-    def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
-        """Independent normal law of every output."""
+    def distribution(
+        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+    ) -> Distribution:
+        """Independent normal distribution of every output."""
         sigma = _as_outputs(self.sigma, predicted)
         return _masked(Normal(predicted, jnp.sqrt(sigma**2 + kernel)), data)
 
@@ -144,8 +145,10 @@ class Covariance(Noise):
         self.matrix = matrix
         self.scale = scale
 
-    def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
-        """Joint normal law of the lines of each channel pair."""
+    def distribution(
+        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+    ) -> Distribution:
+        """Joint normal distribution of the lines of each channel pair."""
         if data is not None and not data.measured.all():
             raise InputError(
                 "noise.Covariance needs every sensor measured for every actuator at every line, "
@@ -175,8 +178,10 @@ class FromCoherence(Noise):
     def __init__(self, factor: Parameter = 1.0):
         self.factor = factor
 
-    def law(self, predicted: Response, data: Data | None, kernel: Any = 0.0) -> Distribution:
-        """Independent normal law of every output."""
+    def distribution(
+        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+    ) -> Distribution:
+        """Independent normal distribution of every output."""
         if data is None or data.deviation is None:
             raise InputError(
                 "noise.FromCoherence reads its level from the coherence and the averages of a "
@@ -205,5 +210,5 @@ def _as_outputs(sigma: Any, predicted: Response) -> Array:
     return jnp.broadcast_to(level, predicted.shape)
 
 
-def _masked(law: Distribution, data: Data | None) -> Distribution:
-    return law if data is None else law.mask(data.measured)
+def _masked(distribution: Distribution, data: Data | None) -> Distribution:
+    return distribution if data is None else distribution.mask(data.measured)

@@ -11,6 +11,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
+from .._sites import Role, checked_name, owners
 from .._types import InputError
 from ..effects._effect import (
     Attachment,
@@ -41,9 +42,9 @@ class Structure(eqx.Module):
         proper: with its cracks, preload and soft supports, without what is attached to it.
     """
 
-    modes: Modes
-    damping: Damping
-    effects: OrderedDict[str, StructureEffect]
+    modes: Modes = eqx.field(metadata=owners(Role.PARAMETER))
+    damping: Damping = eqx.field(metadata=owners(Role.PARAMETER))
+    effects: OrderedDict[str, StructureEffect] = eqx.field(metadata=owners(Role.PARAMETER))
 
     def __init__(
         self,
@@ -113,8 +114,9 @@ def added(effects: Mapping[str, Kind], effect: Kind) -> OrderedDict[str, Kind]:
     Raises
     ------
     ValueError
-        If its name is taken.
+        If its name is taken, empty or has a dot.
     """
+    checked_name("An effect of the name", effect.name)
     if effect.name in effects:
         raise InputError(
             f'An effect "{effect.name}" was added twice. Each needs a name of its own, since '

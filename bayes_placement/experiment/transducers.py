@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._sites import is_unknown, unit, unknowns
+from .._sites import checked_name, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes
 from ..modes.modes import Modes
 from ..modes.points import Points
@@ -67,7 +67,7 @@ class Transducer(eqx.Module):
         recorded: float | int | Vector | None = None,
         support: Support | None = None,
     ):
-        self.name = name
+        self.name = checked_name(f"{self.kind} of the name", name)
         self.position = read(at)
         self.support = self.position if isinstance(self.position, Support) else support
         self.angles = None if angles is None else tuple(angles)
@@ -163,11 +163,11 @@ class Transducer(eqx.Module):
     def _is_uncertain(self) -> bool:
         return bool(unknowns(self.position))
 
-    def at_record(self, name: str) -> Any:
-        """Value of an unknown of its position, by its name, where it was recorded."""
+    def at_record(self, component: str) -> Any:
+        """Value of an unknown component of its position where it was recorded."""
         if not isinstance(self.position, Place):
             return self.recorded
-        return self.position.nearest(self.recorded)[name.rpartition(".position.")[2]]
+        return self.position.nearest(self.recorded)[component]
 
     def points(self, axes: tuple[int, ...]) -> Points:
         """Where and along what its channels read or drive a structure that moves along axes."""

@@ -12,9 +12,9 @@ from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 from numpyro.distributions import Normal
 
-from .._sites import substitute, unknowns
+from .._sites import substitute
 from .._types import Key
-from ..experiment.experiment import Experiment, is_placement
+from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 
 
@@ -59,14 +59,14 @@ class KernelDensity(eqx.Module):
         ess = jnp.exp(2 * logsumexp(terms) - logsumexp(2 * terms))
         stats = {"node_ess": ess ** (1 / len(placements))}
         if experiment.noise is not None:
-            noise = experiment.noise.law(self.data.z, self.data).variance
+            noise = experiment.noise.distribution(self.data.z, self.data).variance
             stats["kernel_over_noise"] = jnp.sqrt(jnp.mean(variance / noise))
         return {name: values[chosen] for name, values in placements.items()}, stats
 
     def _placements(self, experiment: Experiment) -> dict[str, Any]:
         """Draws of the placement, by name."""
         key = self.key if self.common else _fingerprint_key(self.key, experiment)
-        laws = {one.name: one.law for one in unknowns(experiment) if is_placement(one.name)}
+        laws = {one.name: one.distribution for one in experiment.unknowns if one.is_placement}
         keys = jax.random.split(key, len(laws))
         return {
             name: law.sample(k, (self.draws,))
@@ -84,7 +84,9 @@ class KernelDensity(eqx.Module):
 
     def _log_density(self, experiment: Experiment, centres: Any, variance: Any) -> Any:
         if experiment.noise is not None and self.noise_draws is None:
-            return self._total(lambda z: experiment.noise.law(z, self.data, variance), centres)
+            return self._total(
+                lambda z: experiment.noise.distribution(z, self.data, variance), centres
+            )
         shifted = self._shifted(experiment)
 
         def kernel(z: Any) -> Any:
@@ -97,7 +99,7 @@ class KernelDensity(eqx.Module):
         """Measured outputs less each draw of the noise, z - n of Eq. (29)."""
         if experiment.noise is None:
             return self.data.z[None]
-        law = experiment.noise.law(jnp.zeros_like(self.data.z), self.data)
+        law = experiment.noise.distribution(jnp.zeros_like(self.data.z), self.data)
         return self.data.z - law.sample(jax.random.fold_in(self.key, 1), (self.noise_draws or 1,))
 
     def _total(self, law: Any, centres: Any, measured: Any = None) -> Float[Array, "node"]:

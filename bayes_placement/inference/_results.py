@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..experiment.experiment import MEASURED, RESPONSE, Experiment, role
+from .._sites import Unknown
+from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from .engines._engine import Draws
 from .estimates import Figures, Weighting, figures, scalars
 
@@ -73,9 +74,20 @@ def named_draws(experiment: Experiment, values: dict[str, Any]) -> xr.Dataset:
         if unknown.name in values:
             array = np.asarray(values[unknown.name])
             extra = [f"{unknown.name}_dim_{i}" for i in range(array.ndim - 2)]
-            attributes = {"units": unknown.unit, "role": role(unknown.name)}
+            attributes = _attributes(unknown)
             variables[unknown.name] = (("chain", "draw", *extra), array, attributes)
     return _numbered(xr.Dataset(variables))
+
+
+def _attributes(unknown: Unknown) -> dict[str, str]:
+    """What an unknown belongs to and is for, so that a file of results tells it as well."""
+    return {
+        "units": unknown.unit,
+        "role": unknown.role.value,
+        "owner": " ".join(word for word in unknown.owner if word),
+        "field": unknown.field,
+        "component": unknown.component,
+    }
 
 
 def _numbered(dataset: xr.Dataset) -> xr.Dataset:
@@ -152,12 +164,14 @@ def _predictive(experiment: Experiment, found: dict[str, Any]) -> xr.Dataset:
 
 def _estimates(experiment: Experiment, draws: Draws, found: dict[str, Any]) -> xr.Dataset:
     """Figures of every unknown with standard errors, divergence from the prior, evidence."""
-    rows = dict(_figure_rows(experiment, draws, found))
+    rows = list(_figure_rows(experiment, draws, found))
     columns = {
-        field: ("unknown", np.array([getattr(row, field) for row in rows.values()]))
+        field: ("unknown", np.array([getattr(row, field) for _, _, row in rows]))
         for field in Figures._fields
     }
-    dataset = xr.Dataset(columns, coords={"unknown": list(rows)})
+    roles = [role for _, role, _ in rows]
+    names = {"unknown": [name for name, _, _ in rows], "role": ("unknown", roles)}
+    dataset = xr.Dataset(columns, coords=names)
     for word, divergence in found["divergences"].items():
         dataset[f"kl_{word}"] = divergence.kl
         dataset[f"kl_{word}_error"] = divergence.error
@@ -167,21 +181,23 @@ def _estimates(experiment: Experiment, draws: Draws, found: dict[str, Any]) -> x
         dataset[name] = value
     if found["mode"] is not None:
         modes = dict(_mode_scalars(found["mode"]))
-        dataset["mode"] = ("unknown", [modes.get(name, np.nan) for name in rows])
+        dataset["mode"] = ("unknown", [modes.get(name, np.nan) for name, _, _ in rows])
     return dataset
 
 
 def _figure_rows(
     experiment: Experiment, draws: Draws, found: dict[str, Any]
-) -> Iterator[tuple[str, Figures]]:
+) -> Iterator[tuple[str, str, Figures]]:
+    """Name, role and figures of every unknown number."""
     sampled, resolved = found["sampled"], found["values"]
-    for name in (unknown.name for unknown in experiment.unknowns):
+    for unknown in experiment.unknowns:
+        name = unknown.name
         engine_drew_it = name in sampled
         values = sampled[name] if engine_drew_it else resolved.get(name)
         weighting = _weighting(draws) if engine_drew_it else _of_resolved(draws, found)
         if values is not None:
             for word, one in scalars(name, values):
-                yield word, figures(one, weighting)
+                yield word, unknown.role.value, figures(one, weighting)
 
 
 def _mode_scalars(mode: dict[str, Any]) -> list[tuple[str, float]]:

@@ -142,7 +142,7 @@ def _inner_term(
     def term(outer_values: Any, inner_values: Any) -> Any:
         one = substitute(alone, {**outer_values, **inner_values})
         assert one.noise is not None  # as the marginal has checked
-        return jnp.sum(one.noise.law(one.predict(), part).log_prob(part.z))
+        return jnp.sum(one.noise.distribution(one.predict(), part).log_prob(part.z))
 
     # One map inside the other, so that the shapes of each side are computed once for each node.
     sizes = math.prod(inner.log_weight.shape), math.prod(nodes.outer.log_weight.shape)

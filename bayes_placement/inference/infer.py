@@ -12,9 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
-from .._sites import substitute
+from .._sites import Role, substitute
 from .._types import InputError, Key, Progress, no_progress
-from ..experiment.experiment import Experiment, Measurements, role
+from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from . import _results, divergence
 from ._target import Target
@@ -83,7 +83,7 @@ def infer(
     _check(experiment)
     data = experiment.data(measurement)
     marginal_key, engine_key, finish_key, prior_key = jax.random.split(_key(key), 4)
-    laws = {one.name: one.law for one in marginal.sampled(experiment)}
+    laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
     moves = symmetries(experiment) if marginal.samples_placement else ()
     target = Target(marginal.model(experiment, data, marginal_key), laws, moves)
     draws = engine.run(target, engine_key, progress)
@@ -92,7 +92,7 @@ def infer(
     equal = _results.pick(draws.position, parents)
     found = _finish(experiment, data, target, equal, resolve, finish_key)
     found |= {"data": data, "parents": parents, "sampled": _named(target, draws.position)}
-    found["divergences"] = _divergences(target, draws)
+    found["divergences"] = _divergences(experiment, target, draws)
     found["mode"] = None if draws.mode is None else target.constrain(draws.mode)
     complaints = [*draws.complaints, *_unresolved(found["stats"])]
     for complaint in complaints:
@@ -158,7 +158,7 @@ def _predict(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:
     predicted = experiment.predict()
     if experiment.noise is None:
         return {"response": predicted}
-    law = experiment.noise.law(predicted, data)
+    law = experiment.noise.distribution(predicted, data)
     return {
         "response": predicted,
         "replicate": law.sample(key),
@@ -189,9 +189,12 @@ def _unresolved(stats: dict[str, np.ndarray]) -> list[str]:
     return complaints
 
 
-def _divergences(target: Target, draws: Draws) -> dict[str, divergence.Divergence]:
+def _divergences(
+    experiment: Experiment, target: Target, draws: Draws
+) -> dict[str, divergence.Divergence]:
     """Divergence from the prior of all sampled unknowns, and of the parameters h alone."""
-    parameters = [name for name in target.transforms if role(name) == "parameter h"]
+    unknown = experiment.unknown
+    parameters = [name for name in target.transforms if unknown[name].role is Role.PARAMETER]
     whole = _whole_divergence(target, draws)
     if len(parameters) == len(target.transforms):
         return {"all": whole, "parameters": whole}

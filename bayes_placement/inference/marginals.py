@@ -15,7 +15,7 @@ from numpyro.distributions import Distribution
 
 from .._sites import Unknown, is_finite, realise
 from .._types import InfeasibleError, InputError, Key
-from ..experiment.experiment import MEASURED, Experiment, is_placement
+from ..experiment.experiment import MEASURED, Experiment
 from ..experiment.noise import Data
 from . import _kernel_density, _tensor_quadrature
 
@@ -95,7 +95,7 @@ class Nodes(Marginal):
 
     def integrates(self, unknown: Unknown) -> bool:
         """Whatever has finitely many values."""
-        return is_finite(unknown.law)
+        return is_finite(unknown.distribution)
 
     def _mixture(self, experiment: Experiment) -> _tensor_quadrature.Nested:
         laws = _integrated(self, experiment)
@@ -140,7 +140,7 @@ class Quadrature(Marginal):
 
     def integrates(self, unknown: Unknown) -> bool:
         """All placement is."""
-        return is_placement(unknown.name)
+        return unknown.is_placement
 
     def _mixture(self, experiment: Experiment) -> _tensor_quadrature.Nested:
         return _nested(self, experiment, _integrated(self, experiment), self.points)
@@ -185,7 +185,7 @@ class KDE(Marginal):
 
     def integrates(self, unknown: Unknown) -> bool:
         """All placement is."""
-        return is_placement(unknown.name)
+        return unknown.is_placement
 
     def __check_init__(self) -> None:
         if self.kernel not in _kernel_density.SHRINKAGE:
@@ -202,7 +202,7 @@ class KDE(Marginal):
     def _estimate(
         self, experiment: Experiment, data: Data, key: Key
     ) -> _kernel_density.KernelDensity:
-        if not any(is_placement(unknown.name) for unknown in experiment.unknowns):
+        if not any(unknown.is_placement for unknown in experiment.unknowns):
             raise InputError(
                 "marginals.KDE estimates the spread that unknown placement gives to z, but no "
                 "position or angle is a distribution. Declare one, at=positions.Segment(0.25, "
@@ -233,7 +233,7 @@ class KDE(Marginal):
 
 
 def _integrated(marginal: Marginal, experiment: Experiment) -> dict[str, Distribution]:
-    return {one.name: one.law for one in experiment.unknowns if marginal.integrates(one)}
+    return {one.name: one.distribution for one in experiment.unknowns if marginal.integrates(one)}
 
 
 def _marginal_model(
@@ -242,7 +242,7 @@ def _marginal_model(
     integrated = _integrated(marginal, experiment)
 
     def model() -> None:
-        one = realise(experiment, where=lambda name: name not in integrated)
+        one = realise(experiment, where=lambda unknown: unknown.name not in integrated)
         numpyro.factor(MEASURED, log_likelihood(one))
 
     return model
@@ -265,10 +265,11 @@ def _nested_model(
 
 
 def _check_independent(experiment: Experiment, name: str) -> None:
-    if experiment.chain:
+    effect = next(iter(experiment.instrument_effects), None)
+    if effect is not None:
         raise InfeasibleError(
             f"marginals.{name} was given an experiment with the effect "
-            f'"{next(iter(experiment.chain))}" on its instruments, but it needs sensors that are '
+            f'"{effect}" on its instruments, but it needs sensors that are '
             "independent of each other once the actuators are placed, and such an effect may "
             "couple them. Use marginals.Latent()."
         )

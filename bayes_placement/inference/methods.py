@@ -6,7 +6,7 @@ The methods that check each other. Not known here: files, figures, the terminal.
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ..experiment.experiment import Experiment, is_placement
+from ..experiment.experiment import Experiment
 from .engines import MAP, NUTS, SMC, Grid, Importance
 from .engines._engine import Engine
 from .marginals import KDE, Latent, Marginal, Quadrature
@@ -61,9 +61,11 @@ def standard(experiment: Experiment, engine: Engine | None = None) -> list[Metho
     own = SMC() if engine is None else engine
     name = f"latent {type(own).__name__.lower()}"
     latent = [Method(name, own, Latent()), method("nuts", "latent")]
-    if not any(is_placement(one.name) for one in experiment.unknowns):
+    if not any(one.is_placement for one in experiment.unknowns):
         return latent
-    parameters = [one for one in experiment.unknowns if not is_placement(one.name)]
-    few = len(parameters) <= GRID_UNKNOWNS and all(one.law.shape() == () for one in parameters)
+    parameters = [one for one in experiment.unknowns if not one.is_placement]
+    few = len(parameters) <= GRID_UNKNOWNS and all(
+        one.distribution.shape() == () for one in parameters
+    )
     several = [*latent, method("importance", "kde")]
     return [*several, method("grid", "quadrature")] if few else several

@@ -21,7 +21,7 @@ def sample_prior(experiment: Experiment, key: Key, draws: int = PRIOR_DRAWS) -> 
     """Draws [chain, draw, ...] of every unknown from its prior, by name."""
     keys = jax.random.split(key, max(1, len(experiment.unknowns)))
     pairs = zip(experiment.unknowns, keys, strict=False)
-    return {one.name: np.asarray(one.law.sample(k, (1, draws))) for one, k in pairs}
+    return {one.name: np.asarray(one.distribution.sample(k, (1, draws))) for one, k in pairs}
 
 
 def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -> xr.DataTree:

@@ -7,7 +7,8 @@ and is accepted or not by the posterior, so a wrong guess costs time, never corr
 from collections.abc import Callable
 from typing import Any
 
-from ..experiment.experiment import Experiment, is_placement
+from .._sites import Unknown
+from ..experiment.experiment import Experiment
 
 Values = dict[str, Any]
 Move = Callable[[Values], Values]
@@ -16,14 +17,19 @@ Move = Callable[[Values], Values]
 def symmetries(experiment: Experiment) -> tuple[Move, ...]:
     """Moves between placements: the mirror image, and sensor and actuator exchanged."""
     positions = [
-        one.name
-        for one in experiment.unknowns
-        if is_placement(one.name) and one.name.endswith(".position") and one.law.shape() == ()
+        unknown.name
+        for unknown in experiment.unknowns
+        if unknown.is_placement and _is_on_a_line(unknown)
     ]
     moves = [_mirror(experiment, positions)] if positions else []
     if len(positions) == 2 and len(experiment.sensor) == len(experiment.actuator) == 1:
         moves.append(_exchange(*positions))
     return tuple(moves)
+
+
+def _is_on_a_line(unknown: Unknown) -> bool:
+    is_scalar = not unknown.component and unknown.distribution.shape() == ()
+    return unknown.field == "position" and is_scalar
 
 
 def _mirror(experiment: Experiment, positions: list[str]) -> Move:

@@ -12,7 +12,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..experiment.experiment import MEASURED, RESPONSE, role
+from .._sites import Role
+from ..experiment.experiment import MEASURED, RESPONSE
 from ..inference.estimates import scalars
 from ._figures import PANEL, legend, on_two_lines, panels
 
@@ -88,8 +89,9 @@ def parameters(result: xr.DataTree, truth: Mapping[str, float] | None = None) ->
 def placement(result: xr.DataTree, truth: Mapping[str, float] | None = None) -> Figure:
     """Prior and posterior of every position and angle, a row for each sensor and actuator."""
     names = _names(result, placement=True)
-    rows = [list(own) for _, own in itertools.groupby(names, lambda name: name.split(".")[:2])]
-    return _marginals(result, rows, truth or {})
+    attributes = _attributes(result)
+    groups = itertools.groupby(names, lambda name: attributes[name]["owner"])
+    return _marginals(result, [list(row) for _, row in groups], truth or {})
 
 
 def pair(
@@ -168,11 +170,21 @@ def _scalars(group: Any) -> dict[str, np.ndarray]:
 
 
 def _names(result: xr.DataTree, *, placement: bool) -> list[str]:
-    return [name for name in _scalars(result["posterior"]) if _is_placement(name) == placement]
+    return [
+        name
+        for name, attributes in _attributes(result).items()
+        if (attributes["role"] == Role.PLACEMENT.value) == placement
+    ]
 
 
-def _is_placement(name: str) -> bool:
-    return role(name) == "placement"
+def _attributes(result: xr.DataTree) -> dict[str, dict[str, Any]]:
+    """Unit, role and owner of every number, the elements of an array one by one."""
+    variables = result["posterior"].to_dataset().data_vars.items()
+    return {
+        number: draws.attrs
+        for name, draws in variables
+        for number, _ in scalars(str(name), draws.values)
+    }
 
 
 def _histogram(
@@ -251,10 +263,12 @@ def _density_axis(axis: Axes, result: xr.DataTree, name: str) -> None:
 
 def _with_unit(result: xr.DataTree, name: str) -> str:
     # The angles of `orientation.rotation`, by the axes about which they turn.
-    before, _, number = name.partition(".angles.")
-    said = f"{before}.angles.{number} about {'xyz'[int(number) - 1]}" if number else name
-    return f"{said} [{_unit(result, name)}]"
+    attributes = _attributes(result)[name]
+    is_angle = attributes["field"] == "angles" and attributes["component"]
+    about = f" about {'xyz'[int(attributes['component']) - 1]}" if is_angle else ""
+    return f"{name}{about} [{attributes['units']}]"
 
 
 def _unit(result: xr.DataTree, name: str) -> str:
-    return result["posterior"][name.partition("[")[0]].attrs["units"]
+    unit: str = _attributes(result)[name]["units"]
+    return unit

@@ -74,7 +74,7 @@ def test_all_prior_draws_at_once_beat_a_loop(benchmark):
     experiment = bar.placed(0.25, 0.25, None)
     data = experiment.data(experiment.nominal_measurement())
     marginal = bp.marginals.KDE()
-    laws = {one.name: one.law for one in marginal.sampled(experiment)}
+    laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
     import jax
 
     target = Target(marginal.model(experiment, data, jax.random.PRNGKey(0)), laws)

@@ -116,15 +116,15 @@ def measure(path, kind):
     began = time.perf_counter()
     model, reading = seconds(npz_modes.read, path)
     built, building = seconds(experiment, model, placed)
-    names = [one.name for one in built.unknowns if "node" not in one.name.split(".")[-1]]
+    names = [one.name for one in built.unknowns if one.component != "node"]
     setup = time.perf_counter() - began
     peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     data = built.data(built.nominal_measurement())
-    nominal = {one.name: built._nominal_value(one) for one in built.unknowns}
+    nominal = built.nominal_values()
 
     def likelihood(values):
         whole = built.fix(nominal | dict(zip(names, values, strict=True)))
-        return whole.noise.law(whole.predict(), data).log_prob(data.z).sum()
+        return whole.noise.distribution(whole.predict(), data).log_prob(data.z).sum()
 
     gradient = jax.jit(jax.value_and_grad(likelihood))
     start = np.array([float(nominal[name]) for name in names])

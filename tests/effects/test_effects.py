@@ -12,6 +12,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
+from bayes_placement._sites import Role
 from bayes_placement.effects import Attachment
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.modes import Modes
@@ -143,8 +144,8 @@ def test_an_effect_is_named_by_its_path():
     whole = whole + effects.gain_error("s1", dist.Uniform(-0.5, 0.5))
     units = {one.name: one.unit for one in whole.unknowns}
     assert units["structure.effects.magnet.mass"] == "kg"
-    assert units["chain.gain_error.error"] == "1"
-    assert bp.experiment.experiment.role("chain.gain_error.error") == "parameter h"
+    assert units["instrument_effects.gain_error.error"] == "1"
+    assert whole.unknown["instrument_effects.gain_error.error"].role is Role.PARAMETER
     law = whole.structure.effects["magnet"].at
     np.testing.assert_allclose([law.low, law.high], [1.15, LENGTH])
     assert [one.name for one in whole.effects] == ["magnet", "gain_error"]
@@ -182,6 +183,8 @@ def test_effects_in_wrong_places_are_refused():
         beam.structure + effects.time_delay(1e-3)
     with refused(r'"point_mass" was added twice.*name="point_mass_2"'):
         beam + effects.point_mass(0.1, 1.0) + effects.point_mass(0.2, 1.0)
+    with refused(r"An effect of the name 'point.mass' was given; a name without a dot"):
+        beam + effects.point_mass(0.5, 0.1, name="point.mass")
     with refused(r'"gain_error" was added twice'):
         beam + effects.gain_error("s1", 0.1) + effects.gain_error("s2", 0.1)
     with refused(r'"point_mass": place 1.4 m lies outside the structure \(0 to 1.3 m\)'):

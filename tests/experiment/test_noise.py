@@ -25,7 +25,7 @@ def data_for(predicted, deviation=None, gaps=()):
 
 
 def log_density(law, predicted, data, kernel=0.0):
-    density = jax.jit(lambda centre, z: law.law(centre, data, kernel).log_prob(z))
+    density = jax.jit(lambda centre, z: law.distribution(centre, data, kernel).log_prob(z))
     return np.asarray(density(predicted, data.z))
 
 
@@ -95,7 +95,7 @@ def test_a_diagonal_covariance_is_gaussian():
 def test_covariance_refuses_missing_pairs():
     data = data_for(PREDICTED, gaps=[(1, 2)])
     with pytest.raises(ValueError, match=r"noise.Covariance needs every sensor measured"):
-        noise.Covariance(covariance()).law(jnp.asarray(PREDICTED), data)
+        noise.Covariance(covariance()).distribution(jnp.asarray(PREDICTED), data)
 
 
 def test_from_coherence_takes_each_level_from_the_data():
@@ -108,7 +108,7 @@ def test_from_coherence_takes_each_level_from_the_data():
 @pytest.mark.parametrize("data", [None, data_for(PREDICTED)], ids=["simulation", "no coherence"])
 def test_from_coherence_needs_coherence(data):
     with pytest.raises(ValueError, match=r"reads its level from the coherence and the averages"):
-        noise.FromCoherence().law(jnp.asarray(PREDICTED), data)
+        noise.FromCoherence().distribution(jnp.asarray(PREDICTED), data)
 
 
 def test_only_from_coherence_reads_coherence():
@@ -148,7 +148,7 @@ def test_what_was_not_measured_has_no_density(law):
 
 
 def test_a_simulation_is_not_masked():
-    law = noise.Gaussian(0.2).law(jnp.asarray(PREDICTED), None)
+    law = noise.Gaussian(0.2).distribution(jnp.asarray(PREDICTED), None)
     assert isinstance(law, dist.Normal)
     np.testing.assert_array_equal(law.loc, PREDICTED)
 

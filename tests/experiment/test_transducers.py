@@ -266,7 +266,7 @@ def test_every_support_has_finite_gradients_of_the_response():
         experiment = experiment_in_space(
             Sensor("s1", at=support, directions=(3,)), Actuator("a1", at=PLACE, directions=(1,))
         )
-        laws = {one.name: one.law for one in experiment.unknowns}
+        laws = {one.name: one.distribution for one in experiment.unknowns}
         assert len(laws) == len(names)
 
         def size(values, experiment=experiment):
@@ -334,3 +334,11 @@ def test_an_effect_at_nodes_has_a_typical_node():
     changed = (experiment + bp.effects.point_mass(at=support, mass=0.1)).nominal()
     found = changed.structure.effects["point_mass"].points(changed.structure.modes)
     np.testing.assert_allclose(found.position, [(0.7, 0.3, 0.4)] * 3)
+
+
+@pytest.mark.parametrize("name", ["", "s.1"])
+def test_a_name_that_cannot_be_a_word_of_a_name_of_an_unknown_is_refused(name):
+    with pytest.raises(ValueError, match=f"Sensor of the name {name!r} was given; a name without"):
+        bp.Sensor(name, at=0.25)
+    with pytest.raises(ValueError, match=f"Actuator of the name {name!r} was given"):
+        bp.Actuator(name, at=0.25)

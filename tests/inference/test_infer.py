@@ -42,7 +42,13 @@ def test_the_layout_is_the_same_for_every_method(small):
     assert set(small.children) >= GROUPS
     unknowns = {one.name for one in experiment_and_measurement()[0].unknowns}
     assert set(small["posterior"].data_vars) == unknowns == set(small["prior"].data_vars)
-    assert small["posterior"]["sensor.s1.position"].attrs == {"units": "m", "role": "placement"}
+    assert small["posterior"]["sensor.s1.position"].attrs == {
+        "units": "m",
+        "role": "placement",
+        "owner": "sensor s1",
+        "field": "position",
+        "component": "",
+    }
     measured = small["posterior_predictive"]["measured"]
     assert measured.dims == ("chain", "draw", "sensor", "actuator", "frequency")
     assert small["log_likelihood"]["measured"].dims == measured.dims

@@ -40,7 +40,7 @@ def at_ratios(experiment):
 
 def log_likelihood(experiment, marginal, data):
     model = marginal.model(experiment, data, KEY)
-    laws = {one.name: one.law for one in marginal.sampled(experiment)}
+    laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
     target = _target.Target(model, laws)
     return float(jax.jit(target.log_likelihood)(target.flatten(RATIOS)))
 
@@ -54,7 +54,9 @@ def wide():
 
 def brute_force(experiment, data, points):
     """Log of the integral over a full tensor of midpoints of all three positions."""
-    laws = {one.name: one.law for one in experiment.unknowns if one.name.endswith("position")}
+    laws = {
+        one.name: one.distribution for one in experiment.unknowns if one.name.endswith("position")
+    }
     steps = (np.arange(points) + 0.5) / points
     grids = np.meshgrid(*(law.icdf(jnp.asarray(steps)) for law in laws.values()), indexing="ij")
     values = {name: jnp.asarray(grid.ravel()) for name, grid in zip(laws, grids, strict=True)}
@@ -62,7 +64,7 @@ def brute_force(experiment, data, points):
 
     def one(places):
         concrete = substitute(fixed, places)
-        return jnp.sum(concrete.noise.law(concrete.predict(), data).log_prob(data.z))
+        return jnp.sum(concrete.noise.distribution(concrete.predict(), data).log_prob(data.z))
 
     terms = np.asarray(jax.jit(jax.vmap(one))(values))
     return logsumexp(terms) - np.log(terms.size)
@@ -135,7 +137,7 @@ def test_common_draws_make_the_likelihood_smooth_and_fresh_draws_do_not():
     roughness = {}
     for common in (True, False):
         marginal = bp.marginals.KDE(draws=100, common=common)
-        laws = {one.name: one.law for one in marginal.sampled(experiment)}
+        laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
         target = _target.Target(marginal.model(experiment, data, KEY), laws)
         line = jnp.stack([jnp.full(2, u) for u in np.linspace(-0.01, 0.01, 21)])
         values = np.asarray(jax.jit(jax.vmap(target.log_likelihood))(line))

@@ -89,7 +89,13 @@ def test_draws_follow_their_prior(drawn):
         "sensor.P2.position",
         "actuator.a1.position",
     ]
-    assert prior["sensor.P1.position"].attrs == {"units": "m", "role": "placement"}
+    assert prior["sensor.P1.position"].attrs == {
+        "units": "m",
+        "role": "placement",
+        "owner": "sensor P1",
+        "field": "position",
+        "component": "",
+    }
     for name, centre, half in [
         ("sensor.P1.position", P1, 0.04),
         ("sensor.P2.position", P2, 0.04),

@@ -143,7 +143,7 @@ def test_no_other_sign_has_any_probability(plane, measurement, means):
     data = experiment.data(measurement)
 
     def log_likelihood(z):
-        law = experiment.noise.law(experiment.predict(), data)
+        law = experiment.noise.distribution(experiment.predict(), data)
         return jnp.sum(law.log_prob(z), axis=(0, 2, 3))
 
     right, wrong = jax.jit(lambda: (log_likelihood(data.z), log_likelihood(-data.z)))()

@@ -13,8 +13,13 @@ RNG = np.random.default_rng(3)
 RATIO, POSITION = "structure.damping.ratio", "sensor.s1.position"
 
 
-def draws(values, unit="1"):
-    return ("chain", "draw"), np.asarray(values).reshape(1, -1), {"units": unit}
+NOWHERE = {"role": "parameter h", "owner": "damping", "field": "ratio", "component": ""}
+ON_A_LINE = {"role": "placement", "owner": "sensor s1", "field": "position", "component": ""}
+
+
+def draws(values, unit="1", **said):
+    attributes = NOWHERE | {"units": unit} | said
+    return ("chain", "draw"), np.asarray(values).reshape(1, -1), attributes
 
 
 def outputs(values, leading=("chain", "draw"), parts=False):
@@ -41,12 +46,16 @@ def result(ratio=None, place=None, parts=False):
     shape = (2, 1, 2, 4) if parts else (2, 1, 4)
     ratio = RNG.normal(0.04, 0.004, 500) if ratio is None else ratio
     place = RNG.normal(0.3, 0.01, 500) if place is None else place
-    prior = {RATIO: draws(RNG.uniform(0.02, 0.06, 400)), POSITION: draws(RNG.uniform(0, 1, 400))}
-    prior[POSITION][2]["units"] = "m"
+    prior = {
+        RATIO: draws(RNG.uniform(0.02, 0.06, 400)),
+        POSITION: draws(RNG.uniform(0, 1, 400), "m", **ON_A_LINE),
+    }
     observed = RNG.normal(size=shape)
     return xr.DataTree.from_dict(
         {
-            "/posterior": xr.Dataset({RATIO: draws(ratio), POSITION: draws(place, "m")}),
+            "/posterior": xr.Dataset(
+                {RATIO: draws(ratio), POSITION: draws(place, "m", **ON_A_LINE)}
+            ),
             "/prior": xr.Dataset(prior),
             "/posterior_predictive": outputs(
                 observed + RNG.normal(size=(1, 200, *shape)), parts=parts
@@ -57,11 +66,11 @@ def result(ratio=None, place=None, parts=False):
 
 
 SPATIAL = {
-    "sensor.s1.position.x": "m",
-    "sensor.s1.position.y": "m",
-    "sensor.s1.angles.1": "rad",
-    "sensor.s1.angles.3": "rad",
-    "actuator.a1.position.along": "m",
+    "sensor.s1.position.x": ("m", "sensor s1", "position", "x"),
+    "sensor.s1.position.y": ("m", "sensor s1", "position", "y"),
+    "sensor.s1.angles.1": ("rad", "sensor s1", "angles", "1"),
+    "sensor.s1.angles.3": ("rad", "sensor s1", "angles", "3"),
+    "actuator.a1.position.along": ("m", "actuator a1", "position", "along"),
 }
 
 
@@ -69,7 +78,19 @@ def result_in_space():
     """Result of an inference of places in space and of angles."""
 
     def group(count):
-        return xr.Dataset({name: draws(RNG.uniform(size=count), u) for name, u in SPATIAL.items()})
+        return xr.Dataset(
+            {
+                name: draws(
+                    RNG.uniform(size=count),
+                    unit,
+                    role="placement",
+                    owner=owner,
+                    field=field,
+                    component=component,
+                )
+                for name, (unit, owner, field, component) in SPATIAL.items()
+            }
+        )
 
     return xr.DataTree.from_dict({"/posterior": group(500), "/prior": group(400)})
 
@@ -252,7 +273,7 @@ def test_each_element_of_an_array_has_a_panel():
     one = result()
     for group in ("prior", "posterior"):
         dataset = one[group].to_dataset()
-        several = (("chain", "draw", "i"), RNG.normal(size=(1, 100, 3)), {"units": "kg"})
+        several = (("chain", "draw", "i"), RNG.normal(size=(1, 100, 3)), NOWHERE | {"units": "kg"})
         fresh = xr.Dataset({"structure.mass": several, POSITION: dataset[POSITION][:, :100]})
         one[group] = xr.DataTree(fresh)
     figure = drawn(bp.plots.posterior.parameters(one))

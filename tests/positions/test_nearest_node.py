@@ -62,20 +62,20 @@ def at_nodes(counts, support=PATCH, **options):
 
 def log_likelihood(one, marginal, values):
     data = one.data(measured())
-    laws = {unknown.name: unknown.law for unknown in marginal.sampled(one)}
+    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(one)}
     target = Target(marginal.model(one, data, KEY), laws)
     return float(jax.jit(target.log_likelihood)(target.flatten(values)))
 
 
 def term(one, data):
-    return jnp.sum(one.noise.law(one.predict(), data).log_prob(data.z))
+    return jnp.sum(one.noise.distribution(one.predict(), data).log_prob(data.z))
 
 
 def summed(one, values):
     """Log of the sum over every combination of nodes, one response each."""
     data = one.data(measured())
     fixed = substitute(one, values)
-    laws = {unknown.name: unknown.law for unknown in fixed.unknowns}
+    laws = {unknown.name: unknown.distribution for unknown in fixed.unknowns}
     grids = np.meshgrid(*(np.arange(law.probs.size) for law in laws.values()), indexing="ij")
     weights = np.meshgrid(*(np.log(law.probs) for law in laws.values()), indexing="ij")
     nodes = {name: jnp.asarray(grid.ravel()) for name, grid in zip(laws, grids, strict=True)}

@@ -3,12 +3,17 @@
 Not known here: candidates, what is claimed.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
+from ..._sites import Unknown
 from ...inference.estimates import scalars
 from ._hypotheses import Hypothesis
+
+EFFECTS = ("effects", "instrument_effects")
+"""Kinds of owners that are effects."""
 
 DRAWS = 2000
 OUTER = 2.5758
@@ -26,6 +31,10 @@ class Estimate(NamedTuple):
         Its 99 % interval.
     unit
         Unit of the above.
+    effect
+        Name of the effect that it belongs to; None for one of the structure or its instruments.
+    word
+        Its name within the effect.
     """
 
     mean: float
@@ -33,6 +42,8 @@ class Estimate(NamedTuple):
     low: float
     high: float
     unit: str
+    effect: str | None = None
+    word: str = ""
 
     def __str__(self) -> str:
         """Mean and standard deviation, with the unit."""
@@ -51,13 +62,10 @@ def estimates(hypothesis: Hypothesis, points: np.ndarray | None = None) -> dict[
     spread = OUTER * drawn.std(axis=0)
     ends = drawn.mean(axis=0) + np.array([-1.0, 1.0])[:, None] * spread
     values, sides = problem.coordinates.named(drawn), problem.coordinates.named(ends)
-    units = {one.name: one.unit for one in problem.experiment.unknowns}
     return {
-        word: _estimate(column.ravel(), side.ravel(), units[name])
-        for name, whole in values.items()
-        for (word, column), (_, side) in zip(
-            scalars(name, whole[None]), scalars(name, sides[name][None]), strict=True
-        )
+        name: estimate
+        for unknown in problem.experiment.unknowns
+        for name, estimate in _of_unknown(unknown, values[unknown.name], sides[unknown.name])
     }
 
 
@@ -67,6 +75,15 @@ def laplace(hypothesis: Hypothesis) -> np.ndarray:
     return hypothesis.fit.point + normal @ np.linalg.cholesky(hypothesis.fit.covariance).T
 
 
-def _estimate(draws: np.ndarray, sides: np.ndarray, unit: str) -> Estimate:
-    low, high = sorted(map(float, sides))
-    return Estimate(float(np.mean(draws)), float(np.std(draws)), low, high, unit)
+def _of_unknown(
+    unknown: Unknown, draws: np.ndarray, sides: np.ndarray
+) -> Iterator[tuple[str, Estimate]]:
+    """Name and estimate of an unknown, the elements of an array one by one."""
+    effect = unknown.owner.name if unknown.owner.kind in EFFECTS else None
+    word = ".".join(filter(None, (unknown.field, unknown.component)))
+    names = [name for name, _ in scalars(unknown.name, draws[None])]
+    ends = [side for _, side in scalars(unknown.name, sides[None])]
+    for name, (element, drawn), side in zip(names, scalars(word, draws[None]), ends, strict=True):
+        low, high = sorted(map(float, side.ravel()))
+        mean, deviation = float(np.mean(drawn)), float(np.std(drawn))
+        yield name, Estimate(mean, deviation, low, high, unknown.unit, effect, element)

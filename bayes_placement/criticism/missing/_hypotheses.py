@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...effects._effect import Effect, InstrumentEffect
+from ...effects._effect import Effect
 from ...effects._library import kind_of
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
@@ -64,19 +64,12 @@ class Hypothesis(NamedTuple):
 
     def own(self, effect: Effect) -> list[str]:
         """Names of the unknowns of one of its effects."""
-        return unknowns_of(effect, self.problem)
+        return list(fields_of(effect, self.problem))
 
 
-def unknowns_of(effect: Effect, problem: Problem) -> list[str]:
-    """Names of the unknowns of an effect."""
-    where = "chain" if isinstance(effect, InstrumentEffect) else "structure.effects"
-    prefix = f"{where}.{effect.name}."
-    return [name for name in problem.coordinates.places if name.startswith(prefix)]
-
-
-def field_of(effect: Effect, name: str) -> str:
-    """Field of an effect that an unknown belongs to: `at` for `structure.effects.mass.at.x`."""
-    return name.split(f".{effect.name}.", 1)[1].split(".", 1)[0]
+def fields_of(effect: Effect, problem: Problem) -> dict[str, str]:
+    """Field of an effect that each of its unknowns belongs to, by the name of the unknown."""
+    return {unknown.name: unknown.field for unknown in problem.experiment.unknowns_of(effect)}
 
 
 def alone(experiment: Experiment, data: Data) -> Hypothesis:
@@ -152,7 +145,7 @@ def _prepared(below: Hypothesis, effect: Effect) -> tuple[Effect, Problem]:
 
 
 def _scanned(below: Hypothesis, effect: Effect, problem: Problem, variants: int = 1) -> Scanned:
-    own = unknowns_of(effect, problem)
+    own = fields_of(effect, problem)
     most = max(MOST // variants, LEAST)
     found = scan(problem, _counts(effect, own, problem), below.fit.point, most)
     return Scanned(below, effect, problem, found)
@@ -168,10 +161,10 @@ def fitted(scanned: Scanned) -> Hypothesis:
 
 def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarray:
     """The fit without the effect, and the effect at its weakest: never worse than without."""
-    start, own = np.zeros(problem.dimension), unknowns_of(effect, problem)
-    start[others(problem, own)] = base
-    for name in own:
-        if field_of(effect, name) == effect.absent[0]:
+    start, fields = np.zeros(problem.dimension), fields_of(effect, problem)
+    start[others(problem, list(fields))] = base
+    for name, field in fields.items():
+        if field == effect.absent[0]:
             start[problem.coordinates.places[name]] = weakest(effect, problem, name)
     return start
 
@@ -200,10 +193,9 @@ def replaced_name(effect: Effect, name: str) -> Effect:
     return type(effect)(**fields, name=name)
 
 
-def _counts(effect: Effect, own: list[str], problem: Problem) -> dict[str, int]:
+def _counts(effect: Effect, field: dict[str, str], problem: Problem) -> dict[str, int]:
     """Number of points along each unknown of an effect."""
-    field = {name: field_of(effect, name) for name in own}
-    sized = {name: problem.coordinates.places[name] for name in own}
+    sized = {name: problem.coordinates.places[name] for name in field}
     coordinates = sum(word in PLACED for word in field.values())
 
     def count(name: str) -> int:
@@ -215,4 +207,4 @@ def _counts(effect: Effect, own: list[str], problem: Problem) -> dict[str, int]:
             return STRENGTHS if coordinates else 4 * STRENGTHS
         return SETTINGS if coordinates else MORE_SETTINGS
 
-    return {name: count(name) for name in own}
+    return {name: count(name) for name in field}

@@ -55,7 +55,7 @@ class Problem:
     def __init__(self, experiment: Experiment, data: Data):
         self.experiment = experiment
         self.data = data
-        self.coordinates = Coordinates({one.name: one.law for one in experiment.unknowns})
+        self.coordinates = Coordinates({one.name: one.distribution for one in experiment.unknowns})
         self.count = int(np.sum(np.asarray(data.measured)))
         self.compiled = compiled(_residuals).bound(experiment, data)
 
@@ -168,7 +168,7 @@ def _residuals(
     experiment: Experiment, data: Data, points: Float[Array, "point unknown"], logarithmic: Any
 ) -> tuple[Array, Array]:
     """Residuals of a batch of points, all that can differ between variants being an input."""
-    coordinates = Coordinates({one.name: one.law for one in experiment.unknowns})
+    coordinates = Coordinates({one.name: one.distribution for one in experiment.unknowns})
 
     def at(point: Point) -> tuple[Array, Array]:
         return _residual(experiment.fix(coordinates.values(point)), data, logarithmic)
@@ -179,7 +179,7 @@ def _residuals(
 def _residual(concrete: Experiment, data: Data, logarithmic: Any) -> tuple[Array, Array]:
     frf = concrete.frf()
     assert concrete.noise is not None
-    law = concrete.noise.law(concrete.observe.output(frf), data)
+    law = concrete.noise.distribution(concrete.observe.output(frf), data)
     plain, spread = standardised(law, data)
     if not isinstance(concrete.observe, Complex):
         return plain, spread

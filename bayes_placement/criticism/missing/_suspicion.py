@@ -15,7 +15,7 @@ from scipy.stats import norm
 
 from ...effects._effect import Effect
 from ...effects._library import kind_of
-from ._hypotheses import PLACED, Hypothesis, Scanned, field_of, unknowns_of, weakest
+from ._hypotheses import PLACED, Hypothesis, Scanned, fields_of, weakest
 from ._problem import Problem
 from ._search import others
 from ._whereabouts import whereabouts
@@ -82,9 +82,14 @@ def _of_one(base: _Base, single: Scanned, most: int, number: int) -> pd.DataFram
     score = -found.unit @ base.residual
     corrected = _corrected(found.unit, score) if score.size else 1.0
     named = single.problem.coordinates.named(found.points)
-    values = {name: named[name] for name in unknowns_of(effect, single.problem)}
-    lengths = (one for name, one in values.items() if name.endswith((".at", ".shift")))
     experiment = single.problem.experiment
+    own_unknowns = experiment.unknowns_of(effect)
+    values = {unknown.name: named[unknown.name] for unknown in own_unknowns}
+    lengths = (
+        named[unknown.name]
+        for unknown in own_unknowns
+        if unknown.field in PLACED and not unknown.component
+    )
     (own,) = (one for one in experiment.effects if one.name == effect.name)
     x, y, z = whereabouts(own, experiment, values, len(score)).T
     return pd.DataFrame(
@@ -97,7 +102,7 @@ def _of_one(base: _Base, single: Scanned, most: int, number: int) -> pd.DataFram
 def _signatures(base: _Base, single: Scanned, most: int) -> _Signatures:
     problem, effect = single.problem, single.effect
     points = _weak_points(problem, effect, most)
-    rest = others(problem, unknowns_of(effect, problem))
+    rest = others(problem, list(fields_of(effect, problem)))
     points[:, rest] = single.scan.points[0, rest]
     change = base.projected(problem.residuals(points)[0] - base.start)
     size = np.linalg.norm(change, axis=1, keepdims=True)
@@ -107,11 +112,10 @@ def _signatures(base: _Base, single: Scanned, most: int) -> _Signatures:
 
 
 def _weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:
-    columns, names = [], unknowns_of(effect, problem)
-    coordinates = sum(field_of(effect, name) in PLACED for name in names)
-    for name in names:
+    columns, fields = [], fields_of(effect, problem)
+    coordinates = sum(field in PLACED for field in fields.values())
+    for name, word in fields.items():
         place = problem.coordinates.places[name]
-        word = field_of(effect, name)
         if place.stop - place.start > 1:
             axis = np.zeros(1)
         elif word == effect.absent[0] and word not in PLACED:

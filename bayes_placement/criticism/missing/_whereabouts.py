@@ -43,7 +43,11 @@ def whereabouts(
         Number of points.
     """
     at = _place(effect, experiment)
-    own = _of_the_place(effect, values)
+    own = {
+        unknown.component: values[unknown.name]
+        for unknown in experiment.unknowns_of(effect)
+        if unknown.field == "at" and unknown.name in values
+    }
     found = np.full((count, 3), np.nan)
     if isinstance(at, Place):
         found[:] = _in_space(at, own, count)
@@ -93,13 +97,6 @@ def _part(effect: RegionStiffnessLoss | MemberPreload | SoftSupport, nodal: Noda
     if isinstance(effect, MemberPreload):
         return nodal.members.names[int(effect.member)]
     return nodal.statics.supports[int(effect.support)]
-
-
-def _of_the_place(effect: Effect, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Values of the unknowns of its place, by their names within it; the place itself is ''."""
-    words = {name.partition(f".{effect.name}.")[2]: one for name, one in values.items()}
-    pairs = {name.partition(".")[::2]: one for name, one in words.items()}
-    return {own: one for (field, own), one in pairs.items() if field == "at"}
 
 
 def _in_space(place: Place, values: Mapping[str, np.ndarray], count: int) -> Coordinates:

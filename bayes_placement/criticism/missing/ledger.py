@@ -60,16 +60,14 @@ class Step:
         """Say what was added: which sensor or part it is about, and its parameters."""
         if self.added is None:
             return ""
-        mark = f".{self.added}."
-        own = [f"{name.split(mark)[-1]} {one}" for name, one in self.own_parameters().items()]
+        own = [f"{one.word} {one}" for one in self.own_parameters().values()]
         return ", ".join([*([self.setting] if self.setting else []), *own])
 
     def own_parameters(self) -> dict[str, Estimate]:
         """Unknowns of the effect that was added; of the model, where none was."""
         if self.added is None:
             return self.parameters
-        marks = (f"structure.effects.{self.added}.", f"chain.{self.added}.")
-        return {name: one for name, one in self.parameters.items() if name.startswith(marks)}
+        return {name: one for name, one in self.parameters.items() if one.effect == self.added}
 
 
 @dataclass(frozen=True)

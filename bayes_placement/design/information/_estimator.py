@@ -15,8 +15,9 @@ import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Bool, Float
 
+from ..._sites import Role
 from ..._types import InfeasibleError
-from ...experiment.experiment import Experiment, is_placement, role
+from ...experiment.experiment import Experiment
 from ...experiment.noise import Noise
 
 
@@ -77,9 +78,9 @@ class Estimator(eqx.Module):
 def placement_laws(experiment: Experiment, known: Collection[str] = ()) -> dict[str, Any]:
     """Law of each coordinate and angle of the placement that is not known otherwise, by name."""
     return {
-        one.name: one.law
-        for one in experiment.unknowns
-        if is_placement(one.name) and one.name not in known
+        unknown.name: unknown.distribution
+        for unknown in experiment.unknowns
+        if unknown.is_placement and unknown.name not in known
     }
 
 
@@ -124,7 +125,7 @@ def known_noise(experiment: Experiment, who: str) -> Noise:
         If there is none, if it is unknown, or if only a measurement could tell it.
     """
     noise = experiment.noise
-    unknown = any(role(one.name) == "output error" for one in experiment.unknowns)
+    unknown = any(one.role is Role.OUTPUT_ERROR for one in experiment.unknowns)
     if noise is None or unknown or noise.reads_coherence:
         given = "noise=None" if noise is None else f"noise.{type(noise).__name__} of unknown level"
         raise InfeasibleError(
@@ -138,4 +139,6 @@ def deviation(experiment: Experiment) -> Float[Array, "output"]:
     """Standard deviation of each output, where the output error is known."""
     assert experiment.noise is not None
     z = jnp.zeros(jax.eval_shape(lambda: experiment.nominal().predict()).shape)
-    return jnp.sqrt(jnp.broadcast_to(experiment.noise.law(z, None).variance, z.shape)).ravel()
+    return jnp.sqrt(
+        jnp.broadcast_to(experiment.noise.distribution(z, None).variance, z.shape)
+    ).ravel()

@@ -11,8 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import ndtr
 
+from ..._sites import Role
 from ..._types import InfeasibleError, InputError
-from ...experiment.experiment import Experiment, is_placement, role
+from ...experiment.experiment import Experiment
 from ...inference.alternative import Draws
 from . import _points
 
@@ -79,7 +80,11 @@ def knowledge(experiment: Experiment, after: Draws | None, moved: Sequence[str])
     ValueError
         If nothing but placement is unknown, or the draws lack a parameter.
     """
-    laws = {one.name: one.law for one in experiment.unknowns if role(one.name) == "parameter h"}
+    laws = {
+        unknown.name: unknown.distribution
+        for unknown in experiment.unknowns
+        if unknown.role is Role.PARAMETER
+    }
     if not laws:
         raise InputError(
             "A map of information was asked for, but the structure has no unknown parameter; at "
@@ -95,11 +100,10 @@ def knowledge(experiment: Experiment, after: Draws | None, moved: Sequence[str])
             f"{missing[0]} as well. Give the posterior of the same structure: "
             "after=bp.infer(experiment, measured)."
         )
-    away = tuple(f"{kind}.{name}." for kind in ("sensor", "actuator") for name in moved)
     stays = [
-        one.name
-        for one in experiment.unknowns
-        if is_placement(one.name) and one.name in after and not one.name.startswith(away)
+        unknown.name
+        for unknown in experiment.unknowns
+        if unknown.is_placement and unknown.name in after and unknown.owner.name not in moved
     ]
     return Posterior({name: after[name] for name in [*laws, *stays]})
 

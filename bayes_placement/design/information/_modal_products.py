@@ -7,22 +7,21 @@ of many dampings and many placements are one product of matrices. Not known here
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
+from ..._sites import Owner
 from ...effects._effect import Modulus
-from ...experiment.experiment import Experiment, is_placement
+from ...experiment.experiment import Experiment
 from ...experiment.frf import dynamic
 from ...modes.points import Points, joined
-
-_DAMPING = "structure.damping."
 
 
 def factorise(experiment: Experiment) -> bool:
     """Tell whether FRFs are such products: nothing attached, all modes known."""
     structure = experiment.structure
-    if experiment.chain or structure.attachments or structure.cubic_attachments:
+    if experiment.instrument_effects or structure.attachments or structure.cubic_attachments:
         return False
-    moduli = [f"structure.effects.{one.name}." for one in structure.of_kind(Modulus)]
-    names = [one.name for one in experiment.unknowns if not is_placement(one.name)]
-    return all(name.startswith((_DAMPING, *moduli)) for name in names)
+    moduli = [Owner("effects", modulus.name) for modulus in structure.of_kind(Modulus)]
+    owners = [unknown.owner for unknown in experiment.unknowns if not unknown.is_placement]
+    return all(owner in (Owner("damping"), *moduli) for owner in owners)
 
 
 def residues(experiment: Experiment) -> Float[Array, "sensor actuator product"]:

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..._types import InfeasibleError, InputError
-from ...experiment.experiment import Experiment, is_placement
+from ...experiment.experiment import Experiment
 from ...inference._kernel_density import SHRINKAGE
 from ...inference.alternative import Draws, draws_of
 from . import _modal_products, _points
@@ -91,7 +91,8 @@ class KDE(Estimator):
         normal = _points.scores(self.sampling, *sizes, seed)
         spread = (self.replicates, self.placement_draws, _points.dimension(placed))
         draws = _Draws(known.values(normal), _points.scores(self.sampling, *spread, seed + 1))
-        everywhere = not any(is_placement(name) for name in known.names)
+        unknown = experiment.unknown
+        everywhere = not any(unknown[name].is_placement for name in known.names)
         if everywhere and _modal_products.factorise(experiment):
             return self._by_products(experiment, draws)
         return self._by_responses(experiment, draws)
@@ -151,7 +152,7 @@ class KDE(Estimator):
         z = one.fix(nominal).predict()
         variance = jnp.zeros_like(z)
         if one.noise is not None:
-            variance = jnp.broadcast_to(one.noise.law(z, None).variance, z.shape)
+            variance = jnp.broadcast_to(one.noise.distribution(z, None).variance, z.shape)
         return z, variance, kernel(self.kernel, self.placement_draws, z.size)
 
 

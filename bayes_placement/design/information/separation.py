@@ -172,10 +172,10 @@ def _drawn(own: _Explained, sizes: Separation, experiment: Experiment, seed: int
 def _as_explained(one: Experiment, explained: Experiment) -> Experiment:
     """The experiment with the structure and the instruments' effects of an explanation."""
     return eqx.tree_at(
-        lambda tree: (tree.structure, tree.chain),
+        lambda tree: (tree.structure, tree.instrument_effects),
         one,
-        (explained.structure, explained.chain),
-        is_leaf=lambda node: node is one.chain,
+        (explained.structure, explained.instrument_effects),
+        is_leaf=lambda node: node is one.instrument_effects,
     )
 
 

@@ -71,7 +71,7 @@ def test_two_effects_at_once_are_found(with_both):
     falling = [step.chi2_per_datum for step in with_both.steps]
     assert falling == sorted(falling, reverse=True)
     assert falling[-1] < 1.2
-    error = with_both.steps[-1].parameters["chain.gain_error.error"]
+    error = with_both.steps[-1].parameters["instrument_effects.gain_error.error"]
     assert error.low < GAIN.error < error.high
 
 
@@ -113,7 +113,7 @@ def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
     assert read["verdict"] == list(with_both.verdict)
     assert read["steps"][0]["added"] is None
     assert read["steps"][-1]["chi2_per_datum"] == with_both.steps[-1].chi2_per_datum
-    error = read["steps"][-1]["parameters"]["chain.gain_error.error"]
+    error = read["steps"][-1]["parameters"]["instrument_effects.gain_error.error"]
     assert error["interval_99"][0] < GAIN.error < error["interval_99"][1]
     assert set(KINDS) | {"nothing_missing", "none_of_these"} == set(read["probabilities"])
 

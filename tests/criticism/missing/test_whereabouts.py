@@ -67,7 +67,7 @@ def at(effect, experiment=SPACE, **values):
     """Places of an effect added to an experiment, given values of fields of its place."""
     whole = experiment + effect
     (own,) = whole.effects
-    where = "chain" if whole.chain else "structure.effects"
+    where = "instrument_effects" if whole.instrument_effects else "structure.effects"
     named = {f"{where}.{own.name}.{field}": one for field, one in values.items()}
     return whereabouts(own, whole, named, COUNT)
 

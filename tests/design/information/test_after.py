@@ -13,7 +13,7 @@ from bayes_placement.design.information._knowledge import Posterior, knowledge
 from models import bar
 from tests.design.information.linear import FORMS, SIGMA, linear_experiment
 
-NAME = "chain.offsets.factor"
+NAME = "instrument_effects.offsets.factor"
 ALONG = FORMS / SIGMA
 COVARIANCE = np.array([[0.3, -0.25], [-0.25, 0.6]])
 RATIOS = ("structure.damping.ratio.1", "structure.damping.ratio.2")

@@ -64,7 +64,7 @@ def test_a_shared_case_is_read(study, shared_data, name, size, mounted, unknowns
 def test_every_angle_of_a_triaxial_sensor_is_unknown(study):
     experiment = study("08_portal-02").experiment
     assert experiment.sensor["s4"].directions == (1, 2, 3)
-    laws = {one.name: one.law for one in experiment.unknowns}
+    laws = {one.name: one.distribution for one in experiment.unknowns}
     assert [laws[f"sensor.s4.angles.{n}"].high for n in (1, 2, 3)] == [0.2] * 3
     assert [laws[f"actuator.a1.angles.{n}"].high for n in (1, 2, 3)] == [0.1] * 3
     assert laws["sensor.s4.position.x"].low == pytest.approx(0.48)

@@ -142,7 +142,10 @@ def bar(tmp_path_factory):
 
 
 def test_priors_sit_at_the_leaves_of_what_they_are_for(bar):
-    found = {one.name: (float(one.law.low), float(one.law.high)) for one in bar.experiment.unknowns}
+    found = {
+        one.name: (float(one.distribution.low), float(one.distribution.high))
+        for one in bar.experiment.unknowns
+    }
     assert found == {
         "structure.modes.youngs_modulus": (9e8, 1.1e9),
         "structure.damping.ratio": (0.02, 0.08),
