@@ -1,7 +1,4 @@
-"""_progress: in, pieces of work; out, a bar for each with the time left.
-
-Not known here: what the work is.
-"""
+"""Progress bars with the time left, in the terminal."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -18,48 +15,58 @@ from rich.progress import Progress as Bars
 
 from ._types import Progress
 
+WIDTH_OF_A_FILE = 140
+"""Columns of what is written to a file or a pipe, so that a row of a table stays on one line."""
 
-def terminal() -> Console:
-    """Return the terminal; a pipe has no width, and a table in a file keeps one line a figure."""
+
+def terminal_console() -> Console:
+    """Return the terminal, or a wide console where the output goes to a file or a pipe."""
     console = Console()
-    return console if console.is_terminal else Console(width=140)
+    return console if console.is_terminal else Console(width=WIDTH_OF_A_FILE)
 
 
 @contextmanager
-def stages(console: Console, names: Sequence[str]) -> Iterator[Callable[[str], Progress]]:
-    """Show a bar for each piece of work, with the time that it will take.
+def progress_bars(console: Console, tasks: Sequence[str]) -> Iterator[Callable[[str], Progress]]:
+    """Show a bar for each task, with the time left of the one that runs.
 
-    What is given is called with a name as its work begins, and returns what to report to. The
-    work lasts until the next one begins.
+    Yields a function that begins a task: it takes the name of the task and returns the function
+    to which the task reports the share that is done. A task ends when the next one begins.
+
+    Parameters
+    ----------
+    console
+        Where the bars are shown.
+    tasks
+        Names of the tasks.
     """
     with _bars(console) as bars:
-        waiting = {name: bars.add_task(name, total=1.0, start=False, word="") for name in names}
+        numbers = {task: bars.add_task(task, total=1.0, start=False, word="") for task in tasks}
         running: list[TaskID] = []
 
-        def begin(name: str) -> Progress:
+        def begin(task: str) -> Progress:
             _finish(bars, running)
-            task = waiting[name]
-            running.append(task)
-            bars.start_task(task)
-            bars.update(task, word="time left")
-            # Results are still to be laid out when an engine says that it is done.
-            return lambda share: bars.update(task, completed=min(share, 0.99))
+            number = numbers[task]
+            running.append(number)
+            bars.start_task(number)
+            bars.update(number, word="time left")
+            # Results are still to be laid out when an engine reports that all is done.
+            return lambda share: bars.update(number, completed=min(share, 0.99))
 
         yield begin
         _finish(bars, running)
 
 
 @contextmanager
-def progress_bar(name: str = "computed") -> Iterator[Progress]:
-    """Bar with the time left, for `progress=` of any function, in a `with` statement.
+def progress_bar(task: str = "computed") -> Iterator[Progress]:
+    """Show a bar with the time left; a context manager, for `progress=` of any function.
 
     Parameters
     ----------
-    name
-        What is said before it.
+    task
+        Text before the bar.
     """
-    with stages(terminal(), [name]) as begin:
-        yield begin(name)
+    with progress_bars(terminal_console(), [task]) as begin:
+        yield begin(task)
 
 
 def _finish(bars: Bars, running: list[TaskID]) -> None:

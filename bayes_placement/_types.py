@@ -34,5 +34,9 @@ class InfeasibleError(InputError):
     """A method that cannot treat this experiment, where another one can."""
 
 
+class MissingExtraError(ImportError):
+    """A library that is not installed, and the extra of this package that brings it."""
+
+
 def no_progress(share: float) -> None:
     """Report nothing."""

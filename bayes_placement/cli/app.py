@@ -1,9 +1,6 @@
-"""app: in, the words of a command line; out, tables in the terminal and files in a folder.
+"""Commands of `bayes-placement` and their options; JAX is imported only once a command runs."""
 
-Not known here: any physics or statistics. JAX is imported only once a command runs.
-"""
-
-import enum
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,53 +8,10 @@ from typing import Annotated
 
 import typer
 
+from ._errors import errors_in_words
+from ._names import EngineName, EstimatorName, FitEngineName, MarginalName, SearchName
+
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
-
-
-class EngineName(enum.StrEnum):
-    """Engines by name."""
-
-    ALL = "all"
-    IMPORTANCE = "importance"
-    GRID = "grid"
-    MAP = "map"
-    NUTS = "nuts"
-    SMC = "smc"
-
-
-class FitEngineName(enum.StrEnum):
-    """Engines that fit a model to be criticised, by name."""
-
-    MAP = "map"
-    SMC = "smc"
-    NUTS = "nuts"
-
-
-class MarginalName(enum.StrEnum):
-    """Marginals by name."""
-
-    LATENT = "latent"
-    QUADRATURE = "quadrature"
-    KDE = "kde"
-
-
-class EstimatorName(enum.StrEnum):
-    """Estimators of information by name."""
-
-    KDE = "kde"
-    EXACT = "exact"
-    EXPECTED_GAIN = "expected-gain"
-    SEPARATION = "separation"
-
-
-class SearchName(enum.StrEnum):
-    """Ways to search for a placement by name."""
-
-    EXHAUSTIVE = "exhaustive"
-    SEQUENTIAL = "sequential"
-    FORWARD = "forward"
-    EVOLUTIONARY = "evolutionary"
-
 
 Study = Annotated[
     Path,
@@ -67,12 +21,12 @@ Data = Annotated[
     Path | None,
     typer.Option(help="Measured FRFs (UFF dataset 58). Default: the model's `measurement`."),
 ]
-EngineOption = Annotated[
+Engine = Annotated[
     EngineName, typer.Option(help="One engine, or all of those that check each other.")
 ]
-MarginalOption = Annotated[
+Marginal = Annotated[
     MarginalName | None,
-    typer.Option(help="What becomes of the placement, with one engine. Default: latent."),
+    typer.Option(help="How placement is treated, with one engine. Default: latent."),
 ]
 FitEngine = Annotated[
     FitEngineName,
@@ -86,14 +40,14 @@ Effects = Annotated[
         help="Effects to be tried, with commas: point_mass,gain_error. Default: all that apply."
     ),
 ]
-EstimatorOption = Annotated[
+Estimator = Annotated[
     EstimatorName,
     typer.Option(
         help="How information is estimated: the paper's KDE, placement integrated exactly, the "
         "average over data to come, or which of the explanations of --data is right."
     ),
 ]
-SearchOption = Annotated[
+Search = Annotated[
     SearchName,
     typer.Option(help="All placements, one moved at a time, one added at a time, or CMA-ES."),
 ]
@@ -110,25 +64,27 @@ Sensors = Annotated[
 Places = Annotated[
     int,
     typer.Option(
-        help="Places to try for each sensor and actuator, evenly along a line, far apart in space.",
+        help="Positions to try for each sensor and actuator, evenly along a line, far apart in "
+        "space.",
         min=1,
     ),
 ]
 Lines = Annotated[
     int,
-    typer.Option(help="Lines to use, evenly over the band, where the model has more.", min=1),
+    typer.Option(
+        help="Frequency lines to use, evenly over the band, where the model has more.", min=1
+    ),
 ]
-After = Annotated[
+EarlierData = Annotated[
     Path | None,
     typer.Option(
         "--data",
         help="What has been measured (UFF dataset 58): the next measurement is to add to it.",
     ),
 ]
-Sigma = Annotated[
+Noise = Annotated[
     float | None,
     typer.Option(
-        "--noise",
         help="Standard deviation of log10 of the amplitude. Default: as the model declares, or as "
         "the coherence of its data tells.",
     ),
@@ -140,116 +96,146 @@ Dask = Annotated[
 ]
 Out = Annotated[Path, typer.Option(help="Folder for results, tables and figures.")]
 Seed = Annotated[int, typer.Option(help="The same seed gives the same result.")]
+NoCache = Annotated[
+    bool,
+    typer.Option(
+        "--no-cache",
+        help="Keep no compiled functions for the next run in the user's cache directory.",
+    ),
+]
+Traceback = Annotated[
+    bool, typer.Option("--traceback", help="Show where in the program an error came up.")
+]
 
 RESULTS = Path("results")
 
 
 @app.callback()
 def main() -> None:
-    """Bayesian updating of structures whose sensors sat nobody knows exactly where."""
+    """Bayesian updating of structures whose sensors are at uncertain positions."""
 
 
 @app.command()
 def update(
     model: Study,
     data: Data = None,
-    engine: EngineOption = EngineName.ALL,
-    marginal: MarginalOption = None,
+    engine: Engine = "all",
+    marginal: Marginal = None,
     out: Out = RESULTS,
     seed: Seed = 0,
+    no_cache: NoCache = False,
+    traceback: Traceback = False,
 ) -> None:
     """Infer what measured FRFs say about a model's parameters, with placement unknown."""
-    with _errors_in_words():
-        from . import update as commands
+    with _prepared(model, no_cache, traceback):
+        from . import update
 
-        chosen = None if marginal is None else marginal.value
-        commands.update(model, data, engine.value, chosen, out, seed)
+        update.run(model, data, engine, marginal, out, seed)
 
 
 @app.command()
 def check(
     model: Study,
     data: Data = None,
-    engine: FitEngine = FitEngineName.MAP,
+    engine: FitEngine = "map",
     out: Out = RESULTS,
     seed: Seed = 0,
+    no_cache: NoCache = False,
+    traceback: Traceback = False,
 ) -> None:
     """Say whether a model explains measured FRFs; if not, at which sensor, in which band."""
-    with _errors_in_words():
-        from . import criticism as criticism_commands
+    with _prepared(model, no_cache, traceback):
+        from . import check
 
-        criticism_commands.check(model, data, engine.value, out, seed)
+        check.run(model, data, engine, out, seed)
 
 
 @app.command()
 def explain(
     model: Study,
     data: Data = None,
-    engine: FitEngine = FitEngineName.MAP,
+    engine: FitEngine = "map",
     effects: Effects = None,
     out: Out = RESULTS,
     seed: Seed = 0,
+    no_cache: NoCache = False,
+    traceback: Traceback = False,
 ) -> None:
     """Say which physical effect a model lacks, with a probability for each."""
-    with _errors_in_words():
-        from . import criticism as criticism_commands
+    with _prepared(model, no_cache, traceback):
+        from . import explain
 
-        criticism_commands.explain(model, data, engine.value, _words(effects), out, seed)
+        explain.run(model, data, engine, _split(effects), out, seed)
 
 
 @app.command()
-def improve(model: Study, data: Data = None, effects: Effects = None, out: Out = RESULTS) -> None:
+def improve(
+    model: Study,
+    data: Data = None,
+    effects: Effects = None,
+    out: Out = RESULTS,
+    no_cache: NoCache = False,
+    traceback: Traceback = False,
+) -> None:
     """Add what a model lacks, effect by effect, until only the noise is left."""
-    with _errors_in_words():
-        from . import criticism as criticism_commands
+    with _prepared(model, no_cache, traceback):
+        from . import improve
 
-        criticism_commands.improve(model, data, _words(effects), out)
+        improve.run(model, data, _split(effects), out)
 
 
 @app.command()
 def place(
     model: Study,
-    data: After = None,
-    estimator: EstimatorOption = EstimatorName.KDE,
-    search: SearchOption = SearchName.EXHAUSTIVE,
+    data: EarlierData = None,
+    estimator: Estimator = "kde",
+    search: Search = "exhaustive",
     about: About = None,
     sensors: Sensors = None,
     places: Places = 19,
     lines: Lines = 20,
-    noise: Sigma = None,
+    noise: Noise = None,
     workers: Workers = None,
     dask: Dask = None,
     out: Out = RESULTS,
     seed: Seed = 0,
+    no_cache: NoCache = False,
+    traceback: Traceback = False,
 ) -> None:
     """Say where sensors and actuators tell most about the parameters, tolerances included."""
-    with _errors_in_words():
-        from . import place as placement_commands
+    with _prepared(model, no_cache, traceback):
+        from . import place
 
-        options = placement_commands.Options(
-            estimator.value,
-            search.value,
-            _words(about),
-            sensors,
-            places,
-            lines,
-            noise,
-            workers,
-            dask,
-            seed,
+        options = place.Options(
+            estimator=estimator,
+            search=search,
+            about=_split(about),
+            sensors=sensors,
+            places=places,
+            lines=lines,
+            noise=noise,
+            workers=workers,
+            dask=dask,
+            seed=seed,
         )
-        placement_commands.run(model, data, options, out)
+        place.run(model, data, options, out)
 
 
-def _words(words: str | None) -> list[str] | None:
+def _split(words: str | None) -> list[str] | None:
     return None if words is None else [word.strip() for word in words.split(",")]
 
 
 @contextmanager
-def _errors_in_words() -> Iterator[None]:
-    """End with the words of an error in place of a traceback."""
-    try:
+def _prepared(model: Path, no_cache: bool, traceback: bool) -> Iterator[None]:
+    """Run a command with the compilation cache, and with errors and warnings for people."""
+    with errors_in_words(model, show_traceback=traceback):
+        # Zeros and overflows within this package and its libraries are treated where they occur;
+        # those of a model file are the user's to see.
+        warnings.filterwarnings(
+            "ignore", category=RuntimeWarning, module=r"(?!_model_)", append=True
+        )
+        if not no_cache:
+            from ._compilation_cache import use_compilation_cache
+
+            use_compilation_cache()
         yield
-    except (ValueError, OSError) as error:
-        typer.secho(f"error: {error}", err=True, fg="red")
-        raise typer.Exit(2) from error

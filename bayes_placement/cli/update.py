@@ -1,7 +1,4 @@
-"""update: in, file names and options; out, results in a folder and a table in the terminal.
-
-Not known here: how words on the command line are read, how anything is computed.
-"""
+"""`bayes-placement update`: what the data say about a model, by methods that check each other."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,17 +9,16 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from .._progress import stages, terminal
+from .._progress import progress_bars, terminal_console
 from .._types import InputError
-from ..experiment.experiment import Experiment, Measurements
 from ..inference import methods
 from ..inference.report import Report, report
 from ..io import netcdf
 from ..io.model import Study
 from ..plots import posterior as plots
-from . import _studies
-from ._outputs import make_folder, write_figures, write_table, write_text
-from .terminal import say, say_each
+from ._inputs import infer_posterior, named_method, read_measurement, read_study
+from ._result_files import make_folder, write_figures, write_table, write_text
+from ._terminal import print_list, print_text
 
 Results = dict[str, xr.DataTree]
 
@@ -31,26 +27,48 @@ Cross-check. variation: posterior standard deviation over mean, the uncertainty 
 ±: standard error of the computation, by which methods that agree may differ."""
 
 
-def update(
-    model: Path, data: Path | None, engine: str, marginal: str | None, out: Path, seed: int
+def run(
+    path: Path, data: Path | None, engine: str, marginal: str | None, out: Path, seed: int
 ) -> None:
-    """Run `bayes-placement update`: infer, cross-check, and write everything to a folder."""
-    console = terminal()
-    study = _studies.read(model)
-    chosen = _chosen(study, engine, marginal)
-    measurement = _studies.measured(study, data, model, "update")
+    """Infer by one method or several, compare them, and write results, tables and figures.
+
+    Parameters
+    ----------
+    path
+        Model file or case folder.
+    data
+        Universal file of the measurement; None for that of the study.
+    engine
+        Name of the engine; `all` for several that check each other.
+    marginal
+        Name of the marginal that goes with one engine; None for latent placement.
+    out
+        Folder of the results.
+    seed
+        Seed of all engines.
+    """
+    console = terminal_console()
+    study = read_study(path)
+    chosen = _chosen_methods(study, engine, marginal)
+    measurement = read_measurement(study, data, path, "update")
     make_folder(out)
-    say(console, f"{study.experiment}\n")
-    results = _infer_all(console, study.experiment, measurement, chosen, seed)
-    found = report(results)
-    _show(console, found)
-    _write(results, found, study.truth, out)
-    say(console, f"Results and figures are in {out}/")
+    print_text(console, f"{study.experiment}\n")
+    with progress_bars(console, [method.name for method in chosen]) as begin:
+        results = {
+            method.name: infer_posterior(
+                study.experiment, measurement, method, seed, begin(method.name)
+            )
+            for method in chosen
+        }
+    comparison = report(results)
+    _print(console, comparison)
+    _write(results, comparison, study.truth, out)
+    print_text(console, f"Results and figures are in {out}/")
 
 
-def _chosen(study: Study, engine: str, marginal: str | None) -> list[methods.Method]:
+def _chosen_methods(study: Study, engine: str, marginal: str | None) -> list[methods.Method]:
     if engine != "all":
-        return [_studies.method(study, engine, marginal or "latent")]
+        return [named_method(study, engine, marginal or "latent")]
     if marginal is not None:
         raise InputError(
             f"--marginal {marginal} was given without --engine. A marginal goes with one engine, "
@@ -60,25 +78,11 @@ def _chosen(study: Study, engine: str, marginal: str | None) -> list[methods.Met
     return methods.standard(study.experiment, study.engine)
 
 
-def _infer_all(
-    console: Console,
-    experiment: Experiment,
-    measurement: Measurements,
-    chosen: list[methods.Method],
-    seed: int,
-) -> Results:
-    with stages(console, [one.name for one in chosen]) as begin:
-        return {
-            one.name: _studies.inferred(experiment, measurement, one, seed, begin(one.name))
-            for one in chosen
-        }
-
-
-def _show(console: Console, found: Report) -> None:
+def _print(console: Console, comparison: Report) -> None:
     console.print(TITLE, soft_wrap=True)
-    for table in _tables(console, found.table):
+    for table in _tables(console, comparison.table):
         console.print(table)
-    say_each(console, found.words())
+    print_list(console, comparison.words())
 
 
 def _tables(console: Console, figures: pd.DataFrame) -> Iterator[Table]:
@@ -94,27 +98,28 @@ def _tables(console: Console, figures: pd.DataFrame) -> Iterator[Table]:
 
 
 def _table(figures: pd.DataFrame) -> Table:
+    """One column for each method; mean and variation stand below the name of their unknown."""
     table = Table(box=SIMPLE_HEAD)
     table.add_column("figure", overflow="fold")
     for method in figures.index:
         table.add_column(str(method), justify="right", no_wrap=True)
-    above = ""
+    heading = ""
     for figure, row in figures.T.iterrows():
-        unknown, _, what = str(figure).rpartition(" ")
-        grouped = what in ("mean", "variation")
-        if grouped and unknown != above:
+        unknown, _, statistic = str(figure).rpartition(" ")
+        grouped = statistic in ("mean", "variation")
+        if grouped and unknown != heading:
             table.add_row(unknown)
-        table.add_row(f"  {what}" if grouped else str(figure), *(str(value) for value in row))
-        above = unknown
+        table.add_row(f"  {statistic}" if grouped else str(figure), *(str(value) for value in row))
+        heading = unknown
     return table
 
 
-def _write(results: Results, found: Report, truth: Mapping[str, float], out: Path) -> None:
+def _write(results: Results, comparison: Report, truth: Mapping[str, float], out: Path) -> None:
     for number, (method, result) in enumerate(results.items()):
         name = "result.nc" if number == 0 else f"result_{method.replace(' ', '_')}.nc"
         netcdf.write(result, out / name)
-    write_table(out / "cross_check.csv", found.table.T)
-    write_text(out / "cross_check.txt", str(found))
+    write_table(out / "cross_check.csv", comparison.table.T)
+    write_text(out / "cross_check.txt", str(comparison))
     first = next(iter(results.values()))
     figures = {
         "measured_against_band.png": plots.measured_against_band(first),

@@ -1,7 +1,4 @@
-"""fitted: in, an experiment, values of its unknowns and data; out, what the model predicts.
-
-Not known here: how the values were found, figures.
-"""
+"""What a model with given values of its unknowns predicts, beside the measurement."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,12 +12,14 @@ from .._types import Response
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from ..inference._results import outputs
+from ..inference.bands import amplitude
+from .missing.ledger import Ledger, Step
 
 
 def fitted(
     experiment: Experiment, measurement: Measurements, values: Mapping[str, float]
 ) -> xr.Dataset:
-    """Lay a model with values beside what was measured.
+    """Return measured and predicted outputs, the error between them, and the expected noise.
 
     Parameters
     ----------
@@ -39,63 +38,82 @@ def fitted(
         expected of the `noise`.
     """
     data = experiment.data(measurement)
-    concrete = experiment.fix(_whole(experiment, values))
-    predicted, variance = compiled(_law)(concrete, data)
-    parts = experiment.observe.parts > 1
-    drawn = _drawn(np.asarray(data.z), np.asarray(predicted), np.asarray(variance), parts)
-    present = np.all(np.asarray(data.measured), axis=-2) if parts else np.asarray(data.measured)
+    concrete = experiment.fix(_with_arrays(experiment, values))
+    predicted, variance = map(np.asarray, compiled(_prediction)(concrete, data))
+    measured, part = np.asarray(data.z), -2 if experiment.observe.parts > 1 else None
+    error = np.sqrt(_over_parts((measured - predicted) ** 2, part))
+    noise = np.sqrt(_over_parts(variance, part))
     unit = experiment.observe.label
-    amplitude = f"log10 of {unit}" if parts else unit
+    logarithm = unit if part is None else f"log10 of {unit}"
+    arrays = {
+        "measured": (amplitude(measured, part), logarithm),
+        "predicted": (amplitude(predicted, part), logarithm),
+        "error": (error, unit),
+        "noise": (noise, unit),
+    }
+    present = np.asarray(data.measured)
+    complete = present if part is None else np.all(present, axis=part)
+    variables = {
+        name: (
+            ("sensor", "actuator", "frequency"),
+            np.where(complete, array, np.nan),
+            {"units": units},
+        )
+        for name, (array, units) in arrays.items()
+    }
     labels = outputs(experiment, {}, ()).drop_vars("part", errors="ignore").coords
-    dimensions = ("sensor", "actuator", "frequency")
-    return xr.Dataset(
-        {
-            name: (
-                dimensions,
-                np.where(present, one, np.nan),
-                {"units": amplitude if name in ("measured", "predicted") else unit},
-            )
-            for name, one in drawn.items()
-        },
-        coords=labels,
-    )
+    return xr.Dataset(variables, coords=labels)
 
 
-def _law(concrete: Experiment, data: Data) -> tuple[Response, Response]:
+def fitted_steps(
+    ledger: Ledger, experiment: Experiment, measurement: Measurements
+) -> dict[str, xr.Dataset]:
+    """Return what the model predicts as given and with all effects that were added.
+
+    Parameters
+    ----------
+    ledger
+        What `improve` returned.
+    experiment
+        The experiment as it was given to `improve`.
+    measurement
+        What was measured.
+
+    Returns
+    -------
+    dict
+        By a name for each model, what `fitted` returns at the means of its unknowns.
+    """
+    first, last = ledger.steps[0], ledger.steps[-1]
+    fits = {"as given": fitted(experiment, measurement, _means(first))}
+    if last.effects:
+        name = f"with {' and '.join(last.effects)}"
+        fits[name] = fitted(ledger.experiment, measurement, _means(last))
+    return fits
+
+
+def _means(step: Step) -> dict[str, float]:
+    return {name: estimate.mean for name, estimate in step.parameters.items()}
+
+
+def _prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:
+    """Predicted outputs and the variance of the noise of each."""
     assert concrete.noise is not None
     predicted = concrete.predict()
-    law = concrete.noise.distribution(predicted, data)
-    return predicted, jnp.broadcast_to(law.variance, predicted.shape)
+    error = concrete.noise.distribution(predicted, data)
+    return predicted, jnp.broadcast_to(error.variance, predicted.shape)
 
 
-def _drawn(
-    measured: np.ndarray, predicted: np.ndarray, variance: np.ndarray, parts: bool
-) -> dict[str, np.ndarray]:
-    error = (measured - predicted) ** 2
-    if not parts:
-        return {
-            "measured": measured,
-            "predicted": predicted,
-            "error": np.sqrt(error),
-            "noise": np.sqrt(variance),
-        }
+def _over_parts(squares: np.ndarray, part: int | None) -> Any:
+    """Sum over the real and the imaginary part of complex outputs."""
+    return squares if part is None else squares.sum(axis=part)
+
+
+def _with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Any]:
+    """Values of the unknowns, the elements of an array put together."""
     return {
-        "measured": _amplitude(measured),
-        "predicted": _amplitude(predicted),
-        "error": np.sqrt(error.sum(axis=-2)),
-        "noise": np.sqrt(variance.sum(axis=-2)),
-    }
-
-
-def _amplitude(values: np.ndarray) -> np.ndarray:
-    with np.errstate(divide="ignore"):  # nothing was measured there
-        return np.log10(np.sum(values**2, axis=-2)) / 2
-
-
-def _whole(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Any]:
-    """Put the elements of arrays together again."""
-    return {
-        one.name: _value(one.name, one.distribution.shape(), values) for one in experiment.unknowns
+        unknown.name: _value(unknown.name, unknown.distribution.shape(), values)
+        for unknown in experiment.unknowns
     }
 
 
@@ -103,4 +121,4 @@ def _value(name: str, shape: tuple[int, ...], values: Mapping[str, float]) -> An
     if not shape:
         return values[name]
     count = int(np.prod(shape))
-    return np.array([values[f"{name}[{i}]"] for i in range(count)]).reshape(shape)
+    return np.array([values[f"{name}[{number}]"] for number in range(count)]).reshape(shape)

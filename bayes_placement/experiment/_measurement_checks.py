@@ -134,13 +134,13 @@ def variance(values: np.ndarray, measured: np.ndarray, lines: np.ndarray, label:
         )
 
 
-def not_measured(wanted: np.ndarray, nearest: np.ndarray) -> ValueError:
+def not_measured(wanted: np.ndarray, nearest: np.ndarray) -> InputError:
     """Return the error that names the missing lines and what was measured beside them."""
     shown = [
         f"{one:g} Hz (nearest {two:g} Hz)" for one, two in zip(wanted[:5], nearest, strict=False)
     ]
     more = f" and {wanted.size - 5} more" if wanted.size > 5 else ""
-    return ValueError(
+    return InputError(
         f"{wanted.size} of the frequencies given were not measured: {', '.join(shown)}{more}. A "
         "measured line is needed for each, since FRFs are not interpolated across resonances. "
         "Choose measured lines: experiment frequency = measurement.band(low, high).frequency."

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._types import InputError
+from .._types import InputError, MissingExtraError
 from ..modes.finite_elements.modal_model import ModalModel
 
 
@@ -88,7 +88,7 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
 
     Raises
     ------
-    ImportError
+    MissingExtraError
         If meshio is not installed.
     FileNotFoundError
         If there is no such file.
@@ -118,7 +118,7 @@ def _read_by_meshio(path: Path) -> Any:
     try:
         import meshio
     except ImportError as error:
-        raise ImportError(
+        raise MissingExtraError(
             f"{path} cannot be read, since meshio is not installed, which knows the formats of "
             'meshes. Install it: pip install "bayes_placement[mesh]".'
         ) from error

@@ -1,10 +1,9 @@
-"""model: in, a Python file that declares an experiment; out, the experiment and its measurement.
-
-Not known here: what is in the experiment.
-"""
+"""Model files: Python files that declare an experiment and what belongs to it."""
 
 import importlib.util
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -47,15 +46,15 @@ def read(path: str | Path) -> Study:
         If the file declares no experiment, or something else under one of the names.
     """
     module = _run(Path(path))
-    experiment = _named(module, "experiment", Experiment)
+    experiment = _declared(module, "experiment", Experiment)
     if experiment is None:
         raise InputError(
             f"{path} has no `experiment`. A model file declares one: experiment = "
             "bp.Experiment(...); see models/bar.py for an example."
         )
     measurement = _measurement(module)
-    engine = _named(module, "engine", Engine)
-    return Study(experiment, measurement, engine, _named(module, "truth", dict) or {})
+    engine = _declared(module, "engine", Engine)
+    return Study(experiment, measurement, engine, _declared(module, "truth", dict) or {})
 
 
 def _run(path: Path) -> ModuleType:
@@ -64,26 +63,55 @@ def _run(path: Path) -> ModuleType:
             f"There is no model file {path}. Give a Python file that defines `experiment`, "
             "for example models/bar.py."
         )
-    spec = importlib.util.spec_from_file_location(f"_model_{path.stem}", path)
+    spec = importlib.util.spec_from_file_location(f"_model_{path.stem}", path.resolve())
     if spec is None or spec.loader is None:
         raise InputError(
             f"{path} is no Python file. Give one that defines `experiment`: models/bar.py."
         )
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
+    with _folder_on_import_path(path.resolve().parent):
+        spec.loader.exec_module(module)
     return module
 
 
+@contextmanager
+def _folder_on_import_path(folder: Path) -> Iterator[None]:
+    """Let a model file import modules of its folder, as a script may.
+
+    The folder stays on the import path, for imports inside functions, until another model is read.
+    Then the modules of the former folder are forgotten, since others may have the same names.
+    """
+    for former, names in _IMPORTED.items():
+        sys.path[:] = [entry for entry in sys.path if entry != former]
+        for name in names:
+            sys.modules.pop(name, None)
+    _IMPORTED.clear()
+    sys.path.insert(0, str(folder))
+    known = set(sys.modules)
+    try:
+        yield
+    finally:
+        _IMPORTED[str(folder)] = [
+            name
+            for name in set(sys.modules) - known
+            if folder in Path(getattr(sys.modules[name], "__file__", None) or "/").parents
+        ]
+
+
+_IMPORTED: dict[str, list[str]] = {}
+"""Folder of the last model file, and the modules in it that the model imported."""
+
+
 def _measurement(module: ModuleType) -> Measurements | None:
-    given: Any = getattr(module, "measurement", None)
-    several = isinstance(given, list | tuple) and given
-    if several and all(isinstance(one, Measurement) for one in given):
-        return given
-    return _named(module, "measurement", Measurement)
+    measurement: Any = getattr(module, "measurement", None)
+    is_list = isinstance(measurement, list | tuple) and measurement
+    if is_list and all(isinstance(item, Measurement) for item in measurement):
+        return measurement
+    return _declared(module, "measurement", Measurement)
 
 
-def _named(module: ModuleType, name: str, kind: type) -> Any:
+def _declared(module: ModuleType, name: str, kind: type) -> Any:
     value = getattr(module, name, None)
     if value is not None and not isinstance(value, kind):
         raise InputError(

@@ -11,7 +11,7 @@ import scipy.sparse
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from .._types import InputError
+from .._types import InputError, MissingExtraError
 from ..modes.finite_elements.modal_model import ModalModel
 from .matrix_files import SystemMatrices, system_matrices
 
@@ -46,7 +46,7 @@ def read_modes(
 
     Raises
     ------
-    ImportError
+    MissingExtraError
         If pyyeti is not installed.
     FileNotFoundError
         If there is no such file.
@@ -93,7 +93,7 @@ def read_matrices(
 
     Raises
     ------
-    ImportError
+    MissingExtraError
         If pyyeti is not installed.
     FileNotFoundError
         If there is no such file.
@@ -119,7 +119,7 @@ def _pyyeti(part: str, path: Path) -> Any:
     try:
         module = importlib.import_module(f"pyyeti.nastran.{part}")
     except ImportError as error:
-        raise ImportError(
+        raise MissingExtraError(
             f"{path} cannot be read, since pyyeti is not installed, which knows the files of "
             'Nastran. Install it: pip install "bayes_placement[nastran]".'
         ) from error

@@ -11,9 +11,11 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import bayes_placement as bp
-from bayes_placement.cli import place as placement_commands
+from bayes_placement._types import no_progress
+from bayes_placement.cli import _estimators, _positions_to_try
+from bayes_placement.cli._positions_to_try import positions_to_try
 from bayes_placement.cli.app import app
-from bayes_placement.cli.place import Options
+from bayes_placement.cli.place import with_sensors
 from models import bar
 from tests.effects import models_in_space
 
@@ -173,10 +175,10 @@ def test_more_sensors_are_like_the_last_one_and_added_one_at_a_time(first):
 
 def test_fewer_sensors_are_the_first_ones(tmp_path):
     experiment = bp.io.model.read(written(tmp_path, more=TWO)).experiment
-    asked = placement_commands._asked(experiment, options(sensors=1))
+    asked = with_sensors(experiment, 1)
     assert [*asked.sensor] == ["s1"] and [*asked.actuator] == ["a1"]
-    assert placement_commands._asked(experiment, options(sensors=2)) is experiment
-    assert placement_commands._asked(experiment, options()) is experiment
+    assert with_sensors(experiment, 2) is experiment
+    assert with_sensors(experiment, None) is experiment
 
 
 def test_the_noise_may_be_stated(first):
@@ -199,7 +201,7 @@ def test_data_come_first_and_then_there_is_less_to_learn(tmp_path, first):
     bp.io.uff.write(tmp_path / "measured.uff", own)
     words = ("--data", tmp_path / "measured.uff", "--search", "sequential")
     said, out = done(tmp_path, *words)
-    assert any(line.startswith("what is known ") for line in said.splitlines())
+    assert any(line.startswith("earlier data ") for line in said.splitlines())
     learnt = pd.read_csv(out / "placements.csv")["information_gain"].max()
     assert learnt < 0.8 * pd.read_csv(first[0] / "out" / "placements.csv")["information_gain"].max()
 
@@ -215,8 +217,8 @@ class Complaining(bp.engines.Importance):
 def test_complaints_of_the_inference_are_lines_of_the_report(tmp_path, monkeypatch):
     monkeypatch.setattr(bp.engines, "Importance", Complaining)
     study = bp.io.model.read(written(tmp_path, MEASUREMENT.format(draws=400)))
-    _, complaints = placement_commands._estimator(
-        options(), study, study.measurement, lambda name: lambda share: None
+    _, complaints = _estimators.named_estimator(
+        "kde", study, study.measurement, 0, lambda: no_progress
     )
     assert complaints == ["Look twice."]
 
@@ -245,18 +247,18 @@ def explained(probability, *ratios):
 
 def test_it_tells_explanations_of_the_data_apart(tmp_path, monkeypatch):
     written(tmp_path, MEASUREMENT.format(draws=20))
-    monkeypatch.setattr(placement_commands, "improve", explained(0.5, 0.0, 2.0))
+    monkeypatch.setattr(_estimators, "improve", explained(0.5, 0.0, 2.0))
     said, out = done(tmp_path, "--estimator", "separation", "--search", "sequential")
     learnt = pd.read_csv(out / "placements.csv")["information_gain"]
     assert 0.3 < learnt.max() < np.log(2) + 0.01
-    assert any(line.startswith("what is known ") for line in said.splitlines())
+    assert any(line.startswith("earlier data ") for line in said.splitlines())
 
 
 def test_a_single_explanation_is_told_apart_from_nothing(tmp_path, monkeypatch):
     model = written(tmp_path, MEASUREMENT.format(draws=20))
-    monkeypatch.setattr(placement_commands, "improve", explained(1.0, 0.0))
+    monkeypatch.setattr(_estimators, "improve", explained(1.0, 0.0))
     message = refused(model, "--estimator", "separation", "--out", tmp_path / "out")
-    assert "the data leave one only (mass 0)" in message
+    assert "the data leave only one (mass 0)" in message
     assert "--estimator expected-gain" in message
 
 
@@ -295,12 +297,6 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path):
     assert "is a file. A folder is needed" in refused(model, "--out", model)
 
 
-def options(**changes):
-    plain = {"estimator": "kde", "search": "exhaustive", "sensors": None, "places": 4}
-    more = {"about": None, "lines": 20, "sigma": None, "workers": None, "dask": None, "seed": 0}
-    return Options(**(plain | more | changes))
-
-
 def on_plate(at):
     scene = models_in_space.plate()
     return bp.Experiment(
@@ -318,7 +314,7 @@ BOX = bp.positions.Box((0.1, 0.08, 0.0), within=(0.01, 0.01, 0.0))
 
 def test_places_in_space_are_nodes_far_apart_where_the_structure_moves():
     experiment = on_plate(BOX)
-    found = placement_commands._places(experiment, options(places=4))
+    found = positions_to_try(experiment, "exhaustive", 4)
     assert [*found] == ["s1", "a1"] and found["s1"] == found["a1"]
     # The plate is held at all edges: of the nodes within, the first two are opposite corners.
     nodes = models_in_space.plate().matrices.position
@@ -343,7 +339,7 @@ def test_feet_of_a_frame_are_no_places():
         observe=bp.observe.LogAmplitude("acceleration"),
         noise=bp.noise.Gaussian(0.02),
     )
-    found = placement_commands._everywhere(experiment, 100)
+    found = _positions_to_try.positions_on(experiment, 100)
     assert len(found) == len(scene.matrices.position) - 2
     for foot in models_in_space.FEET.values():
         assert np.linalg.norm(np.subtract(found, foot), axis=1).min() > 0.05
@@ -351,22 +347,22 @@ def test_feet_of_a_frame_are_no_places():
 
 def test_no_more_places_than_nodes():
     points = np.eye(3)
-    found = placement_commands._far_apart(points, 9)
+    found = _positions_to_try.far_apart(points, 9)
     assert sorted(map(tuple, found)) == sorted(map(tuple, points))
 
 
 def test_evolution_has_no_line_to_move_along_in_space():
     with pytest.raises(ValueError, match=r"structure lies in space\. Give --search sequential"):
-        placement_commands._places(on_plate(BOX), options(search="evolutionary"))
+        positions_to_try(on_plate(BOX), "evolutionary", 4)
 
 
 def test_a_transducer_that_sits_nowhere_is_named(monkeypatch):
-    monkeypatch.setattr(placement_commands, "_everywhere", lambda *given: [1.2, -0.3])
+    monkeypatch.setattr(_positions_to_try, "positions_on", lambda *arguments: [1.2, -0.3])
     experiment = bar.placed(0.3, 0.4, None)
-    with pytest.raises(ValueError, match='None of 2 places is one where "s1" can sit'):
-        placement_commands._places(experiment, options())
+    with pytest.raises(ValueError, match='At none of 2 positions "s1" can be mounted'):
+        positions_to_try(experiment, "exhaustive", 4)
 
 
 def test_places_on_a_line_leave_out_its_ends():
-    found = placement_commands._places(bar.placed(0.3, 0.4, None), options(places=3))
+    found = positions_to_try(bar.placed(0.3, 0.4, None), "exhaustive", 3)
     np.testing.assert_allclose(found["s1"], [0.25, 0.5, 0.75])

@@ -1,4 +1,4 @@
-"""_terminal: tables that fit, words as they are, and bars that end when the work does."""
+"""Tables that fit, words as they are, and bars that end when the work does."""
 
 import io
 
@@ -7,7 +7,8 @@ import pytest
 from rich.console import Console
 
 import bayes_placement as bp
-from bayes_placement.cli import terminal as _terminal
+from bayes_placement import _progress
+from bayes_placement.cli import _terminal
 
 ROWS = {
     "all data": ["594", "2.14e+03", "0.995", "0.0409", "0", "9.46e-206", "0.123"],
@@ -26,7 +27,8 @@ def said(console):
 
 
 def test_no_figure_is_broken_where_the_terminal_is_narrow(console):
-    console.print(_terminal.frame(pd.DataFrame.from_dict(ROWS, "index", columns=COLUMNS), "group"))
+    table = pd.DataFrame.from_dict(ROWS, "index", columns=COLUMNS)
+    console.print(_terminal.terminal_table(table, "group"))
     words = said(console).split()
     for row in ROWS.values():
         assert all(figure in words for figure in row)
@@ -34,8 +36,8 @@ def test_no_figure_is_broken_where_the_terminal_is_narrow(console):
 
 
 def test_words_are_printed_as_they_are(console):
-    _terminal.say(console, "position [m] of sensor [bold]s1")
-    _terminal.say_each(console, ["one " * 30, "other"])
+    _terminal.print_text(console, "position [m] of sensor [bold]s1")
+    _terminal.print_list(console, ["one " * 30, "other"])
     assert said(console).splitlines() == [
         "position [m] of sensor [bold]s1",
         "- " + "one " * 30,
@@ -44,7 +46,7 @@ def test_words_are_printed_as_they_are(console):
 
 
 def test_a_bar_ends_when_the_next_begins_and_the_last_with_the_work(console):
-    with _terminal.stages(console, ["first", "second"]) as begin:
+    with _progress.progress_bars(console, ["first", "second"]) as begin:
         begin("first")(1.0)
         begin("second")(0.5)
     first, second = said(console).strip().splitlines()[-2:]
@@ -54,7 +56,7 @@ def test_a_bar_ends_when_the_next_begins_and_the_last_with_the_work(console):
 
 
 def test_a_bar_for_any_function(console, monkeypatch):
-    monkeypatch.setattr(_terminal, "terminal", lambda: console)
+    monkeypatch.setattr(_progress, "terminal_console", lambda: console)
     with bp.design.progress_bar("map") as progress:
         progress(0.5)
         progress(1.0)
@@ -64,6 +66,6 @@ def test_a_bar_for_any_function(console, monkeypatch):
 
 def test_brackets_in_a_table_are_no_markup(console):
     table = pd.DataFrame({"s1 [m]": ["0.2 [b]"]}, index=["[i]"])
-    console.print(_terminal.frame(table, "rank"))
+    console.print(_terminal.terminal_table(table, "rank"))
     for word in ("s1 [m]", "0.2 [b]", "[i]"):
         assert word in said(console)

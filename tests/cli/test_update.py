@@ -66,7 +66,7 @@ def test_help_lists_the_commands():
 
 def test_help_answers_without_loading_anything_heavy():
     program = (
-        "import sys; from typer.testing import CliRunner; from bayes_placement.cli import app; "
+        "import sys; from typer.testing import CliRunner; from bayes_placement.cli.app import app; "
         f"assert not any(CliRunner().invoke(app, [c, '--help']).exit_code for c in {COMMANDS}); "
         "heavy = {'jax', 'numpyro', 'numpy', 'scipy', 'xarray', 'pandas', 'matplotlib'}; "
         "sys.exit(' '.join(heavy & set(sys.modules)) or 0)"
@@ -178,7 +178,7 @@ def test_a_model_without_data_asks_for_them(tmp_path):
 
 
 def test_a_missing_data_file_is_refused(tmp_path):
-    assert "no such file" in refused(written(tmp_path, MODEL), "--data", tmp_path / "no.uff")
+    assert "There is no file" in refused(written(tmp_path, MODEL), "--data", tmp_path / "no.uff")
 
 
 def test_data_that_lack_a_line_are_refused(first, tmp_path):
@@ -211,8 +211,8 @@ def test_a_folder_that_is_a_file_is_refused_before_anything_is_computed(tmp_path
 
 def test_an_engine_that_the_model_sizes_keeps_its_size(tmp_path):
     study = bp.io.model.read(written(tmp_path, MODEL + ENGINE))
-    (own,) = commands._chosen(study, "importance", None)
-    (other,) = commands._chosen(study, "smc", None)
+    (own,) = commands._chosen_methods(study, "importance", None)
+    (other,) = commands._chosen_methods(study, "smc", None)
     assert own.engine == bp.engines.Importance(draws=60)
     assert other.engine == bp.engines.SMC()
 

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from ..._types import InputError
+from ...inference.bands import amplitude
 from . import _edges, correlation, discrepancy
 from ._residuals import Grouping, Residuals, band_of, groupings, residuals
 from ._statistics import Statistics
@@ -104,9 +105,9 @@ def _corrected(table: xr.Dataset, noise_known: bool) -> xr.Dataset:
 def _response(data: Residuals) -> xr.Dataset:
     """What figures show, line by line."""
     drawn = data.draws if data.replicates is None else data.replicates
-    _, low, high = band_of(_amplitude(drawn))
+    _, low, high = band_of(amplitude(drawn, -1))
     over = data.residual / data.scale
-    shown = {"measured": _amplitude(data.measured), "mean": _amplitude(data.mean)}
+    shown = {"measured": amplitude(data.measured, -1), "mean": amplitude(data.mean, -1)}
     shown |= {"low": low, "high": high, "misfit": np.sqrt(np.mean(over**2, axis=-1))}
     unit = data.template.attrs.get("units", "")
     units = dict.fromkeys(shown, f"log10 of {unit}" if data.residual.shape[-1] == 2 else unit)
@@ -126,11 +127,3 @@ def _response(data: Residuals) -> xr.Dataset:
             for name, values in shown.items()
         }
     )
-
-
-def _amplitude(values: np.ndarray) -> np.ndarray:
-    """Decimal logarithm of the amplitude of a complex output; any other output as it is."""
-    if values.shape[-1] == 1:
-        return values[..., 0]
-    with np.errstate(divide="ignore"):  # nothing was measured there
-        return np.log10(np.sum(values**2, axis=-1)) / 2

@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, nullco
 from types import ModuleType
 from typing import Any
 
-from ..._types import InputError
+from ..._types import InputError, MissingExtraError
 
 REPLACEMENTS = 3
 """How often lost workers are replaced, before something else is taken to be wrong."""
@@ -38,7 +38,7 @@ def workers(
     ------
     ValueError
         If there are less than one, or an address is given with their number.
-    ImportError
+    MissingExtraError
         If Dask is not installed.
     ConnectionError
         If no scheduler answers.
@@ -158,7 +158,7 @@ def _distributed() -> ModuleType:
     try:
         import distributed
     except ImportError as error:
-        raise ImportError(
+        raise MissingExtraError(
             "Dask was asked for and is not installed. Computing on a cluster needs it: "
             'pip install "bayes_placement[dask]".'
         ) from error

@@ -91,9 +91,9 @@ class Rules(NamedTuple):
         where = {one.name: one.points()[own] for one, own in zip(several, cells.T, strict=True)}
         return self.allowed(experiment, where, away)
 
-    def none_of(self) -> ValueError:
+    def none_of(self) -> InputError:
         """Error that no placement is allowed."""
-        return ValueError(
+        return InputError(
             f"None of the placements is allowed: forbidden regions {list(self.forbidden)} m, least "
             f"distance {self.least_distance:g} m. Give more places to try, or fewer rules."
         )

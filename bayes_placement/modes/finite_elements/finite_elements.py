@@ -217,7 +217,7 @@ def from_scikit_fem(
         If something else than a `skfem.CellBasis` was given.
     ValueError
         If the basis cannot be read between nodes, or the matrices do not fit it.
-    ImportError
+    MissingExtraError
         If scikit-fem is not installed.
     """
     reading = interpolation.scikit_fem(basis, axes=axes, origin=origin, directions=directions)

@@ -136,7 +136,7 @@ def scikit_fem(
     ValueError
         If a cell is curved or not affine, a shape function is no polynomial, or the field has
         another number of components than `axes`.
-    ImportError
+    MissingExtraError
         If scikit-fem is not installed.
     """
     return basis_elements(basis, axes, origin, directions)

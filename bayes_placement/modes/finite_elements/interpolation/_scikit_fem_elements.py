@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...._types import InputError
+from ...._types import InputError, MissingExtraError
 from ._elements import Elements, all_exponents, elements, reference_corners
 
 _BOXES = {"RefLine": False, "RefQuad": False, "RefHex": False, "RefTri": True, "RefTet": True}
@@ -47,7 +47,7 @@ def _check_basis(basis: Any) -> None:
     try:
         from skfem import CellBasis
     except ImportError as error:
-        raise ImportError(
+        raise MissingExtraError(
             "interpolation.scikit_fem was called, but scikit-fem is not installed; it says how "
             'shape functions are mapped. pip install "bayes_placement[scikit-fem]"'
         ) from error

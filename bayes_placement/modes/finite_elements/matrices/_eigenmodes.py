@@ -146,8 +146,8 @@ def _dense(flexibility: StaticFlexibility, count: int) -> Eigenmodes:
     return Eigenmodes(1 / inverse[:count], with_sign(shape if elastic is None else elastic @ shape))
 
 
-def _indefinite() -> ValueError:
-    return ValueError(
+def _indefinite() -> InputError:
+    return InputError(
         "The stiffness is not positive semi-definite: a motion has negative strain energy. A "
         "structure at rest needs strain energy to deform. Look at how stiffness was assembled, at "
         "its sign, and at the digits it was written with: a free structure needs all sixteen."

@@ -206,10 +206,10 @@ def check_policy(up_to: float, tolerance: float, margin: float) -> None:
         )
 
 
-def not_reached(worst: Worst, tolerance: float) -> ValueError:
+def not_reached(worst: Worst, tolerance: float) -> InputError:
     """Say how far off the basis still is, and where."""
     place = ", ".join(f"{name} = {value:.3g}" for name, value in worst.factors.items())
-    return ValueError(
+    return InputError(
         f"The natural frequencies are still off by {worst.error:.1e} at {place}, mode "
         f"{worst.mode}; {tolerance:.1e} is needed. The box is too wide for one basis, or a factor "
         "makes the structure nearly lose its stiffness there. Narrow its box, or allow more: "

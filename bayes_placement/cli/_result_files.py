@@ -1,9 +1,6 @@
-"""_outputs: in, tables, texts and figures; out, files in a folder, each whole or not at all.
+"""Tables, texts and figures in the folder of the results; each file is complete or not there."""
 
-Not known here: what is in them.
-"""
-
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -17,11 +14,11 @@ DOTS_PER_INCH = 120
 
 
 def make_folder(out: Path) -> None:
-    """Make a folder now, since one that cannot be made would cost the whole run.
+    """Make the folder before anything is computed, since results could not be written later.
 
     Raises
     ------
-    ValueError
+    InputError
         If it is a file.
     """
     if out.exists() and not out.is_dir():
@@ -37,12 +34,17 @@ def write_text(path: Path, text: str) -> None:
     write_atomically(path, lambda temporary: temporary.write_text(f"{text}\n", encoding="utf-8"))
 
 
+def write_report(path: Path, table: pd.DataFrame, sentences: Sequence[str]) -> None:
+    """Write a table and the sentences below it as text."""
+    write_text(path, "\n".join([table.to_string(), "", *(f"- {line}" for line in sentences)]))
+
+
 def write_table(path: Path, table: pd.DataFrame, *, index: bool = True) -> None:
     """Write a table as CSV."""
     write_atomically(path, lambda temporary: table.to_csv(temporary, index=index))
 
 
 def write_figures(figures: Mapping[str, Figure], out: Path) -> None:
-    """Write figures, by the names of their files."""
+    """Write figures to a folder, by the names of their files."""
     for name, figure in figures.items():
         write_atomically(out / name, partial(figure.savefig, dpi=DOTS_PER_INCH))

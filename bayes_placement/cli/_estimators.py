@@ -1,0 +1,67 @@
+"""Estimators of information by their names, with what earlier data tell them."""
+
+from collections.abc import Callable
+from typing import Any
+
+from .._types import InputError, Progress
+from ..criticism.missing.improve import improve
+from ..design import information
+from ..design.information._estimator import Estimator
+from ..effects import library
+from ..experiment.experiment import Experiment, Measurements
+from ..inference import methods
+from ..io.model import Study
+from ._inputs import complaints, infer_posterior
+
+ESTIMATORS: dict[str, Callable[..., Any]] = {
+    "kde": information.KDE,
+    "exact": information.Exact,
+    "expected-gain": information.ExpectedGain,
+    "separation": information.Separation,
+}
+
+
+def named_estimator(
+    name: str,
+    study: Study,
+    measurement: Measurements | None,
+    seed: int,
+    begin: Callable[[], Progress],
+) -> tuple[Estimator, list[str]]:
+    """Return an estimator and the complaints of the inference that it starts from.
+
+    Parameters
+    ----------
+    name
+        Name of the estimator.
+    study
+        What the model file declares.
+    measurement
+        Earlier data; None where there are none.
+    seed
+        Seed of the inference from earlier data.
+    begin
+        Called as that inference begins; returns what it reports its progress to.
+    """
+    if name == "separation":
+        assert measurement is not None
+        return _separation(study.experiment, measurement, begin()), []
+    if measurement is None:
+        return ESTIMATORS[name](), []
+    method = methods.standard(study.experiment, study.engine)[0]
+    posterior = infer_posterior(study.experiment, measurement, method, seed, begin())
+    return ESTIMATORS[name](after=posterior), complaints(posterior)
+
+
+def _separation(
+    experiment: Experiment, measurement: Measurements, progress: Progress
+) -> information.Separation:
+    """Separation of the explanations that earlier data leave."""
+    ledger = improve(experiment, measurement, candidates=library(experiment), progress=progress)
+    if len(ledger.alternatives) < 2:
+        names = "".join(f" ({alternative.name})" for alternative in ledger.alternatives)
+        raise InputError(
+            "--estimator separation tells explanations apart, but the data leave only one"
+            f"{names}. Give --estimator expected-gain, to sharpen its parameters."
+        )
+    return information.Separation(ledger.alternatives)

@@ -1,0 +1,54 @@
+"""`bayes-placement check`: whether a model explains the data, and where it fails."""
+
+from pathlib import Path
+
+from .._progress import progress_bars
+from ..criticism.check.check import check
+from ..criticism.check.misfit import Misfit
+from ..plots import misfit as plots
+from ._inputs import complaints, infer_posterior, named_method, read_inputs
+from ._result_files import write_figures, write_report, write_table
+from ._terminal import print_list, print_text, terminal_table
+
+
+def run(path: Path, data: Path | None, engine: str, out: Path, seed: int) -> None:
+    """Check a model against the data, and write tables and figures.
+
+    Parameters
+    ----------
+    path
+        Model file or case folder.
+    data
+        Universal file of the measurement; None for that of the study.
+    engine
+        Name of the engine that fits the model.
+    out
+        Folder of the results.
+    seed
+        Seed of the engine.
+    """
+    inputs = read_inputs(path, data, "check", out)
+    method = named_method(inputs.study, engine, "latent")
+    with progress_bars(inputs.console, ["posterior", "check"]) as begin:
+        posterior = infer_posterior(
+            inputs.experiment, inputs.measurement, method, seed, begin("posterior")
+        )
+        begin("check")
+        misfit = check(posterior)
+    sentences = [*misfit.words(), *complaints(posterior)]
+    inputs.console.print(terminal_table(misfit.table(), "group"))
+    print_list(inputs.console, sentences)
+    _write(misfit, sentences, out)
+    print_text(inputs.console, f"Tables and figures are in {out}/")
+
+
+def _write(misfit: Misfit, sentences: list[str], out: Path) -> None:
+    table = misfit.table()
+    write_table(out / "misfit.csv", table)
+    write_report(out / "misfit.txt", table, sentences)
+    figures = {
+        "measured_against_band.png": plots.measured_against_band(misfit),
+        "residual_map.png": plots.residual_map(misfit),
+        "discrepancy.png": plots.discrepancy(misfit),
+    }
+    write_figures(figures, out)
