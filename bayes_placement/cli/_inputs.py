@@ -12,7 +12,7 @@ from .._types import InputError, Progress
 from ..experiment.experiment import Experiment, Measurements
 from ..inference import methods
 from ..inference.infer import InferenceWarning, infer
-from ..io import case, model, uff
+from ..io import case, formats, model
 from ._result_files import make_folder
 from ._terminal import print_text
 
@@ -93,7 +93,7 @@ def read_measurement(
         If there is neither.
     """
     if data is not None:
-        return uff.read(data, require_positions=False)
+        return formats.read_measurement(data)
     if study.measurement is None:
         raise InputError(
             f"{path} declares no `measurement` and no --data file is given. Measured FRFs are "

@@ -1,19 +1,15 @@
-"""io: in, files of other programs; out, measurements, experiments and results; and back.
+"""Files of other programs as measurements, modes, matrices and experiments; results as files."""
 
-Not known here: physics, probability.
-"""
+import pkgutil
 
 import lazy_loader
 
 SUBMODULES = {
-    "case",
-    "matrix_files",
-    "mesh",
-    "model",
-    "nastran",
-    "netcdf",
-    "npz_modes",
-    "uff",
+    module.name for module in pkgutil.iter_modules(__path__) if not module.name.startswith("_")
 }
 
-__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules=SUBMODULES)
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submodules=SUBMODULES,
+    submod_attrs={"formats": ["read_matrices", "read_measurement", "read_modes"]},
+)

@@ -1,0 +1,143 @@
+"""Formats of files by what they hold: a format is a reader in its own file and a line here."""
+
+import importlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from .._types import InputError
+from ..experiment.measurement import Measurement
+from ..modes.finite_elements.modal_model import ModalModel
+from .matrix_files import SystemMatrices
+
+
+class Format(NamedTuple):
+    """A format of files.
+
+    Parameters
+    ----------
+    contents
+        What its files hold: `measurement`, `modes` or `matrices`.
+    suffixes
+        Endings of its files, in lower case.
+    reader
+        Function in this room that reads a file: `uff.read`.
+    options
+        Arguments of that function where the caller does not give them.
+    beginning
+        First bytes of every file of this format; they tell it where the suffix does not.
+    """
+
+    contents: str
+    suffixes: tuple[str, ...]
+    reader: str
+    options: Mapping[str, Any] = {}
+    beginning: bytes = b""
+
+    def read(self, path: Path, *others: Any, **options: Any) -> Any:
+        """Read a file; modules of formats are imported here, not before."""
+        module, function = self.reader.rsplit(".", 1)
+        reader = getattr(importlib.import_module(f".{module}", __package__), function)
+        return reader(path, *others, **{**self.options, **options})
+
+
+UNIVERSAL = (".uff", ".unv", ".bunv", ".uf")
+
+FORMATS = [
+    Format("measurement", UNIVERSAL, "uff.read", {"require_positions": False}, b"    -1"),
+    Format("modes", UNIVERSAL, "uff.read_modes", {}, b"    -1"),
+    Format("modes", (".npz",), "npz_modes.read"),
+    Format("modes", (".op2",), "nastran.read_modes"),
+    Format("matrices", (".op4",), "nastran.read_matrices"),
+    Format("matrices", (".npz", ".mtx", ".mtx.gz"), "matrix_files.read"),
+]
+
+
+def read_measurement(path: str | Path, **options: Any) -> Measurement:
+    """Read measured FRFs in SI.
+
+    Recorded positions are read as far as the file has them, since an experiment states its own.
+
+    Parameters
+    ----------
+    path
+        The file; its suffix, or else its first bytes, tell the format.
+    **options
+        Arguments of the reader of that format.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If its format is not known, or the reader refuses the file.
+    """
+    return _format("measurement", Path(path)).read(Path(path), **options)
+
+
+def read_modes(path: str | Path, **options: Any) -> ModalModel:
+    """Read nodes and natural modes in SI.
+
+    Parameters
+    ----------
+    path
+        The file; its suffix, or else its first bytes, tell the format.
+    **options
+        Arguments of the reader of that format, such as `modal_mass`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If its format is not known, or the reader refuses the file.
+    """
+    return _format("modes", Path(path)).read(Path(path), **options)
+
+
+def read_matrices(path: str | Path, *others: str | Path, **options: Any) -> SystemMatrices:
+    """Read stiffness and mass in SI.
+
+    Parameters
+    ----------
+    path
+        The file, or that of the stiffness where each matrix has a file; its suffix tells the
+        format.
+    *others
+        File of the mass, where each matrix has a file.
+    **options
+        Arguments of the reader of that format, such as `regions`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If its format is not known, or the reader refuses the file.
+    """
+    return _format("matrices", Path(path)).read(Path(path), *others, **options)
+
+
+def _format(contents: str, path: Path) -> Format:
+    """Format of a file that is to hold a measurement, modes or matrices."""
+    if not path.is_file():
+        raise FileNotFoundError(
+            f"There is no file {path}; a file with {contents} is needed. Check the folder: "
+            "Path(...).resolve()."
+        )
+    formats = [known for known in FORMATS if known.contents == contents]
+    name = path.name.lower()
+    for known in formats:
+        if name.endswith(known.suffixes):
+            return known
+    with path.open("rb") as file:
+        beginning = file.read(max(len(known.beginning) for known in formats))
+    for known in formats:
+        if known.beginning and beginning.startswith(known.beginning):
+            return known
+    suffixes = dict.fromkeys(suffix for known in formats for suffix in known.suffixes)
+    raise InputError(
+        f"{path} has no suffix of a format for {contents}; one of {', '.join(suffixes)} is "
+        "needed, since the suffix tells the format. Rename the file, or read it with the "
+        f"function of its format, such as bp.io.{formats[0].reader}(path)."
+    )
