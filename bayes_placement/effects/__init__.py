@@ -1,8 +1,29 @@
-"""effects: what can be added to a structure or to its measuring chain, one physical effect a file.
+"""Physical effects that a structure or its instruments may have, one a file."""
 
-In, strengths and places; out, what they do to the response. Not known here: data, probability.
-"""
+from .effect import (
+    Attachment,
+    CubicAttachment,
+    Effect,
+    GlobalChange,
+    Hinged,
+    Modulus,
+)
+from .instrument_effect import InstrumentEffect
+from .library import EFFECTS, Library, library
+from .registry import *  # noqa: F403
+from .scales import Scales
 
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "EFFECTS",
+    "Attachment",
+    "CubicAttachment",
+    "Effect",
+    "GlobalChange",
+    "Hinged",
+    "InstrumentEffect",
+    "Library",
+    "Modulus",
+    "Scales",
+    "library",
+]
+__all__ += [*EFFECTS]

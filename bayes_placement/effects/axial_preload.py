@@ -1,25 +1,22 @@
-"""axial_preload: in, a tension; out, the modes of the beam under it.
-
-Not known here: damping, data.
-"""
+"""A tension along a uniform beam."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
-import jax
 import numpy as np
+from jaxtyping import Array, Float
 from numpyro.distributions import Uniform
 
+from .._compiled import compiled
 from .._sites import unit
 from .._types import Parameter
 from ..modes._lines import uniform_beam
 from ..modes.beams.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, mixed
-from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.modes import Modes
-from ._effect import GlobalChange, StructureEffect
-from .member_preload import members
+from .effect import GlobalChange
+from .scales import Scales
 
 
 class AxialPreload(GlobalChange):
@@ -38,12 +35,12 @@ class AxialPreload(GlobalChange):
     name: str = eqx.field(static=True, default="axial_preload", kw_only=True)
 
     def on(self, modes: Modes) -> "AxialPreload":
-        """Refuse a structure that is no uniform beam.
+        """Return the effect as it is, on a uniform beam.
 
         Raises
         ------
-        ValueError
-            If it is none.
+        InputError
+            If the structure is none.
         """
         _beam(modes)
         return self
@@ -53,24 +50,28 @@ class AxialPreload(GlobalChange):
         return changed(modes, self.tension * mixed(modes, _beam(modes).slope_matrix()), None)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence[StructureEffect]:
-        """80 % of buckling to ten times as much in tension, of a beam or each member of a frame."""
-        modes = experiment.structure.modes
-        nodal = nodal_of(modes)
-        if nodal is not None:
-            return members(nodal)
-        if not isinstance(modes, UniformBeam):
+    def suggest(cls, scales: Scales) -> Sequence["AxialPreload"]:
+        """80 % of the buckling load in compression to ten times as much in tension."""
+        beam = scales.nominal_modes
+        if not isinstance(beam, UniformBeam):
             return []
-        critical = buckling_load(experiment.nominal().structure.modes)
+        critical = buckling_load(beam)
         return [cls(Uniform(-0.8 * critical, 10 * critical))]
 
 
 def buckling_load(beam: UniformBeam) -> float:
     """Least compression at which a beam loses its stiffness [N]."""
     rigid = beam.rigid_body_modes
-    root = np.asarray(jax.jit(lambda: 1 / beam.angular_frequency()[rigid:])())
-    slopes = np.asarray(jax.jit(lambda: beam.slope_matrix()[rigid:, rigid:])())
-    return float(1 / np.linalg.eigvalsh(root[:, None] * slopes * root).max())
+    natural, slopes = compiled(_natural_and_slopes)(beam)
+    root = 1 / np.asarray(natural)[rigid:]
+    elastic = np.asarray(slopes)[rigid:, rigid:]
+    return float(1 / np.linalg.eigvalsh(root[:, None] * elastic * root).max())
+
+
+def _natural_and_slopes(
+    beam: UniformBeam,
+) -> tuple[Float[Array, "mode"], Float[Array, "mode mode"]]:
+    return beam.angular_frequency(), beam.slope_matrix()
 
 
 def _beam(modes: Modes) -> UniformBeam:

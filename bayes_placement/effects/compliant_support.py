@@ -1,10 +1,7 @@
-"""compliant_support: in, an end, a motion and a compliance; out, the hinge that it opens.
-
-Not known here: damping, data.
-"""
+"""A support of a uniform bar or beam that is softer than assumed."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 from numpyro.distributions import LogUniform
@@ -16,14 +13,15 @@ from ..modes.beams.uniform_line import UniformLine
 from ..modes.changed import line_of
 from ..modes.hinged import Hinge
 from ..modes.modes import Modes
-from ._effect import Hinged
-from .soft_support import supports_of
+from .effect import Hinged
+from .instruments import Instruments
+from .scales import Scales
 
 _HELD = {"fixed": ("rotation", "translation"), "pinned": ("translation",), "guided": ("rotation",)}
 
 
 class CompliantSupport(Hinged):
-    """A support that gives way: a flexible clamp (rotation) or a soft seat (translation).
+    """A support with a compliance: a flexible clamp (rotation) or a soft seat (translation).
 
     Blevins, Formulas for Natural Frequency and Mode Shape, table 8-9, states the stiffness; its
     inverse is used here, so that zero is the support as drawn.
@@ -45,19 +43,19 @@ class CompliantSupport(Hinged):
     name: str = eqx.field(static=True, default="compliant_support", kw_only=True)
 
     def on(self, modes: Modes) -> "CompliantSupport":
-        """Refuse a support that the structure does not have.
+        """Return the effect as it is, on a bar or beam with this support.
 
         Raises
         ------
-        ValueError
-            If the end or the motion is unknown, or nothing holds that motion there.
+        InputError
+            If the structure is no uniform bar or beam, or has no such support.
         """
         instead = 'Name a support of the model: effects.soft_support("left foot", ...).'
         possible = supports(uniform_line(modes, "compliant_support", instead))
         if (self.end, self.motion) not in possible:
             raise InputError(
                 f'Effect "{self.name}": the {self.motion} of the {self.end} end was given, but '
-                "only what a support holds can give way. This structure holds "
+                "only what a support holds can be compliant. This structure holds "
                 f"{', '.join(f'the {m} of the {e} end' for e, m in possible) or 'nothing'}."
             )
         return self
@@ -69,35 +67,32 @@ class CompliantSupport(Hinged):
         order = line.half_order + (line.half_order == 2 and self.motion == "translation")
         return [Hinge(at, order, self.compliance)]
 
-    def setting(self, experiment: Any) -> str:
-        """Which end it is about, and which motion of it."""
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """End of the structure, and the motion that it no longer holds rigidly."""
         return f"{self.end} end, {self.motion}"
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence[Hinged]:
-        """Each support, as soft as the structure itself or by powers of ten stiffer.
+    def suggest(cls, scales: Scales) -> Sequence["CompliantSupport"]:
+        """Each support, from ten times the compliance of the structure down.
 
-        Those of a finite element model are `soft_support`. On a line, a rotation or the seat of a
-        bar is tried from 1e-5 of the compliance of the structure on; the seat of a beam, which
-        high modes feel more by powers of their wave number, from 1e-7 on.
+        A rotation or the seat of a bar is tried down to 1e-5 of the compliance of the structure;
+        the seat of a beam, which high modes feel more by powers of their wave number, to 1e-7.
         """
-        if not isinstance(experiment.structure.modes, UniformLine):
-            return supports_of(experiment.structure.modes)
-        line = experiment.nominal().structure.modes
-        found: list[Hinged] = []
+        line = scales.nominal_modes
+        if not isinstance(line, UniformLine):
+            return []
+        variants = []
         for end, motion in supports(line):
             power = 2 * line.half_order - 1 if motion == "translation" else 1
-            unit_compliance = float(line.length**power / line.stiffness)
-            law = LogUniform(10.0 ** -(power + 4) * unit_compliance, 10 * unit_compliance)
-            found.append(cls(law, end=end, motion=motion))
-        return found
+            structure = float(line.length**power / line.stiffness)
+            compliance = LogUniform(10.0 ** -(power + 4) * structure, 10 * structure)
+            variants.append(cls(compliance, end=end, motion=motion))
+        return variants
 
 
 def supports(line: UniformLine) -> list[tuple[str, str]]:
     """Ends and motions that are held."""
-    motions = {word: held for word, held in _HELD.items()}
-    if line.half_order == 1:
-        motions = {"fixed": ("translation",)}
+    motions = _HELD if line.half_order == 2 else {"fixed": ("translation",)}
     pairs = zip(("left", "right"), line.ends, strict=True)
     return [(end, motion) for end, word in pairs for motion in motions.get(word, ())]
 

@@ -1,10 +1,7 @@
-"""cubic_stiffness: in, a place and a cubic stiffness; out, its stiffness per amplitude squared.
-
-Not known here: the structure it holds, the response, data.
-"""
+"""A cubic spring between one place of the structure and the ground."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,8 +10,8 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from . import _scales
-from ._effect import CubicAttachment, Direction, Place
+from .effect import CubicAttachment, Direction, Place
+from .scales import Scales
 
 
 class CubicStiffness(CubicAttachment):
@@ -46,14 +43,14 @@ class CubicStiffness(CubicAttachment):
         return 0.75 * jnp.asarray(self.stiffness)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["CubicStiffness"]:
-        """A spring felt at the amplitudes of this experiment; none if one force level is known."""
-        if experiment.force_levels is None:
+    def suggest(cls, scales: Scales) -> Sequence["CubicStiffness"]:
+        """A spring felt at the amplitudes of this experiment; none where these are not known."""
+        if scales.displacement is None:
             return []
-        stiffness = _scales.stiffness(experiment) / _scales.amplitude(experiment) ** 2
-        law = LogUniform(1e-4 * stiffness, 1e4 * stiffness)
-        places = _scales.somewhere_along(experiment)
-        return [cls(place, law, direction=direction) for place, direction in places]
+        middle = scales.stiffness / scales.displacement**2
+        stiffness = LogUniform(1e-4 * middle, 1e4 * middle)
+        places = scales.places_and_directions()
+        return [cls(place, stiffness, direction=direction) for place, direction in places]
 
 
 cubic_stiffness = CubicStiffness

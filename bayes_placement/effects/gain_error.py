@@ -1,10 +1,7 @@
-"""gain_error: in, a sensor and a relative error; out, the FRF as it was recorded.
-
-Not known here: the structure, data.
-"""
+"""A wrong sensitivity of a sensor."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import numpy as np
@@ -12,9 +9,12 @@ from numpyro.distributions import Uniform
 
 from .._sites import unit
 from .._types import InputError, Parameter, Receptance
-from ..positions.channel import Channel
-from . import _words
-from ._effect import InstrumentEffect, Numbered, Omega, numbered, of_sensor, sensor_names
+from ..modes.modes import Modes
+from . import _setting_words
+from .effect import Location, Omega
+from .instrument_effect import InstrumentEffect
+from .instruments import Instruments, Number
+from .scales import Scales
 
 
 class GainError(InstrumentEffect):
@@ -31,51 +31,56 @@ class GainError(InstrumentEffect):
     """
 
     absent: ClassVar[tuple[str, float]] = ("error", 0.0)
-    sensor: Numbered
+    sensor: Number
     error: Parameter = eqx.field(metadata=unit("1"))
-    direction: Numbered | None = eqx.field(default=None, kw_only=True)
+    direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="gain_error", kw_only=True)
 
-    def among(self, channels: Sequence[Channel]) -> "GainError":
-        """Return it with the number of its sensor, and the direction as a number.
+    def numbered(self, instruments: Instruments) -> "GainError":
+        """Return the effect with its sensor by number, and the direction as an array.
 
         Raises
         ------
-        ValueError
-            If the experiment has no such sensor, or this has no such channel.
+        InputError
+            If the experiment has no such sensor, or the sensor no such channel.
         """
-        sensor = numbered(self.sensor, channels)
+        sensor = instruments.number(self.sensor)
         if self.direction is None:
             return GainError(sensor, self.error, name=self.name)
-        own = [one for one in channels if one.name == sensor_names(channels)[int(sensor)]]
-        if self.direction not in [one.direction for one in own]:
+        channels = instruments.sensors[instruments.name(sensor)].channels
+        if self.direction not in [channel.direction for channel in channels]:
             raise InputError(
                 f'Effect "{self.name}": the direction {self.direction} was given, but the sensor '
-                f"has the channels {', '.join(one.label for one in own)}. Give one of their "
-                f"directions: direction={own[0].direction}."
+                f"has the channels {', '.join(channel.label for channel in channels)}. Give the "
+                f"direction of one of them: direction={channels[0].direction}."
             )
         return GainError(sensor, self.error, direction=np.asarray(self.direction), name=self.name)
 
-    def recorded(self, frf: Receptance, omega: Omega, channels: Sequence[Channel]) -> Receptance:
+    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
         """FRF whose wrong channels are multiplied by 1 + error."""
-        wrong = of_sensor(self.sensor, channels)
+        wrong = instruments.of(self.sensor)
         if self.direction is not None:
-            wrong *= np.array([one.direction for one in channels]) == self.direction
+            directions = [channel.direction for channel in instruments.channels("sensor")]
+            wrong *= np.array(directions) == self.direction
         return frf * (1 + wrong * self.error)[:, None, None]
 
-    def setting(self, experiment: Any) -> str:
-        """Which sensor it is about, and which of its channels."""
-        sensor = f"sensor {_words.sensor(self.sensor, experiment)}"
-        return _words.together(sensor, _words.channel(self.direction))
+    def location(self, modes: Modes, instruments: Instruments) -> Location:
+        """Where the sensor was recorded [m]."""
+        return instruments.recorded(self.sensor)
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Name of the sensor, and its channel if only one is wrong."""
+        sensor = f"sensor {instruments.name(self.sensor)}"
+        return _setting_words.joined(sensor, _setting_words.channel(self.direction))
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["GainError"]:
+    def suggest(cls, scales: Scales) -> Sequence["GainError"]:
         """From a tenth to twice the sensitivity of each channel."""
-        law = Uniform(-0.9, 1.0)
+        error = Uniform(-0.9, 1.0)
         return [
-            cls(name, law, direction=direction if len(one.directions) > 1 else None)
-            for name, one in experiment.sensor.items()
-            for direction in one.directions
+            cls(name, error, direction=direction if len(sensor.directions) > 1 else None)
+            for name, sensor in scales.instruments.sensors.items()
+            for direction in sensor.directions
         ]
 
 

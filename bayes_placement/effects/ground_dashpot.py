@@ -1,18 +1,15 @@
-"""ground_dashpot: in, a place and a viscosity; out, its dynamic stiffness.
-
-Not known here: the structure it holds, data.
-"""
+"""A viscous dashpot between one place of the structure and the ground."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from . import _scales
-from ._effect import Attachment, Direction, Omega, Place, Stiffness
+from .effect import Attachment, Direction, Omega, Place, Stiffness
+from .scales import Scales
 
 
 class GroundDashpot(Attachment):
@@ -39,12 +36,12 @@ class GroundDashpot(Attachment):
         return 1j * omega * self.viscosity
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["GroundDashpot"]:
-        """A dashpot of 1e-5 to 1 times the modal mass times the middle angular frequency."""
-        viscosity = _scales.stiffness(experiment) / _scales.middle(experiment)
-        law = LogUniform(1e-5 * viscosity, viscosity)
-        places = _scales.somewhere_along(experiment)
-        return [cls(place, law, direction=direction) for place, direction in places]
+    def suggest(cls, scales: Scales) -> Sequence["GroundDashpot"]:
+        """A dashpot of 1e-5 to 1 times the mass times the middle angular frequency of the band."""
+        largest = scales.stiffness / scales.angular_frequency
+        viscosity = LogUniform(1e-5 * largest, largest)
+        places = scales.places_and_directions()
+        return [cls(place, viscosity, direction=direction) for place, direction in places]
 
 
 ground_dashpot = GroundDashpot

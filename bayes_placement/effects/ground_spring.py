@@ -1,10 +1,7 @@
-"""ground_spring: in, a place and a stiffness; out, its dynamic stiffness.
-
-Not known here: the structure it holds, data.
-"""
+"""A spring between one place of the structure and the ground."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -12,8 +9,8 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from . import _scales
-from ._effect import Attachment, Direction, Omega, Place, Stiffness
+from .effect import Attachment, Direction, Omega, Place, Stiffness
+from .scales import Scales
 
 
 class GroundSpring(Attachment):
@@ -40,12 +37,11 @@ class GroundSpring(Attachment):
         return jnp.broadcast_to(jnp.asarray(self.stiffness), omega.shape)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["GroundSpring"]:
+    def suggest(cls, scales: Scales) -> Sequence["GroundSpring"]:
         """A spring of 1e-5 to 100 times the modal stiffness in the middle of the band."""
-        stiffness = _scales.stiffness(experiment)
-        law = LogUniform(1e-5 * stiffness, 1e2 * stiffness)
-        places = _scales.somewhere_along(experiment)
-        return [cls(place, law, direction=direction) for place, direction in places]
+        stiffness = LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness)
+        places = scales.places_and_directions()
+        return [cls(place, stiffness, direction=direction) for place, direction in places]
 
 
 ground_spring = GroundSpring

@@ -1,10 +1,7 @@
-"""hysteretic_damping: in, a loss factor; out, what it adds to the modulus.
-
-Not known here: the structure, data.
-"""
+"""Damping of the material, independent of frequency."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,7 +10,8 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from ._effect import Modulus, Omega
+from .effect import Modulus, Omega
+from .scales import Scales
 
 
 class HystereticDamping(Modulus):
@@ -35,15 +33,15 @@ class HystereticDamping(Modulus):
     name: str = eqx.field(static=True, default="hysteretic_damping", kw_only=True)
 
     def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
-        """Share times i eta, conjugate at negative frequencies."""
+        """Imaginary part eta of the modulus times the share, conjugate at negative frequencies."""
         return 1j * self.share * self.loss_factor * jnp.sign(jnp.real(omega))
 
     def kept_damping(self) -> Float[Array, ""]:
-        """What it does not replace."""
+        """Share of the damping as drawn that it does not replace [1]."""
         return 1 - jnp.asarray(self.share)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["HystereticDamping"]:
+    def suggest(cls, scales: Scales) -> Sequence["HystereticDamping"]:
         """A loss factor of 0.1 % to 30 %."""
         return [cls(LogUniform(1e-3, 0.3))]
 

@@ -1,10 +1,7 @@
-"""member_preload: in, a member and a tension; out, what its stiffness gains.
-
-Not known here: damping, data.
-"""
+"""A tension in one member of a finite element frame."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import numpy as np
@@ -14,11 +11,13 @@ from numpyro.distributions import Uniform
 from .._sites import unit
 from .._types import Parameter
 from ..modes.changed import nodal_below
-from ..modes.finite_elements.nodal_modes import NodalModes
+from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
 from ..modes.modes import Modes
 from ..modes.yielding import StretchedMember
-from . import _words
-from ._effect import Hinged
+from ._parts import centre, name_of
+from .effect import Hinged, Location
+from .instruments import Instruments
+from .scales import Scales
 
 
 class MemberPreload(Hinged):
@@ -40,11 +39,11 @@ class MemberPreload(Hinged):
     name: str = eqx.field(static=True, default="axial_preload", kw_only=True)
 
     def on(self, modes: Modes) -> "MemberPreload":
-        """Return it with the number of its member.
+        """Return the effect with its member by number.
 
         Raises
         ------
-        ValueError
+        InputError
             If the structure has no such member.
         """
         if not isinstance(self.member, str):
@@ -56,28 +55,32 @@ class MemberPreload(Hinged):
         """One member that gains geometric stiffness."""
         return [StretchedMember(self.member, self.tension)]  # type: ignore[arg-type]
 
-    def setting(self, experiment: Any) -> str:
-        """Which member it is about."""
-        names = nodal_below(experiment.structure.modes).members.names
-        return f"tension in {_words.among(self.member, names)}"
+    def location(self, modes: Modes, instruments: Instruments) -> Location | None:
+        """Centre of the member [m]."""
+        return centre(modes, self._name(modes))
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Name of the member."""
+        return f"tension in {self._name(modes)}"
+
+    def _name(self, modes: Modes) -> str:
+        return name_of(self.member, nodal_below(modes).members.names)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["MemberPreload"]:
-        """None: they are variants of `axial_preload`."""
-        return []
+    def suggest(cls, scales: Scales) -> Sequence["MemberPreload"]:
+        """80 % of the compression at which the frame buckles to ten times as much in tension.
 
-
-member_preload = MemberPreload
-
-
-def members(modes: NodalModes) -> list[MemberPreload]:
-    """From 80 % of the load at which a member alone makes the frame buckle to ten times as much."""
-    count = len(modes.members.names)
-    loads = [buckling_load(modes, number) for number in range(count)]
-    return [
-        MemberPreload(np.asarray(number), Uniform(-0.8 * load, 10 * load))
-        for number, load in enumerate(loads)
-    ]
+        For each member of a finite element model, whose buckling load is that of the frame with
+        this member alone under compression.
+        """
+        nodal = nodal_of(scales.modes)
+        if nodal is None:
+            return []
+        loads = [buckling_load(nodal, number) for number in range(len(nodal.members.names))]
+        return [
+            cls(np.asarray(number), Uniform(-0.8 * load, 10 * load))
+            for number, load in enumerate(loads)
+        ]
 
 
 def buckling_load(modes: NodalModes, member: int) -> float:
@@ -86,3 +89,6 @@ def buckling_load(modes: NodalModes, member: int) -> float:
     root = 1 / np.sqrt(modes.squares[elastic])
     slopes = np.asarray(modes.members.matrices[member])[elastic, elastic]
     return float(1 / np.linalg.eigvalsh(root[:, None] * slopes * root).max())
+
+
+member_preload = MemberPreload

@@ -1,11 +1,8 @@
-"""mount_resonance: in, a sensor, frequency and damping of its mount; out, the recorded FRF.
-
-Not known here: the structure, data.
-"""
+"""A sensor on a soft mount."""
 
 import math
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,9 +10,11 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter, Receptance
-from ..positions.channel import Channel
-from . import _scales, _words
-from ._effect import InstrumentEffect, Numbered, Omega, numbered, of_sensor
+from ..modes.modes import Modes
+from .effect import Location, Omega
+from .instrument_effect import InstrumentEffect
+from .instruments import Instruments, Number
+from .scales import Scales
 
 
 class MountResonance(InstrumentEffect):
@@ -35,38 +34,42 @@ class MountResonance(InstrumentEffect):
     """
 
     absent: ClassVar[tuple[str, float]] = ("frequency", math.inf)
-    sensor: Numbered
+    sensor: Number
     frequency: Parameter = eqx.field(metadata=unit("Hz"))
     damping_ratio: Parameter = eqx.field(metadata=unit("1"))
     name: str = eqx.field(static=True, default="mount_resonance", kw_only=True)
 
-    def among(self, channels: Sequence[Channel]) -> "MountResonance":
-        """Return it with the number of its sensor.
+    def numbered(self, instruments: Instruments) -> "MountResonance":
+        """Return the effect with its sensor by number.
 
         Raises
         ------
-        ValueError
+        InputError
             If the experiment has no such sensor.
         """
-        return eqx.tree_at(lambda one: one.sensor, self, numbered(self.sensor, channels))
+        return eqx.tree_at(lambda tree: tree.sensor, self, instruments.number(self.sensor))
 
-    def recorded(self, frf: Receptance, omega: Omega, channels: Sequence[Channel]) -> Receptance:
+    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
         """FRF whose channels of the sensor are multiplied by the transmission of the mount."""
-        turn = omega / (2 * jnp.pi * self.frequency)
-        loss = 2j * self.damping_ratio * turn
-        excess = turn**2 / (1 - turn**2 + loss)
-        return frf * (1 + of_sensor(self.sensor, channels)[:, None, None] * excess)
+        ratio = omega / (2 * jnp.pi * self.frequency)
+        loss = 2j * self.damping_ratio * ratio
+        excess = ratio**2 / (1 - ratio**2 + loss)
+        return frf * (1 + instruments.of(self.sensor)[:, None, None] * excess)
 
-    def setting(self, experiment: Any) -> str:
-        """Which sensor it is about."""
-        return f"sensor {_words.sensor(self.sensor, experiment)}"
+    def location(self, modes: Modes, instruments: Instruments) -> Location:
+        """Where the sensor was recorded [m]."""
+        return instruments.recorded(self.sensor)
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Name of the sensor."""
+        return f"sensor {instruments.name(self.sensor)}"
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["MountResonance"]:
-        """A mount between the bottom of the band and ten times its top."""
-        low, high = _scales.band(experiment)
-        laws = LogUniform(low, 10 * high), LogUniform(0.003, 0.3)
-        return [cls(sensor, *laws) for sensor in experiment.sensor]
+    def suggest(cls, scales: Scales) -> Sequence["MountResonance"]:
+        """A resonance between the least line and ten times the greatest, for each sensor."""
+        low, high = scales.band
+        frequency, damping_ratio = LogUniform(low, 10 * high), LogUniform(0.003, 0.3)
+        return [cls(sensor, frequency, damping_ratio) for sensor in scales.instruments.sensors]
 
 
 mount_resonance = MountResonance

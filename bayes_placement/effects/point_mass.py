@@ -1,18 +1,15 @@
-"""point_mass: in, a place and a mass; out, its dynamic stiffness.
-
-Not known here: the structure it sits on, data.
-"""
+"""A mass fixed to one place of the structure."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from . import _scales
-from ._effect import Attachment, Omega, Place, Stiffness
+from .effect import Attachment, Omega, Place, Stiffness
+from .scales import Scales
 
 
 class PointMass(Attachment):
@@ -38,11 +35,10 @@ class PointMass(Attachment):
         return -(omega**2) * self.mass
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["PointMass"]:
+    def suggest(cls, scales: Scales) -> Sequence["PointMass"]:
         """A mass of 0.01 % to 100 % of the structure's, anywhere on it."""
-        mass = _scales.mass(experiment)
-        law = LogUniform(1e-4 * mass, mass)
-        return [cls(place, law) for place in _scales.anywhere(experiment)]
+        mass = LogUniform(1e-4 * scales.mass, scales.mass)
+        return [cls(place, mass) for place in scales.places()]
 
 
 point_mass = PointMass

@@ -1,10 +1,7 @@
-"""residual_modes: in, a flexibility for each channel pair; out, the receptance that it adds.
-
-Not known here: the structure, data.
-"""
+"""Flexibility of modes above the band that the model leaves out."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,15 +10,16 @@ from numpyro.distributions import Normal
 
 from .._sites import unit
 from .._types import Parameter
-from . import _scales
-from ._effect import InstrumentEffect, Omega
+from .effect import Omega
+from .instrument_effect import InstrumentEffect
+from .scales import Scales
 
 
 class ResidualModes(InstrumentEffect):
-    """Modes beyond those kept, felt below their resonances as a flexibility of each pair.
+    """Modes above the band, felt as a flexibility between each sensor and actuator channel.
 
     Ewins, Modal Testing, section 4.2: the residual of the modes above the band is constant in
-    receptance. Wanted where neither stiffness nor a static solution of the structure is known.
+    receptance. Needed where neither stiffness nor a static solution of the structure is known.
 
     Parameters
     ----------
@@ -38,10 +36,10 @@ class ResidualModes(InstrumentEffect):
         return jnp.atleast_2d(jnp.asarray(self.flexibility))[..., None]
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["ResidualModes"]:
+    def suggest(cls, scales: Scales) -> Sequence["ResidualModes"]:
         """Normal about zero, as wide as the flexibility about the middle of the band."""
-        shape = (len(experiment.sensor_channels), len(experiment.actuator_channels))
-        width = 0.1 / _scales.stiffness(experiment)
+        shape = tuple(len(scales.instruments.channels(side)) for side in ("sensor", "actuator"))
+        width = 0.1 / scales.stiffness
         return [cls(Normal(jnp.zeros(shape), width).to_event(2))]
 
 

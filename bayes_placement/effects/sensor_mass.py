@@ -1,25 +1,23 @@
-"""sensor_mass: in, a mass; out, what each sensor brings to the structure.
-
-Not known here: where the sensors sit, data.
-"""
+"""Mass that each sensor adds to the structure."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from . import _scales
-from ._effect import InstrumentEffect
+from .effect import Omega, Stiffness
+from .instrument_effect import InstrumentEffect
+from .scales import Scales
 
 
 class SensorMass(InstrumentEffect):
     """The mass of a sensor, at its own uncertain place; the structure moves with it.
 
-    Whether all sensors are mounted all the time, or each in its own run alone, is said by
-    `Experiment(sensors_mounted="fixed")` or `"roving"`.
+    `Experiment(sensors_mounted="fixed")` states that all sensors are mounted all the time,
+    `"roving"` that each is mounted in its own run alone.
 
     Parameters
     ----------
@@ -28,19 +26,18 @@ class SensorMass(InstrumentEffect):
     """
 
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
-    loads_structure: ClassVar[bool] = True
+    loads: ClassVar[tuple[str, ...]] = ("sensor",)
     mass: Parameter = eqx.field(metadata=unit("kg"))
     name: str = eqx.field(static=True, default="sensor_mass", kw_only=True)
 
-    def mounted_mass(self, sensor: str) -> Parameter:
-        """The mass, for every sensor alike."""
-        return self.mass
+    def load(self, side: str, number: int, omega: Omega) -> Stiffness:
+        """Dynamic stiffness -omega^2 m [N/m], the same for every sensor."""
+        return -(omega**2) * self.mass
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["SensorMass"]:
+    def suggest(cls, scales: Scales) -> Sequence["SensorMass"]:
         """A mass of 0.003 % to 30 % of the structure's."""
-        mass = _scales.mass(experiment)
-        return [cls(LogUniform(3e-5 * mass, 0.3 * mass))]
+        return [cls(LogUniform(3e-5 * scales.mass, 0.3 * scales.mass))]
 
 
 sensor_mass = SensorMass

@@ -1,10 +1,7 @@
-"""shear_and_rotary_inertia: in, two ratios of a beam; out, the modes of Timoshenko's beam.
-
-Not known here: damping, data.
-"""
+"""Timoshenko's beam in the place of Euler's and Bernoulli's."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -17,7 +14,8 @@ from ..modes._lines import uniform_beam
 from ..modes.beams.beams import UniformBeam
 from ..modes.changed import ChangedModes, changed, mixed
 from ..modes.modes import Modes
-from ._effect import GlobalChange
+from .effect import GlobalChange
+from .scales import Scales
 
 
 class ShearAndRotaryInertia(GlobalChange):
@@ -40,12 +38,12 @@ class ShearAndRotaryInertia(GlobalChange):
     name: str = eqx.field(static=True, default="shear_and_rotary_inertia", kw_only=True)
 
     def on(self, modes: Modes) -> "ShearAndRotaryInertia":
-        """Refuse a structure that is no uniform beam.
+        """Return the effect as it is, on a uniform beam.
 
         Raises
         ------
-        ValueError
-            If it is none.
+        InputError
+            If the structure is none.
         """
         _beam(modes)
         return self
@@ -53,23 +51,23 @@ class ShearAndRotaryInertia(GlobalChange):
     def changed(self, modes: Modes) -> ChangedModes:
         """Modes with the flexibility of shear and the inertia of rotation.
 
-        Sections turn as the beam bends, without shear. With that, natural frequencies are those
-        of Timoshenko's equation but for terms of the order (k r)^6, k the wave number and r the
-        radius of gyration.
+        Sections rotate by the bending part of the slope, without shear. Natural frequencies are
+        then those of Timoshenko's equation but for terms of the order (k r)^6, k the wave number
+        and r the radius of gyration.
         """
         beam = _beam(modes)
         square = self.share * beam.stiffness / beam.youngs_modulus / beam.area  # gyration [m2]
         force = square * self.modulus_ratio * beam.stiffness * mixed(modes, beam.shear_matrix())
         bent = _bent(modes, force)
-        turning = bent.T @ mixed(modes, beam.slope_matrix()) @ bent
+        rotation = bent.T @ mixed(modes, beam.slope_matrix()) @ bent
         softening = -force @ bent
-        rotary = square * beam.density * beam.area * turning
+        rotary = square * beam.density * beam.area * rotation
         return changed(modes, (softening + softening.T) / 2, rotary, bent)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["ShearAndRotaryInertia"]:
-        """Timoshenko's beam with any section and Poisson's ratio of practice; none for a bar."""
-        if not isinstance(experiment.structure.modes, UniformBeam):
+    def suggest(cls, scales: Scales) -> Sequence["ShearAndRotaryInertia"]:
+        """Modulus ratios of common sections and Poisson's ratios; none for a bar."""
+        if not isinstance(scales.modes, UniformBeam):
             return []
         return [cls(LogUniform(2.0, 6.0))]
 
@@ -85,7 +83,7 @@ def _beam(modes: Modes) -> UniformBeam:
     return uniform_beam(
         modes,
         "shear_and_rotary_inertia",
-        "which moves along its axis and neither shears nor turns",
+        "which moves along its axis and neither shears nor rotates",
         "Assemble the model with elements that shear.",
     )
 

@@ -1,10 +1,7 @@
-"""soft_support: in, a support of a finite element model and a compliance; out, how it gives way.
-
-Not known here: damping, data.
-"""
+"""A support of a finite element model that is softer than assumed."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import numpy as np
@@ -17,17 +14,19 @@ from ..modes.changed import nodal_below
 from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.modes import Modes
 from ..modes.yielding import SoftenedSupport
-from . import _words
-from ._effect import Hinged
+from ._parts import centre, name_of
+from .effect import Hinged, Location
+from .instruments import Instruments
+from .scales import Scales
 
 SOFTEST, STIFFEST = 10.0, 1e-6
 """Compliance over that of the structure in the softest pattern of the support: the prior."""
 
 
 class SoftSupport(Hinged):
-    """A support of a finite element model that gives way: a foot that turns, a soft edge.
+    """A support of a finite element model with a compliance: a foot that rotates, a soft edge.
 
-    Its static shapes and the modes of the model together span the motion (Craig and Bampton,
+    Its constraint modes and the modes of the model together span the motion (Craig and Bampton,
     1968, DOI 10.2514/3.4741). A compliance of zero is the support as it was modelled.
 
     Parameters
@@ -45,11 +44,11 @@ class SoftSupport(Hinged):
     name: str = eqx.field(static=True, default="compliant_support", kw_only=True)
 
     def on(self, modes: Modes) -> "SoftSupport":
-        """Return it with the number of its support.
+        """Return the effect with its support by number.
 
         Raises
         ------
-        ValueError
+        InputError
             If the structure has no such support.
         """
         if not isinstance(self.support, str):
@@ -58,31 +57,33 @@ class SoftSupport(Hinged):
         return type(self)(np.asarray(number), self.compliance, name=self.name)
 
     def hinges(self, modes: Modes) -> list[SoftenedSupport]:
-        """One support that gives way."""
+        """The support, as a part of the model that becomes softer."""
         return [SoftenedSupport(self.support, self.compliance)]  # type: ignore[arg-type]
 
-    def setting(self, experiment: Any) -> str:
-        """Which support it is about."""
-        nodal = nodal_below(experiment.structure.modes)
-        return f"support {_words.among(self.support, nodal.statics.supports)}"
+    def location(self, modes: Modes, instruments: Instruments) -> Location | None:
+        """Centre of the support [m]."""
+        return centre(modes, self._name(modes))
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Name of the support."""
+        return f"support {self._name(modes)}"
+
+    def _name(self, modes: Modes) -> str:
+        return name_of(self.support, nodal_below(modes).statics.supports)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["SoftSupport"]:
-        """None: they are variants of `compliant_support`."""
-        return []
+    def suggest(cls, scales: Scales) -> Sequence["SoftSupport"]:
+        """One millionth of the compliance of the structure to ten times as much, for each support.
+
+        The structure is taken in the softest pattern of the support; the other patterns, which
+        higher modes feel, are stiffer.
+        """
+        if not isinstance(scales.modes, NodalModes):
+            return []
+        return [
+            cls(np.asarray(number), LogUniform(STIFFEST / stiffness, SOFTEST / stiffness))
+            for number, stiffness in enumerate(scales.modes.statics.softest())
+        ]
 
 
 soft_support = SoftSupport
-
-
-def supports_of(modes: Modes) -> list[SoftSupport]:
-    """Each support of a model, from one millionth of the compliance of the structure to 10 times.
-
-    The latter in the softest pattern; others, which higher modes feel, are stiffer.
-    """
-    if not isinstance(modes, NodalModes):
-        return []
-    return [
-        SoftSupport(np.asarray(number), LogUniform(STIFFEST / one, SOFTEST / one))
-        for number, one in enumerate(modes.statics.softest())
-    ]

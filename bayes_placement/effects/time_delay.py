@@ -1,10 +1,7 @@
-"""time_delay: in, a delay; out, the FRF as it was recorded.
-
-Not known here: the structure, data.
-"""
+"""A delay of all sensor channels against the force."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -12,9 +9,10 @@ from numpyro.distributions import Uniform
 
 from .._sites import unit
 from .._types import Parameter, Receptance
-from ..positions.channel import Channel
-from . import _scales
-from ._effect import InstrumentEffect, Omega
+from .effect import Omega
+from .instrument_effect import InstrumentEffect
+from .instruments import Instruments
+from .scales import Scales
 
 
 class TimeDelay(InstrumentEffect):
@@ -30,14 +28,14 @@ class TimeDelay(InstrumentEffect):
     delay: Parameter = eqx.field(metadata=unit("s"))
     name: str = eqx.field(static=True, default="time_delay", kw_only=True)
 
-    def recorded(self, frf: Receptance, omega: Omega, channels: Sequence[Channel]) -> Receptance:
+    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
         """FRF times exp(-i omega tau)."""
         return frf * jnp.exp(-1j * omega * self.delay)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["TimeDelay"]:
+    def suggest(cls, scales: Scales) -> Sequence["TimeDelay"]:
         """Up to half a period at the top of the band, either way."""
-        longest = 0.5 / _scales.band(experiment)[1]
+        longest = 0.5 / scales.band[1]
         return [cls(Uniform(-longest, longest))]
 
 

@@ -1,10 +1,7 @@
-"""tuned_absorber: in, a place, a mass, a tuning; out, its dynamic stiffness.
-
-Not known here: the structure it sits on, data.
-"""
+"""A tuned mass damper on one place of the structure."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -12,8 +9,8 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from . import _scales
-from ._effect import Attachment, Direction, Omega, Place, Stiffness
+from .effect import Attachment, Direction, Omega, Place, Stiffness
+from .scales import Scales
 
 
 class TunedAbsorber(Attachment):
@@ -46,24 +43,22 @@ class TunedAbsorber(Attachment):
 
     def dynamic_stiffness(self, omega: Omega) -> Stiffness:
         """Dynamic stiffness [N/m]."""
-        own = 2 * jnp.pi * self.frequency
-        spring = own**2 + 2j * self.damping_ratio * own * omega
+        natural = 2 * jnp.pi * self.frequency
+        spring = natural**2 + 2j * self.damping_ratio * natural * omega
         return -(omega**2) * self.mass * spring / (spring - omega**2)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["TunedAbsorber"]:
+    def suggest(cls, scales: Scales) -> Sequence["TunedAbsorber"]:
         """An absorber of 0.01 % to 30 % of the mass, tuned within the band, anywhere."""
-        mass = _scales.mass(experiment)
-        low, high = _scales.band(experiment)
         return [
             cls(
                 place,
-                mass=LogUniform(1e-4 * mass, 0.3 * mass),
-                frequency=LogUniform(low, high),
+                mass=LogUniform(1e-4 * scales.mass, 0.3 * scales.mass),
+                frequency=LogUniform(*scales.band),
                 damping_ratio=LogUniform(0.003, 0.3),
                 direction=direction,
             )
-            for place, direction in _scales.somewhere_along(experiment)
+            for place, direction in scales.places_and_directions()
         ]
 
 

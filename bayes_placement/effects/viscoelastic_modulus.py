@@ -1,11 +1,8 @@
-"""viscoelastic_modulus: in, a relaxing share and a time; out, what it adds to the modulus.
-
-Not known here: the structure, data.
-"""
+"""A modulus that relaxes, and so depends on frequency."""
 
 import math
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 from jaxtyping import Array, Complex
@@ -13,8 +10,8 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from . import _scales
-from ._effect import Modulus, Omega
+from .effect import Modulus, Omega
+from .scales import Scales
 
 
 class ViscoelasticModulus(Modulus):
@@ -37,13 +34,13 @@ class ViscoelasticModulus(Modulus):
 
     def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
         """Relaxing part, delta i omega tau / (1 + i omega tau) [1]."""
-        turn = 1j * omega * self.relaxation_time
-        return self.relaxing * turn / (1 + turn)
+        rate = 1j * omega * self.relaxation_time
+        return self.relaxing * rate / (1 + rate)
 
     @classmethod
-    def suggest(cls, experiment: Any) -> Sequence["ViscoelasticModulus"]:
-        """One that relaxes by 0.1 % to 100 %, at a rate within the band or a decade beside it."""
-        low, high = _scales.band(experiment)
+    def suggest(cls, scales: Scales) -> Sequence["ViscoelasticModulus"]:
+        """A modulus that relaxes by 0.1 % to 100 %, at a rate in the band or a decade outside."""
+        low, high = scales.band
         times = LogUniform(0.1 / (2 * math.pi * high), 10 / (2 * math.pi * low))
         return [cls(LogUniform(1e-3, 1.0), times)]
 

@@ -17,7 +17,9 @@ from jaxtyping import Array, Float
 from .. import _sites
 from .._sites import Owner, Role, Unknown, owners
 from .._types import InputError, Receptance, Response
-from ..effects._effect import Effect, InstrumentEffect
+from ..effects.effect import Effect
+from ..effects.instrument_effect import InstrumentEffect
+from ..effects.instruments import Instruments
 from ..positions.places import typical
 from . import _experiment_checks
 from .measurement import Channel, Measurement, at_levels
@@ -108,10 +110,15 @@ class Experiment(eqx.Module):
             If the effect bears a taken name, lies outside the structure or names no sensor.
         """
         if isinstance(effect, InstrumentEffect):
-            numbered = effect.among(self.sensor_channels)
+            numbered = effect.numbered(self.instruments)
             effects = added(self.instrument_effects, numbered.on(self.structure.modes))
             return eqx.tree_at(_instrument_effects, self, effects, is_leaf=_is_dict)
         return eqx.tree_at(lambda tree: tree.structure, self, self.structure + effect)
+
+    @property
+    def instruments(self) -> Instruments:
+        """Sensors and actuators by name."""
+        return Instruments(self.sensor, self.actuator)
 
     @property
     def effects(self) -> list[Effect]:
@@ -213,7 +220,7 @@ class Experiment(eqx.Module):
         force = None if self.line_forces is None else jnp.asarray(self.line_forces)
         drive = Drive(self._omega(), force, self.sensors_mounted)
         effects = [effect for _, effect in sorted(self.instrument_effects.items())]
-        return recorded(self.structure, self.sensor, self.actuator, effects, drive)
+        return recorded(self.structure, self.instruments, effects, drive)
 
     def _omega(self) -> Float[Array, "frequency"]:
         return 2 * jnp.pi * jnp.tile(jnp.asarray(self.frequency), len(self.force_levels or (1,)))

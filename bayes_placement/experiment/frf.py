@@ -1,7 +1,4 @@
-"""frf: in, a structure without distributions and an angular frequency; out, receptance [m/N].
-
-Not known here: probability, decibels, where the sensors were recorded.
-"""
+"""Receptance [m/N] between points of a structure with all its effects."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,20 +8,20 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
 from .._types import InputError, Receptance
-from ..effects._effect import CubicAttachment
+from ..effects.effect import CubicAttachment, Omega
 from ..modes._repeated import carried
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
 from .structure import Structure
 
-Omega = Inexact[Array, "frequency"]
 NEWTON_STEPS = 60
 
-Matrix = Complex[Array, "to from frequency"]
+Matrix = Complex[Array, "response reference frequency"]
+"""Receptance [m/N] between response and reference points."""
 
 
-class Held(NamedTuple):
-    """Points at which the structure is held, and the dynamic stiffness [N/m] of what holds it."""
+class PortStiffness(NamedTuple):
+    """Ports of the structure, and the dynamic stiffness [N/m] attached to each of them."""
 
     points: Points
     stiffness: Inexact[Array, "frequency"]
@@ -36,7 +33,7 @@ def receptance(
     actuators: Points,
     omega: Omega,
     *,
-    held: Sequence[Held] = (),
+    ports: Sequence[PortStiffness] = (),
     force: Float[Array, "frequency"] | None = None,
 ) -> Receptance:
     r"""Receptance between points of a structure with all its effects, Eqs. (6), (7) and (18).
@@ -52,7 +49,7 @@ def receptance(
         Where it is read and driven.
     omega
         Angular frequency [rad/s], time convention exp(+i omega t).
-    held
+    ports
         Further linear attachments, those of the instruments.
     force
         Amplitude [N] of the force at each frequency; only cubic attachments need it.
@@ -64,63 +61,74 @@ def receptance(
 
     Raises
     ------
-    ValueError
+    InputError
         If an attachment depends on the amplitude and no force is known.
     """
     modes = structure.proper_modes()
     linear = [
-        Held(one.points(modes), one.dynamic_stiffness(omega)) for one in structure.attachments
+        PortStiffness(attachment.points(modes), attachment.dynamic_stiffness(omega))
+        for attachment in structure.attachments
     ]
-    attached = [*linear, *held]
+    attached = [*linear, *ports]
     cubic = structure.cubic_attachments
-    ports = [one.points for one in attached] + [one.points(modes) for one in cubic]
-    read, driven = Seen.of(sensors, modes), Seen.of(actuators, modes)
-    matrix = elastic(structure, modes, read, driven, omega)
-    if not ports:
+    at_ports = [port.points for port in attached] + [each.points(modes) for each in cubic]
+    response, reference = ShapesAtPoints.of(sensors, modes), ShapesAtPoints.of(actuators, modes)
+    matrix = elastic(structure, modes, response, reference, omega)
+    if not at_ports:
         return matrix
-    seen = Seen.of(joined(ports), modes)
+    inner = ShapesAtPoints.of(joined(at_ports), modes)
     # Apart, since sums of other sizes may round otherwise: what is between sensors and actuators
-    # must not change by a single bit where a port is that holds nothing.
-    whole = elastic(structure, modes, read.and_also(seen), driven.and_also(seen), omega)
-    matrix = whole.at[: matrix.shape[0], : matrix.shape[1]].set(matrix)
-    here = (sensors.position.shape[0], actuators.position.shape[0])
-    place = 0
-    for one in attached:
-        for _ in range(one.points.position.shape[0]):
-            matrix = attach(matrix, (here[0] + place, here[1] + place), one.stiffness)
-            place += 1
+    # must not change by a single bit where nothing is attached to a port.
+    with_ports = elastic(structure, modes, response.joined(inner), reference.joined(inner), omega)
+    matrix = with_ports.at[: matrix.shape[0], : matrix.shape[1]].set(matrix)
+    rows, columns = (side.position.shape[0] for side in (sensors, actuators))
+    port = 0
+    for points, stiffness in attached:
+        for _ in range(points.position.shape[0]):
+            matrix = attach(matrix, (rows + port, columns + port), stiffness)
+            port += 1
     if not cubic:
-        return matrix[: here[0], : here[1]]
-    return attach_cubic(matrix, here, place, _only(cubic).hardening(), _known(force))
+        return matrix[:rows, :columns]
+    return attach_cubic(matrix, (rows, columns), port, _single(cubic).hardening(), _known(force))
 
 
-class Seen(NamedTuple):
+class ShapesAtPoints(NamedTuple):
     """Points, and the mode shapes along them, which are computed once."""
 
     points: Points
     shapes: Float[Array, "point mode"]
 
     @classmethod
-    def of(cls, points: Points, modes: Modes) -> "Seen":
+    def of(cls, points: Points, modes: Modes) -> "ShapesAtPoints":
         """Read the shapes."""
         return cls(points, points.shapes(modes))
 
-    def and_also(self, other: "Seen") -> "Seen":
-        """Return these points and others."""
+    def joined(self, other: "ShapesAtPoints") -> "ShapesAtPoints":
+        """These points followed by others."""
         shapes = jnp.concatenate([self.shapes, other.shapes])
-        return Seen(joined([self.points, other.points]), shapes)
+        return ShapesAtPoints(joined([self.points, other.points]), shapes)
 
 
-class Dynamic(NamedTuple):
-    """What each mode adds to a receptance, as a factor of its shapes."""
+class ModalReceptance(NamedTuple):
+    """What each mode adds to a receptance, as a factor of its shapes.
+
+    Parameters
+    ----------
+    modal
+        Receptance of each mode of unit shape.
+    beyond_static
+        The same without its static part.
+    relative_modulus
+        Modulus, with its loss, by which the static flexibility is divided [1].
+    """
 
     modal: Inexact[Array, "mode frequency"]
     beyond_static: Inexact[Array, "mode frequency"]
     relative_modulus: Inexact[Array, "frequency"]
 
 
-def dynamic(structure: Structure, modes: Modes, omega: Omega) -> Dynamic:
-    """Receptance of each mode of unit shape, that beyond its static part, and what divides this.
+def modal_receptance(structure: Structure, modes: Modes, omega: Omega) -> ModalReceptance:
+    """Receptance of each mode of unit shape, with and without its static part.
 
     The static flexibility is that of the modulus as drawn; damped, it is divided by the modulus
     that modes far above the lines have.
@@ -128,26 +136,34 @@ def dynamic(structure: Structure, modes: Modes, omega: Omega) -> Dynamic:
     modulus = structure.relative_modulus(omega)
     natural, rigid = modes.angular_frequency(), modes.rigid_body_modes
     loss = structure.damping.loss(natural, omega, rigid)
-    elastic_part = (natural**2)[:, None] * modulus - omega**2
-    modal = 1 / (elastic_part + loss * structure.kept_damping())
-    squares = jnp.concatenate([jnp.full(rigid, jnp.inf), natural[rigid:] ** 2])
+    stiffness_less_inertia = (natural**2)[:, None] * modulus - omega**2
+    modal = 1 / (stiffness_less_inertia + loss * structure.kept_damping())
+    eigenvalues = jnp.concatenate([jnp.full(rigid, jnp.inf), natural[rigid:] ** 2])
     lossy = modulus + structure.damping.static_loss(omega) * structure.kept_damping()
-    return Dynamic(modal, modal - 1 / (squares[:, None] * lossy), lossy)
+    return ModalReceptance(modal, modal - 1 / (eigenvalues[:, None] * lossy), lossy)
 
 
-def elastic(structure: Structure, modes: Modes, to: Seen, come_from: Seen, omega: Omega) -> Matrix:
+def elastic(
+    structure: Structure,
+    modes: Modes,
+    response: ShapesAtPoints,
+    reference: ShapesAtPoints,
+    omega: Omega,
+) -> Matrix:
     """Receptance [m/N] of the structure proper, static where modes are left out."""
-    factors = dynamic(structure, modes, omega)
-    coupled = _coupled(structure, modes, (to, come_from), factors.modal, omega)
-    static = to.points.static_flexibility(modes, come_from.points)
+    factors = modal_receptance(structure, modes, omega)
+    coupled = _coupled(structure, modes, (response, reference), factors.modal, omega)
+    static = response.points.static_flexibility(modes, reference.points)
     if static is None:
-        return _modal_sum(to, come_from, factors.modal) + coupled
-    beyond = _modal_sum(to, come_from, factors.beyond_static)
+        return _modal_sum(response, reference, factors.modal) + coupled
+    beyond = _modal_sum(response, reference, factors.beyond_static)
     return beyond + static[..., None] / factors.relative_modulus + coupled
 
 
-def _modal_sum(to: Seen, come_from: Seen, modal: Inexact[Array, "mode frequency"]) -> Matrix:
-    residues = to.shapes[:, None, :] * come_from.shapes[None, :, :]
+def _modal_sum(
+    response: ShapesAtPoints, reference: ShapesAtPoints, modal: Inexact[Array, "mode frequency"]
+) -> Matrix:
+    residues = response.shapes[:, None, :] * reference.shapes[None, :, :]
     # Two real products cost half of one complex product with a real factor.
     return residues @ jnp.real(modal) + 1j * (residues @ jnp.imag(modal))
 
@@ -155,31 +171,31 @@ def _modal_sum(to: Seen, come_from: Seen, modal: Inexact[Array, "mode frequency"
 def _coupled(
     structure: Structure,
     modes: Modes,
-    seen: tuple[Seen, Seen],
+    sides: tuple[ShapesAtPoints, ShapesAtPoints],
     modal: Inexact[Array, "mode frequency"],
     omega: Omega,
 ) -> Matrix | float:
-    """What couples modes of one frequency: zero, with the derivative that their shapes lack."""
+    """Coupling of modes of one frequency: zero, with the derivative that their shapes lack."""
     coupling = modes.coupling()
     if coupling is None:
         return 0.0
     natural = modes.angular_frequency()
 
-    def law(natural: Float[Array, "mode"]) -> Inexact[Array, "mode frequency"]:
+    def loss(natural: Float[Array, "mode"]) -> Inexact[Array, "mode frequency"]:
         return structure.damping.loss(natural, omega, modes.rigid_body_modes)
 
-    # The loss turns with the modes: l(K) changes by dl / d(omega_n^2) between equal frequencies.
-    slope = jax.jvp(law, (natural,), (jnp.ones_like(natural),))[1]
+    # The loss rotates with the modes: l(K) changes by dl / d(omega_n^2) between equal frequencies.
+    slope = jax.jvp(loss, (natural,), (jnp.ones_like(natural),))[1]
     over = 0.5 / jnp.where(natural > 0, natural, jnp.inf)[:, None]
     growth = structure.relative_modulus(omega) + slope * over * structure.kept_damping()
-    to, come_from = (one.shapes[:, :, None] * modal for one in seen)
-    return carried(coupling, to * growth, come_from)
+    response, reference = (side.shapes[:, :, None] * modal for side in sides)
+    return carried(coupling, response * growth, reference)
 
 
 def attach(
     matrix: Matrix, port: tuple[int, int], stiffness: Inexact[Array, "*frequency"]
 ) -> Matrix:
-    """Receptance once its port, a row and a column, is held by a dynamic stiffness [N/m]."""
+    """Receptance once a dynamic stiffness [N/m] is attached to a port, a row and a column."""
     row, column = port
     share = stiffness / (1 + stiffness * matrix[row, column])
     return matrix - matrix[:, column, None] * share * matrix[row, None]
@@ -187,22 +203,35 @@ def attach(
 
 def attach_cubic(
     matrix: Matrix,
-    here: tuple[int, int],
-    place: int,
+    shape: tuple[int, int],
+    port: int,
     hardening: Float[Array, ""],
     force: Float[Array, "frequency"],
 ) -> Receptance:
-    """Receptance once a cubic spring holds the last port, each actuator driving alone.
+    """Receptance once a cubic spring is attached to the last port, each actuator driving alone.
 
     The equivalent stiffness k follows from the amplitude |u| and this from k: a fixed point.
+
+    Parameters
+    ----------
+    matrix
+        Receptance between sensors, actuators and ports.
+    shape
+        Numbers of sensor and actuator channels.
+    port
+        Number of the port.
+    hardening
+        Growth of the equivalent stiffness with the amplitude squared [N/m^3].
+    force
+        Amplitude of the force [N].
     """
-    rows, columns = here
-    own = matrix[rows + place, columns + place]
-    driven = matrix[rows + place, :columns]
-    square = amplitude_squared(hardening * own, jnp.abs(driven * force) ** 2)
+    rows, columns = shape
+    driving_point = matrix[rows + port, columns + port]
+    driven = matrix[rows + port, :columns]
+    square = amplitude_squared(hardening * driving_point, jnp.abs(driven * force) ** 2)
     stiffness = hardening * square
-    share = stiffness / (1 + stiffness * own)
-    return matrix[:rows, :columns] - matrix[:rows, columns + place, None] * share * driven
+    share = stiffness / (1 + stiffness * driving_point)
+    return matrix[:rows, :columns] - matrix[:rows, columns + port, None] * share * driven
 
 
 def amplitude_squared(
@@ -246,12 +275,13 @@ def _start(slope: Array, curve: Array, b: Array) -> Array:
     return jnp.where(before, 0.0, beyond)
 
 
-def _only(cubic: Sequence[CubicAttachment]) -> CubicAttachment:
+def _single(cubic: Sequence[CubicAttachment]) -> CubicAttachment:
     if len(cubic) > 1:
-        names = " and ".join(one.name for one in cubic)
+        names = " and ".join(attachment.name for attachment in cubic)
         raise InputError(
-            f"The structure has several cubic attachments, {names}. One is possible, since the "
-            "describing functions of several depend on each other. Keep one of them."
+            f"The structure has {len(cubic)} cubic attachments, {names}; at most one is possible, "
+            "since their describing functions depend on each other. Keep one of them: "
+            f'experiment.without("{cubic[-1].name}").'
         )
     return cubic[0]
 
@@ -259,7 +289,7 @@ def _only(cubic: Sequence[CubicAttachment]) -> CubicAttachment:
 def _known(force: Float[Array, "frequency"] | None) -> Float[Array, "frequency"]:
     if force is None:
         raise InputError(
-            "The structure has a cubic stiffness, whose response depends on how hard it is driven, "
-            "but no force is known. Say it: Experiment(..., force_levels=[0.1, 1.0])."
+            "The structure has a cubic stiffness, but no force is known; its amplitude is needed, "
+            "since the response depends on it: Experiment(..., force_levels=[0.1, 1.0])."
         )
     return force

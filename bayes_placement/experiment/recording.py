@@ -1,30 +1,39 @@
-"""recording: in, a structure, its instruments and their faults; out, the recorded receptance.
+"""The receptance of a structure as its instruments recorded it."""
 
-Not known here: probability, decibels, what is compared with what.
-"""
-
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
 from .._types import Receptance
-from ..effects._effect import InstrumentEffect
-from ..modes.modes import Modes
+from ..effects.instrument_effect import InstrumentEffect
+from ..effects.instruments import Instruments
 from ..modes.points import Points, along_axes, joined
 from ..positions.places import coordinates
-from .frf import Held, receptance
+from .frf import PortStiffness, receptance
 from .structure import Structure
-from .transducers import Actuator, Sensor
 
 MOUNTINGS = ("roving", "fixed")
 """Each sensor in a run of its own, or all of them mounted all the time."""
 
 
+DynamicStiffness: TypeAlias = Inexact[Array, "frequency"]
+
+
 class Drive(NamedTuple):
-    """Lines at which a structure is driven [rad/s], how hard [N], and how sensors are mounted."""
+    """How a structure is driven and its sensors are mounted.
+
+    Parameters
+    ----------
+    omega
+        Angular frequencies [rad/s].
+    force
+        Amplitude [N] of the force at each; None where it is not known.
+    mounting
+        One of `MOUNTINGS`.
+    """
 
     omega: Inexact[Array, "frequency"]
     force: Float[Array, "frequency"] | None
@@ -33,71 +42,101 @@ class Drive(NamedTuple):
 
 def recorded(
     structure: Structure,
-    sensors: Mapping[str, Sensor],
-    actuators: Mapping[str, Actuator],
-    chain: Sequence[InstrumentEffect],
+    instruments: Instruments,
+    instrument_effects: Sequence[InstrumentEffect],
     drive: Drive,
 ) -> Receptance:
     """Receptance [m/N] as the instruments recorded it.
 
-    The structure moves with the sensors where and as heavy as they are; then their signals are
-    delayed, amplified or exchanged.
+    The structure moves with the instruments where and as heavy as they are; then their signals
+    are delayed, amplified or exchanged.
     """
-    for effect in chain:
-        sensors = effect.sensors(sensors, structure.modes)
-    response = _loaded(structure, sensors, actuators, chain, drive)
-    named = [channel for one in sensors.values() for channel in one.channels]
-    for effect in chain:
+    for effect in instrument_effects:
+        instruments = effect.moved(instruments, structure.modes)
+    response = _Loaded(structure, instruments, instrument_effects, drive).response()
+    for effect in instrument_effects:
         response = response + effect.added(drive.omega)
-    for effect in chain:
-        response = effect.recorded(response, drive.omega, named)
+    for effect in instrument_effects:
+        response = effect.recorded(response, drive.omega, instruments)
     return response
 
 
-def _loaded(
-    structure: Structure,
-    sensors: Mapping[str, Sensor],
-    actuators: Mapping[str, Actuator],
-    chain: Sequence[InstrumentEffect],
-    drive: Drive,
-) -> Receptance:
-    """Receptance with what the sensors bring to the structure."""
-    axes = structure.modes.axes
-    read = joined([one.points(axes) for one in sensors.values()])
-    driven = joined([one.points(axes) for one in actuators.values()])
-    weighing = [one for one in chain if one.loads_structure]
+class _Loaded(NamedTuple):
+    """A structure with what its instruments bring to it where they sit."""
 
-    def between(read: Points, held: Sequence[Held]) -> Receptance:
-        return receptance(structure, read, driven, drive.omega, held=held, force=drive.force)
+    structure: Structure
+    instruments: Instruments
+    instrument_effects: Sequence[InstrumentEffect]
+    drive: Drive
 
-    if not weighing:
-        return between(read, [])
-    masses = {name: _mass(name, weighing) for name in sensors}
-    if drive.mounting == "fixed":
-        held = [
-            _held(coordinates(one.position), masses[name], structure.modes, drive)
-            for name, one in sensors.items()
+    def response(self) -> Receptance:
+        """Receptance between all channels; an actuator is mounted in its own runs only."""
+        driven = self._points("actuator")
+        if not self._loading("actuator"):
+            return self._with_sensors(driven, [])
+
+        def change(actuator: Points, stiffness: DynamicStiffness) -> Receptance:
+            port = self._port(actuator.position[0], stiffness)
+            return self._with_sensors(actuator, [port]) - self._with_sensors(actuator, [])
+
+        changes = jax.vmap(change, out_axes=1)(_singly(driven), self._stiffness("actuator"))
+        return self._with_sensors(driven, []) + changes[:, :, 0]
+
+    def _with_sensors(self, driven: Points, ports: Sequence[PortStiffness]) -> Receptance:
+        """Receptance with the sensors, all mounted or each in runs of its own."""
+        read = self._points("sensor")
+        if not self._loading("sensor"):
+            return self._between(read, driven, ports)
+        if self.drive.mounting == "fixed":
+            return self._between(read, driven, [*self._ports("sensor"), *ports])
+
+        def change(sensor: Points, stiffness: DynamicStiffness) -> Receptance:
+            port = self._port(sensor.position[0], stiffness)
+            loaded = self._between(sensor, driven, [port, *ports])
+            return loaded - self._between(sensor, driven, ports)
+
+        # Channels of one sensor see the same load. Only what the load changes is added, so that
+        # without it nothing changes, bit for bit.
+        changes = jax.vmap(change)(_singly(read), self._stiffness("sensor"))
+        return self._between(read, driven, ports) + changes[:, 0]
+
+    def _between(self, read: Points, driven: Points, ports: Sequence[PortStiffness]) -> Receptance:
+        omega, force, _ = self.drive
+        return receptance(self.structure, read, driven, omega, ports=ports, force=force)
+
+    def _points(self, side: str) -> Points:
+        axes = self.structure.modes.axes
+        return joined([each.points(axes) for each in self.instruments.side(side).values()])
+
+    def _loading(self, side: str) -> list[InstrumentEffect]:
+        """Effects that load the structure where transducers of a side sit."""
+        return [effect for effect in self.instrument_effects if side in effect.loads]
+
+    def _ports(self, side: str) -> list[PortStiffness]:
+        """What each transducer of a side brings to the structure."""
+        return [
+            self._port(coordinates(each.position), self._load(side, number))
+            for number, each in enumerate(self.instruments.side(side).values())
         ]
-        return between(read, held)
 
-    def change(one: Points, mass: Float[Array, ""]) -> Receptance:
-        held = [_held(one.position[0], mass, structure.modes, drive)]
-        return between(one, held) - between(one, [])
+    def _port(
+        self, position: Float[Array, "*coordinate"], stiffness: DynamicStiffness
+    ) -> PortStiffness:
+        """A dynamic stiffness in every axis in which the structure moves."""
+        return PortStiffness(along_axes(position, self.structure.modes), stiffness)
 
-    # Each channel as if in a run of its own: those of one sensor see the same mass. Only what the
-    # mass changes, so that without it nothing changes, bit for bit.
-    each = jax.tree.map(lambda leaf: jnp.asarray(leaf)[:, None], read)
-    mass = jnp.stack([masses[name] for name, one in sensors.items() for _ in one.channels])
-    return between(read, []) + jax.vmap(change)(each, mass)[:, 0]
+    def _load(self, side: str, number: int) -> DynamicStiffness:
+        """Dynamic stiffness of one transducer [N/m]."""
+        omega = self.drive.omega
+        loads = [effect.load(side, number, omega) for effect in self._loading(side)]
+        return sum(loads[1:], loads[0])
+
+    def _stiffness(self, side: str) -> Inexact[Array, "channel frequency"]:
+        """Dynamic stiffness of the transducer of each channel [N/m]."""
+        transducers = enumerate(self.instruments.side(side).values())
+        return jnp.stack([self._load(side, n) for n, each in transducers for _ in each.channels])
 
 
-def _mass(sensor: str, weighing: Sequence[InstrumentEffect]) -> Float[Array, ""]:
-    """Mass [kg] that a sensor brings."""
-    return sum((jnp.asarray(one.mounted_mass(sensor), float) for one in weighing), jnp.zeros(()))
-
-
-def _held(
-    position: Float[Array, "*coordinate"], mass: Float[Array, ""], modes: Modes, drive: Drive
-) -> Held:
-    """Hold the structure, as the mass of a sensor does: in every axis of its motion."""
-    return Held(along_axes(position, modes), -(drive.omega**2) * mass)
+def _singly(points: Points) -> Points:
+    """Points as a batch of single ones."""
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf)[:, None], points)

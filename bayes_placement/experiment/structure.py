@@ -1,7 +1,4 @@
-"""structure: in, modes, a damping law and effects; out, one structure, and the stiffness it feels.
-
-Not known here: sensors, actuators, probability.
-"""
+"""A structure: its modes, its damping and the effects added to it."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
@@ -13,13 +10,14 @@ from jaxtyping import Array, Float, Inexact
 
 from .._sites import Role, checked_name, owners
 from .._types import InputError
-from ..effects._effect import (
+from ..effects.effect import (
     Attachment,
     CubicAttachment,
     Effect,
     GlobalChange,
     Hinged,
     Modulus,
+    Omega,
     StructureEffect,
 )
 from ..modes.hinged import hinged
@@ -27,11 +25,10 @@ from ..modes.modes import Modes
 from .damping import Damping
 
 Kind = TypeVar("Kind", bound=Effect)
-Omega = Inexact[Array, "frequency"]
 
 
 class Structure(eqx.Module):
-    """A vibrating structure: its modes, how they lose energy, and effects added to it.
+    """A vibrating structure: its modes, their damping, and effects added to it.
 
     Parameters
     ----------
@@ -39,7 +36,9 @@ class Structure(eqx.Module):
         Natural frequencies and mode shapes, for example `beams.bar(...)`.
     damping
         Damping law, for example `damping.Modal([0.04])`. It holds for the modes of the structure
-        proper: with its cracks, preload and soft supports, without what is attached to it.
+        proper: with its cracks, preload and soft supports, without attachments.
+    effects
+        Effects by name; added by `structure + effect`.
     """
 
     modes: Modes = eqx.field(metadata=owners(Role.PARAMETER))
@@ -62,64 +61,64 @@ class Structure(eqx.Module):
 
         Raises
         ------
-        ValueError
-            If the effect belongs to the measurement, bears a taken name, or lies outside.
+        InputError
+            If the effect belongs to the measurement, has a name that is taken, or lies outside.
         """
         if not isinstance(effect, StructureEffect):
             raise InputError(
-                f'The effect "{effect.name}" was added to a structure, but it happens to the '
-                "measurement, which a structure knows nothing of. Add it to the experiment: "
-                "experiment + effect."
+                f'The effect "{effect.name}" was added to a structure; an experiment is needed, '
+                "since it acts on the instruments, which a structure does not have. Add it to the "
+                "experiment: experiment + effect."
             )
         placed = added(self.effects, effect.on(self.modes))
         return Structure(self.modes, damping=self.damping, effects=placed)
 
     def of_kind(self, kind: Callable[..., Kind]) -> list[Kind]:
-        """Return the effects of one kind, by name: the order of adding is of no consequence."""
-        abstract_class: Any = kind
-        return [one for _, one in sorted(self.effects.items()) if isinstance(one, abstract_class)]
+        """Effects of one kind, sorted by name: the order of adding has no consequence."""
+        base: Any = kind
+        return [effect for _, effect in sorted(self.effects.items()) if isinstance(effect, base)]
 
     def proper_modes(self) -> Modes:
         """Modes of the structure proper, without attachments."""
         modes = self.modes.solved()
         for change in self.of_kind(GlobalChange):
             modes = change.changed(modes)
-        hinges = [hinge for one in self.of_kind(Hinged) for hinge in one.hinges(modes)]
+        hinges = [hinge for effect in self.of_kind(Hinged) for hinge in effect.hinges(modes)]
         return hinged(modes, hinges) if hinges else modes
 
     def relative_modulus(self, omega: Omega) -> Inexact[Array, "frequency"]:
         """Modulus over the modulus as drawn [1]."""
-        return sum(
-            (one.relative_modulus(omega) for one in self.of_kind(Modulus)), jnp.ones(omega.shape)
-        )
+        added = (effect.relative_modulus(omega) for effect in self.of_kind(Modulus))
+        return sum(added, jnp.ones(omega.shape))
 
     def kept_damping(self) -> Float[Array, ""]:
         """Share of the damping law that no effect has replaced [1]."""
-        return jnp.prod(jnp.array([1.0, *(one.kept_damping() for one in self.of_kind(Modulus))]))
+        shares = [effect.kept_damping() for effect in self.of_kind(Modulus)]
+        return jnp.prod(jnp.array([1.0, *shares]))
 
     @property
     def attachments(self) -> list[Attachment]:
-        """What is attached and linear."""
+        """Linear attachments."""
         return self.of_kind(Attachment)
 
     @property
     def cubic_attachments(self) -> list[CubicAttachment]:
-        """What is attached and depends on the amplitude."""
+        """Attachments whose stiffness depends on the amplitude."""
         return self.of_kind(CubicAttachment)
 
 
 def added(effects: Mapping[str, Kind], effect: Kind) -> OrderedDict[str, Kind]:
-    """Return effects and one more, by name.
+    """Effects by name with one more.
 
     Raises
     ------
-    ValueError
+    InputError
         If its name is taken, empty or has a dot.
     """
     checked_name("An effect of the name", effect.name)
     if effect.name in effects:
         raise InputError(
-            f'An effect "{effect.name}" was added twice. Each needs a name of its own, since '
+            f'An effect "{effect.name}" was added twice; each needs a name of its own, since '
             f'unknowns are named by it: name="{effect.name}_2".'
         )
     return OrderedDict(effects) | {effect.name: effect}

@@ -16,6 +16,7 @@ from scipy.linalg import null_space
 import bayes_placement as bp
 from bayes_placement import finite_elements
 from bayes_placement.effects import InstrumentEffect
+from bayes_placement.effects.instruments import Instruments
 from bayes_placement.experiment.recording import Drive, recorded
 from bayes_placement.modes.finite_elements import interpolation, soft_supports
 from tests.simulator import space_frames
@@ -63,7 +64,7 @@ class Scene(NamedTuple):
             if not isinstance(one, InstrumentEffect):
                 base = base + one
         omega = jnp.asarray(2 * np.pi * self.frequency)
-        return recorded(base, *self.transducers(), chain, Drive(omega, force, mounted))
+        return recorded(base, Instruments(*self.transducers()), chain, Drive(omega, force, mounted))
 
     def reading(self, at, direction):
         """Weights of the rows in the displacement of a place."""

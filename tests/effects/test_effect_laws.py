@@ -20,7 +20,9 @@ from bayes_placement import (
     noise,
     observe,
 )
+from bayes_placement.effects import EFFECTS as REGISTERED
 from bayes_placement.effects import InstrumentEffect
+from bayes_placement.effects.instruments import Instruments
 from bayes_placement.experiment.recording import Drive, recorded
 
 LENGTH = 1.3
@@ -58,6 +60,8 @@ EFFECTS = {
     "gain_error": (lambda a, x: effects.gain_error("s2", a), 0.3),
     "mount_resonance": (lambda a, x: effects.mount_resonance("s2", a, 0.1), 250.0),
     "misplaced_sensor": (lambda a, x: effects.misplaced_sensor("s2", a), 0.2),
+    "reversed_sensor": (lambda a, x: effects.reversed_sensor("s2", a), 1.0),
+    "swapped_sensors": (lambda a, x: effects.swapped_sensors("s1", "s3", a), 1.0),
 }
 STRUCTURAL = [
     name for name, (make, _) in EFFECTS.items() if not isinstance(make(0.5, AT), InstrumentEffect)
@@ -89,7 +93,7 @@ def response(base, several, places=PLACES, omega=BOTH, mounted="fixed"):
         for letter, kind in (("s", Sensor), ("a", Actuator))
     ]
     force = jnp.full(omega.shape, 3.0)
-    return recorded(base, *sides, chain, Drive(omega, force, mounted))
+    return recorded(base, Instruments(*sides), chain, Drive(omega, force, mounted))
 
 
 def one_effect(name):
@@ -122,10 +126,8 @@ def absent(name) -> float:
 def test_the_table_has_every_effect():
     names = {name.split()[0] for name in EFFECTS}
     made = {make(0.5, AT).name for make, _ in EFFECTS.values()}
-    offered = {name for name in effects.__all__ if isinstance(getattr(effects, name), type)}
-    known = {name for name in offered if name.islower()} - ON_MODELS
-    assert names == made == known
-    assert len(names) == 17
+    assert names == made == {*REGISTERED} - ON_MODELS
+    assert len(names) == 19
 
 
 @table

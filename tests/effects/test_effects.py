@@ -70,7 +70,7 @@ def suggested():
 
 
 def test_every_effect_is_suggested_where_it_can_act(suggested):
-    assert len(suggested) == 17
+    assert len(suggested) == 19
     free = effects.library(experiment(ends="free-free"))
     assert not {"compliant_support", "cubic_stiffness"} & set(free.kinds)
     bar = effects.library(experiment("bar", "fixed-fixed"))
@@ -108,30 +108,24 @@ def test_tension_reaches_towards_buckling(suggested):
 
 
 def test_each_sensor_and_each_support_is_a_candidate(suggested):
-    assert [one.sensor for one in suggested["gain_error"]] == ["s1", "s2"]
-    moved, turned, swapped = (
-        [one for one in suggested["misplaced_sensor"] if test(one)]
-        for test in (
-            lambda one: isinstance(one.shift, dist.Uniform),
-            lambda one: one.reversed_share == 1.0,
-            lambda one: one.swapped_with,
-        )
-    )
-    assert [one.sensor for one in moved] == [one.sensor for one in turned] == ["s1", "s2"]
-    np.testing.assert_allclose([moved[0].shift.low, moved[0].shift.high], [-0.3, 1.0])
-    assert [(one.sensor, one.swapped_with) for one in swapped] == [("s1", "s2")]
+    for kind in ("gain_error", "misplaced_sensor", "reversed_sensor"):
+        assert [one.sensor for one in suggested[kind]] == ["s1", "s2"]
+    shift = suggested["misplaced_sensor"][0].shift
+    np.testing.assert_allclose([shift.low, shift.high], [-0.3, 1.0])
+    assert [(one.sensor, one.other) for one in suggested["swapped_sensors"]] == [("s1", "s2")]
     held = [(one.end, one.motion) for one in suggested["compliant_support"]]
     assert held == [("left", "rotation"), ("left", "translation")]
 
 
 def test_every_suggestion_can_be_added_and_felt(suggested):
     base = experiment(force_levels=[1.0, 5.0])
-    for several in suggested.values():
-        whole = base + several[0]
+    for candidate, *_ in suggested.values():
+        whole = base + candidate
         added = {one.name for one in whole.unknowns} - {one.name for one in base.unknowns}
-        assert added, several[0].name
+        # What is either so or not has a strength of one, and nothing to be inferred.
+        assert added or getattr(candidate, candidate.absent[0]) == 1.0, candidate.name
         words = {one.unit for one in whole.unknowns if one.name in added}
-        assert "" not in words, several[0].name
+        assert "" not in words, candidate.name
 
 
 # ----------------------------------------------------------------- adding to an experiment
@@ -155,8 +149,8 @@ def test_an_effect_is_named_by_its_path():
 def test_reversed_and_swapped_sensors():
     base = experiment()
     plain = np.asarray(jax.jit(lambda: base.nominal().receptance())())
-    turned = base + effects.misplaced_sensor("s2", reversed_share=1.0)
-    swapped = base + effects.misplaced_sensor("s1", swapped_with="s2", swapped_share=1.0)
+    turned = base + effects.reversed_sensor("s2")
+    swapped = base + effects.swapped_sensors("s1", "s2")
     found = jax.jit(lambda: turned.nominal().receptance())()
     np.testing.assert_allclose(found, plain * np.array([1, -1])[:, None, None], rtol=1e-12)
     found = jax.jit(lambda: swapped.nominal().receptance())()
@@ -210,10 +204,10 @@ def test_effects_on_what_the_experiment_has_not_are_refused():
     with refused(r'on sensor "s9"'):
         base + effects.mount_resonance("s9", 100.0, 0.1)
     with refused(r'on sensor "s9"'):
-        base + effects.misplaced_sensor("s1", swapped_with="s9", swapped_share=1.0)
+        base + effects.swapped_sensors("s1", "s9")
     two = [bp.Sensor("s1", at=0.3, directions=(3, -3)), bp.Sensor("s2", at=0.9)]
-    with refused(r'sensors "s1" and "s2" were given as swapped, but they have 2 and 1 channels'):
-        experiment(sensors=two) + effects.misplaced_sensor("s1", swapped_with="s2")
+    with refused(r'sensors "s1" and "s2" were given, but they have 2 and 1 channels'):
+        experiment(sensors=two) + effects.swapped_sensors("s1", "s2")
     with refused(r'no effect "rust" to leave out.*has point_mass'):
         (base + effects.point_mass(0.3, 1.0)).without("rust")
     with refused(r"no effect 'point_mas'. Did you mean 'point_mass'\?"):
@@ -224,11 +218,11 @@ def test_effects_on_what_the_experiment_has_not_are_refused():
 
 def test_a_cubic_spring_needs_to_know_the_force():
     whole = experiment() + effects.cubic_stiffness(0.5, 1e8)
-    with refused(r"no force is known. Say it: Experiment\(..., force_levels="):
+    with refused(r"no force is known; .*: Experiment\(..., force_levels="):
         jax.eval_shape(lambda: whole.nominal().receptance())
     two = experiment(force_levels=[1.0]) + effects.cubic_stiffness(0.5, 1e8)
     two = two + effects.cubic_stiffness(0.7, 1e8, name="other")
-    with refused(r"several cubic attachments, cubic_stiffness and other. One is possible"):
+    with refused(r"2 cubic attachments, cubic_stiffness and other; at most one is"):
         jax.eval_shape(lambda: two.nominal().receptance())
 
 
@@ -268,9 +262,9 @@ class Inerter(Attachment):
         return own * self.stiffness / (self.stiffness + own)
 
     @classmethod
-    def suggest(cls, experiment) -> Sequence["Inerter"]:
-        anywhere = dist.Uniform(*experiment.structure.modes.bounds())
-        return [cls(anywhere, dist.LogUniform(1e-2, 10.0), dist.LogUniform(1e2, 1e6))]
+    def suggest(cls, scales) -> Sequence["Inerter"]:
+        priors = dist.LogUniform(1e-2, 10.0), dist.LogUniform(1e2, 1e6)
+        return [cls(place, *priors) for place in scales.places()]
 
 
 def test_an_effect_of_ones_own_is_a_class_of_two_short_methods():

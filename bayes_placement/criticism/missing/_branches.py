@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ...effects._effect import Effect
-from ...effects._library import kind_of
+from ...effects.effect import Effect
+from ...effects.library import kind_of
 from ._hypotheses import Hypothesis, Scanned, all_grown, all_scanned, finite, fitted
 from ._odds import Pool
 

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...effects._effect import Effect
-from ...effects._library import kind_of
+from ...effects.effect import Effect
+from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ._descent import Fit
@@ -21,9 +21,6 @@ from ._search import LEAST, MOST, Scan, fit_alone, fit_grown, others, scan
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
 """Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
 where there is no place."""
-
-PLACED = ("at", "shift")
-"""Fields of an effect that say where."""
 
 WEAKEST = np.array([-3.0, -1.0, -0.3, -0.05, 0.05, 0.3, 1.0, 3.0])
 """Coordinates of a strength, of which the one nearest to absence is taken for weak."""
@@ -196,12 +193,12 @@ def replaced_name(effect: Effect, name: str) -> Effect:
 def _counts(effect: Effect, field: dict[str, str], problem: Problem) -> dict[str, int]:
     """Number of points along each unknown of an effect."""
     sized = {name: problem.coordinates.places[name] for name in field}
-    coordinates = sum(word in PLACED for word in field.values())
+    coordinates = sum(word in effect.place_fields for word in field.values())
 
     def count(name: str) -> int:
         if sized[name].stop - sized[name].start > 1:
             return 1
-        if field[name] in PLACED:
+        if field[name] in effect.place_fields:
             return PLACES if coordinates == 1 else PLACES_ACROSS
         if field[name] == effect.absent[0]:
             return STRENGTHS if coordinates else 4 * STRENGTHS

@@ -13,9 +13,9 @@ import pandas as pd
 from scipy.special import ndtri
 from scipy.stats import norm
 
-from ...effects._effect import Effect
-from ...effects._library import kind_of
-from ._hypotheses import PLACED, Hypothesis, Scanned, fields_of, weakest
+from ...effects.effect import Effect
+from ...effects.library import kind_of
+from ._hypotheses import Hypothesis, Scanned, fields_of, weakest
 from ._problem import Problem
 from ._search import others
 from ._whereabouts import whereabouts
@@ -88,12 +88,13 @@ def _of_one(base: _Base, single: Scanned, most: int, number: int) -> pd.DataFram
     lengths = (
         named[unknown.name]
         for unknown in own_unknowns
-        if unknown.field in PLACED and not unknown.component
+        if unknown.field in effect.place_fields and not unknown.component
     )
     (own,) = (one for one in experiment.effects if one.name == effect.name)
+    setting = own.setting(experiment.structure.modes, experiment.instruments)
     x, y, z = whereabouts(own, experiment, values, len(score)).T
     return pd.DataFrame(
-        {"kind": kind_of(effect), "variant": number, "setting": own.setting(experiment)}
+        {"kind": kind_of(effect), "variant": number, "setting": setting}
         | {"at": next(lengths, np.full(len(score), np.nan)), "x": x, "y": y, "z": z}
         | {"score": score, "p_value": corrected}
     )
@@ -113,15 +114,15 @@ def _signatures(base: _Base, single: Scanned, most: int) -> _Signatures:
 
 def _weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:
     columns, fields = [], fields_of(effect, problem)
-    coordinates = sum(field in PLACED for field in fields.values())
+    coordinates = sum(field in effect.place_fields for field in fields.values())
     for name, word in fields.items():
         place = problem.coordinates.places[name]
         if place.stop - place.start > 1:
             axis = np.zeros(1)
-        elif word == effect.absent[0] and word not in PLACED:
+        elif word == effect.absent[0] and word not in effect.place_fields:
             axis = np.array([weakest(effect, problem, name)])
         else:
-            count = PLACES.get(coordinates, 5) if word in PLACED else SETTINGS
+            count = PLACES.get(coordinates, 5) if word in effect.place_fields else SETTINGS
             axis = ndtri((np.arange(count) + 0.5) / count)
         columns.append((place.start, axis))
     grids = np.meshgrid(*(axis for _, axis in columns), indexing="ij") if columns else []

@@ -13,13 +13,8 @@ from jaxtyping import Float
 
 from ..._compiled import compiled
 from ..._sites import is_unknown, substitute
-from ...effects._effect import Effect, InstrumentEffect
-from ...effects.member_preload import MemberPreload
-from ...effects.region_stiffness_loss import RegionStiffnessLoss
-from ...effects.soft_support import SoftSupport
+from ...effects.effect import Effect
 from ...experiment.experiment import Experiment
-from ...modes.changed import nodal_below
-from ...modes.finite_elements.nodal_modes import NodalModes
 from ...positions.places import Place, Straight, mean
 from ...positions.vectors import Recorded, triple
 
@@ -42,11 +37,11 @@ def whereabouts(
     count
         Number of points.
     """
-    at = _place(effect, experiment)
+    at = effect.location(experiment.structure.modes, experiment.instruments)
     own = {
         unknown.component: values[unknown.name]
         for unknown in experiment.unknowns_of(effect)
-        if unknown.field == "at" and unknown.name in values
+        if unknown.field in effect.place_fields and unknown.name in values
     }
     found = np.full((count, 3), np.nan)
     if isinstance(at, Place):
@@ -77,26 +72,6 @@ def places(experiment: Experiment, means: Mapping[str, float]) -> dict[str, Reco
         elif np.isfinite(at[0]):
             found[effect.name] = float(at[0])
     return found
-
-
-def _place(effect: Effect, experiment: Experiment) -> Any:
-    """Its place, known or not: that of its part or sensor, if it has none of its own."""
-    modes = experiment.structure.modes
-    if isinstance(effect, RegionStiffnessLoss | MemberPreload | SoftSupport):
-        return dict(nodal_below(modes).centres).get(_part(effect, nodal_below(modes)))
-    if isinstance(effect, InstrumentEffect):
-        number = getattr(effect, "sensor", None)
-        return None if number is None else list(experiment.sensor.values())[number].recorded
-    return getattr(effect, "at", None)
-
-
-def _part(effect: RegionStiffnessLoss | MemberPreload | SoftSupport, nodal: NodalModes) -> str:
-    """Name of the part of the structure that an effect is about."""
-    if isinstance(effect, RegionStiffnessLoss):
-        return nodal.regions.names[int(effect.region)]
-    if isinstance(effect, MemberPreload):
-        return nodal.members.names[int(effect.member)]
-    return nodal.statics.supports[int(effect.support)]
 
 
 def _in_space(place: Place, values: Mapping[str, np.ndarray], count: int) -> Coordinates:

@@ -13,7 +13,7 @@ import xarray as xr
 from threadpoolctl import threadpool_limits
 
 from ..._types import InputError, Progress, no_progress
-from ...effects._library import Library
+from ...effects.library import Library
 from ...experiment.experiment import MEASURED, Experiment
 from ...experiment.noise import Data
 from ...inference.alternative import Alternative
@@ -177,7 +177,7 @@ def _setting(hypothesis: Hypothesis, added: str | None) -> str:
     """Which sensor or part of the structure the added effect is about."""
     experiment = hypothesis.problem.experiment
     every = {one.name: one for one in experiment.effects}
-    return every[added].setting(experiment) if added else ""
+    return every[added].setting(experiment.structure.modes, experiment.instruments) if added else ""
 
 
 def observed(posterior: xr.DataTree, experiment: Experiment) -> Data:

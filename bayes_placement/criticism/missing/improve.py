@@ -12,7 +12,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from ..._types import Progress, no_progress
-from ...effects._library import Library, kind_of, library
+from ...effects.library import Library, kind_of, library
 from ...experiment.experiment import Experiment, Measurements
 from ._alternatives import alternatives
 from ._branches import deeper, singles

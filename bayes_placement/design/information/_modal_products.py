@@ -8,9 +8,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
 from ..._sites import Owner
-from ...effects._effect import Modulus
+from ...effects.effect import Modulus
 from ...experiment.experiment import Experiment
-from ...experiment.frf import dynamic
+from ...experiment.frf import modal_receptance
 from ...modes.points import Points, joined
 
 
@@ -44,7 +44,7 @@ def spectra(experiment: Experiment, static: bool) -> Complex[Array, "product fre
         Whether the last of the residues is the static flexibility.
     """
     omega = 2 * jnp.pi * jnp.asarray(experiment.lines)
-    factors = dynamic(experiment.structure, experiment.structure.proper_modes(), omega)
+    factors = modal_receptance(experiment.structure, experiment.structure.proper_modes(), omega)
     each = factors.modal
     if static:
         each = jnp.concatenate([factors.beyond_static, 1 / factors.relative_modulus[None]])

@@ -106,7 +106,7 @@ def test_any_other_place_says_itself_where_it_is():
         (effects.region_stiffness_loss("right half", 0.1), MIDDLES["right half"]),
         (effects.member_preload("strut", 10.0), MIDDLES["strut"]),
         (effects.gain_error("s2", 0.1), RECORDED["s2"]),
-        (effects.misplaced_sensor("s1", reversed_share=1.0), RECORDED["s1"]),
+        (effects.reversed_sensor("s1"), RECORDED["s1"]),
     ],
     ids=lambda one: getattr(one, "name", None),
 )

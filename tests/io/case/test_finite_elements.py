@@ -94,8 +94,9 @@ def test_clamped_ends_and_edges_may_be_compliant(study):
         ("10_plate-02", [f"along {side} m" for side in ("x = 0", "x = 0.4", "y = 0", "y = 0.3")]),
     ):
         experiment = study(name).experiment
-        candidates = effects.compliant_support.suggest(experiment)
-        settings = sorted(candidate.setting(experiment) for candidate in candidates)
+        candidates = effects.library(experiment, ["compliant_support"]).effects
+        modes, instruments = experiment.structure.modes, experiment.instruments
+        settings = sorted(candidate.setting(modes, instruments) for candidate in candidates)
         assert len(settings) == len(where)
         assert all(f"support {at}" in words for at, words in zip(where, settings, strict=True))
 

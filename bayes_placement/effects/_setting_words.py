@@ -1,9 +1,5 @@
-"""_words: in, what an effect is about; out, the words for it.
+"""Words for the place, the direction and the channel that an effect acts on."""
 
-Not known here: any single effect, strengths, data.
-"""
-
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,19 +11,9 @@ from ..positions.places import Cartesian, OnMember
 from ..positions.tolerances import Support
 
 
-def together(*parts: str) -> str:
-    """Join what there is to be said."""
-    return ", ".join(part for part in parts if part)
-
-
-def among(name: Any, names: Sequence[str]) -> str:
-    """Return a name, or that of a number."""
-    return name if isinstance(name, str) else names[int(name)]
-
-
-def sensor(name: Any, experiment: Any) -> str:
-    """Name of a sensor of an experiment, from its name or number."""
-    return among(name, [*experiment.sensor])
+def joined(*phrases: str) -> str:
+    """Join the phrases that are not empty."""
+    return ", ".join(phrase for phrase in phrases if phrase)
 
 
 def channel(direction: Any) -> str:
@@ -37,9 +23,9 @@ def channel(direction: Any) -> str:
 
 def along(direction: Any) -> str:
     """Direction in which something acts: along y, along -z, along (0.6, 0, 0.8)."""
-    if direction is None or any(is_unknown(one) for one in direction):
+    if direction is None or any(is_unknown(component) for component in direction):
         return ""
-    vector = np.array([float(one) for one in direction])
+    vector = np.array([float(component) for component in direction])
     for axis, letter in enumerate("xyz"):
         if np.count_nonzero(vector) == 1 and vector[axis]:
             return f"along {'-' if vector[axis] < 0 else ''}{letter}"
@@ -51,13 +37,13 @@ def place(at: Any, bounds: Any) -> str:
     if isinstance(at, Support) or is_unknown(at):
         return ""
     if isinstance(at, Cartesian):
-        return _fixed(at, bounds)
+        return _known_coordinates(at, bounds)
     if isinstance(at, OnMember):
         return f"on the member from {_triple(at.start)} m along {_triple(at.direction)}"
     return "" if in_space(bounds) else f"at {float(at):.4g} m"
 
 
-def _fixed(at: Cartesian, bounds: Any) -> str:
+def _known_coordinates(at: Cartesian, bounds: Any) -> str:
     """Coordinates that are known, along the axes in which the structure extends."""
     pairs = zip("xyz", (at.x, at.y, at.z), *bounds, strict=True)
     known = [
@@ -69,4 +55,4 @@ def _fixed(at: Cartesian, bounds: Any) -> str:
 
 
 def _triple(vector: Any) -> str:
-    return f"({', '.join(f'{float(one):.3g}' for one in vector)})"
+    return f"({', '.join(f'{float(component):.3g}' for component in vector)})"

@@ -1,0 +1,209 @@
+"""What every effect is, by the place where it enters the response of a structure."""
+
+import abc
+from collections.abc import Sequence
+from typing import Any, ClassVar, TypeAlias, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float, Inexact
+
+from .._sites import is_unknown
+from ..modes.hinged import Hinge
+from ..modes.modes import Modes
+from ..modes.points import Points, along
+from ..modes.yielding import Yielding
+from ..positions import placed as _placed
+from ..positions.places import Place as InSpace
+from ..positions.places import Position, coordinates
+from ..positions.tolerances import Support
+from ..positions.vectors import Recorded
+from . import _setting_words
+from .instruments import Instruments
+from .scales import Scales
+
+Omega: TypeAlias = Inexact[Array, "frequency"]
+"""Angular frequencies [rad/s]."""
+
+Stiffness: TypeAlias = Inexact[Array, "frequency"]
+"""Dynamic stiffness [N/m] at each angular frequency."""
+
+Place: TypeAlias = _placed.At
+"""A place as a user may give it."""
+
+Direction: TypeAlias = tuple[Any, Any, Any] | None
+"""Three numbers; None for every direction in which the structure moves."""
+
+Location: TypeAlias = Position | Recorded
+"""A place [m] as numbers, or as distributions where it is unknown."""
+
+Self = TypeVar("Self", bound="Effect")
+
+
+class Effect(eqx.Module):
+    """A physical effect that a structure or its instruments may have.
+
+    With a strength of zero it is exactly the identity: the same object serves inference, where
+    its strength is sampled, and ranking, where the response to a small strength is its signature.
+
+    Attributes
+    ----------
+    absent
+        Name of the field that is the strength, and its value without the effect, mostly zero.
+    place_fields
+        Names of the fields that say where the effect is; none where it has no place of its own.
+    name
+        Name in an experiment. Its default is the kind of the effect: models of the same physics
+        for different structures share a kind.
+    """
+
+    absent: eqx.AbstractClassVar[tuple[str, float]]
+    place_fields: ClassVar[tuple[str, ...]] = ()
+    name: eqx.AbstractVar[str]
+
+    @classmethod
+    @abc.abstractmethod
+    def suggest(cls, scales: Scales) -> Sequence["Effect"]:
+        """Variants to be tried on an experiment, with priors scaled to its structure.
+
+        Parameters
+        ----------
+        scales
+            Sizes of the structure and its instruments.
+        """
+
+    def on(self: Self, modes: Modes) -> Self:
+        """Return the effect placed on a structure; without a place it stays as it is."""
+        return self
+
+    def location(self, modes: Modes, instruments: Instruments) -> Location | None:
+        """Where the effect is [m], known or unknown; None where it has no place.
+
+        An effect on a part of the structure is at the centre of the part, if that is known; an
+        effect on a sensor is where the sensor was recorded.
+
+        Parameters
+        ----------
+        modes
+            Modes of the structure.
+        instruments
+            Sensors and actuators of the experiment.
+        """
+        return None
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Say which place, sensor or part of the structure it acts on, as in `sensor s3`.
+
+        Empty where there is only one. Unknown places are parameters and not part of it.
+
+        Parameters
+        ----------
+        modes
+            Modes of the structure.
+        instruments
+            Sensors and actuators of the experiment.
+        """
+        return ""
+
+
+class StructureEffect(Effect):
+    """An effect that belongs to the structure: added by `structure + effect`."""
+
+
+class AtPlace(StructureEffect):
+    """An effect at one place of the structure, along one direction or in every one."""
+
+    place_fields: ClassVar[tuple[str, ...]] = ("at",)
+    at: eqx.AbstractVar[Place]
+
+    @property
+    def direction(self) -> Direction:
+        """Direction in which it acts; None for every one in which the structure moves."""
+        return None
+
+    def on(self: Self, modes: Modes) -> Self:
+        """Return the effect placed on a structure, a tolerance region as the uniform prior."""
+        return placed(self, modes)
+
+    def location(self, modes: Modes, instruments: Instruments) -> Location | None:
+        """The place [m]."""
+        at: Any = self.at
+        return at
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Piece of the structure on which it sits, and the direction in which it acts."""
+        piece = _setting_words.place(self.at, modes.bounds())
+        return _setting_words.joined(piece, _setting_words.along(self.direction))
+
+    def points(self, modes: Modes) -> Points:
+        """Where the structure feels it, and along which directions."""
+        return along(coordinates(self.at), self.direction, modes)
+
+
+class Attachment(AtPlace):
+    """Something attached to the structure, felt by it as a dynamic stiffness at one place."""
+
+    @abc.abstractmethod
+    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
+        """Force on the attachment per displacement of its place [N/m]."""
+
+
+class CubicAttachment(AtPlace):
+    """An attachment whose stiffness grows with the square of the displacement amplitude."""
+
+    @abc.abstractmethod
+    def hardening(self) -> Float[Array, ""]:
+        """Growth of the equivalent stiffness with the amplitude squared [N/m^3]."""
+
+
+class Modulus(StructureEffect):
+    """A stiffness that depends on frequency and loses energy, everywhere on the structure."""
+
+    @abc.abstractmethod
+    def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
+        """What is added to the modulus, over the modulus as drawn [1]."""
+
+    def kept_damping(self) -> Float[Array, ""]:
+        """Share of the damping of the structure that remains beside it [1]."""
+        return jnp.ones(())
+
+
+class GlobalChange(StructureEffect):
+    """An effect all along the structure proper: it changes the modes themselves."""
+
+    @abc.abstractmethod
+    def changed(self, modes: Modes) -> Modes:
+        """Modes of the changed structure."""
+
+
+class Hinged(StructureEffect):
+    """An effect that makes the structure proper more flexible at some places."""
+
+    @abc.abstractmethod
+    def hinges(self, modes: Modes) -> Sequence[Hinge] | Sequence[Yielding]:
+        """Hinges that it opens, or parts of a finite element model that become softer."""
+
+
+Placed = TypeVar("Placed", bound=Effect)
+
+
+def placed(effect: Placed, modes: Modes) -> Placed:
+    """Return an effect with its field `at` as numbers or distributions on a structure.
+
+    Raises
+    ------
+    InputError
+        If the place lies outside the structure.
+    """
+    at: Any = _placed.placed(
+        effect.at,  # type: ignore[attr-defined]
+        modes.bounds(),
+        f'Effect "{effect.name}"',
+        "place",
+    )
+    return eqx.tree_at(lambda tree: tree.at, effect, at, is_leaf=_is_place)
+
+
+def _is_place(leaf: Any) -> bool:
+    """Tell whether a leaf is a place that a structure makes definite."""
+    return is_unknown(leaf) or isinstance(leaf, Support | InSpace)

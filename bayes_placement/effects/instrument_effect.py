@@ -1,0 +1,76 @@
+"""What an effect on the instruments of an experiment is: its places, its loads, its record."""
+
+from typing import ClassVar, TypeVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .._types import Receptance
+from ..modes.modes import Modes
+from .effect import Effect, Omega, Stiffness
+from .instruments import Instruments
+
+Self = TypeVar("Self", bound="InstrumentEffect")
+
+
+class InstrumentEffect(Effect):
+    """An effect that belongs to the measurement: added by `experiment + effect`.
+
+    It may act on sensors, on actuators, or on both: on where they are (`moved`), on what they
+    bring to the structure (`loads`, `load`), beside the modes (`added`) and on the record
+    (`recorded`). What it does not define leaves all as it is.
+
+    Attributes
+    ----------
+    loads
+        Sides that load the structure where they sit: `sensor`, `actuator`, both or none.
+    """
+
+    loads: ClassVar[tuple[str, ...]] = ()
+
+    def numbered(self: Self, instruments: Instruments) -> Self:
+        """Return the effect with its transducers by their number.
+
+        Raises
+        ------
+        InputError
+            If the experiment does not have them.
+        """
+        return self
+
+    def moved(self, instruments: Instruments, modes: Modes) -> Instruments:
+        """Return the instruments where they truly sat."""
+        return instruments
+
+    def load(self, side: str, number: int, omega: Omega) -> Stiffness:
+        """Dynamic stiffness [N/m] that a transducer brings to the structure, in every direction.
+
+        Parameters
+        ----------
+        side
+            `sensor` or `actuator`.
+        number
+            Number of the transducer among those of its side, from 0.
+        omega
+            Angular frequencies [rad/s].
+        """
+        return jnp.zeros(omega.shape)
+
+    def added(self, omega: Omega) -> Float[Array, "#sensor #actuator #frequency"]:
+        """Receptance [m/N] that the structure has besides that of its modes."""
+        return jnp.zeros((1, 1, 1))
+
+    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
+        """FRF as it was recorded.
+
+        Parameters
+        ----------
+        frf
+            FRF that the structure has, a row for each sensor channel and a column for each
+            actuator channel.
+        omega
+            Angular frequencies [rad/s].
+        instruments
+            Sensors and actuators; `instruments.of(name, side)` is 1 on the channels of one.
+        """
+        return frf

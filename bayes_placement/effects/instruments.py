@@ -1,0 +1,98 @@
+"""The sensors and actuators of an experiment, as effects on them see them."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from .._types import InputError
+from ..modes.points import Points
+from ..positions.channel import Channel
+from ..positions.vectors import Recorded
+
+Number: TypeAlias = str | int | Int[Array | np.ndarray, ""]
+"""Name of a transducer, or its number from 0 once the effect is part of an experiment."""
+
+
+@runtime_checkable
+class Transducer(Protocol):
+    """What an effect may know of a sensor or an actuator."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def position(self) -> Any:
+        """Where it sits [m]."""
+
+    @property
+    def recorded(self) -> Recorded:
+        """Where it was recorded to sit [m]."""
+
+    @property
+    def directions(self) -> tuple[int, ...]:
+        """Recorded directions of its channels."""
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Its channels, in order."""
+
+    def points(self, axes: tuple[int, ...]) -> Points:
+        """Where and along what its channels act on a structure that moves along axes."""
+
+
+class Instruments(NamedTuple):
+    """Sensors and actuators by name, in their order."""
+
+    sensors: Mapping[str, Any]
+    actuators: Mapping[str, Any]
+
+    def side(self, side: str) -> Mapping[str, Transducer]:
+        """Transducers of one side, `sensor` or `actuator`."""
+        return {"sensor": self.sensors, "actuator": self.actuators}[side]
+
+    def channels(self, side: str) -> list[Channel]:
+        """Channels of one side, in order."""
+        return [channel for each in self.side(side).values() for channel in each.channels]
+
+    def name(self, transducer: Number, side: str = "sensor") -> str:
+        """Name of a transducer, from its name or number."""
+        return transducer if isinstance(transducer, str) else [*self.side(side)][int(transducer)]
+
+    def number(self, transducer: Number, side: str = "sensor") -> Number:
+        """Number of a transducer among those of its side.
+
+        Effects on different transducers then differ in a number only, and are compiled once.
+
+        Raises
+        ------
+        InputError
+            If there is no transducer of this name.
+        """
+        if not isinstance(transducer, str):
+            return transducer
+        names = [*self.side(side)]
+        if transducer not in names:
+            raise InputError(
+                f'An effect on {side} "{transducer}" was added, but the experiment has the {side}s '
+                f'{", ".join(names)}. Name one of them: {side}="{names[0]}".'
+            )
+        return np.asarray(names.index(transducer))
+
+    def rows(self, transducer: Number, side: str = "sensor") -> list[int]:
+        """Places of the channels of a transducer among those of its side."""
+        name = self.name(transducer, side)
+        return [row for row, channel in enumerate(self.channels(side)) if channel.name == name]
+
+    def of(self, transducer: Number, side: str = "sensor") -> Float[Array, "channel"]:
+        """1 for the channels of a transducer, also by a traced number; 0 for all others."""
+        names = [*self.side(side)]
+        numbers = np.array([names.index(channel.name) for channel in self.channels(side)])
+        return jnp.asarray(numbers == self.number(transducer, side), float)
+
+    def recorded(self, transducer: Number, side: str = "sensor") -> Recorded:
+        """Recorded place of a transducer [m]."""
+        return self.side(side)[self.name(transducer, side)].recorded

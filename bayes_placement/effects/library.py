@@ -1,0 +1,101 @@
+"""Every effect that an experiment may be missing, with default priors."""
+
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Generic, TypeAlias, TypeVar
+
+from .._types import InputError
+from . import registry
+from .effect import Effect
+from .scales import Scales, Setup
+
+EFFECTS: Mapping[str, type[Effect]] = MappingProxyType(
+    {word: member for word, member in vars(registry).items() if isinstance(member, type)}
+)
+"""Effects of the package by name, in the order of the registry."""
+
+Tested = TypeVar("Tested", bound=Setup)
+
+Kind: TypeAlias = str | type[Effect]
+"""Name of an effect or of its kind, or the class itself."""
+
+
+@dataclass(frozen=True)
+class Library(Generic[Tested]):
+    """Effects that an experiment may be missing.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    effects
+        Candidates with priors; variants of one kind bear the same name.
+    """
+
+    experiment: Tested
+    effects: tuple[Effect, ...]
+
+    @property
+    def kinds(self) -> list[str]:
+        """Names of the kinds, each once."""
+        return list(dict.fromkeys(candidate.name for candidate in self.effects))
+
+
+def library(
+    experiment: Tested,
+    kinds: Iterable[Kind] | None = None,
+    *,
+    further: Sequence[Effect | type[Effect]] = (),
+) -> Library[Tested]:
+    """Collect candidates for `explain` and `improve`.
+
+    Parameters
+    ----------
+    experiment
+        The experiment; default priors are scaled to its structure.
+    kinds
+        Names of the effects to be tried; by default all that can act on it. `compliant_support`
+        stands for every model of a support that is softer than assumed, `soft_support` for those
+        of finite element models alone.
+    further
+        Effects of your own: classes, whose `suggest` is asked, or effects with priors.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    classes = [*EFFECTS.values()] if kinds is None else _chosen(kinds)
+    classes += [candidate for candidate in further if isinstance(candidate, type)]
+    declared = [candidate for candidate in further if not isinstance(candidate, type)]
+    scales = Scales(experiment)
+    suggested = [candidate for kind in classes for candidate in kind.suggest(scales)]
+    return Library(experiment, (*suggested, *declared))
+
+
+def kind_of(effect: Effect | type[Effect]) -> str:
+    """Name of the kind of an effect, whatever its name in an experiment."""
+    return (effect if isinstance(effect, type) else type(effect)).name  # type: ignore[return-value]
+
+
+def _chosen(kinds: Iterable[Kind]) -> list[type[Effect]]:
+    """Classes in the order of the words, each once."""
+    classes = [member for kind in kinds for member in _classes(kind)]
+    return list(dict.fromkeys(classes))
+
+
+def _classes(kind: Kind) -> list[type[Effect]]:
+    """Effects of this name, or of this kind."""
+    if isinstance(kind, type):
+        return [kind]
+    classes = [member for word, member in EFFECTS.items() if kind in (word, kind_of(member))]
+    if not classes:
+        close = difflib.get_close_matches(kind, EFFECTS, n=1)
+        meant = f" Did you mean {close[0]!r}?" if close else ""
+        raise InputError(
+            f"There is no effect {kind!r}.{meant} The effects are {', '.join(EFFECTS)}; one of "
+            "your own goes in as a class: library(experiment, further=[MyEffect])."
+        )
+    return classes

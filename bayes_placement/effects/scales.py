@@ -1,0 +1,152 @@
+"""Sizes of a structure and its measurement, to which default priors are scaled."""
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol, TypeAlias, runtime_checkable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._compiled import compiled
+from ..modes.finite_elements.nodal_modes import nodal_of
+from ..modes.modes import Modes
+from .instruments import Instruments
+
+Axis: TypeAlias = tuple[float, float, float] | None
+"""A direction in space; None for the only one in which the structure moves."""
+
+_PLACES = 33  # at which mode shapes of a line are read for its mass
+
+
+@runtime_checkable
+class HasModes(Protocol):
+    """A structure with modes."""
+
+    @property
+    def modes(self) -> Modes:
+        """Natural frequencies and mode shapes."""
+
+
+@runtime_checkable
+class Setup(Protocol):
+    """What of an experiment its scales are taken from."""
+
+    @property
+    def structure(self) -> HasModes:
+        """The structure."""
+
+    @property
+    def sensor(self) -> Mapping[str, Any]:
+        """Sensors by name."""
+
+    @property
+    def actuator(self) -> Mapping[str, Any]:
+        """Actuators by name."""
+
+    @property
+    def frequency(self) -> Any:
+        """Lines [Hz]."""
+
+    @property
+    def force_levels(self) -> tuple[float, ...] | None:
+        """Force amplitudes [N]; None where they are not known."""
+
+    def nominal(self) -> Any:
+        """The same with a typical number in the place of each unknown."""
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Sizes of a structure and its measurement, all of the nominal structure.
+
+    Parameters
+    ----------
+    setup
+        The experiment.
+    """
+
+    setup: Setup
+
+    @property
+    def modes(self) -> Modes:
+        """Modes of the structure, some of whose numbers may be distributions."""
+        return self.setup.structure.modes
+
+    @cached_property
+    def nominal_modes(self) -> Modes:
+        """Modes of the structure at typical values of what is unknown."""
+        return self.setup.nominal().structure.modes
+
+    @property
+    def instruments(self) -> Instruments:
+        """Sensors and actuators."""
+        return Instruments(self.setup.sensor, self.setup.actuator)
+
+    def places(self) -> list[Any]:
+        """Uniform priors of a place [m], one for each piece of the structure."""
+        return self.modes.anywhere()
+
+    def places_and_directions(self) -> list[tuple[Any, Axis]]:
+        """Every piece of the structure, with each axis along which it moves."""
+        axes = self.modes.axes
+        directions = [None] if len(axes) == 1 else [_unit(axis) for axis in axes]
+        return list(itertools.product(self.places(), directions))
+
+    @cached_property
+    def band(self) -> tuple[float, float]:
+        """Least and greatest line above 0 Hz [Hz]."""
+        lines = np.asarray(self.setup.frequency)
+        return float(np.min(lines[lines > 0])), float(np.max(lines))
+
+    @property
+    def angular_frequency(self) -> float:
+        """Geometric middle of the band [rad/s]."""
+        low, high = self.band
+        return 2 * math.pi * math.sqrt(low * high)
+
+    @cached_property
+    def mass(self) -> float:
+        """Mass that the modes move [kg]: the mass of the structure, where it is uniform.
+
+        The mean square of a mass-normalised shape is the inverse of the mass.
+        """
+        nodal = nodal_of(self.nominal_modes)
+        if nodal is not None:
+            return nodal.mass
+        low, high = self.nominal_modes.bounds()
+        places = np.linspace(low, high, _PLACES)
+        squares = compiled(_squared_shapes)(self.nominal_modes, places)
+        return float(1 / np.mean(np.median(squares, axis=1)))
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness [N/m] whose force is that of the mass in the middle of the band."""
+        return self.mass * self.angular_frequency**2
+
+    @cached_property
+    def displacement(self) -> float | None:
+        """Greatest displacement [m], at resonance under the greatest force; None if not known."""
+        if self.setup.force_levels is None:
+            return None
+        response = np.asarray(compiled(_receptance)(self.setup.nominal()))
+        return float(np.nanmax(np.abs(response)) * max(self.setup.force_levels))
+
+
+def _squared_shapes(
+    modes: Modes, places: Float[Array, "place *coordinate"]
+) -> Float[Array, "place mode"]:
+    return jax.vmap(lambda place: jnp.sum(modes.shapes(place) ** 2, axis=0))(places)
+
+
+def _receptance(nominal: Any) -> Any:
+    return nominal.receptance()
+
+
+def _unit(axis: int) -> Axis:
+    x, y, z = (float(axis == number) for number in (1, 2, 3))
+    return x, y, z
