@@ -1,4 +1,4 @@
-"""bayes_placement: Bayesian updating of structures whose sensors sat nobody knows exactly where.
+"""Bayesian updating of models of vibrating structures with sensors at uncertain positions.
 
 Names are imported on first use, so that the command line can answer before JAX is loaded. The
 list of names is in `__init__.pyi`.
