@@ -102,3 +102,24 @@ def test_something_else_under_a_known_name_is_refused(tmp_path, name, value, giv
 def test_an_error_in_the_file_is_the_users_to_see(tmp_path):
     with pytest.raises(ZeroDivisionError):
         model.read(written(tmp_path, "experiment = 1 / 0\n"))
+
+
+def test_a_model_imports_modules_beside_it(tmp_path):
+    written(tmp_path, "RATIO = 0.03\n", "lab_values.py")
+    text = EXPERIMENT + "import lab_values\ntruth = {'ratio': lab_values.RATIO}\n"
+    assert model.read(written(tmp_path, text)).truth == {"ratio": 0.03}
+
+
+def test_modules_of_one_name_beside_two_models_are_two(tmp_path):
+    text = EXPERIMENT + "import lab_values\ntruth = {'ratio': lab_values.RATIO}\n"
+    for name, ratio in (("a", 0.03), ("b", 0.04)):
+        (tmp_path / name).mkdir()
+        written(tmp_path / name, f"RATIO = {ratio}\n", "lab_values.py")
+        assert model.read(written(tmp_path / name, text)).truth == {"ratio": ratio}
+
+
+def test_a_model_may_import_from_its_folder_later(tmp_path):
+    written(tmp_path, "RATIO = 0.05\n", "later_values.py")
+    text = EXPERIMENT + "def late():\n    import later_values\n    return later_values.RATIO\n"
+    late = "class Truth(dict):\n    late = staticmethod(late)\n\ntruth = Truth(ratio=0.05)\n"
+    assert model.read(written(tmp_path, text + late)).truth.late() == 0.05

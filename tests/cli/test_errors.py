@@ -1,0 +1,110 @@
+"""Errors: our own in one sentence, those of the user's model file with their traceback."""
+
+import ast
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from bayes_placement.cli import app as commands
+from bayes_placement.cli import check
+from bayes_placement.cli.app import app
+from tests.cli.studies import EXPERIMENT
+
+PACKAGE = Path(commands.__file__).parents[1]
+
+
+def run(folder, text, *options):
+    path = folder / "study.py"
+    path.write_text(text)
+    return CliRunner().invoke(app, ["check", str(path), "--out", str(folder / "out"), *options])
+
+
+def test_an_error_in_the_model_file_keeps_its_traceback(tmp_path):
+    answer = run(tmp_path, "def half(x):\n    return x / 0\n\nexperiment = half(1)\n")
+    assert answer.exit_code == 1
+    first, line, *_, last = answer.output.splitlines()
+    assert first == "Traceback (most recent call last):"
+    assert line == f'  File "{tmp_path / "study.py"}", line 4, in <module>'
+    assert "line 2, in half" in answer.output
+    assert last == "ZeroDivisionError: division by zero"
+
+
+@pytest.mark.parametrize(
+    "text", ["raise ValueError('mine')", "open('no such file')", "import no_such_module_at_all"]
+)
+def test_no_error_of_the_model_files_own_is_taken_for_ours(tmp_path, text):
+    answer = run(tmp_path, text)
+    assert answer.exit_code == 1
+    assert answer.output.startswith("Traceback")
+    assert "study.py" in answer.output.splitlines()[1]
+
+
+def test_our_own_error_in_the_model_file_tells_its_line(tmp_path):
+    text = "import bayes_placement as bp\n\nmodes = bp.beams.bar(0, length=1.0, area=1.0, "
+    answer = run(tmp_path, text + "youngs_modulus=1.0, density=1.0)\n")
+    assert answer.exit_code == 2
+    (line,) = answer.output.splitlines()
+    assert line.startswith("error: study.py, line 3: modes=0 was given")
+
+
+def test_a_data_file_that_the_model_misses_is_one_sentence(tmp_path):
+    text = "import bayes_placement as bp\nmeasurement = bp.io.uff.read('missing.uff')\n"
+    answer = run(tmp_path, text)
+    assert answer.exit_code == 2
+    assert answer.output.startswith("error: study.py, line 2: There is no file missing.uff")
+
+
+@pytest.mark.parametrize("error", [ValueError("inside"), TypeError("inside")])
+def test_an_error_within_this_package_keeps_all_of_its_traceback(tmp_path, monkeypatch, error):
+    def broken(*arguments, **settings):
+        raise error
+
+    monkeypatch.setattr(check, "check", broken)
+    monkeypatch.setattr(check, "infer_posterior", lambda *arguments: None)
+    answer = run(tmp_path, EXPERIMENT + "measurement = experiment.nominal_measurement()\n")
+    assert answer.exit_code == 1
+    assert answer.exception is error
+
+
+def test_a_traceback_of_our_own_errors_is_shown_if_asked_for(tmp_path):
+    answer = run(tmp_path, EXPERIMENT, "--traceback")
+    assert answer.exit_code == 1
+    assert "declares no `measurement`" in str(answer.exception)
+
+
+def test_a_missing_extra_is_named_in_one_sentence(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    path = tmp_path / "study.py"
+    path.write_text(EXPERIMENT)
+    words = ["place", str(path), "--dask", "local", "--out", str(tmp_path / "out")]
+    answer = CliRunner().invoke(app, words)
+    assert answer.exit_code == 2
+    assert 'pip install "bayes_placement[dask]"' in answer.output
+    assert "Traceback" not in answer.output
+
+
+def test_warnings_of_numpy_are_shown_for_the_model_file_alone(tmp_path):
+    log_of_zero = "numpy.log10(numpy.zeros(1))"
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.resetwarnings()
+        with commands._prepared(tmp_path / "study.py", no_cache=True, traceback=False):
+            exec(log_of_zero, {"__name__": "bayes_placement.frf", "numpy": np})
+            assert not caught
+            exec(log_of_zero, {"__name__": "_model_study", "numpy": np})
+    assert [warning.category for warning in caught] == [RuntimeWarning]
+
+
+def test_errors_about_what_was_given_are_of_our_own_class():
+    offenders = [
+        f"{path.relative_to(PACKAGE)}, line {node.lineno}"
+        for path in PACKAGE.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id in ("ValueError", "ImportError")
+    ]
+    assert not offenders, "raise InputError or MissingExtraError, which the command line tells"
