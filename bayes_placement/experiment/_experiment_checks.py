@@ -1,7 +1,4 @@
-"""_experiment_checks: in, lines, force levels and a word as given; out, the same, or an error.
-
-Not known here: structures, instruments.
-"""
+"""Checks of what an experiment is given: lines, force levels, the way sensors are mounted."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,6 +7,7 @@ import jax
 import numpy as np
 
 from .._types import InputError
+from ..modes.modes import Modes
 from .recording import MOUNTINGS
 
 
@@ -24,6 +22,24 @@ def lines(frequency: Any) -> Any:
             "negative, is needed: frequency=[21.65, 64.95]."
         )
     return given
+
+
+def at_rest(frequency: Any, modes: Modes) -> None:
+    """Refuse 0 Hz for a structure that moves as a rigid body.
+
+    Raises
+    ------
+    InputError
+        If there is such a line.
+    """
+    if isinstance(frequency, jax.core.Tracer) or modes.rigid_body_modes == 0:
+        return
+    if np.any(np.asarray(frequency) == 0):
+        raise InputError(
+            f"A line at 0 Hz was given, but the structure has {modes.rigid_body_modes} rigid-body "
+            "modes; lines above 0 Hz are needed, since a constant force accelerates a free "
+            "structure without limit: frequency=frequency[frequency > 0]."
+        )
 
 
 def levels(amplitudes: Sequence[float] | None) -> tuple[float, ...] | None:

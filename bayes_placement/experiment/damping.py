@@ -1,32 +1,58 @@
-"""damping: in, natural and excitation angular frequencies; out, the loss in each modal stiffness.
-
-Not known here: mode shapes, sensors, probability.
-"""
+"""Damping laws: the loss that each adds to the stiffness of every mode."""
 
 import abc
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Complex, Float, Inexact
+from numpyro.distributions import Delta, constraints
 
-from .._sites import unit
+from .._sites import is_unknown, unit
 from .._types import InputError, Parameter
+from ..effects.effect import Omega
 
 Loss = Complex[Array, "mode frequency"]
 Natural = Float[Array, "mode"]
-Omega = Inexact[Array, "frequency"]
 
 
 class Damping(eqx.Module):
-    """What a damping law adds to omega_n^2 - omega^2 in every mode."""
+    """A damping law: what it adds to omega_n^2 - omega^2 in every mode.
+
+    Its fields are numbers or distributions that reach no negative number.
+    """
 
     @abc.abstractmethod
     def loss(self, natural: Natural, omega: Omega, rigid_body_modes: int) -> Loss:
-        """Modal loss [(rad/s)^2] at natural frequencies and frequencies [rad/s]."""
+        """Modal loss [(rad/s)^2].
+
+        Parameters
+        ----------
+        natural
+            Natural angular frequencies [rad/s], rigid-body modes first.
+        omega
+            Angular frequencies [rad/s]; the loss at -omega is the conjugate of that at omega.
+        rigid_body_modes
+            Number of rigid-body modes.
+        """
 
     @abc.abstractmethod
     def static_loss(self, omega: Omega) -> Inexact[Array, "frequency"]:
-        """Loss over omega_n^2 [1] in modes far above the frequencies [rad/s]: those left out."""
+        """Loss over omega_n^2 [1] in modes far above the frequencies: those left out."""
+
+    def __check_init__(self) -> None:
+        """Refuse numbers below zero, and distributions that reach below it."""
+        for field, value in _values(self):
+            if _least(value) < 0:
+                raise InputError(
+                    f"damping.{type(self).__name__}: {field}={_words(value)} was given; no number "
+                    "below zero is possible, since a mode must not gain energy: give a positive "
+                    f"number, or a distribution above zero such as dist.LogUniform(1e-3, 1e-1)."
+                )
 
 
 class Modal(Damping):
@@ -45,15 +71,20 @@ class Modal(Damping):
         self.ratio = tuple(ratio) if isinstance(ratio, list) else ratio
         if isinstance(ratio, list | tuple) and not ratio:
             raise InputError(
-                "damping.Modal got no ratio. At least one is needed, and the last one holds for "
+                "damping.Modal got no ratio; at least one is needed, since the last one holds for "
                 "all further modes: damping.Modal([0.04])."
             )
 
+    def __check_init__(self) -> None:
+        """Refuse a mode without damping."""
+        if any(_is_zero(value) for _, value in _values(self)):
+            _refuse_zero("Modal", "ratio", "damping.Modal(0.01)")
+
     def ratios(self, modes: int, rigid_body_modes: int) -> Float[Array, "mode"]:
         """Damping ratio of each mode [1], rigid-body modes included."""
-        given = jnp.atleast_1d(jnp.asarray(self.ratio, dtype=float))
-        elastic = jnp.clip(jnp.arange(modes) - rigid_body_modes, 0, given.size - 1)
-        return given[elastic]
+        ratios = jnp.atleast_1d(jnp.asarray(self.ratio, dtype=float))
+        elastic = jnp.clip(jnp.arange(modes) - rigid_body_modes, 0, ratios.size - 1)
+        return ratios[elastic]
 
     def loss(self, natural: Natural, omega: Omega, rigid_body_modes: int) -> Loss:
         """Modal loss 2 i ratio omega_n omega [(rad/s)^2]."""
@@ -61,7 +92,7 @@ class Modal(Damping):
         return 2j * (ratio * natural)[:, None] * omega
 
     def static_loss(self, omega: Omega) -> Inexact[Array, "frequency"]:
-        """None: 2 ratio omega / omega_n vanishes."""
+        """Zero: 2 ratio omega / omega_n vanishes far above."""
         return jnp.zeros(omega.shape)
 
 
@@ -78,6 +109,11 @@ class Rayleigh(Damping):
 
     mass: Parameter = eqx.field(metadata=unit("1/s"))
     stiffness: Parameter = eqx.field(metadata=unit("s"))
+
+    def __check_init__(self) -> None:
+        """Refuse two zeros, with which no mode is damped."""
+        if all(_is_zero(value) for _, value in _values(self)):
+            _refuse_zero("Rayleigh", "mass and stiffness", "damping.Rayleigh(0.0, 1e-5)")
 
     def loss(self, natural: Natural, omega: Omega, rigid_body_modes: int) -> Loss:
         """Modal loss i omega (mass + stiffness omega_n^2) [(rad/s)^2]."""
@@ -99,6 +135,11 @@ class Structural(Damping):
 
     loss_factor: Parameter = eqx.field(metadata=unit("1"))
 
+    def __check_init__(self) -> None:
+        """Refuse a structure without damping."""
+        if _is_zero(self.loss_factor):
+            _refuse_zero("Structural", "loss_factor", "damping.Structural(0.02)")
+
     def loss(self, natural: Natural, omega: Omega, rigid_body_modes: int) -> Loss:
         """Modal loss i loss_factor omega_n^2 [(rad/s)^2], conjugate at negative frequencies."""
         return (natural**2)[:, None] * self.static_loss(omega)
@@ -106,3 +147,49 @@ class Structural(Damping):
     def static_loss(self, omega: Omega) -> Inexact[Array, "frequency"]:
         """Loss i loss_factor [1], in any mode, conjugate at negative frequencies."""
         return 1j * self.loss_factor * jnp.sign(jnp.real(omega))
+
+
+LAWS: tuple[type[Damping], ...] = (
+    Modal,
+    Rayleigh,
+    Structural,
+)
+"""Every damping law of the package."""
+
+
+def _values(law: Damping) -> Iterator[tuple[str, Any]]:
+    """Each number or distribution of a law, with the name of its field."""
+    for field in dataclasses.fields(law):
+        for value in jax.tree.leaves(getattr(law, field.name), is_leaf=is_unknown):
+            yield field.name, value
+
+
+def _least(value: Any) -> float:
+    """Least number that a value or a distribution can be, as far as its support tells."""
+    if isinstance(value, jax.core.Tracer):
+        return np.inf
+    if isinstance(value, Delta):
+        return _least(value.v)  # whose support tells nothing
+    if not is_unknown(value):
+        return float(np.min(value))
+    support = value.support
+    if isinstance(support, constraints.independent):
+        support = support.base_constraint
+    if support is constraints.real:
+        return -np.inf
+    return float(np.min(getattr(support, "lower_bound", np.inf)))
+
+
+def _is_zero(value: Any) -> bool:
+    return not is_unknown(value) and _least(value) == 0
+
+
+def _words(value: Any) -> str:
+    return type(value).__name__ if is_unknown(value) else f"{_least(value):.6g}"
+
+
+def _refuse_zero(law: str, field: str, instead: str) -> None:
+    raise InputError(
+        f"damping.{law}: {field} of zero was given; damping is needed, since an undamped mode has "
+        f"no finite response at its natural frequency: {instead}."
+    )

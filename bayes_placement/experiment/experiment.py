@@ -94,6 +94,7 @@ class Experiment(eqx.Module):
         self.sensor = _placed(sensors, structure)
         self.actuator = _placed(actuators, structure)
         self.frequency = _experiment_checks.lines(frequency)
+        _experiment_checks.at_rest(self.frequency, structure.modes)
         self.observe = observe
         self.noise = noise
         self.instrument_effects = OrderedDict()

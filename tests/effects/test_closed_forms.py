@@ -24,10 +24,13 @@ BEAM = {
 BENDING, MASS = STIFFNESS * MOMENT, DENSITY * AREA * LENGTH
 SPEED = np.sqrt(BENDING / (DENSITY * AREA))
 MODES = 30
+UNDAMPED = 1e-12
 
 
 def structure(*several, ends="fixed-free", modes=MODES, **quantities):
-    whole = Structure(beams.beam(modes, **BEAM | quantities, ends=ends), damping=damping.Modal(0.0))
+    whole = Structure(
+        beams.beam(modes, **BEAM | quantities, ends=ends), damping=damping.Modal(UNDAMPED)
+    )
     for one in several:
         whole = whole + one
     return whole

@@ -95,6 +95,46 @@ def test_no_ratio_is_refused(given):
 
 
 @pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: damping.Modal(0.0), r"Modal: ratio of zero.*damping.Modal\(0.01\)"),
+        (lambda: damping.Modal([0.02, 0.0]), r"Modal: ratio of zero"),
+        (lambda: damping.Modal([0.02, -0.01]), r"Modal: ratio=-0.01 was given.*no number below"),
+        (lambda: damping.Modal(np.array([0.02, -0.01])), r"Modal: ratio=-0.01"),
+        (lambda: damping.Modal([dist.Uniform(-0.01, 0.05)]), r"Modal: ratio=Uniform was given"),
+        (lambda: damping.Modal(dist.Normal(0.02, 0.001)), r"ratio=Normal .*dist.LogUniform"),
+        (
+            lambda: damping.Modal(dist.Normal(0.02, 0.001).expand([2]).to_event(1)),
+            r"ratio=Independent was given",
+        ),
+        (lambda: damping.Rayleigh(-1.0, 1e-5), r"Rayleigh: mass=-1 was given"),
+        (lambda: damping.Rayleigh(0.0, 0.0), r"mass and stiffness of zero.*Rayleigh\(0.0, 1e-5\)"),
+        (lambda: damping.Structural(0), r"Structural: loss_factor of zero"),
+        (lambda: damping.Structural(-0.02), r"Structural: loss_factor=-0.02 was given"),
+    ],
+)
+def test_damping_of_zero_or_less_is_refused(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+@pytest.mark.parametrize(
+    "ratio",
+    [
+        dist.Uniform(0.0, 0.05),
+        dist.HalfNormal(0.1),
+        dist.Beta(2.0, 30.0),
+        dist.TruncatedNormal(0.02, 0.01, low=1e-4),
+        dist.Delta(0.03),
+        dist.LogNormal(-3.0, 0.5),
+    ],
+)
+def test_distributions_above_zero_are_accepted(ratio):
+    assert damping.Modal([ratio]).ratio == (ratio,)
+    assert damping.Rayleigh(0.0, ratio).stiffness is ratio
+
+
+@pytest.mark.parametrize(
     "law", [damping.Modal(0.02), damping.Rayleigh(3.0, 2e-5), damping.Structural(0.05)]
 )
 def test_the_static_loss_is_that_of_modes_far_above(law):

@@ -464,3 +464,16 @@ def test_sensors_are_roving_or_fixed():
     }
     np.testing.assert_allclose(frf["roving"][1:], frf["alone"], rtol=1e-10)
     assert np.abs(frf["fixed"] / frf["roving"] - 1).max() > 1e-2
+
+
+def test_a_line_at_zero_is_refused_where_the_structure_is_free():
+    free = bp.beams.bar(4, length=1.0, area=1e-3, youngs_modulus=1e9, density=9e3, ends="free-free")
+    with pytest.raises(ValueError, match=r"0 Hz.*1 rigid-body.*frequency\[frequency > 0\]"):
+        bp.Experiment(
+            bp.Structure(free, damping=bp.damping.Modal(0.02)),
+            sensors=[bp.Sensor("s1", at=0.3)],
+            actuators=[bp.Actuator("a1", at=0.7)],
+            frequency=[0.0, 10.0],
+            observe=bp.observe.Complex("displacement"),
+            noise=None,
+        )
