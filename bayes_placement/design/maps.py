@@ -12,7 +12,8 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from .._types import InfeasibleError, Progress, no_progress
+from .._random import integer_seed
+from .._types import InfeasibleError, Key, Progress, no_progress
 from ..experiment.experiment import Experiment
 from ._candidates import Candidates, candidates
 from ._question import only_about
@@ -35,7 +36,7 @@ def information_map(
     estimator: Estimator | None = None,
     about: Sequence[str] | None = None,
     nominal: Mapping[str, float] | None = None,
-    key: int = 0,
+    key: int | Key = 0,
     executor: Executor | None = None,
     store: str | Path | None = None,
     chunk: int = CHUNK,
@@ -60,7 +61,7 @@ def information_map(
     nominal
         Nominal values of parameters, by name; by default the means of their priors.
     key
-        Seed.
+        Seed or JAX key.
     executor
         Where chunks are computed: `workers(4)`, or any `concurrent.futures` executor; by default
         here. The result is the same, bit for bit.
@@ -87,14 +88,14 @@ def information_map(
     RuntimeError
         If a worker was lost and the executor cannot go on, or a worker cannot read what it is sent.
     """
-    own = KDE() if estimator is None else estimator
+    own, seed = KDE() if estimator is None else estimator, integer_seed(key)
     asked, given = only_about(experiment, about, nominal)
     several = candidates(asked, places)
     shape = tuple(len(one.laws) for one in several)
-    whole = Evaluation(asked, own, key, given, executor, store, chunk, progress)
+    whole = Evaluation(asked, own, seed, given, executor, store, chunk, progress)
     found = whole.at(several, grid(several)).reshape(*shape, -1)
     found[np.isneginf(found)] = np.nan
-    return _labelled(several, found, own.settings() | {"key": key})
+    return _labelled(several, found, own.settings() | {"key": seed})
 
 
 class Lead(NamedTuple):

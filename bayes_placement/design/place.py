@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .._types import InfeasibleError, Progress, no_progress
+from .._random import integer_seed
+from .._types import InfeasibleError, Key, Progress, no_progress
 from ..experiment.experiment import Experiment
 from ..positions.bounds import said
 from ..positions.vectors import Recorded
@@ -112,7 +113,7 @@ def place(
     forbidden: Sequence[tuple[Recorded, Recorded]] = (),
     least_distance: float = 0.0,
     cost: Mapping[str, float] | None = None,
-    key: int = 0,
+    key: int | Key = 0,
     executor: Executor | None = None,
     store: str | Path | None = None,
     progress: Progress = no_progress,
@@ -155,7 +156,7 @@ def place(
     how = Exhaustive() if search is None else search
     rules = Rules(tuple(forbidden), float(least_distance))
     asked, given = only_about(experiment, about, nominal)
-    evaluation = Evaluation(asked, own, key, given, executor, store, CHUNK, progress)
+    evaluation = Evaluation(asked, own, integer_seed(key), given, executor, store, CHUNK, progress)
     offer = Offer(
         evaluation, places, rules, {name: float(each) for name, each in (cost or {}).items()}
     ).checked()

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from .._types import InfeasibleError, Progress, no_progress
+from .._types import InfeasibleError, Key, Progress, no_progress
 from ..experiment.experiment import Experiment
 from .information._estimator import Estimator
 from .maps import DOUBT, difference, information_map, lead
@@ -72,7 +72,7 @@ def tolerance_study(
     estimator: Estimator | None = None,
     about: Sequence[str] | None = None,
     nominal: Mapping[str, float] | None = None,
-    key: int = 0,
+    key: int | Key = 0,
     executor: Executor | None = None,
     store: str | Path | None = None,
     progress: Progress = no_progress,

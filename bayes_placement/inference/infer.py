@@ -8,10 +8,10 @@ import warnings
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
+from .._random import jax_key, recorded_seed
 from .._sites import Role, substitute
 from .._types import InputError, Key, Progress, no_progress
 from ..experiment.experiment import Experiment, Measurements
@@ -82,7 +82,7 @@ def infer(
     marginal = Latent() if marginal is None else marginal
     _check(experiment)
     data = experiment.data(measurement)
-    marginal_key, engine_key, finish_key, prior_key = jax.random.split(_key(key), 4)
+    marginal_key, engine_key, finish_key, prior_key = jax.random.split(jax_key(key), 4)
     laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
     moves = symmetries(experiment) if marginal.samples_placement else ()
     target = Target(marginal.model(experiment, data, marginal_key), laws, moves)
@@ -101,22 +101,11 @@ def infer(
         **engine.settings(),
         **marginal.settings(),
         "experiment": str(experiment),
-        "seed": _seed(key),
+        "seed": recorded_seed(key),
         "complaints": "\n".join(complaints),
         "seconds": time.perf_counter() - began,
     }
     return _results.tree(experiment, draws, found, sample_prior(experiment, prior_key), record)
-
-
-def _key(key: int | Key) -> Key:
-    return jax.random.PRNGKey(key) if isinstance(key, int) else key
-
-
-def _seed(key: int | Key) -> int | list[int]:
-    if isinstance(key, int):
-        return key
-    typed = jnp.issubdtype(key.dtype, jax.dtypes.prng_key)
-    return np.asarray(jax.random.key_data(key) if typed else key).tolist()
 
 
 def _check(experiment: Experiment) -> None:

@@ -13,6 +13,7 @@ import jax
 import numpyro
 from numpyro.distributions import Distribution
 
+from .._random import jax_key
 from .._sites import Unknown, is_finite, realise
 from .._types import InfeasibleError, InputError, Key
 from ..experiment.experiment import MEASURED, Experiment
@@ -209,7 +210,7 @@ class KDE(Marginal):
                 "within=0.04), or use marginals.Latent()."
             )
         return _kernel_density.KernelDensity(
-            data, key, self.draws, self.kernel, self.noise_draws, self.common
+            data, jax_key(key), self.draws, self.kernel, self.noise_draws, self.common
         )
 
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpyro.infer import Predictive
 
+from .._random import jax_key
 from .._types import Key
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from ._results import named_draws, outputs
@@ -42,9 +43,8 @@ def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -
         `prior`: the unknowns. `prior_predictive`: `response` (without output error) and
         `measured` (with it, where the experiment has a noise).
     """
-    one_key = jax.random.PRNGKey(key) if isinstance(key, int) else key
     predictive = Predictive(experiment.model, num_samples=draws, batch_ndims=1)
-    samples = jax.jit(lambda one: predictive(one))(one_key)
+    samples = jax.jit(lambda one: predictive(one))(jax_key(key))
     drawn = {name: np.asarray(value)[None] for name, value in samples.items()}
     predicted = {name: drawn[name] for name in (RESPONSE, MEASURED) if name in drawn}
     leading = outputs(experiment, predicted, ("chain", "draw"))

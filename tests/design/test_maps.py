@@ -49,7 +49,8 @@ def test_each_cell_is_the_estimate_of_the_experiment_there(experiment, whole):
 
 def test_the_order_of_names_is_of_no_consequence(experiment, whole):
     places = {"a1": GRID[2:], "s1": GRID[:1]}
-    other = bp.information_map(experiment, places, estimator=SMALL, key=3)["information_gain"]
+    key = jax.random.key(3)  # the seed 3
+    other = bp.information_map(experiment, places, estimator=SMALL, key=key)["information_gain"]
     np.testing.assert_allclose(other.values.T, whole["information_gain"][:1, 2:], rtol=1e-5)
 
 

@@ -130,8 +130,9 @@ def test_each_draw_is_the_response_to_its_own_places(drawn):
     np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
-def test_one_key_gives_one_result_bit_for_bit(drawn):
-    again = bp.simulate(uncertain(), draws=1000, key=jax.random.PRNGKey(3))
+@pytest.mark.parametrize("key", [np.int64(3), jax.random.PRNGKey(3)])
+def test_one_key_gives_one_result_bit_for_bit(drawn, key):
+    again = bp.simulate(uncertain(), draws=1000, key=key)
     other = bp.simulate(uncertain(), draws=1000, key=4)
     for group in ("prior", "prior_predictive"):
         assert drawn[group].to_dataset().identical(again[group].to_dataset())

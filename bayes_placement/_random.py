@@ -1,0 +1,79 @@
+"""Seeds and keys of random numbers: an integer, a NumPy integer or a JAX key, wherever one is."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ._types import InputError, Key
+
+_LARGEST = 2**63
+"""Integers below are attributes of files."""
+
+
+def jax_key(key: Any) -> Key:
+    """Return the JAX key of a seed; a key stays as it is.
+
+    Parameters
+    ----------
+    key
+        An integer of Python or NumPy, or one JAX key, `jax.random.key(0)` or
+        `jax.random.PRNGKey(0)`.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    return jax.random.PRNGKey(int(key)) if _is_integer(key) else _checked(key)
+
+
+def integer_seed(key: Any) -> int:
+    """Return the integer from which `numpy.random.default_rng` starts; see `jax_key`.
+
+    That of `jax.random.key(3)` is 3.
+
+    Raises
+    ------
+    InputError
+        If it is neither an integer nor a key.
+    """
+    if _is_integer(key):
+        return int(key)
+    seed = 0
+    for word in _words(_checked(key)):
+        seed = (seed << 32) + word
+    return seed % _LARGEST
+
+
+def recorded_seed(key: Any) -> int | list[int]:
+    """Return what a file of results says of a seed: the integer, or the words of the key."""
+    return int(key) if _is_integer(key) else _words(_checked(key))
+
+
+def _is_integer(key: Any) -> bool:
+    if isinstance(key, bool | np.bool_):
+        return False
+    return isinstance(key, int | np.integer) or _is_array(key, 0, jnp.integer)
+
+
+def _checked(key: Any) -> Key:
+    if _is_array(key, 0, jax.dtypes.prng_key) or _is_array(key, 1, jnp.uint32):
+        return key
+    raise InputError(
+        f"key={key!r} was given; an integer or one JAX key is needed, from which all random "
+        "numbers follow: key=0 or key=jax.random.key(0)."
+    )
+
+
+def _is_array(key: Any, dimensions: int, kind: Any) -> bool:
+    if not isinstance(key, jax.Array | np.ndarray):
+        return False
+    return key.ndim == dimensions and bool(jnp.issubdtype(key.dtype, kind))
+
+
+def _words(key: Key) -> list[int]:
+    typed = jnp.issubdtype(key.dtype, jax.dtypes.prng_key)
+    words: list[int] = np.asarray(jax.random.key_data(key) if typed else key).tolist()
+    return words
