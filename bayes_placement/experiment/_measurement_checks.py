@@ -9,19 +9,7 @@ import numpy as np
 
 from .._types import InputError
 
-# Time derivatives of the displacement, which under exp(+i w t) are powers of i w.
-DERIVATIVE = {"receptance": 0, "mobility": 1, "accelerance": 2}
-
 PairLabel = Callable[[int, int], str]
-
-
-def quantity(given: str) -> None:
-    """Refuse what is not an FRF of motion per force."""
-    if given not in DERIVATIVE:
-        raise InputError(
-            f"quantity={given!r} was given; an FRF of displacement, velocity or acceleration per "
-            "force is needed: quantity='receptance', 'mobility' or 'accelerance'."
-        )
 
 
 def frequency(lines: np.ndarray) -> None:

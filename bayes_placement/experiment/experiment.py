@@ -24,7 +24,7 @@ from ..positions.places import typical
 from . import _experiment_checks
 from .measurement import Channel, Measurement, at_levels
 from .noise import Data, Noise
-from .observe import FRF_OF, Observation
+from .observe import Observation
 from .recording import Drive, recorded
 from .structure import Structure, added
 from .transducers import Actuator, Sensor, Transducer
@@ -254,7 +254,7 @@ class Experiment(eqx.Module):
         chosen = (
             measurement.lines(np.asarray(self.frequency))
             .channels(self.sensor_channels, self.actuator_channels)
-            .converted(FRF_OF[self.observe.quantity])  # type: ignore[arg-type]
+            .converted(self.observe.quantity)
         )
         known = self.noise is not None and self.noise.reads_coherence
         variance = chosen.noise_variance() if known else None
@@ -297,7 +297,7 @@ class Experiment(eqx.Module):
             self.frequency,
             sensors=self.sensor_channels,
             actuators=self.actuator_channels,
-            quantity=FRF_OF[self.observe.quantity],  # type: ignore[arg-type]
+            quantity=self.observe.quantity,
             force_level=force_level,
         )
 

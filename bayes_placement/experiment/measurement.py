@@ -13,13 +13,11 @@ import xarray as xr
 from .._types import InputError
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
 from . import _measurement_checks as checks
-from ._measurement_checks import DERIVATIVE
+from .quantities import frf_name, quantity_of
 
-__all__ = ["UNIT", "Channel", "Channels", "Measurement"]
+__all__ = ["Channel", "Channels", "Measurement"]
 
 Position = tuple[float, float, float]
-
-UNIT = {"receptance": "m/N", "mobility": "(m/s)/N", "accelerance": "(m/s²)/N"}
 
 # Universal files carry 6 significant digits of the first line and of the spacing, so a line is
 # known to 5e-6 of its frequency; twice that still tells apart the lines of any such file.
@@ -42,7 +40,8 @@ class Measurement:
     sensors, actuators
         Channels of the rows and of the columns.
     quantity
-        `receptance`, `mobility` or `accelerance`.
+        `receptance`, `mobility` or `accelerance`; or the motion, `displacement`, `velocity` or
+        `acceleration`.
     coherence
         Ordinary coherence [1] in the shape of the FRFs, NaN for pairs where unknown; or None.
     averages
@@ -76,7 +75,7 @@ class Measurement:
         object.__setattr__(self, "positions", checks.positions(self.positions))
         for channel in self.sensors + self.actuators:
             checked(channel)
-        checks.quantity(self.quantity)
+        object.__setattr__(self, "quantity", frf_name(self.quantity))
         checks.frequency(self.frequency)
         checks.shape("frf", self.frf, self._shape)
         checks.frf(self.frf, self.frequency, self._label)
@@ -262,7 +261,7 @@ class Measurement:
         """Return the measurement as a labelled dataset, complex numbers as an axis `part`."""
         pairs = ("sensor", "actuator", "frequency")
         parts = np.stack([self.frf.real, self.frf.imag], axis=2)
-        attributes = {"long_name": self.quantity, "units": UNIT[self.quantity]}
+        attributes = {"long_name": self.quantity, "units": quantity_of(self.quantity).unit}
         variables: dict[str, Any] = {
             "frf": (("sensor", "actuator", "part", "frequency"), parts, attributes),
             "sensor_position": (("sensor", "axis"), self._recorded(self.sensors), {"units": "m"}),
@@ -295,7 +294,7 @@ class Measurement:
         averages = "" if self.averages is None else f", {self.averages} averages"
         force = "" if self.force_level is None else f", force {self.force_level:g} N"
         return (
-            f"Measurement: {self.quantity} [{UNIT[self.quantity]}] of "
+            f"Measurement: {self.quantity} [{quantity_of(self.quantity).unit}] of "
             f"{_counted(len(self.sensors), 'sensor channel')} for "
             f"{_counted(len(self.actuators), 'actuator channel')}, "
             f"{_counted(int(self.measured.sum()), 'pair')} measured, "
@@ -364,9 +363,7 @@ def derivative(frf: np.ndarray, frequency: np.ndarray, given: str, wanted: str) 
     ValueError
         If a quantity is unknown, or 0 Hz would have to be divided by.
     """
-    checks.quantity(given)
-    checks.quantity(wanted)
-    power = DERIVATIVE[wanted] - DERIVATIVE[given]
+    power = quantity_of(wanted).derivative - quantity_of(given).derivative
     if power < 0 and np.any(frequency == 0):
         raise InputError(
             f"The {given} at 0 Hz was given; a {wanted} there would need a division by zero, since "

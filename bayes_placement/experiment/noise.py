@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
@@ -99,13 +100,7 @@ class Gaussian(Noise):
     sigma: Parameter = eqx.field(metadata=unit("unit of z"))
 
     def __init__(self, sigma: Parameter):
-        self.sigma = sigma
-        if isinstance(sigma, int | float) and not sigma > 0:
-            raise InputError(
-                f"noise.Gaussian({sigma}) was given; the standard deviation must be positive, "
-                "since a likelihood without noise is infinite. Without output error "
-                "give noise=None and use marginals.KDE()."
-            )
+        self.sigma = _positive("noise.Gaussian(sigma)", "standard deviation", sigma)
 
     def distribution(
         self, predicted: Response, data: Data | None, kernel: Any = 0.0
@@ -142,8 +137,8 @@ class Covariance(Noise):
     scale: Parameter = eqx.field(metadata=unit("1"))
 
     def __init__(self, matrix: Parameter, scale: Parameter = 1.0):
-        self.matrix = matrix
-        self.scale = scale
+        self.matrix = _positive_definite(matrix)
+        self.scale = _positive("noise.Covariance(matrix, scale)", "scale", scale)
 
     def distribution(
         self, predicted: Response, data: Data | None, kernel: Any = 0.0
@@ -176,7 +171,7 @@ class FromCoherence(Noise):
     factor: Parameter = eqx.field(metadata=unit("1"))
 
     def __init__(self, factor: Parameter = 1.0):
-        self.factor = factor
+        self.factor = _positive("noise.FromCoherence(factor)", "factor", factor)
 
     def distribution(
         self, predicted: Response, data: Data | None, kernel: Any = 0.0
@@ -196,6 +191,36 @@ class FromCoherence(Noise):
         if is_unknown(self.factor) or data.deviation is None:
             return None
         return data.deviation * jnp.asarray(self.factor)
+
+
+def _positive(call: str, word: str, value: Parameter) -> Parameter:
+    """Return a standard deviation or a factor of one, or distributions of it, if all are > 0."""
+    if is_unknown(value) or isinstance(value, jax.core.Tracer):
+        return value
+    wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) > 0))]
+    if wrong.size:
+        raise InputError(
+            f"{call} was given a {word} of {wrong[0]:g}; the {word} must be positive, since a "
+            "likelihood without noise is infinite. Without output error give noise=None and use "
+            "marginals.KDE()."
+        )
+    return value
+
+
+def _positive_definite(matrix: Parameter) -> Parameter:
+    """Return a covariance, or a distribution of it, if it has a density."""
+    if is_unknown(matrix) or isinstance(matrix, jax.core.Tracer):
+        return matrix
+    try:
+        np.linalg.cholesky(np.asarray(matrix))
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"noise.Covariance(matrix) was given a matrix of shape {np.shape(matrix)} that is not "
+            "square and positive definite; that is needed, since the density has its inverse. Take "
+            "the covariance of more records than lines, or add a variance: "
+            "matrix + 1e-6 * np.eye(lines)."
+        ) from error
+    return matrix
 
 
 def _channels(sigma: Array, sensors: Chosen, actuators: Chosen) -> Array:

@@ -11,24 +11,12 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact
 
 from .._types import InputError, Receptance, Response
-
-_DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
-_UNIT = {"displacement": "m/N", "velocity": "(m/s)/N", "acceleration": "(m/s²)/N"}
-FRF_OF = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
+from .quantities import motion_name, quantity_of
 
 FRF = Inexact[Array, "sensor actuator frequency"]
 Variance = Float[Array, "sensor actuator frequency"]
 Measured = Float[np.ndarray, "sensor actuator *part frequency"]
 Lines = Float[np.ndarray, "frequency"]
-
-
-def _known(quantity: str) -> str:
-    if quantity not in _DERIVATIVE:
-        raise InputError(
-            f"The quantity {quantity!r} cannot be observed. "
-            "Give displacement, velocity or acceleration: observe.LogAmplitude('velocity')."
-        )
-    return quantity
 
 
 class Observation(eqx.Module):
@@ -84,7 +72,7 @@ class Observation(eqx.Module):
     @property
     def derivative(self) -> int:
         """How many times the displacement is derived by time."""
-        return _DERIVATIVE[self.quantity]
+        return quantity_of(self.quantity).derivative
 
     def check(self, frequency: np.ndarray) -> None:
         """Refuse 0 Hz, where velocity and acceleration vanish and carry no information."""
@@ -101,10 +89,11 @@ class LogAmplitude(Observation):
     Parameters
     ----------
     quantity
-        `displacement`, `velocity` or `acceleration`, per unit force in SI.
+        `displacement`, `velocity` or `acceleration`, per unit force in SI; or the FRF,
+        `receptance`, `mobility` or `accelerance`.
     """
 
-    quantity: str = eqx.field(static=True, converter=_known)
+    quantity: str = eqx.field(static=True, converter=motion_name)
     parts = 1
 
     def output(self, frf: FRF) -> Response:
@@ -126,7 +115,7 @@ class LogAmplitude(Observation):
     @property
     def label(self) -> str:
         """Axis label."""
-        return f"log10 of {self.quantity} per force [{_UNIT[self.quantity]}]"
+        return f"log10 of {self.quantity} per force [{quantity_of(self.quantity).unit}]"
 
 
 class Complex(Observation):
@@ -135,10 +124,11 @@ class Complex(Observation):
     Parameters
     ----------
     quantity
-        `displacement`, `velocity` or `acceleration`, per unit force in SI.
+        `displacement`, `velocity` or `acceleration`, per unit force in SI; or the FRF,
+        `receptance`, `mobility` or `accelerance`.
     """
 
-    quantity: str = eqx.field(static=True, converter=_known)
+    quantity: str = eqx.field(static=True, converter=motion_name)
     parts = 2
 
     def output(self, frf: FRF) -> Response:
@@ -162,4 +152,4 @@ class Complex(Observation):
     @property
     def label(self) -> str:
         """Axis label."""
-        return f"{self.quantity} per force [{_UNIT[self.quantity]}]"
+        return f"{self.quantity} per force [{quantity_of(self.quantity).unit}]"

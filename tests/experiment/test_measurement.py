@@ -312,3 +312,14 @@ def test_it_says_what_it_is():
     )
     assert "1 sensor channel for 1 actuator channel, 1 pair measured" in str(single())
     assert str(single()).endswith("no coherence.")
+
+
+@pytest.mark.parametrize(
+    ("frf", "motion"),
+    [("receptance", "displacement"), ("mobility", "velocity"), ("accelerance", "acceleration")],
+)
+def test_an_frf_and_its_motion_are_one_quantity(frf, motion):
+    assert measurement(quantity=motion).quantity == frf
+    found, expected = (measurement().converted(word) for word in (motion, frf))
+    assert found.quantity == expected.quantity == frf
+    np.testing.assert_array_equal(found.frf, expected.frf)

@@ -176,3 +176,20 @@ def test_a_level_that_is_the_same_for_all_sensors_stays_so():
 def test_a_standard_deviation_must_be_positive(sigma):
     with pytest.raises(ValueError, match=r"the standard deviation must be positive.*marginals.KDE"):
         noise.Gaussian(sigma)
+
+
+@pytest.mark.parametrize("value", [-0.1, 0.0, np.nan, np.inf, np.array([0.1, -0.2]), np.zeros(3)])
+def test_noise_that_is_not_positive_is_refused(value):
+    for kind, word in (
+        (noise.Gaussian, "standard deviation"),
+        (noise.FromCoherence, "factor"),
+        (lambda scale: noise.Covariance(np.eye(4), scale), "scale"),
+    ):
+        with pytest.raises(ValueError, match=rf"was given a {word} of .*; the {word} must be pos"):
+            kind(value)
+
+
+@pytest.mark.parametrize("matrix", [-np.eye(3), np.ones((3, 3)), np.ones((2, 3))])
+def test_a_covariance_without_a_density_is_refused(matrix):
+    with pytest.raises(ValueError, match=r"matrix of shape \(.*\) that is not square and positive"):
+        noise.Covariance(matrix)

@@ -108,8 +108,18 @@ def test_the_displacement_at_0_hz_has_a_jacobian():
 
 @pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])
 def test_an_unknown_quantity_is_refused(kind):
-    with pytest.raises(ValueError, match=r"'speed' cannot be observed. Give displacement,"):
+    with pytest.raises(ValueError, match="quantity='speed' was given; an FRF of displacement,"):
         kind("speed")
+
+
+WORDS = {"receptance": "displacement", "mobility": "velocity", "accelerance": "acceleration"}
+
+
+@pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])
+@pytest.mark.parametrize(("frf", "motion"), WORDS.items())
+def test_an_frf_and_its_motion_are_one_quantity(kind, frf, motion):
+    assert kind(frf) == kind(motion)
+    assert kind(frf).label == kind(motion).label
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...experiment.measurement import LINE_TOLERANCE, Measurement
+from ...experiment.quantities import QUANTITIES
 from ...positions.channel import Channel
 from .. import uff
 from ._json_fields import (
@@ -20,7 +21,7 @@ from ._json_fields import (
     numbers,
 )
 
-UNITS = {"accelerance": "(m/s^2)/N", "mobility": "(m/s)/N", "receptance": "m/N"}
+UNITS = {quantity.frf: quantity.ascii_unit for quantity in reversed(QUANTITIES)}
 _COORDINATE_PRECISION = 1e-5  # of the greatest coordinate; universal files may keep six digits
 _Coordinates = tuple[float, ...]
 

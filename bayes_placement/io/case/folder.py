@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from ...experiment.experiment import Experiment
 from ...experiment.noise import FromCoherence
-from ...experiment.observe import FRF_OF, Complex
+from ...experiment.observe import Complex
 from ...experiment.transducers import Actuator, Sensor
 from ...positions.channel import Channel, checked
 from ..model import Study
@@ -75,7 +75,7 @@ def read(folder: str | Path) -> Study:
         sensors=[_transducer(Sensor, sensor, nominal) for sensor in sensors],
         actuators=[_transducer(Actuator, actuator, nominal) for actuator in actuators],
         frequency=measured[0].frequency,
-        observe=Complex(next(word for word, frf in FRF_OF.items() if frf == stated.quantity)),
+        observe=Complex(stated.quantity),
         noise=FromCoherence(),
         force_levels=stated.force_levels,
         sensors_mounted=_SENSOR_SETUPS[sensor_setup],

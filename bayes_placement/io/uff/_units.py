@@ -5,15 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...experiment import quantities
 from ._datasets import UNITS, Dataset, MeasurementFileError
 
-QUANTITY = {8: "receptance", 11: "mobility", 12: "accelerance"}
+QUANTITY = {quantity.data_type: quantity for quantity in quantities.QUANTITIES}
 FORCE_TYPE, FREQUENCY_TYPE = 13, 18
 _UNSTATED = {"", "NONE"}
 
 _LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "in": 0.0254, "ft": 0.3048}
 _FORCE = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "kgf": 9.80665, "lbf": 4.4482216152605}
-_RATE = {"receptance": "", "mobility": "/s", "accelerance": "/s^2"}
 _STANDARD_GRAVITY = {"g": 9.80665, "gn": 9.80665}  # a gram is no acceleration
 
 
@@ -72,7 +72,7 @@ def quantity_of(dataset: Dataset) -> str:
         )
     _check_exponents(dataset, "ordinate", (1, 0, 0))
     _check_exponents(dataset, "orddenom", (0, 1, 0))
-    return QUANTITY[motion]
+    return QUANTITY[motion].frf
 
 
 def _check_exponents(dataset: Dataset, side: str, natural: tuple[int, int, int]) -> None:
@@ -114,9 +114,10 @@ def scale(dataset: Dataset, units: FileUnits) -> float:
     MeasurementFileError
         If a unit label is unknown or contradicts another label or dataset 164.
     """
-    quantity = quantity_of(dataset)
-    motions = {f"{unit}{_RATE[quantity]}": factor for unit, factor in _LENGTH.items()}
-    if quantity == "accelerance":
+    quantity = quantities.quantity_of(quantity_of(dataset))
+    rate = quantities.in_ascii(quantity.rate)
+    motions = {f"{unit}{rate}": factor for unit, factor in _LENGTH.items()}
+    if quantity.frf == "accelerance":
         motions |= _STANDARD_GRAVITY
     motion, shared_force = _split(_label(dataset, "ordinate"))
     force = _label(dataset, "orddenom")
@@ -163,5 +164,5 @@ def _factor(dataset: Dataset, label: str, known: dict[str, float], stated: float
 
 def stated_for(quantity: str) -> tuple[int, str]:
     """Ordinate data type and unit label of an FRF in SI, for the writer."""
-    data_type = next(number for number, name in QUANTITY.items() if name == quantity)
-    return data_type, f"m{_RATE[quantity]}"
+    stated = quantities.quantity_of(quantity)
+    return stated.data_type, f"m{quantities.in_ascii(stated.rate)}"

@@ -55,8 +55,8 @@ def read(
         Number of averages, for which the format has no field: without this argument it is known
         only where ID line 4 records it, as `write` does.
     quantity
-        `receptance`, `mobility` or `accelerance`, to which all FRFs are converted; needed where
-        the file mixes them.
+        `receptance`, `mobility` or `accelerance` (or their motion), to which all FRFs are
+        converted; needed where the file mixes them.
 
     Returns
     -------
