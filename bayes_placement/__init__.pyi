@@ -21,7 +21,10 @@ from .experiment import (
     noise,
     observe,
 )
-from .inference import engines, infer, marginals, report, simulate
+from .inference import engines, marginals
+from .inference.infer import infer
+from .inference.report import report
+from .inference.simulate import simulate
 from .modes import beams, finite_elements
 
 __version__: str

@@ -28,8 +28,8 @@ from matplotlib.figure import Figure
 
 import bayes_placement as bp
 from bayes_placement._sites import Role
+from bayes_placement.inference.cross_check import GRID_UNKNOWNS, Method
 from bayes_placement.inference.infer import InferenceWarning
-from bayes_placement.inference.methods import GRID_UNKNOWNS, Method
 
 try:
     from models import bar, hidden_effect
@@ -55,7 +55,7 @@ class Sizes(NamedTuple):
         Of the SMC.
     nodes
         Nodes for each parameter of the grid; 0 for no quadrature.
-    points
+    placement_nodes
         Nodes for each position.
     """
 
@@ -64,7 +64,7 @@ class Sizes(NamedTuple):
     particles: int = 1000
     moves: int = 30
     nodes: int = 24
-    points: int = 128
+    placement_nodes: int = 128
 
 
 FULL, FAST = Sizes(), Sizes(200, 50, 120, 5, 0, 0)
@@ -121,15 +121,15 @@ def scenes() -> dict[str, Scene]:
 def approaches(experiment: bp.Experiment, sizes: Sizes) -> list[Method]:
     """Return the approaches that suit an experiment."""
     smc = bp.engines.SMC(particles=sizes.particles, populations=2, moves=sizes.moves)
-    density = bp.marginals.KDE(draws=sizes.kernels)
+    density = bp.marginals.KDE(placement_draws=sizes.kernels)
     found = [
         Method(KDE, bp.engines.Importance(draws=sizes.draws), density),
         Method(LATENT, smc, bp.marginals.Latent()),
     ]
     parameters = [one for one in experiment.unknowns if one.role is Role.PARAMETER]
     if sizes.nodes and len(parameters) <= GRID_UNKNOWNS:
-        nodes = bp.marginals.Quadrature(points=sizes.points)
-        found.append(Method(EXACT, bp.engines.Grid(points=sizes.nodes), nodes))
+        nodes = bp.marginals.Quadrature(nodes=sizes.placement_nodes)
+        found.append(Method(EXACT, bp.engines.Grid(nodes=sizes.nodes), nodes))
     return found
 
 
@@ -174,7 +174,7 @@ def _row(result: xr.DataTree) -> dict[str, str]:
     parameters = estimates["unknown"].values[estimates["role"] == Role.PARAMETER.value]
     for name in parameters:
         one, short = estimates.sel(unknown=name), name.removeprefix("structure.")
-        row |= {f"{short} mean": _number(one["mean"]), f"{short} variation": _number(one["cov"])}
+        row |= {f"{short} mean": _number(one["mean"]), f"{short} variation": _number(one["cv"])}
     exact = result.attrs["engine"] == "Grid"
     ess = np.nan if exact else estimates["ess"].sel(unknown=parameters).min()
     row |= {"KL of parameters [nat]": _number(estimates["kl_parameters"])}
@@ -195,7 +195,7 @@ def _kernel_over_noise(result: xr.DataTree) -> float:
 def words(found: Study) -> list[str]:
     """Say what is learnt: kernels against noise, bias by a hidden effect, its cure and its size."""
     lines = [
-        *(line for scene in found.results for line in _complaints(found, scene)),
+        *(line for scene in found.results for line in _warnings(found, scene)),
         *(_width_words(found, scene) for scene in found.results),
     ]
     if {WITHOUT, WITH} <= set(found.results):
@@ -205,12 +205,12 @@ def words(found: Study) -> list[str]:
     return lines
 
 
-def _complaints(found: Study, scene: str) -> list[str]:
-    """Return what each approach says of itself."""
+def _warnings(found: Study, scene: str) -> list[str]:
+    """Return what each approach warns of."""
     return [
         f"{scene}, {approach}: {line}"
         for approach, result in found.results[scene].items()
-        for line in result.attrs["complaints"].splitlines()
+        for line in result.attrs["warnings"]
     ]
 
 
@@ -222,13 +222,13 @@ def _estimate(found: Study, scene: str, approach: str) -> xr.Dataset:
 def _width_words(found: Study, scene: str) -> str:
     others = [name for name in found.results[scene] if name != KDE]
     against = " and ".join(
-        f"{float(_estimate(found, scene, name)['cov']):.2g} by {name}" for name in others
+        f"{float(_estimate(found, scene, name)['cv']):.2g} by {name}" for name in others
     )
     ratio = _kernel_over_noise(found.results[scene][KDE])
     one = _estimate(found, scene, KDE)
     return (
         f"{scene}: the kernels are {ratio:.1f} times as wide as the output error, and KDE finds "
-        f"{found.scenes[scene].parameter} to a coefficient of variation of {float(one['cov']):.2g} "
+        f"{found.scenes[scene].parameter} to a coefficient of variation of {float(one['cv']):.2g} "
         f"({float(one['ess']):.0f} draws effective), against {against}."
     )
 
@@ -265,7 +265,7 @@ def _misfit_words(found: Study) -> str:
 def _comparison_words(found: Study) -> list[str]:
     models = {scene: found.results[scene][LATENT] for scene in (WITHOUT, WITH)}
     compared = bp.compare(models)
-    return compared.words()[len(compared.complaints) :]
+    return compared.words()[len(compared.warnings) :]
 
 
 def figure(found: Study) -> Figure:

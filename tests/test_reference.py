@@ -8,8 +8,8 @@ from scipy.special import logsumexp
 import bayes_placement as bp
 from bayes_placement._types import no_progress
 from bayes_placement.design.information import from_prior_draws
-from bayes_placement.inference._target import Target
 from bayes_placement.inference.estimates import Weighting, figures
+from bayes_placement.inference.unconstrained import UnconstrainedModel
 from models import bar
 
 P1, P2, P3, P4 = (0.50, 0.50), (0.25, 0.25), (0.75, 0.25), (0.50, 0.25)
@@ -54,10 +54,10 @@ def kde_runs(experiment, marginal):
     """Likelihoods and values of 1000 draws from the prior, for several seeds, compiled once."""
     data = experiment.data(experiment.nominal_measurement())
     laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
-    prior = Target(lambda: None, laws)
+    prior = UnconstrainedModel(lambda: None, laws)
 
     def likelihoods(key, vectors):
-        target = Target(marginal.model(experiment, data, key), laws)
+        target = UnconstrainedModel(marginal.model(experiment, data, key), laws)
         return jax.lax.map(target.log_likelihood, vectors, batch_size=250)
 
     compiled, constrain = jax.jit(likelihoods), jax.jit(jax.vmap(prior.constrain))
@@ -70,7 +70,9 @@ def kde_runs(experiment, marginal):
 def test_kde_table(kernel, ratios, places, kl, first, second, ess):
     experiment = bar.placed(*places, noise=None, structure=bar.bar(*ratios))
     found = []
-    for likelihood, values in kde_runs(experiment, bp.marginals.KDE(draws=800, kernel=kernel)):
+    for likelihood, values in kde_runs(
+        experiment, bp.marginals.KDE(placement_draws=800, kernel=kernel)
+    ):
         log_weight = likelihood - logsumexp(likelihood)
         weighting = Weighting(log_weight[None])
         rows = {name: figures(np.asarray(v)[None], weighting) for name, v in values.items()}
@@ -82,7 +84,7 @@ def test_kde_table(kernel, ratios, places, kl, first, second, ess):
         if expected is not None:
             mean, variation, spread = expected
             several = [rows[f"structure.damping.ratio.{number}"] for _, rows in found]
-            assert abs(np.mean([row.cov for row in several]) - variation) < errors * spread
+            assert abs(np.mean([row.cv for row in several]) - variation) < errors * spread
             within = errors * mean * variation / np.sqrt(ess)
             assert abs(np.mean([row.mean for row in several]) - mean) < within
             assert np.mean([row.ess for row in several]) == pytest.approx(ess, rel=0.25)
@@ -91,16 +93,16 @@ def test_kde_table(kernel, ratios, places, kl, first, second, ess):
 @pytest.mark.parametrize(("sigma", "places", "expected"), EXACT_TABLE)
 def test_exact_table(sigma, places, expected):
     experiment = bar.placed(*places, bp.noise.Gaussian(sigma))
-    marginal = bp.marginals.Quadrature(points=48)
+    marginal = bp.marginals.Quadrature(nodes=48)
     data = experiment.data(experiment.nominal_measurement())
     laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
-    target = Target(marginal.model(experiment, data, jax.random.PRNGKey(0)), laws)
-    draws = bp.engines.Grid(points=24).run(target, jax.random.PRNGKey(0), no_progress)
+    target = UnconstrainedModel(marginal.model(experiment, data, jax.random.PRNGKey(0)), laws)
+    draws = bp.engines.Grid(nodes=24).run(target, jax.random.PRNGKey(0), no_progress)
     weighting = Weighting(np.asarray(draws.log_weight), exact=True)
     values = jax.jit(jax.vmap(jax.vmap(target.constrain)))(draws.position)
     first, second = (figures(np.asarray(values[n]), weighting) for n in sorted(values))
     likelihood = np.asarray(draws.log_likelihood).ravel()
     prior_weight = np.asarray(draws.log_weight).ravel() - likelihood + draws.log_evidence
     kl = from_prior_draws(likelihood, prior_weight).kl
-    got = [first.mean, first.cov, second.mean, second.cov, kl, draws.log_evidence]
+    got = [first.mean, first.cv, second.mean, second.cv, kl, draws.log_evidence]
     np.testing.assert_allclose(got, expected, atol=1e-4, rtol=0)

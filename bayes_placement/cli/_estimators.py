@@ -9,9 +9,10 @@ from ..design import information
 from ..design.information._estimator import Estimator
 from ..effects import library
 from ..experiment.experiment import Experiment, Measurements
-from ..inference import methods
+from ..inference import cross_check
+from ..inference.results import warnings_of
 from ..io.model import Study
-from ._inputs import complaints, infer_posterior
+from ._inputs import infer_posterior
 
 ESTIMATORS: dict[str, Callable[..., Any]] = {
     "kde": information.KDE,
@@ -28,7 +29,7 @@ def named_estimator(
     seed: int,
     begin: Callable[[], Progress],
 ) -> tuple[Estimator, list[str]]:
-    """Return an estimator and the complaints of the inference that it starts from.
+    """Return an estimator and the warnings of the inference that it starts from.
 
     Parameters
     ----------
@@ -48,9 +49,9 @@ def named_estimator(
         return _separation(study.experiment, measurement, begin()), []
     if measurement is None:
         return ESTIMATORS[name](), []
-    method = methods.standard(study.experiment, study.engine)[0]
+    method = cross_check.standard_methods(study.experiment, study.engine)[0]
     posterior = infer_posterior(study.experiment, measurement, method, seed, begin())
-    return ESTIMATORS[name](after=posterior), complaints(posterior)
+    return ESTIMATORS[name](after=posterior), warnings_of(posterior)
 
 
 def _separation(

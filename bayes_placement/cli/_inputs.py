@@ -10,7 +10,7 @@ from rich.console import Console
 from .._progress import terminal_console
 from .._types import InputError, Progress
 from ..experiment.experiment import Experiment, Measurements
-from ..inference import methods
+from ..inference import cross_check
 from ..inference.infer import InferenceWarning, infer
 from ..io import case, formats, model
 from ._result_files import make_folder
@@ -102,9 +102,9 @@ def read_measurement(
     return study.measurement
 
 
-def named_method(study: model.Study, engine: str, marginal: str) -> methods.Method:
+def named_method(study: model.Study, engine: str, marginal: str) -> cross_check.Method:
     """Return a method by its names, with the engine of the study where it is of that kind."""
-    method = methods.method(engine, marginal)
+    method = cross_check.method(engine, marginal)
     if study.engine is not None and type(study.engine) is type(method.engine):
         return method._replace(engine=study.engine)
     return method
@@ -113,11 +113,11 @@ def named_method(study: model.Study, engine: str, marginal: str) -> methods.Meth
 def infer_posterior(
     experiment: Experiment,
     measurement: Measurements,
-    method: methods.Method,
+    method: cross_check.Method,
     seed: int,
     progress: Progress,
 ) -> xr.DataTree:
-    """Infer by a method; its complaints become lines of the report instead of warnings."""
+    """Infer by a method; its warnings become lines of the report."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InferenceWarning)
         return infer(
@@ -128,8 +128,3 @@ def infer_posterior(
             key=seed,
             progress=progress,
         )
-
-
-def complaints(posterior: xr.DataTree) -> list[str]:
-    """Return what an engine complained about, one sentence each."""
-    return str(posterior.attrs["complaints"]).splitlines()

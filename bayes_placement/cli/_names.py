@@ -1,9 +1,18 @@
 """Names of engines, marginals, estimators and searches, known without importing any of them."""
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-EngineName = Literal["all", "importance", "grid", "map", "nuts", "smc"]
-FitEngineName = Literal["map", "smc", "nuts"]
-MarginalName = Literal["latent", "quadrature", "kde"]
+from ..inference import engines, marginals
+from ..inference.names import names
+
+if TYPE_CHECKING:
+    EngineName = str
+    FitEngineName = str
+    MarginalName = str
+else:  # names of the registries are only known when this runs
+    EngineName = Literal[("all", *names(engines))]
+    FitEngineName = Literal[tuple(names(engines))]
+    MarginalName = Literal[tuple(names(marginals))]
+
 EstimatorName = Literal["kde", "exact", "expected-gain", "separation"]
 SearchName = Literal["exhaustive", "sequential", "forward", "evolutionary"]

@@ -5,8 +5,9 @@ from pathlib import Path
 from .._progress import progress_bars
 from ..criticism.check.check import check
 from ..criticism.check.misfit import Misfit
+from ..inference.results import warnings_of
 from ..plots import misfit as plots
-from ._inputs import complaints, infer_posterior, named_method, read_inputs
+from ._inputs import infer_posterior, named_method, read_inputs
 from ._result_files import write_figures, write_report, write_table
 from ._terminal import print_list, print_text, terminal_table
 
@@ -35,7 +36,7 @@ def run(path: Path, data: Path | None, engine: str, out: Path, seed: int) -> Non
         )
         begin("check")
         misfit = check(posterior)
-    sentences = [*misfit.words(), *complaints(posterior)]
+    sentences = [*misfit.words(), *warnings_of(posterior)]
     inputs.console.print(terminal_table(misfit.table(), "group"))
     print_list(inputs.console, sentences)
     _write(misfit, sentences, out)

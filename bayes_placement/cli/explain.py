@@ -6,8 +6,9 @@ from .._progress import progress_bars
 from ..criticism.missing.explain import Explanation, explain
 from ..effects import library
 from ..experiment.experiment import Experiment
+from ..inference.results import warnings_of
 from ..plots import ledger as plots
-from ._inputs import complaints, infer_posterior, named_method, read_inputs
+from ._inputs import infer_posterior, named_method, read_inputs
 from ._result_files import write_figures, write_report, write_table
 from ._terminal import print_list, print_text, terminal_table
 
@@ -40,7 +41,7 @@ def run(
             inputs.experiment, inputs.measurement, method, seed, begin("posterior")
         )
         explanation = explain(posterior, candidates, progress=begin("explain"))
-    sentences = [*explanation.words(), *complaints(posterior)]
+    sentences = [*explanation.words(), *warnings_of(posterior)]
     inputs.console.print(terminal_table(explanation.table(), "effect"))
     print_list(inputs.console, sentences)
     _write(explanation, sentences, inputs.experiment, out)

@@ -107,7 +107,7 @@ def run(path: Path, data: Path | None, options: Options, out: Path) -> None:
         workers(options.workers, dask=options.dask) as executor,
         progress_bars(console, [*tasks, PLACE, *maps]) as begin,
     ):
-        estimator, complaints = named_estimator(
+        estimator, warned = named_estimator(
             options.estimator, study, earlier, options.seed, partial(begin, EARLIER_DATA)
         )
         settings: dict[str, Any] = {
@@ -127,7 +127,7 @@ def run(path: Path, data: Path | None, options: Options, out: Path) -> None:
                 for task in maps
             ]
     # The last doubt is about all that was estimated.
-    sentences = [str(best), *complaints, *(str(doubt.message) for doubt in doubts[-1:])]
+    sentences = [str(best), *warned, *(str(doubt.message) for doubt in doubts[-1:])]
     console.print(terminal_table(_table(best), "rank"))
     print_list(console, sentences)
     _write(best, sentences, drawn, out)

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from .._progress import progress_bars, terminal_console
 from .._types import InputError
-from ..inference import methods
+from ..inference import cross_check
 from ..inference.report import Report, report
 from ..io import netcdf
 from ..io.model import Study
@@ -66,7 +66,7 @@ def run(
     print_text(console, f"Results and figures are in {out}/")
 
 
-def _chosen_methods(study: Study, engine: str, marginal: str | None) -> list[methods.Method]:
+def _chosen_methods(study: Study, engine: str, marginal: str | None) -> list[cross_check.Method]:
     if engine != "all":
         return [named_method(study, engine, marginal or "latent")]
     if marginal is not None:
@@ -75,7 +75,7 @@ def _chosen_methods(study: Study, engine: str, marginal: str | None) -> list[met
             "since --engine all runs several marginals that check each other: "
             f"--engine smc --marginal {marginal}."
         )
-    return methods.standard(study.experiment, study.engine)
+    return cross_check.standard_methods(study.experiment, study.engine)
 
 
 def _print(console: Console, comparison: Report) -> None:

@@ -11,8 +11,8 @@ from .._compiled import compiled
 from .._types import Response
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
-from ..inference._results import outputs
 from ..inference.bands import amplitude
+from ..inference.results import outputs
 from .missing.ledger import Ledger, Step
 
 

@@ -1,8 +1,5 @@
-"""inference: what the data say about everything unknown, by several engines and marginals."""
+"""What the data say about everything unknown, by several engines and marginals."""
 
-from . import engines, marginals
-from .infer import infer
-from .report import report
-from .simulate import simulate
+import lazy_loader
 
-__all__ = ["engines", "infer", "marginals", "report", "simulate"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,7 +1,4 @@
-"""divergence: in, weights or draws of a posterior; out, its divergence from the prior.
-
-Not known here: structures, sensors, engines.
-"""
+"""Kullback-Leibler divergence of a posterior from its prior, with its standard error."""
 
 from typing import NamedTuple
 

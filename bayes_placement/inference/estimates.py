@@ -1,16 +1,15 @@
-"""estimates: in, draws of one number with their weights or chains; out, figures with their errors.
-
-Not known here: what the number is, which engine drew it.
-"""
+"""Mean, spread and their standard errors, from draws of a number with weights or in chains."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 from arviz_stats.base import array_stats
 
+from .weights import effective_size
+
 
 class Weighting(NamedTuple):
-    """How draws [chain, draw] stand to each other.
+    """Weights of draws [chain, draw], and which of them depend on each other.
 
     Parameters
     ----------
@@ -34,8 +33,8 @@ class Figures(NamedTuple):
     mean_error: float
     sd: float
     sd_error: float
-    cov: float
-    cov_error: float
+    cv: float
+    cv_error: float
     ess: float
     r_hat: float
 
@@ -53,11 +52,11 @@ def figures(values: np.ndarray, weighting: Weighting) -> Figures:
     sd = float(np.sqrt(np.sum(weight * centred**2)))
     on_sd = (centred**2 - sd**2) / (2 * sd) if sd > 0 else np.zeros_like(centred)
     size = abs(mean) if mean != 0 else float("nan")
-    on_cov = on_sd / size - np.sign(mean) * sd * centred / size**2
-    errors = [standard_error(one, weighting) for one in (centred, on_sd)]
-    cov_error = standard_error(on_cov, weighting) if mean != 0 else float("nan")
-    ess, r_hat = _ess(values, sd, errors[0], weighting), _r_hat(values, weighting)
-    return Figures(mean, errors[0], sd, errors[1], sd / size, cov_error, ess, r_hat)
+    on_cv = on_sd / size - np.sign(mean) * sd * centred / size**2
+    mean_error, sd_error = (standard_error(part, weighting) for part in (centred, on_sd))
+    cv_error = standard_error(on_cv, weighting) if mean != 0 else float("nan")
+    ess, r_hat = _ess(values, sd, mean_error, weighting), _r_hat(values, weighting)
+    return Figures(mean, mean_error, sd, sd_error, sd / size, cv_error, ess, r_hat)
 
 
 def standard_error(influence: np.ndarray, weighting: Weighting) -> float:
@@ -81,15 +80,15 @@ def _weights(values: np.ndarray, weighting: Weighting) -> np.ndarray:
 
 def _ess(values: np.ndarray, sd: float, error: float, weighting: Weighting) -> float:
     if weighting.log_weight is not None:
-        return float(1 / np.sum(_weights(values, weighting) ** 2))
+        return float(effective_size(weighting.log_weight))
     if weighting.lineage is None:
         return float(array_stats.ess(values)) if np.ptp(values) > 0 else float("nan")
     return float((sd / error) ** 2) if error > 0 else float("nan")
 
 
 def _r_hat(values: np.ndarray, weighting: Weighting) -> float:
-    several = weighting.log_weight is None and values.shape[0] > 1 and np.ptp(values) > 0
-    return float(array_stats.rhat(values)) if several else float("nan")
+    in_chains = weighting.log_weight is None and values.shape[0] > 1
+    return float(array_stats.rhat(values)) if in_chains and np.ptp(values) > 0 else float("nan")
 
 
 def scalars(name: str, values: Any) -> list[tuple[str, np.ndarray]]:

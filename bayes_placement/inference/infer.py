@@ -1,7 +1,4 @@
-"""infer: in, an experiment, a measurement, an engine and a marginal; out, one tree of results.
-
-Not known here: how an engine or a marginal works, how a tree of results is laid out.
-"""
+"""Posterior of everything unknown in an experiment, given a measurement."""
 
 import time
 import warnings
@@ -16,16 +13,20 @@ from .._sites import Role, substitute
 from .._types import InputError, Key, Progress, no_progress
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
-from . import _results, divergence
-from ._target import Target
-from .engines import SMC
-from .engines._engine import Draws, Engine
+from . import divergence, engines, marginals
+from ._results_tree import Inference, equal_draws, pick, tree
+from .engines.engine import Engine, EngineDraws
 from .estimates import Weighting, standard_error
-from .marginals import LEAST_NODES, Latent, Marginal
+from .marginals.marginal import DrawPlacement, Marginal
+from .names import of_name
+from .results import WARNINGS
 from .simulate import sample_prior
-from .symmetries import symmetries
+from .symmetries import Values, symmetries
+from .unconstrained import UnconstrainedModel
+from .weights import LEAST_NODES
 
 BATCH = 256
+"""Draws whose outputs are predicted at once."""
 
 
 class InferenceWarning(UserWarning):
@@ -36,8 +37,8 @@ def infer(
     experiment: Experiment,
     measurement: Measurements,
     *,
-    engine: Engine | None = None,
-    marginal: Marginal | None = None,
+    engine: Engine | str = "smc",
+    marginal: Marginal | str = "latent",
     key: int | Key = 0,
     progress: Progress = no_progress,
 ) -> xr.DataTree:
@@ -51,9 +52,10 @@ def infer(
         Measured FRFs that hold the lines and channels of the experiment; with force levels, one
         measurement for each.
     engine
-        `engines.SMC()` by default.
+        One of `engines`, or its name: `"map"`. `engines.SMC()` by default.
     marginal
-        What becomes of the placement: `marginals.Latent()` by default.
+        What becomes of the placement: one of `marginals`, or its name; `marginals.Latent()` by
+        default.
     key
         Seed or JAX key; the same key gives the same result, bit for bit, on one machine.
     progress
@@ -64,13 +66,14 @@ def infer(
     xarray.DataTree
         Groups `posterior`, `sample_stats`, `log_likelihood`, `posterior_predictive`,
         `observed_data`, `prior` as ArviZ has them, and `estimates`: figures with standard errors,
-        divergence from the prior, log evidence. The attributes carry versions, seed and settings.
+        divergence from the prior, log evidence. The attributes carry versions, seed, settings and
+        `warnings`, a list of sentences.
 
     Raises
     ------
-    ValueError
-        If nothing is unknown, a line or channel was not measured, or the marginal cannot
-        integrate this experiment.
+    InputError
+        If nothing is unknown, a line or channel was not measured, or there is no such engine or
+        marginal; `InfeasibleError` if the marginal cannot integrate this experiment.
 
     Warns
     -----
@@ -78,34 +81,31 @@ def infer(
         One sentence for each diagnostic that fails, with what to do.
     """
     began = time.perf_counter()
-    engine = SMC() if engine is None else engine
-    marginal = Latent() if marginal is None else marginal
+    method = _engine(engine), _marginal(marginal)
     _check(experiment)
-    data = experiment.data(measurement)
-    marginal_key, engine_key, finish_key, prior_key = jax.random.split(jax_key(key), 4)
-    laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
-    moves = symmetries(experiment) if marginal.samples_placement else ()
-    target = Target(marginal.model(experiment, data, marginal_key), laws, moves)
-    draws = engine.run(target, engine_key, progress)
-    resolve = marginal.placement(experiment, data, marginal_key)
-    parents = _results.equal_draws(draws)
-    equal = _results.pick(draws.position, parents)
-    found = _finish(experiment, data, target, equal, resolve, finish_key)
-    found |= {"data": data, "parents": parents, "sampled": _named(target, draws.position)}
-    found["divergences"] = _divergences(experiment, target, draws)
-    found["mode"] = None if draws.mode is None else target.constrain(draws.mode)
-    complaints = [*draws.complaints, *_unresolved(found["stats"])]
-    for complaint in complaints:
-        warnings.warn(complaint, InferenceWarning, stacklevel=2)
+    inference = _inference(
+        experiment, experiment.data(measurement), *method, jax_key(key), progress
+    )
+    sentences = [*inference.draws.warnings, *_unresolved(inference.stats)]
+    for sentence in sentences:
+        warnings.warn(sentence, InferenceWarning, stacklevel=2)
     record = {
-        **engine.settings(),
-        **marginal.settings(),
+        **method[0].settings(),
+        **method[1].settings(),
         "experiment": str(experiment),
         "seed": recorded_seed(key),
-        "complaints": "\n".join(complaints),
+        WARNINGS: sentences,
         "seconds": time.perf_counter() - began,
     }
-    return _results.tree(experiment, draws, found, sample_prior(experiment, prior_key), record)
+    return tree(inference, record)
+
+
+def _engine(engine: Engine | str) -> Engine:
+    return of_name(engines, engine)() if isinstance(engine, str) else engine
+
+
+def _marginal(marginal: Marginal | str) -> Marginal:
+    return of_name(marginals, marginal)() if isinstance(marginal, str) else marginal
 
 
 def _check(experiment: Experiment) -> None:
@@ -116,84 +116,120 @@ def _check(experiment: Experiment) -> None:
         )
 
 
-def _finish(
-    experiment: Experiment, data: Data, target: Target, position: Any, resolve: Any, key: Key
-) -> dict[str, Any]:
-    """Name the draws, draw integrated placements back, and predict the outputs of each draw."""
+def _inference(
+    experiment: Experiment,
+    data: Data,
+    engine: Engine,
+    marginal: Marginal,
+    key: Key,
+    progress: Progress,
+) -> Inference:
+    """Run the engine, draw integrated placements back and predict the outputs of each draw."""
+    marginal_key, engine_key, prediction_key, prior_key = jax.random.split(key, 4)
+    priors = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
+    moves = symmetries(experiment) if marginal.samples_placement else ()
+    posterior = UnconstrainedModel(marginal.model(experiment, data, marginal_key), priors, moves)
+    draws = engine.run(posterior, engine_key, progress)
+    parents = equal_draws(draws)
+    draw_placement = marginal.placement(experiment, data, marginal_key)
+    values, predictions, stats = _predictions(
+        experiment, data, posterior, pick(draws.position, parents), draw_placement, prediction_key
+    )
+    return Inference(
+        experiment=experiment,
+        data=data,
+        draws=draws,
+        parents=parents,
+        sampled=_named(posterior, draws.position),
+        values=values,
+        predictions=predictions,
+        stats=stats,
+        divergences=_divergences(experiment, posterior, draws),
+        mode=None if draws.mode is None else posterior.constrain(draws.mode),
+        prior=sample_prior(experiment, prior_key),
+    )
 
-    def one(flat: Any, key: Key) -> dict[str, Any]:
-        values, stats = target.constrain(flat), {}
+
+def _predictions(
+    experiment: Experiment,
+    data: Data,
+    posterior: UnconstrainedModel,
+    position: Any,
+    draw_placement: DrawPlacement | None,
+    key: Key,
+) -> tuple[Values, dict[str, Any], dict[str, Any]]:
+    """Values by name, predicted outputs and statistics of draws of equal weight [chain, draw]."""
+
+    def predict(flat: Any, key: Key) -> tuple[Values, dict[str, Any], dict[str, Any]]:
+        values = posterior.constrain(flat)
+        stats: dict[str, Any] = {}
         place_key, noise_key = jax.random.split(key)
-        if resolve is not None:
-            placement, stats = resolve(_with(experiment, values), place_key)
+        if draw_placement is not None:
+            placement, stats = draw_placement(substitute(experiment, values), place_key)
             values = {**values, **placement}
-        predicted = _with(experiment, values)
-        return {"values": values, "stats": stats, **_predict(predicted, data, noise_key)}
+        return values, _outputs(substitute(experiment, values), data, noise_key), stats
 
     chains, count = position.shape[:2]
     flat = position.reshape(chains * count, -1)
     keys = jax.random.split(key, chains * count)
     mapped = jax.jit(
-        lambda flat, keys: jax.lax.map(lambda pair: one(*pair), (flat, keys), batch_size=BATCH)
+        lambda flat, keys: jax.lax.map(lambda pair: predict(*pair), (flat, keys), batch_size=BATCH)
     )(flat, keys)
     return jax.tree.map(lambda x: np.asarray(x).reshape(chains, count, *x.shape[1:]), mapped)
 
 
-def _with(experiment: Experiment, values: dict[str, Any]) -> Experiment:
-    return substitute(experiment, values)
-
-
-def _predict(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:
-    predicted = experiment.predict()
+def _outputs(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:
+    """Outputs without and with a draw of the output error, and the log likelihood of the data."""
+    response = experiment.predict()
     if experiment.noise is None:
-        return {"response": predicted}
-    law = experiment.noise.distribution(predicted, data)
+        return {"response": response}
+    distribution = experiment.noise.distribution(response, data)
     return {
-        "response": predicted,
-        "replicate": law.sample(key),
-        "log_likelihood": law.log_prob(data.z),
+        "response": response,
+        "replicate": distribution.sample(key),
+        "log_likelihood": distribution.log_prob(data.z),
     }
 
 
-def _named(target: Target, position: Any) -> dict[str, np.ndarray]:
-    return jax.tree.map(np.asarray, jax.jit(jax.vmap(jax.vmap(target.constrain)))(position))
+def _named(posterior: UnconstrainedModel, position: Any) -> dict[str, np.ndarray]:
+    return jax.tree.map(np.asarray, jax.jit(jax.vmap(jax.vmap(posterior.constrain)))(position))
 
 
 def _unresolved(stats: dict[str, np.ndarray]) -> list[str]:
-    """Complain where the integral over the placement is not resolved."""
+    """Warn where the integral over the placement is not resolved."""
     mean = {name: float(np.mean(value)) for name, value in stats.items()}
-    complaints = []
+    sentences = []
     if mean.get("node_ess", np.inf) < LEAST_NODES:
-        complaints.append(
+        sentences.append(
             f"The integral over the placement is not resolved: {mean['node_ess']:.1f} nodes carry "
-            f"it along a coordinate, where {LEAST_NODES} are needed; use more points or draws, or "
+            f"it along a coordinate, where {LEAST_NODES} are needed; use more nodes or draws, or "
             "marginals.Latent()."
         )
     if mean.get("kernel_over_noise", 0.0) > 1:
-        complaints.append(
+        sentences.append(
             f"The kernels of the density estimate are {mean['kernel_over_noise']:.1f} times as "
             "wide as the output error, so this posterior is too broad; more draws narrow them only "
             "slowly, so use marginals.Latent() or marginals.Quadrature()."
         )
-    return complaints
+    return sentences
 
 
 def _divergences(
-    experiment: Experiment, target: Target, draws: Draws
+    experiment: Experiment, posterior: UnconstrainedModel, draws: EngineDraws
 ) -> dict[str, divergence.Divergence]:
     """Divergence from the prior of all sampled unknowns, and of the parameters h alone."""
-    unknown = experiment.unknown
-    parameters = [name for name in target.transforms if unknown[name].role is Role.PARAMETER]
-    whole = _whole_divergence(target, draws)
-    if len(parameters) == len(target.transforms):
-        return {"all": whole, "parameters": whole}
-    nothing = divergence.Divergence(float("nan"), float("nan"))
+    roles = {name: experiment.unknown[name].role for name in posterior.priors}
+    parameters = [name for name, role in roles.items() if role is Role.PARAMETER]
+    total = _total_divergence(posterior, draws)
+    if len(parameters) == len(posterior.priors):
+        return {"all": total, "parameters": total}
     if draws.log_weight is not None or not parameters:
-        return {"all": whole, "parameters": nothing}
-    return {"all": whole, "parameters": _nearest(target, draws, parameters)}
+        unknown = divergence.Divergence(float("nan"), float("nan"))
+        return {"all": total, "parameters": unknown}
+    return {"all": total, "parameters": _from_neighbours(posterior, draws, parameters)}
 
 
-def _whole_divergence(target: Target, draws: Draws) -> divergence.Divergence:
+def _total_divergence(posterior: UnconstrainedModel, draws: EngineDraws) -> divergence.Divergence:
     likelihood = np.asarray(draws.log_likelihood)
     if draws.log_weight is not None:
         weight = np.asarray(draws.log_weight - likelihood).ravel() + draws.log_evidence
@@ -204,11 +240,13 @@ def _whole_divergence(target: Target, draws: Draws) -> divergence.Divergence:
         mean = float(np.mean(likelihood))
         error = standard_error(likelihood - mean, Weighting(lineage=np.asarray(draws.lineage)))
         return divergence.from_evidence(mean, error, draws.log_evidence, draws.log_evidence_error)
-    return _nearest(target, draws, list(target.transforms))
+    return _from_neighbours(posterior, draws, list(posterior.priors))
 
 
-def _nearest(target: Target, draws: Draws, names: list[str]) -> divergence.Divergence:
-    places = target.places(names)
-    prior = jax.jit(jax.vmap(jax.vmap(lambda flat: target.log_prior(flat, names))))
+def _from_neighbours(
+    posterior: UnconstrainedModel, draws: EngineDraws, names: list[str]
+) -> divergence.Divergence:
+    places = posterior.places(names)
+    log_prior = jax.jit(jax.vmap(jax.vmap(lambda flat: posterior.log_prior(flat, names))))
     vectors = np.asarray(draws.position)[..., places]
-    return divergence.from_posterior_draws(vectors, np.asarray(prior(draws.position)))
+    return divergence.from_posterior_draws(vectors, np.asarray(log_prior(draws.position)))

@@ -1,7 +1,4 @@
-"""report: in, results of several methods on the same data; out, one table and where they disagree.
-
-Not known here: how the results came about.
-"""
+"""Results of several methods on the same data: one table, and where they disagree."""
 
 from collections.abc import Callable, Iterator, Mapping
 from itertools import combinations
@@ -12,8 +9,10 @@ import pandas as pd
 import xarray as xr
 from scipy.stats import norm
 
+from .results import warnings_of
+
 FALSE_ALARM = 0.01
-"""Probability that a word of disagreement is said of methods that agree, over all comparisons."""
+"""Probability that methods that agree are reported to disagree, over all comparisons."""
 
 EXACT_TOLERANCE = 1e-3
 """Relative difference that two figures without sampling error may have: quadrature's own error."""
@@ -37,14 +36,14 @@ class Comparison(NamedTuple):
         return np.inf if difference > EXACT_TOLERANCE * max(map(abs, self.values)) else 0.0
 
     def __str__(self) -> str:
-        """Say the two values and how far they are apart."""
+        """Both values and how far they are apart."""
         first, second = map(_with_error, self.values, self.errors)
-        apart = (
+        distance = (
             f"{self.deviation:.0f} standard errors apart"
             if np.isfinite(self.deviation)
             else "though neither has a sampling error"
         )
-        return f"{self.figure}, {first} against {second}, {apart}"
+        return f"{self.figure}, {first} against {second}, {distance}"
 
 
 class Report(NamedTuple):
@@ -59,18 +58,18 @@ class Report(NamedTuple):
         Figures on which two methods differ by more than their errors.
     comparisons
         Number of pairs of figures that were compared.
-    complaints
-        What each method says of itself.
+    warnings
+        What each method warns of, after its name.
     """
 
     table: pd.DataFrame
     disagreements: list[Comparison]
     comparisons: int
-    complaints: list[str]
+    warnings: list[str]
 
     def words(self) -> list[str]:
-        """Say in sentences what each method says of itself, and where two disagree."""
-        return [*self.complaints, *(_summaries(self.disagreements) or self._agreement())]
+        """Sentences: what each method warns of, and where two disagree."""
+        return [*self.warnings, *(_summaries(self.disagreements) or self._agreement())]
 
     def _agreement(self) -> list[str]:
         if self.comparisons:
@@ -80,7 +79,7 @@ class Report(NamedTuple):
         return ["One method alone checks nothing; give a second one to compare with."]
 
     def __str__(self) -> str:
-        """Lay out table and words."""
+        """Table and sentences."""
         return "\n".join([self.table.T.to_string(), *(f"- {line}" for line in self.words())])
 
 
@@ -97,38 +96,42 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
     Report
         The table; the pairs of methods that disagree on a mean, a coefficient of variation, the
         divergence or the log evidence by more than their standard errors allow, at a probability
-        of one false alarm in a hundred over all comparisons; and their own complaints.
+        of one false alarm in a hundred over all comparisons; and their own warnings.
     """
     rows = {name: _row(result) for name, result in results.items()}
-    complaints = [
-        f"{name}: {line}"
+    warnings = [
+        f"{name}: {sentence}"
         for name, result in results.items()
-        for line in result.attrs.get("complaints", "").splitlines()
+        for sentence in warnings_of(result)
     ]
-    compared = _comparisons(results)
+    comparisons = _comparisons(results)
     table = pd.DataFrame.from_dict(rows, orient="index")
-    return Report(table, _disagreements(compared), len(compared), complaints)
+    return Report(table, _disagreements(comparisons), len(comparisons), warnings)
 
 
 def _summaries(disagreements: list[Comparison]) -> list[str]:
     """One sentence for each pair of methods, about the figure that they differ most on."""
-    pairs = dict.fromkeys((one.first, one.second) for one in disagreements)
-    sentences = []
-    for first, second in pairs:
-        theirs = [one for one in disagreements if (one.first, one.second) == (first, second)]
-        worst = max(theirs, key=lambda one: one.deviation)
-        count = "one figure" if len(theirs) == 1 else f"{len(theirs)} figures, most on one"
-        sentences.append(f"{first} and {second} disagree on {count}: {worst}.")
-    return sentences
+    pairs: dict[tuple[str, str], list[Comparison]] = {}
+    for comparison in disagreements:
+        pairs.setdefault((comparison.first, comparison.second), []).append(comparison)
+    return [_summary(*pair, comparisons) for pair, comparisons in pairs.items()]
+
+
+def _summary(first: str, second: str, disagreements: list[Comparison]) -> str:
+    largest = max(disagreements, key=lambda comparison: comparison.deviation)
+    if len(disagreements) == 1:
+        return f"{first} and {second} disagree on one figure: {largest}."
+    count = len(disagreements)
+    return f"{first} and {second} disagree on {count} figures, most on one: {largest}."
 
 
 def _figures(result: xr.DataTree) -> Iterator[tuple[str, float, float]]:
     """Every figure that has a standard error."""
     estimates = result["estimates"].to_dataset()
     for unknown in estimates["unknown"].values:
-        one = estimates.sel(unknown=unknown)
-        yield f"{unknown} mean", float(one["mean"]), float(one["mean_error"])
-        yield f"{unknown} variation", float(one["cov"]), float(one["cov_error"])
+        row = estimates.sel(unknown=unknown)
+        yield f"{unknown} mean", float(row["mean"]), float(row["mean_error"])
+        yield f"{unknown} variation", float(row["cv"]), float(row["cv_error"])
     kl, kl_error = estimates["kl_parameters"], estimates["kl_parameters_error"]
     yield "KL of parameters", float(kl), float(kl_error)
     yield "log evidence", float(estimates["log_evidence"]), _evidence_error(result)
@@ -188,6 +191,6 @@ def _comparisons(results: Mapping[str, xr.DataTree]) -> list[Comparison]:
     ]
 
 
-def _disagreements(compared: list[Comparison]) -> list[Comparison]:
-    threshold = norm.isf(FALSE_ALARM / 2 / max(1, len(compared)))
-    return [one for one in compared if one.deviation > threshold]
+def _disagreements(comparisons: list[Comparison]) -> list[Comparison]:
+    threshold = norm.isf(FALSE_ALARM / 2 / max(1, len(comparisons)))
+    return [comparison for comparison in comparisons if comparison.deviation > threshold]

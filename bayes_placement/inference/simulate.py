@@ -1,7 +1,4 @@
-"""simulate: in, an experiment; out, draws of everything unknown and what would be measured.
-
-Not known here: measurements, engines.
-"""
+"""Draws of everything unknown from the prior, and what would be measured."""
 
 from typing import Any
 
@@ -13,7 +10,7 @@ from numpyro.infer import Predictive
 from .._random import jax_key
 from .._types import Key
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
-from ._results import named_draws, outputs
+from .results import named_draws, numbered, outputs
 
 PRIOR_DRAWS = 1000
 
@@ -21,8 +18,10 @@ PRIOR_DRAWS = 1000
 def sample_prior(experiment: Experiment, key: Key, draws: int = PRIOR_DRAWS) -> dict[str, Any]:
     """Draws [chain, draw, ...] of every unknown from its prior, by name."""
     keys = jax.random.split(key, max(1, len(experiment.unknowns)))
-    pairs = zip(experiment.unknowns, keys, strict=False)
-    return {one.name: np.asarray(one.distribution.sample(k, (1, draws))) for one, k in pairs}
+    return {
+        unknown.name: np.asarray(unknown.distribution.sample(own_key, (1, draws)))
+        for unknown, own_key in zip(experiment.unknowns, keys, strict=False)
+    }
 
 
 def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -> xr.DataTree:
@@ -44,13 +43,11 @@ def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -
         `measured` (with it, where the experiment has a noise).
     """
     predictive = Predictive(experiment.model, num_samples=draws, batch_ndims=1)
-    samples = jax.jit(lambda one: predictive(one))(jax_key(key))
+    samples = jax.jit(lambda sample_key: predictive(sample_key))(jax_key(key))
     drawn = {name: np.asarray(value)[None] for name, value in samples.items()}
     predicted = {name: drawn[name] for name in (RESPONSE, MEASURED) if name in drawn}
-    leading = outputs(experiment, predicted, ("chain", "draw"))
-    places = {"chain": np.arange(1), "draw": np.arange(draws)}
     groups = {
         "/prior": named_draws(experiment, drawn),
-        "/prior_predictive": leading.assign_coords(places),
+        "/prior_predictive": numbered(outputs(experiment, predicted, ("chain", "draw"))),
     }
     return xr.DataTree.from_dict(groups)

@@ -1,7 +1,7 @@
-"""symmetries: in, an experiment; out, placements that may explain the same data as a given one.
+"""Placements that may explain the same data as another one: its mirror image, an exchange.
 
-Not known here: data, engines. A sampler may try them as moves; each keeps volume and undoes itself,
-and is accepted or not by the posterior, so a wrong guess costs time, never correctness.
+A sampler may try them as moves; each keeps volume and is its own inverse, and is accepted or not by
+the posterior, so a wrong guess costs time, never correctness.
 """
 
 from collections.abc import Callable
@@ -11,6 +11,8 @@ from .._sites import Unknown
 from ..experiment.experiment import Experiment
 
 Values = dict[str, Any]
+"""Values of unknowns, by name."""
+
 Move = Callable[[Values], Values]
 
 

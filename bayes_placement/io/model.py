@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from .._types import InputError
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
-from ..inference.engines._engine import Engine
+from ..inference.engines.engine import Engine
 
 
 class Study(NamedTuple):

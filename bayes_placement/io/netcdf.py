@@ -6,6 +6,7 @@ import xarray as xr
 
 from .._files import write_atomically
 from .._types import InputError
+from ..inference.results import WARNINGS, warnings_of
 
 
 def write(result: xr.DataTree, path: str | Path) -> Path:
@@ -38,9 +39,12 @@ def read(path: str | Path) -> xr.DataTree:
         )
     try:
         with xr.open_datatree(path, engine="h5netcdf") as tree:
-            return tree.load()
+            result = tree.load()
     except OSError as error:
         raise InputError(
             f"{path} cannot be read as netCDF: {error}. A complete file of results is needed; "
             "write it again, or take another copy."
         ) from error
+    if WARNINGS in result.attrs:
+        result.attrs[WARNINGS] = warnings_of(result)
+    return result

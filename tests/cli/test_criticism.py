@@ -10,7 +10,6 @@ from typer.testing import CliRunner
 
 import bayes_placement as bp
 from bayes_placement.cli.app import app
-from bayes_placement.inference import methods
 
 MODEL = """
 import jax
@@ -151,13 +150,13 @@ def test_the_suspicion_is_written_place_by_place(hidden):
     assert set(scores["kind"]) == {"point_mass"}
 
 
-def test_complaints_of_the_inference_are_lines_of_the_report(hidden, tmp_path, monkeypatch):
-    class Complaining(bp.engines.Importance):
+def test_warnings_of_the_inference_are_lines_of_the_report(hidden, tmp_path, monkeypatch):
+    class Doubtful(bp.engines.Importance):
         def run(self, posterior, key, progress):
             draws = super().run(posterior, key, progress)
-            return dataclasses.replace(draws, complaints=("Look twice.",))
+            return dataclasses.replace(draws, warnings=("Look twice.",))
 
-    monkeypatch.setitem(methods.ENGINES, "map", lambda: Complaining(draws=50))
+    monkeypatch.setattr(bp.engines, "MAP", lambda: Doubtful(draws=50))
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT, "engine = None\n")
     done = run("check", model, "--out", tmp_path)
     assert done.exit_code == 0, (done.output, done.exception)

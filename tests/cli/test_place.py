@@ -206,21 +206,19 @@ def test_data_come_first_and_then_there_is_less_to_learn(tmp_path, first):
     assert learnt < 0.8 * pd.read_csv(first[0] / "out" / "placements.csv")["information_gain"].max()
 
 
-class Complaining(bp.engines.Importance):
+class Doubtful(bp.engines.Importance):
     """Draws that are complained about; a warning would be an error here."""
 
     def run(self, posterior, key, progress):
         draws = super().run(posterior, key, progress)
-        return dataclasses.replace(draws, complaints=("Look twice.",))
+        return dataclasses.replace(draws, warnings=("Look twice.",))
 
 
-def test_complaints_of_the_inference_are_lines_of_the_report(tmp_path, monkeypatch):
-    monkeypatch.setattr(bp.engines, "Importance", Complaining)
+def test_warnings_of_the_inference_are_lines_of_the_report(tmp_path, monkeypatch):
+    monkeypatch.setattr(bp.engines, "Importance", Doubtful)
     study = bp.io.model.read(written(tmp_path, MEASUREMENT.format(draws=400)))
-    _, complaints = _estimators.named_estimator(
-        "kde", study, study.measurement, 0, lambda: no_progress
-    )
-    assert complaints == ["Look twice."]
+    _, warned = _estimators.named_estimator("kde", study, study.measurement, 0, lambda: no_progress)
+    assert warned == ["Look twice."]
 
 
 def explained(probability, *ratios):

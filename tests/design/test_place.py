@@ -176,7 +176,9 @@ def test_supports_on_several_members_are_candidates_as_well():
 
 def test_a_tolerance_in_nodes_is_refused_by_the_estimate():
     nodes = bp.positions.Nodes(models_in_space.plate().matrices.position, box(SEATS[0], 0.05))
-    with pytest.raises(ValueError, match=r'"sensor.s1.position.node" has the law Categorical'):
+    with pytest.raises(
+        ValueError, match=r'"sensor.s1.position.node" has the distribution Categorical'
+    ):
         bp.place(on_plate(nodes), {"s1": SEATS[:2]}, estimator=SMALL)
 
 

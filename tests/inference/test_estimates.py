@@ -87,7 +87,7 @@ def test_nodes_of_a_quadrature_have_no_sampling_error():
     log_weight = np.log(weight / weight.sum())[None]
     found = figures(MEAN + SD * node[None], Weighting(log_weight=log_weight, exact=True))
     assert (found.mean, found.sd) == pytest.approx((MEAN, SD), rel=1e-12)
-    assert (found.mean_error, found.sd_error, found.cov_error) == (0.0, 0.0, 0.0)
+    assert (found.mean_error, found.sd_error, found.cv_error) == (0.0, 0.0, 0.0)
 
 
 def test_chains_apart_show_in_r_hat():
@@ -103,8 +103,8 @@ def test_chains_apart_show_in_r_hat():
 )
 def test_a_constant_has_no_spread_and_no_error(weighting):
     found = figures(np.full((4, 50), 2.5), weighting)
-    assert (found.mean, found.sd, found.cov) == (2.5, 0.0, 0.0)
-    assert (found.mean_error, found.sd_error, found.cov_error) == (0.0, 0.0, 0.0)
+    assert (found.mean, found.sd, found.cv) == (2.5, 0.0, 0.0)
+    assert (found.mean_error, found.sd_error, found.cv_error) == (0.0, 0.0, 0.0)
     assert np.isnan(found.r_hat)
 
 

@@ -10,8 +10,9 @@ from scipy.stats import norm
 
 import bayes_placement as bp
 from bayes_placement._sites import substitute
-from bayes_placement.inference import _kernel_density, _target
+from bayes_placement.inference import unconstrained
 from bayes_placement.inference.infer import InferenceWarning
+from bayes_placement.inference.marginals import kernel_density
 from models import bar
 
 KEY = jax.random.PRNGKey(4)
@@ -41,7 +42,7 @@ def at_ratios(experiment):
 def log_likelihood(experiment, marginal, data):
     model = marginal.model(experiment, data, KEY)
     laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
-    target = _target.Target(model, laws)
+    target = unconstrained.UnconstrainedModel(model, laws)
     return float(jax.jit(target.log_likelihood)(target.flatten(RATIOS)))
 
 
@@ -72,14 +73,14 @@ def brute_force(experiment, data, points):
 
 def test_nested_quadrature_is_the_full_tensor(wide):
     experiment, data = wide
-    nested = log_likelihood(experiment, bp.marginals.Quadrature(points=24), data)
+    nested = log_likelihood(experiment, bp.marginals.Quadrature(nodes=24), data)
     assert nested == pytest.approx(brute_force(experiment, data, 24), abs=2e-3)
 
 
 def test_quadrature_converges_once_it_says_that_it_is_resolved(wide):
     experiment, data = wide
     coarse, fine = (
-        log_likelihood(experiment, bp.marginals.Quadrature(points=n), data) for n in (12, 96)
+        log_likelihood(experiment, bp.marginals.Quadrature(nodes=n), data) for n in (12, 96)
     )
     assert coarse == pytest.approx(fine, abs=1e-6)
 
@@ -88,9 +89,9 @@ def test_kde_becomes_the_integral_where_noise_is_wide():
     # One place unknown, noise ten times the kernels: the estimate is a plain Monte Carlo average.
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.5))
     data = experiment.data(experiment.nominal_measurement())
-    exact = log_likelihood(experiment, bp.marginals.Quadrature(points=48), data)
+    exact = log_likelihood(experiment, bp.marginals.Quadrature(nodes=48), data)
     for kernel in ("soize", "silverman"):
-        marginal = bp.marginals.KDE(draws=20_000, kernel=kernel)
+        marginal = bp.marginals.KDE(placement_draws=20_000, kernel=kernel)
         assert log_likelihood(experiment, marginal, data) == pytest.approx(exact, abs=0.02)
 
 
@@ -98,8 +99,8 @@ def test_noise_by_draws_agrees_with_the_closed_form():
     # Two lines: in ten dimensions hardly a draw of the noise lands near a kernel.
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.1), frequency=[100.0, 300.0])
     data = experiment.data(experiment.nominal_measurement())
-    closed = log_likelihood(experiment, bp.marginals.KDE(draws=200), data)
-    by_draws = bp.marginals.KDE(draws=200, noise_draws=20_000)
+    closed = log_likelihood(experiment, bp.marginals.KDE(placement_draws=200), data)
+    by_draws = bp.marginals.KDE(placement_draws=200, noise_draws=20_000)
     assert log_likelihood(experiment, by_draws, data) == pytest.approx(closed, abs=0.03)
 
 
@@ -107,7 +108,7 @@ def test_soize_kernels_keep_mean_and_variance_of_the_draws():
     experiment = at_ratios(bar.placed(0.25, 0.30, None))
     data = experiment.data(experiment.nominal_measurement())
     for kernel, keeps in (("soize", True), ("silverman", False)):
-        density = _kernel_density.KernelDensity(data, KEY, 400, kernel, None, True)
+        density = kernel_density.KernelDensity(data, KEY, 400, kernel, None, True)
         places = density._placements(experiment)
         z = np.asarray(jax.vmap(lambda v: substitute(experiment, v).predict())(places))
         centres, variance = density._kernels(experiment, places)
@@ -122,7 +123,7 @@ def test_a_kernel_estimate_is_a_density_in_one_dimension():
     experiment = at_ratios(bar.placed(0.25, 0.30, None, frequency=[150.0]))
     grid = np.linspace(-6.0, 0.0, 4001)
     template = experiment.data(experiment.nominal_measurement())
-    density = _kernel_density.KernelDensity(template, KEY, 300, "soize", None, True)
+    density = kernel_density.KernelDensity(template, KEY, 300, "soize", None, True)
     places = density._placements(experiment)
     centres, variance = density._kernels(experiment, places)
     values = norm.pdf(grid[:, None], np.ravel(centres), np.sqrt(np.ravel(variance))).mean(axis=1)
@@ -136,9 +137,9 @@ def test_common_draws_make_the_likelihood_smooth_and_fresh_draws_do_not():
     data = experiment.data(experiment.nominal_measurement())
     roughness = {}
     for common in (True, False):
-        marginal = bp.marginals.KDE(draws=100, common=common)
+        marginal = bp.marginals.KDE(placement_draws=100, common=common)
         laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
-        target = _target.Target(marginal.model(experiment, data, KEY), laws)
+        target = unconstrained.UnconstrainedModel(marginal.model(experiment, data, KEY), laws)
         line = jnp.stack([jnp.full(2, u) for u in np.linspace(-0.01, 0.01, 21)])
         values = np.asarray(jax.jit(jax.vmap(target.log_likelihood))(line))
         np.testing.assert_array_equal(values, jax.jit(jax.vmap(target.log_likelihood))(line))
@@ -150,7 +151,7 @@ def test_placements_drawn_back_follow_the_latent_posterior():
     experiment = at_ratios(two_sensors(bp.noise.Gaussian(0.02)))
     measurement = experiment.nominal_measurement()
     data = experiment.data(measurement)
-    marginal = bp.marginals.Quadrature(points=64)
+    marginal = bp.marginals.Quadrature(nodes=64)
     resolve = jax.jit(
         jax.vmap(lambda key: marginal.placement(experiment, data, key)(experiment, key))
     )
@@ -168,7 +169,7 @@ def test_correlated_noise_can_be_integrated_over_placement():
     matrix = 0.04 * (0.5 ** np.abs(np.subtract.outer(np.arange(lines), np.arange(lines))))
     experiment = two_sensors(bp.noise.Covariance(matrix))
     data = experiment.data(experiment.nominal_measurement())
-    nested = log_likelihood(experiment, bp.marginals.Quadrature(points=24), data)
+    nested = log_likelihood(experiment, bp.marginals.Quadrature(nodes=24), data)
     assert nested == pytest.approx(brute_force(experiment, data, 24), abs=2e-3)
 
 
@@ -176,14 +177,14 @@ def test_a_sensor_may_have_a_noise_level_of_its_own():
     levels = np.array([0.1, 0.3]).reshape(2, 1, 1)
     experiment = two_sensors(bp.noise.Gaussian(levels))
     data = experiment.data(experiment.nominal_measurement())
-    nested = log_likelihood(experiment, bp.marginals.Quadrature(points=24), data)
+    nested = log_likelihood(experiment, bp.marginals.Quadrature(nodes=24), data)
     assert nested == pytest.approx(brute_force(experiment, data, 24), abs=2e-3)
 
 
 def test_too_few_nodes_are_said():
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.003))
     measurement = experiment.nominal_measurement()
-    options = {"engine": bp.engines.Grid(points=8), "marginal": bp.marginals.Quadrature(points=16)}
+    options = {"engine": bp.engines.Grid(nodes=8), "marginal": bp.marginals.Quadrature(nodes=16)}
     with pytest.warns(InferenceWarning) as raised:
         bp.infer(experiment, measurement, **options)
     assert any("over the placement is not resolved" in str(one.message) for one in raised)
@@ -192,7 +193,10 @@ def test_too_few_nodes_are_said():
 def test_kernels_wider_than_the_noise_are_said():
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.003))
     measurement = experiment.nominal_measurement()
-    options = {"engine": bp.engines.Importance(draws=100), "marginal": bp.marginals.KDE(draws=100)}
+    options = {
+        "engine": bp.engines.Importance(draws=100),
+        "marginal": bp.marginals.KDE(placement_draws=100),
+    }
     with pytest.warns(InferenceWarning) as raised:
         bp.infer(experiment, measurement, **options)
     assert any("times as wide as the output error" in str(one.message) for one in raised)
@@ -226,7 +230,7 @@ def test_quadrature_over_many_positions_is_an_error():
         bp.noise.Gaussian(0.1),
     )
     with pytest.raises(ValueError, match=r"would compute 2e\+07 responses for each h"):
-        model(bp.marginals.Quadrature(points=64), many)
+        model(bp.marginals.Quadrature(nodes=64), many)
 
 
 def test_quadrature_over_a_law_without_inverse_is_an_error():
@@ -251,4 +255,4 @@ def test_wrong_settings_of_kernels_are_errors():
     with pytest.raises(ValueError, match="has no kernel 'box'"):
         bp.marginals.KDE(kernel="box")
     with pytest.raises(ValueError, match="needs at least two draws"):
-        bp.marginals.KDE(draws=1)
+        bp.marginals.KDE(placement_draws=1)

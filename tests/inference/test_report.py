@@ -10,7 +10,7 @@ MEAN, VARIATION = "damping mean", "damping variation"
 
 
 def result(
-    mean=0.04, error=0.001, *, cov=0.1, kl=2.0, evidence=(5.0, 0.1), engine="SMC", complaints=""
+    mean=0.04, error=0.001, *, cv=0.1, kl=2.0, evidence=(5.0, 0.1), engine="SMC", warnings=()
 ):
     """Estimates of one unknown, as `infer` lays them out; an exact result has error zero."""
     zero = 0.0 if error == 0 else 1.0
@@ -18,8 +18,8 @@ def result(
         {
             "mean": ("unknown", [mean]),
             "mean_error": ("unknown", [error]),
-            "cov": ("unknown", [cov]),
-            "cov_error": ("unknown", [0.01 * zero]),
+            "cv": ("unknown", [cv]),
+            "cv_error": ("unknown", [0.01 * zero]),
             "ess": ("unknown", [400.4]),
             "r_hat": ("unknown", [np.nan]),
             "kl_parameters": kl,
@@ -30,7 +30,7 @@ def result(
         coords={"unknown": ["damping"]},
     )
     tree = xr.DataTree.from_dict({"/estimates": estimates, "/sample_stats": xr.Dataset()})
-    tree.attrs = {"engine": engine, "complaints": complaints, "seconds": 1.234}
+    tree.attrs = {"engine": engine, "warnings": list(warnings), "seconds": 1.234}
     return tree
 
 
@@ -57,7 +57,7 @@ def test_methods_beyond_their_errors_are_named_with_both_values():
 @pytest.mark.parametrize(
     ("other", "figure"),
     [
-        ({"cov": 0.3}, VARIATION),
+        ({"cv": 0.3}, VARIATION),
         ({"kl": 3.0}, "KL of parameters"),
         ({"evidence": (7.0, 0.1)}, "log evidence"),
     ],
@@ -105,7 +105,7 @@ def test_agreement_is_not_claimed_where_nothing_was_compared():
     nan = np.nan
     blind = result(error=nan, evidence=(5.0, nan))
     blind["estimates"] = xr.DataTree(
-        blind["estimates"].to_dataset().assign(cov_error=("unknown", [nan]), kl_parameters=nan)
+        blind["estimates"].to_dataset().assign(cv_error=("unknown", [nan]), kl_parameters=nan)
     )
     assert words(one=blind, two=blind) == [
         "No two methods have a figure with a standard error in common to compare."
@@ -115,8 +115,8 @@ def test_agreement_is_not_claimed_where_nothing_was_compared():
     ]
 
 
-def test_complaints_are_passed_on_under_the_name_of_the_method():
-    sentences = words(one=result(complaints="It is wet.\nIt is cold."), two=result())
+def test_warnings_are_passed_on_under_the_name_of_the_method():
+    sentences = words(one=result(warnings=("It is wet.", "It is cold.")), two=result())
     assert sentences[:2] == ["one: It is wet.", "one: It is cold."]
 
 
@@ -148,8 +148,8 @@ def test_methods_that_agree_are_rarely_accused():
     rng = np.random.default_rng(11)
 
     def noisy():
-        mean, cov, kl, evidence = rng.normal([0.04, 0.1, 2.0, 5.0], [0.001, 0.01, 0.05, 0.1])
-        return result(mean, cov=cov, kl=kl, evidence=(evidence, 0.1))
+        mean, cv, kl, evidence = rng.normal([0.04, 0.1, 2.0, 5.0], [0.001, 0.01, 0.05, 0.1])
+        return result(mean, cv=cv, kl=kl, evidence=(evidence, 0.1))
 
     alarms = sum(
         bool(bp.report({name: noisy() for name in "abcd"}).disagreements) for _ in range(150)

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from bayes_placement._types import InfeasibleError
-from bayes_placement.inference._standard_normal import Coordinates
+from bayes_placement.inference.standard_normal import StandardNormalCoordinates
 
 QUANTILES = np.array([0.003, 0.2, 0.5, 0.9])
 POINTS = stats.norm.ppf(QUANTILES)
@@ -25,30 +25,34 @@ EXPECTED = {
 @pytest.mark.parametrize("word", EXPECTED)
 def test_a_quantile_of_the_coordinate_is_that_of_the_law(word):
     law, same = EXPECTED[word]
-    found = Coordinates({"x": law}).named(POINTS[:, None])["x"]
+    found = StandardNormalCoordinates({"x": law}).named(POINTS[:, None])["x"]
     np.testing.assert_allclose(found, same.ppf(QUANTILES), rtol=1e-9)
 
 
 def test_every_unknown_has_its_place_and_shape():
     laws = {"a": dist.Uniform(0, 1), "b": dist.Normal(jnp.zeros((2, 3)), 2.0).to_event(2)}
-    coordinates = Coordinates(laws)
+    coordinates = StandardNormalCoordinates(laws)
     assert coordinates.dimension == 7
     values = jax.jit(coordinates.values)(jnp.arange(7.0))
     np.testing.assert_allclose(values["b"], 2 * np.arange(1.0, 7.0).reshape(2, 3))
 
 
 def test_far_outside_a_uniform_prior_the_value_stays_inside():
-    found = Coordinates({"x": dist.Uniform(2.0, 3.0)}).named(np.array([[-40.0], [40.0]]))["x"]
+    found = StandardNormalCoordinates({"x": dist.Uniform(2.0, 3.0)}).named(
+        np.array([[-40.0], [40.0]])
+    )["x"]
     np.testing.assert_array_equal(found, [2.0, 3.0])
 
 
 def test_a_law_without_an_inverse_is_refused():
-    with pytest.raises(InfeasibleError, match='"h" has the law Gamma, which lacks an inverse'):
-        Coordinates({"h": dist.Gamma(2.0, 1.0)}).named(np.zeros((1, 1)))
+    with pytest.raises(
+        InfeasibleError, match='"h" has the distribution Gamma, which lacks an inverse'
+    ):
+        StandardNormalCoordinates({"h": dist.Gamma(2.0, 1.0)}).named(np.zeros((1, 1)))
 
 
 @pytest.mark.parametrize("word", EXPECTED)
 def test_values_without_compiling_are_those_of_the_model(word):
-    one = Coordinates({"x": EXPECTED[word][0]})
+    one = StandardNormalCoordinates({"x": EXPECTED[word][0]})
     plain = one.named(POINTS[:, None])["x"]
     np.testing.assert_allclose(plain, jax.vmap(one.values)(POINTS[:, None])["x"], rtol=1e-12)

@@ -21,7 +21,7 @@ def tree(number=1.5):
         "engine": "SMC",
         "particles": 2000,
         "seconds": 1.25,
-        "complaints": "",
+        "warnings": [],
         "experiment": "two lines\nand a unit [(m/s²)/N]",
         "seed": [0, 7],
     }
@@ -38,6 +38,13 @@ def test_a_tree_comes_back_with_values_names_units_and_attributes(tmp_path):
     assert list(back.attrs) == list(tree().attrs)
     for name, value in tree().attrs.items():
         np.testing.assert_array_equal(back.attrs[name], value)
+
+
+@pytest.mark.parametrize("warnings", [[], ["It is wet."], ["It is wet.", "It is\ncold."]])
+def test_warnings_come_back_as_a_list_of_sentences(warnings, tmp_path):
+    result = tree()
+    result.attrs["warnings"] = warnings
+    assert netcdf.read(netcdf.write(result, tmp_path / "result.nc")).attrs["warnings"] == warnings
 
 
 def test_what_was_read_no_longer_needs_the_file(tmp_path):

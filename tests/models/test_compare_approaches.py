@@ -6,7 +6,7 @@ import pytest
 
 from models import compare_approaches as study
 
-SIZES = study.Sizes(draws=300, kernels=40, particles=160, moves=5, nodes=0, points=0)
+SIZES = study.Sizes(draws=300, kernels=40, particles=160, moves=5, nodes=0, placement_nodes=0)
 
 
 @pytest.fixture(scope="module")

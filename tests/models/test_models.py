@@ -21,8 +21,8 @@ def test_the_bar_study_covers_its_truth(bar_result):
 
 def test_the_bar_study_learns_the_damping_in_spite_of_the_glue(bar_result):
     found = bar_result["estimates"].to_dataset()
-    assert found.sel(unknown="structure.damping.ratio.1")["cov"] < 0.1
-    assert found.sel(unknown="structure.damping.ratio.2")["cov"] < 0.02
+    assert found.sel(unknown="structure.damping.ratio.1")["cv"] < 0.1
+    assert found.sel(unknown="structure.damping.ratio.2")["cv"] < 0.02
     assert found["kl_parameters"] > 4
 
 

@@ -12,7 +12,7 @@ from scipy.special import logsumexp
 import bayes_placement as bp
 from bayes_placement import positions
 from bayes_placement._sites import substitute
-from bayes_placement.inference._target import Target
+from bayes_placement.inference.unconstrained import UnconstrainedModel
 from tests import in_space
 
 KEY = jax.random.PRNGKey(7)
@@ -63,7 +63,7 @@ def at_nodes(counts, support=PATCH, **options):
 def log_likelihood(one, marginal, values):
     data = one.data(measured())
     laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(one)}
-    target = Target(marginal.model(one, data, KEY), laws)
+    target = UnconstrainedModel(marginal.model(one, data, KEY), laws)
     return float(jax.jit(target.log_likelihood)(target.flatten(values)))
 
 
@@ -102,21 +102,21 @@ SEVERAL = {**RATIO, "structure.effects.point_mass.mass": 0.04}
 
 def test_nodes_of_transducers_and_effects_are_summed_exactly():
     one = several()
-    found = log_likelihood(one, bp.marginals.Nodes(), SEVERAL)
+    found = log_likelihood(one, bp.marginals.Enumeration(), SEVERAL)
     assert found == pytest.approx(summed(one, SEVERAL), rel=1e-12)
     assert found != pytest.approx(summed(one, SEVERAL | {"actuator.a1.position.node": 0}), abs=0.01)
 
 
 def test_quadrature_sums_positions_at_nodes():
     one = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN, "angles": (0.0, 0.1, 0.0)}])
-    found = log_likelihood(one, bp.marginals.Quadrature(points=5), RATIO)
+    found = log_likelihood(one, bp.marginals.Quadrature(nodes=5), RATIO)
     assert found == pytest.approx(summed(one, RATIO), rel=1e-12)
 
 
 def test_quadrature_mixes_nodes_and_continuous_coordinates():
     rolled = (0.0, dist.Uniform(-0.3, 0.5), 0.0)
     one = experiment([at_nodes((5, 4, 2), angles=rolled)], [{"at": DRIVEN}])
-    found = log_likelihood(one, bp.marginals.Quadrature(points=24), RATIO)
+    found = log_likelihood(one, bp.marginals.Quadrature(nodes=24), RATIO)
     node, weight = np.polynomial.legendre.leggauss(24)
     data, fixed = one.data(measured()), substitute(one, RATIO)
     law = one.sensor["s1"].position.node
@@ -141,7 +141,7 @@ def test_only_gauss_nodes_count_in_what_resolves_an_integral():
         noise=1e6,
     )
     data, fixed = one.data(measured()), substitute(one, RATIO)
-    resolve = bp.marginals.Quadrature(points=6).placement(one, data, KEY)
+    resolve = bp.marginals.Quadrature(nodes=6).placement(one, data, KEY)
     _, weight = np.polynomial.legendre.leggauss(6)
     _, stats = jax.jit(lambda: resolve(fixed, KEY))()
     assert float(stats["node_ess"]) == pytest.approx(np.sum(weight) ** 2 / np.sum(weight**2))
@@ -150,7 +150,7 @@ def test_only_gauss_nodes_count_in_what_resolves_an_integral():
 def test_all_but_nodes_is_left_to_the_engine():
     rolled = (0.0, dist.Uniform(-0.3, 0.5), 0.0)
     one = experiment([at_nodes((5, 4, 2), angles=rolled), {"at": PATCH}], [{"at": DRIVEN}])
-    names = [unknown.name for unknown in bp.marginals.Nodes().sampled(one)]
+    names = [unknown.name for unknown in bp.marginals.Enumeration().sampled(one)]
     assert names == [
         "structure.damping.ratio.1",
         "sensor.s1.angles.2",
@@ -163,12 +163,14 @@ def test_the_nearest_node_converges_to_the_place_at_second_order():
     # A node in the middle of its cell is a midpoint rule; cells that the support cuts are as many
     # as its edge is long over h, each h^2 large and off its middle by h: all of it is h^2.
     smooth = experiment([{"at": PATCH}], [{"at": DRIVEN}])
-    exact = log_likelihood(smooth, bp.marginals.Quadrature(points=20), RATIO)
+    exact = log_likelihood(smooth, bp.marginals.Quadrature(nodes=20), RATIO)
     sizes = np.array([10, 20, 40, 80])
     errors = [
         abs(
             log_likelihood(
-                experiment([at_nodes((n, n, 2))], [{"at": DRIVEN}]), bp.marginals.Nodes(), RATIO
+                experiment([at_nodes((n, n, 2))], [{"at": DRIVEN}]),
+                bp.marginals.Enumeration(),
+                RATIO,
             )
             - exact
         )
@@ -184,7 +186,7 @@ def test_nodes_drawn_back_follow_their_share_of_the_likelihood():
         experiment([at_nodes((5, 4, 2), PATCH)], [at_nodes((3, 3, 1), None)], noise=0.1), RATIO
     )
     data = one.data(measured())
-    resolve = bp.marginals.Nodes().placement(one, data, KEY)
+    resolve = bp.marginals.Enumeration().placement(one, data, KEY)
     drawn, stats = jax.jit(jax.vmap(lambda key: resolve(one, key)))(jax.random.split(KEY, 4000))
     assert stats == {}
     counts = [one.sensor["s1"].position.row.size, one.actuator["a1"].position.row.size]
@@ -205,35 +207,37 @@ def test_nodes_drawn_back_follow_their_share_of_the_likelihood():
 
 def test_nodes_are_inferred_and_stored():
     one = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN}], noise=0.05)
-    options = {"engine": bp.engines.Grid(points=16), "marginal": bp.marginals.Nodes()}
+    options = {"engine": bp.engines.Grid(nodes=16), "marginal": bp.marginals.Enumeration()}
     posterior = bp.infer(one, measured(), **options)
     node = posterior["posterior"]["sensor.s1.position.node"].values
     place = one.sensor["s1"].position
     assert set(np.unique(node)) <= set(range(place.row.size))
-    assert posterior.attrs["marginal"] == "Nodes"
+    assert posterior.attrs["marginal"] == "Enumeration"
     assert "node_ess" not in posterior["sample_stats"]
 
 
 def test_sampling_along_nodes_is_refused():
     one = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN}])
-    with pytest.raises(ValueError, match=r"discrete law, .* Sum over it by marginals.Nodes\(\)"):
+    with pytest.raises(
+        ValueError, match=r"discrete distribution, .* Sum over it by marginals.Enumeration\(\)"
+    ):
         bp.infer(one, measured())
 
 
 def test_a_sum_over_no_nodes_is_refused():
     one = experiment([{"at": PATCH}], [{"at": DRIVEN}])
     with pytest.raises(ValueError, match=r"none is unknown. Declare one, at=positions.Nodes"):
-        bp.marginals.Nodes().model(one, one.data(measured()), KEY)
+        bp.marginals.Enumeration().model(one, one.data(measured()), KEY)
 
 
 def test_too_many_nodes_are_refused():
     fine = at_nodes((40, 40, 2))
     one = experiment([fine, fine], [fine, fine])
     with pytest.raises(ValueError, match=r"would compute .* 2 coordinates are integrated together"):
-        bp.marginals.Nodes().model(one, one.data(measured()), KEY)
+        bp.marginals.Enumeration().model(one, one.data(measured()), KEY)
 
 
-@pytest.mark.parametrize("marginal", [bp.marginals.Nodes(), bp.marginals.Quadrature()])
+@pytest.mark.parametrize("marginal", [bp.marginals.Enumeration(), bp.marginals.Quadrature()])
 def test_instruments_that_depend_on_each_other_are_refused(marginal):
     one = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN}]) + bp.effects.gain_error("s1", 0.1)
     words = f"marginals.{type(marginal).__name__} was given an experiment with the effect"

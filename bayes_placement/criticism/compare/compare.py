@@ -15,10 +15,9 @@ import xarray as xr
 
 from ..._types import InputError
 from ...experiment.experiment import MEASURED
+from ...inference.results import warnings_of
+from ...inference.weights import GOOD_PARETO_K
 from ._same_data import log_jacobian
-
-GOOD_PARETO_K = 0.7
-"""Shape of the tail of a datum's weights above which its PSIS-LOO cannot be trusted."""
 
 LEAST_DRAWS = 100
 """Fewest different posterior draws whose tail can be smoothed."""
@@ -58,17 +57,17 @@ class ModelComparison:
         number of parameters `p_loo`; the largest `pareto_k` and the share of data
         `pareto_k_bad` for which it is above 0.7. Densities are those of the outputs of the first
         model. NaN where a model does not give a figure.
-    complaints
-        What each inference says of itself.
+    warnings
+        What each inference warns of, after its name.
     """
 
     table: pd.DataFrame
-    complaints: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def words(self) -> list[str]:
         """Say which model is preferred, how strongly, and what not to trust."""
         return [
-            *self.complaints,
+            *self.warnings,
             *self._absent_words(),
             *self._evidence_words(),
             *self._loo_words(),
@@ -211,7 +210,7 @@ def compare(results: Mapping[str, xr.DataTree]) -> ModelComparison:
         },
         orient="index",
     )
-    return ModelComparison(table, tuple(_complaints(results)))
+    return ModelComparison(table, tuple(_warnings(results)))
 
 
 def _check_several(results: Mapping[str, xr.DataTree]) -> None:
@@ -235,9 +234,12 @@ def _check_known(rows: dict[str, Row]) -> None:
         )
 
 
-def _complaints(results: Mapping[str, xr.DataTree]) -> list[str]:
-    lines = {name: one.attrs.get("complaints", "").splitlines() for name, one in results.items()}
-    return [f"{name}: {line}" for name, several in lines.items() for line in several]
+def _warnings(results: Mapping[str, xr.DataTree]) -> list[str]:
+    return [
+        f"{name}: {sentence}"
+        for name, result in results.items()
+        for sentence in warnings_of(result)
+    ]
 
 
 def _known(row: Row, name: str) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...inference.alternative import Alternative
+from ...inference.alternative_explanation import Alternative
 from ._confirm import Confirmed
 from ._estimates import laplace
 from ._hypotheses import Hypothesis

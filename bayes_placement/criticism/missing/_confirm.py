@@ -14,7 +14,7 @@ from scipy.special import logsumexp
 
 from ..._types import InfeasibleError, Key, no_progress
 from ...inference.engines import SMC
-from ...inference.engines.importance import pareto_k
+from ...inference.weights import GOOD_PARETO_K, pareto_k
 from ._descent import Fit
 from ._problem import Problem
 from ._randomised import DRAWS as ALONG_RIDGES
@@ -26,8 +26,8 @@ WIDER = 1.2
 DRAWS, KEPT, BLOCK = 4096, 1600, 256
 """Draws that are weighted, those kept of them by their weights, and those evaluated together."""
 
-GOOD_PARETO_K, LEAST_ESS = 0.7, 400.0
-"""Weights are trusted whose tail is no heavier, and of which so many are effective."""
+LEAST_ESS = 400.0
+"""Weights are trusted of which so many are effective, and whose tail is not too heavy."""
 
 ENGINE = SMC(particles=400, populations=4, moves=10, prior_draws=2)
 
@@ -63,7 +63,7 @@ class Reference:
         """Zero: the vector itself is what is named."""
         return jnp.zeros(())
 
-    def alternatives(self, flat: Any) -> list[Any]:
+    def symmetric_images(self, flat: Any) -> list[Any]:
         """None."""
         return []
 
@@ -72,7 +72,7 @@ class Reference:
         return self.mode + jax.random.normal(key, (draws, self.dimension)) @ self.root.T
 
     def prior_quadrature(
-        self, points: int, box: list[tuple[float, float]] | None = None
+        self, nodes: int, box: list[tuple[float, float]] | None = None
     ) -> tuple[Any, Any]:
         """Refuse: there is no prior here to lay nodes over."""
         raise InfeasibleError(

@@ -17,7 +17,7 @@ from ..._compiled import compiled
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ...experiment.observe import Complex
-from ...inference._standard_normal import Coordinates
+from ...inference.standard_normal import StandardNormalCoordinates
 from ._groups import Groups, grouped
 
 BATCH = 16
@@ -55,7 +55,8 @@ class Problem:
     def __init__(self, experiment: Experiment, data: Data):
         self.experiment = experiment
         self.data = data
-        self.coordinates = Coordinates({one.name: one.distribution for one in experiment.unknowns})
+        priors = {unknown.name: unknown.distribution for unknown in experiment.unknowns}
+        self.coordinates = StandardNormalCoordinates(priors)
         self.count = int(np.sum(np.asarray(data.measured)))
         self.compiled = compiled(_residuals).bound(experiment, data)
 
@@ -168,7 +169,9 @@ def _residuals(
     experiment: Experiment, data: Data, points: Float[Array, "point unknown"], logarithmic: Any
 ) -> tuple[Array, Array]:
     """Residuals of a batch of points, all that can differ between variants being an input."""
-    coordinates = Coordinates({one.name: one.distribution for one in experiment.unknowns})
+    coordinates = StandardNormalCoordinates(
+        {one.name: one.distribution for one in experiment.unknowns}
+    )
 
     def at(point: Point) -> tuple[Array, Array]:
         return _residual(experiment.fix(coordinates.values(point)), data, logarithmic)

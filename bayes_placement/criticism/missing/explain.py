@@ -16,7 +16,7 @@ from ..._types import InputError, Progress, no_progress
 from ...effects.library import Library
 from ...experiment.experiment import MEASURED, Experiment
 from ...experiment.noise import Data
-from ...inference.alternative import Alternative
+from ...inference.alternative_explanation import Alternative
 from ._alternatives import alternatives
 from ._branches import singles
 from ._confirm import Confirmed, confirmed

@@ -12,7 +12,7 @@ import pandas as pd
 
 from ..._files import write_atomically
 from ...experiment.experiment import Experiment
-from ...inference.alternative import Alternative
+from ...inference.alternative_explanation import Alternative
 from ._estimates import Estimate
 from ._odds import NONE, NOTHING
 

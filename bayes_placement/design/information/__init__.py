@@ -4,7 +4,7 @@ Divergences of posteriors from priors, and what an experiment may be expected to
 done, one estimator a file. Not known here: where else a transducer could sit.
 """
 
-from ...inference.alternative import Alternative
+from ...inference.alternative_explanation import Alternative
 from ...inference.divergence import (
     Divergence,
     from_evidence,

@@ -6,33 +6,19 @@ each component, as in `marginals.KDE`, laid out for speed: placements last.
 
 import functools
 import operator
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ...inference._kernel_density import SHRINKAGE
+from ...inference.marginals.kernel_density import Kernel
 
 MOST_LANES = 128
 """Sums that are formed side by side, at most."""
 
 MOST_TERMS = 32
 """Outputs, at most, whose squares are added term by term, four times as fast as by a reduction."""
-
-
-class Kernel(NamedTuple):
-    """Relative width of Gaussian kernels, and how far their centres are shrunk to their mean."""
-
-    width: float
-    shrinkage: float
-
-
-def kernel(name: str, draws: int, components: int) -> Kernel:
-    """Kernel for so many draws of so many outputs."""
-    factor = (4 / (draws * (components + 2))) ** (1 / (components + 4))
-    width, shrinkage = SHRINKAGE[name](factor, draws)
-    return Kernel(float(width), float(shrinkage))
 
 
 def log_density(

@@ -14,7 +14,7 @@ from jax.scipy.special import ndtr
 from ..._sites import Role
 from ..._types import InfeasibleError, InputError
 from ...experiment.experiment import Experiment
-from ...inference.alternative import Draws
+from ...inference.alternative_explanation import JointDraws
 from . import _points
 
 
@@ -41,7 +41,7 @@ class Prior(NamedTuple):
 class Posterior(NamedTuple):
     """Draws of unknowns that depend on each other."""
 
-    draws: Draws
+    draws: JointDraws
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -69,7 +69,7 @@ class Posterior(NamedTuple):
 Knowledge: TypeAlias = Prior | Posterior
 
 
-def knowledge(experiment: Experiment, after: Draws | None, moved: Sequence[str]) -> Knowledge:
+def knowledge(experiment: Experiment, after: JointDraws | None, moved: Sequence[str]) -> Knowledge:
     """What is known of the parameters and, after a measurement, of places that stay.
 
     A transducer that stays mounted sits where it sat: its place is known as well as the
@@ -108,6 +108,6 @@ def knowledge(experiment: Experiment, after: Draws | None, moved: Sequence[str])
     return Posterior({name: after[name] for name in [*laws, *stays]})
 
 
-def typical(after: Draws | None) -> dict[str, np.ndarray]:
+def typical(after: JointDraws | None) -> dict[str, np.ndarray]:
     """Mean of each unknown after a measurement; nothing without one."""
     return {name: np.asarray(np.mean(values, axis=0)) for name, values in (after or {}).items()}

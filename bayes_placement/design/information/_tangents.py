@@ -15,6 +15,8 @@ from jax.scipy.linalg import cho_factor, cho_solve
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
+from ...inference.marginals.kernel_density import silverman_width
+
 BATCH = 32
 """Responses, and kernels, that are evaluated at once."""
 
@@ -32,7 +34,7 @@ class Kernels(NamedTuple):
     def of(cls, respond: Callable[[Array], Array], drawn: Float[Array, "kernel coordinate"]) -> Any:
         """Kernels about draws, which are drawn together so that their covariance stays one."""
         count, dimension = drawn.shape
-        width = min(1.0, (4 / (count * (dimension + 2))) ** (1 / (dimension + 4)))
+        width = min(1.0, silverman_width(count, dimension))
         centres = np.sqrt(1 - width**2) * drawn
         # By differences: derivatives of eigenproblems take minutes to compile.
         aside = centres[:, None] + STEP * jnp.eye(dimension)

@@ -14,8 +14,8 @@ from jaxtyping import Array, Float
 
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from ...inference import _tensor_quadrature
-from ...inference.alternative import Draws, draws_of
+from ...inference.alternative_explanation import JointDraws, draws_of
+from ...inference.marginals import nested_quadrature
 from . import _points
 from ._estimator import Estimator, Gain, Plan, divergence, known_noise, placement_laws
 from ._knowledge import knowledge, typical
@@ -48,7 +48,7 @@ class Exact(Estimator):
     nodes: int = eqx.field(static=True, default=64)
     sampling: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
-    after: Draws | None = eqx.field(default=None, converter=draws_of)
+    after: JointDraws | None = eqx.field(default=None, converter=draws_of)
 
     def typical(self) -> dict[str, np.ndarray]:
         """Means after the earlier measurement."""
@@ -71,10 +71,12 @@ class Exact(Estimator):
         def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
             z = one.fix(nominal).predict()
             data = Data(z, np.ones(z.shape, dtype=bool))
-            nodes = _tensor_quadrature.nested(one, placement_laws(one, known.names), self.nodes)
+            nodes = nested_quadrature.nested_nodes(
+                one, placement_laws(one, known.names), self.nodes
+            )
 
             def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
-                return _tensor_quadrature.log_likelihood(one.fix(values), data, nodes)
+                return nested_quadrature.log_likelihood(one.fix(values), data, nodes)
 
             flat = {n: jnp.reshape(v, (-1, *v.shape[2:])) for n, v in parameters.items()}
             found = jax.lax.map(likelihood, flat, batch_size=BATCH)

@@ -14,7 +14,7 @@ from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
 from ...experiment.experiment import Experiment
-from ...inference.alternative import Draws, draws_of
+from ...inference.alternative_explanation import JointDraws, draws_of
 from . import _points
 from ._estimator import Estimator, Gain, Plan, deviation, known_noise, placement_laws
 from ._knowledge import Posterior, Prior, knowledge, typical
@@ -53,7 +53,7 @@ class ExpectedGain(Estimator):
     data_draws: int = eqx.field(static=True, default=256)
     sampling: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
-    after: Draws | None = eqx.field(default=None, converter=draws_of)
+    after: JointDraws | None = eqx.field(default=None, converter=draws_of)
 
     def typical(self) -> dict[str, np.ndarray]:
         """Means after the earlier measurement."""

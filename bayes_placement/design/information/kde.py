@@ -14,11 +14,11 @@ from jaxtyping import Array, Float
 
 from ..._types import InfeasibleError, InputError
 from ...experiment.experiment import Experiment
-from ...inference._kernel_density import SHRINKAGE
-from ...inference.alternative import Draws, draws_of
+from ...inference.alternative_explanation import JointDraws, draws_of
+from ...inference.marginals.kernel_density import KERNELS, Kernel, kernel
 from . import _modal_products, _points
 from ._estimator import Estimator, Gain, Plan, divergence, placement_laws
-from ._kernels import Kernel, kernel, log_density
+from ._kernels import log_density
 from ._knowledge import knowledge, typical
 
 BATCH = 25
@@ -57,13 +57,13 @@ class KDE(Estimator):
     kernel: str = eqx.field(static=True, default="soize")
     sampling: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
-    after: Draws | None = eqx.field(default=None, converter=draws_of)
+    after: JointDraws | None = eqx.field(default=None, converter=draws_of)
 
     def __check_init__(self) -> None:
-        if self.kernel not in SHRINKAGE:
+        if self.kernel not in KERNELS:
             raise InputError(
                 f"information.KDE has no kernel {self.kernel!r}. The kernels are "
-                f"{' and '.join(SHRINKAGE)}: KDE(kernel='soize')."
+                f"{' and '.join(KERNELS)}: KDE(kernel='soize')."
             )
 
     def typical(self) -> dict[str, np.ndarray]:

@@ -15,7 +15,7 @@ from jaxtyping import Array, Float
 
 from ..._types import InfeasibleError
 from ...experiment.experiment import Experiment
-from ...inference.alternative import Alternative
+from ...inference.alternative_explanation import Alternative
 from . import _points
 from ._estimator import Estimator, Gain, Plan, deviation, known_noise, placement_laws
 from ._knowledge import Posterior, Prior, knowledge

@@ -1,12 +1,9 @@
-"""engines: in, log_prior, log_likelihood and sample_prior over flat vectors; out, draws.
+"""Ways to explore a posterior, one file each; `__init__.pyi` is their registry.
 
-Ways to explore a posterior, one file each. Not known here: structures, placement, measurements.
+An engine is imported on first use, so that the command line can list the names before JAX is
+loaded. Its name there and in `infer(engine="smc")` is that of its class in lower case.
 """
 
-from .grid import Grid
-from .importance import Importance
-from .map import MAP
-from .nuts import NUTS
-from .smc import SMC
+import lazy_loader
 
-__all__ = ["MAP", "NUTS", "SMC", "Grid", "Importance"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

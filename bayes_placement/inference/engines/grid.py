@@ -1,7 +1,4 @@
-"""grid: in, a Gauss grid over the prior; out, the exact posterior of few unknowns.
-
-Not known here: structures, placement.
-"""
+"""Gauss grid over the prior: the exact posterior of few unknowns."""
 
 import dataclasses
 from typing import Any
@@ -12,19 +9,20 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ..._types import InfeasibleError, Key, Progress
-from ._engine import Draws, Engine, Posterior, in_batches
+from ..weights import LEAST_NODES, effective_size
+from .engine import Engine, EngineDraws, PosteriorDensity, in_batches
 from .importance import weighted
 
-LIMIT = 1_000_000
+MOST_NODES = 1_000_000
 NEGLIGIBLE = -25.0
 """Log of the weight, relative to the largest, that a node outside the box may have."""
 
-SMALLEST_GAIN = 0.8
-"""A box is zoomed into as long as a side shrinks below this share of itself."""
+LEAST_REDUCTION = 0.8
+"""The box is refined as long as a side shrinks below this share of itself."""
 
-LEAST_NODES = 2.5
-
-Box = list[tuple[float, float]]
+Interval = tuple[float, float]
+Box = list[Interval]
+"""Part of the prior of each unknown, by its cumulative probabilities."""
 
 
 class Grid(Engine):
@@ -35,7 +33,7 @@ class Grid(Engine):
 
     Parameters
     ----------
-    points
+    nodes
         Gauss nodes for each unknown.
     batch
         Nodes evaluated at a time; bounds the memory.
@@ -46,65 +44,68 @@ class Grid(Engine):
         If there are more than a million nodes.
     """
 
-    points: int = eqx.field(static=True, default=32)
+    nodes: int = eqx.field(static=True, default=32)
     batch: int = eqx.field(static=True, default=64)
 
-    def run(self, posterior: Posterior, key: Key, progress: Progress) -> Draws:
+    def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Weight every node by its prior weight and its likelihood."""
         self._check(posterior.dimension)
         box: Box = [(0.0, 1.0)] * posterior.dimension
         evaluate = jax.jit(jax.vmap(posterior.log_likelihood))
         while True:
-            vectors, log_weight = posterior.prior_quadrature(self.points, box)
+            vectors, log_weight = posterior.prior_quadrature(self.nodes, box)
             likelihood = in_batches(evaluate, vectors, self.batch, progress)
-            found = weighted(vectors, likelihood, log_weight)
-            cube = np.asarray(found.log_weight).reshape((self.points,) * posterior.dimension)
-            smaller = [self._zoom(cube, axis, part) for axis, part in enumerate(box)]
-            if not _gains(smaller, box):
-                return _diagnosed(found, cube)
-            box = smaller
+            draws = weighted(vectors, likelihood, log_weight)
+            cube = np.asarray(draws.log_weight).reshape((self.nodes,) * posterior.dimension)
+            refined = [self._refined(cube, axis, part) for axis, part in enumerate(box)]
+            if not _shrinks(refined, box):
+                return _diagnosed(draws, cube)
+            box = refined
 
     def _check(self, dimension: int) -> None:
-        size = self.points**dimension
-        if size > LIMIT:
+        size = self.nodes**dimension
+        if size > MOST_NODES:
             raise InfeasibleError(
-                f"engines.Grid({self.points}) over {dimension} unknowns has {size:.0e} nodes; at "
-                f"most {LIMIT:.0e} are affordable. Use marginals.Quadrature(), which takes the "
-                "positions out, or engines.SMC()."
+                f"engines.Grid({self.nodes}) over {dimension} unknowns has {size:.0e} nodes; at "
+                f"most {MOST_NODES:.0e} are affordable. Use marginals.Quadrature(), which takes "
+                "the positions out, or engines.SMC()."
             )
 
-    def _zoom(self, cube: np.ndarray, axis: int, part: tuple[float, float]) -> tuple[float, float]:
-        """Part of an unknown's law that carries the posterior, a node to spare on either side."""
-        others = tuple(other for other in range(cube.ndim) if other != axis)
-        along = logsumexp(cube, axis=others)
+    def _refined(self, cube: np.ndarray, axis: int, part: Interval) -> Interval:
+        """Part of an unknown's prior that carries the posterior, a node to spare on either side."""
+        along = _marginal_weight(cube, axis)
         carrying = np.flatnonzero(along > along.max() + NEGLIGIBLE)
-        first, last = max(carrying[0] - 1, -1), min(carrying[-1] + 1, self.points)
-        node = (np.polynomial.legendre.leggauss(self.points)[0] + 1) / 2
+        first, last = max(carrying[0] - 1, -1), min(carrying[-1] + 1, self.nodes)
+        node = (np.polynomial.legendre.leggauss(self.nodes)[0] + 1) / 2
         edges = np.concatenate([node, [1.0, 0.0]])  # the places -1 and n stand for the ends
         low, high = part
         return tuple(low + (high - low) * edges[[first, last]])  # type: ignore[return-value]
 
     def settings(self) -> dict[str, Any]:
         """Name and number of nodes."""
-        return {"engine": "Grid", "points": self.points}
+        return {"engine": "Grid", "nodes": self.nodes}
 
 
-def _gains(smaller: Box, box: Box) -> bool:
-    sides = zip(np.ptp(smaller, axis=1), np.ptp(box, axis=1), strict=True)
-    return any(new < SMALLEST_GAIN * old for new, old in sides)
+def _marginal_weight(cube: np.ndarray, axis: int) -> np.ndarray:
+    """Log weight [node] along one unknown, summed over the others."""
+    return logsumexp(cube, axis=tuple(other for other in range(cube.ndim) if other != axis))
 
 
-def _diagnosed(found: Draws, cube: np.ndarray) -> Draws:
-    axes = range(cube.ndim)
-    along = [logsumexp(cube, axis=tuple(a for a in axes if a != axis)) for axis in axes]
-    least = min(float(np.exp(2 * logsumexp(one) - logsumexp(2 * one))) for one in along)
-    complaint = (
+def _shrinks(refined: Box, box: Box) -> bool:
+    sides = zip(np.ptp(refined, axis=1), np.ptp(box, axis=1), strict=True)
+    return any(new < LEAST_REDUCTION * old for new, old in sides)
+
+
+def _diagnosed(draws: EngineDraws, cube: np.ndarray) -> EngineDraws:
+    sizes = [effective_size(_marginal_weight(cube, axis)) for axis in range(cube.ndim)]
+    least = float(min(sizes))
+    warning = (
         f"The grid does not resolve the posterior: {least:.1f} nodes carry it along one unknown, "
-        f"where {LEAST_NODES} are needed; use more, Grid(points=96), or engines.SMC()."
+        f"where {LEAST_NODES} are needed; use more, Grid(nodes=96), or engines.SMC()."
     )
     return dataclasses.replace(
-        found,
+        draws,
         exact=True,
         attributes={"grid_node_ess": least},
-        complaints=(complaint,) if least < LEAST_NODES else (),
+        warnings=(warning,) if least < LEAST_NODES else (),
     )

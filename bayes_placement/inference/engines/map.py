@@ -13,8 +13,8 @@ import numpy as np
 from scipy.optimize import differential_evolution, minimize
 
 from ..._types import InputError, Key, Progress
-from ._engine import Draws, Engine, Posterior
-from .importance import GOOD_PARETO_K, pareto_k
+from ..weights import GOOD_PARETO_K, pareto_k
+from .engine import Engine, EngineDraws, PosteriorDensity
 
 Objective = Callable[[Any], Any]
 
@@ -46,7 +46,7 @@ class MAP(Engine):
                 f"{' and '.join(_SEARCHES)}: MAP(search='evolutionary')."
             )
 
-    def run(self, posterior: Posterior, key: Key, progress: Progress) -> Draws:
+    def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Search from many starts and draw from the Gaussian about the best point."""
         start_key, draw_key = jax.random.split(key)
 
@@ -64,8 +64,14 @@ class MAP(Engine):
         return self._laplace(posterior, cost, jnp.asarray(best.x), draw_key, reached, len(ends))
 
     def _laplace(
-        self, posterior: Posterior, cost: Objective, mode: Any, key: Key, reached: int, of: int
-    ) -> Draws:
+        self,
+        posterior: PosteriorDensity,
+        cost: Objective,
+        mode: Any,
+        key: Key,
+        reached: int,
+        of: int,
+    ) -> EngineDraws:
         values, vectors = np.linalg.eigh(np.asarray(jax.jit(jax.hessian(cost))(mode)))
         flat = bool(np.any(values < 1e-8 * values.max()))
         root = vectors / np.sqrt(np.maximum(values, 1e-8 * values.max()))
@@ -76,13 +82,13 @@ class MAP(Engine):
         likelihood = jax.jit(jax.vmap(posterior.log_likelihood))(position)
         density = likelihood + jax.jit(jax.vmap(posterior.log_prior))(position)
         k = pareto_k(np.asarray(density) + 0.5 * np.sum(np.asarray(normal) ** 2, axis=1))
-        return Draws(
+        return EngineDraws(
             position=position[None],
             log_likelihood=likelihood[None],
             log_evidence=float("nan") if flat else evidence,
             mode=mode,
             attributes={"starts": of, "starts_at_best": reached, "pareto_k": k},
-            complaints=_complaints(flat, k, reached, of),
+            warnings=_warnings(flat, k, reached, of),
         )
 
     def settings(self) -> dict[str, Any]:
@@ -133,22 +139,22 @@ def _evolved(cost: Objective, starts: np.ndarray, seed: int) -> np.ndarray:
     return best.x[None]
 
 
-def _complaints(flat: bool, k: float, reached: int, of: int) -> tuple[str, ...]:
-    complaints = []
+def _warnings(flat: bool, k: float, reached: int, of: int) -> tuple[str, ...]:
+    warnings = []
     if flat:
-        complaints.append(
+        warnings.append(
             "The posterior is flat at its maximum, or the maximum lies at the edge of a prior, so "
             "the Laplace covariance means nothing in that direction; use engines.SMC()."
         )
     if k > GOOD_PARETO_K and not flat:
-        complaints.append(
+        warnings.append(
             f"The posterior is not near the Gaussian of Laplace's method: Pareto k = {k:.2f} is "
             f"above {GOOD_PARETO_K}; its mode stands, its spread and evidence do not, so use "
             "engines.SMC()."
         )
     if of > 1 and reached == 1:
-        complaints.append(
+        warnings.append(
             f"Only one of {of} starts reached the best point found, so a better one may exist; use "
             "more starts, MAP(starts=128)."
         )
-    return tuple(complaints)
+    return tuple(warnings)

@@ -1,7 +1,4 @@
-"""nuts: in, a posterior and its gradient; out, chains of the no-U-turn sampler.
-
-Not known here: structures, placement.
-"""
+"""Chains of the no-U-turn sampler."""
 
 from typing import Any
 
@@ -13,9 +10,11 @@ from arviz_stats.base import array_stats
 from numpyro.infer import NUTS as Kernel
 
 from ..._types import Key, Progress
-from ._engine import Draws, Engine, Posterior
+from .engine import Engine, EngineDraws, PosteriorDensity
 
 GOOD_R_HAT = 1.01
+BLOCK = 100
+"""Steps between two reports of the progress, at most."""
 
 
 class NUTS(Engine):
@@ -37,7 +36,7 @@ class NUTS(Engine):
     draws: int = eqx.field(static=True, default=1000)
     target_accept: float = eqx.field(static=True, default=0.9)
 
-    def run(self, posterior: Posterior, key: Key, progress: Progress) -> Draws:
+    def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Run all chains together, block by block."""
 
         def potential(flat: Any) -> Any:
@@ -55,8 +54,11 @@ class NUTS(Engine):
         return self._draws(kept, likelihood)
 
     def _sample(self, kernel: Kernel, state: Any, progress: Progress) -> dict[str, Any]:
-        length = int(np.gcd(self.warmup, self.draws))
-        length = next(n for n in range(min(length, 100), 0, -1) if length % n == 0)
+        """Statistics and positions of the draws [chain, draw, ...], by name."""
+        total = self.warmup + self.draws
+        # Blocks of one length, so that only one is compiled; what is too much is cut off.
+        count = -(-total // BLOCK)
+        length = -(-total // count)
 
         def step(state: Any, _: None) -> tuple[Any, dict[str, Any]]:
             state = kernel.sample(state, (), {})
@@ -70,27 +72,28 @@ class NUTS(Engine):
             return state, kept
 
         block = jax.jit(lambda state: jax.lax.scan(step, state, None, length=length))
-        blocks, total = [], self.warmup + self.draws
-        for done in range(length, total + 1, length):
+        blocks = []
+        for number in range(1, count + 1):
             state, kept = block(state)
-            if done > self.warmup:
-                blocks.append(jax.tree.map(np.asarray, kept))
-            progress(done / total)
+            blocks.append(jax.tree.map(np.asarray, kept))
+            progress(number / count)
         return {
-            name: jnp.asarray(np.concatenate([b[name] for b in blocks]).swapaxes(0, 1))
+            name: jnp.asarray(
+                np.concatenate([kept[name] for kept in blocks])[self.warmup : total].swapaxes(0, 1)
+            )
             for name in blocks[0]
         }
 
-    def _draws(self, kept: dict[str, Any], likelihood: Any) -> Draws:
+    def _draws(self, kept: dict[str, Any], likelihood: Any) -> EngineDraws:
         position = kept.pop("position")
         r_hat = float(np.max(array_stats.rhat(np.moveaxis(np.asarray(position), 2, 0))))
         divergences = int(np.sum(kept["diverging"]))
-        return Draws(
+        return EngineDraws(
             position=position,
             log_likelihood=likelihood,
             stats=kept,
             attributes={"divergences": divergences},
-            complaints=_complaints(r_hat, divergences, position.shape[0] * position.shape[1]),
+            warnings=_warnings(r_hat, divergences, position.shape[0] * position.shape[1]),
         )
 
     def settings(self) -> dict[str, Any]:
@@ -99,17 +102,17 @@ class NUTS(Engine):
         return {"engine": "NUTS", **sizes, "target_accept": self.target_accept}
 
 
-def _complaints(r_hat: float, divergences: int, draws: int) -> tuple[str, ...]:
-    complaints = []
+def _warnings(r_hat: float, divergences: int, draws: int) -> tuple[str, ...]:
+    warnings = []
     if r_hat > GOOD_R_HAT:
-        complaints.append(
+        warnings.append(
             f"The chains have not mixed: R-hat = {r_hat:.3f} is above {GOOD_R_HAT}; the posterior "
             "may have separate modes, which NUTS does not hop between, so use engines.SMC(), or "
             "run longer chains."
         )
     if divergences > 0.01 * draws:
-        complaints.append(
+        warnings.append(
             f"{divergences} of {draws} NUTS transitions diverged, so a narrow region may be "
             "missing; raise target_accept, or use engines.SMC()."
         )
-    return tuple(complaints)
+    return tuple(warnings)

@@ -1,8 +1,4 @@
-"""smc: in, draws from the prior; out, the posterior by tempering, with its evidence.
-
-Several independent populations run, so that their spread tells the error. Not known here:
-structures, placement.
-"""
+"""Tempered sequential Monte Carlo from the prior to the posterior, with its evidence."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -20,12 +16,15 @@ from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
 from ..._types import InputError, Key, Progress
-from ._engine import Draws, Engine, Posterior
+from .engine import Engine, EngineDraws, PosteriorDensity
 
 GOOD_R_HAT = 1.05
 TARGET_ACCEPTANCE = 0.25
-CANDIDATES = 4
+NEIGHBOURS = 4
 """Particles of which the nearest makes a step, so that most steps stay within a mode."""
+
+FAR_STEPS = 0.1
+"""Share of the steps that are the difference of any two particles, to lead from mode to mode."""
 
 
 class _Population(NamedTuple):
@@ -78,7 +77,7 @@ class SMC(Engine):
                 "tells the error: SMC(particles=2000, populations=4)."
             )
 
-    def run(self, posterior: Posterior, key: Key, progress: Progress) -> Draws:
+    def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Temper every population from the prior to the posterior."""
         size = self.particles // self.populations
         likelihood = jax.jit(lambda x: jax.lax.map(posterior.log_likelihood, x, batch_size=size))
@@ -86,20 +85,20 @@ class SMC(Engine):
             jax.jit(lambda key, population: self._resample(key, population, size)),
             jax.jit(lambda key, population: self._move(posterior, key, population)),
         )
-        found = []
-        for number, one in enumerate(jax.random.split(key, self.populations)):
-            start_key, one = jax.random.split(one)
+        tempered = []
+        for number, population_key in enumerate(jax.random.split(key, self.populations)):
+            start_key, temper_key = jax.random.split(population_key)
             particles = posterior.sample_prior(start_key, size * self.prior_draws)
             population = _start(particles, likelihood(particles), number)
 
             def share(temperature: float, number: int = number) -> None:
                 progress((number + _log_share(temperature)) / self.populations)
 
-            found.append(_temper(stages, one, population, share))
-        return self._draws([population for population, _ in found], [n for _, n in found])
+            tempered.append(_temper(stages, temper_key, population, share))
+        return self._draws(*map(list, zip(*tempered, strict=True)))
 
     def _resample(self, key: Key, population: _Population, size: int) -> _Population:
-        """Raise the temperature as far as the target ESS allows, and resample so many."""
+        """Raise the temperature as far as the target ESS allows, and resample to this size."""
         temperature = self._next_temperature(population, size)
         log_weight = (temperature - population.temperature) * population.log_likelihood
         log_weight = jnp.where(jnp.isnan(log_weight), -jnp.inf, log_weight)
@@ -114,15 +113,15 @@ class SMC(Engine):
         )
 
     def _next_temperature(self, population: _Population, size: int) -> Any:
-        """Temperature at which the share `target_ess` of so many particles is effective."""
+        """Temperature at which the share `target_ess` of a population is effective."""
         rest = 1 - population.temperature
         target = self.target_ess * size / population.log_likelihood.size
         delta = ess_solver(lambda x: x, population.log_likelihood, target, rest, dichotomy)
         raised = population.temperature + jnp.clip(delta, 0.0, rest)
         return jnp.where(rest - delta < 1e-9, 1.0, raised)
 
-    def _move(self, posterior: Posterior, key: Key, population: _Population) -> _Population:
-        """Random walk of every particle at one temperature, and a try at each alternative."""
+    def _move(self, posterior: PosteriorDensity, key: Key, population: _Population) -> _Population:
+        """Random walk of every particle at one temperature, then a jump to a symmetric image."""
         particles = population.particles
         pairs = population.scale * 2.38 / jnp.sqrt(2 * particles.shape[1])
 
@@ -135,9 +134,9 @@ class SMC(Engine):
             return _difference(key, particles, pairs)
 
         def walk(key: Key, position: Any) -> tuple[Any, Any]:
-            walk_key, switch_key = jax.random.split(key)
+            walk_key, image_key = jax.random.split(key)
             state, rate = _walk(density, jump, walk_key, position, self.moves)
-            return _switch(posterior, density, switch_key, state), rate
+            return _jump_to_image(posterior, density, image_key, state), rate
 
         keys = jax.random.split(key, particles.shape[0])
         moved, rates = jax.vmap(walk)(keys, particles)
@@ -147,20 +146,20 @@ class SMC(Engine):
             scale=population.scale * jnp.exp(jnp.mean(rates) - TARGET_ACCEPTANCE),
         )
 
-    def _draws(self, populations: list[_Population], steps: list[int]) -> Draws:
-        evidences = np.array([float(one.log_evidence) for one in populations])
-        together = logsumexp(jnp.asarray(evidences)) - np.log(evidences.size)
-        position = jnp.stack([one.particles for one in populations])
+    def _draws(self, populations: list[_Population], steps: list[int]) -> EngineDraws:
+        evidences = np.array([float(population.log_evidence) for population in populations])
+        log_evidence = logsumexp(jnp.asarray(evidences)) - np.log(evidences.size)
+        position = jnp.stack([population.particles for population in populations])
         r_hat = float(np.max(array_stats.rhat(np.moveaxis(np.asarray(position), 2, 0))))
-        lineage = jnp.stack([one.lineage for one in populations])
-        return Draws(
+        lineage = jnp.stack([population.lineage for population in populations])
+        return EngineDraws(
             position=position,
-            log_likelihood=jnp.stack([one.log_likelihood for one in populations]),
+            log_likelihood=jnp.stack([population.log_likelihood for population in populations]),
             lineage=lineage,
-            log_evidence=float(together),
+            log_evidence=float(log_evidence),
             log_evidence_error=evidence_error(evidences, np.asarray(lineage), steps),
             attributes={"temperatures": max(steps)},
-            complaints=_complaints(r_hat),
+            warnings=_warnings(r_hat),
         )
 
     def settings(self) -> dict[str, Any]:
@@ -183,7 +182,10 @@ def _start(particles: Any, likelihood: Any, number: int) -> _Population:
     return _Population(particles, likelihood, zero, zero, lineage, jnp.ones(()))
 
 
-def _temper(stages: _Stages, key: Key, population: _Population, progress: Progress) -> Any:
+def _temper(
+    stages: _Stages, key: Key, population: _Population, progress: Progress
+) -> tuple[_Population, int]:
+    """Temper a population up to the posterior; with it the number of temperatures."""
     steps = 0
     while float(population.temperature) < 1:
         key, resample_key, move_key = jax.random.split(key, 3)
@@ -205,46 +207,46 @@ def _log_share(temperature: float) -> float:
 
 
 def _walk(density: Any, jump: Any, key: Key, position: Any, moves: int) -> tuple[Any, Any]:
-    """Random walk of one particle; where and how high it ends, and the share of steps accepted."""
+    """Random walk of one particle: its last state, and the share of steps accepted."""
     kernel = random_walk.build_additive_step()
 
-    def one(state: Any, key: Key) -> tuple[Any, Any]:
+    def step(state: Any, key: Key) -> tuple[Any, Any]:
         state, info = kernel(key, state, density, jump)
         return state, info.acceptance_rate
 
     start = random_walk.init(position, density)
-    end, rates = jax.lax.scan(one, start, jax.random.split(key, moves))
+    end, rates = jax.lax.scan(step, start, jax.random.split(key, moves))
     return end, jnp.mean(rates)
 
 
-def _switch(posterior: Posterior, density: Any, key: Key, state: Any) -> Any:
-    """Try one alternative, by lot; each keeps the volume of the named values (Metropolis)."""
-    others = posterior.alternatives(state.position)
-    if not others:
+def _jump_to_image(posterior: PosteriorDensity, density: Any, key: Key, state: Any) -> Any:
+    """Try one symmetric image, chosen at random; each keeps the volume of the named values."""
+    images = posterior.symmetric_images(state.position)
+    if not images:
         return state.position
-    lot_key, accept_key = jax.random.split(key)
-    # One lot more than there are alternatives: an exact symmetry would swap all in step.
-    lot = jax.random.randint(lot_key, (), 0, len(others) + 1)
-    other = jnp.stack([*others, state.position])[lot]
-    inside = jnp.all(jnp.isfinite(other))
-    other = jnp.where(inside, other, state.position)
-    volume = posterior.log_jacobian(state.position) - posterior.log_jacobian(other)
-    gain = density(other) - state.logdensity + volume
+    choice_key, accept_key = jax.random.split(key)
+    # One choice more than there are images: an exact symmetry would swap all particles in step.
+    choice = jax.random.randint(choice_key, (), 0, len(images) + 1)
+    image = jnp.stack([*images, state.position])[choice]
+    inside = jnp.all(jnp.isfinite(image))
+    image = jnp.where(inside, image, state.position)
+    volume = posterior.log_jacobian(state.position) - posterior.log_jacobian(image)
+    gain = density(image) - state.logdensity + volume
     accepted = inside & (jnp.log(jax.random.uniform(accept_key)) < gain)
-    return jnp.where(accepted, other, state.position)
+    return jnp.where(accepted, image, state.position)
 
 
 def _difference(key: Key, particles: Any, pairs: Any) -> Any:
-    """Difference of two particles of one mode; at times of any two, to lead from mode to mode."""
+    """Step of a random walk: mostly the difference of two particles of one mode."""
     pair_key, far_key, sign_key, noise_key = jax.random.split(key, 4)
-    first, *others = jax.random.randint(pair_key, (1 + CANDIDATES,), 0, particles.shape[0])
+    first, *others = jax.random.randint(pair_key, (1 + NEIGHBOURS,), 0, particles.shape[0])
     differences = particles[first] - particles[jnp.stack(others)]
-    # Drawn without regard to where the walker is, and with a sign by lot, a step is as likely as
+    # Drawn without regard to where the walker is, and with a random sign, a step is as likely as
     # its reverse, whichever pair is taken.
     nearest = differences[jnp.argmin(jnp.sum(differences**2, axis=1))]
-    far = jax.random.bernoulli(far_key, 0.1)
+    far = jax.random.bernoulli(far_key, FAR_STEPS)
     step = jnp.where(far, differences[0], pairs * nearest) * jax.random.rademacher(sign_key, ())
-    # A little noise makes every place reachable; a thousandth of the spread changes no target.
+    # A little noise makes every point reachable; a thousandth of the spread changes no posterior.
     noise = 1e-3 * jnp.std(particles, axis=0) * jax.random.normal(noise_key, particles.shape[1:])
     return step + noise
 
@@ -253,12 +255,12 @@ def evidence_error(evidences: np.ndarray, lineage: np.ndarray, steps: list[int])
     """Standard error of the log of the mean evidence of independent populations.
 
     The larger of two estimates: the spread between populations, and the variance that the
-    genealogy of each tells (Lee and Whiteley, doi:10.1093/biomet/asy028).
+    genealogy of each gives (Lee and Whiteley, doi:10.1093/biomet/asy028).
     """
     count = evidences.size
     relative = np.exp(evidences - evidences.max())
     spread = np.std(relative, ddof=1) / np.mean(relative) / np.sqrt(count)
-    variances = [_genealogical_variance(one, n) for one, n in zip(lineage, steps, strict=True)]
+    variances = [_genealogical_variance(*pair) for pair in zip(lineage, steps, strict=True)]
     return float(max(spread, np.sqrt(max(float(np.mean(variances)), 0.0) / count)))
 
 
@@ -268,7 +270,7 @@ def _genealogical_variance(lineage: np.ndarray, steps: int) -> float:
     return 1 - (size / (size - 1)) ** steps * (1 - np.sum(shares**2))
 
 
-def _complaints(r_hat: float) -> tuple[str, ...]:
+def _warnings(r_hat: float) -> tuple[str, ...]:
     if r_hat <= GOOD_R_HAT:
         return ()
     return (

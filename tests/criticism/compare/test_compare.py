@@ -282,7 +282,7 @@ def bars():
                 coherence=np.full(clean.shape, 1 / (1 + 8 * 2 * 0.02**2)),
                 averages=8,
             )
-        engine = bp.engines.Grid(points=400)
+        engine = bp.engines.Grid(nodes=400)
         results[quantity] = bp.infer(experiment, measurement, engine=engine, key=0)
     return results
 
@@ -373,9 +373,9 @@ def test_a_datum_that_moves_the_posterior_has_a_large_pareto_k(right):
     assert any('PSIS-LOO of "spoilt" is not to be trusted' in line for line in found.words())
 
 
-def test_the_text_holds_table_complaints_and_words(right, wide):
+def test_the_text_holds_table_warnings_and_words(right, wide):
     results = {"right": right.result(), "wide": wide.result()}
-    results["wide"].attrs["complaints"] = "The populations disagree."
+    results["wide"].attrs["warnings"] = ["The populations disagree."]
     text = str(compare(results))
     assert "log Bayes factor" in text
     assert "share of Pareto k > 0.7" in text

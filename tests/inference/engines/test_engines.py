@@ -9,9 +9,9 @@ import pytest
 
 from bayes_placement import engines
 from bayes_placement._types import no_progress
-from bayes_placement.inference._target import Target
 from bayes_placement.inference.engines.importance import pareto_k
 from bayes_placement.inference.engines.smc import _start
+from bayes_placement.inference.unconstrained import UnconstrainedModel
 
 # y = a + 2 b + noise and y' = b + noise, with Gaussian priors of different means and scales: the
 # posterior is Gaussian, correlated, and symmetric in nothing.
@@ -46,7 +46,7 @@ TWO_MODES = {"x": dist.Uniform(-3.0, 5.0)}
 
 
 def run(engine, model=linear_gaussian, laws=LAWS, key=0, **options):
-    target = Target(model, laws, **options)
+    target = UnconstrainedModel(model, laws, **options)
     return target, engine.run(target, jax.random.PRNGKey(key), no_progress)
 
 
@@ -60,7 +60,7 @@ def weights(draws):
     ("engine", "effective"),
     [
         (engines.Importance(draws=20_000), 400),
-        (engines.Grid(points=48), 1e8),
+        (engines.Grid(nodes=48), 1e8),
         (engines.MAP(starts=4, draws=20_000), 20_000),
         (engines.NUTS(warmup=300, draws=1000), 1000),
         (engines.SMC(particles=2000), 1500),
@@ -80,7 +80,7 @@ def test_a_gaussian_posterior_is_found(engine, effective):
 
 @pytest.mark.parametrize(
     ("engine", "error"),
-    [(engines.Grid(points=48), 1e-4), (engines.MAP(starts=4), 1e-6)],
+    [(engines.Grid(nodes=48), 1e-4), (engines.MAP(starts=4), 1e-6)],
     ids=lambda one: type(one).__name__,
 )
 def test_an_exact_evidence_is_exact(engine, error):
@@ -120,14 +120,14 @@ def test_smc_weighs_separate_modes():
 
 def test_nuts_says_that_it_does_not_hop():
     _, draws = run(engines.NUTS(warmup=200, draws=200), two_modes, TWO_MODES, key=3)
-    assert any("have not mixed: R-hat" in one for one in draws.complaints)
+    assert any("have not mixed: R-hat" in one for one in draws.warnings)
 
 
 def test_a_symmetry_lets_smc_switch_between_modes():
     # All particles start in one mode, whose differences lead nowhere else: only the mirror does.
     mirror = (lambda values: {"x": -values["x"]},)
     for moves, expected in (((), 0.0), (mirror, 0.5)):
-        target = Target(two_modes, TWO_MODES, moves)
+        target = UnconstrainedModel(two_modes, TWO_MODES, moves)
         x = 2.0 + 1e-3 * jax.random.normal(jax.random.PRNGKey(0), (500,))
         particles = jax.vmap(target.flatten)({"x": x})
         likelihood = jax.vmap(target.log_likelihood)(particles)
@@ -154,13 +154,13 @@ def test_a_grid_zooms_into_a_narrow_posterior():
         x = numpyro.sample("x", dist.Uniform(0.0, 1.0))
         numpyro.sample("y", dist.Normal(x, 1e-4), obs=jnp.asarray(0.30005))
 
-    target, draws = run(engines.Grid(points=24), narrow, {"x": dist.Uniform(0.0, 1.0)})
+    target, draws = run(engines.Grid(nodes=24), narrow, {"x": dist.Uniform(0.0, 1.0)})
     x = np.asarray(jax.vmap(jax.vmap(target.constrain))(draws.position)["x"])
     mean = np.sum(weights(draws) * x)
     np.testing.assert_allclose(mean, 0.30005, atol=1e-7)
     np.testing.assert_allclose(np.sum(weights(draws) * (x - mean) ** 2), 1e-8, rtol=1e-3)
     np.testing.assert_allclose(draws.log_evidence, 0.0, atol=1e-3)
-    assert draws.complaints == ()
+    assert draws.warnings == ()
 
 
 def test_the_evolutionary_search_finds_the_better_of_two_modes():
@@ -175,7 +175,7 @@ def test_the_evolutionary_search_finds_the_better_of_two_modes():
 
 def test_laplace_says_when_the_posterior_is_no_gaussian():
     _, draws = run(engines.MAP(), two_modes, TWO_MODES)
-    assert draws.complaints == ()  # each of the two peaks by itself is near a Gaussian
+    assert draws.warnings == ()  # each of the two peaks by itself is near a Gaussian
 
     def banana():
         x = numpyro.sample("x", dist.Uniform(-3.0, 5.0))
@@ -183,12 +183,12 @@ def test_laplace_says_when_the_posterior_is_no_gaussian():
         numpyro.sample("z", dist.Normal(y - x**2, 0.01), obs=jnp.asarray(0.0))
 
     _, draws = run(engines.MAP(), banana, {**TWO_MODES, "y": dist.Uniform(-30.0, 30.0)})
-    assert any("not near the Gaussian" in one or "flat at its" in one for one in draws.complaints)
+    assert any("not near the Gaussian" in one or "flat at its" in one for one in draws.warnings)
 
 
 def test_importance_says_when_few_draws_carry_the_weight():
     _, draws = run(engines.Importance(draws=200), two_modes, TWO_MODES)
-    assert any("Importance sampling is unreliable here" in one for one in draws.complaints)
+    assert any("Importance sampling is unreliable here" in one for one in draws.warnings)
 
 
 @pytest.mark.parametrize("shape", [0.3, 0.7, 1.2])
@@ -212,14 +212,14 @@ def test_data_that_cannot_be_are_an_error(engine):
 
 
 def test_a_discrete_unknown_is_an_error():
-    with pytest.raises(ValueError, match="has a discrete law, BernoulliProbs"):
-        Target(linear_gaussian, {"a": dist.Bernoulli(0.5)})
+    with pytest.raises(ValueError, match="has a discrete distribution, BernoulliProbs"):
+        UnconstrainedModel(linear_gaussian, {"a": dist.Bernoulli(0.5)})
 
 
 def test_a_large_grid_is_an_error():
     laws = {name: dist.Uniform(0.0, 1.0) for name in "abcde"}
     with pytest.raises(ValueError, match=r"engines.Grid\(24\) over 5 unknowns has 8e\+06 nodes"):
-        engines.Grid(points=24).run(Target(linear_gaussian, laws), None, no_progress)
+        engines.Grid(nodes=24).run(UnconstrainedModel(linear_gaussian, laws), None, no_progress)
 
 
 def test_wrong_settings_are_errors():
@@ -232,6 +232,6 @@ def test_wrong_settings_are_errors():
 def test_progress_ends_at_one():
     for engine in (engines.Importance(draws=40, batch=20), engines.NUTS(warmup=20, draws=20)):
         shares = []
-        engine.run(Target(linear_gaussian, LAWS), jax.random.PRNGKey(0), shares.append)
+        engine.run(UnconstrainedModel(linear_gaussian, LAWS), jax.random.PRNGKey(0), shares.append)
         assert shares[-1] == pytest.approx(1.0)
         assert shares == sorted(shares)

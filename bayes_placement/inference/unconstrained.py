@@ -1,11 +1,6 @@
-"""_target: in, a NumPyro model and the laws of its unknowns; out, densities over one flat vector.
-
-Not known here: structures, engines. The vector is unconstrained, so that every engine may move
-freely; `constrain` gives the values by name.
-"""
+"""Prior and likelihood of a NumPyro model over one flat vector without bounds."""
 
 from collections.abc import Callable
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -15,44 +10,44 @@ from numpyro.distributions import Distribution, biject_to
 from numpyro.infer.util import compute_log_probs
 
 from .._types import InputError, Key
-from ._quadrature import tensor
+from ._quadrature_rules import product_rule
+from .symmetries import Move, Values
 
-Values = dict[str, Any]
 Flat = Float[Array, "unknown"]
 
 
-class Target:
+class UnconstrainedModel:
     """Prior and likelihood of a NumPyro model over unconstrained vectors.
 
     Parameters
     ----------
     model
         The model; whatever it observes makes the likelihood.
-    laws
+    priors
         Prior of each of its unknowns, by site name, independent of each other.
     moves
         Maps of named values that may lead to an equally good explanation; each keeps volume and
-        undoes itself.
+        is its own inverse.
 
     Raises
     ------
-    ValueError
+    InputError
         If an unknown is discrete.
     """
 
     def __init__(
         self,
         model: Callable[[], None],
-        laws: dict[str, Distribution],
-        moves: tuple[Callable[[Values], Values], ...] = (),
+        priors: dict[str, Distribution],
+        moves: tuple[Move, ...] = (),
     ):
-        _check_continuous(laws)
+        _check_continuous(priors)
         self.model = model
         self.moves = moves
-        self.laws = laws
-        self.transforms = {name: biject_to(law.support) for name, law in laws.items()}
+        self.priors = priors
+        self.transforms = {name: biject_to(prior.support) for name, prior in priors.items()}
         shapes = {
-            name: transform.inverse_shape(laws[name].shape())
+            name: transform.inverse_shape(priors[name].shape())
             for name, transform in self.transforms.items()
         }
         flat, self.unravel = ravel_pytree({name: jnp.zeros(s) for name, s in shapes.items()})
@@ -72,15 +67,15 @@ class Target:
         """Log volume that (some) values gain per volume of the unconstrained vector."""
         free, values = self.unravel(flat), self.constrain(flat)
         total = jnp.zeros(())
-        for name in names or list(self.laws):
+        for name in names or list(self.priors):
             total += jnp.sum(self.transforms[name].log_abs_det_jacobian(free[name], values[name]))
         return total
 
     def log_prior(self, flat: Flat, names: list[str] | None = None) -> Float[Array, ""]:
         """Log prior density of (some of) the unconstrained vector."""
         values = self.constrain(flat)
-        chosen = [jnp.sum(self.laws[name].log_prob(values[name])) for name in names or self.laws]
-        return sum(chosen, self.log_jacobian(flat, names))
+        terms = [jnp.sum(self.priors[name].log_prob(values[name])) for name in names or self.priors]
+        return sum(terms, self.log_jacobian(flat, names))
 
     def log_likelihood(self, flat: Flat) -> Float[Array, ""]:
         """Log density of everything that the model observes."""
@@ -93,7 +88,7 @@ class Target:
         numbered = self.unravel(jnp.arange(self.dimension, dtype=float))
         return [int(place) for name in names for place in jnp.ravel(numbered[name])]
 
-    def alternatives(self, flat: Flat) -> list[Flat]:
+    def symmetric_images(self, flat: Flat) -> list[Flat]:
         """Vectors that may explain the data as well; NaN where a prior excludes one."""
         return [self.flatten(move(self.constrain(flat))) for move in self.moves]
 
@@ -101,38 +96,38 @@ class Target:
         """Independent draws from the prior."""
 
         def draw(key: Key) -> Flat:
-            keys = jax.random.split(key, len(self.laws))
-            pairs = zip(self.laws.items(), keys, strict=True)
-            return self.flatten({name: law.sample(one) for (name, law), one in pairs})
+            keys = jax.random.split(key, len(self.priors))
+            pairs = zip(self.priors.items(), keys, strict=True)
+            return self.flatten({name: prior.sample(own_key) for (name, prior), own_key in pairs})
 
         return jax.jit(jax.vmap(draw))(jax.random.split(key, draws))
 
     def prior_quadrature(
-        self, points: int, box: list[tuple[float, float]] | None = None
+        self, nodes: int, box: list[tuple[float, float]] | None = None
     ) -> tuple[Float[Array, "node unknown"], Float[Array, "node"]]:
         """Gauss nodes over the prior of scalar unknowns, and the logs of their weights.
 
         Parameters
         ----------
-        points
+        nodes
             Nodes for each unknown; the last unknown runs fastest.
         box
-            Part of each law, by its cumulative probabilities; the whole by default.
+            Part of each prior, by its cumulative probabilities; all of it by default.
 
         Raises
         ------
         InfeasibleError
-            If an unknown is no scalar or its law cannot be inverted.
+            If an unknown is no scalar or its prior cannot be inverted.
         """
-        values, log_weight = tensor(self.laws, points, box)
+        values, log_weight = product_rule(self.priors, nodes, box)
         return jax.jit(jax.vmap(self.flatten))(values), log_weight
 
 
-def _check_continuous(laws: dict[str, Distribution]) -> None:
-    for name, law in laws.items():
-        if law.support.is_discrete:
+def _check_continuous(priors: dict[str, Distribution]) -> None:
+    for name, prior in priors.items():
+        if prior.support.is_discrete:
             raise InputError(
-                f'The unknown "{name}" has a discrete law, {type(law).__name__}, which the engines '
-                "cannot move through. Sum over it by marginals.Nodes(), give it a continuous law, "
-                "or run NumPyro's DiscreteHMCGibbs on experiment.model."
+                f'The unknown "{name}" has a discrete distribution, {type(prior).__name__}, which '
+                "the engines cannot move through. Sum over it by marginals.Enumeration(), give it "
+                "a continuous distribution, or run NumPyro's DiscreteHMCGibbs on experiment.model."
             )

@@ -1,7 +1,4 @@
-"""alternative: in, a posterior; out, its draws by name, as one explanation of the data.
-
-Not known here: how explanations were found, where they would be told apart.
-"""
+"""One explanation of earlier data among others: an experiment and draws of its unknowns."""
 
 from collections.abc import Mapping
 from typing import Any, TypeAlias
@@ -12,18 +9,18 @@ import xarray as xr
 
 from ..experiment.experiment import Experiment
 
-Draws: TypeAlias = dict[str, np.ndarray]
+JointDraws: TypeAlias = dict[str, np.ndarray]
 """Draws of equal weight that belong together [draw, ...], by the name of the unknown."""
 
 
-def draws_of(posterior: xr.DataTree | Mapping[str, Any] | None) -> Draws | None:
-    """Draws of a result of `infer`, or draws by name, as one row of them each."""
+def draws_of(posterior: xr.DataTree | Mapping[str, Any] | None) -> JointDraws | None:
+    """Draws [draw, ...] by name, from a result of `infer` (chains in a row) or from such draws."""
     if posterior is None:
         return None
     if isinstance(posterior, xr.DataTree):
-        whole = posterior["posterior"].to_dataset().stack(draw_of_all=("chain", "draw"))
-        one = whole.transpose("draw_of_all", ...)
-        return {str(name): one[name].values for name in one.data_vars}
+        stacked = posterior["posterior"].to_dataset().stack(chain_and_draw=("chain", "draw"))
+        draws = stacked.transpose("chain_and_draw", ...)
+        return {str(name): draws[name].values for name in draws.data_vars}
     return {name: np.asarray(values) for name, values in posterior.items()}
 
 
@@ -45,4 +42,4 @@ class Alternative(eqx.Module):
     name: str = eqx.field(static=True)
     probability: float = eqx.field(static=True)
     experiment: Experiment
-    draws: Draws = eqx.field(converter=draws_of)
+    draws: JointDraws = eqx.field(converter=draws_of)

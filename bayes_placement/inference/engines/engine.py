@@ -1,8 +1,4 @@
-"""_engine: what every engine is, what it is given and what it returns.
-
-In, log_prior, log_likelihood and sample_prior over flat vectors; out, `Draws`. Not known here:
-structures, placement, measurements.
-"""
+"""What every engine is, what it may know of a posterior, and what it returns."""
 
 import abc
 from collections.abc import Callable
@@ -20,8 +16,8 @@ Scalar = Float[Array, ""]
 
 
 @runtime_checkable
-class Posterior(Protocol):
-    """What an engine may know of a posterior."""
+class PosteriorDensity(Protocol):
+    """What an engine may know of a posterior: densities over one flat, unconstrained vector."""
 
     dimension: int
 
@@ -34,28 +30,30 @@ class Posterior(Protocol):
     def log_jacobian(self, flat: Flat) -> Scalar:
         """Log volume of the named values per volume of the flat vector."""
 
-    def alternatives(self, flat: Flat) -> list[Flat]:
-        """Vectors that may explain the data as well, by maps that keep volume and undo themselves.
+    def symmetric_images(self, flat: Flat) -> list[Flat]:
+        """Vectors that may explain the data as well, by maps that are their own inverse.
 
-        The volume is that of the named values. NaN where a prior excludes one.
+        The maps keep the volume of the named values. NaN where a prior excludes an image.
         """
 
     def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:
         """Draws from the prior."""
 
     def prior_quadrature(
-        self, points: int, box: list[tuple[float, float]] | None = None
+        self, nodes: int, box: list[tuple[float, float]] | None = None
     ) -> tuple[Any, Any]:
         """Gauss nodes over (part of) the prior and the logs of their weights."""
 
 
-class Draws(eqx.Module):
-    """What an engine found.
+class EngineDraws(eqx.Module):
+    """What an engine returns.
 
     Parameters
     ----------
     position
         Flat vectors [chain, draw, unknown].
+    log_likelihood
+        Log likelihood of each draw [chain, draw].
     log_weight
         Log weight of each draw [chain, draw]; None where all weigh the same.
     lineage
@@ -65,16 +63,14 @@ class Draws(eqx.Module):
         The draws are nodes of a quadrature; sums over them have no sampling error.
     mode
         Flat vector of the highest posterior density, where the engine looks for it.
-    log_likelihood
-        Log likelihood of each draw [chain, draw].
     log_evidence, log_evidence_error
         Log of the evidence and its standard error; NaN where the engine does not give them.
     stats
         Statistics of each draw [chain, draw].
     attributes
-        Statistics of the whole run.
-    complaints
-        One sentence for each thing that went wrong, with what to do.
+        Statistics of the run.
+    warnings
+        One sentence for each diagnostic that fails, with what to do.
     """
 
     position: Any
@@ -87,14 +83,14 @@ class Draws(eqx.Module):
     log_evidence_error: float = float("nan")
     stats: dict[str, Any] = eqx.field(default_factory=dict)
     attributes: dict[str, Any] = eqx.field(default_factory=dict)
-    complaints: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 class Engine(eqx.Module):
     """A way to explore a posterior."""
 
     @abc.abstractmethod
-    def run(self, posterior: Posterior, key: Key, progress: Progress) -> Draws:
+    def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Explore a posterior, reporting the share done."""
 
     @abc.abstractmethod
@@ -108,7 +104,7 @@ def in_batches(
     batch: int,
     progress: Progress,
 ) -> Float[Array, "draw"]:
-    """Evaluate a compiled, vectorised function at many vectors, so many at a time."""
+    """Evaluate a compiled, vectorised function at many vectors, a batch of them at a time."""
     count = vectors.shape[0]
     # The last batch is filled up, so that a second shape need not be compiled.
     padding = jnp.repeat(vectors[:1], -count % batch, axis=0)

@@ -9,7 +9,7 @@ import numpyro.distributions as dist
 import pytest
 
 from bayes_placement._types import InfeasibleError
-from bayes_placement.inference._quadrature import rule, tensor
+from bayes_placement.inference._quadrature_rules import product_rule, rule
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,8 @@ def test_quadrature_over_a_uniform_law_is_exact_for_polynomials():
 def test_quadrature_of_a_vector_is_refused():
     law = dist.Uniform(jnp.zeros(3), jnp.ones(3)).to_event(1)
     with pytest.raises(
-        InfeasibleError, match=r"needs scalar unknowns, but one has the shape \(3,\)"
+        InfeasibleError,
+        match=r"needs scalar unknowns, but one of the unknowns has the shape \(3,\)",
     ):
         rule(law, 4)
 
@@ -68,19 +69,19 @@ def test_a_finite_law_is_summed():
 
 def test_a_tensor_combines_all_nodes_the_last_law_fastest():
     laws = {"node": dist.Categorical(probs=np.array([0.25, 0.75])), "x": dist.Uniform(1.0, 4.0)}
-    values, log_weight = tensor(laws, 5)
+    values, log_weight = product_rule(laws, 5)
     np.testing.assert_array_equal(values["node"], np.repeat([0, 1], 5))
     moment = np.sum(np.exp(log_weight) * (1 + values["node"]) * values["x"] ** 3)
     np.testing.assert_allclose(moment, (0.25 + 2 * 0.75) * (4**4 - 1) / 4 / 3, rtol=1e-12)
 
 
 def test_a_tensor_over_a_part_of_each_law():
-    values, log_weight = tensor({"x": dist.Uniform(0.0, 2.0)}, 4, [(0.25, 0.5)])
+    values, log_weight = product_rule({"x": dist.Uniform(0.0, 2.0)}, 4, [(0.25, 0.5)])
     np.testing.assert_allclose(np.sum(np.exp(log_weight)), 0.25, rtol=1e-12)
     assert np.min(values["x"]) > 0.5 and np.max(values["x"]) < 1.0
 
 
 def test_a_tensor_over_nothing_is_one_node():
-    values, log_weight = tensor({}, 4)
+    values, log_weight = product_rule({}, 4)
     assert values == {}
     np.testing.assert_array_equal(log_weight, [0.0])

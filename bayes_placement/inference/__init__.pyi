@@ -1,0 +1,2 @@
+from . import engines as engines
+from . import marginals as marginals

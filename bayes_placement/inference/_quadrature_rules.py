@@ -1,0 +1,101 @@
+"""Nodes and weights that integrate over distributions; one over finitely many values is summed."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Shaped
+from numpyro.distributions import Distribution
+
+from .._sites import is_finite
+from .._types import InfeasibleError
+
+Interval = tuple[float, float]
+"""Part of a distribution, by its cumulative probabilities."""
+
+ALL: Interval = (0.0, 1.0)
+
+
+class ProductRule(NamedTuple):
+    """Every combination of the nodes of several distributions, the last running fastest."""
+
+    values: dict[str, Shaped[Array, "node"]]
+    log_weight: Float[Array, "node"]
+
+
+def product_rule(
+    distributions: Mapping[str, Distribution],
+    nodes: int,
+    intervals: Sequence[Interval] | None = None,
+) -> ProductRule:
+    """Lay out the nodes of independent distributions.
+
+    Parameters
+    ----------
+    distributions
+        Scalar distributions by name.
+    nodes
+        Gauss nodes for each continuous one.
+    intervals
+        Part of each; all of it by default.
+
+    Raises
+    ------
+    InfeasibleError
+        If a distribution is no scalar or cannot be inverted.
+    """
+    pairs = zip(distributions.values(), intervals or [ALL] * len(distributions), strict=True)
+    rules = [rule(distribution, nodes, interval) for distribution, interval in pairs]
+    grids = jnp.meshgrid(*(node for node, _ in rules), indexing="ij")
+    weights = jnp.meshgrid(*(jnp.log(weight) for _, weight in rules), indexing="ij")
+    values = {name: grid.ravel() for name, grid in zip(distributions, grids, strict=True)}
+    return ProductRule(values, sum(weights, jnp.zeros(())).ravel())
+
+
+def rule(
+    distribution: Distribution, nodes: int, interval: Interval = ALL
+) -> tuple[Shaped[Array, "node"], Float[Array, "node"]]:
+    """Nodes and weights that integrate over the distribution of one variable.
+
+    Parameters
+    ----------
+    distribution
+        A scalar distribution, either over finitely many values or with an inverse cumulative
+        distribution function.
+    nodes
+        Number of Gauss-Legendre nodes in probability.
+    interval
+        Part of a continuous distribution that is integrated.
+
+    Raises
+    ------
+    InfeasibleError
+        If the distribution is not a scalar or has no inverse cumulative distribution function.
+    """
+    if distribution.shape() != ():
+        raise InfeasibleError(
+            "Quadrature needs scalar unknowns, but one of the unknowns has the shape "
+            f"{distribution.shape()}. Declare its components one by one, or use "
+            "marginals.Latent() with engines.SMC()."
+        )
+    if is_finite(distribution):
+        values = distribution.enumerate_support(expand=False)
+        return values, jnp.exp(distribution.log_prob(values))
+    node, weight = np.polynomial.legendre.leggauss(nodes)
+    try:
+        share = (interval[1] - interval[0]) / 2
+        probability = interval[0] + share * (node + 1)
+        return distribution.icdf(jnp.asarray(probability)), jnp.asarray(weight * share)
+    except (NotImplementedError, ImportError) as error:  # some inverses need TensorFlow
+        raise InfeasibleError(
+            "Quadrature needs the inverse distribution function of each unknown, which "
+            f"{type(distribution).__name__} lacks. Use marginals.Latent() with engines.SMC() or "
+            "NUTS()."
+        ) from error
+
+
+def node_count(distribution: Distribution, nodes: int) -> int:
+    """Number of nodes of a distribution."""
+    finite = is_finite(distribution)
+    return len(distribution.enumerate_support(expand=False)) if finite else nodes

@@ -1,0 +1,89 @@
+"""Placement integrated by a kernel density estimate, as in the paper."""
+
+from typing import Any
+
+import equinox as eqx
+
+from ..._random import jax_key
+from ..._sites import Unknown
+from ..._types import InputError, Key
+from ...experiment.experiment import Experiment
+from ...experiment.noise import Data
+from .kernel_density import KERNELS, KernelDensity
+from .marginal import DrawPlacement, Marginal, Model, integrated, integrated_model
+
+
+class KDE(Marginal):
+    """Estimate the density of z given h from draws of the placement, Eqs. (29) and (31).
+
+    Parameters
+    ----------
+    placement_draws
+        Draws of the placement, n_sim,p of the paper.
+    kernel
+        `soize` (kernel centres shrunk so that the estimate keeps the variance of the draws) or
+        `silverman`; one bandwidth for each component of z.
+    noise_draws
+        None: Gaussian kernel plus Gaussian noise in closed form. A number: Eq. (29) literally,
+        by that many draws of the noise.
+    common
+        True: the same placement draws for every h, so that the likelihood is smooth in h. False:
+        independent draws for every h, as in the paper's Table 1.
+
+    Raises
+    ------
+    InputError
+        If there is no such kernel, or there are fewer than two draws.
+    """
+
+    samples_placement = False
+    placement_draws: int = eqx.field(static=True, default=800)
+    kernel: str = eqx.field(static=True, default="soize")
+    noise_draws: int | None = eqx.field(static=True, default=None)
+    common: bool = eqx.field(static=True, default=True)
+
+    def __check_init__(self) -> None:
+        if self.kernel not in KERNELS:
+            raise InputError(
+                f"marginals.KDE has no kernel {self.kernel!r}. The kernels are "
+                f"{' and '.join(KERNELS)}: KDE(kernel='soize')."
+            )
+        if self.placement_draws < 2:
+            raise InputError(
+                f"marginals.KDE(placement_draws={self.placement_draws}) was given; a spread needs "
+                "at least two draws, and an estimate hundreds: KDE(placement_draws=800)."
+            )
+
+    def integrates(self, unknown: Unknown) -> bool:
+        """All placement is."""
+        return unknown.is_placement
+
+    def _estimate(self, experiment: Experiment, data: Data, key: Key) -> KernelDensity:
+        if not integrated(self, experiment):
+            raise InputError(
+                "marginals.KDE estimates the spread that unknown placement gives to z, but no "
+                "position or angle is a distribution. Declare one, at=positions.Segment(0.25, "
+                "within=0.04), or use marginals.Latent()."
+            )
+        return KernelDensity(
+            data, jax_key(key), self.placement_draws, self.kernel, self.noise_draws, self.common
+        )
+
+    def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
+        """Return a model in which only parameters and output error are sampled."""
+        estimate = self._estimate(experiment, data, key)
+        return integrated_model(self, experiment, estimate.log_likelihood)
+
+    def placement(self, experiment: Experiment, data: Data, key: Key) -> DrawPlacement:
+        """Draw placements in proportion to the share of their kernels in the likelihood."""
+        return self._estimate(experiment, data, key).draw_placement
+
+    def settings(self) -> dict[str, Any]:
+        """Name, sizes and options."""
+        return {
+            "marginal": "KDE",
+            "marginal_placement_draws": self.placement_draws,
+            "marginal_kernel": self.kernel,
+            "marginal_noise_draws": self.noise_draws or 0,
+            "marginal_common": int(self.common),
+        }

@@ -1,0 +1,150 @@
+"""Kernel density estimate of the outputs at one set of parameters, from draws of the placement.
+
+Equations (29) and (31) of the paper.
+"""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax.scipy.special import logsumexp
+from jaxtyping import Array, Float
+from numpyro.distributions import Normal
+
+from ..._sites import substitute
+from ..._types import Key
+from ...experiment.experiment import Experiment
+from ...experiment.noise import Data
+from ..weights import effective_size
+
+
+class Kernel(NamedTuple):
+    """Gaussian kernels for draws of standard deviation one, mean zero.
+
+    Parameters
+    ----------
+    width
+        Standard deviation of each kernel.
+    shrinkage
+        Distance of its centre from the mean over that of its draw.
+    """
+
+    width: float
+    shrinkage: float
+
+
+def silverman_width(draws: int, dimension: int) -> float:
+    """Width of Gaussian kernels for so many draws in so many dimensions (Silverman 1986, 4.14)."""
+    return (4 / (draws * (dimension + 2))) ** (1 / (dimension + 4))
+
+
+def _silverman(width: float, draws: int) -> Kernel:
+    return Kernel(width, 1.0)
+
+
+def _soize(width: float, draws: int) -> Kernel:
+    shrunk = width / (width**2 + (draws - 1) / draws) ** 0.5
+    return Kernel(shrunk, shrunk / width)
+
+
+KERNELS = {"soize": _soize, "silverman": _silverman}
+"""Kernels by name, from Silverman's width and the number of draws."""
+
+
+def kernel(name: str, draws: int, dimension: int) -> Kernel:
+    """Kernel of a name for so many draws of so many outputs, Eq. (31)."""
+    return KERNELS[name](silverman_width(draws, dimension), draws)
+
+
+class KernelDensity(eqx.Module):
+    """Multivariate kernel density estimate of p(z | h) with a bandwidth for each component.
+
+    A bandwidth for each is needed: z given h lies near a surface of as many dimensions as there are
+    unknown positions, so a full covariance is close to singular.
+
+    Parameters
+    ----------
+    data
+        Measured outputs.
+    key
+        JAX key of the draws.
+    draws, kernel, noise_draws, common
+        See `marginals.KDE`; `draws` are its `placement_draws`.
+    """
+
+    data: Data
+    key: Any
+    draws: int = eqx.field(static=True)
+    kernel: str = eqx.field(static=True)
+    noise_draws: int | None = eqx.field(static=True)
+    common: bool = eqx.field(static=True)
+
+    def log_likelihood(self, experiment: Experiment) -> Float[Array, ""]:
+        """Log of the estimate at the measured outputs."""
+        kernels = self._kernels(experiment, self._placements(experiment))
+        return logsumexp(self._log_density(experiment, *kernels)) - jnp.log(self.draws)
+
+    def draw_placement(
+        self, experiment: Experiment, key: Key
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """One placement drawn by its share of the estimate, and how well it is resolved."""
+        placements = self._placements(experiment)
+        centres, variance = self._kernels(experiment, placements)
+        terms = self._log_density(experiment, centres, variance)
+        chosen = jax.random.categorical(key, terms)
+        stats = {"node_ess": effective_size(terms) ** (1 / len(placements))}
+        if experiment.noise is not None:
+            noise = experiment.noise.distribution(self.data.z, self.data).variance
+            stats["kernel_over_noise"] = jnp.sqrt(jnp.mean(variance / noise))
+        return {name: values[chosen] for name, values in placements.items()}, stats
+
+    def _placements(self, experiment: Experiment) -> dict[str, Any]:
+        """Draws [draw, ...] of the placement, by name."""
+        key = self.key if self.common else _key_of_parameters(self.key, experiment)
+        placement = [unknown for unknown in experiment.unknowns if unknown.is_placement]
+        keys = jax.random.split(key, len(placement))
+        return {
+            unknown.name: unknown.distribution.sample(draw_key, (self.draws,))
+            for unknown, draw_key in zip(placement, keys, strict=True)
+        }
+
+    def _kernels(self, experiment: Experiment, placements: dict[str, Any]) -> tuple[Any, Any]:
+        """Centres [draw, *output] and variance [*output] of the kernels."""
+        z = jax.vmap(lambda values: substitute(experiment, values).predict())(placements)
+        width, shrinkage = kernel(self.kernel, self.draws, int(self.data.measured.sum()))
+        mean, deviation = jnp.mean(z, axis=0), jnp.std(z, axis=0, ddof=1)
+        return mean + shrinkage * (z - mean), (width * deviation) ** 2
+
+    def _log_density(self, experiment: Experiment, centres: Any, variance: Any) -> Any:
+        """Log density [draw] of each kernel at the measured outputs, output error included."""
+        if experiment.noise is not None and self.noise_draws is None:
+            return self._total(
+                lambda z: experiment.noise.distribution(z, self.data, variance), centres
+            )
+        shifted = self._less_noise(experiment)
+
+        def density(z: Any) -> Any:
+            return Normal(z, jnp.sqrt(variance)).mask(self.data.measured)
+
+        terms = jax.vmap(lambda measured: self._total(density, centres, measured))(shifted)
+        return logsumexp(terms, axis=0) - jnp.log(shifted.shape[0])
+
+    def _less_noise(self, experiment: Experiment) -> Float[Array, "draw ..."]:
+        """Measured outputs less each draw of the noise, z - n of Eq. (29)."""
+        if experiment.noise is None:
+            return self.data.z[None]
+        noise = experiment.noise.distribution(jnp.zeros_like(self.data.z), self.data)
+        return self.data.z - noise.sample(jax.random.fold_in(self.key, 1), (self.noise_draws or 1,))
+
+    def _total(self, density: Any, centres: Any, measured: Any = None) -> Float[Array, "draw"]:
+        z = self.data.z if measured is None else measured
+        return jax.vmap(lambda centre: jnp.sum(density(centre).log_prob(z)))(centres)
+
+
+def _key_of_parameters(key: Key, experiment: Experiment) -> Key:
+    """Fold the bits of h into a key: draws differ from one h to the next, yet repeat for one h."""
+    leaves = jax.tree.leaves((experiment.structure, experiment.noise))
+    total = sum(jnp.sum(jnp.asarray(leaf, dtype=float)) * (i + 1) for i, leaf in enumerate(leaves))
+    low, high = jax.lax.bitcast_convert_type(jnp.asarray(total), jnp.uint32)
+    return jax.random.fold_in(jax.random.fold_in(key, low), high)

@@ -1,0 +1,31 @@
+"""Placement sampled along with the parameters."""
+
+from typing import Any
+
+from ..._sites import Unknown
+from ..._types import Key
+from ...experiment.experiment import Experiment
+from ...experiment.noise import Data
+from .marginal import Marginal, Model
+
+
+class Latent(Marginal):
+    """Sample the placement along with the parameters: exact, for any number of transducers."""
+
+    samples_placement = True
+
+    def integrates(self, unknown: Unknown) -> bool:
+        """Nothing is."""
+        return False
+
+    def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
+        """Return the experiment's own model."""
+        return lambda: experiment.model(data)
+
+    def placement(self, experiment: Experiment, data: Data, key: Key) -> None:
+        """Nothing was integrated."""
+        return
+
+    def settings(self) -> dict[str, Any]:
+        """Only the name."""
+        return {"marginal": "Latent"}

@@ -1,0 +1,82 @@
+"""What every marginal is: it makes an experiment and data a NumPyro model for an engine."""
+
+import abc
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import numpyro
+from numpyro.distributions import Distribution
+
+from ..._sites import Unknown, realise
+from ..._types import Key
+from ...experiment.experiment import MEASURED, Experiment
+from ...experiment.noise import Data
+
+Model = Callable[[], None]
+
+DrawPlacement = Callable[[Experiment, Key], tuple[dict[str, Any], dict[str, Any]]]
+"""Draws one placement given the data, from an experiment whose parameters are numbers and a key.
+
+It returns the placement by name, and how well the integral is resolved: `node_ess` along a
+coordinate, and for kernels `kernel_over_noise`.
+"""
+
+
+class Marginal(eqx.Module):
+    """What becomes of the placement in the likelihood."""
+
+    samples_placement: eqx.AbstractClassVar[bool]
+
+    @abc.abstractmethod
+    def integrates(self, unknown: Unknown) -> bool:
+        """Tell whether an unknown is taken out of the likelihood here."""
+
+    def sampled(self, experiment: Experiment) -> list[Unknown]:
+        """Return the unknowns that are left to the engine."""
+        return [unknown for unknown in experiment.unknowns if not self.integrates(unknown)]
+
+    @abc.abstractmethod
+    def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
+        """NumPyro model whose unknowns are those that an engine is to sample."""
+
+    @abc.abstractmethod
+    def placement(self, experiment: Experiment, data: Data, key: Key) -> DrawPlacement | None:
+        """How to draw the integrated placement back; None if nothing was integrated."""
+
+    @abc.abstractmethod
+    def settings(self) -> dict[str, Any]:
+        """What determines the result, for the record."""
+
+
+def integrated(marginal: Marginal, experiment: Experiment) -> dict[str, Distribution]:
+    """Distributions of the unknowns that a marginal takes out of the likelihood, by name."""
+    return {
+        unknown.name: unknown.distribution
+        for unknown in experiment.unknowns
+        if marginal.integrates(unknown)
+    }
+
+
+def integrated_model(
+    marginal: Marginal, experiment: Experiment, log_likelihood: Callable[[Experiment], jax.Array]
+) -> Model:
+    """NumPyro model of the unknowns that are not integrated, with a likelihood of its own.
+
+    Parameters
+    ----------
+    marginal
+        What takes unknowns out of the likelihood.
+    experiment
+        The experiment.
+    log_likelihood
+        Log likelihood of an experiment in which only those unknowns are still distributions.
+    """
+    names = integrated(marginal, experiment)
+
+    def model() -> None:
+        realised = realise(experiment, where=lambda unknown: unknown.name not in names)
+        numpyro.factor(MEASURED, log_likelihood(realised))
+
+    return model

@@ -1,0 +1,235 @@
+"""Likelihood at one set of parameters, integrated over positions by nested quadrature.
+
+Given all positions of one side (actuators, say), the outputs of each transducer of the other side
+are independent. So the integral is an outer tensor over one side (and over whatever belongs to no
+transducer), and inside it a product of integrals over one transducer each. A distribution over
+finitely many values is summed.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.scipy.special import logsumexp
+from jaxtyping import Array, Float, Shaped
+from numpyro.distributions import Distribution
+
+from ..._sites import is_finite, substitute
+from ..._types import InfeasibleError, Key
+from ...experiment.experiment import Experiment
+from ...experiment.noise import Data
+from .._quadrature_rules import node_count, product_rule
+from ..weights import effective_size
+
+MOST_RESPONSES = 4_000_000
+"""Most responses computed for one set of parameters."""
+
+
+class SideNodes(NamedTuple):
+    """Nodes of several unknowns; those over finitely many values run slowest.
+
+    Parameters
+    ----------
+    values
+        Values at the nodes, by name.
+    log_weight
+        Logs of the weights of the nodes.
+    finite
+        Number of combinations of the unknowns over finitely many values.
+    continuous
+        Number of continuous unknowns.
+    """
+
+    values: dict[str, Shaped[Array, "node"]]
+    log_weight: Float[Array, "node"]
+    finite: int
+    continuous: int
+
+
+class NestedNodes(NamedTuple):
+    """Nodes of the outer side, and of each transducer of the inner side with its channels."""
+
+    outer: SideNodes
+    inner: tuple[tuple[str, SideNodes, slice], ...]
+    inner_is_sensor: bool
+
+
+def check(experiment: Experiment, marginal: str) -> None:
+    """Refuse an experiment whose likelihood is no product over transducers.
+
+    Raises
+    ------
+    InfeasibleError
+        If there is no output error, or an effect may couple the instruments.
+    """
+    if experiment.noise is None:
+        raise InfeasibleError(
+            f"marginals.{marginal} integrates a density of the measured outputs, which noise=None "
+            "lacks. Give noise.Gaussian(sigma), or use marginals.KDE(), whose kernel is a density."
+        )
+    effect = next(iter(experiment.instrument_effects), None)
+    if effect is not None:
+        raise InfeasibleError(
+            f"marginals.{marginal} was given an experiment with the effect "
+            f'"{effect}" on its instruments, but it needs sensors that are '
+            "independent of each other once the actuators are placed, and such an effect may "
+            "couple them. Use marginals.Latent()."
+        )
+
+
+def nested_nodes(
+    experiment: Experiment, distributions: Mapping[str, Distribution], nodes: int
+) -> NestedNodes:
+    """Lay out the nodes of some unknowns of an experiment.
+
+    Parameters
+    ----------
+    experiment
+        Experiment whose other unknowns will be numbers.
+    distributions
+        Distributions of what is integrated, by name.
+    nodes
+        Gauss nodes for each continuous one.
+
+    Raises
+    ------
+    InfeasibleError
+        If the outer tensor would be too large.
+    """
+    inner_is_sensor = len(experiment.actuator) <= len(experiment.sensor)
+    kind, side = (
+        ("sensor", experiment.sensor) if inner_is_sensor else ("actuator", experiment.actuator)
+    )
+    inner: dict[str, dict[str, Distribution]] = {name: {} for name in side}
+    outer: dict[str, Distribution] = {}
+    for name, distribution in distributions.items():
+        owner = experiment.unknown[name].owner
+        nodes_of = inner[owner.name] if owner.kind == kind else outer
+        nodes_of[name] = distribution
+    _check_size(nodes, outer, list(inner.values()))
+    channels = _channels(side)
+    return NestedNodes(
+        _side_nodes(outer, nodes),
+        tuple((name, _side_nodes(inner[name], nodes), channels[name]) for name in side),
+        inner_is_sensor,
+    )
+
+
+def _check_size(nodes: int, outer: dict[str, Any], inner: list[dict[str, Any]]) -> None:
+    sizes = [_size(distributions, nodes) for distributions in (outer, *inner)]
+    responses = sizes[0] * max(sizes[1:])
+    if responses > MOST_RESPONSES:
+        raise InfeasibleError(
+            f"The marginal would compute {responses:.0e} responses for each h, since {len(outer)} "
+            f"coordinates are integrated together with those of one more transducer. At most "
+            f"{MOST_RESPONSES:.0e} are affordable: use marginals.Latent() with engines.SMC(), or "
+            "fewer nodes."
+        )
+
+
+def _size(distributions: Mapping[str, Distribution], nodes: int) -> int:
+    return math.prod(node_count(distribution, nodes) for distribution in distributions.values())
+
+
+def _channels(transducers: Any) -> dict[str, slice]:
+    """Channels of each transducer, by its name."""
+    channels, start = {}, 0
+    for name, transducer in transducers.items():
+        end = start + len(transducer.channels)
+        channels[name] = slice(start, end)
+        start = end
+    return channels
+
+
+def _side_nodes(distributions: dict[str, Distribution], nodes: int) -> SideNodes:
+    finite = {
+        name: distribution
+        for name, distribution in distributions.items()
+        if is_finite(distribution)
+    }
+    rule = product_rule(finite | distributions, nodes)
+    continuous = len(distributions) - len(finite)
+    return SideNodes(rule.values, rule.log_weight, _size(finite, nodes), continuous)
+
+
+def log_likelihood(experiment: Experiment, data: Data, nodes: NestedNodes) -> Float[Array, ""]:
+    """Log of the likelihood integrated over every position."""
+    return logsumexp(_outer_terms(nodes, _inner_terms(experiment, data, nodes)))
+
+
+def draw_placement(
+    experiment: Experiment, data: Data, nodes: NestedNodes, key: Key
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """One placement drawn by its share of the integral, and how well the nodes resolve it."""
+    inner = _inner_terms(experiment, data, nodes)
+    outer = _outer_terms(nodes, inner)
+    keys = jax.random.split(key, len(inner) + 1)
+    outer_node = jax.random.categorical(keys[0], outer)
+    drawn = {name: values[outer_node] for name, values in nodes.outer.values.items()}
+    for (_, side, _), terms, inner_key in zip(nodes.inner, inner, keys[1:], strict=True):
+        inner_node = jax.random.categorical(inner_key, terms[outer_node])
+        drawn |= {name: values[inner_node] for name, values in side.values.items()}
+    return drawn, {"node_ess": _node_ess(nodes, outer, inner)}
+
+
+def _outer_terms(nodes: NestedNodes, inner: list[Any]) -> Float[Array, "node"]:
+    """Log weighted likelihood at each outer node, the inner side integrated."""
+    return nodes.outer.log_weight + sum(logsumexp(terms, axis=1) for terms in inner)
+
+
+def _inner_terms(experiment: Experiment, data: Data, nodes: NestedNodes) -> list[Any]:
+    """Log weighted likelihood of each inner transducer, [outer node, inner node]."""
+    return [_inner_term(experiment, data, nodes, *transducer) for transducer in nodes.inner]
+
+
+def _inner_term(
+    experiment: Experiment,
+    data: Data,
+    nodes: NestedNodes,
+    name: str,
+    inner: SideNodes,
+    channels: slice,
+) -> Float[Array, "outer inner"]:
+    side = "sensor" if nodes.inner_is_sensor else "actuator"
+    part = data.of(**{f"{side}s": channels})
+    alone = experiment.with_only(side, name, channels)
+
+    def term(outer_values: Any, inner_values: Any) -> Any:
+        placed = substitute(alone, {**outer_values, **inner_values})
+        assert placed.noise is not None  # as `check` made sure
+        return jnp.sum(placed.noise.distribution(placed.predict(), part).log_prob(part.z))
+
+    # A map inside another, so that the shapes of each side are computed once for each node.
+    sizes = math.prod(inner.log_weight.shape), math.prod(nodes.outer.log_weight.shape)
+    over_inner = jax.vmap(term, in_axes=(None, 0), axis_size=sizes[0])
+    over_both = jax.vmap(over_inner, in_axes=(0, None), axis_size=sizes[1])
+    return over_both(nodes.outer.values, inner.values) + inner.log_weight
+
+
+def _node_ess(nodes: NestedNodes, outer: Any, inner: list[Any]) -> Float[Array, ""]:
+    """Effective number of Gauss nodes along the coordinate where it is least.
+
+    Coordinates may be strongly correlated, so the inner ones are judged at given outer ones.
+    """
+    share = jax.nn.softmax(outer)
+    counts = [jnp.asarray(jnp.inf)]
+    if nodes.outer.continuous:
+        counts.append(_ess_along_coordinate(outer, nodes.outer))
+    for terms, (_, side, _) in zip(inner, nodes.inner, strict=True):
+        if side.continuous:
+            sizes = jax.vmap(lambda row, side=side: _ess_along_coordinate(row, side))(terms)
+            counts.append(jnp.exp(jnp.sum(share * jnp.log(sizes))))
+    return jnp.min(jnp.stack(counts))
+
+
+def _ess_along_coordinate(log_share: Float[Array, "node"], nodes: SideNodes) -> Float[Array, ""]:
+    """Effective number of nodes along a continuous coordinate: their geometric mean.
+
+    Sums over finitely many values are exact, so it is judged at each combination of these.
+    """
+    rows = log_share.reshape(nodes.finite, -1)
+    share = jax.nn.softmax(logsumexp(rows, axis=1))
+    ess = jnp.exp(jnp.sum(share * jnp.log(jax.vmap(effective_size)(rows))))
+    return ess ** (1 / nodes.continuous)

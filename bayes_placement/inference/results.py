@@ -1,0 +1,81 @@
+"""Labelled arrays and warnings of a tree of results, in ArviZ's words."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .._sites import Unknown
+from ..experiment.experiment import Experiment
+
+WARNINGS = "warnings"
+"""Attribute of a tree of results that holds what the inference warns of, a list of sentences."""
+
+
+def warnings_of(result: xr.DataTree) -> list[str]:
+    """Sentences in which an inference warns of itself; empty where it has nothing to warn of.
+
+    netCDF keeps a list of one string as a string, and an empty list as an array of no numbers.
+    """
+    return [str(sentence) for sentence in np.atleast_1d(result.attrs.get(WARNINGS, []))]
+
+
+def named_draws(experiment: Experiment, values: dict[str, Any]) -> xr.Dataset:
+    """Draws [chain, draw, ...] of the unknowns, in their order, with units and roles."""
+    variables = {}
+    for unknown in experiment.unknowns:
+        if unknown.name in values:
+            array = np.asarray(values[unknown.name])
+            extra = [f"{unknown.name}_dim_{i}" for i in range(array.ndim - 2)]
+            dimensions = ("chain", "draw", *extra)
+            variables[unknown.name] = (dimensions, array, _attributes(unknown))
+    return numbered(xr.Dataset(variables))
+
+
+def _attributes(unknown: Unknown) -> dict[str, str]:
+    """What an unknown belongs to and is for, so that a file of results tells it as well."""
+    return {
+        "units": unknown.unit,
+        "role": unknown.role.value,
+        "owner": " ".join(word for word in unknown.owner if word),
+        "field": unknown.field,
+        "component": unknown.component,
+    }
+
+
+def numbered(dataset: xr.Dataset) -> xr.Dataset:
+    """Number chains and draws from zero; where nothing is unknown there are none to count."""
+    dimensions = [name for name in ("chain", "draw") if name in dataset.sizes]
+    return dataset.assign_coords({name: np.arange(dataset.sizes[name]) for name in dimensions})
+
+
+def outputs(
+    experiment: Experiment, variables: dict[str, Any], leading: tuple[str, ...]
+) -> xr.Dataset:
+    """Arrays of outputs with the names of channels, parts and lines.
+
+    Lines of several force levels follow each other, with `force_level` beside `frequency`.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    variables
+        Arrays [*leading, sensor, actuator, (part,) frequency] by name.
+    leading
+        Names of the dimensions before those of an output.
+    """
+    parts = ("part",) if experiment.observe.parts > 1 else ()
+    dimensions = (*leading, "sensor", "actuator", *parts, "frequency")
+    units = {"units": experiment.observe.label}
+    dataset = xr.Dataset({n: (dimensions, np.asarray(v), units) for n, v in variables.items()})
+    coordinates: dict[str, Any] = {
+        "sensor": [channel.label for channel in experiment.sensor_channels],
+        "actuator": [channel.label for channel in experiment.actuator_channels],
+        "frequency": ("frequency", experiment.lines, {"units": "Hz"}),
+    }
+    if experiment.line_forces is not None:
+        coordinates["force_level"] = ("frequency", experiment.line_forces, {"units": "N"})
+    if parts:
+        coordinates["part"] = ["real", "imaginary"]
+    return dataset.assign_coords(coordinates)
