@@ -133,10 +133,18 @@ class Problem:
 
     @functools.cached_property
     def _felt(self) -> tuple[np.ndarray, np.ndarray]:
-        """Whether each unknown moves each datum, and the noise; at a point of no symmetry."""
+        """Whether each unknown moves each datum, and the noise, at any point.
+
+        A value that is not a number passes through every operation, also where the slope is zero:
+        it reaches all that an unknown can move. What steps from one value to another, such as a
+        nearest node, may swallow it, but has a slope at a point of no symmetry, or none anywhere.
+        """
         point = np.random.default_rng(0).uniform(-0.5, 0.5, (1, self.dimension))
-        _, _, slopes, widening = self._differences(point, np.eye(self.dimension), False)
-        return slopes[0] != 0, widening[0] != 0
+        unknown = np.eye(self.dimension)
+        probes = np.concatenate([point, np.where(unknown, np.nan, point)])
+        reached, widened = (values[1:] for values in self.residuals(probes))
+        _, _, slopes, widening = self._differences(point, unknown, False)
+        return np.isnan(reached) | (slopes[0] != 0), np.isnan(widened) | (widening[0] != 0)
 
     def _differences(
         self, points: np.ndarray, directions: np.ndarray, logarithmic: bool
