@@ -8,13 +8,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 import numpyro
 from jaxtyping import Array, Float
 
 from .. import _sites
+from .._compiled import compiled
 from .._sites import Owner, Role, Unknown, owners
 from .._types import InputError, Receptance, Response
 from ..effects.effect import Effect
@@ -284,7 +284,7 @@ class Experiment(eqx.Module):
 
         With force levels, one measurement for each.
         """
-        whole = np.asarray(jax.jit(lambda: self.nominal().frf())())
+        whole = np.asarray(compiled(_frf)(self.nominal()))
         if self.force_levels is None:
             return self._measurement(whole, None)
         each = np.split(whole, len(self.force_levels), axis=-1)
@@ -318,17 +318,29 @@ class Experiment(eqx.Module):
         )
 
 
+def _frf(concrete: Experiment) -> Receptance:
+    return concrete.frf()
+
+
 def outputs(observe: Observation, frf: Any, variance: Any = None) -> Data:
     """Turn a measured FRF, NaN where nothing was measured, into outputs and their errors."""
     measured = np.isfinite(frf)
     filled = jnp.asarray(np.where(measured, frf, 1.0))
-    z = jax.jit(observe.output)(filled)
+    z = compiled(_output)(observe, filled)
     if z.ndim == 4:
         measured = np.broadcast_to(measured[:, :, None, :], z.shape)
     # A level where nothing was measured is never used, but it must not be NaN in a gradient.
     level = None if variance is None else jnp.where(jnp.isnan(variance), 1.0, variance)
-    deviation = None if level is None else jax.jit(observe.deviation)(filled, level)
+    deviation = None if level is None else compiled(_deviation)(observe, filled, level)
     return Data(jnp.where(measured, z, 0.0), measured, deviation)
+
+
+def _output(observe: Observation, frf: Any) -> Response:
+    return observe.output(frf)
+
+
+def _deviation(observe: Observation, frf: Any, variance: Any) -> Response:
+    return observe.deviation(frf, variance)
 
 
 def describe(distribution: Any) -> str:
