@@ -163,7 +163,7 @@ def measured(plane):
     )
 
 
-class Aeroplane(bp.finite_elements.nodal_modes.OverNodal):
+class Aeroplane(bp.finite_elements.DerivedNodalModes):
     """Known shapes of unknown frequencies and masses, those of close modes turned.
 
     Parameters
@@ -181,7 +181,7 @@ class Aeroplane(bp.finite_elements.nodal_modes.OverNodal):
         Columns of the shapes that are turned into each other.
     """
 
-    nodal: bp.finite_elements.nodal_modes.NodalModes
+    nodal: bp.finite_elements.NodalModes
     frequency: Any
     modal_mass: Any
     angle: Any
@@ -246,7 +246,7 @@ def structure(plane, modes):
     even = MASS * np.mean(np.sum(shape**2, axis=2), axis=1)  # if all nodes weighed the same
     pairs = tuple((RIGID_BODY + i - 1, RIGID_BODY + j - 1) for i, j in CLOSE if j <= modes)
     aeroplane = Aeroplane(
-        bp.finite_elements.nodal_modes.modes(
+        bp.finite_elements.modes_from_shapes(
             model, bp.finite_elements.interpolation.scattered(model)
         ),
         frequency=dist.Uniform(resonances - 0.15, resonances + 0.15).to_event(1),

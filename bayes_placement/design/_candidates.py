@@ -14,7 +14,7 @@ from .._sites import unknowns
 from .._types import InputError
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
-from ..positions.tolerances import Support
+from ..positions.tolerances import Tolerance
 from ..positions.vectors import triple
 
 Tree = Any
@@ -84,7 +84,7 @@ def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candid
 
 def _candidates(experiment: Experiment, name: str, places: Any) -> Candidates:
     one = transducer(experiment, name)
-    if isinstance(places, Support):
+    if isinstance(places, Tolerance):
         raise InputError(
             f'{one.kind} "{name}" was given {places} to sit anywhere in; here a list of places to '
             f'try is needed: {{"{name}": [0.25, 0.5]}}. search=design.Evolutionary() searches all '
@@ -124,7 +124,7 @@ def _kind(law: Tree) -> Any:
 
 
 def _place(given: Any) -> Any:
-    if isinstance(given, Support):
+    if isinstance(given, Tolerance):
         return given
     return float(given) if np.ndim(given) == 0 else triple(given)
 

@@ -18,7 +18,7 @@ from .._types import InputError
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
 from ..modes.modes import Modes
-from ..positions.bounds import said
+from ..positions.bounds import position_text
 from ..positions.places import Cartesian
 from ._candidates import Candidates, candidates
 
@@ -56,7 +56,7 @@ class EffectiveIndependence:
 
     def __str__(self) -> str:
         """Say where, and which modes that tells apart."""
-        where = ", ".join(f"{name} at {said(at)} m" for name, at in self.positions.items())
+        where = ", ".join(f"{name} at {position_text(at)} m" for name, at in self.positions.items())
         return (
             f"{len(self.positions)} of {len(self.table)} places by effective independence of modes "
             f"{', '.join(map(str, self.modes))}: {where}; log determinant "

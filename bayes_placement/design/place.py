@@ -15,7 +15,7 @@ import pandas as pd
 from .._random import integer_seed
 from .._types import InfeasibleError, Key, Progress, no_progress
 from ..experiment.experiment import Experiment
-from ..positions.bounds import said
+from ..positions.bounds import position_text
 from ..positions.vectors import Recorded
 from ._question import only_about
 from .information._estimator import Estimator, spread
@@ -77,7 +77,7 @@ class Placement:
     def __str__(self) -> str:
         """Say where, how much is learnt, and how sure that is."""
         where = ", ".join(
-            f"{name} at {said(np.round(at, 4))} m" for name, at in self.positions.items()
+            f"{name} at {position_text(np.round(at, 4))} m" for name, at in self.positions.items()
         )
         price = f", less {self.cost:.3g} nat of cost" if self.cost else ""
         return (

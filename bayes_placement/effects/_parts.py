@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-from ..modes.changed import nodal_below
 from ..modes.modes import Modes
+from ..modes.underlying import underlying_nodal_modes
 from ..positions.vectors import Coordinates
 
 
@@ -15,4 +15,4 @@ def name_of(part: Any, names: Sequence[str]) -> str:
 
 def centre(modes: Modes, name: str) -> Coordinates | None:
     """Centre of a part [m]; None where it is not known."""
-    return dict(nodal_below(modes).centres).get(name)
+    return dict(underlying_nodal_modes(modes).centres).get(name)

@@ -8,7 +8,7 @@ from .._sites import is_unknown
 from ..positions.bounds import in_space
 from ..positions.channel import Channel
 from ..positions.places import Cartesian, OnMember
-from ..positions.tolerances import Support
+from ..positions.tolerances import Tolerance
 
 
 def joined(*phrases: str) -> str:
@@ -34,7 +34,7 @@ def along(direction: Any) -> str:
 
 def place(at: Any, bounds: Any) -> str:
     """What is known of a place before any data: its piece of the structure, or where it is."""
-    if isinstance(at, Support) or is_unknown(at):
+    if isinstance(at, Tolerance) or is_unknown(at):
         return ""
     if isinstance(at, Cartesian):
         return _known_coordinates(at, bounds)

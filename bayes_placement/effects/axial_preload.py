@@ -11,10 +11,10 @@ from numpyro.distributions import Uniform
 from .._compiled import compiled
 from .._sites import unit
 from .._types import Parameter
-from ..modes._lines import uniform_beam
 from ..modes.beams.beams import UniformBeam
-from ..modes.changed import ChangedModes, changed, mixed
+from ..modes.changed import ChangedModes, changed, over_changed_modes
 from ..modes.modes import Modes
+from ..modes.underlying import required_beam
 from .effect import GlobalChange
 from .scales import Scales
 
@@ -47,7 +47,8 @@ class AxialPreload(GlobalChange):
 
     def changed(self, modes: Modes) -> ChangedModes:
         """Modes of the beam under tension."""
-        return changed(modes, self.tension * mixed(modes, _beam(modes).slope_matrix()), None)
+        slope = over_changed_modes(modes, _beam(modes).slope_matrix())
+        return changed(modes, self.tension * slope)
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["AxialPreload"]:
@@ -75,7 +76,7 @@ def _natural_and_slopes(
 
 
 def _beam(modes: Modes) -> UniformBeam:
-    return uniform_beam(
+    return required_beam(
         modes,
         "axial_preload",
         "whose axial motion a preload does not change",

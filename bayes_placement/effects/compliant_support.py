@@ -8,11 +8,10 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import InputError, Parameter
-from ..modes._lines import uniform_line
 from ..modes.beams.uniform_line import UniformLine
-from ..modes.changed import line_of
-from ..modes.hinged import Hinge
+from ..modes.hinges import Hinge
 from ..modes.modes import Modes
+from ..modes.underlying import required_line, underlying_line
 from .effect import Hinged
 from .instruments import Instruments
 from .scales import Scales
@@ -51,7 +50,7 @@ class CompliantSupport(Hinged):
             If the structure is no uniform bar or beam, or has no such support.
         """
         instead = 'Name a support of the model: effects.soft_support("left foot", ...).'
-        possible = supports(uniform_line(modes, "compliant_support", instead))
+        possible = supports(required_line(modes, "compliant_support", instead))
         if (self.end, self.motion) not in possible:
             raise InputError(
                 f'Effect "{self.name}": the {self.motion} of the {self.end} end was given, but '
@@ -62,7 +61,7 @@ class CompliantSupport(Hinged):
 
     def hinges(self, modes: Modes) -> list[Hinge]:
         """One hinge between the structure and its support."""
-        line = line_of(modes)
+        line = underlying_line(modes)
         at = 0.0 if self.end == "left" else line.length
         order = line.half_order + (line.half_order == 2 and self.motion == "translation")
         return [Hinge(at, order, self.compliance)]

@@ -9,14 +9,14 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
 from .._sites import is_unknown
-from ..modes.hinged import Hinge
+from ..modes.flexible_parts import FlexiblePart
+from ..modes.hinges import Hinge
 from ..modes.modes import Modes
 from ..modes.points import Points, along
-from ..modes.yielding import Yielding
-from ..positions import placed as _placed
+from ..positions import at as _at
 from ..positions.places import Place as InSpace
 from ..positions.places import Position, coordinates
-from ..positions.tolerances import Support
+from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded
 from . import _setting_words
 from .instruments import Instruments
@@ -28,7 +28,7 @@ Omega: TypeAlias = Inexact[Array, "frequency"]
 Stiffness: TypeAlias = Inexact[Array, "frequency"]
 """Dynamic stiffness [N/m] at each angular frequency."""
 
-Place: TypeAlias = _placed.At
+Place: TypeAlias = _at.At
 """A place as a user may give it."""
 
 Direction: TypeAlias = tuple[Any, Any, Any] | None
@@ -180,7 +180,7 @@ class Hinged(StructureEffect):
     """An effect that makes the structure proper more flexible at some places."""
 
     @abc.abstractmethod
-    def hinges(self, modes: Modes) -> Sequence[Hinge] | Sequence[Yielding]:
+    def hinges(self, modes: Modes) -> Sequence[Hinge] | Sequence[FlexiblePart]:
         """Hinges that it opens, or parts of a finite element model that become softer."""
 
 
@@ -195,7 +195,7 @@ def placed(effect: Placed, modes: Modes) -> Placed:
     InputError
         If the place lies outside the structure.
     """
-    at: Any = _placed.placed(
+    at: Any = _at.position_on(
         effect.at,  # type: ignore[attr-defined]
         modes.bounds(),
         f'Effect "{effect.name}"',
@@ -206,4 +206,4 @@ def placed(effect: Placed, modes: Modes) -> Placed:
 
 def _is_place(leaf: Any) -> bool:
     """Tell whether a leaf is a place that a structure makes definite."""
-    return is_unknown(leaf) or isinstance(leaf, Support | InSpace)
+    return is_unknown(leaf) or isinstance(leaf, Tolerance | InSpace)

@@ -10,11 +10,10 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from ..modes._lines import uniform_line
 from ..modes.beams.uniform_line import UniformLine
-from ..modes.changed import line_of
-from ..modes.hinged import Hinge
+from ..modes.hinges import Hinge
 from ..modes.modes import Modes
+from ..modes.underlying import required_line, underlying_line
 from . import _setting_words
 from .effect import Hinged, Location, Place, placed
 from .instruments import Instruments
@@ -54,12 +53,12 @@ class LocalStiffnessLoss(Hinged):
             If the structure is no uniform bar or beam, or the place lies outside.
         """
         instead = "Name a region of the model: effects.region_stiffness_loss(region, loss)."
-        uniform_line(modes, "local_stiffness_loss", instead)
+        required_line(modes, "local_stiffness_loss", instead)
         return placed(self, modes)
 
     def hinges(self, modes: Modes) -> list[Hinge]:
         """Two hinges, each with half of the flexibility."""
-        line = line_of(modes)
+        line = underlying_line(modes)
         compliance = self.extent * self.loss / (1 - self.loss) / line.stiffness / 2
         offset = self.extent / (2 * math.sqrt(3))
         places = [jnp.clip(self.at + side * offset, 0.0, line.length) for side in (-1, 1)]

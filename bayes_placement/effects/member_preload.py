@@ -10,10 +10,10 @@ from numpyro.distributions import Uniform
 
 from .._sites import unit
 from .._types import Parameter
-from ..modes.changed import nodal_below
 from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
+from ..modes.flexible_parts import StretchedMember
 from ..modes.modes import Modes
-from ..modes.yielding import StretchedMember
+from ..modes.underlying import underlying_nodal_modes
 from ._parts import centre, name_of
 from .effect import Hinged, Location
 from .instruments import Instruments
@@ -48,7 +48,7 @@ class MemberPreload(Hinged):
         """
         if not isinstance(self.member, str):
             return self
-        number = nodal_below(modes).members.number(self.member, "The member")
+        number = underlying_nodal_modes(modes).members.number(self.member, "The member")
         return type(self)(np.asarray(number), self.tension, name=self.name)
 
     def hinges(self, modes: Modes) -> list[StretchedMember]:
@@ -64,7 +64,7 @@ class MemberPreload(Hinged):
         return f"tension in {self._name(modes)}"
 
     def _name(self, modes: Modes) -> str:
-        return name_of(self.member, nodal_below(modes).members.names)
+        return name_of(self.member, underlying_nodal_modes(modes).members.names)
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["MemberPreload"]:
@@ -86,7 +86,7 @@ class MemberPreload(Hinged):
 def buckling_load(modes: NodalModes, member: int) -> float:
     """Least compression of one member at which the frame loses its stiffness [N]."""
     elastic = slice(modes.rigid_body_modes, None)
-    root = 1 / np.sqrt(modes.squares[elastic])
+    root = 1 / np.sqrt(modes.eigenvalues[elastic])
     slopes = np.asarray(modes.members.matrices[member])[elastic, elastic]
     return float(1 / np.linalg.eigvalsh(root[:, None] * slopes * root).max())
 

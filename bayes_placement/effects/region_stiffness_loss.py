@@ -10,10 +10,10 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from ..modes.changed import nodal_below
 from ..modes.finite_elements.nodal_modes import nodal_of
+from ..modes.flexible_parts import WeakenedRegion
 from ..modes.modes import Modes
-from ..modes.yielding import WeakenedRegion
+from ..modes.underlying import underlying_nodal_modes
 from ._parts import centre, name_of
 from .effect import Hinged, Location
 from .instruments import Instruments
@@ -50,7 +50,7 @@ class RegionStiffnessLoss(Hinged):
         """
         if not isinstance(self.region, str):
             return self
-        number = nodal_below(modes).regions.number(self.region, "The region")
+        number = underlying_nodal_modes(modes).regions.number(self.region, "The region")
         return type(self)(np.asarray(number), self.loss, name=self.name)
 
     def hinges(self, modes: Modes) -> list[WeakenedRegion]:
@@ -66,7 +66,7 @@ class RegionStiffnessLoss(Hinged):
         return f"region {self._name(modes)}"
 
     def _name(self, modes: Modes) -> str:
-        return name_of(self.region, nodal_below(modes).regions.names)
+        return name_of(self.region, underlying_nodal_modes(modes).regions.names)
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["RegionStiffnessLoss"]:

@@ -10,10 +10,10 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from ..modes._lines import uniform_beam
 from ..modes.beams.beams import UniformBeam
-from ..modes.changed import ChangedModes, changed, mixed
+from ..modes.changed import ChangedModes, changed, over_changed_modes
 from ..modes.modes import Modes
+from ..modes.underlying import required_beam
 from .effect import GlobalChange
 from .scales import Scales
 
@@ -57,9 +57,10 @@ class ShearAndRotaryInertia(GlobalChange):
         """
         beam = _beam(modes)
         square = self.share * beam.stiffness / beam.youngs_modulus / beam.area  # gyration [m2]
-        force = square * self.modulus_ratio * beam.stiffness * mixed(modes, beam.shear_matrix())
+        shear = over_changed_modes(modes, beam.shear_matrix())
+        force = square * self.modulus_ratio * beam.stiffness * shear
         bent = _bent(modes, force)
-        rotation = bent.T @ mixed(modes, beam.slope_matrix()) @ bent
+        rotation = bent.T @ over_changed_modes(modes, beam.slope_matrix()) @ bent
         softening = -force @ bent
         rotary = square * beam.density * beam.area * rotation
         return changed(modes, (softening + softening.T) / 2, rotary, bent)
@@ -80,7 +81,7 @@ def _bent(modes: Modes, force: Float[Array, "mode mode"]) -> Float[Array, "mode 
 
 
 def _beam(modes: Modes) -> UniformBeam:
-    return uniform_beam(
+    return required_beam(
         modes,
         "shear_and_rotary_inertia",
         "which moves along its axis and neither shears nor rotates",

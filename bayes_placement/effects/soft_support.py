@@ -10,10 +10,10 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from ..modes.changed import nodal_below
 from ..modes.finite_elements.nodal_modes import NodalModes
+from ..modes.flexible_parts import SoftenedSupport
 from ..modes.modes import Modes
-from ..modes.yielding import SoftenedSupport
+from ..modes.underlying import underlying_nodal_modes
 from ._parts import centre, name_of
 from .effect import Hinged, Location
 from .instruments import Instruments
@@ -53,7 +53,7 @@ class SoftSupport(Hinged):
         """
         if not isinstance(self.support, str):
             return self
-        number = nodal_below(modes).statics.support(self.support)
+        number = underlying_nodal_modes(modes).static_shapes.support_number(self.support)
         return type(self)(np.asarray(number), self.compliance, name=self.name)
 
     def hinges(self, modes: Modes) -> list[SoftenedSupport]:
@@ -69,7 +69,7 @@ class SoftSupport(Hinged):
         return f"support {self._name(modes)}"
 
     def _name(self, modes: Modes) -> str:
-        return name_of(self.support, nodal_below(modes).statics.supports)
+        return name_of(self.support, underlying_nodal_modes(modes).static_shapes.supports)
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["SoftSupport"]:
@@ -82,7 +82,7 @@ class SoftSupport(Hinged):
             return []
         return [
             cls(np.asarray(number), LogUniform(STIFFEST / stiffness, SOFTEST / stiffness))
-            for number, stiffness in enumerate(scales.modes.statics.softest())
+            for number, stiffness in enumerate(scales.modes.static_shapes.least_support_stiffness())
         ]
 
 

@@ -9,7 +9,7 @@ from jaxtyping import Array, Complex, Float, Inexact
 
 from .._types import InputError, Receptance
 from ..effects.effect import CubicAttachment, Omega
-from ..modes._repeated import carried
+from ..modes.eigenpairs import coupling_receptance
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
 from .structure import Structure
@@ -189,7 +189,7 @@ def _coupled(
     over = 0.5 / jnp.where(natural > 0, natural, jnp.inf)[:, None]
     growth = structure.relative_modulus(omega) + slope * over * structure.kept_damping()
     response, reference = (side.shapes[:, :, None] * modal for side in sides)
-    return carried(coupling, response * growth, reference)
+    return coupling_receptance(coupling, response * growth, reference)
 
 
 def attach(

@@ -216,7 +216,7 @@ class Measurement:
         """
         rows = [match(one, self.sensors, "sensor") for one in parsed(sensors)]
         columns = [match(one, self.actuators, "actuator") for one in parsed(actuators)]
-        pick = np.ix_([row.place for row in rows], [column.place for column in columns])
+        pick = np.ix_([row.number for row in rows], [column.number for column in columns])
         signs = np.outer([row.sign for row in rows], [column.sign for column in columns])
         return replace(
             self,

@@ -20,7 +20,7 @@ from ..effects.effect import (
     Omega,
     StructureEffect,
 )
-from ..modes.hinged import hinged
+from ..modes.hinges import with_compliance
 from ..modes.modes import Modes
 from .damping import Damping
 
@@ -84,7 +84,7 @@ class Structure(eqx.Module):
         for change in self.of_kind(GlobalChange):
             modes = change.changed(modes)
         hinges = [hinge for effect in self.of_kind(Hinged) for hinge in effect.hinges(modes)]
-        return hinged(modes, hinges) if hinges else modes
+        return with_compliance(modes, hinges) if hinges else modes
 
     def relative_modulus(self, omega: Omega) -> Inexact[Array, "frequency"]:
         """Modulus over the modulus as drawn [1]."""

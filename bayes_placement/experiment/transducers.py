@@ -14,11 +14,10 @@ from .._sites import checked_name, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes
 from ..modes.modes import Modes
 from ..modes.points import Points
-from ..positions.orientation import rotation, unit_vector
-from ..positions.placed import At, placed, read
+from ..positions.at import At, as_place, position_on
 from ..positions.places import Place, Position, coordinates, mean
-from ..positions.tolerances import Support
-from ..positions.vectors import Recorded, Vector, triple
+from ..positions.tolerances import Tolerance
+from ..positions.vectors import Recorded, Vector, rotation, triple, unit_vector
 from .measurement import Channel
 
 Self = TypeVar("Self", bound="Transducer")
@@ -51,11 +50,11 @@ class Transducer(eqx.Module):
 
     kind: eqx.AbstractClassVar[str]
     name: str = eqx.field(static=True)
-    position: Position | Support = eqx.field(metadata=unit("m"))
+    position: Position | Tolerance = eqx.field(metadata=unit("m"))
     angles: tuple[Parameter, ...] | None = eqx.field(metadata=unit("rad"))
     directions: tuple[int, ...] = eqx.field(static=True)
     recorded: Recorded = eqx.field(static=True)
-    support: Support | None
+    support: Tolerance | None
 
     def __init__(
         self,
@@ -65,11 +64,11 @@ class Transducer(eqx.Module):
         directions: tuple[int, ...] = (),
         angles: tuple[Parameter, ...] | None = None,
         recorded: float | int | Vector | None = None,
-        support: Support | None = None,
+        support: Tolerance | None = None,
     ):
         self.name = checked_name(f"{self.kind} of the name", name)
-        self.position = read(at)
-        self.support = self.position if isinstance(self.position, Support) else support
+        self.position = as_place(at)
+        self.support = self.position if isinstance(self.position, Tolerance) else support
         self.angles = None if angles is None else tuple(angles)
         self.directions = tuple(directions)
         self.recorded = _middle(self.position) if recorded is None else _recorded(recorded)
@@ -102,14 +101,14 @@ class Transducer(eqx.Module):
         """
         return type(self)(
             self.name,
-            placed(self.position, modes.bounds(), f'{self.kind} "{self.name}"'),
+            position_on(self.position, modes.bounds(), f'{self.kind} "{self.name}"'),
             directions=self.directions or modes.axes,
             angles=self.angles,
             recorded=self.recorded,
             support=self.support,
         )
 
-    def moved(self: Self, place: Recorded | Support, modes: Modes) -> Self:
+    def moved(self: Self, place: Recorded | Tolerance, modes: Modes) -> Self:
         """Return it recorded elsewhere on the structure, with the tolerance that it has here.
 
         Parameters
@@ -125,9 +124,9 @@ class Transducer(eqx.Module):
             If its tolerance is not known as a support, or it comes to lie outside the structure.
         """
         at: Any = place
-        if not isinstance(place, Support):
+        if not isinstance(place, Tolerance):
             at = place if self.support is None else self.support.around(place)
-        if not isinstance(at, Support) and self._is_uncertain():
+        if not isinstance(at, Tolerance) and self._is_uncertain():
             raise InputError(
                 f'{self.kind} "{self.name}" was to be moved to {place} m, but its tolerance is '
                 "known as a law at its own place only; a support is needed, since it can be moved. "
@@ -186,8 +185,8 @@ class Transducer(eqx.Module):
         return vectors[:, np.array(axes) - 1]
 
 
-def _middle(at: Position | Support) -> Recorded:
-    if isinstance(at, Support):
+def _middle(at: Position | Tolerance) -> Recorded:
+    if isinstance(at, Tolerance):
         return at.recorded
     if isinstance(at, Place):
         return at.middle()

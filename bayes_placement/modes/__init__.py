@@ -1,4 +1,4 @@
-"""modes: natural frequencies and mass-normalised mode shapes, from closed forms or elements."""
+"""Natural frequencies and mass-normalised mode shapes, from closed forms or finite elements."""
 
 from . import beams, finite_elements
 from .modes import Modes

@@ -1,7 +1,4 @@
-"""modes: in, whatever describes a structure; out, natural frequencies and mass-normalised shapes.
-
-Not known here: damping, sensors, probability.
-"""
+"""Modes of an undamped structure: what every other room reads of it."""
 
 import abc
 from typing import Any
@@ -15,7 +12,7 @@ from ..positions.bounds import Bounds
 
 
 class Modes(eqx.Module):
-    """Natural frequencies and mass-normalised mode shapes, readable at any point."""
+    """Natural frequencies and mass-normalised mode shapes, known at any point."""
 
     axes: eqx.AbstractVar[tuple[int, ...]]
     rigid_body_modes: eqx.AbstractVar[int]
@@ -42,7 +39,7 @@ class Modes(eqx.Module):
     def static_flexibility(
         self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
     ) -> Float[Array, "axis axis"] | None:
-        """Static flexibility [m/N] of all elastic modes, kept or left out; None if not known.
+        """Static flexibility [m/N] of all elastic modes, kept or not; None if not known.
 
         The sum over all of them of phi phi / omega_n^2. With it a modal sum is exact at low
         frequency, however few modes are kept (MacNeal 1971, DOI 10.1016/0045-7949(71)90031-9).
@@ -53,18 +50,18 @@ class Modes(eqx.Module):
         """Return the least and the greatest position on the structure [m]."""
 
     def anywhere(self) -> list[Any]:
-        """Return the pieces of the structure, each as the uniform law of a place on it [m]."""
+        """Return the uniform distribution of a position on each piece of the structure [m]."""
         return [Uniform(*self.bounds())]
 
     def solved(self) -> "Modes":
-        """Return the modes once all parameters are numbers; here they are known at once."""
+        """Return the modes once all parameters are numbers; most modes need no solution."""
         return self
 
     def coupling(self) -> Float[Array, "mode mode"] | None:
-        """Stiffness [(rad/s)^2] that is left between modes of one frequency.
+        """Stiffness [(rad/s)^2] between modes of one frequency.
 
-        It is zero, and None where its derivative is zero too: eigenvectors of a repeated frequency
-        have no derivative in the parameters, and this carries what the response has of it.
+        It is zero, and None where its derivative is zero too. Eigenvectors of a repeated frequency
+        have no derivative in the parameters; the derivative of the response needs this one.
         """
         return None
 

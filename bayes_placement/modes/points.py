@@ -1,7 +1,4 @@
-"""points: in, places on a structure and directions there; out, the mode shapes seen along them.
-
-Not known here: sensors, actuators, effects, frequencies, probability.
-"""
+"""Points of a structure, each with one direction, and the mode shapes there."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -16,12 +13,12 @@ from .modes import Modes
 
 
 class Points(eqx.Module):
-    """Places where a structure is read, driven or held, each along one direction.
+    """Points where a structure is read, driven or held, each along one direction.
 
     Parameters
     ----------
     position
-        Places [m].
+        Positions [m].
     direction
         Unit vectors, in the axes of the structure [1].
     """
@@ -44,19 +41,19 @@ class Points(eqx.Module):
         return jnp.einsum("pa,poab,ob->po", self.direction, flexibility, other.direction)
 
 
-def joined(several: Sequence[Points]) -> Points:
+def joined(groups: Sequence[Points]) -> Points:
     """Return all points in one list."""
-    # Directions that are known become one constant; nothing is left of them to be compiled.
-    known = all(isinstance(one.direction, np.ndarray) for one in several)
-    joining = np.concatenate if known else jnp.concatenate
+    # Known directions become one constant, which needs no compilation.
+    known = all(isinstance(points.direction, np.ndarray) for points in groups)
+    concatenate = np.concatenate if known else jnp.concatenate
     return Points(
-        jnp.concatenate([one.position for one in several]),
-        joining([one.direction for one in several]),
+        jnp.concatenate([points.position for points in groups]),
+        concatenate([points.direction for points in groups]),
     )
 
 
 def along_axes(position: Float[Array, "*coordinate"], modes: Modes) -> Points:
-    """Return one place, once along each axis of the structure."""
+    """Return one position, once along each axis of the structure."""
     count = len(modes.axes)
     repeated = jnp.broadcast_to(position, (count, *jnp.shape(position)))
     return Points(repeated, np.eye(count))
@@ -65,9 +62,9 @@ def along_axes(position: Float[Array, "*coordinate"], modes: Modes) -> Points:
 def along(
     position: Float[Array, "*coordinate"], direction: Sequence[Any] | None, modes: Modes
 ) -> Points:
-    """Return one place along one direction, or once along each axis where there is none."""
+    """Return one position along one direction, or once along each axis where there is none."""
     if direction is None:
         return along_axes(position, modes)
-    vector = jnp.stack([jnp.asarray(one, float) for one in direction])
+    vector = jnp.stack([jnp.asarray(component, float) for component in direction])
     unit = (vector / jnp.linalg.norm(vector))[np.array(modes.axes) - 1]
     return Points(position[None], unit[None])

@@ -12,8 +12,12 @@ from jaxtyping import Float
 from matplotlib.figure import Figure
 
 from ..experiment.experiment import Experiment
-from ..modes.finite_elements.interpolation import Elements, Nearest, Scattered
-from ..modes.finite_elements.interpolation._elements import reference_corners
+from ..modes.finite_elements.interpolation import (
+    Elements,
+    Nearest,
+    Scattered,
+    reference_corners,
+)
 from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.modes import Modes
 from ._figures import STAR

@@ -1,6 +1,21 @@
-"""positions: where a thing may sit on a structure, and how it may be turned."""
+"""Where a transducer or an effect may sit on a structure, and how it may be rotated."""
 
-from .orientation import rotation
-from .tolerances import Ball, Box, Member, Nodes, Patch, Segment
+from .places import AtNode, Cartesian, InBall, OnMember, OnPatch
+from .tolerances import Ball, Box, Member, Nodes, Patch, Segment, Tolerance
+from .vectors import rotation
 
-__all__ = ["Ball", "Box", "Member", "Nodes", "Patch", "Segment", "rotation"]
+__all__ = [
+    "AtNode",
+    "Ball",
+    "Box",
+    "Cartesian",
+    "InBall",
+    "Member",
+    "Nodes",
+    "OnMember",
+    "OnPatch",
+    "Patch",
+    "Segment",
+    "Tolerance",
+    "rotation",
+]

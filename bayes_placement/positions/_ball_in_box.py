@@ -1,7 +1,8 @@
-"""_ball_in_box: in, a ball cut by a box and uniform numbers; out, points uniform in what is left.
+"""Points uniform in a ball that a box cuts, as a differentiable map of uniform numbers.
 
 Rosenblatt's transform (1952, DOI 10.1214/aoms/1177729394): the first coordinate by its marginal
-law, each further one by its law given those before. Not known here: structures, sensors.
+distribution, each further one by its distribution given those before. Rejection would be shorter,
+but has no gradient, which NUTS and quadrature over positions need.
 """
 
 import functools
@@ -20,7 +21,7 @@ _TINY = 1e-30  # of the radius squared: keeps slopes of roots finite where a sli
 
 
 class Cut(NamedTuple):
-    """A ball about the origin of one to three dimensions, and the box that cuts it [m]."""
+    """A ball about the origin in one to three dimensions, and the box that cuts it [m]."""
 
     radius: float
     low: tuple[float, ...]
@@ -32,7 +33,7 @@ class Cut(NamedTuple):
         return self.radius <= 0 or self.distance_squared(0) >= self.radius**2
 
     def distance_squared(self, first: int) -> float:
-        """Square of the distance [m] from the origin to the box, from one axis on."""
+        """Square of the distance [m] from the origin to the box along the axes from `first` on."""
         return math.fsum(self._squares()[first:])
 
     def box(self) -> tuple[Float[np.ndarray, "axis"], Float[np.ndarray, "axis"]]:
@@ -47,49 +48,49 @@ class Cut(NamedTuple):
 
 
 class _Marginal(NamedTuple):
-    """Law of one coordinate, not normalised: antiderivative of its density, density, ends."""
+    """Distribution of one coordinate, not normalised: antiderivative of its density, and ends."""
 
     cumulative: Callable[[Any], Any]
     density: Callable[[Any], Any]
     low: Any
     high: Any
 
-    def target(self, share: Any) -> Any:
-        """Value of the antiderivative below which a share of the whole lies."""
+    def at_share(self, share: Any) -> Any:
+        """Value of the antiderivative below which a share of the total lies."""
         start = self.cumulative(self.low)
         return start + share * (self.cumulative(self.high) - start)
 
 
 def point(cut: Cut, shares: Iterable[Any]) -> list[Float[Array, ""]]:
-    """Coordinates of the point of given shares, each from 0 to 1: uniform if they are."""
-    square, found = jnp.asarray(cut.radius**2), []
+    """Coordinates of the point with these shares, each from 0 to 1: uniform if they are."""
+    square, coordinates = jnp.asarray(cut.radius**2), []
     for axis, share in enumerate(shares):
-        value = _quantile(cut, axis, square, share)
-        found.append(value)
-        square = square - value**2
-    return found
+        coordinate = _quantile(cut, axis, square, share)
+        coordinates.append(coordinate)
+        square = square - coordinate**2
+    return coordinates
 
 
 def shares(cut: Cut, point: Iterable[Any]) -> list[Float[Array, ""]]:
-    """Shares of the point of the cut ball that is next to given coordinates, axis by axis."""
-    square, found = jnp.asarray(cut.radius**2), []
-    for axis, wanted in enumerate(point):
-        one = _marginal(cut, axis, square)
-        value = jnp.clip(wanted, one.low, one.high)
-        below = one.cumulative(value) - one.target(0)
-        found.append(below / (one.target(1) - one.target(0)))
-        square = square - value**2
-    return found
+    """Shares of a point, clipped axis by axis to the cut ball."""
+    square, shares = jnp.asarray(cut.radius**2), []
+    for axis, coordinate in enumerate(point):
+        marginal = _marginal(cut, axis, square)
+        clipped = jnp.clip(coordinate, marginal.low, marginal.high)
+        below = marginal.cumulative(clipped) - marginal.at_share(0)
+        shares.append(below / (marginal.at_share(1) - marginal.at_share(0)))
+        square = square - clipped**2
+    return shares
 
 
 def _marginal(cut: Cut, axis: int, square: Any) -> _Marginal:
-    """Law of one coordinate where the square of the radius is what those before it left."""
+    """Distribution of one coordinate, where the square is the radius squared less those before."""
     reach = _root(square - cut.distance_squared(axis + 1), cut, jnp)
     low, high = jnp.maximum(cut.low[axis], -reach), jnp.minimum(cut.high[axis], reach)
-    left = len(cut.low) - axis
-    if left == 1:
+    remaining_axes = len(cut.low) - axis
+    if remaining_axes == 1:
         return _Marginal(lambda x: x, jnp.ones_like, low, high)
-    if left == 2:
+    if remaining_axes == 2:
         return _Marginal(
             lambda y: _area_below(cut, y, square, jnp), lambda y: _width(cut, square, y), low, high
         )
@@ -102,27 +103,27 @@ def _marginal(cut: Cut, axis: int, square: Any) -> _Marginal:
 
 
 def _quantile(cut: Cut, axis: int, square: Any, share: Any) -> Float[Array, ""]:
-    """Coordinate below which a share of the whole lies."""
-    one = _marginal(cut, axis, square)
+    """Coordinate below which a share of the total lies."""
+    marginal = _marginal(cut, axis, square)
     if axis == len(cut.low) - 1:
-        return one.low + share * (one.high - one.low)
-    held = jax.lax.stop_gradient((square, share))
-    fixed = jax.lax.stop_gradient(_bisected(_marginal(cut, axis, held[0]), held[1]))
-    # One Newton step from a constant carries the derivative of the root, exactly.
-    slope = jax.lax.stop_gradient(jnp.maximum(one.density(fixed), _TINY))
-    step = (one.cumulative(fixed) - one.target(share)) / slope
-    return jnp.clip(fixed - step, one.low, one.high)
+        return marginal.low + share * (marginal.high - marginal.low)
+    fixed_square, fixed_share = jax.lax.stop_gradient((square, share))
+    root = jax.lax.stop_gradient(_bisected(_marginal(cut, axis, fixed_square), fixed_share))
+    # One Newton step from a constant root has the exact derivative of the root.
+    slope = jax.lax.stop_gradient(jnp.maximum(marginal.density(root), _TINY))
+    step = (marginal.cumulative(root) - marginal.at_share(share)) / slope
+    return jnp.clip(root - step, marginal.low, marginal.high)
 
 
-def _bisected(one: _Marginal, share: Any) -> Float[Array, ""]:
-    target = one.target(share)
+def _bisected(marginal: _Marginal, share: Any) -> Float[Array, ""]:
+    target = marginal.at_share(share)
 
     def halve(_: Any, ends: tuple[Array, Array]) -> tuple[Array, Array]:
         middle = (ends[0] + ends[1]) / 2
-        below = one.cumulative(middle) < target
+        below = marginal.cumulative(middle) < target
         return jnp.where(below, middle, ends[0]), jnp.where(below, ends[1], middle)
 
-    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (one.low, one.high))
+    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (marginal.low, marginal.high))
     return (low + high) / 2
 
 
@@ -131,19 +132,19 @@ def _root(square: Any, cut: Cut, xp: Any) -> Any:
 
 
 def _width(cut: Cut, square: Any, y: Any) -> Any:
-    """Width of a disc within the last two sides of the box, at one place across it."""
+    """Width of a disc within the last two sides of the box, at a coordinate across it."""
     half = _root(square - y**2, cut, jnp)
     return jnp.clip(cut.high[-1], -half, half) - jnp.clip(cut.low[-1], -half, half)
 
 
 def _area_below(cut: Cut, y: Any, square: Any, xp: Any) -> Any:
-    """Area of a disc between the last two sides of the box, below y, but for a constant."""
+    """Area of a disc between the last two sides of the box, below y, up to a constant."""
     upper = _area_under(cut, cut.high[-1], y, square, xp)
     return upper - _area_under(cut, cut.low[-1], y, square, xp)
 
 
 def _area_under(cut: Cut, level: float, y: Any, square: Any, xp: Any) -> Any:
-    """Integral up to y of a level, no more than the half width of the disc, but for a constant."""
+    """Integral up to y of a level clipped to the half width of the disc, up to a constant."""
 
     def segment(t: Any) -> Any:
         half = _root(square - t**2, cut, xp)
@@ -183,11 +184,11 @@ def _volumes(cut: Cut) -> _Volumes:
 
 
 def _interpolated(cut: Cut, x: Any) -> Float[Array, ""]:
-    """Volume below x by cubics that have the right values and slopes at the nodes."""
+    """Volume below x by cubics with the exact values and slopes at the nodes."""
     table = _volumes(cut)
-    place = (x - table.start) / table.step
-    cell = jnp.clip(jnp.floor(place), 0, CELLS - 1).astype(int)
-    t = place - cell
+    steps = (x - table.start) / table.step
+    cell = jnp.clip(jnp.floor(steps), 0, CELLS - 1).astype(int)
+    t = steps - cell
     volume, area = jnp.asarray(table.volume), table.step * jnp.asarray(table.area)
     rise = volume[cell + 1] - volume[cell]
     bend = (area[cell] - rise) * (1 - t) - (area[cell + 1] - rise) * t

@@ -1,8 +1,4 @@
-"""bounds: in, the stretch or box that a structure fills; out, what of a line or place is in it.
-
-Not known here: supports, laws. A line has a least and a greatest position, a structure in space a
-least and a greatest corner.
-"""
+"""Bounds of a structure: the stretch of a line or the box in space that it fills."""
 
 from typing import Any, TypeAlias
 
@@ -17,7 +13,7 @@ Corners = tuple[Coordinates, Coordinates]
 Bounds: TypeAlias = tuple[Any, Any] | Corners
 """Least and greatest position on a line, or the corners of the box about a structure [m]."""
 
-HAIR = 1e-9  # of the size of the structure, by which a place may miss it through rounding
+ROUNDING = 1e-9  # of the size of the structure, by which a position may miss it
 
 
 def in_space(bounds: Bounds) -> bool:
@@ -25,72 +21,72 @@ def in_space(bounds: Bounds) -> bool:
     return np.ndim(bounds[0]) == 1
 
 
-def box(bounds: Bounds, what: Any) -> Corners:
+def box(bounds: Bounds, tolerance: Any) -> Corners:
     """Corners of the box about a structure in space [m].
 
     Raises
     ------
-    ValueError
-        If the structure is a line.
+    InputError
+        If the structure is a line; the message names the tolerance.
     """
     if not in_space(bounds):
-        raise InputError(f"{what} was given, but {not_in_space(bounds)}")
+        raise InputError(f"{tolerance} was given, but {one_coordinate_needed(bounds)}")
     low, high = bounds
     return low, high
 
 
-def hair(bounds: Bounds) -> float:
-    """Length [m] by which a place may miss a structure through rounding."""
-    return HAIR * float(np.max(np.subtract(bounds[1], bounds[0])))
+def rounding_margin(bounds: Bounds) -> float:
+    """Length [m] by which a position may miss a structure through rounding."""
+    return ROUNDING * float(np.max(np.subtract(bounds[1], bounds[0])))
 
 
 def inside(
     points: Float[np.ndarray, "point *coordinate"], bounds: Bounds
 ) -> Bool[np.ndarray, "point"]:
-    """Tell which points are in the bounds, but for rounding."""
-    slack = hair(bounds)
-    within = (points >= np.subtract(bounds[0], slack)) & (points <= np.add(bounds[1], slack))
+    """Tell which points lie within the bounds, but for rounding."""
+    margin = rounding_margin(bounds)
+    within = (points >= np.subtract(bounds[0], margin)) & (points <= np.add(bounds[1], margin))
     return np.all(within.reshape(len(points), -1), axis=1)
 
 
 def clipped(
     origin: np.ndarray, direction: np.ndarray, stretch: tuple[float, float], corners: Corners
 ) -> tuple[float, float]:
-    """Part of a stretch along a direction [m] that is in a box, by the axes that it goes along."""
+    """Part of a stretch along a direction [m] that lies in a box."""
     low, high = stretch
     for start, slope, *sides in zip(origin, direction, *corners, strict=True):
-        if abs(slope) > HAIR:
+        if abs(slope) > ROUNDING:
             ends = sorted((side - start) / slope for side in sides)
             low, high = max(low, ends[0]), min(high, ends[1])
     return low, high
 
 
-def words(bounds: Bounds) -> str:
+def bounds_text(bounds: Bounds) -> str:
     """Write the bounds: 0 to 1.2 m."""
-    low, high = (said(one) for one in bounds)
+    low, high = (position_text(end) for end in bounds)
     return f"{low} to {high} m"
 
 
-def said(position: Any) -> str:
+def position_text(position: Any) -> str:
     """Write a position: 0.2, or (0.2, 0, 0.9)."""
     if np.ndim(position) == 0:
         return f"{position:g}"
-    return "(" + ", ".join(f"{one:g}" for one in position) + ")"
+    return "(" + ", ".join(f"{coordinate:g}" for coordinate in position) + ")"
 
 
-def not_a_line(bounds: Bounds) -> str:
-    """Say what is needed on a structure in space."""
-    middle = said(np.add(*bounds) / 2)
+def three_coordinates_needed(bounds: Bounds) -> str:
+    """Say what a position on a structure in space needs."""
+    middle = position_text(np.add(*bounds) / 2)
     return (
-        f"the structure lies in space ({words(bounds)}), where a place has three coordinates: "
-        f"at={middle}, or at=positions.Box({middle}, within=(0.01, 0.0, 0.0))."
+        f"the structure lies in space ({bounds_text(bounds)}), where a position has three "
+        f"coordinates: at={middle}, or at=positions.Box({middle}, within=(0.01, 0.0, 0.0))."
     )
 
 
-def not_in_space(bounds: Bounds) -> str:
-    """Say what is needed on a line."""
-    middle = said(np.add(*bounds) / 2)
+def one_coordinate_needed(bounds: Bounds) -> str:
+    """Say what a position on a line needs."""
+    middle = position_text(np.add(*bounds) / 2)
     return (
-        f"the structure is a line ({words(bounds)}), along which a place is one number: "
+        f"the structure is a line ({bounds_text(bounds)}), along which a position is one number: "
         f"at={middle}, or at=positions.Segment({middle}, within=0.01)."
     )

@@ -1,7 +1,4 @@
-"""channel: in, labels such as s1+x; out, channels, and which recorded one a requested one is.
-
-Not known here: FRFs, files.
-"""
+"""Channels: one signal of a transducer each, named by labels such as s1+x."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -37,8 +34,8 @@ class Channel(NamedTuple):
 
         Raises
         ------
-        ValueError
-            If the label has no name, or the channel a direction that is none.
+        InputError
+            If the label has no name, or the direction is not one of -3 to 3.
         """
         if isinstance(label, Channel):
             return checked(label)
@@ -57,42 +54,42 @@ Channels = str | Channel | Sequence[str | Channel]
 
 
 class Match(NamedTuple):
-    """A recorded channel that serves as the wanted one: its place, and the sign it needs."""
+    """The recorded channel that serves as the requested one: its number, and the sign it needs."""
 
-    place: int
+    number: int
     sign: int
     channel: Channel
 
 
-def match(wanted: Channel, recorded: tuple[Channel, ...], side: str) -> Match:
-    """Find the recorded channel that is the wanted one, up to its sign."""
-    named = [index for index, channel in enumerate(recorded) if channel.name == wanted.name]
+def match(requested: Channel, recorded: tuple[Channel, ...], side: str) -> Match:
+    """Find the recorded channel that is the requested one, up to its sign."""
+    named = [index for index, channel in enumerate(recorded) if channel.name == requested.name]
     for sign in (1, -1):
         for index in named:
-            if recorded[index].direction == sign * wanted.direction != 0:
-                return Match(index, sign, wanted)
-    either_unstated = any(wanted.direction * recorded[index].direction == 0 for index in named)
+            if recorded[index].direction == sign * requested.direction != 0:
+                return Match(index, sign, requested)
+    either_unstated = any(requested.direction * recorded[index].direction == 0 for index in named)
     if either_unstated and len(named) == 1:
-        stated = wanted.direction or recorded[named[0]].direction
-        return Match(named[0], 1, Channel(wanted.name, stated))
-    there = ", ".join(channel.label for channel in recorded)
+        stated = requested.direction or recorded[named[0]].direction
+        return Match(named[0], 1, Channel(requested.name, stated))
+    labels = ", ".join(channel.label for channel in recorded)
     if either_unstated:
         raise InputError(
-            f"The {side} channel {wanted.label} was requested, and several channels of this name "
-            f"were measured; a direction is needed on both sides to tell them apart. Measured "
-            f"are {there}: name one of them."
+            f"The {side} channel {requested.label} was requested, and several channels of this "
+            f"name were measured; a direction is needed on both sides to tell them apart. Measured "
+            f"are {labels}: name one of them."
         )
     raise InputError(
-        f"The {side} channel {wanted.label} was requested, but only {there} were measured; name "
-        "one of them, or rename the transducer to its name in the measurement."
+        f"The {side} channel {requested.label} was requested, but only {labels} were measured; "
+        "name one of them, or rename the transducer to its name in the measurement."
     )
 
 
 def parsed(channels: Channels) -> tuple[Channel, ...]:
     """Read channels from labels."""
-    # A single label is itself a sequence, of letters, and a channel one of two fields.
-    several: Iterable[Any] = [channels] if isinstance(channels, str | Channel) else channels
-    return tuple(Channel.parse(one) for one in several)
+    # A label is a sequence of letters, and a channel one of two fields.
+    labels: Iterable[Any] = [channels] if isinstance(channels, str | Channel) else channels
+    return tuple(Channel.parse(label) for label in labels)
 
 
 def checked(channel: Channel) -> Channel:
@@ -113,9 +110,11 @@ def checked(channel: Channel) -> Channel:
 
 def check_distinct(side: str, channels: tuple[Channel, ...]) -> None:
     """Refuse a channel that is given twice."""
-    twice = [one.label for index, one in enumerate(channels) if one in channels[:index]]
-    if twice:
+    repeated = [
+        channel.label for index, channel in enumerate(channels) if channel in channels[:index]
+    ]
+    if repeated:
         raise InputError(
-            f"The {side} channel {twice[0]} was given twice; every channel is needed once, since "
+            f"The {side} channel {repeated[0]} was given twice; each may stand once only, since "
             "its data would count twice. Give each row its own label: 's1+x', 's1+y'."
         )

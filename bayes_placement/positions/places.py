@@ -1,9 +1,7 @@
-"""places: in, coordinates some of which are laws; out, where they are in space.
-
-Not known here: mode shapes, sensors, what a place is for. On a line a position is one number.
-"""
+"""Places: positions whose coordinates are numbers or distributions."""
 
 import abc
+import functools
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -21,27 +19,27 @@ from .vectors import Coordinates, Recorded, Vector, direction_of, right_angled, 
 
 
 class Place(eqx.Module):
-    """A place on a structure in space, some of whose own coordinates may be unknown."""
+    """A position, some of whose coordinates may be unknown."""
 
     @abc.abstractmethod
     def coordinates(self) -> Float[Array, "*coordinate"]:
-        """Where it is [m], once its own coordinates are numbers."""
+        """Position [m], once its coordinates are numbers."""
 
     @abc.abstractmethod
     def middle(self) -> Recorded:
-        """Where it is on the average of its laws [m]."""
+        """Position at the means of its distributions [m]."""
 
     @abc.abstractmethod
     def nearest(self, position: Recorded) -> dict[str, Any]:
-        """Values of its unknown coordinates, by name, next to a position [m]."""
+        """Values of its unknown coordinates, by name, nearest to a position [m]."""
 
 
 Position: TypeAlias = Parameter | Place
-"""A number on a line, a place in space, or the law of either."""
+"""A number on a line, a place in space, or the distribution of either."""
 
 
 class Frame(NamedTuple):
-    """An origin [m], orthonormal directions, and how far a place is from it along each [m]."""
+    """An origin [m], orthonormal directions, and the lengths along them [m]."""
 
     origin: Float[np.ndarray, "3"]
     directions: Float[np.ndarray, "axis 3"]
@@ -49,29 +47,29 @@ class Frame(NamedTuple):
 
 
 class Straight(Place):
-    """A place whose own coordinates are lengths along fixed directions."""
+    """A place whose coordinates are lengths along fixed directions."""
 
     @abc.abstractmethod
     def frame(self) -> Frame:
-        """Where its coordinates are measured from, and along what."""
+        """Origin and directions along which its coordinates are measured."""
 
     def coordinates(self) -> Float[Array, "3"]:
-        """Where it is [m]: the origin and the lengths along the directions."""
+        """Position [m]: the origin and the lengths along the directions."""
         origin, directions, values = self.frame()
         lengths = jnp.stack([jnp.asarray(value, dtype=float) for value in values.values()])
         return jnp.asarray(origin) + lengths @ directions
 
     def middle(self) -> Coordinates:
-        """Where it is on the average of its laws [m]."""
+        """Position at the means of its distributions [m]."""
         origin, directions, values = self.frame()
-        return triple(origin + np.array([mean(one) for one in values.values()]) @ directions)
+        return triple(origin + np.array([mean(value) for value in values.values()]) @ directions)
 
     def nearest(self, position: Recorded) -> dict[str, Any]:
-        """Lengths at the foot of a position [m], as far as their uniform laws go."""
+        """Lengths at the foot of a position [m], clipped to their uniform distributions."""
         origin, directions, values = self.frame()
         feet = directions @ (np.asarray(position) - origin)
         pairs = zip(values.items(), feet, strict=True)
-        return {name: _within(law, foot) for (name, law), foot in pairs if is_unknown(law)}
+        return {name: _clipped(value, foot) for (name, value), foot in pairs if is_unknown(value)}
 
 
 class Cartesian(Straight):
@@ -80,7 +78,7 @@ class Cartesian(Straight):
     Parameters
     ----------
     x, y, z
-        Coordinates [m], each a number or a law.
+        Coordinates [m], each a number or a distribution.
     """
 
     x: Parameter = eqx.field(metadata=unit("m"))
@@ -98,11 +96,11 @@ class OnMember(Straight):
     Parameters
     ----------
     along
-        Distance from the start [m], a number or a law.
+        Distance from the start [m], a number or a distribution.
     start
         Where the member begins [m].
     direction
-        Where it goes, of any length.
+        Direction of the member, a vector of any length.
     """
 
     along: Parameter = eqx.field(metadata=unit("m"))
@@ -126,7 +124,7 @@ class OnPatch(Straight):
     Parameters
     ----------
     first, second
-        Distances from the origin along the two directions [m], numbers or laws.
+        Distances from the origin along the two directions [m], numbers or distributions.
     origin
         Where they are measured from [m].
     directions
@@ -157,13 +155,13 @@ class OnPatch(Straight):
 
 
 class InBall(Place):
-    """A place in a ball, cut by a box: uniform in what is left if its shares are.
+    """A place in a ball cut by a box: uniform in what is left if its shares are.
 
     Parameters
     ----------
     share
         Share of the cut ball below the place along each axis in which the box extends, given the
-        axes before [1]: numbers from 0 to 1 or laws.
+        axes before [1]: numbers from 0 to 1 or distributions.
     centre
         Centre [m].
     radius
@@ -178,11 +176,11 @@ class InBall(Place):
     bounds: tuple[Coordinates, Coordinates] = eqx.field(static=True)
 
     def coordinates(self) -> Float[Array, "3"]:
-        """Where it is [m], by Rosenblatt's transform."""
+        """Position [m], by Rosenblatt's transform."""
         free = iter(_ball_in_box.point(self.cut, self.share))
-        pairs = zip(self.axes, self.centre, self.bounds[0], strict=True)
-        found = [middle + next(free) if extends else at for extends, middle, at in pairs]
-        return jnp.stack([jnp.asarray(value, dtype=float) for value in found])
+        axes = zip(self.axes, self.centre, self.bounds[0], strict=True)
+        values = [centre + next(free) if extends else low for extends, centre, low in axes]
+        return jnp.stack([jnp.asarray(value, dtype=float) for value in values])
 
     @property
     def axes(self) -> tuple[bool, bool, bool]:
@@ -192,7 +190,7 @@ class InBall(Place):
 
     @property
     def cut(self) -> _ball_in_box.Cut:
-        """The ball in its section by the box, about its own centre."""
+        """The section of the ball by the box, about the centre of the ball."""
         sides = list(zip(self.axes, self.centre, *self.bounds, strict=True))
         lost = sum((low - middle) ** 2 for extends, middle, low, _ in sides if not extends)
         return _ball_in_box.Cut(
@@ -202,18 +200,17 @@ class InBall(Place):
         )
 
     def middle(self) -> Coordinates:
-        """Centre of the ball [m], or what of the box is next to it."""
-        pairs = zip(self.centre, *self.bounds, strict=True)
-        return triple([min(max(at, low), high) for at, low, high in pairs])
+        """Centre of the ball [m], or the point of the box nearest to it."""
+        return triple(np.clip(self.centre, *self.bounds))
 
     def nearest(self, position: Recorded) -> dict[str, Any]:
-        """Shares at a position [m], moved axis by axis into the cut ball."""
+        """Shares of a position [m], clipped axis by axis to the cut ball."""
         steps = np.asarray(position) - np.array(self.centre)
-        found = jax.jit(lambda: _ball_in_box.shares(self.cut, steps[np.array(self.axes)]))()
+        shares = _shares(self.cut, steps[np.array(self.axes)])
         return {
             f"share.{number}": value
-            for number, (law, value) in enumerate(zip(self.share, found, strict=True), start=1)
-            if is_unknown(law)
+            for number, (share, value) in enumerate(zip(self.share, shares, strict=True), start=1)
+            if is_unknown(share)
         }
 
 
@@ -229,7 +226,7 @@ class AtNode(Place):
     row
         Row of each in the list of nodes from which they were chosen.
     weight_error
-        Greatest standard error of a weight of the law; 0 where the weights are exact.
+        Greatest standard error of a weight of the distribution; 0 where the weights are exact.
     """
 
     node: Parameter = eqx.field(metadata=unit("1"))
@@ -238,17 +235,17 @@ class AtNode(Place):
     weight_error: float = eqx.field(static=True, default=0.0)
 
     def coordinates(self) -> Float[Array, "*coordinate"]:
-        """Where the node is [m]."""
+        """Position of the node [m]."""
         return jnp.asarray(self.position)[self.node]
 
     def middle(self) -> Recorded:
         """Mean of the nodes by their weights, or the node itself [m]."""
-        share = self.node.probs if is_unknown(self.node) else np.eye(len(self.row))[self.node]
-        mean_position = np.asarray(share) @ np.asarray(self.position)
+        weight = self.node.probs if is_unknown(self.node) else np.eye(len(self.row))[self.node]
+        mean_position = np.asarray(weight) @ np.asarray(self.position)
         return float(mean_position) if mean_position.ndim == 0 else triple(mean_position)
 
     def nearest(self, position: Recorded) -> dict[str, Any]:
-        """The node next to a position [m]."""
+        """The node nearest to a position [m]."""
         steps = np.asarray(self.position) - np.asarray(position)
         distance = np.linalg.norm(steps.reshape(len(steps), -1), axis=1)
         return {"node": int(np.argmin(distance))} if is_unknown(self.node) else {}
@@ -259,17 +256,26 @@ def coordinates(position: Any) -> Float[Array, "*coordinate"]:
     return position.coordinates() if isinstance(position, Place) else jnp.asarray(position, float)
 
 
-def typical(law: Any) -> Any:
-    """Mean of a law, or its most probable value where values are only labels."""
-    return jnp.argmax(law.log_prob(law.enumerate_support())) if is_finite(law) else law.mean
+def typical(distribution: Any) -> Any:
+    """Mean of a distribution, or its most probable value where values are only labels."""
+    if is_finite(distribution):
+        return jnp.argmax(distribution.log_prob(distribution.enumerate_support()))
+    return distribution.mean
 
 
 def mean(value: Parameter) -> float:
-    """A number or the mean of its law; NaN within a trace."""
+    """A number or the mean of its distribution; NaN while it is traced."""
     if is_unknown(value):
         return float(value.mean)
     return float("nan") if isinstance(value, jax.core.Tracer) else float(value)
 
 
-def _within(law: Any, value: Any) -> Any:
-    return jnp.clip(value, law.low, law.high) if isinstance(law, Uniform) else value
+def _clipped(distribution: Any, value: Any) -> Any:
+    if isinstance(distribution, Uniform):
+        return jnp.clip(value, distribution.low, distribution.high)
+    return value
+
+
+@functools.partial(jax.jit, static_argnums=0)
+def _shares(cut: _ball_in_box.Cut, steps: Float[Array, "axis"]) -> list[Float[Array, ""]]:
+    return _ball_in_box.shares(cut, steps)

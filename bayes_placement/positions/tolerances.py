@@ -1,9 +1,6 @@
-"""tolerances: in, a recorded place and a tolerance; out, the uniform law of where it may be.
+"""Tolerances of a recorded position; each makes a distribution of it on a structure."""
 
-Not known here: mode shapes, sensors, data. Every support is clipped to the structure.
-"""
-
-from typing import Any
+from typing import Any, cast
 
 import equinox as eqx
 import numpy as np
@@ -11,26 +8,33 @@ from jaxtyping import Float
 from numpyro.distributions import Uniform
 
 from .._types import InputError
-from ._nearest_nodes import at_nodes
-from ._supports_in_space import Ball, Box, Member, Patch
-from .bounds import Bounds, in_space, inside, not_a_line, not_in_space, words
+from ._nearest_nodes import at_nearest_node
+from ._tolerance import Tolerance
+from ._tolerances_in_space import Ball, Box, Member, Patch
+from .bounds import (
+    Bounds,
+    bounds_text,
+    in_space,
+    inside,
+    one_coordinate_needed,
+    three_coordinates_needed,
+)
 from .places import Place
-from .tolerance_region import Support
 from .vectors import Recorded, triple
 
-__all__ = ["Ball", "Box", "Member", "Nodes", "Patch", "Segment", "Support"]
+__all__ = ["Ball", "Box", "Member", "Nodes", "Patch", "Segment", "Tolerance"]
 
 
-class Segment(Support):
-    """A stretch of a line structure: recorded place and what the glue may be off.
+class Segment(Tolerance):
+    """A stretch of a line structure about the recorded position.
 
     Parameters
     ----------
     centre
         Recorded position along the structure [m].
     within
-        Greatest deviation to either side [m]. The law is uniform, the least informative one
-        (section 2.1 of the paper).
+        Greatest deviation to either side [m]. The distribution is uniform, the least
+        informative one (section 2.1 of the paper).
     """
 
     centre: float = eqx.field(static=True)
@@ -51,60 +55,58 @@ class Segment(Support):
         return self.centre
 
     def around(self, centre: Any) -> "Segment":
-        """Return the same tolerance about another place."""
+        """Return the same tolerance about another recorded position."""
         return Segment(centre, within=self.within)
 
     def scaled(self, factor: float) -> "Segment":
-        """Return a segment so many times as long about the same place."""
+        """Return a segment `factor` times as long about the same position."""
         return Segment(self.centre, within=factor * self.within)
 
     def on(self, bounds: Bounds) -> Uniform:
-        """Uniform law along the line, see `Segment.law`."""
-        if in_space(bounds):
-            raise InputError(
-                f"Segment({self.centre}, within={self.within}) was given, but {not_a_line(bounds)}"
-            )
-        return self.law(bounds)  # type: ignore[arg-type]
-
-    def law(self, bounds: tuple[float, float]) -> Uniform:
-        """Uniform law of the position [m], clipped to the structure.
+        """Uniform distribution of the position [m], clipped to the structure.
 
         Raises
         ------
-        ValueError
-            If no part of the segment lies on the structure.
+        InputError
+            If the structure lies in space, or no part of the segment lies on it.
         """
-        low = max(self.centre - self.within, bounds[0])
-        high = min(self.centre + self.within, bounds[1])
+        if in_space(bounds):
+            needed = three_coordinates_needed(bounds)
+            raise InputError(
+                f"Segment({self.centre}, within={self.within}) was given, but {needed}"
+            )
+        start, end = cast(tuple[float, float], bounds)
+        low = max(self.centre - self.within, start)
+        high = min(self.centre + self.within, end)
         if not low < high:
             raise InputError(
                 f"Segment({self.centre}, within={self.within}) m has no point on the structure "
-                f"({bounds[0]:g} to {bounds[1]:g} m)."
+                f"({bounds_text(bounds)})."
             )
         return Uniform(low, high)
 
 
-class Nodes(Support):
+class Nodes(Tolerance):
     """The nodes of a mesh: the paper's localization at the nearest node, Eqs. (13) and (16).
 
-    Each node has the share of the support that is nearest to it: exact for a segment, a member, a
-    patch and a box that extends along one or two axes; from scrambled Sobol points otherwise, with
-    the standard error in `places.AtNode.weight_error`.
+    The weight of a node is the share of the tolerance that is nearest to it: exact for a segment, a
+    member, a patch and a box that extends along one or two axes; from scrambled Sobol points
+    otherwise, with the standard error in `places.AtNode.weight_error`.
 
     Parameters
     ----------
     position
         Where the nodes are [m].
-    support
-        What the true place is uniform in; None where every node is as likely as any other.
+    tolerance
+        What the true position is uniform in; None where all nodes are equally likely.
     """
 
     position: Float[np.ndarray, "node *coordinate"]
-    support: Support | None
+    tolerance: Tolerance | None
 
-    def __init__(self, position: Any, support: Support | None = None):
+    def __init__(self, position: Any, tolerance: Tolerance | None = None):
         self.position = np.asarray(position, dtype=float)
-        self.support = support
+        self.tolerance = tolerance
         shape = self.position.shape
         if shape[1:] not in ((), (3,)) or len(shape) == 0 or shape[0] == 0:
             raise InputError(
@@ -114,38 +116,39 @@ class Nodes(Support):
 
     @property
     def recorded(self) -> Recorded:
-        """Recorded position of the support, or the middle of the nodes [m]."""
-        if self.support is not None:
-            return self.support.recorded
-        middle = np.mean(self.position, axis=0)
-        return float(middle) if middle.ndim == 0 else triple(middle)
+        """Recorded position of the tolerance, or the mean of the nodes [m]."""
+        if self.tolerance is not None:
+            return self.tolerance.recorded
+        mean = np.mean(self.position, axis=0)
+        return float(mean) if mean.ndim == 0 else triple(mean)
 
     def around(self, centre: Any) -> "Nodes":
-        """Return the nodes about another place, with the tolerance of the support."""
-        return Nodes(self.position, None if self.support is None else self.support.around(centre))
+        """Return the same nodes, the tolerance about another recorded position."""
+        moved = None if self.tolerance is None else self.tolerance.around(centre)
+        return Nodes(self.position, moved)
 
     def scaled(self, factor: float) -> "Nodes":
-        """Return the nodes about the same place, the tolerance of the support so much larger."""
-        if self.support is None:
+        """Return the same nodes, the tolerance `factor` times as large."""
+        if self.tolerance is None:
             raise InputError(
-                "Nodes without a support were to have another tolerance, but they have none: every "
-                "node is as likely as any other. Give one: "
+                "Nodes without a tolerance were to have a larger one, but all nodes are equally "
+                "likely. Give them a tolerance: "
                 "positions.Nodes(position, positions.Segment(0.3, within=0.01))."
             )
-        return Nodes(self.position, self.support.scaled(factor))
+        return Nodes(self.position, self.tolerance.scaled(factor))
 
     def on(self, bounds: Bounds) -> Place:
-        """Law of the nearest node: a categorical law over those that may be nearest."""
+        """Categorical distribution of the nearest node, over those that may be nearest."""
         if in_space(bounds) != (self.position.ndim == 2):
-            told = not_a_line(bounds) if in_space(bounds) else not_in_space(bounds)
+            needed = three_coordinates_needed if in_space(bounds) else one_coordinate_needed
             raise InputError(
-                f"Nodes(position of shape {self.position.shape}) was given, but {told}"
+                f"Nodes(position of shape {self.position.shape}) was given, but {needed(bounds)}"
             )
-        law = None if self.support is None else self.support.on(bounds)
+        place = None if self.tolerance is None else self.tolerance.on(bounds)
         on_structure = inside(self.position, bounds)
         if not on_structure.any():
             raise InputError(
-                f"None of {len(on_structure)} nodes lies on the structure ({words(bounds)}). Nodes "
-                "of its own model are needed, in metres and in its axes."
+                f"None of {len(on_structure)} nodes lies on the structure ({bounds_text(bounds)}). "
+                "Nodes of its own model are needed, in metres and in its axes."
             )
-        return at_nodes(self.position, on_structure, law)
+        return at_nearest_node(self.position, on_structure, place)

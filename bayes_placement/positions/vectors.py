@@ -1,80 +1,117 @@
-"""vectors: in, numbers in any container; out, coordinates and directions in space, checked.
-
-Not known here: what they belong to.
-"""
+"""Coordinates, directions and rotations in space, checked."""
 
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from .._types import InputError
 
 Coordinates = tuple[float, float, float]
 
 Recorded: TypeAlias = float | Coordinates
-"""A place as a number on a line or three in space [m]."""
+"""A position as one number on a line or three in space [m]."""
 
 Vector: TypeAlias = Sequence[float | int] | np.ndarray
 """Three numbers, in any container."""
 
+_PERPENDICULAR = 1e-9  # greatest cosine between two directions at right angles
+
 
 def triple(values: Any) -> Coordinates:
     """Return three numbers as a tuple."""
-    x, y, z = (float(one) for one in values)
+    x, y, z = (float(value) for value in values)
     return x, y, z
 
 
-def vector(what: str, values: Any) -> Coordinates:
+def vector(argument: str, values: Any) -> Coordinates:
     """Return three finite numbers as a tuple.
+
+    Parameters
+    ----------
+    argument
+        What the numbers were given as, for the error.
+    values
+        The numbers.
 
     Raises
     ------
-    ValueError
-        If they are no three finite numbers.
+    InputError
+        If they are not three finite numbers.
     """
-    given = np.asarray(values, dtype=float)
-    if given.shape != (3,) or not np.all(np.isfinite(given)):
+    array = np.asarray(values, dtype=float)
+    if array.shape != (3,) or not np.all(np.isfinite(array)):
         raise InputError(
-            f"{what} was given {given.tolist()}; three finite numbers along x, y and z [m] are "
+            f"{argument} was given {array.tolist()}; three finite numbers along x, y and z [m] are "
             "needed, since the structure lies in space: (0.2, 0.0, 0.9)."
         )
-    return triple(given)
+    return triple(array)
 
 
-def direction_of(what: str, values: Any) -> Coordinates:
+def direction_of(argument: str, values: Any) -> Coordinates:
     """Return a direction of unit length.
 
     Raises
     ------
-    ValueError
+    InputError
         If it has no length.
     """
-    given = np.array(vector(what, values))
-    length = np.linalg.norm(given)
+    array = np.array(vector(argument, values))
+    length = np.linalg.norm(array)
     if not length > 0:
         raise InputError(
-            f"{what} was given {given.tolist()}, which has no direction; a step other than zero is "
-            "needed: (0.0, 0.0, 1.0)."
+            f"{argument} was given {array.tolist()}, which has no direction; a vector other than "
+            "zero is needed: (0.0, 0.0, 1.0)."
         )
-    return triple(given / length)
+    return triple(array / length)
 
 
-def right_angled(what: str, first: Any, second: Any) -> tuple[Coordinates, Coordinates]:
+def right_angled(argument: str, first: Any, second: Any) -> tuple[Coordinates, Coordinates]:
     """Return two directions of unit length at right angles.
 
     Raises
     ------
-    ValueError
+    InputError
         If they are not at right angles.
     """
-    one = direction_of(f"{what}(first direction)", first)
-    other = direction_of(f"{what}(second direction)", second)
-    if abs(np.dot(one, other)) > 1e-9:
-        straight = np.array(other) - np.dot(one, other) * np.array(one)
+    first = direction_of(f"{argument}(first direction)", first)
+    second = direction_of(f"{argument}(second direction)", second)
+    cosine = np.dot(first, second)
+    if abs(cosine) > _PERPENDICULAR:
+        perpendicular = np.array(second) - cosine * np.array(first)
         raise InputError(
-            f"{what} was given directions {one} and {other}; two at right angles are needed, so "
-            "that lengths along them are independent. Beside the first: second="
-            f"{direction_of(what, straight)}."
+            f"{argument} was given directions {first} and {second}; two at right angles are "
+            "needed, so that lengths along them are independent. At right angles to the first: "
+            f"second={direction_of(argument, perpendicular)}."
         )
-    return one, other
+    return first, second
+
+
+def rotation(angles: Float[Array, "3"]) -> Float[Array, "3 3"]:
+    r"""Rotation matrix R = R_x(t_x) R_y(t_y) R_z(t_z), active and right-handed.
+
+    Column j is the true direction, in global axes, of the axis recorded as j. This is Eq. (10)
+    of the paper with its entry (1, 2) corrected to -C_y S_z, without which R is not orthogonal.
+
+    Parameters
+    ----------
+    angles
+        Euler angles t_x, t_y, t_z [rad].
+    """
+    cx, cy, cz = jnp.cos(angles)
+    sx, sy, sz = jnp.sin(angles)
+    return jnp.array(
+        [
+            [cy * cz, -cy * sz, sy],
+            [sz * cx + sx * sy * cz, cz * cx - sx * sy * sz, -sx * cy],
+            [sx * sz - cx * sy * cz, sx * cz + cx * sy * sz, cx * cy],
+        ]
+    )
+
+
+def unit_vector(direction: int) -> Float[np.ndarray, "3"]:
+    """Unit vector of a recorded direction, +-1, +-2 or +-3 for +-x, +-y or +-z."""
+    sign = 1.0 if direction > 0 else -1.0
+    return sign * np.eye(3)[abs(direction) - 1]

@@ -22,7 +22,7 @@ from scipy.spatial import KDTree
 import bayes_placement as bp
 from bayes_placement._sites import substitute
 from bayes_placement.io import npz_modes
-from bayes_placement.modes._repeated import carried
+from bayes_placement.modes.eigenpairs import coupling_receptance
 
 NODES, MODES, LINES = 333_334, 60, 400
 CANDIDATES, SENSORS, WITHIN = 200, 6, 0.004
@@ -89,7 +89,7 @@ def experiment(model, placed):
     chosen = np.linspace(10, CANDIDATES - 10, SENSORS).astype(int)
     return bp.Experiment(
         bp.Structure(
-            bp.finite_elements.nodal_modes.modes(few, reading), damping=bp.damping.Modal(0.01)
+            bp.finite_elements.modes_from_shapes(few, reading), damping=bp.damping.Modal(0.01)
         ),
         sensors=[
             bp.Sensor(f"s{one}", at=supports[one], directions=(1, 2, 3), angles=tilt)
@@ -192,25 +192,25 @@ def costs():
     from tests.modes.finite_elements import test_affine_modes  # not needed by the models
 
     modes = test_affine_modes.affine()
-    size, omega = modes.nodal.squares.size, 2 * np.pi * np.linspace(50.0, 1500.0, LINES)
+    size, omega = modes.nodal.eigenvalues.size, 2 * np.pi * np.linspace(50.0, 1500.0, LINES)
     parts, random = modes.stiffness.matrices, np.random.default_rng(0)
     read, driven = random.normal(size=(3 * SENSORS, size)), random.normal(size=(1, size))
 
     def by_modes(values):
         named = zip((f"parameter.{name}" for name in modes.parameter), values, strict=True)
         solved = substitute(modes, dict(named)).solved()
-        to, come_from = read @ solved.mixture, driven @ solved.mixture
+        to, come_from = read @ solved.combination, driven @ solved.combination
         natural = solved.angular_frequency()
         loss = bp.damping.Modal(0.01).loss(natural, jnp.asarray(omega), 0)
         modal = 1 / ((natural**2)[:, None] - omega**2 + loss)
         residues = to[:, None] * come_from
         kept = residues @ jnp.real(modal) + 1j * (residues @ jnp.imag(modal))
         sides = (to[:, :, None] * modal, come_from[:, :, None] * modal)
-        return kept + carried(solved.coupling(), *sides)
+        return kept + coupling_receptance(solved.coupling(), *sides)
 
     def direct(values):
         excess = jnp.tensordot(jnp.stack(values[:2]) - 1, parts, 1)
-        stiffness = (jnp.diag(modes.nodal.squares) + excess) * (1 + 0.02j)
+        stiffness = (jnp.diag(modes.nodal.eigenvalues) + excess) * (1 + 0.02j)
 
         def line(w):
             return read @ jnp.linalg.solve(stiffness - w**2 * values[2] * jnp.eye(size), driven.T)

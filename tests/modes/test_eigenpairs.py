@@ -5,8 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from bayes_placement.modes._eigenpairs import eigenpairs
-from bayes_placement.modes._repeated import carried
+from bayes_placement.modes.eigenpairs import coupling_receptance, eigenpairs
 
 SIZE, STEP = 7, 1e-6
 APART = np.array([1.0, 2.0, 3.5, 5.0, 8.0, 13.0, 21.0])
@@ -43,7 +42,7 @@ def resolvent(values, step, share=1.0):
     read = READ @ found.vectors
     kept = jnp.einsum("pm,mf,qm->pqf", read, modal, read)
     sides = read[:, :, None] * modal
-    return kept + carried(share * found.coupling, sides, sides)
+    return kept + coupling_receptance(share * found.coupling, sides, sides)
 
 
 def norm(values, step):

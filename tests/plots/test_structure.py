@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from skfem import Basis, ElementHex1, ElementQuad1, ElementVector, MeshHex, MeshQuad
 
 import bayes_placement as bp
-from bayes_placement.modes.finite_elements import interpolation, nodal_modes
+from bayes_placement.modes.finite_elements import interpolation, modes_from_shapes
 from bayes_placement.plots import structure as structure_plots
 from tests.in_space import BOUNDS, Linear
 from tests.simulator.element_models import nodes
@@ -27,7 +27,7 @@ def model(position):
 def modes(reading, position=CORNERS):
     """Modes with this interpolation; which rows it reads does not matter here."""
     handed_over = model(np.vstack([position, np.zeros((20, 3))]))
-    return nodal_modes.modes(handed_over, reading)
+    return modes_from_shapes(handed_over, reading)
 
 
 def lines(found):
@@ -93,7 +93,7 @@ def test_rectangles_and_bricks_have_no_diagonals(mesh, element, count):
 def test_nodes_without_elements_are_dots(read):
     position = np.random.default_rng(1).uniform(size=(15, 3))
     handed_over = model(position)
-    points, style = structure_plots.outline(nodal_modes.modes(handed_over, read(handed_over)))
+    points, style = structure_plots.outline(modes_from_shapes(handed_over, read(handed_over)))
     assert style == "."
     np.testing.assert_allclose(points, position)
 

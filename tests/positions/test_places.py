@@ -177,7 +177,7 @@ def test_a_vector_has_three_finite_numbers(values):
 
 
 def test_a_direction_has_a_length():
-    with pytest.raises(ValueError, match="no direction; a step other than zero is needed"):
+    with pytest.raises(ValueError, match="no direction; a vector other than zero is needed"):
         places.OnMember(UNKNOWN, start=(0, 0, 0), direction=(0, 0, 0))
 
 

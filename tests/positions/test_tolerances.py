@@ -7,7 +7,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import positions
 from bayes_placement._sites import is_unknown
-from bayes_placement.positions import _voronoi
+from bayes_placement.positions import _nearest_nodes
 
 FRAME = ((0.0, 0.0, 0.0), (1.2, 0.0, 0.9))
 """Bounds of a frame in the plane y = 0."""
@@ -16,7 +16,7 @@ BODY = ((0.0, 0.0, 0.0), (1.0, 0.8, 0.6))
 
 
 def limits(segment, bounds=(0.0, 1.0)):
-    law = segment.law(bounds)
+    law = segment.on(bounds)
     assert isinstance(law, dist.Uniform)
     return float(law.low), float(law.high)
 
@@ -36,7 +36,7 @@ def test_a_segment_is_clipped_to_the_structure(centre, within, expected):
 @pytest.mark.parametrize("centre", [1.3, -0.3, 1.04])
 def test_a_segment_beside_the_structure_is_refused(centre):
     with pytest.raises(ValueError, match=r"has no point on the structure \(0 to 1 m\)"):
-        positions.Segment(centre, within=0.04).law((0.0, 1.0))
+        positions.Segment(centre, within=0.04).on((0.0, 1.0))
 
 
 @pytest.mark.parametrize("within", [0.0, -0.01, float("nan")])
@@ -150,7 +150,7 @@ def test_a_support_beside_the_structure_is_refused(support):
     ids=lambda one: type(one).__name__,
 )
 def test_three_coordinates_on_a_line_are_refused(support):
-    with pytest.raises(ValueError, match=r"is a line \(0 to 1 m\).* at=0.5, or at=supports.Segm"):
+    with pytest.raises(ValueError, match=r"is a line \(0 to 1 m\).* at=0.5, or at=positions.Segm"):
         support.on((0.0, 1.0))
 
 
@@ -184,14 +184,17 @@ WRONG = [
     (lambda: positions.Box((0, 0, 0), within=(0, 0, 0)), r"not all zero .* at=\(0.0, 0.0, 0.0\)"),
     (lambda: positions.Box((0, 0, 0), within=(0.1, -0.1, 0)), "that are not negative"),
     (lambda: positions.Member((0, 0, 0), (0, 0, 0)), r"end - start\) was given"),
-    (lambda: positions.Member((0, 0, 0), (1, 0, 0), within=0.1), "or neither for the whole member"),
+    (
+        lambda: positions.Member((0, 0, 0), (1, 0, 0), within=0.1),
+        "or neither for the entire member",
+    ),
     (
         lambda: positions.Member((0, 0, 0), (1, 0, 0), centre=(0.5, 0, 0), within=0),
         "a positive tolerance",
     ),
     (
         lambda: positions.Member((0, 0, 0), (1, 0, 0), centre=(0.5, 0.2, 0), within=0.1),
-        "lies 0.2 m beside the axis",
+        "lies 0.2 m off the axis",
     ),
     (
         lambda: positions.Patch((0, 0, 0), (1, 0, 0), (0, 1, 0), within=(0.1, 0)),
@@ -248,7 +251,7 @@ def scattered():
     generator = np.random.default_rng(5)
     nodes = generator.normal(size=(70, 3)) * np.array([0.3, 0.3, 0.1])
     directions = np.linalg.qr(generator.normal(size=(3, 2)))[0].T
-    region = _voronoi.Region(
+    region = _nearest_nodes.Rectangle(
         np.array([0.1, 0.05, 0.02]), directions, np.array([[-0.2, 0.4], [-0.3, 0.1]])
     )
     return nodes, region
@@ -256,7 +259,7 @@ def scattered():
 
 def test_cells_in_a_plane_are_where_points_are_nearest(scattered):
     nodes, region = scattered
-    shares = _voronoi.shares(nodes, region)
+    shares = _nearest_nodes.shares(nodes, region)
     steps = (np.arange(400) + 0.5) / 400
     grid = np.stack(np.meshgrid(-0.2 + 0.6 * steps, -0.3 + 0.4 * steps), axis=-1).reshape(-1, 2)
     distance = np.linalg.norm(region.at(grid)[:, None] - nodes, axis=-1)
@@ -270,9 +273,9 @@ def test_nodes_that_tie_share_their_cell(scattered):
     normal = np.cross(*region.directions)
     height = (nodes - region.origin) @ normal
     mirrored = nodes - 2 * height[:, None] * normal
-    single = _voronoi.shares(nodes, region)
+    single = _nearest_nodes.shares(nodes, region)
     for twins in (nodes, mirrored):
-        both = _voronoi.shares(np.concatenate([nodes, twins]), region)
+        both = _nearest_nodes.shares(np.concatenate([nodes, twins]), region)
         np.testing.assert_allclose(both, np.tile(single / 2, 2), atol=1e-12)
 
 
@@ -321,7 +324,7 @@ SCALED = [
 @pytest.mark.parametrize(("support", "wanted"), SCALED)
 def test_a_tolerance_twice_as_large_is_about_the_same_place(support, wanted):
     found = support.scaled(2.0)
-    inner = found.support if isinstance(found, bp.positions.Nodes) else found
+    inner = found.tolerance if isinstance(found, bp.positions.Nodes) else found
     within = inner.radius if isinstance(inner, bp.positions.Ball) else inner.within
     assert within == pytest.approx(wanted)
     assert found.recorded == support.recorded
@@ -330,8 +333,11 @@ def test_a_tolerance_twice_as_large_is_about_the_same_place(support, wanted):
 @pytest.mark.parametrize(
     ("support", "message"),
     [
-        (bp.positions.Nodes(np.array([0.1, 0.3])), r"Nodes without a support .* Give one"),
-        (bp.positions.Member((0, 0, 0), (0, 0, 1)), r"A whole positions.Member .* no recorded"),
+        (bp.positions.Nodes(np.array([0.1, 0.3])), r"Nodes without a tolerance .* Give them"),
+        (
+            bp.positions.Member((0, 0, 0), (0, 0, 1)),
+            r"A positions.Member without `within` .* Give a recorded",
+        ),
     ],
 )
 def test_what_has_no_tolerance_cannot_have_another(support, message):

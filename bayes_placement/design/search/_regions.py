@@ -14,7 +14,7 @@ from ..._types import InputError
 from ...experiment.experiment import Experiment
 from ...positions.bounds import in_space
 from ...positions.places import Straight
-from ...positions.tolerances import Segment, Support
+from ...positions.tolerances import Segment, Tolerance
 from .._candidates import Candidates, candidates, transducer
 
 
@@ -64,7 +64,7 @@ def region(experiment: Experiment, name: str, given: Any) -> Region:
         If it is nothing that one can move through.
     """
     bounds = experiment.structure.modes.bounds()
-    support = given if isinstance(given, Support) else _span(experiment, name, given)
+    support = given if isinstance(given, Tolerance) else _span(experiment, name, given)
     law = support.on(bounds)
     if isinstance(law, Uniform):
         low, high = float(law.low), float(law.high)
@@ -91,7 +91,7 @@ def _straight(name: str, law: Straight) -> Region:
     return Region(name, origin + low @ directions, sides)
 
 
-def _span(experiment: Experiment, name: str, given: Sequence[Any] | np.ndarray) -> Support:
+def _span(experiment: Experiment, name: str, given: Sequence[Any] | np.ndarray) -> Tolerance:
     if not in_space(experiment.structure.modes.bounds()):
         try:
             numbers = np.asarray(given, dtype=float)

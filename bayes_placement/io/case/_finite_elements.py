@@ -10,11 +10,12 @@ import numpy as np
 from jaxtyping import Int
 
 from ..._types import Parameter
-from ...modes.finite_elements import finite_elements, interpolation, soft_supports
+from ...modes import finite_elements
+from ...modes.finite_elements import interpolation, soft_supports
 from ...modes.finite_elements.matrices import Matrices
 from ...modes.finite_elements.nodal_modes import NodalModes
 from ...modes.finite_elements.soft_supports import SupportMotion
-from ...positions.tolerances import Box, Member, Support
+from ...positions.tolerances import Box, Member, Tolerance
 from .. import matrix_files, npz_modes
 from ._json_fields import CaseError, FieldRule, JsonObject, choice, load, numbers, positive
 
@@ -45,7 +46,7 @@ class _ModelKind(NamedTuple):
     interpolate: Callable[
         [Matrices, Int[np.ndarray, "element corner"]], interpolation.Interpolation
     ]
-    pieces: Callable[[JsonObject], dict[str, Support]]
+    pieces: Callable[[JsonObject], dict[str, Tolerance]]
     soft_supports: Callable[[Matrices, JsonObject], dict[str, SupportMotion]]
     axes: tuple[int, ...]
     has_members: bool
@@ -88,7 +89,7 @@ class FiniteElementStructure:
             density=density,
             nominal=(self._nominal("youngs_modulus_Pa"), self._nominal("density_kg_m3")),
         )
-        self._check_frequencies(np.sqrt(modes.squares) / (2 * np.pi))
+        self._check_frequencies(np.sqrt(modes.eigenvalues) / (2 * np.pi))
         return modes
 
     @cached_property
@@ -187,7 +188,7 @@ class FiniteElementStructure:
             )
 
 
-def _frame_members(fields: JsonObject) -> dict[str, Support]:
+def _frame_members(fields: JsonObject) -> dict[str, Tolerance]:
     point = numbers("three coordinates [m]", [0.0, 0.0, 0.9], lambda value: True)
     return {
         str(member.value("name", _NAME)): _member(
@@ -197,13 +198,13 @@ def _frame_members(fields: JsonObject) -> dict[str, Support]:
     }
 
 
-def _member(start: list[Any], end: list[Any]) -> Support:
+def _member(start: list[Any], end: list[Any]) -> Tolerance:
     """A member; along an axis a box, whose coordinates say more than a distance does."""
     inclined = np.count_nonzero(np.subtract(end, start)) != 1
     return Member(start, end) if inclined else _box(start, end)
 
 
-def _plate_surface(fields: JsonObject) -> dict[str, Support]:
+def _plate_surface(fields: JsonObject) -> dict[str, Tolerance]:
     x, y = (float(fields.value(name, positive("m", 0.4))) for name in ("size_x_m", "size_y_m"))
     return {"plate": _box([0.0, 0.0, 0.0], [x, y, 0.0])}
 

@@ -157,7 +157,7 @@ def bar(
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown end, a number of modes below one or a quantity that is not positive.
     """
     _check(modes, length=length, area=area, youngs_modulus=youngs_modulus, density=density)
@@ -222,7 +222,7 @@ def beam(
 
     Raises
     ------
-    ValueError
+    InputError
         For an unknown end, a number of modes below one or a quantity that is not positive.
     """
     material = {"youngs_modulus": youngs_modulus, "density": density}

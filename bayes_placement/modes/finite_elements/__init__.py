@@ -1,17 +1,25 @@
-"""finite_elements: modes from the matrices, or the modes, of a finite element code."""
+"""Modes from the matrices, or from the modes, of a finite element code."""
 
-from . import interpolation, nodal_modes, soft_supports
-from .finite_elements import affine, from_scikit_fem, modes
-from .matrices import Matrices
+from . import interpolation, soft_supports
+from .affine_modes import AffineModes
+from .from_matrices import affine, modes
+from .matrices import Affine, Matrices
 from .modal_model import ModalModel
+from .nodal_modes import DerivedNodalModes, NodalModes, UnknownModes, modes_from_shapes
+from .scikit_fem import from_scikit_fem
 
 __all__ = [
+    "Affine",
+    "AffineModes",
+    "DerivedNodalModes",
     "Matrices",
     "ModalModel",
+    "NodalModes",
+    "UnknownModes",
     "affine",
     "from_scikit_fem",
     "interpolation",
     "modes",
-    "nodal_modes",
+    "modes_from_shapes",
     "soft_supports",
 ]

@@ -1,7 +1,4 @@
-"""_part_factors: in, parameters and powers of them; out, the range of each part's factor.
-
-Not known here: matrices, modes, which physical quantity a parameter is.
-"""
+"""Ranges of the factors of parts of the matrices, from parameters and powers of them."""
 
 from collections.abc import Collection, Mapping
 from typing import TypeAlias
@@ -14,9 +11,9 @@ from ..._sites import is_unknown
 from ..._types import InputError, Parameter
 
 TAIL = 1e-4
-"""Probability to either side of the range of a law."""
+"""Probability on either side of the range of a distribution."""
 
-DRAWS = 20000  # of a law whose quantiles are not known in closed form
+DRAWS = 20000  # of a distribution whose quantiles have no closed form
 SLACK = 1e-3  # by which a range is widened, so that a number has one
 
 Range: TypeAlias = tuple[float | int, float | int]
@@ -25,65 +22,65 @@ Powers: TypeAlias = Mapping[str, Mapping[str, float | int]]
 
 
 def complete(powers: Powers, parts: Collection[str], parameters: Collection[str]) -> Powers:
-    """Powers of all parts: one, of the parameter of the same name, where nothing was said.
+    """Powers of all parts; by default 1, of the parameter of the same name.
 
     Raises
     ------
-    ValueError
+    InputError
         If a power belongs to no part, a part to no parameter, or a parameter to no part.
     """
-    found = {part: powers.get(part, {part: 1}) for part in parts}
-    strange = [part for part in powers if part not in found]
-    if strange:
+    completed = {part: powers.get(part, {part: 1}) for part in parts}
+    unknown_parts = [part for part in powers if part not in completed]
+    if unknown_parts:
         raise InputError(
-            f'powers names "{strange[0]}", but the parts that can be scaled are '
-            f'{_listed(parts)}. Give its matrix: stiffness={{"{strange[0]}": ...}}, or mass.'
+            f'powers names "{unknown_parts[0]}", but the parts that can be scaled are '
+            f'{_listed(parts)}. Give its matrix: stiffness={{"{unknown_parts[0]}": ...}}, or mass.'
         )
-    for part, each in found.items():
-        unknown = [name for name in each if name not in parameters]
-        if unknown or not each:
+    for part, of_part in completed.items():
+        unknown = [name for name in of_part if name not in parameters]
+        if unknown or not of_part:
             raise InputError(
                 f'The part "{part}" is scaled by {_listed(unknown)}, but the parameters are '
-                f"{_listed(parameters)}; each part needs at least one of them. Say which: "
+                f"{_listed(parameters)}; each part needs at least one of them. State which: "
                 f'powers={{"{part}": {{"{next(iter(parameters), "thickness")}": 1}}}}.'
             )
-    idle = set(parameters) - {name for each in found.values() for name in each}
-    if idle:
+    unused = set(parameters) - {name for of_part in completed.values() for name in of_part}
+    if unused:
         raise InputError(
-            f"The parameter {_listed(sorted(idle))} scales nothing; the parts are "
+            f"The parameter {_listed(sorted(unused))} scales nothing; the parts are "
             f"{_listed(parts)}. A parameter needs the name of a region or a matrix of its own, "
-            f'since it would have no effect: stiffness={{"{min(idle)}": ...}}, or mass.'
+            f'since it would have no effect: stiffness={{"{min(unused)}": ...}}, or mass.'
         )
-    return found
+    return completed
 
 
 def ranges(
-    parameters: Mapping[str, Parameter], powers: Powers, given: Mapping[str, Range]
+    parameters: Mapping[str, Parameter], powers: Powers, known: Mapping[str, Range]
 ) -> dict[str, tuple[float, float]]:
     """Least and greatest factor of each part [1].
 
     Parameters
     ----------
     parameters
-        Numbers, which are their own range, or laws, whose range lies between two quantiles.
+        Numbers, or distributions, whose range lies between two quantiles.
     powers
         Powers of the parameters in the factor of each part.
-    given
-        Ranges of some parameters that are known better.
+    known
+        Ranges of some parameters in place of these.
 
     Raises
     ------
-    ValueError
+    InputError
         If a range is not positive.
     """
-    known = {
-        name: _checked(name, given.get(name) or _range(value)) for name, value in parameters.items()
+    limits = {
+        name: _checked(name, known.get(name) or _range(value)) for name, value in parameters.items()
     }
-    return {part: _product(known, each) for part, each in powers.items()}
+    return {part: _product(limits, of_part) for part, of_part in powers.items()}
 
 
-def _product(known: Mapping[str, Range], each: Mapping[str, float | int]) -> tuple[float, float]:
-    ends = np.array([sorted(end**power for end in known[name]) for name, power in each.items()])
+def _product(limits: Mapping[str, Range], powers: Mapping[str, float | int]) -> tuple[float, float]:
+    ends = np.array([sorted(end**power for end in limits[name]) for name, power in powers.items()])
     low, high = np.prod(ends, axis=0)
     return float(low * (1 - SLACK)), float(high * (1 + SLACK))
 
@@ -104,8 +101,9 @@ def _checked(name: str, limits: Range) -> Range:
     if not 0 < low <= high < np.inf:
         raise InputError(
             f'The parameter "{name}" ranges from {low:g} to {high:g}; values over the nominal one '
-            "are needed, positive, since stiffness and mass are scaled by them. Give a law that "
-            f'stays positive, or say the range: ranges={{"{name}": (0.8, 1.25)}}.'
+            "are needed, positive, since stiffness and mass are scaled by them. Give a "
+            "distribution "
+            f'of positive values, or its range: ranges={{"{name}": (0.8, 1.25)}}.'
         )
     return limits
 

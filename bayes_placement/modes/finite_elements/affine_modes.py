@@ -1,7 +1,4 @@
-"""affine_modes: in, a fixed basis and matrices that parameters scale; out, modes for any of them.
-
-Not known here: how the basis was found, files, damping, probability.
-"""
+"""Modes of matrices whose parts are scaled by parameters, in a fixed basis."""
 
 import functools
 import operator
@@ -18,23 +15,22 @@ from ..._types import Parameter
 from ..changed import ChangedModes, changed
 from ..modes import Modes
 from ._part_factors import Powers
-from .nodal_modes import Named, NodalModes, OverNodal
+from .nodal_modes import DerivedNodalModes, NamedMatrices, NodalModes
 
 Point = Float[Array, "3"]
 
 
-class Softened(OverNodal):
-    """Nodal modes beside which what is left out has become softer or stiffer by parts.
+class ScaledResidual(DerivedNodalModes):
+    """Nodal modes whose static flexibility is that of scaled parts.
 
-    Under forces that stay as they are the strain energy of a part grows with its flexibility, so
-    that the static flexibility becomes F + sum_i (1 / f_i - 1) F K_i F: exact where one factor
-    scales the whole and where the structure is statically determinate, right to first order
-    elsewhere.
+    Under constant forces the strain energy of a part grows with its flexibility, so that the static
+    flexibility becomes F + sum_i (1 / f_i - 1) F K_i F: exact where one factor scales the entire
+    structure and where it is statically determinate, of first order elsewhere.
     """
 
     nodal: NodalModes
     residual: Float[np.ndarray | Array, "part row row"]
-    softer: Float[Array, "part"]
+    added_flexibility: Float[Array, "part"]
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
 
@@ -47,31 +43,32 @@ class Softened(OverNodal):
         return self.nodal.shapes(position, derivative)
 
     def static_flexibility(self, position: Point, other: Point) -> Float[Array, "axis axis"] | None:
-        """Static flexibility [m/N], but for the change of what the basis spans."""
+        """Static flexibility [m/N], without the change of what the basis spans."""
         nodal = self.nodal
         if nodal.flexibility is None:
             return None
-        here, there = nodal.interpolation.at(position), nodal.interpolation.at(other)
-        rows = (here.rows[:, None], there.rows)
-        residual = jnp.asarray(self.residual)[:, *rows]
-        between = jnp.asarray(nodal.flexibility)[rows] + jnp.tensordot(self.softer, residual, 1)
-        return here.weight @ between @ there.weight.T / nodal.stiffening()
+        response = nodal.interpolation.at(position)
+        reference = nodal.interpolation.at(other)
+        rows = (response.rows[:, None], reference.rows)
+        added = jnp.tensordot(self.added_flexibility, jnp.asarray(self.residual)[:, *rows], 1)
+        between = jnp.asarray(nodal.flexibility)[rows] + added
+        return response.weight @ between @ reference.weight.T / nodal.stiffness_scale()
 
 
-class AffineModes(OverNodal):
+class AffineModes(DerivedNodalModes):
     """Modes of K + sum_i (f_i - 1) K_i and M likewise, in a fixed basis.
 
     Each factor f_i is a product of powers of the parameters: a modulus scales the stiffness of its
     region, a thickness the bending stiffness by its cube and the mass by itself. The sparse
-    eigenproblem is solved before; here it is a dense one in the basis, whose first derivatives
-    are exact. Made by `finite_elements.affine`.
+    eigenproblem is solved once before; the one solved here is dense, in the basis, and its first
+    derivatives are exact. Made by `finite_elements.affine`.
 
     Parameters
     ----------
     nodal
         The basis as nominal modes: mass-orthonormal, of diagonal stiffness.
     parameter
-        Parameters over their nominal values [1], numbers or laws.
+        Parameters over their nominal values [1], numbers or distributions.
     stiffness, mass
         Matrices of the parts in the basis.
     powers
@@ -80,15 +77,15 @@ class AffineModes(OverNodal):
         For each part of the stiffness F K_i F [m/N], F the static flexibility of what the basis
         leaves out, between the rows that are read.
     report
-        One sentence on how right the natural frequencies are.
+        One sentence on the accuracy of the natural frequencies.
     frequency_error
-        Largest relative error of a natural frequency that was found [1].
+        Largest measured relative error of a natural frequency [1].
     """
 
     nodal: NodalModes
     parameter: OrderedDict[str, Parameter] = eqx.field(metadata=unit("1"))
-    stiffness: Named
-    mass: Named
+    stiffness: NamedMatrices
+    mass: NamedMatrices
     residual: Float[np.ndarray, "part row row"] | None
     powers: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = eqx.field(static=True)
     report: str = eqx.field(static=True)
@@ -111,10 +108,13 @@ class AffineModes(OverNodal):
         self.nodal = nodal
         self.parameter = OrderedDict(parameter)
         count = nodal.shape.shape[1]
-        self.stiffness, self.mass = Named.of(stiffness, count), Named.of(mass, count)
+        self.stiffness, self.mass = (
+            NamedMatrices.of(stiffness, count),
+            NamedMatrices.of(mass, count),
+        )
         self.powers = tuple(
-            (part, tuple((name, float(power)) for name, power in each.items()))
-            for part, each in powers.items()
+            (part, tuple((name, float(power)) for name, power in of_part.items()))
+            for part, of_part in powers.items()
         )
         self.residual = residual
         self.report, self.frequency_error = report, frequency_error
@@ -122,30 +122,30 @@ class AffineModes(OverNodal):
 
     def factor(self, part: str) -> Float[Array, ""]:
         """Factor of a part [1]."""
-        each = dict(self.powers)[part]
-        scaled = [jnp.asarray(self.parameter[name], float) ** power for name, power in each]
-        return functools.reduce(operator.mul, scaled)
+        powers = dict(self.powers)[part]
+        terms = [jnp.asarray(self.parameter[name], float) ** power for name, power in powers]
+        return functools.reduce(operator.mul, terms)
 
     def solved(self) -> ChangedModes:
         """Return the modes once the parameters are numbers."""
         nodal = self.nodal
-        scale = nodal.stiffening() / nodal.heaviness()
+        scale = nodal.stiffness_scale() / nodal.mass_scale()
         mass = self._sum(self.mass) if self.mass.names else None
-        return changed(self._softened(), self._sum(self.stiffness) * scale, mass)
+        return changed(self._with_residual(), self._sum(self.stiffness) * scale, mass)
 
-    def _softened(self) -> Modes:
+    def _with_residual(self) -> Modes:
         if self.residual is None or not self.stiffness.names:
             return self.nodal
-        softer = jnp.stack([1 / self.factor(name) - 1 for name in self.stiffness.names])
-        return Softened(
+        flexibility = jnp.stack([1 / self.factor(name) - 1 for name in self.stiffness.names])
+        return ScaledResidual(
             nodal=self.nodal,
             residual=self.residual,
-            softer=softer,
+            added_flexibility=flexibility,
             axes=self.axes,
             rigid_body_modes=self.rigid_body_modes,
         )
 
-    def _sum(self, parts: Named) -> Float[Array, "mode mode"]:
+    def _sum(self, parts: NamedMatrices) -> Float[Array, "mode mode"]:
         if not parts.names:
             return jnp.zeros(parts.matrices.shape[1:])
         excess = jnp.stack([self.factor(name) - 1 for name in parts.names])
@@ -160,5 +160,5 @@ class AffineModes(OverNodal):
         return self.solved().shapes(position, derivative)
 
     def static_flexibility(self, position: Point, other: Point) -> Float[Array, "axis axis"] | None:
-        """Static flexibility [m/N]: exact for nominal parameters, changed in the basis."""
+        """Static flexibility [m/N]: exact for nominal parameters, else changed in the basis."""
         return self.solved().static_flexibility(position, other)

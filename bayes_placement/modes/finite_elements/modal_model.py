@@ -1,7 +1,4 @@
-"""modal_model: in, arrays of a finite element code; out, nodes with mass-normalised mode shapes.
-
-Not known here: files, how shapes are read between nodes, damping laws, probability.
-"""
+"""Modal model: nodes with mass-normalised mode shapes, from a finite element code."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -62,7 +59,7 @@ class ModalModel:
         length_unit: float = 1.0,
         mass_unit: float = 1.0,
     ) -> "ModalModel":
-        """Check what a finite element code handed over, and normalise it by the modal masses.
+        """Check the arrays of a finite element code, and normalise shapes by the modal masses.
 
         A mode counts as rigid, and its natural frequency is set to exactly 0, where it lies below
         1e-3 of the first elastic one; at most six modes do, and those that are given as 0. At
@@ -75,7 +72,7 @@ class ModalModel:
             Coordinates [m] of each node in the global Cartesian system, `[node, 3]`.
         shape
             Mode shapes `[node, axis, mode]` with three axes (x, y, z) or six (rotations too), or
-            `[dof, mode]` with `dof` saying what each row is.
+            `[dof, mode]` with `dof` naming each row.
         natural_frequency
             Natural frequencies [Hz] in ascending order, `[mode]`.
         modal_mass
@@ -88,14 +85,14 @@ class ModalModel:
         damping_ratio
             Modal damping ratios, `[mode]`.
         length_unit, mass_unit
-            What one unit of the arrays is in metres and kilograms (time is in seconds): 1e-3 and
-            1e3 for a model in mm, t and N.
+            One unit of the arrays in metres and in kilograms (time is in seconds): 1e-3 and 1e3
+            for a model in mm, t and N.
 
         Raises
         ------
-        ValueError
-            If sizes disagree, numbers are missing, or nodes, rows or frequencies contradict
-            each other.
+        InputError
+            If sizes disagree, numbers are missing, or nodes, rows and frequencies are
+            inconsistent.
         """
         length_unit = checks.checked_unit(length_unit, "length_unit")
         mass_unit = checks.checked_unit(mass_unit, "mass_unit")
@@ -117,7 +114,7 @@ class ModalModel:
 
     @property
     def rigid_body_modes(self) -> int:
-        """How many modes have a natural frequency of 0."""
+        """Number of modes with a natural frequency of 0."""
         return int(np.count_nonzero(self.natural_frequency == 0))
 
     def restricted(self, nodes: Iterable[int]) -> "ModalModel":
@@ -125,7 +122,7 @@ class ModalModel:
 
         Raises
         ------
-        ValueError
+        InputError
             If the model has no node of such a number.
         """
         wanted = np.unique(np.fromiter(nodes, dtype=np.int64))
@@ -143,8 +140,8 @@ class ModalModel:
     def without_unused_directions(self) -> "ModalModel":
         """Leave out the directions in which no node moves in any mode.
 
-        Files have three or six values of every node, also where a plate has no other motion than
-        across it, and where a solid has no rotations.
+        Files have three or six values of every node, also where a plate moves only across its
+        plane, and where a solid has no rotations.
         """
         direction = self.dof[:, 1]
         used = [kind for kind in np.unique(direction) if self.shape[direction == kind].any()]
@@ -154,19 +151,19 @@ class ModalModel:
         return replace(self, dof=self.dof[rows], shape=self.shape[rows])
 
     def count(self, modes: int) -> "ModalModel":
-        """Keep the lowest modes, rigid-body modes among them.
+        """Keep the lowest modes, rigid-body modes included.
 
         Raises
         ------
-        ValueError
+        InputError
             If the model has fewer, or none is asked for.
         """
         known = self.natural_frequency.size
         if not 1 <= modes <= known:
             raise InputError(
                 f"count({modes}) was asked of a model of {known} modes; 1 to {known} are needed, "
-                "since modes that were not handed over cannot be made up. Ask for fewer, or let "
-                "the finite element code compute more."
+                "since other modes are unknown. Ask for fewer, or let the finite element code "
+                "compute more."
             )
         damping = self.damping_ratio
         return replace(
@@ -181,7 +178,7 @@ class ModalModel:
 
         Raises
         ------
-        ValueError
+        InputError
             If there is none.
         """
         modes = int(np.count_nonzero(self.natural_frequency < frequency))

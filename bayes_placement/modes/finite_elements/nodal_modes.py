@@ -1,7 +1,4 @@
-"""nodal_modes: in, mode shapes at nodes and how to read between them; out, modes of a structure.
-
-Not known here: stiffness and mass matrices, files, damping, probability.
-"""
+"""Modes of a structure from its mode shapes at the nodes of a finite element model."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -14,40 +11,46 @@ from jaxtyping import Array, Float, Inexact
 from ..._sites import unit
 from ..._types import InputError, Parameter
 from ...positions.places import Place, mean
-from ...positions.tolerances import Box, Support
+from ...positions.tolerances import Box, Tolerance
 from ...positions.vectors import Coordinates
 from ..modes import Modes
 from .interpolation import Interpolation
 from .modal_model import ModalModel
-from .static_shapes import StaticShapes, none
+from .static_shapes import StaticShapes, no_static_shapes
 
-Numbers = Float[Array | np.ndarray, "..."]
 Point = Float[Array, "3"]
 
 
-class Named(eqx.Module):
-    """Matrices over the modes, each with the name of a part of the structure."""
+class NamedMatrices(eqx.Module):
+    """Matrices over the modes, each named after a part of the structure."""
 
     matrices: Float[np.ndarray | Array, "part mode mode"]
     names: tuple[str, ...] = eqx.field(static=True)
 
     @classmethod
-    def of(cls, parts: Mapping[str, np.ndarray], count: int) -> "Named":
-        """Stack matrices by name; none is possible."""
+    def of(cls, parts: Mapping[str, np.ndarray], count: int) -> "NamedMatrices":
+        """Stack matrices over `count` modes by name; there may be none."""
         stacked = np.stack(list(parts.values())) if parts else np.zeros((0, count, count))
         return cls(stacked, tuple(parts))
 
-    def number(self, name: str, what: str) -> int:
+    def number(self, name: str, owner: str) -> int:
         """Return the number of a part.
+
+        Parameters
+        ----------
+        name
+            Name of the part.
+        owner
+            What was named, for the error.
 
         Raises
         ------
-        ValueError
+        InputError
             If there is no such part.
         """
         if name not in self.names:
             raise InputError(
-                f'{what} "{name}" was named, but the model has '
+                f'{owner} "{name}" was named, but the model has '
                 f"{', '.join(self.names) or 'none'}. Name one of these; they come with the "
                 "matrices of a model: finite_elements.modes(matrices, ...)."
             )
@@ -55,7 +58,7 @@ class Named(eqx.Module):
 
 
 class NodalModes(Modes):
-    """Modes known at nodes, from a finite element code; made by `modes`.
+    """Modes known at nodes, from a finite element code; made by `modes_from_shapes`.
 
     Young's modulus and density scale the stiffness and the mass of the whole structure: shapes
     stay, natural frequencies are multiplied by the root of their ratio.
@@ -63,40 +66,40 @@ class NodalModes(Modes):
 
     interpolation: Interpolation
     shape: Inexact[np.ndarray, "row mode"]
-    squares: Float[np.ndarray, "mode"]
+    eigenvalues: Float[np.ndarray, "mode"]
     flexibility: Float[np.ndarray, "row row"] | None
     youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
     density: Parameter = eqx.field(metadata=unit("kg/m3"))
-    regions: Named
-    members: Named
-    statics: StaticShapes
+    regions: NamedMatrices
+    members: NamedMatrices
+    static_shapes: StaticShapes
     nominal: tuple[float, float] = eqx.field(static=True)
     mass: float = eqx.field(static=True)
     extent: tuple[Coordinates, Coordinates] = eqx.field(static=True)
-    pieces: tuple[Support, ...] = eqx.field(static=True)
+    pieces: tuple[Tolerance, ...] = eqx.field(static=True)
     centres: tuple[tuple[str, Coordinates], ...] = eqx.field(static=True)
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
 
-    def stiffening(self) -> Float[Array, ""]:
-        """Stiffness over that of the model as handed over [1]."""
+    def stiffness_scale(self) -> Float[Array, ""]:
+        """Stiffness over that of the given model [1]."""
         return jnp.asarray(self.youngs_modulus, float) / self.nominal[0]
 
-    def heaviness(self) -> Float[Array, ""]:
-        """Mass over that of the model as handed over [1]."""
+    def mass_scale(self) -> Float[Array, ""]:
+        """Mass over that of the given model [1]."""
         return jnp.asarray(self.density, float) / self.nominal[1]
 
     def angular_frequency(self) -> Float[Array, "mode"]:
         """Natural angular frequencies [rad/s]."""
-        return jnp.sqrt(self.squares) * jnp.sqrt(self.stiffening() / self.heaviness())
+        return jnp.sqrt(self.eigenvalues) * jnp.sqrt(self.stiffness_scale() / self.mass_scale())
 
     def shapes(self, position: Point, derivative: int = 0) -> Float[Array, "axis mode"]:
         """Mass-normalised mode shapes [kg^-1/2].
 
         Raises
         ------
-        ValueError
-            For a derivative, which no effect on a structure in space asks for.
+        InputError
+            For a derivative, which no effect on a structure in space needs.
         """
         if derivative:
             raise InputError(
@@ -105,27 +108,27 @@ class NodalModes(Modes):
                 "jax.jacfwd(modes.shapes)."
             )
         reading = self.interpolation.at(position)
-        return reading.weight @ jnp.asarray(self.shape)[reading.rows] / jnp.sqrt(self.heaviness())
+        return reading.weight @ jnp.asarray(self.shape)[reading.rows] / jnp.sqrt(self.mass_scale())
 
     def static_flexibility(self, position: Point, other: Point) -> Float[Array, "axis axis"] | None:
         """Static flexibility [m/N] of all elastic modes; None without stiffness matrix."""
         if self.flexibility is None:
             return None
-        here, there = self.interpolation.at(position), self.interpolation.at(other)
-        between = jnp.asarray(self.flexibility)[here.rows[:, None], there.rows]
-        return here.weight @ between @ there.weight.T / self.stiffening()
+        response, reference = self.interpolation.at(position), self.interpolation.at(other)
+        between = jnp.asarray(self.flexibility)[response.rows[:, None], reference.rows]
+        return response.weight @ between @ reference.weight.T / self.stiffness_scale()
 
     def bounds(self) -> tuple[Coordinates, Coordinates]:
         """Return the least and the greatest coordinates [m]."""
         return self.extent
 
     def anywhere(self) -> list[Place]:
-        """Return the members or surfaces on which something may sit, each with its uniform law."""
+        """Return the uniform distribution of a position on each member or surface [m]."""
         return [piece.on(self.extent) for piece in self.pieces]
 
 
-class OverNodal(Modes):
-    """Modes that are known nodal modes changed by unknowns: they sit where those sit."""
+class DerivedNodalModes(Modes):
+    """Modes derived from those of a model: they extend as far as these."""
 
     nodal: eqx.AbstractVar[NodalModes]
 
@@ -134,16 +137,16 @@ class OverNodal(Modes):
         return self.nodal.bounds()
 
     def anywhere(self) -> list[Place]:
-        """Return the members or surfaces on which something may sit."""
+        """Return the uniform distribution of a position on each member or surface [m]."""
         return self.nodal.anywhere()
 
 
-class UnknownModes(OverNodal):
-    """Modes whose shapes are known, each natural frequency and modal mass a number or a law.
+class UnknownModes(DerivedNodalModes):
+    """Modes of known shapes, each natural frequency and modal mass a number or a distribution.
 
     For models that give shapes only, or whose frequencies are not to be trusted. Numbers count the
-    elastic modes from 1 and belong to the shapes: where laws overlap, natural frequencies may
-    cross, and each shape keeps its own damping ratio. Rigid-body modes stay as they are.
+    elastic modes from 1 and belong to the shapes: where distributions overlap, natural frequencies
+    may cross, and each shape keeps its damping ratio. Rigid-body modes stay as they are.
 
     Parameters
     ----------
@@ -157,7 +160,7 @@ class UnknownModes(OverNodal):
 
     Raises
     ------
-    ValueError
+    InputError
         If there is not one of each for every elastic mode, or they are not in order.
     """
 
@@ -201,15 +204,15 @@ class UnknownModes(OverNodal):
         return jnp.concatenate([jnp.ones(self.rigid_body_modes), _stacked(self.modal_mass)])
 
     def static_flexibility(self, position: Point, other: Point) -> None:
-        """Nothing is known of other modes; see `effects.residual_modes`."""
+        """Unknown, since other modes are; see `effects.residual_modes`."""
         return
 
 
-def modes(
+def modes_from_shapes(
     model: ModalModel,
     interpolation: Interpolation,
     *,
-    pieces: Sequence[Support] = (),
+    pieces: Sequence[Tolerance] = (),
     youngs_modulus: Parameter = 1.0,
     density: Parameter = 1.0,
     nominal: tuple[float, float] = (1.0, 1.0),
@@ -217,7 +220,7 @@ def modes(
     regions: Mapping[str, np.ndarray] | None = None,
     members: Mapping[str, np.ndarray] | None = None,
     centres: Mapping[str, Coordinates] | None = None,
-    statics: StaticShapes | None = None,
+    static_shapes: StaticShapes | None = None,
     mass: float | None = None,
 ) -> NodalModes:
     """Modes of a structure from its mode shapes at nodes.
@@ -230,13 +233,13 @@ def modes(
         How shapes are read between nodes, `interpolation.scattered(model)` for one. Only the
         rows that it reads are kept.
     pieces
-        Supports that make up the structure, `positions.Member` or `positions.Patch`: where effects
-        may sit. By default the box around all nodes, read at the closest place.
+        Members and surfaces of the structure, `positions.Member` or `positions.Patch`: where
+        effects may sit. By default the box around all nodes, read at the closest position.
     youngs_modulus, density
-        Young's modulus [Pa] and density [kg/m3] of the whole structure, numbers or laws; by
-        default relative ones [1].
+        Young's modulus [Pa] and density [kg/m3] of the entire structure, numbers or distributions;
+        by default relative to the model [1].
     nominal
-        Their values in the model as handed over.
+        Their values in the given model.
     flexibility
         Static flexibility [m/N] between the rows that the interpolation reads, of all elastic
         modes; None if not known, which leaves a plain modal sum.
@@ -245,40 +248,40 @@ def modes(
     members
         Geometric stiffness [(rad/s)^2 / N] of each member under a unit tension over the modes.
     centres
-        Middles of regions, members and soft supports [m], by name, for figures.
-    statics
-        Static shapes of what may give way; None if they are not known.
+        Centres of regions, members and soft supports [m], by name, for figures.
+    static_shapes
+        Static shapes of the flexible parts; None if they are not known.
     mass
-        Mass of the structure [kg]; by default as its modes suggest.
+        Mass of the structure [kg]; by default estimated from its modes.
 
     Raises
     ------
-    ValueError
+    InputError
         If the interpolation reads rows that the model does not have.
     """
     rows = interpolation.used_rows()
     if len(rows) and rows[-1] >= len(model.dof):
         raise InputError(
             f"The interpolation reads row {rows[-1]}, but the model has {len(model.dof)} degrees "
-            "of freedom. Make it from the same model: interpolation.scattered(model)."
+            "of freedom. Build it from the same model: interpolation.scattered(model)."
         )
     shape = np.asarray(model.shape[rows])
-    count, static = shape.shape[1], statics or none(*shape.shape)
-    extent = _box(model.position)
+    count = shape.shape[1]
+    extent = _extent(model.position)
     return NodalModes(
         interpolation=interpolation.renumbered(rows),
         shape=shape,
-        squares=np.asarray((2 * np.pi * model.natural_frequency) ** 2, dtype=float),
+        eigenvalues=np.asarray((2 * np.pi * model.natural_frequency) ** 2, dtype=float),
         flexibility=flexibility,
         youngs_modulus=youngs_modulus,
         density=density,
-        regions=Named.of(regions or {}, count),
-        members=Named.of(members or {}, count),
-        statics=static,
+        regions=NamedMatrices.of(regions or {}, count),
+        members=NamedMatrices.of(members or {}, count),
+        static_shapes=static_shapes or no_static_shapes(*shape.shape),
         nominal=nominal,
         mass=mass or _mass(model, rows),
         extent=extent,
-        pieces=tuple(pieces) or (_whole(extent),),
+        pieces=tuple(pieces) or (_box_about(extent),),
         centres=tuple((centres or {}).items()),
         axes=interpolation.axes,
         rigid_body_modes=model.rigid_body_modes,
@@ -286,8 +289,8 @@ def modes(
 
 
 def nodal_of(modes: Modes) -> NodalModes | None:
-    """Return the nodal modes below unknown ones; None if there are none."""
-    if isinstance(modes, OverNodal):
+    """Return the modes of a model, or those beneath derived ones; None if there are none."""
+    if isinstance(modes, DerivedNodalModes):
         return modes.nodal
     return modes if isinstance(modes, NodalModes) else None
 
@@ -306,20 +309,19 @@ def _check_order(frequency: Sequence[float]) -> None:
             )
 
 
-def _box(position: Float[np.ndarray, "node 3"]) -> tuple[Coordinates, Coordinates]:
+def _extent(position: Float[np.ndarray, "node 3"]) -> tuple[Coordinates, Coordinates]:
     low, high = position.min(axis=0), position.max(axis=0)
     return tuple(map(float, low)), tuple(map(float, high))  # type: ignore[return-value]
 
 
-def _whole(extent: tuple[Coordinates, Coordinates]) -> Box:
+def _box_about(extent: tuple[Coordinates, Coordinates]) -> Box:
     low, high = np.array(extent)
     return Box(tuple((low + high) / 2), within=tuple((high - low) / 2))
 
 
 def _mass(model: ModalModel, rows: np.ndarray) -> float:
     """Mass that the modes move [kg]: mass-normalised shapes have a mean square of one over it."""
-    translations = model.shape[rows[model.dof[rows, 1] <= 3]]
-    squares = np.mean(np.asarray(translations, float) ** 2, axis=0) * len(
-        np.unique(model.dof[rows, 1][model.dof[rows, 1] <= 3])
-    )
-    return float(1 / np.median(squares))
+    translations = rows[model.dof[rows, 1] <= 3]
+    axes = len(np.unique(model.dof[translations, 1]))
+    mean_square = np.mean(np.asarray(model.shape[translations], float) ** 2, axis=0) * axes
+    return float(1 / np.median(mean_square))

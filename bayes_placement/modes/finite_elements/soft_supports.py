@@ -1,7 +1,4 @@
-"""soft_supports: in, a finite element model and supports; out, how it moves once they give way.
-
-Not known here: effects, compliances, how shapes are read between nodes, probability.
-"""
+"""How soft supports move: on springs, as rotations of a clamped node, along an edge."""
 
 from typing import NamedTuple
 
@@ -14,31 +11,31 @@ from ..._types import InputError
 from ...positions.vectors import Vector
 from .matrices import Matrices
 
-_HAIR = 1e-9  # of the length of an edge
+_ROUNDING = 1e-9  # of the length of an edge
 _ROTATIONS = (4, 5, 6)
 
 
 class SupportMotion(NamedTuple):
-    """How a support moves once it gives way, and against what.
+    """How a soft support moves, and against which springs.
 
     Parameters
     ----------
     rows
         Held rows of `dof` that move.
     motion
-        Displacement of the rows [m or rad] in each way in which it moves.
+        Displacement of the rows [m or rad] in each motion.
     pattern
-        Stiffness of a unit spring against these ways: of 1 N m/rad in a rotation, 1 N/m in a
+        Stiffness of a unit spring against these motions: of 1 N m/rad in a rotation, 1 N/m in a
         translation, 1 N/m per metre along an edge.
     """
 
     rows: Int[np.ndarray, "row"]
-    motion: Float[np.ndarray, "row way"]
-    pattern: Float[np.ndarray, "way way"]
+    motion: Float[np.ndarray, "row motion"]
+    pattern: Float[np.ndarray, "motion motion"]
 
 
 def springs(matrices: Matrices, rows: ArrayLike) -> SupportMotion:
-    """Give some held rows a spring each, all of one stiffness.
+    """Put some held rows on springs, all of one stiffness.
 
     Parameters
     ----------
@@ -49,7 +46,7 @@ def springs(matrices: Matrices, rows: ArrayLike) -> SupportMotion:
 
     Raises
     ------
-    ValueError
+    InputError
         If a row is not held.
     """
     held = np.atleast_1d(np.asarray(rows))
@@ -58,13 +55,13 @@ def springs(matrices: Matrices, rows: ArrayLike) -> SupportMotion:
         what = f"row {free[0]}, which is free" if free.size else "no row"
         raise InputError(
             f"soft_supports.springs was given {what}; rows that are held are needed, since only "
-            "what a support holds can give way. Take rows of matrices.fixed."
+            "what a support holds can become soft. Take rows of matrices.fixed."
         )
     return SupportMotion(held, np.eye(held.size), np.eye(held.size))
 
 
 def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> SupportMotion:
-    """Let a clamped node turn against a spring: the foot of a frame.
+    """Let a clamped node rotate against a spring: the foot of a frame.
 
     Parameters
     ----------
@@ -74,31 +71,31 @@ def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> 
         Number of the node.
     along
         Direction of the member that is clamped there; only its two bending rotations, about the
-        axes across it, are let go. By default all rotations are.
+        axes across it, are released. By default all rotations are.
 
     Raises
     ------
-    ValueError
+    InputError
         If no rotation is held there.
     """
-    here = matrices.fixed[matrices.dof[matrices.fixed, 0] == node]
-    rows = np.sort(here[np.isin(matrices.dof[here, 1], _ROTATIONS)])
+    held = matrices.fixed[matrices.dof[matrices.fixed, 0] == node]
+    rows = np.sort(held[np.isin(matrices.dof[held, 1], _ROTATIONS)])
     axis = np.eye(3)[matrices.dof[rows, 1] - 4]
-    turns = np.eye(rows.size) if along is None else _across(axis, np.asarray(along, dtype=float))
-    if not turns.size:
+    motion = np.eye(rows.size) if along is None else _across(axis, np.asarray(along, dtype=float))
+    if not motion.size:
         raise InputError(
             f"soft_supports.rotations was given node {node}, at which "
             f"{'no' if not rows.size else 'no bending'} rotation is held; only what a support "
-            "holds can give way. Name a clamped node: matrices.dof[matrices.fixed, 0] has them."
+            "holds can become soft. Name a clamped node: matrices.dof[matrices.fixed, 0] has them."
         )
-    return SupportMotion(rows, turns, np.eye(turns.shape[1]))
+    return SupportMotion(rows, motion, np.eye(motion.shape[1]))
 
 
 def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) -> SupportMotion:
     """Let a straight edge of a plate move across its plane against a line spring.
 
     Where the slope along the edge is held as well, the deflection between nodes is cubic, else
-    linear. An end that another edge also holds stays where it is.
+    linear. An end that another edge also holds does not move.
 
     Parameters
     ----------
@@ -111,55 +108,58 @@ def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) 
 
     Raises
     ------
-    ValueError
+    InputError
         If fewer than two nodes are held along the edge.
     """
     first, last = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    nodes, share = _along(matrices, first, last)
+    nodes, distance = _along(matrices, first, last)
     table = _held_rows(matrices)[nodes]
-    on = table[:, direction] >= 0
-    if np.count_nonzero(on) < 2:
+    held = table[:, direction] >= 0
+    if np.count_nonzero(held) < 2:
         raise InputError(
             f"soft_supports.edge was given {first.tolist()} to {last.tolist()} m, along which "
-            f"{np.count_nonzero(on)} nodes are held in direction {direction}; at least two are "
-            "needed, since only what a support holds can give way. Give both ends of a held edge."
+            f"{np.count_nonzero(held)} nodes are held in direction {direction}; at least two are "
+            "needed, since only what a support holds can become soft. Give both ends of a held "
+            "edge."
         )
-    table, step = table[on], np.diff(share[on])
+    table, step = table[held], np.diff(distance[held])
     slope, sign = _slope(first, last, direction)
     cubic = slope > 0 and bool((table[:, slope] >= 0).all())
-    kept = ~_held_by_others(table)
+    free = ~_held_by_others(table)
     if not cubic:
         return SupportMotion(
-            table[kept, direction], np.eye(kept.sum()), _line(step, _LINEAR)[np.ix_(kept, kept)]
+            table[free, direction],
+            np.eye(free.sum()),
+            _line_spring(step, _LINEAR)[np.ix_(free, free)],
         )
     rows = table[:, [direction, slope]].ravel()
-    moving = np.stack([kept, np.ones_like(kept)], axis=1).ravel()
+    moving = np.stack([free, np.ones_like(free)], axis=1).ravel()
     motion = np.diag(np.tile([1.0, sign], len(table)).ravel())
-    pattern = _line(step, _CUBIC)
+    pattern = _line_spring(step, _CUBIC)
     chosen = np.ix_(moving, moving)
     return SupportMotion(rows[moving], motion[chosen], pattern[chosen])
 
 
 def _across(
     axis: Float[np.ndarray, "row 3"], along: Float[np.ndarray, "3"]
-) -> Float[np.ndarray, "row way"]:
-    """Combinations of turns about axes that do not turn about a direction."""
+) -> Float[np.ndarray, "row motion"]:
+    """Combinations of rotations about axes that do not rotate about a direction."""
     about = axis @ (along / np.linalg.norm(along))
-    # Where all are across it, as they are.
-    return null_space(about[None]) if (np.abs(about) > _HAIR).any() else np.eye(len(axis))
+    # Where all are across it, each by itself.
+    return null_space(about[None]) if (np.abs(about) > _ROUNDING).any() else np.eye(len(axis))
 
 
 def _along(
     matrices: Matrices, first: Float[np.ndarray, "3"], last: Float[np.ndarray, "3"]
 ) -> tuple[Int[np.ndarray, "node"], Float[np.ndarray, "node"]]:
-    """Indices of the nodes on a line, in order, and how far along it they are [m]."""
+    """Indices of the nodes on a line, in order, and their distances along it [m]."""
     length = float(np.linalg.norm(last - first))
     step = matrices.position - first
-    share = step @ (last - first) / length
-    foot = np.clip(share, 0.0, length)[:, None] * (last - first) / length
-    on = np.flatnonzero(np.linalg.norm(step - foot, axis=1) < _HAIR * length)
-    order = on[np.argsort(share[on])]
-    return order, share[order]
+    distance = step @ (last - first) / length
+    foot = np.clip(distance, 0.0, length)[:, None] * (last - first) / length
+    on_line = np.flatnonzero(np.linalg.norm(step - foot, axis=1) < _ROUNDING * length)
+    order = on_line[np.argsort(distance[on_line])]
+    return order, distance[order]
 
 
 def _held_rows(matrices: Matrices) -> Int[np.ndarray, "node 8"]:
@@ -179,34 +179,36 @@ def _slope(
     along = (last - first) / np.linalg.norm(last - first)
     about = np.cross(along, np.eye(3)[direction - 1])
     axis = int(np.argmax(np.abs(about)))
-    return (4 + axis, float(np.sign(about[axis]))) if abs(about[axis]) > 1 - _HAIR else (0, 0.0)
+    return (4 + axis, float(np.sign(about[axis]))) if abs(about[axis]) > 1 - _ROUNDING else (0, 0.0)
 
 
 def _held_by_others(table: Int[np.ndarray, "node 8"]) -> Bool[np.ndarray, "node"]:
     """Tell which ends of an edge are held in more directions than the nodes between."""
-    found = np.zeros(len(table), dtype=bool)
+    held = np.zeros(len(table), dtype=bool)
     if len(table) > 2:
         between = (table[1:-1] >= 0).all(axis=0)
-        found[[0, -1]] = ((table[[0, -1]] >= 0) & ~between).any(axis=1)
-    return found
+        held[[0, -1]] = ((table[[0, -1]] >= 0) & ~between).any(axis=1)
+    return held
 
 
-def _line(step: Float[np.ndarray, "element"], kind: "_LineElement") -> Float[np.ndarray, "way way"]:
+def _line_spring(
+    step: Float[np.ndarray, "element"], kind: "_LineElement"
+) -> Float[np.ndarray, "motion motion"]:
     """Stiffness of a line spring of 1 N/m per metre, by nodes."""
-    size = kind.ways * (len(step) + 1)
-    whole = np.zeros((size, size))
+    size = kind.per_node * (len(step) + 1)
+    stiffness = np.zeros((size, size))
     for number, length in enumerate(step):
-        rows = slice(kind.ways * number, kind.ways * (number + 2))
-        scale = length ** np.tile(np.arange(kind.ways), 2)
-        whole[rows, rows] += length * np.outer(scale, scale) * kind.squares
-    return whole
+        rows = slice(kind.per_node * number, kind.per_node * (number + 2))
+        scale = length ** np.tile(np.arange(kind.per_node), 2)
+        stiffness[rows, rows] += length * np.outer(scale, scale) * kind.products
+    return stiffness
 
 
 class _LineElement(NamedTuple):
     """Integrals over 0 to 1 of the products of shape functions of both ends."""
 
-    ways: int
-    squares: Float[np.ndarray, "way way"]
+    per_node: int
+    products: Float[np.ndarray, "motion motion"]
 
 
 _LINEAR = _LineElement(1, np.array([[2.0, 1.0], [1.0, 2.0]]) / 6)

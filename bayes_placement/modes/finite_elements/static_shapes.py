@@ -1,34 +1,61 @@
-"""static_shapes: in, numbers of what may give way; out, its static shapes beside the modes.
+"""Static shapes of the parts of a model that may become flexible, next to its modes.
 
-Not known here: matrices, how softly anything gives way, how shapes are read between nodes.
+A support moves by its constraint modes (Craig & Bampton, 1968, DOI 10.2514/3.4741), a region or a
+member flows by the attachment modes of the strains that it loses.
 """
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
+from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 
 from ..._types import InputError
+from .matrices import Matrices, Sparse
+from .modal_model import ModalModel
+from .soft_supports import SupportMotion
+
+MAX_PATTERNS = 32
+"""Patterns of one part; finer ones matter far above the band only."""
+
+LOST_SHARES, TENSION_SHARES = (0.9,), (-5.0, 0.7)
+"""Shares of the stiffness of a region, and of the buckling load of a member, that are taken away
+to find the strains that matter once it has changed much."""
+
+LOW, MIN_LOW_MODES = 0.5, 6
+"""Share of the highest natural frequency up to which modes tell the strains of a region."""
+
+SUPPORT_MOTIONS = 4
+"""Motions of a support whose strains in regions and members are included."""
+
+_INVERSE_ITERATIONS = 2  # towards the modes of a weakened structure
+_ROUNDING = 1e-12  # of the greatest mass or energy, below which there is none
 
 Square = Float[np.ndarray | Array, "pattern pattern"]
+Patterns = Float[np.ndarray, "pattern pattern"]
+Shapes = Float[np.ndarray, "dof pattern"]
 
 
 class StaticShapes(eqx.Module):
-    """Static shapes Psi where parts of a structure give way, beside its modes Phi.
+    """Static shapes Psi of the flexible parts of a structure, next to its modes Phi.
 
-    The parts are supports that are soft, regions that lose stiffness, members under tension, in
-    this order. Each has as many patterns, side by side; patterns of nothing fill up. What Phi
-    lacks of Psi, turned into X, is within each part mass-orthonormal and of diagonal flexibility.
+    The parts are supports, regions that lose stiffness, members under tension, in this order. All
+    have the same number of patterns, side by side; zeros fill up. The residual shapes are Psi less
+    their part in Phi; combined to X they are, within each part, mass-orthonormal and of diagonal
+    flexibility.
 
     Parameters
     ----------
     shape
-        What Phi lacks of Psi, at the rows that are read.
+        Residual shapes at the rows that are read.
     participation
         Phi^T M Psi.
-    turn
-        Combinations of what is lacking that are X [kg^-1/2].
-    share
+    orthonormal
+        Combinations of the residual shapes that are X [kg^-1/2].
+    residual_participation
         X^T M Psi.
     mass
         X^T M X: 1 within a part.
@@ -44,8 +71,8 @@ class StaticShapes(eqx.Module):
 
     shape: Float[np.ndarray | Array, "row pattern"]
     participation: Float[np.ndarray | Array, "mode pattern"]
-    turn: Square
-    share: Square
+    orthonormal: Square
+    residual_participation: Square
     mass: Square
     flexibility: Square
     reaction: Square
@@ -55,23 +82,24 @@ class StaticShapes(eqx.Module):
     members: tuple[str, ...] = eqx.field(static=True)
 
     @property
-    def each(self) -> int:
+    def patterns_per_part(self) -> int:
         """Number of patterns of one part."""
         parts = len(self.supports) + len(self.regions) + len(self.members)
         return self.shape.shape[1] // max(parts, 1)
 
     def patterns(self, parts: Int[Array, "part"]) -> Int[Array, "pattern"]:
         """Patterns of some parts, by the numbers of these."""
-        return (parts[:, None] * self.each + np.arange(self.each)).reshape(-1)
+        per_part = self.patterns_per_part
+        return (parts[:, None] * per_part + np.arange(per_part)).reshape(-1)
 
-    def of(self, patterns: Int[Array, "some"]) -> "StaticShapes":
-        """Only some patterns; to what they belong is not told."""
+    def select(self, patterns: Int[Array, "chosen"]) -> "StaticShapes":
+        """Only some patterns, without the names of their parts."""
         block = (patterns[:, None], patterns)
         return StaticShapes(
             shape=jnp.asarray(self.shape)[:, patterns],
             participation=jnp.asarray(self.participation)[:, patterns],
-            turn=jnp.asarray(self.turn)[block],
-            share=jnp.asarray(self.share)[block],
+            orthonormal=jnp.asarray(self.orthonormal)[block],
+            residual_participation=jnp.asarray(self.residual_participation)[block],
             mass=jnp.asarray(self.mass)[block],
             flexibility=jnp.asarray(self.flexibility)[block],
             reaction=jnp.asarray(self.reaction)[block],
@@ -81,31 +109,32 @@ class StaticShapes(eqx.Module):
             members=(),
         )
 
-    def softest(self) -> Float[np.ndarray, "support"]:
+    def least_support_stiffness(self) -> Float[np.ndarray, "support"]:
         """Least stiffness of the structure against a pattern of each support."""
-        own = np.diag(np.asarray(self.reaction)).reshape(-1, max(self.each, 1))
-        return np.array([one[one > 0].min() for one in own[: len(self.supports)]])
+        diagonal = np.diag(np.asarray(self.reaction)).reshape(-1, max(self.patterns_per_part, 1))
+        of_supports = diagonal[: len(self.supports)]
+        return np.array([stiffness[stiffness > 0].min() for stiffness in of_supports])
 
-    def support(self, name: str) -> int:
+    def support_number(self, name: str) -> int:
         """Return the number of a support.
 
         Raises
         ------
-        ValueError
-            If no support of that name may give way.
+        InputError
+            If no support of that name may become soft.
         """
         if name not in self.supports:
             raise InputError(
                 f'The support "{name}" was named, but of the model '
-                f"{', '.join(self.supports) or 'none'} may give way. Name one of these; they come "
-                'with the modes: finite_elements.modes(..., soft={"'
+                f"{', '.join(self.supports) or 'none'} may become soft. Name one of these; they "
+                'come with the modes: finite_elements.modes(..., soft={"'
                 f'{name}": soft_supports.rotations(matrices, node)}}).'
             )
         return self.supports.index(name)
 
 
-def none(rows: int, modes: int) -> StaticShapes:
-    """Nothing that could give way."""
+def no_static_shapes(rows: int, modes: int) -> StaticShapes:
+    """No flexible parts."""
     empty = np.zeros((0, 0))
     return StaticShapes(
         np.zeros((rows, 0)),
@@ -116,3 +145,178 @@ def none(rows: int, modes: int) -> StaticShapes:
         regions=(),
         members=(),
     )
+
+
+class LoadedShapes(NamedTuple):
+    """Static shapes of one part in unit patterns, and the loads that cause them."""
+
+    shape: Shapes
+    load: Shapes
+
+
+def static_shapes(
+    matrices: Matrices,
+    model: ModalModel,
+    soft: Mapping[str, SupportMotion],
+    members: Mapping[str, Sparse],
+    rows: Int[np.ndarray, "row"],
+) -> StaticShapes:
+    r"""Static shapes of all flexible parts of a structure, and what its modes lack of them.
+
+    A region of stiffness K_r, of which a share q is lost, flows as if it were loaded by K_r T:
+    (K - q K_r)^-1 = K^-1 + Psi C' Psi^T with Psi = K^-1 K_r T and C' = c / (1 + c S),
+    c = q / (1 - q), S = T^T (K_r - K_r K^-1 K_r) T, T^T K_r T = 1. It is exact if T spans all
+    strains; here it spans those of the lowest modes, with the region intact and without most of its
+    stiffness. A member under tension is a region that gains stiffness.
+
+    Parameters
+    ----------
+    matrices
+        The model, with its regions.
+    model
+        Its lowest modes, all up to some frequency.
+    soft
+        Supports, by name.
+    members
+        Geometric stiffness of members under a unit tension [1/m], by name.
+    rows
+        Rows at which shapes are wanted.
+
+    Raises
+    ------
+    InputError
+        If a row of a support is not held, or it can move as a rigid body.
+    """
+    parts, tension = _parts(matrices, model, soft, members)
+    if not parts:
+        return no_static_shapes(len(rows), model.shape.shape[1])
+    per_part = max(part.shape.shape[1] for part in parts)
+    shape, load = (
+        np.hstack([_padded(part[side], per_part) for part in parts]) for side in range(2)
+    )
+    participation = model.shape.T @ (matrices.mass @ shape)
+    residual = shape - model.shape @ participation
+    momentum = matrices.mass @ residual
+    mass = residual.T @ momentum
+    flexibility = momentum.T @ matrices.displacement(momentum)
+    orthonormal = _orthonormal(mass, flexibility, per_part)
+    flexible = orthonormal.T @ flexibility @ orthonormal
+    same_part = np.kron(np.eye(len(parts)), np.ones((per_part, per_part))) > 0
+    return StaticShapes(
+        shape=residual[rows],
+        participation=participation,
+        orthonormal=orthonormal,
+        residual_participation=orthonormal.T @ mass,
+        mass=np.where(same_part, np.eye(len(same_part)), orthonormal.T @ mass @ orthonormal),
+        flexibility=np.where(same_part, np.diag(np.diag(flexible)), flexible),
+        reaction=_reaction(matrices, LoadedShapes(shape, load)),
+        tension=tension,
+        supports=tuple(soft),
+        regions=tuple(matrices.regions),
+        members=tuple(members),
+    )
+
+
+def _parts(
+    matrices: Matrices,
+    model: ModalModel,
+    soft: Mapping[str, SupportMotion],
+    members: Mapping[str, Sparse],
+) -> tuple[list[LoadedShapes], Float[np.ndarray, "member"]]:
+    """Shapes of each support, region and member, and the buckling load of each member [N]."""
+    unit = _of_unit_energy(model)
+    low = _lowest(model, unit)
+    tension = np.array([_buckling_load(unit, member) for member in members.values()])
+    stretched = [load * member for load, member in zip(tension, members.values(), strict=True)]
+    parts = [_constraint_modes(matrices, model, support) for support in soft.values()]
+    motions = [_support_motions(matrices, support.shape) for support in parts]
+    regions = [(region, LOST_SHARES) for region in matrices.regions.values()]
+    for stiffness, shares in [*regions, *((member, TENSION_SHARES) for member in stretched)]:
+        changed = [_weakened(matrices, share * stiffness, low) for share in shares]
+        parts.append(_attachment_modes(matrices, stiffness, [low, *changed, *motions]))
+    return parts, tension
+
+
+def _of_unit_energy(model: ModalModel) -> Shapes:
+    """Shapes of the elastic modes, each with a strain energy of one half."""
+    elastic = slice(model.rigid_body_modes, None)
+    return model.shape[:, elastic] / (2 * np.pi * model.natural_frequency[elastic])
+
+
+def _lowest(model: ModalModel, unit: Shapes) -> Float[np.ndarray, "dof lowest"]:
+    """Shapes of the lowest modes, each weighted by its period."""
+    natural = model.natural_frequency[model.rigid_body_modes :]
+    count = max(np.count_nonzero(natural <= LOW * natural.max(initial=0.0)), MIN_LOW_MODES)
+    return unit[:, :count] * (natural[:1] / natural[:count])
+
+
+def _buckling_load(unit: Shapes, member: Sparse) -> float:
+    """Least compression of one member at which the structure loses its stiffness [N]."""
+    greatest = float(np.linalg.eigvalsh(unit.T @ (member @ unit))[-1])
+    return 1 / greatest if greatest > 0 else 1.0
+
+
+def _constraint_modes(matrices: Matrices, model: ModalModel, soft: SupportMotion) -> LoadedShapes:
+    """Motions of a support in which its reactions are uncoupled, the softest first."""
+    release = matrices.release(soft.rows, model)
+    reaction = soft.motion.T @ release.stiffness @ soft.motion
+    patterns = eigh(reaction, soft.pattern)[1][:, :MAX_PATTERNS]
+    shape = release.shape @ (soft.motion @ patterns)
+    return LoadedShapes(shape, np.zeros(shape.shape))
+
+
+def _support_motions(matrices: Matrices, shape: Shapes) -> Float[np.ndarray, "dof motion"]:
+    """Softest motions of a support that strain the structure, each with an energy of one half."""
+    softest = shape[:, :SUPPORT_MOTIONS]
+    energy = np.einsum("ij,ij->j", softest, matrices.stiffness @ softest)
+    strained = energy > _ROUNDING * energy.max()
+    return softest[:, strained] / np.sqrt(energy[strained])
+
+
+def _attachment_modes(
+    matrices: Matrices, region: Sparse, motions: Sequence[np.ndarray]
+) -> LoadedShapes:
+    """Displacement under the stresses of motions in a region, those of most energy first."""
+    fields = np.hstack(motions)
+    stress = region @ fields
+    energy, patterns = np.linalg.eigh(fields.T @ stress)
+    most = slice(None, -MAX_PATTERNS - 1, -1)
+    strained = energy[most] > _ROUNDING * energy[-1]
+    load = stress @ (patterns[:, most][:, strained] / np.sqrt(energy[most][strained]))
+    return LoadedShapes(matrices.displacement(load), load)
+
+
+def _weakened(matrices: Matrices, lost: Sparse, start: Shapes) -> Shapes:
+    """Approximate lowest modes of the structure without some stiffness, of unit energy."""
+    shape, displacement = start, matrices.without(lost)
+    for _ in range(_INVERSE_ITERATIONS):
+        shape = displacement(matrices.mass @ shape)
+        factor = cholesky(shape.T @ (matrices.stiffness @ shape), lower=True)
+        shape = solve_triangular(factor, shape.T, lower=True).T
+    return shape
+
+
+def _reaction(matrices: Matrices, parts: LoadedShapes) -> Patterns:
+    """Stiffness against the patterns, in units of their springs; a region is a spring too."""
+    work = parts.shape.T @ parts.load
+    springs = np.diag((parts.load != 0).any(axis=0).astype(float))
+    return springs + parts.shape.T @ (matrices.stiffness @ parts.shape) - work - work.T
+
+
+def _orthonormal(mass: Patterns, flexibility: Patterns, per_part: int) -> Patterns:
+    """Combinations within each part of unit mass and diagonal flexibility, softest first."""
+    blocks = []
+    for first in range(0, len(mass), per_part):
+        block = slice(first, first + per_part)
+        values, vectors = np.linalg.eigh(mass[block, block])
+        independent = values > _ROUNDING * values[-1]
+        unit = vectors[:, independent] / np.sqrt(values[independent])
+        softest_first = np.linalg.eigh(unit.T @ -flexibility[block, block] @ unit)[1]
+        blocks.append(_padded(unit @ softest_first, per_part))
+    return block_diag(*blocks)
+
+
+def _padded(
+    shape: Float[np.ndarray, "row pattern"], per_part: int
+) -> Float[np.ndarray, "row per_part"]:
+    return np.pad(shape, ((0, 0), (0, per_part - shape.shape[1])))

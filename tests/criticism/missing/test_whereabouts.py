@@ -10,7 +10,7 @@ import bayes_placement as bp
 from bayes_placement import effects, finite_elements, positions
 from bayes_placement.criticism.missing._whereabouts import places as found_places
 from bayes_placement.criticism.missing._whereabouts import whereabouts
-from bayes_placement.modes.finite_elements import interpolation, nodal_modes, soft_supports
+from bayes_placement.modes.finite_elements import interpolation, modes_from_shapes, soft_supports
 from bayes_placement.positions import places
 from tests.small_models import Plate
 
@@ -29,7 +29,7 @@ def in_space():
         natural_frequency=[30.0, 80.0],
         modal_mass=1.0,
     )
-    modes = nodal_modes.modes(
+    modes = modes_from_shapes(
         model,
         interpolation.nearest(model),
         regions={"left half": np.eye(2), "right half": np.eye(2), "nowhere": np.eye(2)},

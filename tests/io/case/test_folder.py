@@ -276,7 +276,7 @@ def test_a_tilted_sensor_has_the_two_angles_that_its_channel_sees(tmp_path, cont
 
 @pytest.mark.parametrize("axis", [1, 3])
 def test_a_roll_about_its_own_axis_is_not_seen(axis):
-    gain = jax.jit(lambda angles: bp.positions.orientation.rotation(angles)[axis - 1, axis - 1])
+    gain = jax.jit(lambda angles: bp.positions.vectors.rotation(angles)[axis - 1, axis - 1])
     own = np.eye(3)[axis - 1]
     assert float(gain(0.7 * own)) == 1.0
     tilt = 0.1 * (1 - own)

@@ -9,6 +9,7 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from numpyro.infer.util import log_density
+from tests.modes.finite_elements.test_finite_elements import handed_over
 
 import bayes_placement as bp
 from bayes_placement import finite_elements
@@ -16,7 +17,6 @@ from bayes_placement._sites import substitute, unknowns
 from bayes_placement.experiment import frf
 from bayes_placement.modes.finite_elements import _part_factors
 from bayes_placement.modes.points import Points
-from tests.modes.finite_elements.test_finite_elements import handed_over
 from tests.simulator.element_models import weights
 from tests.small_models import Plate
 
@@ -230,7 +230,7 @@ def _modal(stiffness, mass):
 
 def reduced(values, law):
     modes = affine()
-    stiffness, mass = np.diag(modes.nodal.squares), np.eye(modes.nodal.squares.size)
+    stiffness, mass = np.diag(modes.nodal.eigenvalues), np.eye(modes.nodal.eigenvalues.size)
     for name, part in zip(modes.stiffness.names, modes.stiffness.matrices, strict=True):
         stiffness = stiffness + (values[NAMES.index(name)] - 1) * part
     mass = mass + (values[2] - 1) * modes.mass.matrices[0]
@@ -252,7 +252,7 @@ def slope(function, law, number, at=NOMINAL):
 
 
 def test_the_natural_frequencies_of_the_square_plate_are_repeated():
-    squares = affine().nodal.squares
+    squares = affine().nodal.eigenvalues
     assert np.count_nonzero(np.diff(squares) < 1e-9 * squares[1:]) >= 3
 
 
@@ -298,7 +298,7 @@ def test_reverse_mode_agrees_with_forward_mode():
 
 def test_eigenvectors_of_repeated_frequencies_have_no_plain_gradient():
     """What would be without `_eigenpairs`."""
-    squares = affine().nodal.squares.copy()
+    squares = affine().nodal.eigenvalues.copy()
     twice = np.flatnonzero(np.diff(squares) < 1e-9 * squares[1:])
     squares[twice + 1] = squares[twice]
 

@@ -9,15 +9,15 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from scipy.spatial.transform import Rotation
+from tests.modes.finite_elements.test_finite_elements import direct, error, receptance, some_rows
 
 import bayes_placement as bp
 from bayes_placement import finite_elements
 from bayes_placement._sites import unknowns
 from bayes_placement.experiment import frf
-from bayes_placement.modes.finite_elements import nodal_modes
+from bayes_placement.modes.finite_elements import modes_from_shapes
 from bayes_placement.modes.finite_elements.nodal_modes import UnknownModes, nodal_of
 from bayes_placement.modes.points import Points
-from tests.modes.finite_elements.test_finite_elements import direct, error, receptance, some_rows
 from tests.simulator import space_frames
 
 BAR = space_frames.RoundBar()
@@ -85,9 +85,9 @@ def test_modulus_and_density_scale_as_if_solved_anew():
         density=stiffer.density,
         nominal=(BAR.youngs_modulus, BAR.density),
     )
-    count = scaled.squares.size
+    count = scaled.eigenvalues.size
     np.testing.assert_allclose(
-        scaled.natural_frequency, np.sqrt(expected.squares[:count]) / (2 * np.pi), rtol=1e-8
+        scaled.natural_frequency, np.sqrt(expected.eigenvalues[:count]) / (2 * np.pi), rtol=1e-8
     )
     close(static(scaled, PLACES), static(expected, PLACES), 1e-9)
     found = receptance(scaled, PLACES, DIRECTIONS, FREQUENCY)
@@ -148,7 +148,7 @@ def test_rows_that_are_never_read_are_not_kept():
 def test_modes_alone_give_a_plain_modal_sum():
     matrices, reading = frame()
     model = matrices.modes(count=60)
-    modes = nodal_modes.modes(model, reading)
+    modes = modes_from_shapes(model, reading)
     place = jnp.asarray(PLACES[0])
     assert modes.static_flexibility(place, place) is None
     close(receptance(modes, PLACES, DIRECTIONS, FREQUENCY), nominal(), 0.02)
@@ -156,9 +156,9 @@ def test_modes_alone_give_a_plain_modal_sum():
 
 def test_a_free_structure_is_that_of_a_direct_solution():
     matrices, modes = built(held=False)
-    assert modes.rigid_body_modes == 6 and (modes.squares[:6] == 0).all()
+    assert modes.rigid_body_modes == 6 and (modes.eigenvalues[:6] == 0).all()
     rows, places, directions = some_rows(matrices, (1, 2, 3), 4)
-    expected = direct(matrices, rows, FREQUENCY, modes.squares.size)
+    expected = direct(matrices, rows, FREQUENCY, modes.eigenvalues.size)
     assert error(receptance(modes, places, directions, FREQUENCY), expected) < 0.005
 
 
@@ -203,7 +203,7 @@ def _inertia():
 
 def test_the_mass_follows_from_modes_where_no_matrix_tells():
     matrices, reading = frame(held=False)
-    modes = nodal_modes.modes(matrices.modes(count=40), reading)
+    modes = modes_from_shapes(matrices.modes(count=40), reading)
     assert modes.mass == pytest.approx(BAR.density * BAR.area * _length(), rel=0.2)
 
 
@@ -216,7 +216,7 @@ def test_effects_may_sit_in_the_box_or_on_the_pieces():
     assert len(whole) == 1
     member = bp.positions.Member(corner()[0][0], corner()[0][12])
     matrices, reading = frame()
-    piecewise = nodal_modes.modes(matrices.modes(count=4), reading, pieces=[member])
+    piecewise = modes_from_shapes(matrices.modes(count=4), reading, pieces=[member])
     assert len(piecewise.anywhere()) == 1
     assert type(piecewise.anywhere()[0]) is bp.positions.places.OnMember
 
@@ -234,7 +234,7 @@ def test_an_interpolation_of_another_model_is_refused():
     longer = bp.finite_elements.interpolation.nearest(matrices)
     small = matrices.modes(count=3).restricted([1, 2, 3])
     with pytest.raises(ValueError, match="reads row 146, but the model has 18 degrees"):
-        nodal_modes.modes(small, longer)
+        modes_from_shapes(small, longer)
 
 
 def test_a_part_that_does_not_exist_is_refused():
@@ -248,7 +248,7 @@ def test_a_part_that_does_not_exist_is_refused():
 @functools.cache
 def shapes(count=4, held=True):
     matrices, reading = frame(held=held)
-    return nodal_modes.modes(matrices.modes(count=count), reading)
+    return modes_from_shapes(matrices.modes(count=count), reading)
 
 
 TRUE = np.array([12.3, 14.1, 47.0, 60.5])
@@ -312,7 +312,7 @@ SIGMA = 1e-5
 
 def experiment(frequency, modal_mass):
     matrices, _ = frame()
-    nodal = nodal_modes.modes(
+    nodal = modes_from_shapes(
         matrices.modes(count=4).count(2), bp.finite_elements.interpolation.nearest(matrices)
     )
     modes = UnknownModes(nodal, frequency=frequency, modal_mass=modal_mass)

@@ -1,7 +1,4 @@
-"""_elements: in, cells in space and polynomials in them; out, weights at any place, smooth in it.
-
-Not known here: which finite elements these are, mode shapes, sensors, probability.
-"""
+"""Elements whose shape functions are polynomials: weights at any position, smooth in it."""
 
 import functools
 import itertools
@@ -18,16 +15,16 @@ from ._interpolation import Interpolation, Reading, reachable, taken
 HERMITE = np.array([[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]], dtype=float)
 """Cubics of value and slope at 0, value and slope at 1: a row each, powers ascending."""
 
-# A place at a node may lie outside of its element by rounding. It is read a hair outside rather
-# than clipped: clipping would take its gradient away.
-_HAIR = 1e-6
+# A position at a node may lie outside of its element by rounding. It is read slightly outside
+# rather than clipped: clipping would take its gradient away.
+_MARGIN = 1e-6
 
 
 class Elements(Interpolation):
     """Elements whose shape functions are polynomials in affine local coordinates.
 
-    A place is read in the element that is closest to it, outside of it at the closest point.
-    Smooth in position as the elements are: C1 for Hermite, BFS and Argyris elements, continuous
+    A position is read in the element that is closest to it, outside of it at its closest point.
+    As smooth in position as the elements: C1 for Hermite, BFS and Argyris elements, continuous
     for Lagrange elements.
 
     Parameters
@@ -35,11 +32,11 @@ class Elements(Interpolation):
     origin
         Corner of each element, where its local coordinates are 0 [m].
     edges
-        Derivatives of the place in the local coordinates [m].
+        Derivatives of the position in the local coordinates [m].
     local
-        Derivatives of the local coordinates in the place [1/m].
+        Derivatives of the local coordinates in the position [1/m].
     kind
-        Which polynomials each element has.
+        Number of the polynomials of each element.
     coefficients
         Weight of each entry along each axis, a polynomial by its terms.
     exponents
@@ -59,9 +56,9 @@ class Elements(Interpolation):
     simplex: bool = eqx.field(static=True)
 
     def at(self, position: Float[Array, "3"]) -> Reading:
-        """Rows and weights at a place [m]; outside the structure, those of its closest place."""
+        """Rows and weights at a position [m]; outside the structure, those of its closest one."""
         element = self._element(position)
-        inside = self._inside(self._coordinates(position, element), _HAIR)
+        inside = self._inside(self._coordinates(position, element), _MARGIN)
         term = monomials(inside, self.exponents)
         coefficients = taken(self.coefficients, taken(self.kind, element))
         return Reading(
@@ -69,20 +66,20 @@ class Elements(Interpolation):
         )
 
     def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Closest place [m] of the structure; in skewed cells, near to the closest."""
+        """Closest position [m] of the structure; in skewed cells, close to it."""
         element = self._element(position)
         inside = self._inside(self._coordinates(position, element), 0.0)
         return taken(self.origin, element) + taken(self.edges, element) @ inside
 
     def near(self, position: Float[np.ndarray, "place 3"], radius: float) -> "Elements":
-        """Only those elements that can be read within a radius [m] of places [m]."""
+        """Only those elements that can be read within a radius [m] of some positions [m]."""
         corners = reference_corners(self.edges.shape[2], self.simplex)
         corner = np.asarray(self.origin)[:, None] + corners @ np.asarray(self.edges).mT
         centre = corner.mean(axis=1)
         size = np.linalg.norm(corner - centre[:, None], axis=2).max(axis=1)
         kept = np.flatnonzero(reachable(centre, size, position, radius))
         kinds, kind = np.unique(np.asarray(self.kind)[kept], return_inverse=True)
-        return elements(
+        return build_elements(
             self.axes,
             np.asarray(self.origin)[kept],
             np.asarray(self.edges)[kept],
@@ -94,31 +91,31 @@ class Elements(Interpolation):
         )
 
     def _element(self, position: Float[Array, "3"]) -> Int[Array, ""]:
-        """Closest element; which one it is has no derivative."""
+        """Closest element; its number has no derivative."""
         # Sums of products rather than einsum: they compile in half the time.
-        apart = jax.lax.stop_gradient(position) - self.origin
-        local = jnp.sum(self.local * apart[:, None, :], axis=2)
-        inside = jax.vmap(lambda one: self._inside(one, 0.0))(local)
-        outside = apart - jnp.sum(self.edges * inside[:, None, :], axis=2)
+        step = jax.lax.stop_gradient(position) - self.origin
+        local = jnp.sum(self.local * step[:, None, :], axis=2)
+        inside = jax.vmap(lambda coordinates: self._inside(coordinates, 0.0))(local)
+        outside = step - jnp.sum(self.edges * inside[:, None, :], axis=2)
         return jnp.argmin(jnp.sum(outside**2, axis=1))
 
     def _coordinates(
         self, position: Float[Array, "3"], element: Int[Array, ""]
     ) -> Float[Array, "local"]:
-        apart = position - taken(self.origin, element)
-        return jnp.sum(taken(self.local, element) * apart, axis=1)
+        step = position - taken(self.origin, element)
+        return jnp.sum(taken(self.local, element) * step, axis=1)
 
-    def _inside(self, local: Float[Array, "local"], hair: float) -> Float[Array, "local"]:
+    def _inside(self, local: Float[Array, "local"], margin: float) -> Float[Array, "local"]:
         """Local coordinates moved into the reference cell."""
         # No jnp.clip: it halves the gradient on the border.
-        above = jnp.where(local < -hair, -hair, local)
+        above = jnp.where(local < -margin, -margin, local)
         if not self.simplex:
-            return jnp.where(above > 1 + hair, 1 + hair, above)
+            return jnp.where(above > 1 + margin, 1 + margin, above)
         total = jnp.sum(above)
-        return above / jnp.where(total > 1 + hair, total, 1.0)
+        return above / jnp.where(total > 1 + margin, total, 1.0)
 
 
-def elements(
+def build_elements(
     axes: tuple[int, ...],
     origin: Float[np.ndarray, "element 3"],
     edges: Float[np.ndarray, "element 3 local"],
@@ -129,7 +126,7 @@ def elements(
     simplex: bool,
     kind: Int[np.ndarray, "element"] | None = None,
 ) -> Elements:
-    """Elements from what is needed to say; without `kind`, each has polynomials of its own."""
+    """Elements with their local coordinates; without `kind`, each has its own polynomials."""
     return Elements(
         axes=tuple(axes),
         origin=jnp.asarray(origin),
@@ -146,20 +143,20 @@ def elements(
 def monomials(
     coordinates: Float[Array, "coordinate *point"], exponents: tuple[tuple[int, ...], ...]
 ) -> Float[Array, "*term"]:
-    """Products of powers of coordinates, a term each."""
+    """Products of powers of coordinates, one for each term."""
     powers = np.array(exponents).T
 
-    def terms(x: Array, own: np.ndarray) -> Array:
+    def terms(x: Array, power: np.ndarray) -> Array:
         # Each power by itself: x to an array of powers has no second derivative at zero.
-        return functools.reduce(operator.add, ((own == n) * x**n for n in range(own.max() + 1)))
+        return functools.reduce(operator.add, ((power == n) * x**n for n in range(power.max() + 1)))
 
     return functools.reduce(operator.mul, map(terms, coordinates, powers))
 
 
 def all_exponents(dimension: int, degree: int, simplex: bool) -> tuple[tuple[int, ...], ...]:
-    """Exponents up to a degree: in all on a simplex, in each coordinate on a box."""
+    """Exponents up to a degree: their sum on a simplex, each of them on a box."""
     powers = itertools.product(range(degree + 1), repeat=dimension)
-    return tuple(one for one in powers if not simplex or sum(one) <= degree)
+    return tuple(term for term in powers if not simplex or sum(term) <= degree)
 
 
 def reference_corners(dimension: int, simplex: bool) -> Float[np.ndarray, "corner local"]:

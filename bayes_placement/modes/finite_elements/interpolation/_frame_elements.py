@@ -1,34 +1,49 @@
-"""_frame_elements: in, the ends of straight members; out, the motion of their axes, by entries.
-
-Not known here: sections, materials, mode shapes, sensors, probability.
-"""
+"""Euler-Bernoulli elements of straight members."""
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from ...._types import InputError
-from ._elements import HERMITE, Elements, elements
-from ._interpolation import Nodes, element_rows
+from ._elements import HERMITE, Elements, build_elements
+from ._interpolation import NodalModel, element_rows
 
 DIRECTIONS = (1, 2, 3, 4, 5, 6)
 _LINEAR = np.array([[1, -1, 0, 0], [0, 1, 0, 0]], dtype=float)
 
 
-def frame_elements(nodes: Nodes, ends: Int[np.ndarray, "element 2"]) -> Elements:
-    """Euler-Bernoulli elements: linear along the member, cubic across it.
+def frame(model: NodalModel, elements: Int[np.ndarray, "element 2"]) -> Elements:
+    """Two-node Euler-Bernoulli elements in space, along x, y and z.
 
-    Both bendings have the same cubics, so that it does not matter which axes the section has.
+    Linear along the member, cubic across it: C1 along each member. The motion of a member's axis
+    depends neither on its torsion nor on the axes of its section. A position off the axis is read
+    at the closest position on it.
+
+    Parameters
+    ----------
+    model
+        Nodes and degrees of freedom, for example a `ModalModel`; the nodes of the elements need
+        all of the directions 1 to 6.
+    elements
+        Indices into `model.node` of the two ends of each element.
+
+    Raises
+    ------
+    InputError
+        If an index is out of range, a degree of freedom is missing, or an element has no length.
     """
-    rows = element_rows(nodes, ends, DIRECTIONS)
-    length, along, across = kinematics(nodes, ends)
-    move = np.einsum("ft,exd->eftxd", _LINEAR, along) + np.einsum(
+    rows = element_rows(model, elements, DIRECTIONS)
+    length, along, across = kinematics(model, elements)
+    translation = np.einsum("ft,exd->eftxd", _LINEAR, along) + np.einsum(
         "ft,exd->eftxd", HERMITE[::2], across[:, :, :3]
     )
-    turn = np.einsum("ft,exd,e->eftxd", HERMITE[1::2], across[:, :, 3:], length)
-    coefficients = np.concatenate([move, turn], axis=-1)  # element, end, term, axis, direction
-    coefficients = np.moveaxis(coefficients, 1, 3).reshape(len(ends), 4, 3, 12)
-    start, finish = nodes.position[ends[:, 0]], nodes.position[ends[:, 1]]
-    return elements(
+    # Both bendings have the same cubics, so that the axes of the section do not matter.
+    rotation = np.einsum("ft,exd,e->eftxd", HERMITE[1::2], across[:, :, 3:], length)
+    coefficients = np.concatenate(
+        [translation, rotation], axis=-1
+    )  # element, end, term, axis, direction
+    coefficients = np.moveaxis(coefficients, 1, 3).reshape(len(elements), 4, 3, 12)
+    start, finish = model.position[elements[:, 0]], model.position[elements[:, 1]]
+    return build_elements(
         (1, 2, 3),
         start,
         (finish - start)[:, :, None],
@@ -40,7 +55,7 @@ def frame_elements(nodes: Nodes, ends: Int[np.ndarray, "element 2"]) -> Elements
 
 
 def kinematics(
-    nodes: Nodes, ends: Int[np.ndarray, "element 2"]
+    model: NodalModel, elements: Int[np.ndarray, "element 2"]
 ) -> tuple[
     Float[np.ndarray, "element"],
     Float[np.ndarray, "element 3 3"],
@@ -48,22 +63,24 @@ def kinematics(
 ]:
     """Lengths [m]; motion along the member by translations; motion across it and its slope.
 
-    The last: translations give the motion across, rotations the slope theta x e of the axis, in
-    space (dv/dx = theta_z, dw/dx = -theta_y in any local axes).
+    In the last, translations give the motion across, rotations the slope theta x e of the axis
+    (dv/dx = theta_z, dw/dx = -theta_y in any local axes).
 
     Raises
     ------
-    ValueError
+    InputError
         If an element has no length.
     """
-    chord = nodes.position[ends[:, 1]] - nodes.position[ends[:, 0]]
+    ends = model.position[elements]
+    chord = ends[:, 1] - ends[:, 0]
     length = np.linalg.norm(chord, axis=1)
     if not (length > 0).all():
-        one = int(np.argmin(length))
+        element = int(np.argmin(length))
+        start, end = model.node[elements[element]]
         raise InputError(
-            f"Element {one} joins node {nodes.node[ends[one, 0]]} to node "
-            f"{nodes.node[ends[one, 1]]} at the same place; a length is needed to have a slope. "
-            f"Leave it out: elements = np.delete(elements, {one}, axis=0)."
+            f"Element {element} joins node {start} to node {end} at the same position; a length is "
+            "needed to have a slope. Leave it out: "
+            f"elements = np.delete(elements, {element}, axis=0)."
         )
     unit = chord / length[:, None]
     along = np.einsum("ex,ed->exd", unit, unit)

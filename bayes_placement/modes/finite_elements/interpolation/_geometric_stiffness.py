@@ -1,18 +1,15 @@
-"""_geometric_stiffness: in, the ends of straight members; out, what a tension adds to K.
-
-Not known here: sections, materials, mode shapes, sensors, probability.
-"""
+"""Geometric stiffness of frame elements: what a tension adds to the stiffness matrix."""
 
 import numpy as np
 from jaxtyping import Int
 from scipy import sparse
 
 from ._frame_elements import DIRECTIONS, kinematics
-from ._interpolation import Nodes, element_rows
+from ._interpolation import NodalModel, element_rows
 
 
 def frame_geometric_stiffness(
-    nodes: Nodes, elements: Int[np.ndarray, "element 2"]
+    model: NodalModel, elements: Int[np.ndarray, "element 2"]
 ) -> sparse.csc_array:
     """Geometric stiffness per unit tension [1/m] of frame elements, on all degrees of freedom.
 
@@ -22,10 +19,10 @@ def frame_geometric_stiffness(
 
     Parameters
     ----------
-    nodes
+    model
         Nodes and degrees of freedom, for example a `ModalModel`; all of the directions 1 to 6.
     elements
-        Indices into `node` of the two ends of each element under tension.
+        Indices into `model.node` of the two ends of each element under tension.
 
     Returns
     -------
@@ -34,18 +31,18 @@ def frame_geometric_stiffness(
 
     Raises
     ------
-    ValueError
+    InputError
         If an index is out of range, a degree of freedom is missing, or an element has no length.
     """
-    rows = element_rows(nodes, elements, DIRECTIONS)
-    length, _, across = kinematics(nodes, elements)
-    move, turn = across[:, :, :3], across[:, :, 3:] * length[:, None, None]
+    rows = element_rows(model, elements, DIRECTIONS)
+    length, _, across = kinematics(model, elements)
+    value, slope = across[:, :, :3], across[:, :, 3:] * length[:, None, None]
     ends = np.zeros((len(elements), 4, 3, 12))  # value and slope times length at both ends
-    ends[:, 0, :, 0:3], ends[:, 1, :, 3:6] = move, turn
-    ends[:, 2, :, 6:9], ends[:, 3, :, 9:12] = move, turn
+    ends[:, 0, :, 0:3], ends[:, 1, :, 3:6] = value, slope
+    ends[:, 2, :, 6:9], ends[:, 3, :, 9:12] = value, slope
     blocks = np.einsum("efxi,fg,egxj,e->eij", ends, _SLOPES, ends, 1 / length)
     row, column = np.broadcast_arrays(rows[:, :, None], rows[:, None, :])
-    shape = (len(nodes.dof), len(nodes.dof))
+    shape = (len(model.dof), len(model.dof))
     return sparse.coo_array((blocks.ravel(), (row.ravel(), column.ravel())), shape).tocsc()
 
 

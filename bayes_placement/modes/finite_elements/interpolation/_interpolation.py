@@ -1,7 +1,4 @@
-"""_interpolation: in, nodes and their degrees of freedom; out, what reads a shape at any place.
-
-Not known here: natural frequencies, damping, sensors, probability, any one kind of element.
-"""
+"""What reads a shape, known at nodes, at any position; common to all kinds of elements."""
 
 import abc
 from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
@@ -19,26 +16,26 @@ Self = TypeVar("Self", bound="Interpolation")
 
 
 @runtime_checkable
-class Nodes(Protocol):
+class NodalModel(Protocol):
     """What has nodes: a `ModalModel`, `Matrices`, or anything with these three arrays."""
 
     @property
     def node(self) -> Int[np.ndarray, "node"]:
-        """Node ids."""
+        """Node numbers."""
 
     @property
     def position(self) -> Float[np.ndarray, "node 3"]:
-        """Places of the nodes [m]."""
+        """Positions of the nodes [m]."""
 
     @property
     def dof(self) -> Int[np.ndarray, "dof 2"]:
-        """Node id and direction (1 to 6 for x, y, z, rx, ry, rz; 7 for w_xy) of each row."""
+        """Node number and direction (1 to 6 for x, y, z, rx, ry, rz; 7 for w_xy) of each row."""
 
 
 class Reading(NamedTuple):
-    """How the shapes at one place follow from those at the degrees of freedom.
+    """How the shapes at one position follow from those at the degrees of freedom.
 
-    A shape at the place is ``weight @ shape[rows]``: Eq. (12) of the paper for elements,
+    A shape at the position is ``weight @ shape[rows]``: Eq. (12) of the paper for elements,
     Eq. (13) for the nearest node.
 
     Parameters
@@ -54,7 +51,7 @@ class Reading(NamedTuple):
 
 
 class Interpolation(eqx.Module):
-    """Reads shapes given at degrees of freedom at any place of the structure.
+    """Reads shapes given at degrees of freedom at any position of the structure.
 
     Parameters
     ----------
@@ -69,72 +66,72 @@ class Interpolation(eqx.Module):
 
     @abc.abstractmethod
     def at(self, position: Float[Array, "3"]) -> Reading:
-        """Rows and weights at a place [m]; outside the structure, those of its closest place."""
+        """Rows and weights at a position [m]; outside the structure, those of its closest one."""
 
     @abc.abstractmethod
     def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Closest place [m] at which the structure can be read."""
+        """Closest position [m] at which the structure can be read."""
 
     @abc.abstractmethod
     def near(self: Self, position: Float[np.ndarray, "place 3"], radius: float) -> Self:
-        """Only those parts that can be read within a radius [m] of places [m].
+        """Only those parts that can be read within a radius [m] of some positions [m].
 
         It reads the same there, and costs less on a large model.
         """
 
     def used_rows(self) -> Int[np.ndarray, "row"]:
-        """Rows that it ever reads, ascending."""
+        """All rows that it reads, ascending."""
         return np.unique(np.asarray(self.rows))
 
     def renumbered(self: Self, rows: Int[np.ndarray, "row"]) -> Self:
-        """The same for a table of which only some rows are kept, ascending.
+        """Return the same for a table of which only some rows are kept, ascending.
 
         Raises
         ------
-        ValueError
+        InputError
             If a row that it reads is not kept.
         """
-        lost = np.setdiff1d(self.used_rows(), rows)
-        if len(lost):
+        missing = np.setdiff1d(self.used_rows(), rows)
+        if len(missing):
             raise InputError(
-                f"{len(rows)} rows were kept, but the interpolation reads {len(lost)} others, "
-                f"among them row {lost[0]}. Keep all that it reads: interpolation.used_rows()."
+                f"{len(rows)} rows were kept, but the interpolation reads {len(missing)} others, "
+                f"among them row {missing[0]}. Keep all that it reads: interpolation.used_rows()."
             )
-        found = jnp.asarray(np.searchsorted(rows, np.asarray(self.rows)))
-        return eqx.tree_at(lambda one: one.rows, self, found)
+        numbers = jnp.asarray(np.searchsorted(rows, np.asarray(self.rows)))
+        return eqx.tree_at(lambda interpolation: interpolation.rows, self, numbers)
 
 
-def rows_of(nodes: Nodes, directions: tuple[int, ...]) -> Int[np.ndarray, "node direction"]:
+def rows_of(model: NodalModel, directions: tuple[int, ...]) -> Int[np.ndarray, "node direction"]:
     """Row of each node and direction; -1 where it has none."""
-    order = np.argsort(nodes.node)
-    index = order[np.searchsorted(nodes.node[order], nodes.dof[:, 0])]
-    table = np.full((len(nodes.node), 8), -1)
-    table[index, nodes.dof[:, 1]] = np.arange(len(nodes.dof))
+    order = np.argsort(model.node)
+    index = order[np.searchsorted(model.node[order], model.dof[:, 0])]
+    table = np.full((len(model.node), 8), -1)
+    table[index, model.dof[:, 1]] = np.arange(len(model.dof))
     return table[:, np.array(directions)]
 
 
 def element_rows(
-    nodes: Nodes, elements: Int[np.ndarray, "element corner"], directions: tuple[int, ...]
+    model: NodalModel, elements: Int[np.ndarray, "element corner"], directions: tuple[int, ...]
 ) -> Int[np.ndarray, "element entry"]:
     """Rows of the corners of elements, corner by corner.
 
     Raises
     ------
-    ValueError
+    InputError
         If a corner is no index of a node, or lacks a degree of freedom.
     """
-    count = len(nodes.node)
+    count = len(model.node)
     if len(elements) == 0 or elements.min() < 0 or elements.max() >= count:
         raise InputError(
             f"elements of shape {elements.shape} {_range(elements)}; the corners of at least one "
-            f"element are needed, as indices 0 to {count - 1} into `node`. Indices of node ids: "
-            "np.argsort(node)[np.searchsorted(np.sort(node), elements)]."
+            f"element are needed, as indices 0 to {count - 1} into `node`. Indices of node "
+            "numbers: np.argsort(node)[np.searchsorted(np.sort(node), elements)]."
         )
-    rows = rows_of(nodes, directions)[elements]
+    rows = rows_of(model, directions)[elements]
     if (rows < 0).any():
         element, corner, direction = np.argwhere(rows < 0)[0]
         raise InputError(
-            f"Node {nodes.node[elements[element, corner]]} has no degree of freedom in direction "
+            f"Node {model.node[elements[element, corner]]} has no degree of freedom in direction "
             f"{directions[direction]}, but its element has shape functions of the directions "
             f"{directions} at each node. Give each of them a row, of zeros where it is held, or "
             "read the nodes alone: interpolation.scattered(model)."
@@ -154,16 +151,16 @@ def reachable(
     position: Float[np.ndarray, "place 3"],
     radius: float,
 ) -> Bool[np.ndarray, "part"]:
-    """Parts, each within a ball, that may be the closest one to a place within a radius."""
+    """Parts, each within a ball, that may be closest to a point near some positions."""
     tree, largest, reach = KDTree(centre), size.max(), np.zeros(len(centre), dtype=bool)
     bound = 2 * radius + tree.query(position)[0] + 2 * largest
-    for place, some in zip(position, tree.query_ball_point(position, bound), strict=True):
-        distance = np.linalg.norm(centre[some] - place, axis=1)
-        limit = 2 * radius + np.min(distance + size[some])
-        reach[some] |= distance - size[some] <= limit
+    for point, parts in zip(position, tree.query_ball_point(position, bound), strict=True):
+        distance = np.linalg.norm(centre[parts] - point, axis=1)
+        limit = 2 * radius + np.min(distance + size[parts])
+        reach[parts] |= distance - size[parts] <= limit
     return reach
 
 
 def taken(array: Shaped[Array, "part *rest"], index: Int[Array, ""]) -> Shaped[Array, "*rest"]:
-    """One part of an array, by an index that is in range: no code to make sure of it."""
+    """One part of an array, by an index that is in range, without the code that checks it."""
     return array.at[index].get(mode="promise_in_bounds", wrap_negative_indices=False)

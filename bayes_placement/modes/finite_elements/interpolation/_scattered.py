@@ -1,7 +1,4 @@
-"""_scattered: in, nodes without elements; out, weights of the nodes around any place.
-
-Not known here: elements, mode shapes, sensors, probability.
-"""
+"""Reading of shapes at nodes without elements: nearest node, moving least squares."""
 
 from typing import TypeVar
 
@@ -15,17 +12,17 @@ from scipy.spatial import KDTree
 
 from ...._types import InputError
 from ._elements import all_exponents, monomials
-from ._interpolation import Interpolation, Nodes, Reading, reachable, rows_of, taken
+from ._interpolation import Interpolation, NodalModel, Reading, reachable, rows_of, taken
 
 Cloud = TypeVar("Cloud", "Nearest", "Scattered")
 _TERMS = all_exponents(3, 2, simplex=True)
 _ORDER = np.sum(_TERMS, axis=1)
 _TERMS_AT_ORIGIN = (_ORDER == 0).astype(float)
-# Relative to moments of order one. It decides only what the nodes around do not: slopes off their
+# Relative to moments of order one. It decides only what the nodes do not: slopes off their
 # surface, and curvatures between too few of them. Mixed curvatures count half, so that the sum of
 # squares is the same in all coordinate systems.
 _RIDGE = np.array([0.0, 1e-9, 1e-4])[_ORDER] * np.where(np.max(_TERMS, axis=1) < _ORDER, 0.5, 1.0)
-# Squared share of a radius within which one node outweighs all others.
+# Squared share of a radius within which the nearest node outweighs all others.
 _CLOSE = 0.01
 _RADIUS = 1.5
 _REACH = 0.75
@@ -34,14 +31,14 @@ _NEIGHBOURS = {1: 4, 2: 8, 3: 18}
 
 
 class Nearest(Interpolation):
-    """The nearest node in the place of the position: Eqs. (13) and (16) of the paper.
+    """Reads the node nearest to a position: Eqs. (13) and (16) of the paper.
 
     Piecewise constant: it has no derivative in position.
 
     Parameters
     ----------
     centre
-        Places of the nodes [m].
+        Positions of the nodes [m].
     """
 
     axes: tuple[int, ...] = eqx.field(static=True)
@@ -54,31 +51,31 @@ class Nearest(Interpolation):
         return Reading(rows, jnp.eye(len(self.axes)))
 
     def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Place of the nearest node [m]."""
+        """Position of the nearest node [m]."""
         return taken(self.centre, _nearest(self.centre, position))
 
     def near(self, position: Float[np.ndarray, "place 3"], radius: float) -> "Nearest":
-        """Only those nodes that can be the nearest within a radius [m] of places [m]."""
+        """Only those nodes that can be nearest within a radius [m] of some positions [m]."""
         return _near(self, position, radius)
 
 
 class Scattered(Interpolation):
-    """Moving least squares: at each place the best quadratic through the nodes around it.
+    """Moving least squares: at each position the best quadratic through the nodes around it.
 
-    Twice differentiable in position; exact for linear fields (to 1e-6), nearly so for quadratic
-    ones and at the nodes. Lancaster and Salkauskas 1981, DOI 10.1090/S0025-5718-1981-0616367-1,
-    with compactly supported weights.
+    Twice differentiable in position; exact for linear fields (to 1e-6), approximately so for
+    quadratic ones and at the nodes. Lancaster and Salkauskas 1981, DOI
+    10.1090/S0025-5718-1981-0616367-1, with compactly supported weights.
 
     Parameters
     ----------
     centre
-        Places of the nodes [m].
+        Positions of the nodes [m].
     reach
-        How far from a node a place is still read; farther away, at that distance [m].
+        Distance from a node up to which positions are read; farther ones are read there [m].
     around
-        Places of all nodes whose weight is not zero within reach of a node [m].
+        Positions of all nodes whose weight is not zero within reach of a node [m].
     radius
-        How far their weights reach [m].
+        Radius beyond which their weights are zero [m].
     """
 
     axes: tuple[int, ...] = eqx.field(static=True)
@@ -89,44 +86,78 @@ class Scattered(Interpolation):
     rows: Int[Array, "node neighbour axis"]
 
     def at(self, position: Float[Array, "3"]) -> Reading:
-        """Rows and weights of the nodes around a place [m]."""
+        """Rows and weights of the nodes around a position [m]."""
         node = _nearest(self.centre, position)
-        apart = taken(self.around, node) - self._within(position, node)
-        weight = _least_squares(apart, taken(self.radius, node))
+        step = taken(self.around, node) - self._within(position, node)
+        weight = _least_squares(step, taken(self.radius, node))
         count = len(self.axes)
         along = (weight[:, None] * np.eye(count)[:, None, :]).reshape(count, -1)
         return Reading(taken(self.rows, node).reshape(-1), along)
 
     def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
-        """The place itself [m], drawn to within the reach of its nearest node."""
+        """The position itself [m], moved to within the reach of its nearest node."""
         return self._within(position, _nearest(self.centre, position))
 
     def near(self, position: Float[np.ndarray, "place 3"], radius: float) -> "Scattered":
-        """Only those nodes that can be the nearest within a radius [m] of places [m]."""
+        """Only those nodes that can be nearest within a radius [m] of some positions [m]."""
         return _near(self, position, radius)
 
     def _within(self, position: Float[Array, "3"], node: Int[Array, ""]) -> Float[Array, "3"]:
-        apart, reach = position - taken(self.centre, node), taken(self.reach, node)
-        scale = reach / jnp.sqrt(jnp.maximum(jnp.sum(apart**2), reach**2))
-        return taken(self.centre, node) + scale * apart
+        step, reach = position - taken(self.centre, node), taken(self.reach, node)
+        scale = reach / jnp.sqrt(jnp.maximum(jnp.sum(step**2), reach**2))
+        return taken(self.centre, node) + scale * step
 
 
-def nearest_node(nodes: Nodes, axes: tuple[int, ...] | None) -> Nearest:
-    """The nearest of the nodes that have all the axes."""
-    axes, position, rows = _read_nodes(nodes, axes)
+def nearest(model: NodalModel, *, axes: tuple[int, ...] | None = None) -> Nearest:
+    """Read the node nearest to a position, Eqs. (13) and (16) of the paper.
+
+    Needs only nodes; piecewise constant in position, so that it has no gradient.
+
+    Parameters
+    ----------
+    model
+        Nodes and degrees of freedom, for example a `ModalModel`.
+    axes
+        Axes along which the motion is read; nodes that lack one of them are not read. By
+        default all translations that any node has.
+
+    Raises
+    ------
+    InputError
+        If no node has all the axes.
+    """
+    axes, position, rows = _read_nodes(model, axes)
     return Nearest(axes, jnp.asarray(position), jnp.asarray(rows))
 
 
-def scattered_nodes(nodes: Nodes, axes: tuple[int, ...] | None) -> Scattered:
-    """Moving least squares over the nodes that have all the axes."""
-    axes, position, rows = _read_nodes(nodes, axes)
+def scattered(model: NodalModel, *, axes: tuple[int, ...] | None = None) -> Scattered:
+    """Nodes without elements: moving least squares, smooth in position.
+
+    Exact for fields that are linear in position. Nodes whose distance to each other is large
+    against the wavelength of a mode smooth it out.
+
+    Parameters
+    ----------
+    model
+        Nodes and degrees of freedom, for example a `ModalModel` from a universal file.
+    axes
+        Axes along which the motion is read; nodes that lack one of them are not read. By
+        default all translations that any node has.
+
+    Raises
+    ------
+    InputError
+        If no node has all the axes, or all nodes lie at one position.
+    """
+    axes, position, rows = _read_nodes(model, axes)
     tree = KDTree(position)
     radius = _radii(tree)
     reach = _REACH * radius
-    found = _neighbours(tree, radius, reach)
-    size = max(len(one) for one in found)
-    padded = np.array([one + [node] * (size - len(one)) for node, one in enumerate(found)])
-    filler = np.arange(size) >= np.array([len(one) for one in found])[:, None]
+    neighbours = _neighbours(tree, radius, reach)
+    count = np.array([len(near) for near in neighbours])
+    size = max(count)
+    padded = np.array([near + [node] * (size - len(near)) for node, near in enumerate(neighbours)])
+    filler = np.arange(size) >= count[:, None]
     around = position[padded]
     around[filler] += (10 * radius[padded[filler]])[:, None]  # out of reach: its weight is zero
     return Scattered(
@@ -140,37 +171,37 @@ def scattered_nodes(nodes: Nodes, axes: tuple[int, ...] | None) -> Scattered:
 
 
 def _read_nodes(
-    nodes: Nodes, axes: tuple[int, ...] | None
+    model: NodalModel, axes: tuple[int, ...] | None
 ) -> tuple[tuple[int, ...], Float[np.ndarray, "node 3"], Int[np.ndarray, "node axis"]]:
-    """Axes, places and rows of the nodes that have all the axes."""
+    """Axes, positions and rows of the nodes that have all the axes."""
     if axes is None:
-        axes = tuple(int(one) for one in np.unique(nodes.dof[:, 1]) if one <= 3)
+        axes = tuple(int(axis) for axis in np.unique(model.dof[:, 1]) if axis <= 3)
     if not axes or not set(axes) <= {1, 2, 3}:
         raise InputError(
             f"axes={axes}: the motion is read along at least one of 1, 2, 3 for x, y, z, and the "
-            f"degrees of freedom have the directions {np.unique(nodes.dof[:, 1]).tolist()}. "
+            f"degrees of freedom have the directions {np.unique(model.dof[:, 1]).tolist()}. "
             "For example axes=(3,)."
         )
-    rows = rows_of(nodes, axes)
-    whole = (rows >= 0).all(axis=1)
-    if not whole.any():
+    rows = rows_of(model, axes)
+    complete = (rows >= 0).all(axis=1)
+    if not complete.any():
         raise InputError(
-            f"No node has degrees of freedom along all of the axes {axes}; a place is read from "
+            f"No node has degrees of freedom along all of the axes {axes}; a position is read from "
             "nodes that have them all. Name fewer axes: axes=(3,)."
         )
-    return tuple(axes), nodes.position[whole], rows[whole]
+    return tuple(axes), model.position[complete], rows[complete]
 
 
 def _radii(tree: KDTree) -> Float[np.ndarray, "node"]:
-    """How far the weight of each node reaches [m], by the distance of its neighbours."""
+    """Radius beyond which the weight of each node is zero [m], by the distance of neighbours."""
     spread = np.linalg.svd(tree.data - tree.data.mean(axis=0), compute_uv=False)
     dimension = max(int(np.sum(spread > 1e-6 * max(spread[0], 1e-300))), 1)
     count = min(_NEIGHBOURS[dimension], tree.n - 1)
     distance = tree.query(tree.data, [count + 1])[0][:, 0]
     if tree.n == 1 or not (distance > 0).all():
         raise InputError(
-            f"{tree.n} nodes were given, {np.sum(distance == 0)} of them with no other node apart "
-            "from them; nodes at several places are needed to read between them. "
+            f"{tree.n} nodes were given, {np.sum(distance == 0)} of them with all others at the "
+            "same position; nodes at several positions are needed to read between them. "
             "Take the nearest node: interpolation.nearest(model)."
         )
     return _RADIUS * distance
@@ -182,9 +213,10 @@ def _neighbours(
     """For each node, all nodes with a weight that is not zero within its reach."""
     wide = tree.query_ball_point(tree.data, reach + radius.max())
     near = []
-    for node, some in enumerate(wide):
-        distance = np.linalg.norm(tree.data[some] - tree.data[node], axis=1)
-        near.append(np.array(some)[distance < reach[node] + radius[some]].tolist())
+    for node, candidates in enumerate(wide):
+        distance = np.linalg.norm(tree.data[candidates] - tree.data[node], axis=1)
+        within = distance < reach[node] + radius[candidates]
+        near.append(np.array(candidates)[within].tolist())
     return near
 
 
@@ -193,22 +225,22 @@ def _nearest(centre: Float[Array, "node 3"], position: Float[Array, "3"]) -> Int
 
 
 def _near(cloud: Cloud, position: Float[np.ndarray, "place 3"], radius: float) -> Cloud:
-    """Those nodes that can be the nearest within a radius of places."""
+    """Those nodes that can be nearest within a radius of some positions."""
     centre = np.asarray(cloud.centre)
     kept = np.flatnonzero(reachable(centre, np.zeros(len(centre)), position, radius))
     return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)[kept]), cloud)
 
 
 def _least_squares(
-    apart: Float[Array, "node 3"], radius: Float[Array, "node"]
+    step: Float[Array, "node 3"], radius: Float[Array, "node"]
 ) -> Float[Array, "node"]:
     """Weight of each node in the value at the origin of the best quadratic."""
-    share = jnp.sum(apart**2, axis=1) / radius**2
+    share = jnp.sum(step**2, axis=1) / radius**2
     bump = jnp.maximum(1 - share, 0.0) ** 3
     scale = jnp.sqrt(jnp.sum(bump * radius**2) / jnp.sum(bump))
-    pull = bump / (share + _CLOSE)
-    pull = pull / jnp.sum(pull)
-    basis = monomials(apart.T[:, :, None] / scale, _TERMS)
-    moment = jnp.sum((pull[:, None] * basis)[:, :, None] * basis[:, None, :], axis=0)
-    chosen = solve(moment + np.diag(_RIDGE), _TERMS_AT_ORIGIN, assume_a="pos")
-    return pull * jnp.sum(basis * chosen, axis=1)
+    weight = bump / (share + _CLOSE)
+    weight = weight / jnp.sum(weight)
+    basis = monomials(step.T[:, :, None] / scale, _TERMS)
+    moment = jnp.sum((weight[:, None] * basis)[:, :, None] * basis[:, None, :], axis=0)
+    value_at_origin = solve(moment + np.diag(_RIDGE), _TERMS_AT_ORIGIN, assume_a="pos")
+    return weight * jnp.sum(basis * value_at_origin, axis=1)

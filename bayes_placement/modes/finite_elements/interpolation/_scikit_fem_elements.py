@@ -1,7 +1,4 @@
-"""_scikit_fem_elements: in, a basis of scikit-fem as it stands; out, its shape functions in space.
-
-Not known here: matrices, mode shapes, sensors, probability.
-"""
+"""Shape functions of a scikit-fem basis."""
 
 from typing import Any
 
@@ -9,19 +6,47 @@ import numpy as np
 from jaxtyping import Float
 
 from ...._types import InputError, MissingExtraError
-from ._elements import Elements, all_exponents, elements, reference_corners
+from ._elements import Elements, all_exponents, build_elements, reference_corners
 
 _BOXES = {"RefLine": False, "RefQuad": False, "RefHex": False, "RefTri": True, "RefTet": True}
 _REMEDY = "read the nodes alone: interpolation.scattered(model)."
 
 
-def basis_elements(
+def scikit_fem(
     basis: Any,
+    *,
     axes: tuple[int, ...],
-    origin: Float[np.ndarray, "3"] | None,
-    directions: Float[np.ndarray, "3 local"] | None,
+    origin: Float[np.ndarray, "3"] | None = None,
+    directions: Float[np.ndarray, "3 local"] | None = None,
 ) -> Elements:
-    """Elements with the shape functions of a basis, its mesh laid into space."""
+    """Shape functions of a scikit-fem basis; rows are its degrees of freedom.
+
+    Any element with polynomial shape functions on cells mapped affinely: Lagrange elements,
+    `ElementVector` of them, Morley, Argyris, Hermite and BFS elements.
+
+    Parameters
+    ----------
+    basis
+        A `skfem.CellBasis`.
+    axes
+        Axes of the components of the field: (3,) for the deflection of a plate, (1, 2, 3) for
+        the displacement of a solid.
+    origin
+        Position of the origin of the mesh in space [m]; by default (0, 0, 0).
+    directions
+        Unit vectors of the coordinates of the mesh, as columns; by default the first axes of
+        space, so that the mesh of a plate lies at z = 0.
+
+    Raises
+    ------
+    TypeError
+        If `basis` is no `skfem.CellBasis`.
+    InputError
+        If a cell is curved or not affine, a shape function is no polynomial, or the field has
+        another number of components than `axes`.
+    MissingExtraError
+        If scikit-fem is not installed.
+    """
     _check_basis(basis)
     simplex = _simplex(basis)
     corner, edges = _cells(basis, simplex)
@@ -31,7 +56,7 @@ def basis_elements(
     same = _same_everywhere(basis.elem)
     coefficients = _coefficients(basis, exponents, same, simplex)
     _check_components(coefficients, axes)
-    return elements(
+    return build_elements(
         axes,
         origin + corner @ directions.T,
         directions @ edges,
@@ -48,7 +73,7 @@ def _check_basis(basis: Any) -> None:
         from skfem import CellBasis
     except ImportError as error:
         raise MissingExtraError(
-            "interpolation.scikit_fem was called, but scikit-fem is not installed; it says how "
+            "interpolation.scikit_fem was called, but scikit-fem is not installed; it knows how "
             'shape functions are mapped. pip install "bayes_placement[scikit-fem]"'
         ) from error
     if not isinstance(basis, CellBasis):
@@ -75,13 +100,13 @@ def _cells(
     dimension = basis.mesh.dim()
     lattice = np.array(all_exponents(dimension, 2, simplex)) / 2
     # The order of axes of scikit-fem: coordinate, element, point.
-    place = np.moveaxis(basis.mapping.F(lattice.T, tind=_all(basis)), 0, -1)
+    position = np.moveaxis(basis.mapping.F(lattice.T, tind=_all(basis)), 0, -1)
     ends = np.vstack([np.zeros(dimension), np.eye(dimension)])
     at_ends = np.moveaxis(basis.mapping.F(ends.T, tind=_all(basis)), 0, -1)
     corner, edges = at_ends[:, 0], (at_ends[:, 1:] - at_ends[:, :1]).mT
-    bent = np.abs(place - corner[:, None] - lattice @ edges.mT).max(axis=(1, 2))
-    worst = int(np.argmax(bent / np.abs(edges).max(axis=(1, 2))))
-    if bent[worst] > 1e-9 * np.abs(edges[worst]).max():
+    deviation = np.abs(position - corner[:, None] - lattice @ edges.mT).max(axis=(1, 2))
+    worst = int(np.argmax(deviation / np.abs(edges).max(axis=(1, 2))))
+    if deviation[worst] > 1e-9 * np.abs(edges[worst]).max():
         raise InputError(
             f"Cell {worst} of the mesh is curved or no parallelogram: its map from the reference "
             "cell is not affine, so that its shape functions are no polynomials of the position. "
@@ -95,7 +120,7 @@ def _all(basis: Any) -> np.ndarray:
 
 
 def _degree(element: Any, simplex: bool) -> int:
-    """Greatest power of the shape functions: in all on a simplex, in each coordinate on a box."""
+    """Greatest power of the shape functions: of all coordinates on a simplex, of each on a box."""
     if simplex:
         return element.maxdeg
     if getattr(element, "tensorial_basis", False):
@@ -104,7 +129,7 @@ def _degree(element: Any, simplex: bool) -> int:
 
 
 def _same_everywhere(element: Any) -> bool:
-    """Whether all cells have the same shape functions in reference coordinates."""
+    """Tell whether all cells have the same shape functions in reference coordinates."""
     from skfem.element import ElementVector
     from skfem.element.element_h1 import ElementH1
 
@@ -115,44 +140,44 @@ def _same_everywhere(element: Any) -> bool:
 def _coefficients(
     basis: Any, exponents: tuple[tuple[int, ...], ...], same: bool, simplex: bool
 ) -> Float[np.ndarray, "kind term axis entry"]:
-    """Polynomials through the values at as many places as there are terms."""
+    """Polynomials through the values at as many points as there are terms."""
     powers = np.array(exponents)
     lattice = powers / max(powers.max(), 1)
     cells = _all(basis)[:1] if same else _all(basis)
     values = _values(basis, lattice, cells)
-    found = np.einsum("tp,epai->etai", np.linalg.inv(_terms(lattice, powers)), values)
-    others = lattice / 2 + reference_corners(powers.shape[1], simplex).mean(axis=0) / 3
-    again = np.einsum("pt,etai->epai", _terms(others, powers), found)
-    if np.abs(again - _values(basis, others, cells)).max() > 1e-6 * np.abs(values).max():
+    coefficients = np.einsum("tp,epai->etai", np.linalg.inv(_terms(lattice, powers)), values)
+    check = lattice / 2 + reference_corners(powers.shape[1], simplex).mean(axis=0) / 3
+    polynomial = np.einsum("pt,etai->epai", _terms(check, powers), coefficients)
+    if np.abs(polynomial - _values(basis, check, cells)).max() > 1e-6 * np.abs(values).max():
         raise InputError(
             f"The shape functions of {type(basis.elem).__name__} are no polynomials of the degree "
             f"that it states, {basis.elem.maxdeg}; a polynomial is needed to read them at any "
-            f"place. Use a Lagrange, Morley, Argyris, BFS or Hermite element, or {_REMEDY}"
+            f"position. Use a Lagrange, Morley, Argyris, BFS or Hermite element, or {_REMEDY}"
         )
-    return found
+    return coefficients
 
 
 def _terms(
-    place: Float[np.ndarray, "point local"], powers: np.ndarray
+    point: Float[np.ndarray, "point local"], powers: np.ndarray
 ) -> Float[np.ndarray, "point term"]:
-    return np.prod(place[:, None, :] ** powers, axis=2)
+    return np.prod(point[:, None, :] ** powers, axis=2)
 
 
 def _values(
-    basis: Any, place: Float[np.ndarray, "point local"], cells: np.ndarray
+    basis: Any, point: Float[np.ndarray, "point local"], cells: np.ndarray
 ) -> Float[np.ndarray, "element point axis entry"]:
-    """Shape functions of cells at places of the reference cell."""
-    several = [
-        basis.elem.gbasis(basis.mapping, place.T, number, tind=cells)
+    """Shape functions of cells at points of the reference cell."""
+    functions = [
+        basis.elem.gbasis(basis.mapping, point.T, number, tind=cells)
         for number in range(basis.Nbfun)
     ]
-    if len(several[0]) > 1:
+    if len(functions[0]) > 1:
         raise InputError(
-            f"A basis of {type(basis.elem).__name__} was given, which has {len(several[0])} "
+            f"A basis of {type(basis.elem).__name__} was given, which has {len(functions[0])} "
             "fields; one field of displacements is needed. Use the basis of one of its parts, or "
             "ElementVector for a vector field."
         )
-    values = np.stack([np.asarray(one[0]) for one in several], axis=-1)
+    values = np.stack([np.asarray(function[0]) for function in functions], axis=-1)
     if values.ndim == 3:
         return values[:, :, None, :]
     return np.moveaxis(values, 0, 2)

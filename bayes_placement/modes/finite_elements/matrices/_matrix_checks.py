@@ -1,7 +1,4 @@
-"""_matrix_checks: in, the parts of a finite element model; out, errors that say what is needed.
-
-Not known here: modes, factors, files.
-"""
+"""Checks of the arrays of a finite element model; errors say what is needed."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -38,26 +35,26 @@ def sparse(name: str, matrix: Any, size: int) -> csc_array:
             "(node, direction) is needed for each row of the matrix, held ones included. Give dof "
             "in the order of the matrix."
         )
-    found = csc_array(matrix, dtype=float)
-    if not np.isfinite(found.data).all():
-        at = int(np.flatnonzero(~np.isfinite(found.data))[0])
-        column = int(np.searchsorted(found.indptr, at, side="right")) - 1
+    columns = csc_array(matrix, dtype=float)
+    if not np.isfinite(columns.data).all():
+        entry = int(np.flatnonzero(~np.isfinite(columns.data))[0])
+        column = int(np.searchsorted(columns.indptr, entry, side="right")) - 1
         raise InputError(
-            f"{name} is {found.data[at]:g} in row {found.indices[at]}, column {column}; every "
-            "entry must be finite. Look at how it was assembled or read."
+            f"{name} is {columns.data[entry]:g} in row {columns.indices[entry]}, column {column}; "
+            "every entry must be finite. Look at how it was assembled or read."
         )
-    return found
+    return columns
 
 
 def symmetric(name: str, matrix: csc_array, dof: Int[np.ndarray, "dof 2"]) -> csc_array:
     """Refuse a matrix that differs from its transpose by more than rounding; remove the rest."""
-    apart = abs(matrix - matrix.T).tocoo()
+    difference = abs(matrix - matrix.T).tocoo()
     root = np.sqrt(np.abs(matrix.diagonal()))
-    scale = root[apart.row] * root[apart.col]
-    share = apart.data / np.maximum(scale, 1e-16 * root.max(initial=0.0) ** 2 + 1e-300)
+    scale = root[difference.row] * root[difference.col]
+    share = difference.data / np.maximum(scale, 1e-16 * root.max(initial=0.0) ** 2 + 1e-300)
     if share.size and share.max() > SYMMETRY:
         worst = int(np.argmax(share))
-        row, column = int(apart.row[worst]), int(apart.col[worst])
+        row, column = int(difference.row[worst]), int(difference.col[worst])
         raise InputError(
             f"{name} is not symmetric: between {label(dof, row)} (row {row}) and "
             f"{label(dof, column)} (row {column}) its two entries are {matrix[row, column]:g} and "
@@ -79,15 +76,15 @@ def nodes(
             "the node and the direction (1 to 7 for x y z rx ry rz w_xy) of each row, since "
             "rigid-body motions and sensors refer to them. Give one pair for each row of stiffness."
         )
-    place = checked_position(position)
-    number = checked_node(node, len(place))
-    return place, number, checked_dof(rows.astype(np.int64), number, len(rows))
+    coordinates = checked_position(position)
+    numbers = checked_node(node, len(coordinates))
+    return coordinates, numbers, checked_dof(rows.astype(np.int64), numbers, len(rows))
 
 
 def held(fixed: ArrayLike | None, size: int) -> Int[np.ndarray, "fixed"]:
     """Rows that are held, each once."""
-    given = np.empty(0, dtype=np.int64) if fixed is None or not np.size(fixed) else fixed
-    rows = np.unique(known_rows("fixed", given, size))
+    fixed = np.empty(0, dtype=np.int64) if fixed is None or not np.size(fixed) else fixed
+    rows = np.unique(known_rows("fixed", fixed, size))
     if rows.size == size:
         raise InputError(
             "fixed holds every row, so that nothing can move; at least one free row is needed. "
@@ -103,38 +100,38 @@ def mass(
     free: Int[np.ndarray, "free"],
 ) -> None:
     """Refuse a row of negative mass, and a free one with neither mass nor stiffness."""
-    inertia, stiff = matrix.diagonal(), stiffness.diagonal()
+    inertia, diagonal = matrix.diagonal(), stiffness.diagonal()
     if (inertia < 0).any():
         row = int(np.argmin(inertia))
         raise InputError(
             f"mass is {inertia[row]:g} on its diagonal for {label(dof, row)} (row {row}); kinetic "
             "energy cannot be negative. Look at its sign and units."
         )
-    idle = free[(inertia[free] == 0) & (stiff[free] == 0)]
-    if idle.size:
+    undetermined = free[(inertia[free] == 0) & (diagonal[free] == 0)]
+    if undetermined.size:
         raise InputError(
-            f"{label(dof, int(idle[0]))} (row {idle[0]}) has neither stiffness nor mass, "
-            f"one of {idle.size} such rows, so that their motion is not known. Hold them: "
-            f"fixed=[*fixed, {idle[0]}, ...], or leave them out of the matrices."
+            f"{label(dof, int(undetermined[0]))} (row {undetermined[0]}) has neither stiffness nor "
+            f"mass, one of {undetermined.size} such rows, so that their motion is not known. Hold "
+            f"them: fixed=[*fixed, {undetermined[0]}, ...], or leave them out of the matrices."
         )
 
 
 def kinetic_energy(matrix: csc_array, free: Int[np.ndarray, "free"]) -> None:
     """Refuse a mass for which some motion of the free rows has negative kinetic energy."""
     inertia = matrix.diagonal()
-    heavy = free[inertia[free] > 0]
-    scale = diags_array(inertia[heavy] ** -0.5)
-    least = _least_eigenvalue(csc_array(scale @ matrix[heavy][:, heavy] @ scale))
+    rows = free[inertia[free] > 0]
+    scale = diags_array(inertia[rows] ** -0.5)
+    least = _least_eigenvalue(csc_array(scale @ matrix[rows][:, rows] @ scale))
     if least < -SYMMETRY:
         raise InputError(
             f"mass is not positive: a motion has the kinetic energy {least:.2g} times that of its "
-            "rows apart; kinetic energy cannot be negative. Look at how mass was assembled, or "
-            "lump it."
+            "rows without coupling; kinetic energy cannot be negative. Look at how mass was "
+            "assembled, or lump it."
         )
 
 
 def _least_eigenvalue(matrix: csc_array) -> float:
-    """Roughly; zeros that do not separate count as no negative ones."""
+    """Least eigenvalue, roughly; where Lanczos does not converge none is negative."""
     if not matrix.shape[0]:
         return 0.0
     if matrix.shape[0] <= SMALL:
@@ -161,7 +158,7 @@ def asked(count: int | None, up_to: float | None) -> None:
         )
 
 
-def found(count: int, up_to: float) -> None:
+def any_below(count: int, up_to: float) -> None:
     """Refuse a band without modes."""
     if not count:
         raise InputError(
@@ -173,39 +170,39 @@ def found(count: int, up_to: float) -> None:
 def regions(
     parts: Mapping[str, Any], stiffness: csc_array, dof: Int[np.ndarray, "dof 2"]
 ) -> dict[str, csc_array]:
-    """Stiffness of each region; together not more than the whole."""
-    found = {name: sparse(f'regions["{name}"]', one, len(dof)) for name, one in parts.items()}
-    if not found:
-        return found
-    whole = stiffness.diagonal()
-    excess = sum(one.diagonal() for one in found.values()) - whole
-    worst = int(np.argmax(excess - SYMMETRY * whole))
-    if excess[worst] > SYMMETRY * whole[worst]:
+    """Stiffness of each region; together not more than that of the structure."""
+    regions = {name: sparse(f'regions["{name}"]', part, len(dof)) for name, part in parts.items()}
+    if not regions:
+        return regions
+    total = stiffness.diagonal()
+    excess = sum(region.diagonal() for region in regions.values()) - total
+    worst = int(np.argmax(excess - SYMMETRY * total))
+    if excess[worst] > SYMMETRY * total[worst]:
         raise InputError(
-            f"regions add up to {whole[worst] + excess[worst]:g} on the diagonal of "
-            f"{label(dof, worst)} (row {worst}), but stiffness is {whole[worst]:g} there; regions "
+            f"regions add up to {total[worst] + excess[worst]:g} on the diagonal of "
+            f"{label(dof, worst)} (row {worst}), but stiffness is {total[worst]:g} there; regions "
             "are parts of the stiffness, so that their sum cannot exceed it. Count each element "
             "in one region only, in the units of stiffness."
         )
-    return found
+    return regions
 
 
 def known_rows(name: str, rows: ArrayLike, size: int) -> Int[np.ndarray, "chosen"]:
     """Rows of dof, in any order."""
-    given = np.atleast_1d(np.asarray(rows))
-    if given.ndim != 1 or not np.issubdtype(given.dtype, np.integer):
+    numbers = np.atleast_1d(np.asarray(rows))
+    if numbers.ndim != 1 or not np.issubdtype(numbers.dtype, np.integer):
         raise InputError(
-            f"{name} has shape {given.shape} and type {given.dtype}; a list of rows of dof, "
+            f"{name} has shape {numbers.shape} and type {numbers.dtype}; a list of rows of dof, "
             f"counted from 0, is needed. From a mask: {name}=np.flatnonzero(mask)."
         )
-    outside = given[(given < 0) | (given >= size)]
+    outside = numbers[(numbers < 0) | (numbers >= size)]
     if outside.size:
         raise InputError(
             f"{name} names row {outside[0]}, but rows go from 0 to {size - 1}; rows of dof counted "
             "from 0 are needed, not node numbers. Look them up: "
             "np.flatnonzero(np.isin(dof[:, 0], nodes))."
         )
-    return given.astype(np.int64)
+    return numbers.astype(np.int64)
 
 
 def releasable(
@@ -217,17 +214,17 @@ def releasable(
     """Refuse to release a row that is free, or twice, and any row of a structure that floats."""
     free = np.setdiff1d(rows, fixed)
     if free.size or np.unique(rows).size != rows.size:
-        what = "a row twice"
+        refused = "a row twice"
         if free.size:
-            what = f"{label(dof, int(free[0]))} (row {free[0]}), which is free"
+            refused = f"{label(dof, int(free[0]))} (row {free[0]}), which is free"
         raise InputError(
-            f"release was asked for {what}; rows that are held, each once, are needed, since only "
-            "what a support holds can give way. Take rows from fixed."
+            f"release was asked for {refused}; rows that are held, each once, are needed, since "
+            "only what a support holds can become soft. Take rows from fixed."
         )
     if rigid_body_modes:
         raise InputError(
             f"release was asked of a structure with {rigid_body_modes} rigid-body modes; all must "
-            "be held, since a displaced support would carry the structure along without strain. "
+            "be held, since a displaced support would move the structure without strain. "
             "Hold what moves freely: Matrices(..., fixed=[...])."
         )
 
@@ -236,11 +233,11 @@ def affine(parts: Affine, dof: Int[np.ndarray, "dof 2"]) -> Affine:
     """Parts over all degrees of freedom, with a box for each of their names."""
     names = {**parts.stiffness, **parts.mass}
     if set(names) != set(parts.box) or not names:
-        apart = sorted(set(names) ^ set(parts.box))
+        unmatched = sorted(set(names) ^ set(parts.box))
         raise InputError(
             f"Affine has parts {sorted(names)} and a box for {sorted(parts.box)}; each name needs "
-            f"a part and a box, at least one name in all, but {apart} has not both. Give "
-            'box={"' + (apart or ["name"])[0] + '": (0.8, 1.25)}.'
+            f"a part and a box, at least one name in all, but {unmatched} has not both. Give "
+            'box={"' + (unmatched or ["name"])[0] + '": (0.8, 1.25)}.'
         )
     for name, (low, high) in parts.box.items():
         if not 0 < low < high < np.inf:
@@ -249,11 +246,11 @@ def affine(parts: Affine, dof: Int[np.ndarray, "dof 2"]) -> Affine:
                 "needed, 1 being nominal, since at 0 the part is gone. Give them as shares: "
                 f'box={{"{name}": (0.8, 1.25)}}.'
             )
-    stiff, heavy = (
-        {name: symmetric(name, sparse(name, one, len(dof)), dof) for name, one in part.items()}
-        for part in (parts.stiffness, parts.mass)
+    stiffness, mass = (
+        {name: symmetric(name, sparse(name, part, len(dof)), dof) for name, part in named.items()}
+        for named in (parts.stiffness, parts.mass)
     )
-    return Affine(stiff, heavy, parts.box)
+    return Affine(stiffness, mass, parts.box)
 
 
 def label(dof: Int[np.ndarray, "dof 2"], row: int) -> str:

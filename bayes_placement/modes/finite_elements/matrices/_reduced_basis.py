@@ -1,7 +1,4 @@
-"""_reduced_basis: in, matrices that factors scale; out, a fixed basis that stays right in a box.
-
-Not known here: nodes, which physical quantity a factor is, probability.
-"""
+"""A fixed basis in which modes stay accurate for all factors in a box."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -34,7 +31,7 @@ class Worst(NamedTuple):
 
 
 class BasisReport(NamedTuple):
-    """What a reduced basis was built from, and how right it is."""
+    """How a reduced basis was built, and how accurate it is."""
 
     up_to: float
     tolerance: float
@@ -52,9 +49,9 @@ class BasisReport(NamedTuple):
         place = ", ".join(f"{name} = {value:.3g}" for name, value in self.measured.factors.items())
         return (
             f"Reduced basis of {self.vectors} vectors, {self.nominal_modes} of them nominal modes, "
-            f"for {self.rows} rows: natural frequencies up to {self.up_to:g} Hz are right within "
+            f"for {self.rows} rows: natural frequencies up to {self.up_to:g} Hz are accurate to "
             f"{self.measured.error:.1e} (allowed {self.tolerance:.1e}), worst for mode "
-            f"{self.measured.mode} at {place}, by full solutions at fresh points, and within "
+            f"{self.measured.mode} at {place}, by full solutions at fresh points, and to "
             f"{self.estimated.error:.1e} by estimate at {self.samples} samples; "
             f"{self.full_solutions} full solutions."
         )
@@ -65,7 +62,7 @@ class ReducedBasis(NamedTuple):
 
     basis: Float[np.ndarray, "dof vector"]
     """Mass-orthonormal at the nominal factors, rigid-body modes first [kg^-1/2]."""
-    squares: Float[np.ndarray, "vector"]
+    eigenvalues: Float[np.ndarray, "vector"]
     """Diagonal of the nominal stiffness between them [(rad/s)^2], 0 for rigid-body modes."""
     stiffness: Mapping[str, Square]
     """V^T K_i V of each part [(rad/s)^2]."""
@@ -76,18 +73,18 @@ class ReducedBasis(NamedTuple):
 
     def natural_frequency(self, factors: Factors) -> Float[np.ndarray, "vector"]:
         """Natural frequencies [Hz] for some factors; those far above the band are too high."""
-        stiffness, mass = np.diag(self.squares), np.eye(self.squares.size)
-        for name, one in self.stiffness.items():
-            stiffness += (factors[name] - 1) * one
-        for name, one in self.mass.items():
-            mass += (factors[name] - 1) * one
-        squares = eigh(stiffness, mass, eigvals_only=True)
-        squares[: self.rigid_body_modes] = 0.0
-        return np.sqrt(squares) / (2 * np.pi)
+        stiffness, mass = np.diag(self.eigenvalues), np.eye(self.eigenvalues.size)
+        for name, part in self.stiffness.items():
+            stiffness += (factors[name] - 1) * part
+        for name, part in self.mass.items():
+            mass += (factors[name] - 1) * part
+        eigenvalues = eigh(stiffness, mass, eigvals_only=True)
+        eigenvalues[: self.rigid_body_modes] = 0.0
+        return np.sqrt(eigenvalues) / (2 * np.pi)
 
 
-class Target(NamedTuple):
-    """What is to be right."""
+class Accuracy(NamedTuple):
+    """Modes that are to be accurate, how accurate, and where."""
 
     up_to: float
     """Squared angular frequency [(rad/s)^2]."""
@@ -105,12 +102,12 @@ def reduced_basis(
     tolerance: float,
     margin: float,
 ) -> ReducedBasis:
-    """Basis of nominal modes, grown where the natural frequencies of a box of factors are worst.
+    """Basis of nominal modes, extended where the natural frequencies in a box are worst.
 
     Greedy: of all samples take the one with the largest estimated error, and add what its Ritz
     modes lack, the static responses to their residual forces (Rozza, Huynh & Patera, 2008,
     DOI 10.1007/s11831-008-9019-9). The estimate is then checked by full solutions at fresh points;
-    where one disagrees, its modes are added, and all begins again.
+    where one disagrees, its modes are added, and the search is repeated.
 
     Parameters
     ----------
@@ -119,7 +116,7 @@ def reduced_basis(
     affine
         Parts on the same rows, and the box of their factors.
     up_to
-        Natural frequencies up to this one [Hz] are to be right.
+        Natural frequencies up to this one [Hz] are to be accurate.
     tolerance
         Largest relative error allowed.
     margin
@@ -127,73 +124,78 @@ def reduced_basis(
 
     Raises
     ------
-    ValueError
+    InputError
         If the tolerance is not reached.
     """
     check_policy(up_to, tolerance, margin)
-    square = (2 * np.pi * up_to) ** 2
-    target = Target(square, tolerance, affine.samples(SAMPLES), 1 - margin**-2)
-    nominal = eigenmodes.below(flexibility, margin**2 * square).shape
+    eigenvalue = (2 * np.pi * up_to) ** 2
+    wanted = Accuracy(eigenvalue, tolerance, affine.samples(SAMPLES), 1 - margin**-2)
+    nominal = eigenmodes.below(flexibility, margin**2 * eigenvalue).shape
     if not nominal.size:
         nominal = eigenmodes.lowest(flexibility, 1).shape
     span = RitzSpan.of(flexibility, affine).extended(nominal)
     for attempt in range(ROUNDS):
-        span, estimated = grown(span, target)
+        span, estimated = extended(span, wanted)
         points = [estimated.factors, *affine.random(FRESH, seed=attempt)]
-        checked = [against_full(span, point, square) for point in points]
-        measured, modes = max(checked, key=lambda one: one[0].error)
+        checked = [against_full(span, point, eigenvalue) for point in points]
+        measured, modes = max(checked, key=lambda error_and_modes: error_and_modes[0].error)
         if measured.error <= tolerance:
             sizes = (span.basis.shape[1], nominal.shape[1] + span.rigid, len(nominal))
             full = 1 + (attempt + 1) * len(points)
             report = BasisReport(
-                up_to, tolerance, measured, estimated, len(target.samples), *sizes, full
+                up_to, tolerance, measured, estimated, len(wanted.samples), *sizes, full
             )
             return diagonal(span, report)
         span = span.extended(modes.shape)
     raise not_reached(measured, tolerance)
 
 
-def grown(span: RitzSpan, target: Target) -> tuple[RitzSpan, Worst]:
+def extended(span: RitzSpan, wanted: Accuracy) -> tuple[RitzSpan, Worst]:
     """Add vectors until the estimated error is below the tolerance at every sample."""
     for _ in range(ROUNDS):
-        found = [span.ritz(factors, target.up_to) for factors in target.samples]
-        worst = max(range(len(found)), key=lambda one: found[one].error.max(initial=0.0))
-        error = found[worst].error.max(initial=0.0) / target.gap
-        mode = int(np.argmax(found[worst].error)) + span.rigid + 1 if error else 0
-        where = Worst(error, target.samples[worst], mode)
-        if error <= target.tolerance:
-            return span, where
-        span = span.extended(span.corrections(found[worst], target.tolerance * target.gap))
-    raise not_reached(where, target.tolerance)
+        modes = [span.ritz(factors, wanted.up_to) for factors in wanted.samples]
+        errors = [ritz.error.max(initial=0.0) for ritz in modes]
+        sample = int(np.argmax(errors))
+        error = errors[sample] / wanted.gap
+        mode = int(np.argmax(modes[sample].error)) + span.rigid + 1 if error else 0
+        worst = Worst(error, wanted.samples[sample], mode)
+        if error <= wanted.tolerance:
+            return span, worst
+        span = span.extended(span.corrections(modes[sample], wanted.tolerance * wanted.gap))
+    raise not_reached(worst, wanted.tolerance)
 
 
 def against_full(
-    span: RitzSpan, factors: dict[str, float], square: float
+    span: RitzSpan, factors: dict[str, float], eigenvalue: float
 ) -> tuple[Worst, Eigenmodes]:
     """Largest error of the natural frequencies against a full solution, and its modes."""
-    full = eigenmodes.below(span.flexibility.changed(*span.matrices(factors)), square)
-    if not full.squares.size:
+    full = eigenmodes.below(span.flexibility.changed(*span.matrices(factors)), eigenvalue)
+    if not full.eigenvalues.size:
         return Worst(0.0, factors, 0), full
-    ritz = span.ritz(factors, np.inf).squares[: full.squares.size]
-    error = np.sqrt(ritz / full.squares) - 1
+    ritz = span.ritz(factors, np.inf).eigenvalues[: full.eigenvalues.size]
+    error = np.sqrt(ritz / full.eigenvalues) - 1
     worst = int(np.argmax(error))
     return Worst(float(error[worst]), factors, worst + span.rigid + 1), full
 
 
 def diagonal(span: RitzSpan, report: BasisReport) -> ReducedBasis:
-    """Turn the vectors so that the nominal stiffness is diagonal."""
+    """Combine the vectors so that the nominal stiffness is diagonal."""
     rigid, size = span.rigid, span.basis.shape[1]
-    turn = np.eye(size)
-    squares = np.zeros(size)
-    squares[rigid:], turn[rigid:, rigid:] = eigh(span.stiffness[0, rigid:, rigid:])
-    stiffness = {
-        name: turn.T @ one @ turn
-        for name, one in zip(span.affine.stiffness, span.stiffness[1:], strict=True)
-    }
-    mass = {
-        name: turn.T @ one @ turn for name, one in zip(span.affine.mass, span.mass[1:], strict=True)
-    }
-    return ReducedBasis(span.basis @ turn, squares, stiffness, mass, rigid, report)
+    combination = np.eye(size)
+    eigenvalues = np.zeros(size)
+    eigenvalues[rigid:], combination[rigid:, rigid:] = eigh(span.stiffness[0, rigid:, rigid:])
+    stiffness, mass = (
+        {
+            name: combination.T @ part @ combination
+            for name, part in zip(names, projected[1:], strict=True)
+        }
+        for names, projected in (
+            (span.affine.stiffness, span.stiffness),
+            (span.affine.mass, span.mass),
+        )
+    )
+    basis = span.basis @ combination
+    return ReducedBasis(basis, eigenvalues, stiffness, mass, rigid, report)
 
 
 def check_policy(up_to: float, tolerance: float, margin: float) -> None:
@@ -207,7 +209,7 @@ def check_policy(up_to: float, tolerance: float, margin: float) -> None:
 
 
 def not_reached(worst: Worst, tolerance: float) -> InputError:
-    """Say how far off the basis still is, and where."""
+    """Say how inaccurate the basis still is, and where."""
     place = ", ".join(f"{name} = {value:.3g}" for name, value in worst.factors.items())
     return InputError(
         f"The natural frequencies are still off by {worst.error:.1e} at {place}, mode "

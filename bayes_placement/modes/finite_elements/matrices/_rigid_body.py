@@ -1,7 +1,4 @@
-"""_rigid_body: in, places and directions of rows, a stiffness; out, motions without strain energy.
-
-Not known here: natural frequencies, mass.
-"""
+"""Motions without strain energy: of a rigid body, of hinges, of loose parts."""
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -37,12 +34,12 @@ def geometric_fields(
     size = np.linalg.norm(arm, axis=1).max() or 1.0
     fields = np.zeros((len(position), 6))
     for axis in range(3):
-        turned = np.cross(np.eye(3)[axis], arm)
+        rotated = np.cross(np.eye(3)[axis], arm)
         fields[direction == axis + 1, axis] = 1.0
         fields[direction == axis + 4, 3 + axis] = 1 / size
         for along in range(3):
             rows = direction == along + 1
-            fields[rows, 3 + axis] = turned[rows, along] / size
+            fields[rows, 3 + axis] = rotated[rows, along] / size
     return fields
 
 
@@ -77,7 +74,7 @@ def free_fields(
 def further_field(factor: SymmetricFactor) -> Float[np.ndarray, "row"] | None:
     """Motion without strain energy that a factorised stiffness still allows, such as a hinge's.
 
-    Inverse iteration runs into it at once; None if what it finds is strained.
+    Inverse iteration converges to it at once; None if its result is strained.
     """
     motion = start_vector(factor.matrix.shape[0])
     for _ in range(2):
@@ -91,16 +88,16 @@ def further_field(factor: SymmetricFactor) -> Float[np.ndarray, "row"] | None:
 def pins(
     fields: Float[np.ndarray, "row field"], direction: Int[np.ndarray, "row"]
 ) -> Int[np.ndarray, "pin"]:
-    """Rows that hold the fields just so: one for each, translations where these suffice."""
+    """Rows that hold the fields: one for each, translations where these suffice."""
     if not fields.shape[1]:
         return np.empty(0, dtype=np.int64)
-    # A rotation may have next to no stiffness (drilling of a shell): held there, all would swing.
+    # A rotation may have almost no stiffness (drilling of a shell): held there, all would swing.
     weight = np.where(direction <= 3, 1.0, 1e-4)
     _, _, order = qr((fields * weight[:, None]).T, mode="economic", pivoting=True)
     return np.sort(order[: fields.shape[1]])
 
 
 def _independent(fields: np.ndarray) -> np.ndarray:
-    """Fields without those that do nothing, or what others do."""
+    """Fields without those that vanish or depend on others."""
     left, size, _ = np.linalg.svd(fields, full_matrices=False)
     return left[:, size > RANK * max(size.max(initial=0.0), 1e-300)]

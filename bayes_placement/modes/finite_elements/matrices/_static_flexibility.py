@@ -1,7 +1,4 @@
-"""_static_flexibility: in, stiffness and mass of a structure; out, displacement under dead load.
-
-Not known here: natural frequencies, rows that are held, files.
-"""
+"""Static flexibility of all elastic modes, with inertia relief of rigid-body modes."""
 
 from dataclasses import dataclass
 
@@ -15,7 +12,7 @@ from . import _rigid_body as rigid_body
 from ._symmetric_factor import SymmetricFactor, blocks, factorised
 
 MECHANISMS = 12
-"""So many motions without strain energy may exist beside the geometric ones."""
+"""Motions without strain energy that may exist besides those of a rigid body."""
 
 MASSLESS = 1e-12  # of the largest inertia of a field, below which a field counts as massless
 
@@ -67,21 +64,21 @@ class StaticFlexibility:
         return np.setdiff1d(np.arange(self.mass.shape[0]), self.pins)
 
     def between(
-        self, rows: Int[np.ndarray, "to"], columns: Int[np.ndarray, "come_from"], power: int
-    ) -> Float[np.ndarray, "to come_from"]:
-        """Sum of phi phi / omega_n^(2 power) between chosen rows, a block of columns at once."""
-        found = np.empty((rows.size, columns.size))
+        self, rows: Int[np.ndarray, "response"], columns: Int[np.ndarray, "reference"], power: int
+    ) -> Float[np.ndarray, "response reference"]:
+        """Sum of phi phi / omega_n^(2 power) between chosen rows, by blocks of columns."""
+        flexibility = np.empty((rows.size, columns.size))
         for block in blocks(columns.size):
             unit = np.zeros((self.mass.shape[0], columns[block].size))
             unit[columns[block], np.arange(unit.shape[1])] = 1.0
             displacement = self(unit)
             for _ in range(power - 1):
                 displacement = self(self.mass @ displacement)
-            found[:, block] = displacement[rows]
-        return found
+            flexibility[:, block] = displacement[rows]
+        return flexibility
 
     def changed(self, stiffness: csc_array, mass: csc_array) -> "StaticFlexibility":
-        """The same for other matrices, with the same motions free of strain energy."""
+        """Return the same for other matrices, with the same motions free of strain energy."""
         fields = mass_orthonormal(self.fields, mass)
         factor = factorised(_among(stiffness, self.moving))
         return StaticFlexibility(stiffness, mass, fields, self.pins, factor)
@@ -106,8 +103,8 @@ def static_flexibility(
 
     Raises
     ------
-    ValueError
-        If more and more motions without strain energy are found, or one of them has no mass.
+    InputError
+        If there are too many motions without strain energy, or one of them has no mass.
     """
     for _ in range(MECHANISMS + 1):
         fields = mass_orthonormal(fields, mass)
@@ -121,7 +118,7 @@ def static_flexibility(
         field[moving, 0] = further
         fields = np.hstack([fields, field])
     raise InputError(
-        f"The stiffness allows more than {MECHANISMS} motions without strain energy beside those "
+        f"The stiffness allows more than {MECHANISMS} motions without strain energy besides those "
         "of a rigid body; hardly any structure has so many hinges. Look for parts that nothing "
         "joins, rows without stiffness, or a stiffness in the wrong units."
     )
@@ -134,7 +131,7 @@ def mass_orthonormal(
 
     Raises
     ------
-    ValueError
+    InputError
         If a combination of them has no mass.
     """
     if not fields.shape[1]:
@@ -152,7 +149,7 @@ def mass_orthonormal(
 
 
 def with_sign(shape: Float[np.ndarray, "row mode"]) -> Float[np.ndarray, "row mode"]:
-    """Shapes whose largest entry is positive; of several as large, to rounding, the first."""
+    """Shapes whose largest entry is positive; of several equal ones, to rounding, the first."""
     size = np.abs(shape)
     first = np.argmax(size >= (1 - 1e-6) * size.max(axis=0), axis=0)
     return shape * np.sign(shape[first, np.arange(shape.shape[1])])

@@ -1,7 +1,4 @@
-"""_symmetric_factor: in, a sparse symmetric matrix in order; out, its factor, solutions, inertia.
-
-Not known here: what the matrix stands for.
-"""
+"""Factors of a sparse symmetric matrix: solutions and inertia."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,7 +10,7 @@ from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import splu
 
 BLOCK = 64
-"""Right-hand sides that are solved at once."""
+"""Right-hand sides that are solved together."""
 
 BACKWARD_ERROR = 1e-12  # above which a factor without pivoting is not trusted
 
@@ -38,30 +35,30 @@ class SymmetricFactor:
         return solution
 
     def negative_pivots(self) -> int:
-        """How many eigenvalues are negative, by Sylvester's law of inertia."""
+        """Number of negative eigenvalues, by Sylvester's law of inertia."""
         return int(np.count_nonzero(self.triangles.U.diagonal() < 0))
 
     def trustworthy(self) -> bool:
-        """Whether no row was exchanged, and a solution solves equations that are nearly these.
+        """Tell whether no row was exchanged and the backward error is small.
 
         The backward error of Rigal and Gaches (1967, DOI 10.1145/321406.321416): near a natural
-        frequency a solution is large, and so is its residual, in the best of factors.
+        frequency a solution is large, and so is its residual, however good the factor.
         """
-        kept = np.array_equal(self.triangles.perm_r, self.triangles.perm_c)
+        unpivoted = np.array_equal(self.triangles.perm_r, self.triangles.perm_c)
         right = start_vector(self.matrix.shape[0])
         solution = self.solve(right)
         residual = np.abs(self.matrix @ solution - right).max()
         size = np.abs(self.matrix).sum(axis=1).max() * np.abs(solution).max() + np.abs(right).max()
-        return bool(kept and residual < BACKWARD_ERROR * size)
+        return bool(unpivoted and residual < BACKWARD_ERROR * size)
 
 
 def factorised(matrix: csc_array) -> SymmetricFactor:
-    """Factor of a symmetric matrix; a pivot that vanishes is made one of rounding size."""
+    """Factor of a symmetric matrix; a zero pivot is replaced by one of rounding size."""
     try:
         return SymmetricFactor(matrix, _triangles(matrix))
     except RuntimeError:  # SuperLU: exactly singular
-        lifted = csc_array(matrix + 1e-14 * diags_array(_positive(matrix.diagonal())))
-        return SymmetricFactor(matrix, _triangles(lifted))
+        shifted = csc_array(matrix + 1e-14 * diags_array(_positive(matrix.diagonal())))
+        return SymmetricFactor(matrix, _triangles(shifted))
 
 
 def blocks(count: int) -> Iterator[slice]:
@@ -70,7 +67,7 @@ def blocks(count: int) -> Iterator[slice]:
 
 
 def start_vector(size: int, seed: int = 0) -> Float[np.ndarray, "row"]:
-    """A vector without preference, always the same."""
+    """A random vector, always the same."""
     return np.random.default_rng(seed).standard_normal(size)
 
 

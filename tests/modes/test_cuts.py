@@ -1,4 +1,4 @@
-"""jumps: textbook cuts, finite elements cut open, quadrature of the shapes."""
+"""Cuts: textbook openings, finite elements cut open, quadrature of the shapes."""
 
 import functools
 import itertools
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bayes_placement import beams
-from bayes_placement.modes import _jumps
+from bayes_placement.modes import _cuts
 from tests.simulator.hermite_elements import (
     AREA,
     AXIAL,
@@ -45,14 +45,14 @@ def line(kind, ends):
 
 
 def cut(one, at, *orders):
-    return _jumps.jumps(one, [at] * len(orders), orders)
+    return _cuts.cut(one, [at] * len(orders), orders)
 
 
 def table(one, order, first=PLACES, second=CUTS, derivative=0):
-    """Shapes of jumps at the second places, read at the first."""
+    """Shapes of openings at the second places, read at the first."""
 
     def read(x, at):
-        return _jumps.shapes(one, cut(one, at, order), x, derivative)[0]
+        return _cuts.shapes(one, cut(one, at, order), x, derivative)[0]
 
     every = jax.vmap(lambda x: jax.vmap(lambda at: read(x, at))(second))
     return np.asarray(jax.jit(lambda: every(first))())
@@ -91,10 +91,10 @@ def test_finite_elements_open_a_cut_alike(ends, component, order, unit):
     np.testing.assert_allclose(found / unit, nodal / unit, atol=1e-7)
     scale = BENDING * unit**2 / LENGTH**3
     stiffnesses = np.array([one[1] for one in expected])
-    found = own(beam, order, _jumps.stress)
+    found = own(beam, order, _cuts.stiffness)
     np.testing.assert_allclose(found / scale, stiffnesses / scale, atol=1e-4)
     masses, scale = np.array([one[2] for one in expected]), MASS * unit**2
-    np.testing.assert_allclose(own(beam, order, _jumps.mass) / scale, masses / scale, atol=1e-7)
+    np.testing.assert_allclose(own(beam, order, _cuts.mass) / scale, masses / scale, atol=1e-7)
 
 
 @pytest.mark.parametrize(("kind", "ends", "order"), CASES)
@@ -125,14 +125,14 @@ def test_seen_from_the_other_end_a_cut_opens_the_other_way(kind, ends, order):
     ],
 )
 def test_the_stiffness_against_a_moved_support_is_that_of_textbooks(kind, ends, order, expected):
-    found = own(line(kind, ends), order, _jumps.stress, jnp.zeros(1))
+    found = own(line(kind, ends), order, _cuts.stiffness, jnp.zeros(1))
     np.testing.assert_allclose(found, expected, rtol=1e-10)
 
 
 def test_turning_a_clamp_also_takes_a_shear_force():
     # Slope-deflection equations: 6 E I / L^2 between the two.
     beam = line("beam", "fixed-fixed")
-    found = jax.jit(lambda: _jumps.stress(beam, cut(beam, 0.0, 2, 3)))()
+    found = jax.jit(lambda: _cuts.stiffness(beam, cut(beam, 0.0, 2, 3)))()
     np.testing.assert_allclose(np.abs(found[0, 1]), 6 * BENDING / LENGTH**2, rtol=1e-9)
     np.testing.assert_allclose(found[1, 0], found[0, 1], rtol=1e-9)
 
@@ -142,7 +142,7 @@ def test_turning_a_clamp_also_takes_a_shear_force():
 )
 def test_what_is_statically_determinate_has_no_self_stress(ends):
     for order in (2, 3):
-        found = own(line("beam", ends), order, _jumps.stress)
+        found = own(line("beam", ends), order, _cuts.stiffness)
         np.testing.assert_allclose(np.abs(found), 0.0, atol=1e-9 * BENDING)
 
 
@@ -170,17 +170,17 @@ def test_a_moved_support_moves_the_beam():
 )
 def test_masses_and_participations_are_products_of_shapes(kind, ends, orders):
     one, places = line(kind, ends), [0.37 * LENGTH, 0.81 * LENGTH]
-    cuts = _jumps.jumps(one, places, orders)
+    cuts = _cuts.cut(one, places, orders)
     node, weight = np.polynomial.legendre.leggauss(40)
     bounds = np.array([0.0, *places, LENGTH])  # every side of the cuts by its own rule
     sizes = np.diff(bounds)[:, None]
     x = jnp.asarray((bounds[:-1, None] + sizes * (node + 1) / 2).ravel())
     w = (sizes * weight / 2).ravel() * DENSITY * AREA
-    read = jax.vmap(lambda x: (one.shapes(x)[0], _jumps.shapes(one, cuts, x)))
+    read = jax.vmap(lambda x: (one.shapes(x)[0], _cuts.shapes(one, cuts, x)))
     phi, jumps = map(np.asarray, jax.jit(lambda: read(x))())
     rigid = one.rigid_body_modes
-    found, mass = jax.jit(lambda: (_jumps.participation(one, one, cuts), _jumps.mass(one, cuts)))()
+    found, mass = jax.jit(lambda: (_cuts.participation(one, one, cuts), _cuts.mass(one, cuts)))()
     np.testing.assert_allclose(found, (phi.T * w @ jumps)[rigid:], atol=1e-10)
     np.testing.assert_allclose(mass, jumps.T * w @ jumps, rtol=1e-9, atol=1e-12)
-    # Jumps move the structure without moving it as a rigid body.
+    # Openings move the structure without moving it as a rigid body.
     np.testing.assert_allclose((phi.T * w @ jumps)[:rigid], 0.0, atol=1e-10)

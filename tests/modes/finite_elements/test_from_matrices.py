@@ -108,7 +108,7 @@ def some_rows(matrices, axes, count):
 def test_natural_frequencies_are_those_handed_over(model, name):
     count, _ = RECOMMENDED[name]
     modes = kept(model, count)
-    found = np.sqrt(modes.squares[:count]) / (2 * np.pi)
+    found = np.sqrt(modes.eigenvalues[:count]) / (2 * np.pi)
     np.testing.assert_allclose(found, model.frequency[:count], rtol=1e-6)
 
 
@@ -118,7 +118,7 @@ def test_receptances_are_those_of_a_direct_solution(model, name):
     modes = kept(model, count)
     rows, places, directions = some_rows(model.matrices, modes.axes, 5)
     frequency = np.linspace(0.05, 1.03, 25) * model.frequency[in_band - 1]
-    expected = direct(model.matrices, rows, frequency, modes.squares.size)
+    expected = direct(model.matrices, rows, frequency, modes.eigenvalues.size)
     found = receptance(modes, places, directions, frequency)
     assert error(found, expected) < 0.005
     plain = receptance(_without_statics(modes), places, directions, frequency)
@@ -181,7 +181,7 @@ def navier(places, frequency):
 
 def test_a_scikit_fem_plate_is_that_of_navier():
     modes = finite_elements.modes(*handed_plate(skfem.ElementQuadBFS), up_to=8000.0)
-    found = np.sqrt(modes.squares[:8]) / (2 * np.pi)
+    found = np.sqrt(modes.eigenvalues[:8]) / (2 * np.pi)
     np.testing.assert_allclose(found, np.sort(NATURAL)[:8] / (2 * np.pi), rtol=2e-3)
     places = np.array([[0.131, 0.077, 0.0], [0.252, 0.203, 0.0], [0.333, 0.058, 0.0]])
     frequency = np.array([60.0, 120.0, 260.0, 420.0])
@@ -207,7 +207,7 @@ def test_a_scikit_fem_plate_of_morley_responds_as_its_matrices_do():
     modes = finite_elements.modes(*handed, up_to=6000.0)
     rows, places, directions = some_rows(handed.matrices, (3,), 4)
     frequency = np.linspace(40.0, 500.0, 30)
-    expected = direct(handed.matrices, rows, frequency, modes.squares.size)
+    expected = direct(handed.matrices, rows, frequency, modes.eigenvalues.size)
     assert error(receptance(modes, places, directions, frequency), expected) < 0.005
 
 
@@ -256,7 +256,7 @@ def test_a_scikit_fem_solid_responds_as_its_matrices_do():
     modes = finite_elements.modes(*handed, up_to=12000.0)
     rows, places, directions = some_rows(handed.matrices, (1, 2, 3), 4)
     frequency = np.linspace(50.0, 1500.0, 30)
-    expected = direct(handed.matrices, rows, frequency, modes.squares.size)
+    expected = direct(handed.matrices, rows, frequency, modes.eigenvalues.size)
     assert error(receptance(modes, places, directions, frequency), expected) < 0.01
 
 
@@ -332,7 +332,7 @@ def test_a_frame_in_space_responds_as_its_matrices_do():
     modes = finite_elements.modes(matrices, reading, up_to=4000.0)
     rows, places, directions = some_rows(matrices, (1, 2, 3), 4)
     frequency = np.linspace(5.0, 200.0, 40)
-    expected = direct(matrices, rows, frequency, modes.squares.size)
+    expected = direct(matrices, rows, frequency, modes.eigenvalues.size)
     assert error(receptance(modes, places, directions, frequency), expected) < 0.005
 
 

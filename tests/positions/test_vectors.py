@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bayes_placement.positions.orientation import rotation, unit_vector
+from bayes_placement.positions.vectors import rotation, unit_vector
 
 ANGLES = np.random.default_rng(5).uniform(-3, 3, (20, 3))
 several = jax.jit(jax.vmap(rotation))

@@ -1,7 +1,4 @@
-"""_supports_in_space: in, a place in space and a tolerance; out, the law of where it may be.
-
-Not known here: mode shapes, sensors, data. Every support is clipped to the structure.
-"""
+"""Tolerances in space: a box, a member, a patch of a surface, a ball; clipped to the structure."""
 
 from typing import Any
 
@@ -10,16 +7,16 @@ import numpy as np
 from numpyro.distributions import Uniform
 
 from .._types import InputError
-from .bounds import HAIR, Bounds, box, clipped, hair, inside, words
+from ._tolerance import Tolerance, off_structure
+from .bounds import ROUNDING, Bounds, bounds_text, box, clipped, inside, rounding_margin
 from .places import Cartesian, InBall, OnMember, OnPatch
-from .tolerance_region import Support, nothing_left
 from .vectors import Coordinates, Vector, direction_of, right_angled, triple, vector
 
-_FARTHEST = 0.1  # of the length of a member, by which a recorded place may miss its axis
+_OFF_AXIS = 0.1  # of the length of a member, by which a recorded position may miss its axis
 
 
-class Box(Support):
-    """A box along the axes of the structure: recorded place and what the glue may be off.
+class Box(Tolerance):
+    """A box along the axes of the structure about the recorded position.
 
     Parameters
     ----------
@@ -48,25 +45,25 @@ class Box(Support):
         return self.centre
 
     def around(self, centre: Any) -> "Box":
-        """Return the same tolerances about another place."""
+        """Return the same tolerances about another recorded position."""
         return Box(centre, within=self.within)
 
     def scaled(self, factor: float) -> "Box":
-        """Return a box so many times as large about the same place."""
+        """Return a box `factor` times as large about the same position."""
         return Box(self.centre, within=triple(factor * np.array(self.within)))
 
     def on(self, bounds: Bounds) -> Cartesian:
-        """Uniform law of each coordinate [m] that has a tolerance and room."""
+        """Uniform distribution of each coordinate [m] along which box and structure extend."""
         corners = box(bounds, self)
         sides = zip(self.centre, self.within, *corners, strict=True)
-        coordinates = [_side(*side, hair(corners)) for side in sides]
-        if any(one is None for one in coordinates):
-            raise InputError(nothing_left(self, bounds))
+        coordinates = [_side(*side, rounding_margin(corners)) for side in sides]
+        if any(coordinate is None for coordinate in coordinates):
+            raise InputError(off_structure(self, bounds))
         x, y, z = coordinates
         return Cartesian(x, y, z)  # type: ignore[arg-type]
 
 
-class Member(Support):
+class Member(Tolerance):
     """A stretch of a straight member of a frame.
 
     Parameters
@@ -74,7 +71,7 @@ class Member(Support):
     start, end
         Where its axis begins and ends [m].
     centre
-        Recorded position [m], which is taken to its foot on the axis; None for the whole member.
+        Recorded position [m], projected onto the axis; None for the entire member.
     within
         Greatest deviation along the member to either side [m].
     """
@@ -98,33 +95,33 @@ class Member(Support):
         direction_of("Member(end - start)", np.subtract(self.end, self.start))
         if (self.centre is None) != (self.within is None) or not self._reach() > 0:
             raise InputError(
-                f"Member(centre={centre}, within={within}) was given; a recorded place and a "
-                "positive tolerance [m] are needed, or neither for the whole member: "
+                f"Member(centre={centre}, within={within}) was given; a recorded position "
+                "and a positive tolerance [m] are needed, or neither for the entire member: "
                 "centre=(0.0, 0.0, 0.7), within=0.02."
             )
-        self._check_beside()
+        self._check_on_axis()
 
     def _reach(self) -> float:
         return np.inf if self.within is None else self.within
 
-    def _check_beside(self) -> None:
+    def _check_on_axis(self) -> None:
         if self.centre is None:
             return
         along, direction, length = self._foot()
-        beside = np.linalg.norm(np.subtract(self.centre, self.start) - along * direction)
-        if beside > _FARTHEST * length:
+        distance = np.linalg.norm(np.subtract(self.centre, self.start) - along * direction)
+        if distance > _OFF_AXIS * length:
             raise InputError(
-                f"Member(centre={self.centre}) lies {beside:g} m beside the axis from {self.start} "
-                f"to {self.end} m, more than a tenth of its length; a place on this member is "
+                f"Member(centre={self.centre}) lies {distance:g} m off the axis from {self.start} "
+                f"to {self.end} m, more than a tenth of its length; a position on this member is "
                 "needed. Give the member that it sits on."
             )
 
     def _foot(self) -> tuple[float, np.ndarray, float]:
-        """Recorded place along the member [m], its direction and its length [m]."""
-        whole = np.subtract(self.end, self.start)
-        length = float(np.linalg.norm(whole))
+        """Recorded position along the member [m], its direction and its length [m]."""
+        axis = np.subtract(self.end, self.start)
+        length = float(np.linalg.norm(axis))
         centre = np.add(self.start, self.end) / 2 if self.centre is None else self.centre
-        return float((centre - np.array(self.start)) @ whole / length), whole / length, length
+        return float((centre - np.array(self.start)) @ axis / length), axis / length, length
 
     @property
     def recorded(self) -> Coordinates:
@@ -136,27 +133,28 @@ class Member(Support):
         return Member(self.start, self.end, centre=centre, within=self.within)
 
     def scaled(self, factor: float) -> "Member":
-        """Return a stretch so many times as long about the same place."""
+        """Return a stretch `factor` times as long about the same position."""
         if self.within is None:
             raise InputError(
-                "A whole positions.Member was to have another tolerance, but it has no recorded "
-                "place to be off from. Give one: centre=(0.0, 0.0, 0.7), within=0.02."
+                "A positions.Member without `within` was to have another tolerance, but its "
+                "tolerance is the entire member. Give a recorded position: centre=(0.0, 0.0, 0.7), "
+                "within=0.02."
             )
         return Member(self.start, self.end, centre=self.centre, within=factor * self.within)
 
     def on(self, bounds: Bounds) -> OnMember:
-        """Uniform law of the distance from the start [m]."""
+        """Uniform distribution of the distance from the start [m]."""
         corners = box(bounds, self)
         foot, direction, length = self._foot()
         stretch = (max(foot - self._reach(), 0.0), min(foot + self._reach(), length))
         low, high = clipped(np.array(self.start), direction, stretch, corners)
         ends = np.array(self.start) + np.outer((low, high), direction)
         if not low < high or not inside(ends, corners).all():
-            raise InputError(nothing_left(self, bounds))
+            raise InputError(off_structure(self, bounds))
         return OnMember(Uniform(low, high), start=self.start, direction=triple(direction))
 
 
-class Patch(Support):
+class Patch(Tolerance):
     """A flat rectangular patch of a surface.
 
     Parameters
@@ -187,7 +185,7 @@ class Patch(Support):
         if not min(self.within) > 0:
             raise InputError(
                 f"Patch(within={within}) was given; two positive tolerances [m] are needed. A "
-                "place that can be off along one direction only is a positions.Member."
+                "position that is uncertain along one direction only is a positions.Member."
             )
 
     @property
@@ -196,32 +194,32 @@ class Patch(Support):
         return self.centre
 
     def around(self, centre: Any) -> "Patch":
-        """Return the same patch about another place."""
+        """Return the same patch about another recorded position."""
         return Patch(centre, *self.directions, within=self.within)
 
     def scaled(self, factor: float) -> "Patch":
-        """Return a patch so many times as large about the same place."""
+        """Return a patch `factor` times as large about the same position."""
         within = (factor * self.within[0], factor * self.within[1])
         return Patch(self.centre, *self.directions, within=within)
 
     def on(self, bounds: Bounds) -> OnPatch:
-        """Uniform law of the distances from the centre along the two directions [m]."""
+        """Uniform distribution of the distances from the centre along both directions [m]."""
         corners = box(bounds, self)
         centre, directions = np.array(self.centre), np.array(self.directions)
-        alone = np.sum(np.abs(directions) > HAIR, axis=0) == 1
+        in_one_only = np.sum(np.abs(directions) > ROUNDING, axis=0) == 1
         sides = [
-            clipped(centre, direction * alone, (-within, within), corners)
+            clipped(centre, direction * in_one_only, (-within, within), corners)
             for direction, within in zip(directions, self.within, strict=True)
         ]
         if not all(low < high for low, high in sides):
-            raise InputError(nothing_left(self, bounds))
+            raise InputError(off_structure(self, bounds))
         (left, right), (low, high) = sides
         lengths = np.array([[left, low], [left, high], [right, low], [right, high]])
         if not inside(centre + lengths @ directions, corners).all():
             raise InputError(
-                f"{self} m reaches out of the structure ({words(bounds)}), and what is left of it "
-                "is empty or no rectangle along its two directions. Make `within` smaller, or "
-                "turn the directions along the edge that cuts it."
+                f"{self} m reaches out of the structure ({bounds_text(bounds)}), and what is left "
+                "of it is empty or no rectangle along its two directions. Make `within` smaller, "
+                "or turn the directions along the edge that cuts it."
             )
         return OnPatch(
             Uniform(left, right),
@@ -231,8 +229,8 @@ class Patch(Support):
         )
 
 
-class Ball(Support):
-    """A ball: a place that may be off in any direction alike.
+class Ball(Tolerance):
+    """A ball: a position that is equally uncertain in all directions.
 
     Parameters
     ----------
@@ -260,28 +258,28 @@ class Ball(Support):
         return self.centre
 
     def around(self, centre: Any) -> "Ball":
-        """Return the same ball about another place."""
+        """Return the same ball about another recorded position."""
         return Ball(centre, self.radius)
 
     def scaled(self, factor: float) -> "Ball":
-        """Return a ball so many times as large about the same place."""
+        """Return a ball `factor` times as large about the same position."""
         return Ball(self.centre, factor * self.radius)
 
     def on(self, bounds: Bounds) -> InBall:
-        """Uniform law in the ball as far as the box about the structure goes."""
+        """Uniform distribution in the part of the ball within the box about the structure."""
         low, high = box(bounds, self)
         place = InBall((), self.centre, self.radius, (low, high))
         if place.cut.is_empty:
-            raise InputError(nothing_left(self, bounds))
-        laws = (Uniform(0.0, 1.0),) * sum(place.axes)
-        return InBall(laws, self.centre, self.radius, (low, high))
+            raise InputError(off_structure(self, bounds))
+        shares = (Uniform(0.0, 1.0),) * sum(place.axes)
+        return InBall(shares, self.centre, self.radius, (low, high))
 
 
 def _side(
-    centre: float, within: float, low: float, high: float, rounding: float
+    centre: float, within: float, low: float, high: float, margin: float
 ) -> Uniform | float | None:
     """One coordinate of a box [m]; None where it misses the structure."""
     start, end = max(centre - within, low), min(centre + within, high)
-    if within > 0 and high - low > rounding:
+    if within > 0 and high - low > margin:
         return Uniform(start, end) if start < end else None
-    return (start + end) / 2 if start <= end + rounding else None
+    return (start + end) / 2 if start <= end + margin else None

@@ -1,0 +1,107 @@
+"""Static shapes of unit openings at cuts of a uniform line, and their mass and stiffness.
+
+An opening of order q is conjugate to the internal force that is the q-th derivative of the shape:
+axial force of a bar (1), bending moment (2) and shear force (3) of a beam.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._types import Parameter
+from .beams.uniform_line import UniformLine
+from .changed import bending_shapes
+from .modes import Modes
+
+_ROUNDING = 1e-12  # of the length
+
+Square = Float[Array, "cut cut"]
+
+
+class Cuts(NamedTuple):
+    """Positions of cuts [m], and the order of the internal force at each, in ascending order."""
+
+    positions: Float[Array, "cut"]
+    orders: tuple[int, ...]
+
+    def by_order(self) -> list[tuple[int, Float[Array, "of_order"]]]:
+        """Positions of each order."""
+        orders = np.array(self.orders)
+        return [(int(order), self.positions[orders == order]) for order in np.unique(orders)]
+
+
+def cut(line: UniformLine, positions: Sequence[Parameter], orders: Sequence[int]) -> Cuts:
+    """Cut a line; a cut at an end lies between the structure and its support."""
+    at = jnp.stack([jnp.asarray(position, dtype=float) for position in positions])
+    # Just outside of an end, so that all of the structure is on the inner side.
+    margin = _ROUNDING * line.length
+    outside = jnp.where(at < margin, -margin, line.length + margin)
+    at_end = (at < margin) | (at > line.length - margin)
+    return Cuts(jnp.where(at_end, outside, at), tuple(orders))
+
+
+def shapes(
+    line: UniformLine, cuts: Cuts, position: Float[Array, ""], derivative: int = 0
+) -> Float[Array, "cut"]:
+    """Static shape of each unit opening, by reciprocity the internal force under a unit force.
+
+    Deflection or slope right of the cut less that left of it is 1.
+    """
+    of_orders = [
+        _sign(line, order)
+        * jax.vmap(lambda at, order=order: line.green(position, at, (derivative, order)))(positions)
+        for order, positions in cuts.by_order()
+    ]
+    return jnp.concatenate(of_orders)
+
+
+def mass(line: UniformLine, cuts: Cuts) -> Square:
+    """Mass products of the shapes of openings."""
+    return line.density * line.area * _green_matrix(line, cuts, 2)
+
+
+def stiffness(line: UniformLine, cuts: Cuts) -> Square:
+    """Internal force at each cut that resists a unit opening at each.
+
+    It is zero where the structure is statically determinate.
+    """
+    return -line.stiffness * _green_matrix(line, cuts, 1)
+
+
+def _green_matrix(line: UniformLine, cuts: Cuts, power: int) -> Square:
+    """Green's function between all cuts, differentiated by their orders."""
+
+    def block(row: tuple[int, Any], column: tuple[int, Any]) -> Any:
+        orders = (row[0], column[0])
+        sign = _sign(line, row[0]) * _sign(line, column[0])
+        green = jax.vmap(lambda y, x: line.green(x, y, orders, power), in_axes=(0, None))
+        return sign * jax.vmap(green, in_axes=(None, 0))(column[1], row[1])
+
+    rows = [
+        jnp.concatenate([block(row, column) for column in cuts.by_order()], axis=1)
+        for row in cuts.by_order()
+    ]
+    return jnp.concatenate(rows)
+
+
+def participation(modes: Modes, line: UniformLine, cuts: Cuts) -> Float[Array, "elastic cut"]:
+    """Mass product of each elastic mode with the shape of each opening.
+
+    The internal force in the mode over omega_n^2.
+    """
+    elastic = slice(modes.rigid_body_modes, None)
+    forces = [
+        _sign(line, order)
+        * line.stiffness
+        * jax.vmap(lambda at, order=order: bending_shapes(modes, at, order))(positions)[:, elastic]
+        for order, positions in cuts.by_order()
+    ]
+    return jnp.concatenate(forces).T / modes.angular_frequency()[elastic, None] ** 2
+
+
+def _sign(line: UniformLine, order: int) -> int:
+    return (-1) ** (order - line.half_order)

@@ -1,0 +1,94 @@
+"""Eigenpairs of a symmetric matrix, with derivatives also where eigenvalues are repeated.
+
+Eigenvectors of a repeated eigenvalue have no derivative, but a receptance, made of all of them, has
+one. `Eigenpairs.coupling` and `coupling_receptance` keep the part that no eigenvector can have.
+"""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float, Inexact
+
+from .. import _types  # noqa: F401  double precision, before the first array is made
+
+_CLOSE = 1e-6  # of the greater eigenvalue of a pair, below which it counts as repeated
+_ROUNDING = 1e-12  # of the greatest eigenvalue of all: rigid-body modes are repeated zeros
+
+ModalResponse = Inexact[Array, "response mode frequency"]
+ModalReference = Inexact[Array, "reference mode frequency"]
+Receptance = Complex[Array, "response reference frequency"]
+
+
+class Eigenpairs(NamedTuple):
+    """Eigenpairs in ascending order, and what still couples those that coincide.
+
+    Parameters
+    ----------
+    values
+        Eigenvalues.
+    vectors
+        Eigenvectors as columns.
+    coupling
+        The matrix between eigenvectors of one repeated eigenvalue, off its diagonal. It is zero,
+        but its derivative is not: it is what the derivatives of the vectors leave out.
+    """
+
+    values: Float[Array, "mode"]
+    vectors: Float[Array, "mode mode"]
+    coupling: Float[Array, "mode mode"]
+
+
+def eigenpairs(matrix: Float[Array, "mode mode"]) -> Eigenpairs:
+    """Eigenpairs whose first derivatives are finite and exact, by perturbation.
+
+    Nelson, AIAA Journal 14 (1976) 1201, DOI 10.2514/3.7211, for vectors of distinct eigenvalues.
+    Derivatives of second order are exact where no eigenvalue is repeated.
+    """
+    return Eigenpairs(*_eigh(matrix))
+
+
+@jax.custom_jvp
+def _eigh(matrix: Float[Array, "mode mode"]) -> tuple[Any, Any, Any]:
+    return (*jnp.linalg.eigh(matrix), jnp.zeros(matrix.shape))
+
+
+@_eigh.defjvp
+def _eigh_jvp(primals: Any, tangents: Any) -> tuple[Any, Any]:
+    values, vectors, coupling = _eigh(*primals)
+    change = vectors.T @ tangents[0] @ vectors
+    gap = values[None, :] - values[:, None]
+    size = jnp.maximum(jnp.abs(values[None, :]), jnp.abs(values[:, None]))
+    close = jnp.abs(gap) <= _CLOSE * size + _ROUNDING * jnp.max(jnp.abs(values))
+    rotation = jnp.where(close, 0.0, change / jnp.where(close, 1.0, gap))
+    repeated = close & ~jnp.eye(values.size, dtype=bool)
+    changes = (jnp.diagonal(change), vectors @ rotation, jnp.where(repeated, change, 0.0))
+    return (values, vectors, coupling), changes
+
+
+@jax.custom_jvp
+def coupling_receptance(
+    coupling: Float[Array, "mode mode"], response: ModalResponse, reference: ModalReference
+) -> Receptance:
+    """First-order change of a receptance by a coupling of modes whose value is zero.
+
+    Parameters
+    ----------
+    coupling
+        Stiffness [(rad/s)^2] between modes of one frequency: zero, with a derivative.
+    response, reference
+        Modal receptances times the shapes at the points of response and of reference.
+
+    Returns
+    -------
+    Receptance
+        Zero [m/N]; its derivative is - response d(coupling) reference.
+    """
+    return jnp.zeros((response.shape[0], reference.shape[0], response.shape[-1]), complex)
+
+
+@coupling_receptance.defjvp
+def _coupling_receptance_jvp(primals: Any, tangents: Any) -> tuple[Any, Any]:
+    _, response, reference = primals
+    change = -jnp.einsum("pnf,nm,qmf->pqf", response, tangents[0], reference)
+    return coupling_receptance(*primals), change

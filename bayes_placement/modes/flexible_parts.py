@@ -1,0 +1,223 @@
+"""Modes of a finite element model some of whose supports, regions or members change."""
+
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from .._types import InputError, Parameter
+from .changed import changed, over_changed_modes
+from .finite_elements.interpolation import Interpolation
+from .finite_elements.nodal_modes import NodalModes
+from .finite_elements.static_shapes import StaticShapes
+from .interface_compliance import CompliantModes, Interface, ResidualShapes, compliant_modes
+from .modes import Modes
+from .underlying import underlying_nodal_modes
+
+Number: TypeAlias = int | Int[Array | np.ndarray, ""]
+Matrix: TypeAlias = Float[Array, "rows columns"]
+
+_DEPENDENT = 1e-6  # of a modal mass, below which a combination of shapes depends on others
+
+
+class SoftenedSupport(NamedTuple):
+    """A support on springs.
+
+    Parameters
+    ----------
+    support
+        Number of the support.
+    spring
+        Compliance of its springs: [rad/(N m)] in a rotation, [m/N] in a translation, [m^2/N] along
+        an edge.
+    """
+
+    support: Number
+    spring: Parameter
+
+    def number(self, static_shapes: StaticShapes) -> Number:
+        """Number of the support among all flexible parts."""
+        return self.support
+
+    def compliance(self, nodal: NodalModes) -> Float[Array, ""]:
+        """Compliance in unit patterns."""
+        return jnp.asarray(self.spring, float)
+
+    def has_static_shapes(self, static_shapes: StaticShapes) -> bool:
+        """Tell whether static shapes of supports are known."""
+        return bool(static_shapes.supports)
+
+    def stiffness(self, nodal: NodalModes) -> Matrix:
+        """Raise, since the kept modes do not move at a support.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError(
+            "A support was to become soft, but its static shapes are not known for these modes: "
+            "they are those of one stiffness matrix, which only youngs_modulus and density may "
+            "scale. Use finite_elements.modes(matrices, ..., soft={...})."
+        )
+
+
+class WeakenedRegion(NamedTuple):
+    """A region that loses a share of its stiffness.
+
+    Parameters
+    ----------
+    region
+        Number of the region.
+    loss
+        The share [1].
+    """
+
+    region: Number
+    loss: Parameter
+
+    def number(self, static_shapes: StaticShapes) -> Number:
+        """Number of the region among all flexible parts."""
+        return len(static_shapes.supports) + jnp.asarray(self.region)
+
+    def compliance(self, nodal: NodalModes) -> Float[Array, ""]:
+        """Compliance in unit patterns."""
+        return _compliance_of_loss(self.loss) / nodal.stiffness_scale()
+
+    def has_static_shapes(self, static_shapes: StaticShapes) -> bool:
+        """Tell whether static shapes of regions are known."""
+        return bool(static_shapes.regions)
+
+    def stiffness(self, nodal: NodalModes) -> Matrix:
+        """Stiffness [(rad/s)^2] that the loss adds over the modes."""
+        region = jnp.asarray(nodal.regions.matrices)[self.region]
+        return -self.loss * region * nodal.stiffness_scale() / nodal.mass_scale()
+
+
+class StretchedMember(NamedTuple):
+    """A member under tension: a region of geometric stiffness that gains a share of it.
+
+    Parameters
+    ----------
+    member
+        Number of the member.
+    tension
+        Tension [N].
+    """
+
+    member: Number
+    tension: Parameter
+
+    def number(self, static_shapes: StaticShapes) -> Number:
+        """Number of the member among all flexible parts."""
+        before = len(static_shapes.supports) + len(static_shapes.regions)
+        return before + jnp.asarray(self.member)
+
+    def compliance(self, nodal: NodalModes) -> Float[Array, ""]:
+        """Compliance in unit patterns."""
+        tension = jnp.asarray(nodal.static_shapes.tension)[self.member] * nodal.stiffness_scale()
+        return _compliance_of_loss(-self.tension / tension) / nodal.stiffness_scale()
+
+    def has_static_shapes(self, static_shapes: StaticShapes) -> bool:
+        """Tell whether static shapes of members are known."""
+        return bool(static_shapes.members)
+
+    def stiffness(self, nodal: NodalModes) -> Matrix:
+        """Stiffness [(rad/s)^2] that the tension adds over the modes."""
+        member = jnp.asarray(nodal.members.matrices)[self.member]
+        return self.tension * member / nodal.mass_scale()
+
+
+FlexiblePart: TypeAlias = SoftenedSupport | WeakenedRegion | StretchedMember
+
+
+def _compliance_of_loss(loss: Parameter) -> Float[Array, ""]:
+    """Compliance equivalent to the loss of a share q of a unit stiffness, q / (1 - q)."""
+    share = jnp.asarray(loss, float)
+    return share / (1 - share)
+
+
+class _ResidualPatterns(ResidualShapes):
+    """Static shapes of a finite element model, less their part in its modes."""
+
+    interpolation: Interpolation
+    shape: Float[Array, "row pattern"]
+
+    def shapes(
+        self,
+        position: Float[Array, "*coordinate"],
+        derivative: int,
+        kept: Float[Array, "axis mode"],
+    ) -> Float[Array, "axis pattern"]:
+        """Shapes of the patterns, less their part in the modes."""
+        reading = self.interpolation.at(position)
+        return reading.weight @ self.shape[reading.rows]
+
+
+def with_flexible_parts(modes: Modes, parts: Sequence[FlexiblePart]) -> Modes:
+    """Change parts of a finite element model, all at once.
+
+    Where static shapes are not known, in the span of the kept modes, by the procedure of Ritz.
+
+    Raises
+    ------
+    InputError
+        If a support becomes soft whose static shapes are not known.
+    """
+    nodal = underlying_nodal_modes(modes)
+    if modes is nodal and all(part.has_static_shapes(nodal.static_shapes) for part in parts):
+        return _compliant(nodal, parts)
+    added = [over_changed_modes(modes, part.stiffness(nodal)) for part in parts]
+    return changed(modes, jnp.sum(jnp.stack(added), axis=0))
+
+
+def _compliant(nodal: NodalModes, parts: Sequence[FlexiblePart]) -> CompliantModes:
+    known, stiffness, mass = nodal.static_shapes, nodal.stiffness_scale(), nodal.mass_scale()
+    numbers = jnp.stack([jnp.asarray(part.number(known)) for part in parts])
+    compliance = jnp.stack([part.compliance(nodal) for part in parts])
+    chosen = known.select(known.patterns(numbers))
+    orthonormal, participation, flexibility = _orthonormal(chosen, len(parts))
+    of_elastic_modes = jnp.asarray(chosen.participation)[nodal.rigid_body_modes :]
+    interface = Interface(
+        participation=jnp.sqrt(mass) * of_elastic_modes,
+        orthonormal=orthonormal / jnp.sqrt(mass),
+        residual_participation=jnp.sqrt(mass) * participation,
+        residual_flexibility=mass / stiffness * flexibility,
+        compliance=_in_series(
+            jnp.repeat(compliance, known.patterns_per_part),
+            stiffness * jnp.asarray(chosen.reaction),
+        ),
+    )
+    residual = _ResidualPatterns(nodal.interpolation, jnp.asarray(chosen.shape))
+    return compliant_modes(nodal, residual, interface)
+
+
+def _orthonormal(chosen: StaticShapes, parts: int) -> tuple[Matrix, Matrix, Matrix]:
+    """Mass-orthonormal residual shapes: combinations, participation and flexibility."""
+    orthonormal, participation, flexibility, mass = (
+        jnp.asarray(matrix)
+        for matrix in (
+            chosen.orthonormal,
+            chosen.residual_participation,
+            chosen.flexibility,
+            chosen.mass,
+        )
+    )
+    if parts == 1:
+        return orthonormal, participation, flexibility
+    # Residual shapes of different parts may nearly agree.
+    values, vectors = jnp.linalg.eigh(jax.lax.stop_gradient(mass))
+    unit = jnp.where(values > _DEPENDENT, vectors / jnp.sqrt(jnp.abs(values)), 0.0)
+    return orthonormal @ unit, unit.T @ participation, unit.T @ flexibility @ unit
+
+
+def _in_series(
+    compliance: Float[Array, "pattern"], reaction: Float[Array, "pattern pattern"]
+) -> Float[Array, "pattern pattern"]:
+    """Compliances in series with the reactions of the structure, C (1 + S C)^-1."""
+    springs = jnp.diag(compliance)
+    in_series = jnp.linalg.solve(jnp.eye(compliance.size) + springs @ reaction, springs)
+    return (in_series + in_series.T) / 2

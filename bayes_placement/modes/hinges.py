@@ -1,0 +1,119 @@
+"""Modes of a structure with hinges, or with compliant parts of a finite element model."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .._types import Parameter
+from . import _cuts
+from ._cuts import Cuts
+from .beams.uniform_line import UniformLine
+from .flexible_parts import FlexiblePart, with_flexible_parts
+from .interface_compliance import CompliantModes, Interface, ResidualShapes, compliant_modes
+from .modes import Modes
+from .underlying import underlying_line
+
+_ROUNDING = 1e-12  # of the mass of the structure, added where modes span a shape entirely
+
+
+class Hinge(NamedTuple):
+    """A place where an internal force opens the structure.
+
+    Parameters
+    ----------
+    at
+        Where [m].
+    order
+        Order of the derivative of the shape that makes the force: 2 for the bending moment of a
+        beam, 3 for its shear force, 1 for the axial force of a bar.
+    compliance
+        Opening per internal force: [rad/(N m)] for a moment, [m/N] for a force.
+    """
+
+    at: Parameter
+    order: int
+    compliance: Parameter
+
+
+class _ResidualCuts(ResidualShapes):
+    """Static shapes of unit openings of a uniform line, less their part in its modes."""
+
+    line: UniformLine
+    cuts: Cuts
+    participation: Float[Array, "mode cut"]
+    changed: bool = eqx.field(static=True)
+
+    def shapes(
+        self,
+        position: Float[Array, "*coordinate"],
+        derivative: int,
+        kept: Float[Array, "axis mode"],
+    ) -> Float[Array, "axis cut"]:
+        """Shapes of the cuts, less their part in the modes of the line."""
+        # Modes that a preload or shear has changed span the same shapes as those of the line.
+        spanned = self.line.shapes(position, derivative) if self.changed else kept
+        openings = _cuts.shapes(self.line, self.cuts, position, derivative)
+        return openings - spanned @ self.participation
+
+
+def with_compliance(modes: Modes, compliances: Sequence[Hinge | FlexiblePart]) -> Modes:
+    """Open hinges in a uniform bar or beam, or make parts of a finite element model flexible.
+
+    Raises
+    ------
+    InputError
+        If the structure is no uniform bar or beam, or its supports cannot move.
+    """
+    hinges = [hinge for hinge in compliances if isinstance(hinge, Hinge)]
+    if not hinges:
+        return with_flexible_parts(
+            modes, [part for part in compliances if not isinstance(part, Hinge)]
+        )
+    return _with_hinges(modes, sorted(hinges, key=lambda hinge: hinge.order))
+
+
+def _with_hinges(modes: Modes, hinges: list[Hinge]) -> CompliantModes:
+    line, rigid = underlying_line(modes), modes.rigid_body_modes
+    cuts = _cuts.cut(line, [hinge.at for hinge in hinges], [hinge.order for hinge in hinges])
+    participation = _cuts.participation(modes, line, cuts)
+    of_line = participation if line is modes else _cuts.participation(line, line, cuts)
+    factor = _mass_factor(line, cuts, of_line)
+    flexibility = jnp.stack([line.mean_flexibility_beyond(order) for order in cuts.orders])
+    compliance = _in_series(line, cuts, [hinge.compliance for hinge in hinges])
+    residual = _ResidualCuts(line, cuts, jnp.pad(of_line, ((rigid, 0), (0, 0))), line is not modes)
+    orthonormal = jax.scipy.linalg.solve_triangular(
+        factor, jnp.eye(len(factor)), trans=1, lower=True
+    )
+    interface = Interface(participation, orthonormal, factor.T, jnp.diag(flexibility), compliance)
+    return compliant_modes(modes, residual, interface)
+
+
+def _mass_factor(
+    line: UniformLine, cuts: Cuts, participation: Float[Array, "elastic cut"]
+) -> Float[Array, "cut cut"]:
+    """Cholesky factor of the mass matrix of the residual shapes."""
+    mass = _cuts.mass(line, cuts)
+    margin = _ROUNDING * jnp.diag(jnp.diag(mass)) + jnp.finfo(float).tiny * jnp.eye(
+        len(cuts.orders)
+    )
+    return jnp.linalg.cholesky(mass - participation.T @ participation + margin)
+
+
+def _in_series(
+    line: UniformLine, cuts: Cuts, compliances: list[Parameter]
+) -> Float[Array, "cut cut"]:
+    """Compliances in series with the stiffness of a statically indeterminate structure.
+
+    C (1 + S C)^-1, one hinge after the other.
+    """
+    stiffness = _cuts.stiffness(line, cuts)
+    total = jnp.zeros_like(stiffness)
+    for number, compliance in enumerate(compliances):
+        opening = jnp.zeros(len(compliances)).at[number].set(1.0) - total @ stiffness[:, number]
+        relative = compliance / (1 + compliance * (stiffness[number] @ opening))
+        total += relative * jnp.outer(opening, opening)
+    return total

@@ -1,0 +1,153 @@
+"""Modes of a structure that has become compliant at interfaces: hinges, supports, regions."""
+
+import abc
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .changed import DerivedModes
+from .eigenpairs import eigenpairs
+from .modes import Modes
+
+_ROUNDING = 1e-9  # of the greatest flexibility, below which a negative one counts as zero
+
+
+class ResidualShapes(eqx.Module):
+    """Static shapes of unit openings of the interfaces, less their part in the kept modes."""
+
+    @abc.abstractmethod
+    def shapes(
+        self,
+        position: Float[Array, "*coordinate"],
+        derivative: int,
+        kept: Float[Array, "axis mode"],
+    ) -> Float[Array, "axis opening"]:
+        """Shapes or their derivatives at a position [m].
+
+        Parameters
+        ----------
+        position
+            Where they are read [m].
+        derivative
+            Order of the derivative in position.
+        kept
+            Shapes of the kept modes there, or their derivatives.
+        """
+
+
+class Interface(NamedTuple):
+    """Interfaces at which a structure may open, in terms of its modes.
+
+    Parameters
+    ----------
+    participation
+        Mass products of the elastic modes with the static shapes of unit openings.
+    orthonormal
+        Combinations of the residual shapes that are mass-orthonormal.
+    residual_participation
+        Mass products of these with the static shapes.
+    residual_flexibility
+        Flexibility of these [s^2].
+    compliance
+        Compliances of the openings, in series with the structure that holds them shut.
+    """
+
+    participation: Float[Array, "elastic opening"]
+    orthonormal: Float[Array, "opening opening"]
+    residual_participation: Float[Array, "opening opening"]
+    residual_flexibility: Float[Array, "opening opening"]
+    compliance: Float[Array, "opening opening"]
+
+
+class CompliantModes(DerivedModes):
+    """Modes of a structure with compliant interfaces; made by `compliant_modes`."""
+
+    modes: Modes
+    residual: ResidualShapes
+    eigenvalues: Float[Array, "mode"]
+    of_modes: Float[Array, "mode mode"]
+    of_residual: Float[Array, "opening mode"]
+    participation: Float[Array, "mode opening"]
+    compliance: Float[Array, "opening opening"]
+    repeated_coupling: Float[Array, "mode mode"] | None
+    axes: tuple[int, ...] = eqx.field(static=True)
+    rigid_body_modes: int = eqx.field(static=True)
+
+    def shapes(
+        self, position: Float[Array, "*coordinate"], derivative: int = 0
+    ) -> Float[Array, "axis mode"]:
+        """Mass-normalised mode shapes [kg^-1/2] and their derivatives."""
+        kept, residual = self._parts(position, derivative)
+        return kept @ self.of_modes + residual @ self.of_residual
+
+    def static_flexibility(
+        self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
+    ) -> Float[Array, "axis axis"] | None:
+        """Static flexibility [m/N] of all elastic modes, interfaces included."""
+        before = self.modes.static_flexibility(position, other)
+        if before is None:
+            return None
+        return before + self._openings(position) @ self.compliance @ self._openings(other).T
+
+    def _parts(self, position: Float[Array, "*coordinate"], derivative: int) -> tuple[Array, Array]:
+        kept = self.modes.shapes(position, derivative)
+        return kept, self.residual.shapes(position, derivative, kept)
+
+    def _openings(self, position: Float[Array, "*coordinate"]) -> Float[Array, "axis opening"]:
+        """Static shapes of unit openings."""
+        kept, residual = self._parts(position, 0)
+        return residual + kept @ self.participation
+
+
+def compliant_modes(modes: Modes, residual: ResidualShapes, interface: Interface) -> CompliantModes:
+    """Modes of a structure once its interfaces are compliant.
+
+    Its flexibility grows by psi C' psi^T, where psi are the static shapes of unit openings and C'
+    the compliances in series with the structure. The eigenvalues in the span of the kept modes
+    and psi are 1 / omega_n^2: a Ritz procedure in flexibility, in which a compliance of zero
+    changes nothing, bit for bit. As many modes are kept as before; the static flexibility is exact
+    and contains the others.
+    """
+    rigid = modes.rigid_body_modes
+    before = modes.angular_frequency() ** 2
+    flexibility = 1 / before[rigid:]
+    openings = jnp.concatenate([interface.participation, interface.residual_participation])
+    unchanged = jax.scipy.linalg.block_diag(
+        _flexibility(modes, flexibility), interface.residual_flexibility
+    )
+    values, vectors, coupling = eigenpairs(
+        -(unchanged + openings @ interface.compliance @ openings.T)
+    )
+    kept = flexibility.size  # eigenvalues ascend: the lowest mode comes first
+    # At zero compliance the eigenvalues are those put in, so the difference is exactly zero.
+    growth = (flexibility + values[:kept]) / flexibility
+    eigenvalues = jnp.concatenate([before[:rigid], before[rigid:] * (1 + growth / (1 - growth))])
+    # A negative flexibility comes last: the structure has buckled.
+    eigenvalues = jnp.where(values[-1] > _ROUNDING * -values[0], jnp.nan, eigenvalues)
+    of_residual = interface.orthonormal @ vectors[kept:, :kept]
+    padded_coupling = jnp.pad(coupling[:kept, :kept], ((rigid, 0), (rigid, 0)))
+    return CompliantModes(
+        modes=modes,
+        residual=residual,
+        eigenvalues=eigenvalues,
+        of_modes=jax.scipy.linalg.block_diag(jnp.eye(rigid), vectors[:kept, :kept]),
+        of_residual=jnp.pad(of_residual, ((0, 0), (rigid, 0))),
+        participation=jnp.pad(interface.participation, ((rigid, 0), (0, 0))),
+        compliance=interface.compliance,
+        repeated_coupling=eigenvalues[:, None] * padded_coupling * eigenvalues,
+        axes=modes.axes,
+        rigid_body_modes=rigid,
+    )
+
+
+def _flexibility(
+    modes: Modes, diagonal: Float[Array, "elastic"]
+) -> Float[Array, "elastic elastic"]:
+    """Flexibility [s^2] over the elastic modes: diagonal, but for repeated eigenvalues."""
+    coupling, rigid = modes.coupling(), modes.rigid_body_modes
+    if coupling is None:
+        return jnp.diag(diagonal)
+    return jnp.diag(diagonal) - diagonal[:, None] * coupling[rigid:, rigid:] * diagonal

@@ -1,0 +1,91 @@
+"""The uniform line, beam or finite element model that lies beneath changed modes."""
+
+from .._types import InputError
+from .beams.beams import UniformBeam
+from .beams.uniform_line import UniformLine
+from .changed import ChangedModes, DerivedModes
+from .finite_elements.nodal_modes import NodalModes, nodal_of
+from .modes import Modes
+
+
+def underlying_line(modes: Modes) -> UniformLine:
+    """Return the uniform bar or beam beneath changed modes.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if isinstance(modes, UniformLine):
+        return modes
+    if isinstance(modes, ChangedModes):
+        return underlying_line(modes.modes)
+    raise InputError(
+        f"This effect was added to {type(modes).__name__}, but it needs to know the section of a "
+        "uniform bar or beam, which those modes do not tell. Use beams.bar or beams.beam."
+    )
+
+
+def underlying_nodal_modes(modes: Modes) -> NodalModes:
+    """Return the modes of the finite element model beneath changed ones.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    if isinstance(modes, DerivedModes):
+        return underlying_nodal_modes(modes.modes)
+    nodal = nodal_of(modes)
+    if nodal is None:
+        raise InputError(
+            f"This effect was added to {type(modes).__name__}, but it needs the matrices of a "
+            "finite element model. Use finite_elements.modes(matrices, ...)."
+        )
+    return nodal
+
+
+def required_line(modes: Modes, effect: str, alternative: str) -> UniformLine:
+    """Return the uniform bar or beam that an effect needs.
+
+    Parameters
+    ----------
+    modes
+        Modes that the effect was added to.
+    effect, alternative
+        Name of the effect, and what a finite element model takes in its place, for the error.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if nodal_of(modes) is not None:
+        raise InputError(
+            f"{effect} was added to a finite element model, but it needs the section of a uniform "
+            f"bar or beam, which a model does not tell. {alternative}"
+        )
+    return underlying_line(modes)
+
+
+def required_beam(modes: Modes, effect: str, reason: str, alternative: str) -> UniformBeam:
+    """Return the uniform beam that an effect needs.
+
+    Parameters
+    ----------
+    modes
+        Modes that the effect was added to.
+    effect, alternative
+        As for `required_line`.
+    reason
+        What a bar lacks.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    line = required_line(modes, effect, alternative)
+    if not isinstance(line, UniformBeam):
+        raise InputError(f"{effect} was added to a bar, {reason}. Use it on beams.beam.")
+    return line

@@ -1,0 +1,51 @@
+"""Tolerance: the region in which the true position of a transducer or effect may lie."""
+
+import abc
+from typing import Any
+
+import equinox as eqx
+
+from .bounds import Bounds, bounds_text
+from .places import Position
+from .vectors import Recorded
+
+
+class Tolerance(eqx.Module):
+    """Region in which something may sit; a structure makes a distribution of it."""
+
+    @property
+    @abc.abstractmethod
+    def recorded(self) -> Recorded:
+        """Recorded position [m]."""
+
+    @abc.abstractmethod
+    def on(self, bounds: Bounds) -> Position:
+        """Uniform distribution of the position [m], clipped to the structure.
+
+        Raises
+        ------
+        InputError
+            If no part of the region lies on the structure.
+        """
+
+    @abc.abstractmethod
+    def around(self, centre: Any) -> "Tolerance":
+        """Return the same tolerance about another recorded position [m]."""
+
+    @abc.abstractmethod
+    def scaled(self, factor: float) -> "Tolerance":
+        """Return a tolerance `factor` times as large about the same position.
+
+        Raises
+        ------
+        InputError
+            If it has no size to scale.
+        """
+
+
+def off_structure(tolerance: Tolerance, bounds: Bounds) -> str:
+    """Say that no part of a tolerance lies on the structure."""
+    return (
+        f"{tolerance} m has no point on the structure ({bounds_text(bounds)}). A position on it is "
+        "needed, in metres and in its axes."
+    )

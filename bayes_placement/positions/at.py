@@ -1,0 +1,107 @@
+"""Read what a user writes behind `at=`, and check it against the structure."""
+
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from .._sites import is_unknown
+from .._types import InputError, Parameter
+from .bounds import (
+    Bounds,
+    bounds_text,
+    in_space,
+    one_coordinate_needed,
+    position_text,
+    rounding_margin,
+    three_coordinates_needed,
+)
+from .places import AtNode, Cartesian, Place, Position
+from .tolerances import Tolerance
+
+At: TypeAlias = Position | Tolerance | tuple[Parameter, ...] | list[Parameter]
+"""A position as a user may write it: one or three numbers, a distribution, place or tolerance."""
+
+
+def position_on(at: At, bounds: Bounds, owner: str, word: str = "position") -> Position:
+    """Return a position as numbers and distributions.
+
+    Parameters
+    ----------
+    at
+        The position as it was given.
+    bounds
+        Where the structure is [m].
+    owner, word
+        What is placed, and what its position is called, for the errors.
+
+    Raises
+    ------
+    InputError
+        If it lies outside the structure, or has one coordinate where three are needed.
+    """
+    place = as_place(at)
+    if isinstance(place, Tolerance):
+        try:
+            return place.on(bounds)
+        except ValueError as error:
+            raise InputError(f"{owner}: {error}") from error
+    if _coordinate_count(place) != (3 if in_space(bounds) else 1):
+        needed = three_coordinates_needed if in_space(bounds) else one_coordinate_needed
+        raise InputError(f"{owner}: {word} {_text(place)} was given, but {needed(bounds)}")
+    _check_inside(place, bounds, f"{owner}: {word}")
+    return place
+
+
+def as_place(at: At) -> Position | Tolerance:
+    """Return three numbers or distributions as a place, all else as it is.
+
+    Raises
+    ------
+    InputError
+        If there are several coordinates, but not three.
+    """
+    if isinstance(at, Place | Tolerance) or is_unknown(at):
+        return at
+    if not isinstance(at, tuple | list) and np.ndim(at) != 1:
+        return at
+    if len(at) != 3:
+        raise InputError(
+            f"A position of {len(at)} coordinates was given; one number on a line or three along "
+            "x, y and z [m] in space are needed: at=(0.2, 0.0, 0.9)."
+        )
+    x, y, z = at
+    return Cartesian(x, y, z)
+
+
+def _coordinate_count(place: Any) -> int:
+    if isinstance(place, AtNode):
+        return int(np.prod(place.position.shape[1:], initial=1))
+    if isinstance(place, Place):
+        return 3
+    return int(np.prod(place.shape() if is_unknown(place) else np.shape(place), initial=1))
+
+
+def _check_inside(place: Any, bounds: Bounds, owner: str) -> None:
+    values = (place.x, place.y, place.z) if isinstance(place, Cartesian) else (place,)
+    sides = zip(values, np.atleast_1d(bounds[0]), np.atleast_1d(bounds[1]), strict=False)
+    margin = rounding_margin(bounds)
+    if all(_may_lie_between(value, low, high, margin) for value, low, high in sides):
+        return
+    tolerance = "Box" if in_space(bounds) else "Segment"
+    raise InputError(
+        f"{owner} {_text(place)} m lies outside the structure ({bounds_text(bounds)}). Mode shapes "
+        f"are only known on the structure; use positions.{tolerance} within it."
+    )
+
+
+def _may_lie_between(value: Any, low: float, high: float, margin: float) -> bool:
+    return not isinstance(value, int | float) or bool(low - margin <= value <= high + margin)
+
+
+def _text(place: Any) -> str:
+    """Write a position as it was given."""
+    if isinstance(place, int | float):
+        return position_text(place)
+    if isinstance(place, Cartesian):
+        return f"({_text(place.x)}, {_text(place.y)}, {_text(place.z)})"
+    return type(place).__name__
