@@ -9,7 +9,7 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from numpyro.infer.util import log_density
-from tests.modes.finite_elements.test_finite_elements import handed_over
+from tests.modes.finite_elements.test_from_matrices import handed_over
 
 import bayes_placement as bp
 from bayes_placement import finite_elements

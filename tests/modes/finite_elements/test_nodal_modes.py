@@ -9,7 +9,7 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.modes.finite_elements.test_finite_elements import direct, error, receptance, some_rows
+from tests.modes.finite_elements.test_from_matrices import direct, error, receptance, some_rows
 
 import bayes_placement as bp
 from bayes_placement import finite_elements
