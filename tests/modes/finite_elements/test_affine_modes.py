@@ -9,7 +9,6 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from numpyro.infer.util import log_density
-from tests.modes.finite_elements.test_from_matrices import handed_over
 
 import bayes_placement as bp
 from bayes_placement import finite_elements
@@ -17,6 +16,7 @@ from bayes_placement._sites import substitute, unknowns
 from bayes_placement.experiment import frf
 from bayes_placement.modes.finite_elements import _part_factors
 from bayes_placement.modes.points import Points
+from tests.modes.finite_elements.test_from_matrices import handed_over
 from tests.simulator.element_models import weights
 from tests.small_models import Plate
 

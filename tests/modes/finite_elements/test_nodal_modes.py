@@ -9,7 +9,6 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.modes.finite_elements.test_from_matrices import direct, error, receptance, some_rows
 
 import bayes_placement as bp
 from bayes_placement import finite_elements
@@ -18,6 +17,7 @@ from bayes_placement.experiment import frf
 from bayes_placement.modes.finite_elements import modes_from_shapes
 from bayes_placement.modes.finite_elements.nodal_modes import UnknownModes, nodal_of
 from bayes_placement.modes.points import Points
+from tests.modes.finite_elements.test_from_matrices import direct, error, receptance, some_rows
 from tests.simulator import space_frames
 
 BAR = space_frames.RoundBar()
