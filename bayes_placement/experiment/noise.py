@@ -77,6 +77,16 @@ class Noise(eqx.Module):
             Gaussian noise is again Gaussian (Eq. 29 in closed form).
         """
 
+    def check(self, data: Data) -> None:
+        """Refuse data that this noise cannot treat.
+
+        Raises
+        ------
+        InputError
+            If there are such.
+        """
+        return
+
     def deviation(self, data: Data) -> Response | None:
         """Standard deviation of each output, in the unit of z; None where it is not known."""
         return None
@@ -144,14 +154,19 @@ class Covariance(Noise):
         self, predicted: Response, data: Data | None, kernel: Any = 0.0
     ) -> Distribution:
         """Joint normal distribution of the lines of each channel pair."""
-        if data is not None and not data.measured.all():
+        if data is not None and isinstance(data.measured, np.ndarray):
+            self.check(data)  # which it was before, where it is an input of a compiled function
+        extra = jnp.asarray(kernel)[..., None] * jnp.eye(predicted.shape[-1])
+        matrix = jnp.asarray(self.matrix) * jnp.asarray(self.scale) ** 2
+        return MultivariateNormal(predicted, matrix + extra)
+
+    def check(self, data: Data) -> None:
+        """Refuse data with gaps."""
+        if not data.measured.all():
             raise InputError(
                 "noise.Covariance needs every sensor measured for every actuator at every line, "
                 "but some pairs are missing. Use noise.Gaussian, or select measured channels."
             )
-        extra = jnp.asarray(kernel)[..., None] * jnp.eye(predicted.shape[-1])
-        matrix = jnp.asarray(self.matrix) * jnp.asarray(self.scale) ** 2
-        return MultivariateNormal(predicted, matrix + extra)
 
 
 class FromCoherence(Noise):

@@ -128,7 +128,12 @@ def _inference(
     marginal_key, engine_key, prediction_key, prior_key = jax.random.split(key, 4)
     priors = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
     moves = symmetries(experiment) if marginal.samples_placement else ()
-    posterior = UnconstrainedModel(marginal.model(experiment, data, marginal_key), priors, moves)
+    posterior = UnconstrainedModel(
+        marginal.model(experiment, data, marginal_key),
+        priors,
+        moves,
+        lambda: marginal.least_squares(experiment, data),
+    )
     draws = engine.run(posterior, engine_key, progress)
     parents = equal_draws(draws)
     draw_placement = marginal.placement(experiment, data, marginal_key)

@@ -4,13 +4,14 @@ from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
-from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
-from numpyro.distributions import Distribution, biject_to
+from numpyro.distributions import Distribution
 from numpyro.infer.util import compute_log_probs
 
 from .._types import InputError, Key
 from ._quadrature_rules import product_rule
+from .coordinates import Coordinates
+from .engines.least_squares import LeastSquares
 from .symmetries import Move, Values
 
 Flat = Float[Array, "unknown"]
@@ -28,6 +29,8 @@ class UnconstrainedModel:
     moves
         Maps of named values that may lead to an equally good explanation; each keeps volume and
         is its own inverse.
+    least_squares
+        Called for the likelihood as a problem of least squares, None where it is none.
 
     Raises
     ------
@@ -40,42 +43,36 @@ class UnconstrainedModel:
         model: Callable[[], None],
         priors: dict[str, Distribution],
         moves: tuple[Move, ...] = (),
+        least_squares: Callable[[], LeastSquares | None] = lambda: None,
     ):
         _check_continuous(priors)
         self.model = model
         self.moves = moves
         self.priors = priors
-        self.transforms = {name: biject_to(prior.support) for name, prior in priors.items()}
-        shapes = {
-            name: transform.inverse_shape(priors[name].shape())
-            for name, transform in self.transforms.items()
-        }
-        flat, self.unravel = ravel_pytree({name: jnp.zeros(s) for name, s in shapes.items()})
-        self.dimension = flat.size
+        self.coordinates = Coordinates(priors, standard_normal=False)
+        self.dimension = self.coordinates.dimension
+        self._least_squares = least_squares
+
+    @property
+    def least_squares(self) -> LeastSquares | None:
+        """Likelihood as a problem of least squares over the flat vector."""
+        return self._least_squares()
 
     def flatten(self, values: Values) -> Flat:
-        """Flat unconstrained vector of values by name."""
-        free = {name: transform.inv(values[name]) for name, transform in self.transforms.items()}
-        return ravel_pytree(free)[0]
+        """Flat vector of values by name; not finite where a prior excludes a value."""
+        return self.coordinates.vector(values)
 
     def constrain(self, flat: Flat) -> Values:
-        """Values by name at an unconstrained vector."""
-        free = self.unravel(flat)
-        return {name: transform(free[name]) for name, transform in self.transforms.items()}
+        """Values by name at a flat vector."""
+        return self.coordinates.values(flat)
 
     def log_jacobian(self, flat: Flat, names: list[str] | None = None) -> Float[Array, ""]:
-        """Log volume that (some) values gain per volume of the unconstrained vector."""
-        free, values = self.unravel(flat), self.constrain(flat)
-        total = jnp.zeros(())
-        for name in names or list(self.priors):
-            total += jnp.sum(self.transforms[name].log_abs_det_jacobian(free[name], values[name]))
-        return total
+        """Log volume that (some) values gain per volume of the flat vector."""
+        return self.coordinates.log_jacobian(flat, names)
 
     def log_prior(self, flat: Flat, names: list[str] | None = None) -> Float[Array, ""]:
-        """Log prior density of (some of) the unconstrained vector."""
-        values = self.constrain(flat)
-        terms = [jnp.sum(self.priors[name].log_prob(values[name])) for name in names or self.priors]
-        return sum(terms, self.log_jacobian(flat, names))
+        """Log prior density of (some of) the flat vector."""
+        return self.coordinates.log_prior(flat, names)
 
     def log_likelihood(self, flat: Flat) -> Float[Array, ""]:
         """Log density of everything that the model observes."""
@@ -85,11 +82,11 @@ class UnconstrainedModel:
 
     def places(self, names: list[str]) -> list[int]:
         """Places of some unknowns in the flat vector."""
-        numbered = self.unravel(jnp.arange(self.dimension, dtype=float))
-        return [int(place) for name in names for place in jnp.ravel(numbered[name])]
+        ranges = [self.coordinates.places[name] for name in names]
+        return [place for part in ranges for place in range(part.start, part.stop)]
 
     def symmetric_images(self, flat: Flat) -> list[Flat]:
-        """Vectors that may explain the data as well; NaN where a prior excludes one."""
+        """Vectors that may explain the data as well; not finite where a prior excludes one."""
         return [self.flatten(move(self.constrain(flat))) for move in self.moves]
 
     def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:

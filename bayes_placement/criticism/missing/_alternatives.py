@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...inference.alternative_explanation import Alternative
-from ._confirm import Confirmed
+from ...inference.engines.about_mode import SampledPosterior
 from ._estimates import laplace
 from ._hypotheses import Hypothesis
 from ._odds import LEVEL, NOTHING, STRONG, Pool, p_value
 
 
 def alternatives(
-    pool: Pool, chosen: Sequence[Hypothesis], sampled: Mapping[int, Confirmed]
+    pool: Pool, chosen: Sequence[Hypothesis], sampled: Mapping[int, SampledPosterior]
 ) -> tuple[Alternative, ...]:
     """Hypotheses that a next measurement should tell apart, by falling odds.
 

@@ -93,10 +93,10 @@ def _promise(branch: Hypothesis, null: Hypothesis, single: Scanned) -> float:
     Logarithms of FRFs add what effects do, as far as these do not act on each other: so the
     change that a scan saw without the branch is added to what the branch leaves.
     """
-    left, _ = branch.problem.residuals(branch.fit.point[None], True)
-    before, _ = null.problem.residuals(null.fit.point[None], True)
+    left, _, jacobian, _ = branch.problem.squares.jacobian(branch.fit.point[None], True)
+    before, _ = null.problem.squares.residuals(null.fit.point[None], True)
     total = left + (single.scan.residual - before)
-    slopes = branch.problem.slopes(branch.fit.point[None], True)[2][0]
+    slopes = jacobian[0]
     pull = total @ slopes.T
     curvature = slopes @ slopes.T + np.eye(len(slopes))
     absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)

@@ -72,7 +72,7 @@ def estimates(hypothesis: Hypothesis, points: np.ndarray | None = None) -> dict[
 def laplace(hypothesis: Hypothesis) -> np.ndarray:
     """Draws [draw, unknown] from Laplace's Gaussian."""
     normal = np.random.default_rng(0).standard_normal((DRAWS, hypothesis.problem.dimension))
-    return hypothesis.fit.point + normal @ np.linalg.cholesky(hypothesis.fit.covariance).T
+    return hypothesis.fit.gaussian.points(normal)
 
 
 def _of_unknown(

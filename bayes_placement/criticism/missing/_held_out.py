@@ -5,12 +5,13 @@ frequency band at a time; each time the fit is mended from where it was.
 """
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
-from ._descent import descend
+from ...inference.engines.levenberg_marquardt import minimise
+from ...inference.residuals import Problem
 from ._hypotheses import Hypothesis
-from ._problem import Problem
 
 BANDS = 4
 """Frequency bands, of as many lines each."""
@@ -45,10 +46,9 @@ def _folds(problem: Problem) -> Iterator[np.ndarray]:
 def _score(hypothesis: Hypothesis, held: np.ndarray) -> float:
     problem = hypothesis.problem
     held = held & np.asarray(problem.data.measured).ravel()
-    point, normal = descend(
-        problem, hypothesis.fit.point[None], steps=STEPS, weight=(~held).astype(float)
-    )
-    residual, spread, slopes, _ = problem.slopes(point)
+    training = partial(problem.squares.normal_equations, weight=(~held).astype(float))
+    point, normal = minimise(training, hypothesis.fit.point[None], steps=STEPS)
+    residual, spread, slopes, _ = problem.squares.jacobian(point)
     error, slope = residual[0][held], slopes[0][:, held]
     curvature = normal.curvature[0]
     after = curvature + slope @ slope.T

@@ -14,9 +14,9 @@ from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from ._descent import Fit
-from ._problem import Problem
-from ._search import LEAST, MOST, Scan, fit_alone, fit_grown, others, scan
+from ...inference.engines.levenberg_marquardt import Fit
+from ...inference.residuals import Problem
+from ._scan import LEAST, MOST, Scan, fit_alone, fit_grown, others, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
 """Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting

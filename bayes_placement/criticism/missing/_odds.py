@@ -119,8 +119,8 @@ class Pool(NamedTuple):
 
 def p_value(hypothesis: Hypothesis) -> float:
     """Probability that a right model leaves at least as large a sum of squares."""
-    determined = hypothesis.problem.dimension - float(np.trace(hypothesis.fit.covariance))
-    return float(chi2.sf(hypothesis.fit.squares, hypothesis.problem.count - determined))
+    degrees_of_freedom = hypothesis.problem.count - hypothesis.fit.determined
+    return float(chi2.sf(hypothesis.fit.squares, degrees_of_freedom))
 
 
 def _inflated(hypothesis: Hypothesis) -> float:
@@ -131,7 +131,7 @@ def _inflated(hypothesis: Hypothesis) -> float:
     """
     count, squares = hypothesis.problem.count, hypothesis.fit.squares
     factor = max(squares / count, 1.0)
-    determined = hypothesis.problem.dimension - float(np.trace(hypothesis.fit.covariance))
+    determined = hypothesis.fit.determined
     gain = 0.5 * squares * (1 - 1 / factor) - 0.5 * (count - determined) * np.log(factor)
     width = np.sqrt(np.pi / count) * (1.0 if factor > 1 else 0.5)
     return float(gain + np.log(width / np.log(LARGEST_FACTOR)))

@@ -15,9 +15,9 @@ from scipy.stats import norm
 
 from ...effects.effect import Effect
 from ...effects.library import kind_of
+from ...inference.residuals import Problem
 from ._hypotheses import Hypothesis, Scanned, fields_of, weakest
-from ._problem import Problem
-from ._search import others
+from ._scan import others
 from ._whereabouts import whereabouts
 
 PLACES = {1: 41, 2: 17, 3: 7}
@@ -51,7 +51,7 @@ def suspicion(null: Hypothesis, singles: Sequence[Scanned]) -> pd.DataFrame:
         line), `score` (standard normal if nothing is missing), and `p_value` of the candidate,
         corrected for all its places and settings.
     """
-    residual, _, slopes, _ = null.problem.slopes(null.fit.point[None])
+    residual, _, slopes, _ = null.problem.squares.jacobian(null.fit.point[None])
     base = _Base(residual[0], slopes[0])
     variants = Counter(kind_of(one.effect) for one in singles)
     most = [max(MOST // variants[kind_of(one.effect)], LEAST) for one in singles]
@@ -105,7 +105,7 @@ def _signatures(base: _Base, single: Scanned, most: int) -> _Signatures:
     points = _weak_points(problem, effect, most)
     rest = others(problem, list(fields_of(effect, problem)))
     points[:, rest] = single.scan.points[0, rest]
-    change = base.projected(problem.residuals(points)[0] - base.start)
+    change = base.projected(problem.squares.residuals(points)[0] - base.start)
     size = np.linalg.norm(change, axis=1, keepdims=True)
     largest = np.max(size, where=np.isfinite(size), initial=0.0)
     felt = (size[:, 0] > 1e-9 * largest) & np.isfinite(size[:, 0])

@@ -17,9 +17,9 @@ from ...effects.library import Library
 from ...experiment.experiment import MEASURED, Experiment
 from ...experiment.noise import Data
 from ...inference.alternative_explanation import Alternative
+from ...inference.engines.about_mode import SampledPosterior, sampled_about
 from ._alternatives import alternatives
 from ._branches import singles
-from ._confirm import Confirmed, confirmed
 from ._estimates import Estimate, estimates
 from ._held_out import held_out
 from ._hypotheses import Hypothesis, alone
@@ -145,7 +145,7 @@ def explain(
     )
 
 
-Sampled = dict[int, Confirmed]
+Sampled = dict[int, SampledPosterior]
 """Finalists that were sampled, by identity."""
 
 
@@ -153,7 +153,7 @@ def finalists(pool: Pool, chosen: Sequence[Hypothesis]) -> Sampled:
     """Draws, log evidence and its error of the hypotheses that evidence hardly tells apart."""
     best = max(pool.log_odds(one) for one in chosen)
     close = [one for one in chosen if pool.log_odds(one) > best - 3 * STRONG][:FINALISTS]
-    return {id(one): confirmed(one.problem, one.fit) for one in close}
+    return {id(one): sampled_about(one.problem.squares, one.fit) for one in close}
 
 
 def step_of(hypothesis: Hypothesis, draws: Sampled, added: str | None = None) -> Step:

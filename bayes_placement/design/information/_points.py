@@ -12,7 +12,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from ..._types import InfeasibleError, InputError
-from ...inference.standard_normal import StandardNormalCoordinates
+from ...inference.coordinates import Coordinates
 
 KINDS = ("sobol", "plain")
 """Scrambled Sobol points, or independent draws as in the paper."""
@@ -58,7 +58,7 @@ def values(laws: dict[str, Any], normal: Any) -> dict[str, Any]:
     InfeasibleError
         If a law has no inverse distribution function.
     """
-    coordinates = StandardNormalCoordinates(laws)
+    coordinates = Coordinates(laws)
     several: Any = coordinates.values
     for _ in range(normal.ndim - 1):
         several = jax.vmap(several)
@@ -67,7 +67,7 @@ def values(laws: dict[str, Any], normal: Any) -> dict[str, Any]:
 
 def dimension(laws: dict[str, Any]) -> int:
     """Number of scores that the laws take."""
-    return StandardNormalCoordinates(laws).dimension
+    return Coordinates(laws).dimension
 
 
 def shares(count: int, replicates: int, what: str) -> int:

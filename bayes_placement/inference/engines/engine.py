@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..._types import Key, Progress
+from .least_squares import LeastSquares
 
 Flat = Float[Array, "unknown"]
 Scalar = Float[Array, ""]
@@ -20,6 +21,10 @@ class PosteriorDensity(Protocol):
     """What an engine may know of a posterior: densities over one flat, unconstrained vector."""
 
     dimension: int
+
+    @property
+    def least_squares(self) -> LeastSquares | None:
+        """Likelihood as a problem of least squares; None where it is none."""
 
     def log_prior(self, flat: Flat) -> Scalar:
         """Log prior density."""
@@ -33,7 +38,7 @@ class PosteriorDensity(Protocol):
     def symmetric_images(self, flat: Flat) -> list[Flat]:
         """Vectors that may explain the data as well, by maps that are their own inverse.
 
-        The maps keep the volume of the named values. NaN where a prior excludes an image.
+        The maps keep the volume of the named values. Not finite where a prior excludes an image.
         """
 
     def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:

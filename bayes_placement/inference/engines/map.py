@@ -1,38 +1,50 @@
-"""map: in, a posterior; out, its highest points from many starts, and a Gaussian about the best.
-
-Equation (26). Not known here: structures, placement.
-"""
+"""Highest points of a posterior from many starts, and a Gaussian about the best, Eq. (26)."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.optimize import differential_evolution, minimize
+from scipy.optimize import differential_evolution
 
 from ..._types import InputError, Key, Progress
 from ..weights import GOOD_PARETO_K, pareto_k
 from .engine import Engine, EngineDraws, PosteriorDensity
+from .laplace import laplace
+from .least_squares import NormalEquations, Points, Terms
+from .levenberg_marquardt import LARGEST, minimise
 
 Objective = Callable[[Any], Any]
+Derivatives = Callable[[Points], Terms]
+Equations = Callable[..., NormalEquations]
 
-_SEARCHES = ("gradient", "evolutionary")
+SEARCHES = ("gradient", "evolutionary")
+
+NEAR, STEPS, GAIN = 10, 200, 1e-10
+"""Steps along logarithmic residuals, those to the end, and the gain of log density that ends it."""
+
+ALIKE = 0.1
+"""Difference of log density below which two starts end at the same mode."""
 
 
 class MAP(Engine):
     """Maximum of the posterior density of the named values, Eq. (26), with Laplace covariance.
+
+    Where the model is one of least squares (placement latent, Gaussian noise), the curvature is
+    that of Gauss and Newton; else it is the Hessian, with its eigenvalues made positive.
 
     Parameters
     ----------
     starts
         Starts drawn from the prior (for the evolutionary search, its population).
     search
-        `gradient`: SciPy's L-BFGS-B from every start. `evolutionary`: SciPy's differential
-        evolution, then L-BFGS-B.
+        `gradient`: Levenberg's and Marquardt's method from every start. `evolutionary`: SciPy's
+        differential evolution, then the same from its best point.
     draws
-        Draws from the Gaussian about the maximum.
+        EngineDraws from the Gaussian about the maximum.
     """
 
     starts: int = eqx.field(static=True, default=32)
@@ -40,10 +52,10 @@ class MAP(Engine):
     draws: int = eqx.field(static=True, default=1000)
 
     def __check_init__(self) -> None:
-        if self.search not in _SEARCHES:
+        if self.search not in SEARCHES:
             raise InputError(
                 f"engines.MAP has no search {self.search!r}. The searches are "
-                f"{' and '.join(_SEARCHES)}: MAP(search='evolutionary')."
+                f"{' and '.join(SEARCHES)}: MAP(search='evolutionary')."
             )
 
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
@@ -51,17 +63,19 @@ class MAP(Engine):
         start_key, draw_key = jax.random.split(key)
 
         def cost(flat: Any) -> Any:
-            density = posterior.log_prior(flat) - posterior.log_jacobian(flat)
-            return -(posterior.log_likelihood(flat) + density)
+            return _prior_cost(posterior, flat) - posterior.log_likelihood(flat)
 
         starts = np.asarray(posterior.sample_prior(start_key, self.starts))
         if self.search == "evolutionary":
             seed = int(jax.random.randint(start_key, (), 0, 2**31 - 1))
             starts = _evolved(cost, starts, seed)
-        ends = _descend(cost, starts, progress)
-        best = min(ends, key=lambda end: end.fun)
-        reached = sum(bool(end.fun < best.fun + 0.1) for end in ends)
-        return self._laplace(posterior, cost, jnp.asarray(best.x), draw_key, reached, len(ends))
+        ends, costs = _descend(posterior, starts)
+        progress(0.9)
+        best = int(np.argmin(costs))
+        reached = int(np.sum(costs < costs[best] + ALIKE))
+        draws = self._laplace(posterior, cost, ends[best], draw_key, reached, len(costs))
+        progress(1.0)
+        return draws
 
     def _laplace(
         self,
@@ -72,23 +86,25 @@ class MAP(Engine):
         reached: int,
         of: int,
     ) -> EngineDraws:
-        values, vectors = np.linalg.eigh(np.asarray(jax.jit(jax.hessian(cost))(mode)))
-        flat = bool(np.any(values < 1e-8 * values.max()))
-        root = vectors / np.sqrt(np.maximum(values, 1e-8 * values.max()))
-        normal = jax.random.normal(key, (self.draws, mode.size))
-        position = mode + normal @ jnp.asarray(root).T
-        log_volume = 0.5 * mode.size * np.log(2 * np.pi) + np.linalg.slogdet(root)[1]
-        evidence = float(-cost(mode) + posterior.log_jacobian(mode) + log_volume)
-        likelihood = jax.jit(jax.vmap(posterior.log_likelihood))(position)
-        density = likelihood + jax.jit(jax.vmap(posterior.log_prior))(position)
-        k = pareto_k(np.asarray(density) + 0.5 * np.sum(np.asarray(normal) ** 2, axis=1))
+        def height(flat: Any) -> Any:
+            return posterior.log_prior(flat) + posterior.log_likelihood(flat)
+
+        log_height, curvature = jax.jit(lambda flat: (height(flat), jax.hessian(cost)(flat)))(mode)
+        gaussian = laplace(mode, np.asarray(curvature))
+        normal = np.asarray(jax.random.normal(key, (self.draws, mode.size)))
+        position = jnp.asarray(gaussian.points(normal))
+        evidence = float(log_height + gaussian.log_volume)
+        density, likelihood = jax.jit(
+            jax.vmap(lambda flat: (height(flat), posterior.log_likelihood(flat)))
+        )(position)
+        k = pareto_k(np.asarray(density) - gaussian.log_density(normal))
         return EngineDraws(
             position=position[None],
             log_likelihood=likelihood[None],
-            log_evidence=float("nan") if flat else evidence,
-            mode=mode,
+            log_evidence=float("nan") if gaussian.is_flat else evidence,
+            mode=jnp.asarray(mode),
             attributes={"starts": of, "starts_at_best": reached, "pareto_k": k},
-            warnings=_warnings(flat, k, reached, of),
+            warnings=_warnings(gaussian.is_flat, k, reached, of),
         )
 
     def settings(self) -> dict[str, Any]:
@@ -96,25 +112,77 @@ class MAP(Engine):
         return {"engine": "MAP", "starts": self.starts, "search": self.search, "draws": self.draws}
 
 
-def _descend(cost: Objective, starts: np.ndarray, progress: Progress) -> list[Any]:
-    value_and_grad = jax.jit(jax.value_and_grad(cost))
+def _descend(posterior: PosteriorDensity, starts: Points) -> tuple[Points, np.ndarray]:
+    """Ends of descents from all starts that have a finite density, and the cost there.
 
-    def numbers(flat: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = value_and_grad(jnp.asarray(flat))
-        return float(value), np.nan_to_num(np.asarray(gradient))
-
-    ends = []
-    for done, start in enumerate(starts, start=1):
-        end = minimize(numbers, start, jac=True, method="L-BFGS-B", options={"maxiter": 500})
-        if np.isfinite(end.fun):
-            ends.append(end)
-        progress(done / len(starts))
-    if not ends:
+    The density over the flat vector comes first: it has a peak also where the density of the named
+    values is greatest at the edge of a prior, and leads near to it.
+    """
+    largest = np.maximum(LARGEST, 3 * np.abs(starts).max(axis=0))
+    over_vector, over_values = _equations(posterior)
+    if posterior.least_squares is not None:
+        logarithmic = partial(over_vector, logarithmic=True)
+        starts, _ = minimise(logarithmic, starts, steps=NEAR, largest=largest)
+    near, _ = minimise(over_vector, starts, steps=STEPS, largest=largest)
+    ends, final = minimise(over_values, near, steps=STEPS, gain=GAIN, largest=largest)
+    finite = np.isfinite(final.cost)
+    if not finite.any():
         raise InputError(
             "No start of engines.MAP reached a finite posterior density. Check the units of the "
             "measurement and the priors: print(experiment)."
         )
-    return ends
+    return ends[finite], final.cost[finite]
+
+
+def _equations(posterior: PosteriorDensity) -> tuple[Equations, Equations]:
+    """Normal equations of the density over the flat vector, and of that of the named values."""
+    priors = (lambda flat: -posterior.log_prior(flat), partial(_prior_cost, posterior))
+    problem = posterior.least_squares
+    if problem is not None:
+        first, second = (
+            partial(problem.normal_equations, prior=partial(_convex, _derivatives(prior)))
+            for prior in priors
+        )
+        return first, second
+    newton = _derivatives(lambda flat: -posterior.log_likelihood(flat))
+    first, second = (partial(_newton, newton, _derivatives(prior)) for prior in priors)
+    return first, second
+
+
+def _convex(prior: Derivatives, points: Points) -> Terms:
+    terms = prior(points)
+    return terms._replace(curvature=_positive(terms.curvature))
+
+
+def _newton(likelihood: Derivatives, prior: Derivatives, points: Points) -> NormalEquations:
+    """Newton's equations, with the eigenvalues of the Hessian made positive."""
+    cost, gradient, hessian = (
+        of_likelihood + of_prior
+        for of_likelihood, of_prior in zip(likelihood(points), prior(points), strict=True)
+    )
+    return NormalEquations(cost, gradient, _positive(hessian), np.zeros(len(points)))
+
+
+def _prior_cost(posterior: PosteriorDensity, flat: Any) -> Any:
+    """Minus log prior density of the named values."""
+    return posterior.log_jacobian(flat) - posterior.log_prior(flat)
+
+
+def _derivatives(function: Objective) -> Derivatives:
+    """Value, gradient and Hessian of a function at points."""
+    at = jax.jit(lambda flat: (*jax.value_and_grad(function)(flat), jax.hessian(function)(flat)))
+
+    def derivatives(points: Points) -> Terms:
+        parts = zip(*(jax.device_get(at(point)) for point in points), strict=True)
+        return Terms(*(np.stack(part) for part in parts))
+
+    return derivatives
+
+
+def _positive(hessian: np.ndarray) -> np.ndarray:
+    """Hessian with the absolute values of its eigenvalues; it leads away from saddles."""
+    values, vectors = np.linalg.eigh(np.nan_to_num(hessian, posinf=0.0, neginf=0.0))
+    return np.einsum("bij,bj,bkj->bik", vectors, np.abs(values), vectors)
 
 
 def _evolved(cost: Objective, starts: np.ndarray, seed: int) -> np.ndarray:
@@ -140,21 +208,21 @@ def _evolved(cost: Objective, starts: np.ndarray, seed: int) -> np.ndarray:
 
 
 def _warnings(flat: bool, k: float, reached: int, of: int) -> tuple[str, ...]:
-    warnings = []
+    sentences = []
     if flat:
-        warnings.append(
+        sentences.append(
             "The posterior is flat at its maximum, or the maximum lies at the edge of a prior, so "
             "the Laplace covariance means nothing in that direction; use engines.SMC()."
         )
     if k > GOOD_PARETO_K and not flat:
-        warnings.append(
+        sentences.append(
             f"The posterior is not near the Gaussian of Laplace's method: Pareto k = {k:.2f} is "
             f"above {GOOD_PARETO_K}; its mode stands, its spread and evidence do not, so use "
             "engines.SMC()."
         )
     if of > 1 and reached == 1:
-        warnings.append(
+        sentences.append(
             f"Only one of {of} starts reached the best point found, so a better one may exist; use "
             "more starts, MAP(starts=128)."
         )
-    return tuple(warnings)
+    return tuple(sentences)

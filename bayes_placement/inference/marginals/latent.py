@@ -6,6 +6,8 @@ from ..._sites import Unknown
 from ..._types import Key
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
+from ..engines.least_squares import LeastSquares
+from ..residuals import Problem
 from .marginal import Marginal, Model
 
 
@@ -21,6 +23,12 @@ class Latent(Marginal):
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
         """Return the experiment's own model."""
         return lambda: experiment.model(data)
+
+    def least_squares(self, experiment: Experiment, data: Data) -> LeastSquares | None:
+        """Return the residuals of the experiment, whose noise is Gaussian."""
+        if experiment.noise is None:
+            return None
+        return Problem(experiment, data, standard_normal=False).squares
 
     def placement(self, experiment: Experiment, data: Data, key: Key) -> None:
         """Nothing was integrated."""

@@ -13,6 +13,7 @@ from ..._sites import Unknown, realise
 from ..._types import Key
 from ...experiment.experiment import MEASURED, Experiment
 from ...experiment.noise import Data
+from ..engines.least_squares import LeastSquares
 
 Model = Callable[[], None]
 
@@ -44,6 +45,10 @@ class Marginal(eqx.Module):
     @abc.abstractmethod
     def placement(self, experiment: Experiment, data: Data, key: Key) -> DrawPlacement | None:
         """How to draw the integrated placement back; None if nothing was integrated."""
+
+    def least_squares(self, experiment: Experiment, data: Data) -> LeastSquares | None:
+        """Return the likelihood as a problem of least squares; None where it is none."""
+        return None
 
     @abc.abstractmethod
     def settings(self) -> dict[str, Any]:

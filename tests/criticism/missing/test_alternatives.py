@@ -7,9 +7,11 @@ import pytest
 
 from bayes_placement import effects
 from bayes_placement.criticism.missing._alternatives import alternatives
-from bayes_placement.criticism.missing._confirm import Confirmed
 from bayes_placement.criticism.missing._hypotheses import Hypothesis
 from bayes_placement.criticism.missing._odds import STRONG, Pool
+from bayes_placement.inference.engines.about_mode import SampledPosterior
+from bayes_placement.inference.engines.laplace import laplace
+from bayes_placement.inference.engines.levenberg_marquardt import Fit
 from tests.criticism.small import experiment
 
 MASS, SPRING = effects.point_mass(0.3, 0.1), effects.ground_spring(0.3, 1e5)
@@ -24,9 +26,8 @@ def hypothesis(log_evidence, squares, *own):
         count=100,
         coordinates=SimpleNamespace(named=lambda points: {NAME: points[:, 0]}),
     )
-    fit = SimpleNamespace(
-        log_evidence=log_evidence, squares=squares, point=np.zeros(1), covariance=0.01 * np.eye(1)
-    )
+    gaussian = laplace(np.zeros(1), 100.0 * np.eye(1))
+    fit = Fit(np.zeros(1), 0.0, squares, gaussian, log_evidence, 1)
     return Hypothesis(own, problem, fit)
 
 
@@ -59,7 +60,7 @@ def test_one_effect_more_than_needed_is_no_explanation_besides():
 
 def test_draws_are_those_that_were_sampled_or_of_the_gaussian():
     one, other = hypothesis(-50.0, 100.0, MASS), hypothesis(-50.1, 100.0, SPRING)
-    sampled = {id(one): Confirmed(np.full((7, 1), 3.0), -50.0, 0.1)}
+    sampled = {id(one): SampledPosterior(np.full((7, 1), 3.0), -50.0, 0.1)}
     first, second = alternatives(Pool([one, other], {}), [one, other], sampled)
     np.testing.assert_array_equal(first.draws[NAME], np.full(7, 3.0))
     assert second.draws[NAME].std() == pytest.approx(0.1, rel=0.1)

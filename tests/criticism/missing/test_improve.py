@@ -146,13 +146,6 @@ def test_explain_ranks_the_kinds(posterior, candidates):
     assert shares[-1] == 1
 
 
-def test_explain_refuses_candidates_of_another_experiment(posterior):
-    other = effects.library(experiment() + effects.point_mass(0.3, 0.1), ["time_delay"])
-    changed = other._replace(experiment=experiment().fix({"structure.damping.ratio": 0.03}))
-    with pytest.raises(ValueError, match=r"differ in structure\.damping\.ratio"):
-        explain(posterior, changed)
-
-
 def test_explain_needs_a_candidate(posterior):
     with pytest.raises(ValueError, match="No candidate was given"):
         explain(posterior, effects.library(experiment(), []))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from bayes_placement import effects
-from bayes_placement.criticism.missing._descent import Fit
 from bayes_placement.criticism.missing._hypotheses import Hypothesis
 from bayes_placement.criticism.missing._odds import (
     NONE,
@@ -16,6 +15,8 @@ from bayes_placement.criticism.missing._odds import (
     ordered,
     p_value,
 )
+from bayes_placement.inference.engines.laplace import laplace
+from bayes_placement.inference.engines.levenberg_marquardt import Fit
 
 COUNT = 1000
 
@@ -29,7 +30,8 @@ EFFECTS = {
 
 def made(kinds, evidence, squares=COUNT, dimension=4):
     """A hypothesis without an experiment: odds need nothing of it."""
-    fit = Fit(np.zeros(dimension), 0.0, float(squares), np.zeros((1, 1)), float(evidence), 1)
+    certain = laplace(np.zeros(dimension), 1e12 * np.eye(dimension))
+    fit = Fit(np.zeros(dimension), 0.0, float(squares), certain, float(evidence), 1)
     problem = SimpleNamespace(count=COUNT, dimension=dimension)
     return Hypothesis(tuple(EFFECTS[kind] for kind in kinds), problem, fit)
 

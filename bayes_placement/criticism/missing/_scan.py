@@ -4,13 +4,14 @@ Not known here: what an effect is, how fits are compared, what is claimed.
 """
 
 import itertools
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import norm
 
-from ._descent import Fit, best, descend, starts
-from ._problem import Problem
+from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise, sobol_starts
+from ...inference.residuals import Problem
 
 MOST, LEAST = 1600, 400
 """Greatest number of points of a grid for all variants of a kind, and least for each."""
@@ -42,7 +43,7 @@ class Scan(NamedTuple):
 
 def fit_alone(problem: Problem, seed: int = 0) -> Fit:
     """Best fit of an experiment whose unknowns are all treated alike."""
-    return _followed(problem, starts(problem.dimension, 16, seed))
+    return _followed(problem, sobol_starts(problem.dimension, 16, seed))
 
 
 def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fit:
@@ -78,8 +79,8 @@ def scan(problem: Problem, own: dict[str, int], base: np.ndarray, most: int) -> 
     grid = _grid(problem, own, most)
     rest = others(problem, list(own))
     grid[:, rest] = base
-    residual, _ = problem.residuals(grid, True)
-    slopes = problem.slopes(grid[:1], True)[2][0][rest]
+    residual, _ = problem.squares.residuals(grid, True)
+    slopes = problem.squares.jacobian(grid[:1], True).slopes[0][rest]
     curvature = slopes @ slopes.T + np.eye(len(rest))
     pull = residual @ slopes.T
     absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)
@@ -96,11 +97,12 @@ def others(problem: Problem, own: list[str]) -> np.ndarray:
 
 
 def _followed(problem: Problem, points: np.ndarray, further: np.ndarray | None = None) -> Fit:
-    near, normal = descend(problem, points, steps=10, logarithmic=True)
+    equations = problem.squares.normal_equations
+    near, normal = minimise(partial(equations, logarithmic=True), points, steps=10)
     near = near[np.argsort(np.nan_to_num(normal.cost, nan=np.inf))[:FINISHED]]
     last = near if further is None else np.concatenate([near, further])
-    ends, final = descend(problem, last, steps=40)
-    return best(ends, final, problem.count)
+    ends, final = minimise(equations, last, steps=40)
+    return best_fit(ends, final, problem.count)
 
 
 def _grid(problem: Problem, own: dict[str, int], most: int) -> np.ndarray:

@@ -1,0 +1,219 @@
+"""One vector for all unknowns, in which the prior is standard normal.
+
+In these coordinates a uniform prior is a soft wall, all unknowns have one scale, and least squares
+need no bounds. Unknowns whose distribution cannot be inverted take NumPyro's unconstrained ones.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.scipy.special import ndtr, ndtri
+from jaxtyping import Array, Float
+from numpyro.distributions import (
+    Distribution,
+    Independent,
+    Normal,
+    TransformedDistribution,
+    Uniform,
+    biject_to,
+)
+from numpyro.distributions.transforms import ExpTransform
+from scipy import special
+
+from .._types import InfeasibleError
+from .symmetries import Values
+
+Vector = Float[Array, "unknown"]
+
+
+class Coordinates:
+    """Map between the values of unknowns by name and one vector.
+
+    Parameters
+    ----------
+    priors
+        Prior of each unknown by name, independent of each other.
+    standard_normal
+        Whether the prior of every coordinate has to be standard normal.
+
+    Raises
+    ------
+    InfeasibleError
+        If it has to be, and a distribution has no inverse distribution function.
+    """
+
+    def __init__(self, priors: Mapping[str, Distribution], *, standard_normal: bool = True):
+        self.priors = dict(priors)
+        bijective = [name for name, one in self.priors.items() if not _invertible(one)]
+        if standard_normal and bijective:
+            raise InfeasibleError(
+                f'The unknown "{bijective[0]}" has the distribution '
+                f"{type(self.priors[bijective[0]]).__name__}, which lacks an inverse "
+                "distribution function; a fit in standard normal coordinates needs it. Give a "
+                "Uniform, LogUniform, Normal or LogNormal distribution."
+            )
+        self.bijections = {name: biject_to(self.priors[name].support) for name in bijective}
+        self.places: dict[str, slice] = {}
+        end = 0
+        for name in self.priors:
+            self.places[name] = slice(end, end + int(np.prod(self._shape(name))))
+            end = self.places[name].stop
+        self.dimension = end
+
+    def values(self, vector: Vector) -> Values:
+        """Values by name."""
+        probability = ndtr(vector)  # of all at once: it is many operations to compile
+        values = {}
+        for name, prior in self.priors.items():
+            place, shape = self.places[name], self._shape(name)
+            coordinate = vector[place].reshape(shape)
+            if name in self.bijections:
+                values[name] = self.bijections[name](coordinate)
+            else:
+                values[name] = _quantile(prior, coordinate, probability[place], shape)
+        return values
+
+    def vector(self, values: Values) -> Vector:
+        """Vector of values by name; not finite where a value lies outside its prior."""
+        if not self.priors:
+            return jnp.zeros(0)
+        return jnp.concatenate(
+            [
+                jnp.ravel(
+                    self.bijections[name].inv(values[name])
+                    if name in self.bijections
+                    else _score(prior, values[name])
+                )
+                for name, prior in self.priors.items()
+            ]
+        )
+
+    def log_prior(self, vector: Vector, names: Sequence[str] | None = None) -> Float[Array, ""]:
+        """Log prior density of the coordinates of (some of) the unknowns."""
+        values = self.values(vector) if self.bijections else {}
+        total = jnp.zeros(())
+        for name in self.priors if names is None else names:
+            if name in self.bijections:
+                density = self.priors[name].log_prob(values[name])
+                total += jnp.sum(density) + self._log_volume(name, vector, values)
+            else:
+                total += _log_standard_normal(vector[self.places[name]])
+        return total
+
+    def log_jacobian(self, vector: Vector, names: Sequence[str] | None = None) -> Float[Array, ""]:
+        """Log volume that (some) values gain per volume of their coordinates."""
+        values = self.values(vector)
+        total = jnp.zeros(())
+        for name in self.priors if names is None else names:
+            if name in self.bijections:
+                total += self._log_volume(name, vector, values)
+            else:
+                density = jnp.sum(self.priors[name].log_prob(values[name]))
+                total += _log_standard_normal(vector[self.places[name]]) - density
+        return total
+
+    def named(self, points: np.ndarray) -> dict[str, np.ndarray]:
+        """Values by name at several points [point, unknown]."""
+        if len(points) == 0:
+            return {name: np.zeros((0, *prior.shape())) for name, prior in self.priors.items()}
+        values = {}
+        for name, prior in self.priors.items():
+            coordinate = points[:, self.places[name]].reshape(-1, *self._shape(name))
+            value = None if name in self.bijections else _plain_quantile(prior, coordinate)
+            if value is None:
+                return jax.tree.map(np.asarray, jax.jit(jax.vmap(self.values))(points))
+            values[name] = value
+        return values
+
+    def _shape(self, name: str) -> tuple[int, ...]:
+        shape = self.priors[name].shape()
+        return self.bijections[name].inverse_shape(shape) if name in self.bijections else shape
+
+    def _log_volume(self, name: str, vector: Vector, values: Values) -> Array:
+        coordinate = vector[self.places[name]].reshape(self._shape(name))
+        return jnp.sum(self.bijections[name].log_abs_det_jacobian(coordinate, values[name]))
+
+
+def _log_standard_normal(vector: Array) -> Array:
+    return -0.5 * vector @ vector - 0.5 * vector.size * jnp.log(2 * jnp.pi)
+
+
+def _quantile(
+    distribution: Distribution, normal: Array, probability: Array, shape: tuple[int, ...]
+) -> Array:
+    """Value at a standard normal coordinate, whose probability is known."""
+    probability = probability.reshape(shape)
+    if isinstance(distribution, Independent):
+        return _quantile(distribution.base_dist, normal, probability, shape)
+    if isinstance(distribution, Normal):
+        return distribution.loc + distribution.scale * normal
+    if isinstance(distribution, Uniform):
+        return distribution.low + (distribution.high - distribution.low) * probability
+    if isinstance(distribution, TransformedDistribution):
+        value = _quantile(distribution.base_dist, normal, probability, shape)
+        for transform in distribution.transforms:
+            value = transform(value)
+        return value
+    return jnp.broadcast_to(distribution.icdf(probability), distribution.shape())
+
+
+def _score(distribution: Distribution, value: Any) -> Array:
+    """Standard normal coordinate of a value: the inverse of `_quantile`."""
+    if isinstance(distribution, Independent):
+        return _score(distribution.base_dist, value)
+    if isinstance(distribution, Normal):
+        return (value - distribution.loc) / distribution.scale
+    if isinstance(distribution, Uniform):
+        return ndtri((value - distribution.low) / (distribution.high - distribution.low))
+    if isinstance(distribution, TransformedDistribution):
+        for transform in reversed(distribution.transforms):
+            value = transform.inv(value)
+        return _score(distribution.base_dist, value)
+    return ndtri(distribution.cdf(value))
+
+
+def _plain_quantile(distribution: Distribution, normal: np.ndarray) -> np.ndarray | None:
+    """Values of common distributions without compiling anything; None of any other."""
+    if isinstance(distribution, Independent):
+        return _plain_quantile(distribution.base_dist, normal)
+    if isinstance(distribution, Normal):
+        return np.asarray(distribution.loc) + np.asarray(distribution.scale) * normal
+    if isinstance(distribution, Uniform):
+        low, high = np.asarray(distribution.low), np.asarray(distribution.high)
+        return low + (high - low) * special.ndtr(normal)
+    if isinstance(distribution, TransformedDistribution):
+        base = _plain_quantile(distribution.base_dist, normal)
+        if base is not None and [type(one) for one in distribution.transforms] == [ExpTransform]:
+            return np.exp(base)
+    return None
+
+
+def _base(distribution: Distribution) -> Distribution:
+    """Return the distribution of which it is a deterministic function."""
+    while isinstance(distribution, Independent | TransformedDistribution):
+        distribution = distribution.base_dist
+    return distribution
+
+
+def _invertible(distribution: Distribution) -> bool:
+    """Tell whether its values have standard normal coordinates, and these have values."""
+    base = _base(distribution)
+    monotonic = all(
+        transform.domain.event_dim == 0 for transform in getattr(distribution, "transforms", ())
+    )
+    return monotonic and (
+        isinstance(base, Normal | Uniform) or (_has(base, "icdf") and _has(base, "cdf"))
+    )
+
+
+def _has(distribution: Distribution, method: str) -> bool:
+    """Tell whether a distribution or its inverse distribution function is implemented."""
+    probability = jnp.full(distribution.shape(), 0.5)
+    try:
+        jax.eval_shape(getattr(distribution, method), probability)
+    except (NotImplementedError, ImportError):  # some inverses need TensorFlow
+        return False
+    return True

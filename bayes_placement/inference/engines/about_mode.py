@@ -1,0 +1,131 @@
+"""Draws and evidence of a posterior about its mode.
+
+Draws from a Gaussian a little wider than Laplace's are weighted. Where their weights cannot be
+trusted, draws are made along the ridges of the posterior; where these cannot either, SMC goes on
+from the Gaussian.
+"""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.special import logsumexp
+
+from ..._types import InfeasibleError, Key, no_progress
+from ..weights import GOOD_PARETO_K, effective_size, pareto_k
+from .laplace import Laplace
+from .least_squares import LeastSquares
+from .levenberg_marquardt import Fit
+from .randomised_maximum_likelihood import DRAWS as RANDOMISED_DRAWS
+from .randomised_maximum_likelihood import Weighted, randomised_maximum_likelihood
+from .smc import SMC
+
+WIDER = 1.2
+"""Standard deviation of the reference over that of Laplace's Gaussian."""
+
+DRAWS, KEPT, BLOCK = 4096, 1600, 256
+"""Draws that are weighted, those kept of them by their weights, and those evaluated together."""
+
+LEAST_ESS = 400.0
+"""Effective draws below which weights are not trusted."""
+
+ENGINE = SMC(particles=400, populations=4, moves=10, prior_draws=2)
+
+
+class Reference:
+    """Posterior whose tempering begins at a wide Gaussian about the mode, not at the prior.
+
+    What engines call the prior is that Gaussian; what they call the likelihood is the posterior
+    density over it, so that the evidence is that of the model.
+    """
+
+    @property
+    def least_squares(self) -> None:
+        """Not over the Gaussian."""
+        return
+
+    def __init__(self, problem: LeastSquares, gaussian: Laplace):
+        self.problem = problem
+        self.dimension = problem.dimension
+        self.gaussian = gaussian
+        self.constant = 0.5 * np.log(2 * np.pi)
+
+    def log_prior(self, flat: Any) -> Any:
+        """Log density of the Gaussian."""
+        mode, root = jnp.asarray(self.gaussian.mode), jnp.asarray(self.gaussian.root)
+        normal = jax.scipy.linalg.solve_triangular(root, flat - mode, lower=True)
+        return -0.5 * normal @ normal - self.gaussian.log_volume
+
+    def log_likelihood(self, flat: Any) -> Any:
+        """Log of the posterior density over that of the Gaussian, not normalised."""
+        prior = -0.5 * flat @ flat - self.dimension * self.constant
+        return self.problem.log_likelihood(flat) + prior - self.log_prior(flat)
+
+    def log_jacobian(self, flat: Any) -> Any:
+        """Zero: the vector itself is what is named."""
+        return jnp.zeros(())
+
+    def symmetric_images(self, flat: Any) -> list[Any]:
+        """None."""
+        return []
+
+    def sample_prior(self, key: Key, draws: int) -> Any:
+        """Draws from the Gaussian."""
+        normal = jax.random.normal(key, (draws, self.dimension))
+        return jnp.asarray(self.gaussian.mode) + normal @ jnp.asarray(self.gaussian.root).T
+
+    def prior_quadrature(
+        self, nodes: int, box: list[tuple[float, float]] | None = None
+    ) -> tuple[Any, Any]:
+        """Refuse: there is no prior here to lay nodes over."""
+        raise InfeasibleError(
+            "engines.Grid was asked to sample about a mode, but it needs the prior itself. Use "
+            "engines.SMC()."
+        )
+
+
+class SampledPosterior(NamedTuple):
+    """Draws of a posterior about its mode [draw, unknown], and its log evidence with its error."""
+
+    points: np.ndarray
+    log_evidence: float
+    log_evidence_error: float
+
+
+def sampled_about(problem: LeastSquares, fit: Fit, seed: int = 0) -> SampledPosterior:
+    """Sample the posterior about a fit, the prior being standard normal."""
+    gaussian = fit.gaussian.widened(WIDER)
+    sampled = _resampled(_from_gaussian(problem, gaussian, seed), LEAST_ESS, seed)
+    if sampled is None and problem.known_noise:
+        weighted = randomised_maximum_likelihood(problem, fit, seed)
+        sampled = _resampled(weighted, RANDOMISED_DRAWS / 2, seed)
+    if sampled is not None:
+        return sampled
+    draws = ENGINE.run(Reference(problem, gaussian), jax.random.PRNGKey(seed), no_progress)
+    points = np.asarray(draws.position).reshape(-1, problem.dimension)
+    return SampledPosterior(points, draws.log_evidence, draws.log_evidence_error)
+
+
+def _from_gaussian(problem: LeastSquares, gaussian: Laplace, seed: int) -> Weighted:
+    normal = np.random.default_rng(seed).standard_normal((DRAWS, problem.dimension))
+    points = gaussian.points(normal)
+    blocks = np.split(points, DRAWS // BLOCK)
+    log_posterior = np.concatenate([problem.log_posterior(block) for block in blocks])
+    log_weight = log_posterior - gaussian.log_density(normal)
+    return Weighted(points, np.where(np.isfinite(log_weight), log_weight, -np.inf))
+
+
+def _resampled(weighted: Weighted | None, least: float, seed: int) -> SampledPosterior | None:
+    """Draws by their weights and the evidence; None where the weights cannot be trusted."""
+    if weighted is None:
+        return None
+    count, log_weight = len(weighted.points), weighted.log_weight
+    share = np.exp(log_weight - logsumexp(log_weight))
+    if not pareto_k(log_weight) < GOOD_PARETO_K or not effective_size(log_weight) > least:
+        return None
+    evidence = float(logsumexp(log_weight) - np.log(count))
+    steps = (np.arange(KEPT) + np.random.default_rng(seed + 1).uniform()) / KEPT
+    kept = np.minimum(np.searchsorted(np.cumsum(share), steps), count - 1)
+    error = float(np.std(share * count) / np.sqrt(count))
+    return SampledPosterior(weighted.points[kept], evidence, error)

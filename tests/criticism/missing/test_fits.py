@@ -1,0 +1,70 @@
+"""Fits of an experiment: the truth is found, also of an unknown noise, and held-out data."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+from scipy.optimize import minimize
+
+import bayes_placement as bp
+from bayes_placement.criticism.missing._held_out import held_out
+from bayes_placement.criticism.missing._hypotheses import alone
+from tests.criticism.small import TRUTH, experiment, measured, without_coherence
+
+
+@pytest.fixture(scope="module")
+def null():
+    one = experiment()
+    return alone(one, one.data(measured()))
+
+
+def test_every_start_finds_the_truth(null):
+    assert null.fit.reached >= 2
+    values = null.problem.coordinates.named(null.fit.point[None])
+    spread = np.sqrt(np.diag(null.fit.gaussian.covariance))
+    sides = null.problem.coordinates.named(null.fit.point + np.diag(spread))
+    for name, value in values.items():
+        deviation = abs(sides[name][null.problem.coordinates.places[name].start] - value[0])
+        assert abs(value[0] - TRUTH[name]) < 4 * deviation, name
+
+
+def test_the_fit_is_where_another_optimiser_ends(null):
+    def cost(point):
+        return float(null.problem.squares.normal_equations(point[None]).cost[0])
+
+    found = minimize(cost, null.fit.point + 0.02, method="Powell", options={"xtol": 1e-6})
+    assert null.fit.cost < found.fun + 1e-3
+
+
+def test_slopes_are_those_of_autodiff(null):
+    point = null.fit.point + 0.1
+    exact = jax.jit(jax.jacfwd(lambda z: null.problem.squares.residual(z)[0]))(jnp.asarray(point))
+    slopes = null.problem.squares.jacobian(point[None]).slopes[0]
+    np.testing.assert_allclose(slopes, exact.T, atol=1e-4 * np.abs(exact).max())
+
+
+def test_an_unknown_noise_level_is_fitted_too():
+    one = experiment()
+    sigma = dist.LogUniform(1e-3, 1.0)
+    noisy = bp.Experiment(
+        one.structure,
+        sensors=list(one.sensor.values()),
+        actuators=list(one.actuator.values()),
+        frequency=one.frequency,
+        observe=bp.observe.LogAmplitude("acceleration"),
+        noise=bp.noise.Gaussian(sigma),
+    )
+    data = noisy.data(without_coherence(measured()))
+    found = alone(noisy, data)
+    level = found.problem.coordinates.named(found.fit.point[None])["noise.sigma"][0]
+    expected = np.sqrt((1 - 0.997) / 32 / 0.997 / 2) / np.log(10)
+    assert level == pytest.approx(expected, rel=0.25)  # 120 data: 6 % standard error
+    assert found.chi2_per_datum == pytest.approx(1.0, abs=0.1)
+
+
+def test_held_out_data_are_predicted_as_well_as_the_noise_allows(null):
+    # A right model leaves unit residuals: -0.5 (1 + log 2 pi) less the logs of the deviations.
+    _, spread = null.problem.squares.residuals(null.fit.point[None])
+    ideal = -0.5 * (1 + np.log(2 * np.pi)) - spread[0] / null.problem.count
+    assert held_out(null) == pytest.approx(ideal, abs=0.2)

@@ -1,0 +1,75 @@
+"""Unknowns that change different data share a column of differences, and nothing is lost."""
+
+from typing import Any, ClassVar
+
+import jax.numpy as jnp
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+from bayes_placement.effects.instrument_effect import InstrumentEffect
+from bayes_placement.inference.engines._column_groups import column_groups
+from bayes_placement.inference.residuals import Problem
+from tests.criticism.small import experiment, measured
+
+
+def test_unknowns_of_different_data_share_a_group():
+    changes = np.array([[1, 1, 1, 1], [1, 0, 0, 0], [0, 1, 1, 0], [0, 0, 1, 1]], dtype=bool)
+    groups = column_groups(changes)
+    np.testing.assert_array_equal(groups.group, [0, 1, 1, 2])
+    assert groups.number == 3
+    np.testing.assert_array_equal(groups.directions().sum(axis=0), 1)
+
+
+def test_slopes_along_groups_are_those_along_each_unknown():
+    random = np.random.default_rng(0)
+    changes = random.random((7, 40)) < 0.2
+    slopes = random.standard_normal((3, 7, 40)) * changes
+    groups = column_groups(changes)
+    along_groups = np.einsum("gu,pun->pgn", groups.directions(), slopes)
+    assert groups.number < 7
+    np.testing.assert_array_equal(groups.slopes(along_groups), slopes)
+
+
+def test_no_unknown_makes_no_group():
+    groups = column_groups(np.zeros((0, 5), dtype=bool))
+    assert groups.number == 0
+    assert groups.directions().shape == (0, 0)
+
+
+def test_sensors_of_an_experiment_share_a_group():
+    one = experiment()
+    problem = Problem(one, one.data(measured()))
+    assert problem.squares.column_groups.number < problem.dimension
+    points = np.random.default_rng(2).normal(0, 0.5, (2, problem.dimension))
+    one_by_one = problem.squares._differences(points, np.eye(problem.dimension), False)
+    np.testing.assert_array_equal(problem.squares.jacobian(points).slopes, one_by_one.slopes)
+
+
+class OneSided(InstrumentEffect):
+    """Amplification of the first channel that acts on one side of zero alone."""
+
+    absent: ClassVar[tuple[str, float]] = ("amount", 0.0)
+    amount: Any
+    side: int
+    name: str = "one_sided"
+
+    @classmethod
+    def suggest(cls, experiment):
+        return []
+
+    def recorded(self, frf, omega, channels):
+        return frf.at[0].multiply(1 + jnp.maximum(self.side * self.amount, 0.0))
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_an_unknown_that_changes_nothing_at_some_points_is_not_lost_at_others(side):
+    one_sided = experiment() + OneSided(dist.Normal(0.0, 0.2), side)
+    problem = Problem(one_sided, one_sided.data(measured()))
+    points = np.random.default_rng(2).normal(0, 0.5, (2, problem.dimension))
+    points[:, -1] = [-0.7, 0.7]  # on each side
+    one_by_one = problem.squares._differences(points, np.eye(problem.dimension), False).slopes
+    slopes = problem.squares.jacobian(points).slopes
+    np.testing.assert_array_equal(np.any(one_by_one[:, -1] != 0, axis=-1), [side < 0, side > 0])
+    np.testing.assert_array_equal(slopes, one_by_one)
+    assert problem.squares.column_groups.number < problem.dimension

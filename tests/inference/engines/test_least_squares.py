@@ -1,0 +1,164 @@
+"""Fits, draws and evidence of least squares against closed forms and quadrature."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from bayes_placement.inference.engines import about_mode
+from bayes_placement.inference.engines.about_mode import sampled_about
+from bayes_placement.inference.engines.laplace import laplace
+from bayes_placement.inference.engines.least_squares import LeastSquares
+from bayes_placement.inference.engines.levenberg_marquardt import (
+    best_fit,
+    minimise,
+    sobol_starts,
+)
+
+
+def fitted(model):
+    problem = LeastSquares(
+        jax.jit(lambda points, _: jax.vmap(model.residual)(points)), model.dimension, model.count
+    )
+    starts = sobol_starts(problem.dimension, 16, 0)
+    ends, normal = minimise(problem.normal_equations, starts, steps=50)
+    return problem, best_fit(ends, normal, problem.count)
+
+
+class Linear:
+    """A model of which everything is known: residual (y - A z) / s, prior N(0, 1)."""
+
+    def __init__(self, seed=1, count=40, level=0.5):
+        random = np.random.default_rng(seed)
+        self.matrix = random.standard_normal((count, 3)) * [1.0, 0.2, 3.0]
+        self.level = level
+        self.y = self.matrix @ [0.4, -1.0, 0.2] + level * random.standard_normal(count)
+        self.count = count
+
+    def residual(self, point):
+        spread = self.count * jnp.log(self.level)
+        return (jnp.asarray(self.y) - self.matrix @ point) / self.level, spread
+
+    dimension = 3
+
+    def evidence(self):
+        covariance = self.matrix @ self.matrix.T + self.level**2 * np.eye(self.count)
+        return multivariate_normal(np.zeros(self.count), covariance).logpdf(self.y)
+
+    def posterior(self):
+        precision = self.matrix.T @ self.matrix / self.level**2 + np.eye(self.dimension)
+        covariance = np.linalg.inv(precision)
+        return covariance @ self.matrix.T @ self.y / self.level**2, covariance
+
+
+@pytest.fixture(scope="module")
+def linear():
+    model = Linear()
+    return model, *fitted(model)
+
+
+def test_a_linear_fit_is_the_closed_form(linear):
+    model, _, fit = linear
+    mean, covariance = model.posterior()
+    np.testing.assert_allclose(fit.point, mean, atol=1e-5)
+    np.testing.assert_allclose(fit.gaussian.covariance, covariance, rtol=1e-4)
+    assert fit.log_evidence == pytest.approx(model.evidence(), abs=1e-4)
+
+
+@pytest.mark.parametrize("method", ["weights", "ridges", "smc"])
+def test_sampling_about_the_mode_gives_the_closed_form(linear, method, monkeypatch):
+    model, problem, fit = linear
+    if method != "weights":
+        monkeypatch.setattr(about_mode, "LEAST_ESS", np.inf)
+    if method == "smc":
+        monkeypatch.setattr(LeastSquares, "known_noise", False)
+    draws = sampled_about(problem, fit)
+    assert abs(draws.log_evidence - model.evidence()) < 5 * draws.log_evidence_error + 1e-3
+    mean, covariance = model.posterior()
+    effective = {"weights": 1000, "ridges": 192, "smc": 100}[method]
+    error = np.sqrt(np.diag(covariance) / effective)
+    assert np.all(np.abs(draws.points.mean(0) - mean) < 5 * error)
+    wide = 0.1 if method == "weights" else 0.25
+    np.testing.assert_allclose(draws.points.std(0), np.sqrt(np.diag(covariance)), rtol=wide)
+
+
+def test_where_weights_cannot_be_trusted_smc_goes_on(linear, monkeypatch):
+    model, problem, fit = linear
+    monkeypatch.setattr(LeastSquares, "known_noise", False)
+    narrow = fit._replace(gaussian=fit.gaussian.widened(1 / 4))
+    draws = sampled_about(problem, narrow)
+    assert len(draws.points) == about_mode.ENGINE.particles  # not KEPT: these are of SMC
+    assert abs(draws.log_evidence - model.evidence()) < 5 * draws.log_evidence_error + 0.1
+
+
+def test_a_flat_direction_is_told():
+    assert laplace(np.zeros(2), np.diag([1.0, 1e-9])).is_flat
+    gaussian = laplace(np.array([1.0, 2.0]), np.array([[4.0, 1.0], [1.0, 3.0]]))
+    assert not gaussian.is_flat
+    np.testing.assert_allclose(gaussian.covariance, np.linalg.inv([[4.0, 1.0], [1.0, 3.0]]))
+    normal = np.array([[0.3, -1.2]])
+    density = multivariate_normal(gaussian.mode, gaussian.covariance)
+    np.testing.assert_allclose(
+        gaussian.log_density(normal)[0], density.logpdf(gaussian.points(normal)[0])
+    )
+
+
+class Bent(Linear):
+    """Two data that hold one coordinate to a curve in the other, far narrower than it is long."""
+
+    def __init__(self, bend):
+        self.dimension = 2
+        self.bend, self.level, self.y, self.count = bend, 0.001, np.array([0.3, 0.3]), 2
+
+    def residual(self, point):
+        x, follows, noise = point[0], point[1], jnp.array([0.0, 1e-4])
+        mean = follows - self.bend * (x**2 + 0.3 * x**3) + noise
+        return (jnp.asarray(self.y) - mean) / self.level, self.count * jnp.log(self.level)
+
+    def integrals(self):
+        """Log evidence, and mean and deviation of both coordinates, by quadrature."""
+        x = np.linspace(-6, 6, 4001)
+        curve = self.bend * (x**2 + 0.3 * x**3)
+        follows = curve[:, None] + 0.3 + np.linspace(-8, 8, 401) * self.level
+        noise = np.array([0.0, 1e-4])
+        missed = (0.3 - follows[..., None] + curve[:, None, None] - noise) / self.level
+        squares = np.sum(missed**2, axis=2) + follows**2 + x[:, None] ** 2
+        density = np.exp(-0.5 * (squares - squares.min()))
+        cell = (x[1] - x[0]) * (follows[0, 1] - follows[0, 0])
+        constant = -2 * np.log(2 * np.pi) - self.count * np.log(self.level) - 0.5 * squares.min()
+        share = density / density.sum()
+        means = np.array([np.sum(share * one) for one in (x[:, None], follows)])
+        squared = np.array([np.sum(share * one**2) for one in (x[:, None], follows)])
+        return np.log(density.sum() * cell) + constant, means, np.sqrt(squared - means**2)
+
+
+@pytest.mark.parametrize("bend", [0.02, 0.1])
+def test_a_bent_ridge_is_followed_to_its_ends(bend):
+    model = Bent(bend)
+    draws = sampled_about(*fitted(model))
+    evidence, mean, deviation = model.integrals()
+    assert draws.log_evidence_error < 0.1
+    assert abs(draws.log_evidence - evidence) < 4 * draws.log_evidence_error + 0.01
+    assert np.all(np.abs(draws.points.mean(0) - mean) < 4 * deviation / np.sqrt(192))
+    np.testing.assert_allclose(draws.points.std(0), deviation, rtol=4 / np.sqrt(2 * 192))
+
+
+def test_data_of_weight_zero_have_no_say(linear):
+    model, problem, _ = linear
+    weight = np.ones(model.count)
+    weight[:15] = 0
+    ends, _ = minimise(
+        lambda points: problem.normal_equations(points, weight=weight), np.zeros((1, 3)), steps=20
+    )
+    kept = Linear()
+    kept.matrix, kept.y, kept.count = model.matrix[15:], model.y[15:], model.count - 15
+    np.testing.assert_allclose(ends[0], kept.posterior()[0], atol=1e-5)
+
+
+def test_starts_are_the_middle_and_draws_of_the_prior():
+    drawn = sobol_starts(3, 33, seed=2)
+    np.testing.assert_array_equal(drawn[0], 0)
+    assert drawn.shape == (33, 3)
+    assert np.all(np.abs(drawn[1:].mean(0)) < 0.15)
+    assert sobol_starts(0, 5, seed=0).shape == (1, 0)
