@@ -1,10 +1,11 @@
-"""The bar of the paper's section 5, and what measured responses say about its damping.
+"""The bar of the paper's section 5: its damping, inferred from a measured response.
 
-A uniform bar, fixed at both ends, is driven at one place and read at another; both were recorded,
-but the glue may be off by 4 cm. Unknown: the damping ratios of the first two modes.
+A uniform bar, fixed at both ends, is excited at one point and measured at another. Both positions
+were recorded, with a tolerance of 4 cm. Unknown: the damping ratios of the first two modes and both
+positions.
 
 The data in bar.uff are simulated by bar_measurement.py, a finite element model that shares no
-code with this package: another discretisation, 1 % noise, and instruments off their places.
+code with this package: another discretisation, 1 % noise, and positions other than the recorded.
 """
 
 import json
@@ -17,15 +18,15 @@ import bayes_placement as bp
 
 PRIOR = dist.Uniform(0.02, 0.06)
 PAPER_LINES = (np.arange(1, 11) - 0.5) * 43.3
-"""Midpoints of ten equal bands of [0, 433] Hz; at 0 Hz itself the logarithm is infinite."""
+"""Midpoints of ten equal bands of [0, 433] Hz; at 0 Hz the logarithm is infinite."""
 
 HERE = Path(__file__).parent
 
 
 def bar(first=PRIOR, second=PRIOR, *, static_correction=False):
-    """Return the bar of section 5.1 with the damping ratios of its first two modes.
+    """Bar of section 5.1 with the damping ratios of its first two modes.
 
-    The paper sums fifteen modes; the static correction adds the flexibility of all others.
+    The paper sums fifteen modes; the static correction adds the flexibility of all further modes.
     """
     modes = bp.beams.bar(
         15,
@@ -39,7 +40,7 @@ def bar(first=PRIOR, second=PRIOR, *, static_correction=False):
 
 
 def placed(sensor, actuator, noise, *, frequency=PAPER_LINES, structure=None):
-    """Return the experiment with both instruments within 4 cm of these places."""
+    """Experiment with both transducers within 4 cm of these positions [m]."""
     return bp.Experiment(
         bar() if structure is None else structure,
         sensors=[bp.Sensor("s1", at=bp.positions.Segment(sensor, within=0.04))],
@@ -55,13 +56,13 @@ measurement = bp.io.uff.read(HERE / "bar.uff")
 
 
 def _truth():
-    known = json.loads((HERE / "bar_truth.json").read_text())
-    first, second = known["damping_ratios"]
+    stated = json.loads((HERE / "bar_truth.json").read_text())
+    first, second = stated["damping_ratios"]
     return {
         "structure.damping.ratio.1": first,
         "structure.damping.ratio.2": second,
-        "sensor.s1.position": known["sensor"]["true_position_m"],
-        "actuator.a1.position": known["actuator"]["true_position_m"],
+        "sensor.s1.position": stated["sensor"]["true_position_m"],
+        "actuator.a1.position": stated["actuator"]["true_position_m"],
     }
 
 

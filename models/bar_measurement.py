@@ -1,7 +1,7 @@
-"""bar_measurement: in, a bar and a seed; out, its measurement bar.uff and bar_truth.json.
+"""Simulated measurement of a bar: writes bar.uff and bar_truth.json.
 
-Not known here: bayes_placement. A fine finite element model, solved directly at each line, stands
-in for the real bar, so that no model of the package is checked against itself.
+It does not use bayes_placement. A fine finite element model, solved directly at each line, replaces
+the real bar, so that no model of the package is checked against itself.
 """
 
 import argparse
@@ -16,13 +16,13 @@ import scipy.linalg
 LENGTH, AREA, YOUNGS_MODULUS, DENSITY = 1.0, 1e-3, 1e9, 9000.0  # m, m^2, Pa, kg/m^3
 ELEMENTS = 200
 
-# The first two ratios differ from the nominal 0.04 and from each other: a symmetric truth would
+# The first two ratios differ from the nominal 0.04 and from each other: equal true values would
 # hide an exchange of the two.
 DAMPING_RATIOS, FURTHER_DAMPING_RATIO = (0.035, 0.047), 0.04
 
 SENSOR = {"name": "s1", "recorded_position_m": 0.25, "true_position_m": 0.262}
 ACTUATOR = {"name": "a1", "recorded_position_m": 0.30, "true_position_m": 0.283}
-TOLERANCE = 0.04  # m, either way
+TOLERANCE = 0.04  # m, plus and minus
 
 LINES, SPACING = 100, 4.33  # Hz; lines 5, 15, ..., 95 are the ten of the paper
 RELATIVE_NOISE, AVERAGES, SEED = 0.01, 16, 20240917
@@ -42,23 +42,31 @@ def matrices(elements: int) -> tuple[np.ndarray, np.ndarray]:
 
 def _assembled(element: np.ndarray, elements: int) -> np.ndarray:
     nodes = 2 * elements + 1
-    whole = np.zeros((nodes, nodes))
+    matrix = np.zeros((nodes, nodes))
     for first in range(0, nodes - 1, 2):
-        whole[first : first + 3, first : first + 3] += element
-    return whole[1:-1, 1:-1]
+        matrix[first : first + 3, first : first + 3] += element
+    return matrix[1:-1, 1:-1]
 
 
-def damping(stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Damping matrix [N s/m] D = M Phi diag(2 xi w) Phi' M with every mode of the mesh."""
-    squares, shapes = scipy.linalg.eigh(stiffness, mass)
-    ratios = np.full(squares.size, FURTHER_DAMPING_RATIO)
-    ratios[: len(DAMPING_RATIOS)] = DAMPING_RATIOS
-    momenta = mass @ shapes
-    return momenta * (2 * ratios * np.sqrt(squares)) @ momenta.T
+def damping(
+    stiffness: np.ndarray,
+    mass: np.ndarray,
+    first: tuple[float, ...] = DAMPING_RATIOS,
+    further: float = FURTHER_DAMPING_RATIO,
+) -> np.ndarray:
+    """Damping matrix [N s/m] D = M Phi diag(2 xi w) Phi' M with every mode of the mesh.
+
+    Damping ratios are those of the first modes and a common one of all further modes.
+    """
+    eigenvalues, shapes = scipy.linalg.eigh(stiffness, mass)
+    ratios = np.full(eigenvalues.size, further)
+    ratios[: len(first)] = first
+    mass_times_shapes = mass @ shapes
+    return mass_times_shapes * (2 * ratios * np.sqrt(eigenvalues)) @ mass_times_shapes.T
 
 
-def reading(position: float, elements: int) -> np.ndarray:
-    """Row of shape functions that reads the displacement at a position [m]."""
+def shape_functions(position: float, elements: int) -> np.ndarray:
+    """Row of shape functions that gives the displacement at a position [m]."""
     element, local = divmod(position * elements / LENGTH, 1.0)
     row = np.zeros(2 * elements + 1)
     first = 2 * int(element)
@@ -73,19 +81,34 @@ def reading(position: float, elements: int) -> np.ndarray:
 def accelerance(frequency: np.ndarray, elements: int = ELEMENTS) -> np.ndarray:
     """Accelerance [(m/s^2)/N] between the true positions, by a direct solve at each line [Hz]."""
     stiffness, mass = matrices(elements)
-    losses = damping(stiffness, mass)
-    sensor = reading(SENSOR["true_position_m"], elements)
-    actuator = reading(ACTUATOR["true_position_m"], elements)
+    sensor = shape_functions(SENSOR["true_position_m"], elements)
+    actuator = shape_functions(ACTUATOR["true_position_m"], elements)
+    system = stiffness, damping(stiffness, mass), mass
+    return solved(system, sensor, actuator, frequency)
+
+
+def solved(
+    system: tuple[np.ndarray, np.ndarray, np.ndarray],
+    sensors: np.ndarray,
+    actuator: np.ndarray,
+    frequency: np.ndarray,
+) -> np.ndarray:
+    """Accelerance of stiffness, damping and mass, by a direct solve at each line [Hz].
+
+    Returns an array of shape (frequency,) for a row of shape functions of a sensor, and of shape
+    (frequency, sensor) for the rows of several.
+    """
+    stiffness, losses, mass = system
     values = []
     for omega in 2 * np.pi * frequency:
         dynamic_stiffness = stiffness + 1j * omega * losses - omega**2 * mass
         displacement = scipy.linalg.solve(dynamic_stiffness, actuator, assume_a="sym")
-        values.append(-(omega**2) * (sensor @ displacement))
+        values.append(-(omega**2) * (sensors @ displacement))
     return np.array(values)
 
 
 def measured(exact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Add circular complex Gaussian noise; return FRF and the coherence that tells its size.
+    """Add circular complex Gaussian noise; return FRF and coherence.
 
     The coherence g2 obeys E|error|^2 = |H|^2 (1 - g2) / (n g2) exactly, with the measured H.
     """
@@ -96,22 +119,22 @@ def measured(exact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return frf, 1 / (1 + AVERAGES * deviation**2 / np.abs(frf) ** 2)
 
 
-def _rounded(values: np.ndarray) -> np.ndarray:
+def rounded(values: np.ndarray) -> np.ndarray:
     """Round to a millionth of the modulus, the accuracy of the mesh.
 
-    Linear algebra libraries differ by 1e-11 of it, and would else each give a file of their own.
+    Linear algebra libraries differ by 1e-11 of it and would otherwise give different files.
     """
-    places = (6 - np.floor(np.log10(np.abs(values)))).astype(int)
+    digits = (6 - np.floor(np.log10(np.abs(values)))).astype(int)
     return np.array(
         [
-            complex(round(value.real, place), round(value.imag, place))
-            for value, place in zip(values.tolist(), places.tolist(), strict=True)
+            complex(round(value.real, count), round(value.imag, count))
+            for value, count in zip(values.ravel().tolist(), digits.ravel().tolist(), strict=True)
         ]
-    )
+    ).reshape(values.shape)
 
 
 def datasets(frequency: np.ndarray, frf: np.ndarray, coherence: np.ndarray) -> list[dict[str, Any]]:
-    """Lay the measurement out as universal datasets: units, recorded nodes, functions."""
+    """Datasets of the universal file: units, recorded nodes, functions."""
     zeros = [0, 0]
     positions = [SENSOR["recorded_position_m"], ACTUATOR["recorded_position_m"]]
     units = {"units_code": 1, "units_description": "SI", "temp_mode": 1, "length": 1.0}
@@ -127,7 +150,7 @@ def datasets(frequency: np.ndarray, frf: np.ndarray, coherence: np.ndarray) -> l
         "orddenom_axis_lab": "Excitation force",
         "orddenom_axis_units_lab": "N",
     }
-    power_share = {
+    coherence_fields = {
         "id1": "Coherence s1+x / a1+x",
         "func_type": 6,
         "func_id": 2,
@@ -139,12 +162,12 @@ def datasets(frequency: np.ndarray, frf: np.ndarray, coherence: np.ndarray) -> l
         {"type": 164, **units, "force": 1.0, "temp": 1.0, "temp_offset": 0.0},
         {"type": 2411, **nodes, "x": positions, "y": [0.0, 0.0], "z": [0.0, 0.0]},
         {**acceleration, **_function(frequency), "data": frf},
-        {**power_share, **_function(frequency), "data": coherence},
+        {**coherence_fields, **_function(frequency), "data": coherence},
     ]
 
 
 def _function(frequency: np.ndarray) -> dict[str, Any]:
-    """Fields that the FRF and its coherence share; ID lines 4 and 5 name averages and nodes."""
+    """Fields that the FRF and its coherence share; ID lines 4 and 5 hold averages and names."""
     return {
         "type": 58,
         "id2": "bar run 1",
@@ -163,7 +186,7 @@ def _function(frequency: np.ndarray) -> dict[str, Any]:
 
 
 def truth() -> dict[str, Any]:
-    """Say what the measurement hides, and how it was made."""
+    """True values behind the measurement, and how it was made."""
     return {
         "structure": {
             "type": "bar, fixed at both ends",
@@ -188,7 +211,7 @@ def truth() -> dict[str, Any]:
 def main(folder: Path) -> None:
     """Write bar.uff and bar_truth.json into a folder."""
     frequency = SPACING * np.arange(1, LINES + 1)
-    frf, coherence = measured(_rounded(accelerance(frequency)))
+    frf, coherence = measured(rounded(accelerance(frequency)))
     file = pyuff.UFF(str(folder / "bar.uff"))
     file.write_sets(datasets(frequency, frf, coherence), mode="overwrite")
     (folder / "bar_truth.json").write_text(json.dumps(truth(), indent=1) + "\n")

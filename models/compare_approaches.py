@@ -1,15 +1,15 @@
-"""Kernel density estimate against latent variables: what the same data say by either.
+"""Kernel density estimate and latent positions, compared on the same data.
 
-The paper estimates the density of z given h from draws of the placement, with kernels, inside
-importance sampling from the prior (KDE). Here the placement is an unknown like the others, sampled
-along by SMC (latent). Where parameters are few, quadrature tells which of the two is right.
+The paper estimates the density of z given h by kernels, from draws of the placement, inside
+importance sampling from the prior (KDE). Here the placement is also sampled with the parameters by
+SMC (latent). Where parameters are few, quadrature gives the exact posterior.
 
-Three scenes: the bar of the paper, and the bar on which somebody left a clamp, by a model without
-and by one with a point mass. All observe the logarithm of the amplitude at ten lines, since a
-density estimate needs few outputs.
+Three scenes: the bar of the paper, and the bar on which a clamp was left, with a model without and
+a model with a point mass. All observe the logarithm of the amplitude at ten lines, since a density
+estimate needs few outputs.
 
-    python models/compare_approaches.py            # some minutes
-    python models/compare_approaches.py --fast     # the clamp alone at tiny sizes: half a minute
+    python models/compare_approaches.py            # a few minutes
+    python models/compare_approaches.py --fast     # the clamp only, small: half a minute
     python models/compare_approaches.py --out DIR  # and a figure
 """
 
@@ -43,16 +43,16 @@ KDE, LATENT, EXACT = "KDE", "latent", "quadrature"
 
 
 class Sizes(NamedTuple):
-    """How much each approach computes.
+    """Settings of each approach.
 
     Parameters
     ----------
     draws
         Draws of h from the prior, n_sim,h of the paper.
     kernels
-        Draws of the placement for each, n_sim,p.
+        Draws of the placement, n_sim,p.
     particles, moves
-        Of the SMC.
+        Particles of SMC, and moves of each.
     nodes
         Nodes for each parameter of the grid; 0 for no quadrature.
     placement_nodes
@@ -71,7 +71,7 @@ FULL, FAST = Sizes(), Sizes(200, 50, 120, 5, 0, 0)
 
 
 class Scene(NamedTuple):
-    """An experiment, its measurement, and the parameter that the approaches are compared by."""
+    """An experiment, its measurement, and the parameter by which approaches are compared."""
 
     experiment: bp.Experiment
     measurement: bp.Measurement
@@ -79,26 +79,26 @@ class Scene(NamedTuple):
     truth: Mapping[str, float]
 
 
-class Study(NamedTuple):
+class Comparison(NamedTuple):
     """Results of each approach, by scene."""
 
     scenes: Mapping[str, Scene]
     results: Mapping[str, Mapping[str, xr.DataTree]]
 
     def __str__(self) -> str:
-        """Lay out a table for each scene, then what follows."""
+        """Table of each scene, then conclusions."""
         tables = [f"{scene}\n{table(self, scene).T.to_string()}\n" for scene in self.results]
-        return "\n".join([*tables, *(f"- {line}" for line in words(self))])
+        return "\n".join([*tables, *(f"- {line}" for line in sentences(self))])
 
 
 def clamped(structure: bp.Structure, lines: int = 10) -> bp.Experiment:
-    """Return the experiment of the clamped bar with the log amplitude at a few of its lines."""
-    whole = hidden_effect.experiment
+    """Experiment of the bar with the clamp, for the log amplitude at a few of its lines."""
+    full = hidden_effect.experiment
     chosen = np.linspace(2, 60, lines).round().astype(int)  # 36 to 500 Hz: three resonances
     return bp.Experiment(
         structure,
-        sensors=list(whole.sensor.values()),
-        actuators=list(whole.actuator.values()),
+        sensors=list(full.sensor.values()),
+        actuators=list(full.actuator.values()),
         frequency=hidden_effect.measurement.frequency[chosen],
         observe=bp.observe.LogAmplitude("acceleration"),
         noise=bp.noise.FromCoherence(),
@@ -106,51 +106,51 @@ def clamped(structure: bp.Structure, lines: int = 10) -> bp.Experiment:
 
 
 def scenes() -> dict[str, Scene]:
-    """Return the three scenes; the last two are of one measurement."""
-    drawn = hidden_effect.bar()
-    up_to_its_own = dist.LogUniform(0.01, 9.0)
-    mass = bp.effects.point_mass(dist.Uniform(0.0, 1.0), up_to_its_own)
-    known = (hidden_effect.measurement, STIFFNESS, hidden_effect.truth)
+    """The three scenes; the last two have the same measurement."""
+    nominal = hidden_effect.bar()
+    up_to_mass_of_bar = dist.LogUniform(0.01, 9.0)
+    mass = bp.effects.point_mass(dist.Uniform(0.0, 1.0), up_to_mass_of_bar)
+    common = (hidden_effect.measurement, STIFFNESS, hidden_effect.truth)
     return {
         PAPER: Scene(bar.experiment, bar.measurement, f"{DAMPING}.1", bar.truth),
-        WITHOUT: Scene(clamped(drawn), *known),
-        WITH: Scene(clamped(drawn + mass), *known),
+        WITHOUT: Scene(clamped(nominal), *common),
+        WITH: Scene(clamped(nominal + mass), *common),
     }
 
 
 def approaches(experiment: bp.Experiment, sizes: Sizes) -> list[Method]:
-    """Return the approaches that suit an experiment."""
+    """Approaches that are feasible for an experiment."""
     smc = bp.engines.SMC(particles=sizes.particles, populations=2, moves=sizes.moves)
     density = bp.marginals.KDE(placement_draws=sizes.kernels)
-    found = [
+    methods = [
         Method(KDE, bp.engines.Importance(draws=sizes.draws), density),
         Method(LATENT, smc, bp.marginals.Latent()),
     ]
-    parameters = [one for one in experiment.unknowns if one.role is Role.PARAMETER]
+    parameters = [unknown for unknown in experiment.unknowns if unknown.role is Role.PARAMETER]
     if sizes.nodes and len(parameters) <= GRID_UNKNOWNS:
         nodes = bp.marginals.Quadrature(nodes=sizes.placement_nodes)
-        found.append(Method(EXACT, bp.engines.Grid(nodes=sizes.nodes), nodes))
-    return found
+        methods.append(Method(EXACT, bp.engines.Grid(nodes=sizes.nodes), nodes))
+    return methods
 
 
-def study(sizes: Sizes = FULL, names: Sequence[str] | None = None, key: int = 0) -> Study:
+def study(sizes: Sizes = FULL, names: Sequence[str] | None = None, key: int = 0) -> Comparison:
     """Infer every scene by every approach.
 
     Parameters
     ----------
     sizes
-        How much each computes.
+        Settings of each approach.
     names
         Scenes; all by default.
     key
         Seed.
     """
-    chosen = {name: one for name, one in scenes().items() if names is None or name in names}
-    return Study(chosen, {name: _results(scene, sizes, key) for name, scene in chosen.items()})
+    chosen = {name: scene for name, scene in scenes().items() if names is None or name in names}
+    return Comparison(chosen, {name: _results(scene, sizes, key) for name, scene in chosen.items()})
 
 
 def _results(scene: Scene, sizes: Sizes, key: int) -> dict[str, xr.DataTree]:
-    with warnings.catch_warnings():  # the table and the words say what is wrong with each
+    with warnings.catch_warnings():  # table and sentences report the diagnostics of each
         warnings.simplefilter("ignore", InferenceWarning)
         return {
             name: bp.infer(
@@ -160,12 +160,12 @@ def _results(scene: Scene, sizes: Sizes, key: int) -> dict[str, xr.DataTree]:
         }
 
 
-def table(found: Study, scene: str) -> pd.DataFrame:
-    """Figures of every parameter, divergence, evidence, effective draws and seconds.
+def table(comparison: Comparison, scene: str) -> pd.DataFrame:
+    """Estimates of every parameter, divergence, evidence, effective draws and seconds.
 
-    One row for each approach.
+    A row for each approach.
     """
-    rows = {name: _row(result) for name, result in found.results[scene].items()}
+    rows = {name: _row(result) for name, result in comparison.results[scene].items()}
     return pd.DataFrame.from_dict(rows, orient="index")
 
 
@@ -173,8 +173,11 @@ def _row(result: xr.DataTree) -> dict[str, str]:
     estimates, row = result["estimates"].to_dataset(), {}
     parameters = estimates["unknown"].values[estimates["role"] == Role.PARAMETER.value]
     for name in parameters:
-        one, short = estimates.sel(unknown=name), name.removeprefix("structure.")
-        row |= {f"{short} mean": _number(one["mean"]), f"{short} variation": _number(one["cv"])}
+        estimate, short = estimates.sel(unknown=name), name.removeprefix("structure.")
+        row |= {
+            f"{short} mean": _number(estimate["mean"]),
+            f"{short} variation": _number(estimate["cv"]),
+        }
     exact = result.attrs["engine"] == "Grid"
     ess = np.nan if exact else estimates["ess"].sel(unknown=parameters).min()
     row |= {"KL of parameters [nat]": _number(estimates["kl_parameters"])}
@@ -192,88 +195,91 @@ def _kernel_over_noise(result: xr.DataTree) -> float:
     return float(stats["kernel_over_noise"].mean()) if "kernel_over_noise" in stats else np.nan
 
 
-def words(found: Study) -> list[str]:
-    """Say what is learnt: kernels against noise, bias by a hidden effect, its cure and its size."""
+def sentences(comparison: Comparison) -> list[str]:
+    """Conclusions: kernels compared with noise, bias by a hidden effect, and its correction."""
     lines = [
-        *(line for scene in found.results for line in _warnings(found, scene)),
-        *(_width_words(found, scene) for scene in found.results),
+        *(line for scene in comparison.results for line in _warnings(comparison, scene)),
+        *(_width_sentence(comparison, scene) for scene in comparison.results),
     ]
-    if {WITHOUT, WITH} <= set(found.results):
-        lines += [_bias_words(found, approach) for approach in (KDE, LATENT)]
-        lines.append(_misfit_words(found))
-        lines += _comparison_words(found)
+    if {WITHOUT, WITH} <= set(comparison.results):
+        lines += [_bias_sentence(comparison, approach) for approach in (KDE, LATENT)]
+        lines.append(_evidence_sentence(comparison))
+        lines += _comparison_sentences(comparison)
     return lines
 
 
-def _warnings(found: Study, scene: str) -> list[str]:
-    """Return what each approach warns of."""
+def _warnings(comparison: Comparison, scene: str) -> list[str]:
+    """Warnings of each approach."""
     return [
         f"{scene}, {approach}: {line}"
-        for approach, result in found.results[scene].items()
+        for approach, result in comparison.results[scene].items()
         for line in result.attrs["warnings"]
     ]
 
 
-def _estimate(found: Study, scene: str, approach: str) -> xr.Dataset:
-    estimates = found.results[scene][approach]["estimates"].to_dataset()
-    return estimates.sel(unknown=found.scenes[scene].parameter)
+def _estimate(comparison: Comparison, scene: str, approach: str) -> xr.Dataset:
+    estimates = comparison.results[scene][approach]["estimates"].to_dataset()
+    return estimates.sel(unknown=comparison.scenes[scene].parameter)
 
 
-def _width_words(found: Study, scene: str) -> str:
-    others = [name for name in found.results[scene] if name != KDE]
-    against = " and ".join(
-        f"{float(_estimate(found, scene, name)['cv']):.2g} by {name}" for name in others
+def _width_sentence(comparison: Comparison, scene: str) -> str:
+    others = [name for name in comparison.results[scene] if name != KDE]
+    others_words = " and ".join(
+        f"{float(_estimate(comparison, scene, name)['cv']):.2g} by {name}" for name in others
     )
-    ratio = _kernel_over_noise(found.results[scene][KDE])
-    one = _estimate(found, scene, KDE)
+    ratio = _kernel_over_noise(comparison.results[scene][KDE])
+    by_kernels = _estimate(comparison, scene, KDE)
     return (
         f"{scene}: the kernels are {ratio:.1f} times as wide as the output error, and KDE finds "
-        f"{found.scenes[scene].parameter} to a coefficient of variation of {float(one['cv']):.2g} "
-        f"({float(one['ess']):.0f} draws effective), against {against}."
+        f"{comparison.scenes[scene].parameter} to a coefficient of variation of "
+        f"{float(by_kernels['cv']):.2g} (effective sample size {float(by_kernels['ess']):.0f}), "
+        f"compared with {others_words}."
     )
 
 
-def _bias_words(found: Study, approach: str) -> str:
-    true = found.scenes[WITH].truth[STIFFNESS]
-    said = []
+def _bias_sentence(comparison: Comparison, approach: str) -> str:
+    true = comparison.scenes[WITH].truth[STIFFNESS]
+    deviations = []
     for scene in (WITHOUT, WITH):
-        one = _estimate(found, scene, approach)
-        mean, deviation, ess = float(one["mean"]), float(one["sd"]), float(one["ess"])
+        estimate = _estimate(comparison, scene, approach)
+        mean, deviation, ess = (float(estimate[name]) for name in ("mean", "sd", "ess"))
         errors = f"{abs(mean - true) / deviation:.1f} of its standard deviations"
-        few = f"though on {ess:.0f} effective draws, too few for an estimate"
-        said.append(f"{100 * abs(mean - true) / true:.2g} % off, {few if ess < 10 else errors}")
+        few = f"with an effective sample size of {ess:.0f}, too small for an estimate"
+        deviations.append(
+            f"{100 * abs(mean - true) / true:.2g} % off, {few if ess < 10 else errors}"
+        )
     return (
-        f"{approach}: without the clamp in the model, Young's modulus is {said[0]}; with a point "
-        f"mass in the model, {said[1]}."
+        f"{approach}: without the clamp in the model, Young's modulus is {deviations[0]}; with a "
+        f"point mass in the model, {deviations[1]}."
     )
 
 
-def _misfit_words(found: Study) -> str:
-    """Say by how much the evidence rises with the mass, as either approach sees it."""
+def _evidence_sentence(comparison: Comparison) -> str:
+    """Increase of the evidence by the mass, for both approaches."""
     evidence = {
-        (approach, scene): float(_estimate(found, scene, approach)["log_evidence"])
+        (approach, scene): float(_estimate(comparison, scene, approach)["log_evidence"])
         for approach in (KDE, LATENT)
         for scene in (WITHOUT, WITH)
     }
-    rise = [evidence[one, WITH] - evidence[one, WITHOUT] for one in (KDE, LATENT)]
+    rise = [evidence[approach, WITH] - evidence[approach, WITHOUT] for approach in (KDE, LATENT)]
     return (
-        f"Adding the mass raises the log evidence by {rise[0]:.0f} as KDE sees it and by "
-        f"{rise[1]:.0f} with latent placement: wide kernels take a misfit for uncertain placement."
+        f"Adding the mass raises the log evidence by {rise[0]:.0f} with KDE and by {rise[1]:.0f} "
+        "with latent placement: wide kernels attribute misfit to uncertain placement."
     )
 
 
-def _comparison_words(found: Study) -> list[str]:
-    models = {scene: found.results[scene][LATENT] for scene in (WITHOUT, WITH)}
+def _comparison_sentences(comparison: Comparison) -> list[str]:
+    models = {scene: comparison.results[scene][LATENT] for scene in (WITHOUT, WITH)}
     compared = bp.compare(models)
     return compared.words()[len(compared.warnings) :]
 
 
-def figure(found: Study) -> Figure:
-    """Posterior of the compared parameter by each approach, one panel a scene."""
-    drawn = Figure(figsize=(6.4, 2.6 * len(found.results)), layout="constrained")
-    axes = drawn.subplots(len(found.results), 1, squeeze=False).ravel()
-    for axis, (name, results) in zip(axes, found.results.items(), strict=True):
-        scene = found.scenes[name]
+def figure(comparison: Comparison) -> Figure:
+    """Posterior of the compared parameter by each approach, with a panel for each scene."""
+    drawn = Figure(figsize=(6.4, 2.6 * len(comparison.results)), layout="constrained")
+    axes = drawn.subplots(len(comparison.results), 1, squeeze=False).ravel()
+    for axis, (name, results) in zip(axes, comparison.results.items(), strict=True):
+        scene = comparison.scenes[name]
         for number, (approach, result) in enumerate(results.items()):
             draws = result["posterior"][scene.parameter].values.ravel()
             bins = _cells(draws) if approach == EXACT else 25
@@ -291,14 +297,14 @@ def figure(found: Study) -> Figure:
 
 
 def _cells(draws: np.ndarray) -> np.ndarray:
-    """Edges midway between nodes, so that each stands for the interval about it."""
+    """Edges midway between nodes, so that each node is the middle of its interval."""
     nodes = np.unique(draws)
     middle = (nodes[1:] + nodes[:-1]) / 2
     return np.concatenate([[2 * nodes[0] - middle[0]], middle, [2 * nodes[-1] - middle[-1]]])
 
 
 def _density(axis: Any, draws: np.ndarray, bins: Any = 25, **style: Any) -> None:
-    """Outline of the draws; a line where all of them are copies of one."""
+    """Outline of the histogram of draws; a line where all draws are equal."""
     if np.ptp(draws) == 0:
         axis.axvline(draws[0], **style)
         return
@@ -307,16 +313,16 @@ def _density(axis: Any, draws: np.ndarray, bins: Any = 25, **style: Any) -> None
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the study, write its tables and words, and its figure to a folder."""
+    """Run the study, write its tables and conclusions, and its figure to a folder."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--fast", action="store_true", help="the clamp alone, at tiny sizes")
+    parser.add_argument("--fast", action="store_true", help="the clamp only, with small settings")
     parser.add_argument("--out", type=Path, help="folder for approaches.png")
-    given = parser.parse_args(arguments)
-    found = study(FAST, (WITHOUT, WITH)) if given.fast else study()
-    sys.stdout.write(f"{found}\n")
-    if given.out is not None:
-        given.out.mkdir(parents=True, exist_ok=True)
-        figure(found).savefig(given.out / "approaches.png", dpi=150)
+    options = parser.parse_args(arguments)
+    comparison = study(FAST, (WITHOUT, WITH)) if options.fast else study()
+    sys.stdout.write(f"{comparison}\n")
+    if options.out is not None:
+        options.out.mkdir(parents=True, exist_ok=True)
+        figure(comparison).savefig(options.out / "approaches.png", dpi=150)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""A real free-free beam whose length, mass and instrument positions nobody recorded.
+"""A measured free-free beam of which length, mass and positions were not recorded.
 
-Three accelerances of a slender uniform beam, one response point and three hammer hits, 0 to
+Three accelerances of a slender uniform beam, one response point and three hammer impacts, 0 to
 1000 Hz. Unknown: stiffness, mass, and all four positions, in units of the length. The file labels
-the first function as a driving point; the posterior of the placement tells whether that can be.
+the first function as a driving point; the posterior of the positions shows whether it is.
 
-The measurement is not part of this project. Give its place with
+The measurement is not part of this project. Give the file with
 `bayes-placement update models/free_free_beam.py --data measured.uff`.
 """
 
@@ -20,18 +20,18 @@ ANYWHERE = bp.positions.Segment(0.5, within=0.5)
 
 
 def off_resonance(spacing=15.0, clearance=0.02):
-    """Lines [Hz] away from the resonances, whose peaks lines 1 Hz apart do not resolve.
+    """Lines [Hz] away from the resonances, whose peaks a spacing of 1 Hz does not resolve.
 
-    The uniform beam explains the resonances to some 0.2 %, so lines closer to one than ten times
-    that compare the sides of two shifted peaks.
+    The uniform beam explains the resonances to about 0.2 %, so that lines closer to a resonance
+    than ten times that would compare the flanks of two shifted peaks.
     """
     lines = np.arange(25.0, 1000.0, spacing)
     distance = np.abs(lines[:, None] - RESONANCES) / RESONANCES
     return lines[np.all(distance > clearance, axis=1)]
 
 
-# Length, section and material make one frequency scale and one mass. With unit length, density and
-# radius of gyration, the first is youngs_modulus [1/s2] and the second the area [kg].
+# Length, section and material enter as a frequency scale and a mass. With unit length, density and
+# radius of gyration, youngs_modulus [1/s2] is the first and area [kg] the second.
 beam = bp.Structure(
     bp.beams.beam(
         16,
@@ -43,17 +43,19 @@ beam = bp.Structure(
         ends="free-free",
         direction=1,  # as recorded in the file
     ),
-    damping=bp.damping.Modal(1e-3),  # of no account away from the resonances
+    damping=bp.damping.Modal(1e-3),  # negligible away from the resonances
 )
 
 experiment = bp.Experiment(
     beam,
     sensors=[bp.Sensor("1", at=ANYWHERE)],
-    actuators=[bp.Actuator(hit, at=ANYWHERE) for hit in ("1", "2", "3")],
+    actuators=[bp.Actuator(name, at=ANYWHERE) for name in ("1", "2", "3")],
     frequency=off_resonance(),
     observe=bp.observe.LogAmplitude("acceleration"),
     noise=bp.noise.Gaussian(dist.LogUniform(5e-3, 0.5)),
 )
 
 engine = bp.engines.SMC(particles=4000, moves=60)
-"""The mirror image explains the data as well, and either is narrow: more moves than by default."""
+"""More moves than by default: the mirror image explains the data as well, and both modes of the
+posterior are narrow.
+"""

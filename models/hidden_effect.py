@@ -1,13 +1,13 @@
-"""A bar on which somebody left a clamp, and a model that knows nothing of it.
+"""A bar on which a clamp was left, and a model without it.
 
-A uniform bar, fixed at both ends, is driven at one place and read at three by one roved sensor,
-each within 3 cm of its record. Unknown: Young's modulus, the damping ratio and the four places.
-No value of these explains the data, since the model lacks the clamp. What is it that is missing,
-where does it sit, and how much does the error fall once it is added? Ask with
-`bayes-placement improve models/hidden_effect.py`.
+A uniform bar, fixed at both ends, is excited at one point and measured at three by a roved sensor,
+each within 3 cm of its recorded position. Unknown: Young's modulus, the damping ratio and the four
+positions. No values of these explain the data, since the model lacks the clamp. Which effect is
+missing, where is it, and how far does the error fall when it is added?
+`bayes-placement improve models/hidden_effect.py` answers.
 
 The data in hidden_effect.uff are simulated by hidden_effect_measurement.py, a finite element model
-that shares no code with this package; hidden_effect_truth.json holds what was hidden.
+that shares no code with this package; hidden_effect_truth.json holds the true values.
 """
 
 import json
@@ -24,12 +24,12 @@ PLACES = {"s1": 0.16, "s2": 0.47, "s3": 0.71, "a1": 0.25}
 
 
 def at(name):
-    """Return where a transducer may sit: within 3 cm of its record."""
+    """Position of a transducer: within 3 cm of the recorded position."""
     return bp.positions.Segment(PLACES[name], within=0.03)
 
 
 def bar():
-    """Return the bar as drawn: stiffness and damping uncertain, and nothing attached."""
+    """Nominal bar: stiffness and damping uncertain, and nothing attached."""
     modes = bp.beams.bar(
         60,
         length=1.0,
@@ -53,16 +53,17 @@ experiment = bp.Experiment(
 
 
 def _truth():
-    known = json.loads((HERE / "hidden_effect_truth.json").read_text())
-    places = {
-        f"{kind}.{one['name']}.position": one["true_position_m"]
-        for kind, ones in [("sensor", known["sensors"]), ("actuator", [known["actuator"]])]
-        for one in ones
+    stated = json.loads((HERE / "hidden_effect_truth.json").read_text())
+    sides = {"sensor": stated["sensors"], "actuator": [stated["actuator"]]}
+    positions = {
+        f"{side}.{transducer['name']}.position": transducer["true_position_m"]
+        for side, transducers in sides.items()
+        for transducer in transducers
     }
     return {
-        "structure.modes.youngs_modulus": known["structure"]["youngs_modulus_Pa"],
-        "structure.damping.ratio": known["damping_ratio"],
-        **places,
+        "structure.modes.youngs_modulus": stated["structure"]["youngs_modulus_Pa"],
+        "structure.damping.ratio": stated["damping_ratio"],
+        **positions,
     }
 
 

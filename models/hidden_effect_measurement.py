@@ -1,7 +1,7 @@
-"""hidden_effect_measurement: in, a bar with a clamp left on it; out, its measurement as UFF.
+"""Simulated measurement of a bar with a clamp left on it.
 
-Not known here: bayes_placement. It writes hidden_effect.uff and hidden_effect_truth.json from the
-finite elements of bar_measurement, with a mass that no model of the bar mentions.
+It writes hidden_effect.uff and hidden_effect_truth.json, and does not use bayes_placement: the
+finite elements are those of bar_measurement, with an attached mass.
 """
 
 import argparse
@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pyuff
-import scipy.linalg
 
 try:
     from models import bar_measurement as bar
@@ -22,15 +21,15 @@ NOMINAL_YOUNGS_MODULUS, YOUNGS_MODULUS = bar.YOUNGS_MODULUS, 1.03e9  # Pa
 NOMINAL_DAMPING_RATIO, DAMPING_RATIO = 0.04, 0.03
 CLAMP = {"mass_kg": 0.06 * bar.DENSITY * bar.AREA * bar.LENGTH, "position_m": 0.37}
 
-# No two lie mirrored: the bar is symmetric, and symmetric places would hide on which half the
-# clamp sits.
+# No two are mirror images: the bar is symmetric, and symmetric positions would hide on which half
+# the clamp is.
 SENSORS = [
     {"name": "s1", "recorded_position_m": 0.16, "true_position_m": 0.172},
     {"name": "s2", "recorded_position_m": 0.47, "true_position_m": 0.455},
     {"name": "s3", "recorded_position_m": 0.71, "true_position_m": 0.728},
 ]
 ACTUATOR = {"name": "a1", "recorded_position_m": 0.25, "true_position_m": 0.233}
-TOLERANCE = 0.03  # m, either way
+TOLERANCE = 0.03  # m, plus and minus
 
 FREQUENCY = np.arange(20.0, 1600.0, 8.0)  # Hz
 RELATIVE_NOISE, FLOOR, AVERAGES, SEED = 0.01, 0.05, 32, 20240918
@@ -41,33 +40,21 @@ def accelerance(
 ) -> np.ndarray:
     """Accelerance [(m/s^2)/N] of shape (sensor, frequency), by a direct solve at each line [Hz].
 
-    The clamp adds mass after the damping was taken from the modes of the bar without it. The
-    sensors weigh nothing, so that one roved over three places reads what three would.
+    The damping is that of the modes of the bar without the clamp. The sensors have no mass, so that
+    a sensor roved over three positions measures what three sensors would.
     """
     stiffness, mass = bar.matrices(elements)
     stiffness = stiffness * YOUNGS_MODULUS / NOMINAL_YOUNGS_MODULUS
-    losses = damping(stiffness, mass)
-    seat = bar.reading(clamp["position_m"], elements)
-    mass = mass + clamp["mass_kg"] * np.outer(seat, seat)
-    sensors = np.array([bar.reading(one["true_position_m"], elements) for one in SENSORS])
-    actuator = bar.reading(ACTUATOR["true_position_m"], elements)
-    values = []
-    for omega in 2 * np.pi * frequency:
-        dynamic_stiffness = stiffness + 1j * omega * losses - omega**2 * mass
-        displacement = scipy.linalg.solve(dynamic_stiffness, actuator, assume_a="sym")
-        values.append(-(omega**2) * (sensors @ displacement))
-    return np.array(values).T
-
-
-def damping(stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Damping matrix [N s/m] D = M Phi diag(2 xi w) Phi' M with every mode of the mesh."""
-    squares, shapes = scipy.linalg.eigh(stiffness, mass)
-    momenta = mass @ shapes
-    return momenta * (2 * DAMPING_RATIO * np.sqrt(squares)) @ momenta.T
+    losses = bar.damping(stiffness, mass, first=(), further=DAMPING_RATIO)
+    at_clamp = bar.shape_functions(clamp["position_m"], elements)
+    mass = mass + clamp["mass_kg"] * np.outer(at_clamp, at_clamp)
+    sensors = [bar.shape_functions(sensor["true_position_m"], elements) for sensor in SENSORS]
+    actuator = bar.shape_functions(ACTUATOR["true_position_m"], elements)
+    return bar.solved((stiffness, losses, mass), np.array(sensors), actuator, frequency).T
 
 
 def measured(exact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Add circular complex Gaussian noise; return FRF and the coherence that tells its size.
+    """Add circular complex Gaussian noise; return FRF and coherence.
 
     The noise is 1 % of the modulus, with a floor at antiresonances. The coherence g2 obeys
     E|error|^2 = |H|^2 (1 - g2) / (n g2) exactly, with the measured H.
@@ -80,46 +67,40 @@ def measured(exact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return frf, 1 / (1 + AVERAGES * deviation**2 / np.abs(frf) ** 2)
 
 
-def _rounded(values: np.ndarray) -> np.ndarray:
-    """Round to a millionth of the modulus, since linear algebra libraries differ by less."""
-    scale = 10 ** (6 - np.floor(np.log10(np.abs(values))))
-    return np.round(values * scale) / scale
-
-
 def datasets(frf: np.ndarray, coherence: np.ndarray) -> list[dict[str, Any]]:
-    """Lay the measurement out as universal datasets: units, recorded nodes, functions."""
+    """Datasets of the universal file: units, recorded nodes, functions."""
     units, nodes, *_ = bar.datasets(FREQUENCY, frf[0], coherence[0])
     numbers = [*range(1, len(SENSORS) + 1), nodes["node_nums"][-1]]
-    places = [one["recorded_position_m"] for one in [*SENSORS, ACTUATOR]]
-    zeros = [0] * len(places)
+    positions = [transducer["recorded_position_m"] for transducer in [*SENSORS, ACTUATOR]]
+    zeros = [0] * len(positions)
     systems = {"def_cs": zeros, "disp_cs": zeros, "color": zeros}
-    geometry = {"x": places, "y": [0.0 for _ in places], "z": [0.0 for _ in places]}
+    geometry = {"x": positions, "y": [0.0] * len(positions), "z": [0.0] * len(positions)}
     functions = [
-        one
+        function
         for node, sensor, *values in zip(numbers, SENSORS, frf, coherence, strict=False)
-        for one in _functions(node, sensor["name"], *values)
+        for function in _functions(node, sensor["name"], *values)
     ]
     return [units, {**nodes, "node_nums": numbers, **systems, **geometry}, *functions]
 
 
 def _functions(node: int, name: str, frf: np.ndarray, coherence: np.ndarray) -> list[dict]:
-    """FRF and coherence of one sensor; ID lines 4 and 5 name averages and nodes."""
+    """FRF and coherence of a sensor; ID lines 4 and 5 hold averages and names."""
     pair = f"{name}+x / {ACTUATOR['name']}+x"
-    own = {
+    fields = {
         "id2": f"bar run {node}",
         "id4": json.dumps({"averages": AVERAGES}),
         "id5": json.dumps({"names": [name, ACTUATOR["name"]]}),
         "rsp_node": node,
     }
-    acceleration, power_share = bar.datasets(FREQUENCY, frf, coherence)[2:]
+    acceleration, coherence_fields = bar.datasets(FREQUENCY, frf, coherence)[2:]
     return [
-        {**acceleration, **own, "id1": f"FRF {pair}"},
-        {**power_share, **own, "id1": f"Coherence {pair}"},
+        {**acceleration, **fields, "id1": f"FRF {pair}"},
+        {**coherence_fields, **fields, "id1": f"Coherence {pair}"},
     ]
 
 
 def truth() -> dict[str, Any]:
-    """Say what the measurement hides, and how it was made."""
+    """True values behind the measurement, and how it was made."""
     return {
         "hidden_effect": {"name": "point_mass", "what": "a clamp left on the bar", **CLAMP},
         "structure": {
@@ -148,7 +129,7 @@ def truth() -> dict[str, Any]:
 def main(folder: Path) -> None:
     """Write hidden_effect.uff and hidden_effect_truth.json into a folder."""
     file = pyuff.UFF(str(folder / "hidden_effect.uff"))
-    file.write_sets(datasets(*measured(_rounded(accelerance(FREQUENCY)))), mode="overwrite")
+    file.write_sets(datasets(*measured(bar.rounded(accelerance(FREQUENCY)))), mode="overwrite")
     text = json.dumps(truth(), indent=1) + "\n"
     (folder / "hidden_effect_truth.json").write_text(text)
 

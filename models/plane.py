@@ -1,14 +1,15 @@
-"""A real aeroplane-like structure whose three accelerometers sat nobody knows where.
+"""A measured aeroplane-like structure with three accelerometers at unknown positions.
 
-A hammer test at 74 nodes of a finite element model that came with mode shapes alone. Unknown:
-natural frequencies, damping, modal masses, where the accelerometers were, and from which side each
-hit came. Shapes 1 to 6 are those of the structure, once modes 3, 4 and 5, close in frequency, are
-turned into each other: to 2 to 8 % of what the hits excite. Those above are not, and `bp.check`
-says so: treated alike, modes 1 to 6 pass and modes 7 to 9 miss by ten times as much.
+A hammer test at 74 nodes of a finite element model of which only mode shapes were given. Unknown:
+natural frequencies, damping, modal masses, the positions of the accelerometers, and the sign of
+each impact. Mode shapes 1 to 6 are those of the structure, once modes 3, 4 and 5, which are close
+in frequency, are rotated into each other: with an error of 2 to 8 % of the excited response. Those
+above are not, and `bp.check` detects it: treated alike, modes 1 to 6 pass and the misfit of modes
+7 to 9 is ten times as large.
 
-Damping is what the flanks tell. That of mode 6 is a fifth less than what its top tells: 0.00085
-against 0.00102; its line is not quite that of viscous damping, nor the same from hit to hit. The
-mass of the whole, 39 to 50 kg by the lines chosen, is not well known.
+Damping is identified from the flanks of the resonances. That of mode 6 is a fifth less than by its
+peak, 0.00085 instead of 0.00102: its resonance is not exactly that of viscous damping, and differs
+between impacts. The total mass, 39 to 50 kg depending on the lines, is not well identified.
 
 The measurement is not part of this project. Give the folder of `measured.npz` and `modes.npz`:
 `PLANE_DATA=folder bayes-placement update models/plane.py --engine map`.
@@ -39,19 +40,19 @@ RESONANCES = np.array(
 """Measured resonances [Hz]."""
 
 FLANK = np.array([0.375, 0.75] + [0.375] * 7)
-"""How far to either side of each resonance it is compared [Hz]: tops drift from hit to hit."""
+"""Distance from each resonance at which it is compared [Hz]: peaks drift between impacts."""
 
 PAIRED = 6
-"""Modes whose measured shapes the model has."""
+"""Number of modes whose shapes in the model are those of the structure."""
 
 MISS = np.array([0.035, 0.08, 0.08, 0.05, 0.065, 0.02])
-"""Model error about resonances 1 to 6 over the level there [1], so that chi2 is about 1."""
+"""Model error near resonances 1 to 6, relative to the level there [1], for chi2 of about 1."""
 
 CLOSE = ((3, 4), (4, 5), (7, 8), (8, 9))
-"""Modes near enough in frequency to be turned into each other."""
+"""Pairs of modes close enough in frequency to be rotated into each other."""
 
 AXES = {"wing": 3, "tail": 3, "fin": 1}
-"""Axis along which each accelerometer reads: across the plate on which it sits."""
+"""Axis of each accelerometer: normal to the plate on which it is mounted."""
 
 PLATES = {
     "wing": ((0.45, 0.75), (0.75, 0.85), 0.0),
@@ -61,20 +62,20 @@ PLATES = {
 """Region of each accelerometer along x, y and z [m]."""
 
 RIGID = np.array([16.0, 22.0, 25.0, 28.0])
-"""Lines at which the structure moves as a rigid body as much as in a mode [Hz]."""
+"""Lines at which rigid-body motion is as large as that of an elastic mode [Hz]."""
 
 RIGID_BODY = 3
-"""Rigid-body modes that these hits excite: heave, pitch and roll."""
+"""Number of rigid-body modes that the impacts excite: heave, pitch and roll."""
 
 MASS, SPREAD = 40.0, 0.7
-"""Prior of what each mode sees of the mass: a median [kg] and a deviation of the log."""
+"""Prior of the mass on which modal masses are based: median [kg], standard deviation of the log."""
 
 engine = bp.engines.MAP(starts=1, draws=256)
-"""Three starts end within two units of log density of each other."""
+"""A single start: three starts end within two units of log density of each other."""
 
 
 class Plane(NamedTuple):
-    """What was handed over: the hammer test, and nodes with mode shapes."""
+    """The data: the hammer test, and nodes with mode shapes."""
 
     frequency: np.ndarray
     accelerance: np.ndarray
@@ -85,7 +86,7 @@ class Plane(NamedTuple):
     shape: np.ndarray
 
     def shape_at_hits(self):
-        """Return the mode shapes at the hits, along the positive axis, [mode, hit]."""
+        """Mode shapes at the impacts, along the positive axis, [mode, hit]."""
         nearest = KDTree(self.node).query(self.hit)[1]
         return self.shape[:, nearest, self.axis - 1]
 
@@ -94,13 +95,13 @@ def read(folder=None):
     """Read the measurement from a folder, by default that in the environment."""
     folder = Path(folder or os.environ.get(FOLDER) or "no folder")
     files = [folder / name for name in ("measured.npz", "modes.npz")]
-    if not all(one.is_file() for one in files):
+    if not all(file.is_file() for file in files):
         raise FileNotFoundError(
             f"{folder} was given for the measurement of models/plane.py; a folder that holds "
             "measured.npz and modes.npz is needed, since the data are not part of this project. "
             f"Name it: {FOLDER}=folder bayes-placement update models/plane.py --engine map."
         )
-    measured, modes = (np.load(one) for one in files)
+    measured, modes = (np.load(file) for file in files)
     return Plane(
         frequency=measured["frequency_hz"],
         accelerance=measured["frf"].astype(complex),
@@ -112,11 +113,11 @@ def read(folder=None):
     )
 
 
-def sound(plane):
+def usable_frfs(plane):
     """Tell which FRFs can be used, [sensor, hit].
 
-    A hit near an accelerometer overloads it: its FRF is wrong, and its coherence low at nearly all
-    lines. A record that repeats an earlier one is of no other hit.
+    An impact near an accelerometer overloads it: its FRF is wrong, and its coherence low at nearly
+    all lines. A record that repeats an earlier record is not used.
     """
     band = (plane.frequency > 14) & (plane.frequency < 107)
     coherent = np.median(plane.coherence[..., band], axis=-1) > 0.99
@@ -125,21 +126,22 @@ def sound(plane):
 
 
 def signs(plane):
-    """Sign of each hit along its axis, and how unanimous the votes for it are, from 0 to 1.
+    """Sign of each impact along its axis, and the agreement of the votes for it, from 0 to 1.
 
-    About a resonance the imaginary part of an accelerance goes with the shape at the sensor, the
-    shape at the hit and the sign. Times the shape at the hit, whose place is known, it is a vote on
-    the sign, up to one sign for each sensor and mode: 18 lists of votes, which the first
-    eigenvector of their products weighs against each other. The first hit is along its axis.
+    Near a resonance the imaginary part of an accelerance is proportional to the shape at the
+    sensor, the shape at the impact and the sign. Multiplied by the shape at the impact, whose
+    position is known, it is a vote on the sign, up to a sign for each sensor and mode: 18 lists of
+    votes, which are combined by the first eigenvector of their products. The first impact is along
+    its axis.
 
-    What is inferred cannot be biased by it: where the sensors sat plays no part, and a sign that
-    all votes agree on has no rival whose probability a choice could drop.
+    This does not bias the inference: positions of sensors are not used, and a sign on which all
+    votes agree has no alternative of notable probability.
     """
     votes = []
     for mode, shape in enumerate(plane.shape_at_hits()[:PAIRED]):
         near = np.abs(plane.frequency - RESONANCES[mode]) < 1.0
         peak = np.sum(np.imag(plane.accelerance[..., near]), axis=-1)
-        vote = np.where(sound(plane), peak, 0.0) * shape
+        vote = np.where(usable_frfs(plane), peak, 0.0) * shape
         votes.extend(vote / np.linalg.norm(vote, axis=1, keepdims=True))
     leading = np.linalg.eigh(np.transpose(votes) @ votes)[1][:, -1]
     agreed = np.sign(votes @ leading)[:, None] * votes
@@ -149,8 +151,8 @@ def signs(plane):
 
 
 def measured(plane):
-    """Return the FRFs that can be used, each hit with its sign as the direction of its channel."""
-    usable = sound(plane)[..., None]
+    """Usable FRFs, with the sign of each impact as the direction of its channel."""
+    usable = usable_frfs(plane)[..., None]
     directions = plane.axis * signs(plane)[0]
     return bp.Measurement.from_arrays(
         np.where(usable, plane.accelerance, np.nan)[..., 1:],
@@ -159,12 +161,12 @@ def measured(plane):
         actuators=[bp.Channel(str(n), int(axis)) for n, axis in enumerate(directions, start=1)],
         quantity="accelerance",
         coherence=np.where(usable, np.clip(plane.coherence, 1e-3, 1 - 1e-4), np.nan)[..., 1:],
-        averages=2,  # not recorded: the fewest that tell a coherence, and so the most error
+        averages=2,  # not recorded: the least number with a coherence, and so the largest error
     )
 
 
 class Aeroplane(bp.finite_elements.DerivedNodalModes):
-    """Known shapes of unknown frequencies and masses, those of close modes turned.
+    """Known mode shapes with unknown frequencies and masses; shapes of close modes are rotated.
 
     Parameters
     ----------
@@ -175,10 +177,10 @@ class Aeroplane(bp.finite_elements.DerivedNodalModes):
     modal_mass
         Modal mass of each mode [kg].
     angle
-        Angle by which each of the pairs is turned [rad]. That is what a small error of the
-        stiffness does to modes of nearly the same frequency.
+        Angle by which each of the pairs is rotated [rad], the effect of a small error of the
+        stiffness on modes of nearly the same frequency.
     pairs
-        Columns of the shapes that are turned into each other.
+        Columns of the shapes that are rotated into each other.
     """
 
     nodal: bp.finite_elements.NodalModes
@@ -194,28 +196,28 @@ class Aeroplane(bp.finite_elements.DerivedNodalModes):
         return 2 * np.pi * jnp.concatenate([jnp.zeros(RIGID_BODY), self.frequency])
 
     def shapes(self, position, derivative=0):
-        """Mass-normalised mode shapes [kg^-1/2], which turned shapes stay."""
+        """Mass-normalised mode shapes [kg^-1/2]; rotated shapes are mass-normalised as well."""
         shapes = self.nodal.shapes(position, derivative) / jnp.sqrt(self.modal_mass)
         for number, pair in enumerate(self.pairs):
             cosine, sine = jnp.cos(self.angle[number]), jnp.sin(self.angle[number])
-            turn = jnp.array([[cosine, -sine], [sine, cosine]])
-            shapes = shapes.at[:, pair].set(shapes[:, pair] @ turn)
+            rotation = jnp.array([[cosine, -sine], [sine, cosine]])
+            shapes = shapes.at[:, pair].set(shapes[:, pair] @ rotation)
         return shapes
 
     def static_flexibility(self, position, other):
-        """Nothing is known of modes left out."""
+        """None: truncated modes are not known."""
         return
 
 
 class InexactShapes(bp.effects.InstrumentEffect):
-    """What a sensor reads of each mode is off by a factor, since the shapes are not exact.
+    """Error of the shape of each mode at each sensor, as a factor of the FRF near its resonance.
 
     Parameters
     ----------
     error
         Error for each sensor and mode [1].
     about
-        Whether a line is about the resonance of a mode, [mode, line].
+        Whether a line is near the resonance of a mode, [mode, line].
     """
 
     absent: ClassVar = ("error", 0.0)
@@ -224,17 +226,17 @@ class InexactShapes(bp.effects.InstrumentEffect):
     name: str = eqx.field(static=True, default="inexact_shapes", kw_only=True)
 
     def recorded(self, frf, omega, channels):
-        """FRF multiplied by 1 + error about each resonance."""
+        """FRF multiplied by 1 + error near each resonance."""
         return frf * (1 + jnp.asarray(self.error) @ self.about)[:, None]
 
     @classmethod
     def suggest(cls, experiment):
-        """Nothing: it belongs to this study."""
+        """No variants: this effect belongs to this study."""
         return []
 
 
 def structure(plane, modes):
-    """Return the structure: shapes known, frequency, mass and damping of each mode unknown."""
+    """Structure with known shapes and unknown frequency, mass and damping of each mode."""
     shape = np.concatenate([rigid_body_shapes(plane.node), plane.shape[:modes]])
     kept, resonances = regions(plane), RESONANCES[:modes]
     model = bp.finite_elements.ModalModel.from_arrays(
@@ -243,7 +245,7 @@ def structure(plane, modes):
         natural_frequency=np.concatenate([np.zeros(RIGID_BODY), resonances]),
         modal_mass=1,
     )
-    even = MASS * np.mean(np.sum(shape**2, axis=2), axis=1)  # if all nodes weighed the same
+    even = MASS * np.mean(np.sum(shape**2, axis=2), axis=1)  # if all nodes had the same mass
     pairs = tuple((RIGID_BODY + i - 1, RIGID_BODY + j - 1) for i, j in CLOSE if j <= modes)
     aeroplane = Aeroplane(
         bp.finite_elements.modes_from_shapes(
@@ -259,14 +261,14 @@ def structure(plane, modes):
 
 
 def rigid_body_shapes(position):
-    """Heave along z and rotations about x and y, all that these hits excite, [mode, node, axis]."""
+    """Heave along z and rotations about x and y, which the impacts excite, [mode, node, axis]."""
     offset = position - position.mean(axis=0)
     heave = np.broadcast_to([0.0, 0.0, 1.0], offset.shape)
     return np.stack([heave, *(np.cross(axis, offset) for axis in np.eye(3)[:2])])
 
 
 def regions(plane):
-    """Nodes about the hits and in the regions of the sensors: the others are never read."""
+    """Nodes near the impacts and in the regions of the sensors; the others are not needed."""
     kept = np.zeros(len(plane.node), dtype=bool)
     kept[np.concatenate(KDTree(plane.node).query_ball_point(plane.hit, 0.03)).astype(int)] = True
     for sides in PLATES.values():
@@ -276,53 +278,55 @@ def regions(plane):
 
 
 def lines(modes):
-    """Lines [Hz] on the flanks of the resonances, eight to a hertz."""
+    """Lines [Hz] on the flanks of the resonances, rounded to 1/8 Hz."""
     flanks = RESONANCES[:modes, None] + FLANK[:modes, None] * [-1, 1]
     return np.unique(np.round(8 * flanks)) / 8
 
 
 def about(frequency):
-    """Tell which resonance a line is about, [mode, line]."""
+    """Tell which resonance a line is near, [mode, line]."""
     apart = np.abs(frequency - RESONANCES[:, None])
     return (apart < 1.5) & (apart == apart.min(axis=0))
 
 
 def level(plane, frequency):
-    """Root mean square of the FRFs of all hits [(m/s2)/N], [line].
+    """Root mean square of the FRFs of all impacts [(m/s2)/N], [line].
 
-    Shapes err as much next to a node of the mode as elsewhere. For some modes the hits that can be
-    used are next to one, so that the mean over these is taken to all hits by the shapes.
+    The error of a shape does not vanish near a node of the mode. For some modes the usable impacts
+    are near a node, so that the mean over these is scaled to all impacts by the shapes.
     """
-    usable, shape = sound(plane), plane.shape_at_hits() ** 2
-    seen = np.stack([shape[:, one].mean(axis=1) for one in usable])
+    usable, shape = usable_frfs(plane), plane.shape_at_hits() ** 2
+    at_usable = np.stack([shape[:, hits].mean(axis=1) for hits in usable])
     near = about(frequency)
-    more = np.where(near.any(axis=0), shape.mean(axis=1) / seen @ near, 1.0)
+    scale = np.where(near.any(axis=0), shape.mean(axis=1) / at_usable @ near, 1.0)
     square = np.nanmean(np.abs(measured(plane).lines(frequency).frf) ** 2, axis=1)
-    return np.sqrt(np.mean(square * more, axis=0))
+    return np.sqrt(np.mean(square * scale, axis=0))
 
 
 def within(low, high):
-    """Return the law of a coordinate [m] that is the less likely the nearer to an edge."""
+    """Distribution of a coordinate [m] whose density falls to zero at both edges."""
     stretch = AffineTransform(low, high - low, domain=dist.constraints.unit_interval)
     return dist.TransformedDistribution(dist.Beta(2.0, 2.0), stretch)
 
 
 def sensor(name, sides):
-    """Return an accelerometer somewhere on its plate."""
-    place = bp.positions.places.Cartesian(*(within(*one) if np.ndim(one) else one for one in sides))
-    middle = tuple(float(np.mean(one)) for one in sides)
-    return bp.Sensor(name, place, directions=(AXES[name],), recorded=middle)
+    """Accelerometer anywhere on its plate."""
+    position = bp.positions.places.Cartesian(
+        *(within(*side) if np.ndim(side) else side for side in sides)
+    )
+    middle = tuple(float(np.mean(side)) for side in sides)
+    return bp.Sensor(name, position, directions=(AXES[name],), recorded=middle)
 
 
 def experiment_of(plane, frequency, modes, miss):
-    """Return the experiment at some lines [Hz], the sensors anywhere on their plates.
+    """Experiment at given lines [Hz], with sensors anywhere on their plates.
 
-    The model error is a share of the level of each line [1]. Neighbouring hits err alike, so that
-    every second is enough.
+    The model error is relative to the level of each line [1]. Errors of neighbouring impacts are
+    alike, so that every second impact is sufficient.
     """
-    size = miss * level(plane, frequency) / np.sqrt(2)  # of the real part and of the imaginary
+    deviation = miss * level(plane, frequency) / np.sqrt(2)  # of the real part and of the imaginary
     hits = list(enumerate(zip(plane.hit, plane.axis, strict=True), start=1))
-    whole = bp.Experiment(
+    with_exact_shapes = bp.Experiment(
         structure(plane, modes),
         sensors=[sensor(name, sides) for name, sides in PLATES.items()],
         actuators=[
@@ -331,14 +335,14 @@ def experiment_of(plane, frequency, modes, miss):
         ],
         frequency=frequency,
         observe=bp.observe.Complex("acceleration"),
-        noise=bp.noise.Gaussian(size[None, None]),
+        noise=bp.noise.Gaussian(deviation[None, None]),
     )
     error = dist.Normal(np.zeros((len(PLATES), modes)), 0.1).to_event(2)
-    return whole + InexactShapes(error, about(frequency)[:modes])
+    return with_exact_shapes + InexactShapes(error, about(frequency)[:modes])
 
 
 def below(plane):
-    """Return the experiment on modes 1 to 6."""
+    """Experiment on modes 1 to 6."""
     frequency = np.union1d(RIGID, lines(PAIRED))
     near = about(frequency)[:PAIRED]
     miss = np.where(near.any(axis=0), MISS @ near, MISS.max())
@@ -346,57 +350,57 @@ def below(plane):
 
 
 def beyond(plane, posterior):
-    """Return the experiment on modes 1 to 9, all treated alike.
+    """Experiment on modes 1 to 9, all treated alike.
 
-    Sensors are where they were found, and the model error is the greatest of modes 1 to 6, so that
-    bands which `bp.check` passes are a control for those which it does not.
+    Sensors are at their posterior means, and the model error is the largest of modes 1 to 6, so
+    that bands which pass `bp.check` are a control for those which fail.
     """
     drawn = posterior["posterior"].to_dataset()
-    places = {
+    positions = {
         name: float(draws.mean())
         for name, draws in drawn.items()
         if draws.attrs["owner"].startswith("sensor ")
     }
     modes = PAIRED + 3
-    return experiment_of(plane, lines(modes), modes, MISS.max()).fix(places)
+    return experiment_of(plane, lines(modes), modes, MISS.max()).fix(positions)
 
 
 def assurance(plane):
     """Modal assurance criterion of each measured deflection with each shape, [resonance, mode].
 
-    Over all pairs of sensor and hit that can be used, each sensor in a scale of its own: what is
-    explained of the imaginary parts about a resonance. Shapes 1 to 6 have 0.86 to 1.00 with their
-    own resonance, 7 to 9 less than 0.1, and no shape has more than 0.82 with resonances 7 to 10.
-    The hits that can be used do not tell shapes 6, 11 and 13 apart.
+    It is taken of the imaginary parts near a resonance, over all usable pairs of sensor and impact,
+    each sensor with a scale factor of its own. Shapes 1 to 6 have 0.86 to 1.00 with their own
+    resonance, shapes 7 to 9 less than 0.1, and no shape has more than 0.82 with resonances 7 to 10.
+    The usable impacts do not distinguish shapes 6, 11 and 13.
     """
-    sign, usable, shape = signs(plane)[0], sound(plane), plane.shape_at_hits()
-    found = np.zeros((len(RESONANCES), len(shape)))
+    sign, usable, shape = signs(plane)[0], usable_frfs(plane), plane.shape_at_hits()
+    assured = np.zeros((len(RESONANCES), len(shape)))
     for number, resonance in enumerate(RESONANCES):
         near = np.abs(plane.frequency - resonance) < 0.3
         peak = sign * np.sum(np.imag(plane.accelerance[..., near]), axis=-1)
-        parts = [(peak[n, one, None], shape[:, one].T) for n, one in enumerate(usable)]
+        parts = [(peak[n, hits, None], shape[:, hits].T) for n, hits in enumerate(usable)]
         criterion = [correlation.mac(measured, computed)[0] for measured, computed in parts]
         size = [np.sum(measured**2) for measured, _ in parts]
-        found[number] = np.average(criterion, axis=0, weights=size)
-    return found
+        assured[number] = np.average(criterion, axis=0, weights=size)
+    return assured
 
 
 def by_mode(misfit):
-    """Chi2 per datum about each resonance, [mode]."""
+    """Chi2 per datum near each resonance, [mode]."""
     square = np.nanmean(misfit.response["misfit"].values ** 2, axis=(0, 1))
     near = about(misfit.response["frequency"].values)
-    return np.array([np.mean(square[one]) for one in near if one.any()])
+    return np.array([np.mean(square[lines]) for lines in near if lines.any()])
 
 
 @functools.cache
 def study(folder=None):
-    """Return experiment, measurement and engine; for the folder of the data see `read`."""
+    """Experiment, measurement and engine; for the folder of the data see `read`."""
     plane = read(folder)
     return Study(below(plane), measured(plane), engine, {})
 
 
 def __getattr__(name):
-    """Read the data once somebody asks for what follows from them, the command line for one."""
+    """Read the data on the first access of the experiment or the measurement."""
     if name in ("experiment", "measurement"):
         return getattr(study(), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -128,7 +128,7 @@ def test_the_arm_finds_its_clamp_and_how_the_sensors_were_rolled(tiny):
         r"Missing: point_mass .* chi2 per datum falls from \S+ to (0\.\d|1\.[01])", text
     )
     number = r"(-?[\d.e+-]+)"
-    pattern = rf"(\S+) +true {number} +as given {number} .* with the clamp {number} ± {number}"
+    pattern = rf"(\S+) +true {number} +without clamp {number} .* with clamp {number} ± {number}"
     lines = {name: list(map(float, found)) for name, *found in re.findall(pattern, text)}
     assert len(lines) == 14
     for true, _, found, error in lines.values():

@@ -19,7 +19,9 @@ def exact():
     return frequency, bar_measurement.accelerance(frequency)
 
 
-def test_the_committed_files_are_those_that_the_script_makes(tmp_path):
+def test_the_committed_files_are_those_that_the_script_makes(exact, tmp_path, monkeypatch):
+    responses = {exact[0].tobytes(): exact[1]}  # solved once for all tests
+    monkeypatch.setattr(bar_measurement, "accelerance", lambda lines: responses[lines.tobytes()])
     bar_measurement.main(tmp_path)
     for name in ("bar.uff", "bar_truth.json"):
         assert (tmp_path / name).read_bytes() == (MODELS / name).read_bytes()
@@ -37,7 +39,7 @@ def test_the_script_knows_nothing_of_the_package():
 
 
 def test_the_mesh_has_converged(exact):
-    frequency, response = exact
+    frequency, response = (values[[0, 37, 76, 99]] for values in exact)  # near two resonances
     finer = bar_measurement.accelerance(frequency, 2 * bar_measurement.ELEMENTS)
     assert np.max(np.abs(response / finer - 1)) < 1e-6
 
@@ -55,11 +57,11 @@ def test_the_solution_is_the_closed_form(exact):
 
 def test_the_file_holds_the_noise_that_its_coherence_tells(exact):
     frequency, response = exact
-    found = uff.read(MODELS / "bar.uff")
-    variance = found.noise_variance()[0, 0]
-    assert np.allclose(found.frequency, frequency, rtol=1e-12)
+    measured = uff.read(MODELS / "bar.uff")
+    variance = measured.noise_variance()[0, 0]
+    assert np.allclose(measured.frequency, frequency, rtol=1e-12)
     assert np.allclose(variance, (0.01 * np.abs(response)) ** 2, rtol=1e-5)
-    chi_square = np.abs(found.frf[0, 0] - response) ** 2 / variance
+    chi_square = np.abs(measured.frf[0, 0] - response) ** 2 / variance
     assert abs(chi_square.mean() - 1) < 5 / np.sqrt(frequency.size)
 
 

@@ -1,4 +1,4 @@
-"""compare_approaches: both approaches run on the same data, and what is said follows from them."""
+"""Both approaches run on the same data, and the conclusions follow from their results."""
 
 import matplotlib.image
 import numpy as np
@@ -18,9 +18,9 @@ def test_both_approaches_see_the_very_same_data(found):
     trees = [result for results in found.results.values() for result in results.values()]
     assert len(trees) == 4
     measured = [tree["observed_data"]["measured"] for tree in trees]
-    for one in measured:
-        assert one.identical(measured[0])
-        assert one.sizes == {"sensor": 3, "actuator": 1, "frequency": 10}
+    for values in measured:
+        assert values.identical(measured[0])
+        assert values.sizes == {"sensor": 3, "actuator": 1, "frequency": 10}
 
 
 def test_the_table_has_a_row_for_each_approach(found):
@@ -33,7 +33,7 @@ def test_the_table_has_a_row_for_each_approach(found):
     assert "effects.point_mass.mass mean" not in study.table(found, study.WITHOUT)
 
 
-def test_a_hidden_effect_biases_and_adding_it_mends(found):
+def test_a_hidden_effect_biases_and_adding_it_corrects(found):
     true = found.scenes[study.WITH].truth[study.STIFFNESS]
     means = {
         scene: float(results[study.LATENT]["posterior"][study.STIFFNESS].mean())
@@ -43,8 +43,8 @@ def test_a_hidden_effect_biases_and_adding_it_mends(found):
     assert abs(means[study.WITH] - true) < 0.02 * true
 
 
-def test_the_words_say_what_is_learnt(found):
-    said = study.words(found)
+def test_the_sentences_say_what_follows(found):
+    sentences = study.sentences(found)
     for beginning in (
         f"{study.WITH}: the kernels are ",
         f"{study.WITH}, KDE: Importance sampling is unreliable here",
@@ -53,8 +53,8 @@ def test_the_words_say_what_is_learnt(found):
         "Adding the mass raises the log evidence by ",
         f'The evidence prefers "{study.WITH}" to "{study.WITHOUT}": log Bayes factor ',
     ):
-        assert any(line.startswith(beginning) for line in said), beginning
-    assert any("very strong" in line for line in said)
+        assert any(line.startswith(beginning) for line in sentences), beginning
+    assert any("very strong" in line for line in sentences)
 
 
 def test_the_command_writes_tables_words_and_a_figure(found, tmp_path, monkeypatch, capsys):
@@ -79,13 +79,13 @@ def test_the_figure_names_parameter_unit_and_approaches(found):
 def test_quadrature_joins_where_parameters_are_few():
     scenes = study.scenes()
     names = {
-        scene: [one.name for one in study.approaches(scenes[scene].experiment, study.FULL)]
+        scene: [method.name for method in study.approaches(scenes[scene].experiment, study.FULL)]
         for scene in scenes
     }
     assert names[study.PAPER] == names[study.WITHOUT] == [study.KDE, study.LATENT, study.EXACT]
     assert names[study.WITH] == [study.KDE, study.LATENT]
     few = study.approaches(scenes[study.PAPER].experiment, study.FAST)
-    assert [one.name for one in few] == [study.KDE, study.LATENT]
+    assert [method.name for method in few] == [study.KDE, study.LATENT]
 
 
 def test_all_draws_in_one_place_are_drawn_as_a_line(found):

@@ -31,9 +31,12 @@ def exact():
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def made(exact, tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
-    script.main(folder)
+    responses = {script.FREQUENCY.tobytes(): exact}  # solved once for all tests
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(script, "accelerance", lambda lines: responses[lines.tobytes()])
+        script.main(folder)
     return folder
 
 
@@ -71,7 +74,7 @@ def test_it_also_runs_as_a_script_from_anywhere(tmp_path):
 
 
 def test_the_mesh_has_converged(exact):
-    few = slice(5, None, 24)
+    few = [5, 70, 135, -1]
     finer = script.accelerance(script.FREQUENCY[few], 2 * bar_measurement.ELEMENTS)
     assert np.max(np.abs(exact[:, few] / finer - 1)) < 2e-4
 

@@ -1,4 +1,4 @@
-"""The real aeroplane-like structure: what the study finds, against plain modal identification."""
+"""The measured aeroplane-like structure: the study compared with modal identification."""
 
 import warnings
 from pathlib import Path
@@ -66,7 +66,7 @@ def identified(plane):
     sign, shape = study.signs(plane)[0], plane.shape_at_hits()
     for low, high, modes in BANDS:
         inside = (plane.frequency > low) & (plane.frequency < high)
-        usable = study.sound(plane)
+        usable = study.usable_frfs(plane)
         measured = (plane.accelerance * sign[:, None])[..., inside][usable]
         poles, amplitudes = fitted(plane.frequency[inside], measured, study.RESONANCES[modes])
         for number, mode in enumerate(modes):
@@ -116,7 +116,7 @@ def test_the_command_line_finds_the_study_by_the_folder(plane, monkeypatch, requ
 
 
 def test_what_was_overloaded_or_recorded_twice_is_left_out(plane):
-    usable = study.sound(plane)
+    usable = study.usable_frfs(plane)
     np.testing.assert_array_equal(plane.accelerance[:, 15], plane.accelerance[:, 16])
     assert not usable[:, 16].any()
     # Hits on the tailplane and the fin overload the accelerometers there, none on the other wing.
@@ -128,7 +128,7 @@ def test_what_was_overloaded_or_recorded_twice_is_left_out(plane):
 
 def test_the_signs_are_unanimous_and_follow_the_data(plane):
     sign, unanimity = study.signs(plane)
-    known = study.sound(plane).any(axis=0)
+    known = study.usable_frfs(plane).any(axis=0)
     assert unanimity[known].min() > 0.75
     on_fin = plane.axis == 1
     assert sign[0] == 1 and set(sign[known & ~on_fin][1:]) == {-1} and set(sign[on_fin]) == {1}
