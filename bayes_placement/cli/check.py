@@ -2,11 +2,14 @@
 
 from pathlib import Path
 
+import xarray as xr
+
 from .._progress import progress_bars
 from ..criticism.check.check import check
 from ..criticism.check.misfit import Misfit
 from ..inference.results import warnings_of
 from ..plots import misfit as plots
+from ..plots import posterior as posterior_plots
 from ._inputs import infer_posterior, named_method, read_inputs
 from ._result_files import write_figures, write_report, write_table
 from ._terminal import print_list, print_text, terminal_table
@@ -39,16 +42,16 @@ def run(path: Path, data: Path | None, engine: str, out: Path, seed: int) -> Non
     sentences = [*misfit.words(), *warnings_of(posterior)]
     inputs.console.print(terminal_table(misfit.table(), "group"))
     print_list(inputs.console, sentences)
-    _write(misfit, sentences, out)
+    _write(posterior, misfit, sentences, out)
     print_text(inputs.console, f"Tables and figures are in {out}/")
 
 
-def _write(misfit: Misfit, sentences: list[str], out: Path) -> None:
+def _write(posterior: xr.DataTree, misfit: Misfit, sentences: list[str], out: Path) -> None:
     table = misfit.table()
     write_table(out / "misfit.csv", table)
     write_report(out / "misfit.txt", table, sentences)
     figures = {
-        "measured_against_band.png": plots.measured_against_band(misfit),
+        "measured_against_band.png": posterior_plots.measured_against_band(posterior),
         "residual_map.png": plots.residual_map(misfit),
         "discrepancy.png": plots.discrepancy(misfit),
     }

@@ -56,7 +56,7 @@ def _write(
     write_report(out / "explanation.txt", table, sentences)
     write_table(out / "suspicion.csv", explanation.suspicion, index=False)
     figures = {
-        "suspicion.png": plots.suspicion(explanation.suspicion, experiment=experiment),
+        "suspicion.png": plots.suspicion(explanation, experiment=experiment),
         "probabilities.png": plots.probabilities(explanation),
     }
     write_figures(figures, out)

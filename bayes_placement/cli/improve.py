@@ -4,15 +4,15 @@ from pathlib import Path
 
 from .._progress import progress_bars
 from ..criticism.fitted import fitted_steps
-from ..criticism.missing._whereabouts import places
 from ..criticism.missing.improve import improve
 from ..criticism.missing.ledger import Ledger
 from ..effects import library
 from ..plots import ledger as plots
-from ..positions.vectors import Recorded
 from ._inputs import Inputs, read_inputs
 from ._result_files import write_figures, write_table, write_text
 from ._terminal import print_list, print_text, terminal_table
+
+FITS = "before_and_after.png"
 
 
 def run(path: Path, data: Path | None, kinds: list[str] | None, out: Path) -> None:
@@ -46,9 +46,6 @@ def run(path: Path, data: Path | None, kinds: list[str] | None, out: Path) -> No
     print_text(inputs.console, f"Everything is in {out}/")
 
 
-FITS = "before_and_after.png"
-
-
 def _write(ledger: Ledger, inputs: Inputs, out: Path) -> None:
     ledger.write(out / "ledger.json")
     write_text(out / "ledger.txt", str(ledger))
@@ -57,14 +54,8 @@ def _write(ledger: Ledger, inputs: Inputs, out: Path) -> None:
     fits = fitted_steps(ledger, inputs.experiment, inputs.measurement)
     figures = {
         "error_falls.png": plots.error_falls(ledger),
-        "suspicion.png": plots.suspicion(ledger.suspicion, _places(ledger), inputs.experiment),
+        "suspicion.png": plots.suspicion(ledger, experiment=inputs.experiment),
         "probabilities.png": plots.probabilities(ledger),
         FITS: plots.before_and_after(fits),
     }
     write_figures(figures, out)
-
-
-def _places(ledger: Ledger) -> dict[str, Recorded]:
-    """Where the effects that were added sit [m], by kind."""
-    means = {name: estimate.mean for name, estimate in ledger.steps[-1].parameters.items()}
-    return places(ledger.experiment, means)

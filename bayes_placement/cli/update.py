@@ -123,8 +123,8 @@ def _write(results: Results, comparison: Report, truth: Mapping[str, float], out
     first = next(iter(results.values()))
     figures = {
         "measured_against_band.png": plots.measured_against_band(first),
-        "parameters.png": plots.parameters(first, truth),
-        "placement.png": plots.placement(first, truth),
-        "methods.png": plots.methods(results, truth),
+        "parameters.png": plots.parameters(first, truth=truth),
+        "placement.png": plots.placement(first, truth=truth),
+        "methods.png": plots.methods(results, truth=truth),
     }
     write_figures(figures, out)

@@ -13,6 +13,8 @@ from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from ..inference.bands import amplitude
 from ..inference.results import outputs
+from ..positions.vectors import Recorded
+from .missing._whereabouts import places
 from .missing.ledger import Ledger, Step
 
 
@@ -90,6 +92,17 @@ def fitted_steps(
         name = f"with {' and '.join(last.effects)}"
         fits[name] = fitted(ledger.experiment, measurement, _means(last))
     return fits
+
+
+def effect_places(ledger: Ledger) -> dict[str, Recorded]:
+    """Return where the effects that were added sit [m], by name; those without a place not.
+
+    Parameters
+    ----------
+    ledger
+        What `improve` returned.
+    """
+    return places(ledger.experiment, _means(ledger.steps[-1]))
 
 
 def _means(step: Step) -> dict[str, float]:

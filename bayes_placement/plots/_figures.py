@@ -1,11 +1,8 @@
-"""_figures: in, rows and columns; out, a figure with panels, and one legend above them all.
-
-Not known here: what is drawn in them.
-"""
+"""Panels of a figure, what their axes have in common, and one legend for all of them."""
 
 import itertools
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,18 +10,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from .._types import InputError
+
 PANEL = (6.4, 3.6)
+"""Width and height of a panel [inch]."""
+
 LARGEST = 200.0
 """Longest side of a figure [inch]; panels shrink beyond."""
 
-_CROWDED = 0.2
+CROWDED = 0.2
 """Share of the band within which half of the lines crowd."""
 
-_LETTER = 0.06
+LETTER = 0.06
 """Width of a letter of a legend [inch]."""
 
-_HANDLE = 7
-"""Letters for which the sign before a label takes the room."""
+HANDLE = 7
+"""Letters for which the handle of a legend entry takes the room."""
 
 STAR: dict[str, Any] = {
     "marker": "*",
@@ -33,105 +34,204 @@ STAR: dict[str, Any] = {
     "markeredgecolor": "w",
     "linestyle": "none",
 }
-"""How a place that was found is marked."""
+"""Marker of an optimum or of a fitted place."""
+
+
+class Panels(NamedTuple):
+    """Axes to draw in, in rows and columns.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    axes
+        Its axes [row, column].
+    is_new
+        Whether the figure was made here; else its layout is the caller's.
+    """
+
+    figure: Any
+    axes: np.ndarray
+    is_new: bool
+
+    @property
+    def only(self) -> Axes:
+        """The axes of a figure of one panel."""
+        axes: Axes = self.axes[0, 0]
+        return axes
+
+    def with_legend(self) -> Figure:
+        """Add one legend for all panels, and say in empty panels that they are.
+
+        In a new figure the legend stands above the panels, where it covers nothing; in axes of the
+        caller it is that of the first.
+        """
+        entries: dict[str, Any] = {}
+        for axes in self.axes.flat:
+            handles, labels = axes.get_legend_handles_labels()
+            entries |= dict(zip(labels, handles, strict=True))
+            if not axes.has_data() and not axes.texts:
+                axes.text(0.5, 0.5, "nothing of this kind is unknown", ha="center", va="center")
+                axes.set_axis_off()
+        labels, handles = list(entries), list(entries.values())
+        if entries and self.is_new:
+            columns = _columns(labels, self.figure.get_figwidth())
+            place = {"loc": "outside upper center", "ncols": columns}
+            self.figure.legend(handles, labels, fontsize="small", **place)
+        elif entries:
+            self.axes.flat[0].legend(handles, labels, fontsize="small")
+        return self.figure
 
 
 def panels(
     rows: int,
     columns: int,
+    axes: Any = None,
+    *,
     heights: list[float] | None = None,
-    panel: tuple[float, float] = PANEL,
-) -> tuple[Figure, Any]:
-    """Figure with a grid of axes, outside pyplot, so that nothing stays open."""
-    wide, high = panel[0] * columns, panel[1] * sum(heights or [1.0] * rows)
-    figure = Figure(figsize=(min(wide, LARGEST), min(high, LARGEST)), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False, height_ratios=heights)
-    return figure, axes
+    size: tuple[float, float] = PANEL,
+    projection: str | None = None,
+) -> Panels:
+    """Return the axes of the caller, or those of a new figure outside pyplot.
 
+    Parameters
+    ----------
+    rows, columns
+        Number of panels.
+    axes
+        Axes of the caller, one for each panel, row by row; None for a new figure.
+    heights
+        Relative heights of the rows of a new figure.
+    size
+        Width and height of a panel of a new figure [inch].
+    projection
+        Projection of the panels of a new figure.
 
-def maps_beside(
-    count: int, projection: str | None, width: float, least_height: float
-) -> tuple[Figure, list[Any], Axes]:
-    """Figure with panels for maps, two in a row, and at their right one panel as high as all.
-
-    Width of a map and least height of the whole in inches.
+    Raises
+    ------
+    InputError
+        If the number of axes is not that of the panels.
     """
+    if axes is not None:
+        return _panels_of_caller(np.array(axes, dtype=object).ravel(), rows, columns)
+    width, height = size[0] * columns, size[1] * sum(heights or [1.0] * rows)
+    figure = Figure(figsize=(min(width, LARGEST), min(height, LARGEST)), layout="constrained")
+    settings: dict[str, Any] = {"subplot_kw": {"projection": projection}}
+    grid = figure.subplots(rows, columns, squeeze=False, height_ratios=heights, **settings)
+    return Panels(figure, grid, is_new=True)
+
+
+def _panels_of_caller(axes: np.ndarray, rows: int, columns: int) -> Panels:
+    if axes.size != rows * columns:
+        raise InputError(
+            f"{axes.size} axes were given; {rows * columns} are needed, one for each panel. Make "
+            f"them by matplotlib.pyplot.subplots({rows}, {columns}), or give none."
+        )
+    return Panels(axes[0].get_figure(), axes.reshape(rows, columns), is_new=False)
+
+
+def maps_and_bars(
+    count: int,
+    axes: Sequence[Axes] | None,
+    projection: str | None,
+    width: float,
+    least_height: float,
+) -> Panels:
+    """Return panels for maps, two in a row, and at the right of all one for bars.
+
+    Parameters
+    ----------
+    count
+        Number of maps.
+    axes
+        Axes of the caller, the maps and then the bars; None for a new figure.
+    projection
+        Projection of the maps.
+    width
+        Width of a map of a new figure [inch].
+    least_height
+        Least height of a new figure [inch].
+
+    Returns
+    -------
+    Panels
+        One row: the maps, then the bars.
+    """
+    if axes is not None:
+        return panels(1, count + 1, axes)
     rows, columns = max(1, -(-count // 2)), min(2, count)
-    wide, high = PANEL
-    size = (width * columns + wide, max(high * rows, least_height))
+    size = (width * columns + PANEL[0], max(PANEL[1] * rows, least_height))
     # Names of axes in space stand out of their panels.
     layout = ConstrainedLayoutEngine(wspace=0.1 if projection else 0.02)
     figure = Figure(figsize=size, layout=layout)
-    grid = figure.add_gridspec(rows, columns + 1, width_ratios=[width] * columns + [wide])
-    places = itertools.product(range(rows), range(columns))
-    maps = [figure.add_subplot(grid[one], projection=projection) for one in places]
-    for unused in maps[count:]:
-        unused.remove()
-    return figure, maps[:count], figure.add_subplot(grid[:, -1])
+    grid = figure.add_gridspec(rows, columns + 1, width_ratios=[width] * columns + [PANEL[0]])
+    cells = list(itertools.product(range(rows), range(columns)))[:count]
+    maps = [figure.add_subplot(grid[cell], projection=projection) for cell in cells]
+    bars = figure.add_subplot(grid[:, -1])
+    return Panels(figure, np.array([[*maps, bars]], dtype=object), is_new=True)
 
 
-def legend(figure: Figure, axes: Any) -> Figure:
-    """One legend above all panels, where it covers nothing; empty panels say that they are."""
-    entries = dict(_entries(axes))
-    for axis in axes.flat:
-        if not axis.has_data() and not axis.texts:
-            axis.text(0.5, 0.5, "nothing of this kind is unknown", ha="center", va="center")
-            axis.set_axis_off()
-    if entries:
-        handles, labels = list(entries.values()), list(entries)
-        columns = _columns(labels, figure.get_figwidth())
-        figure.legend(handles, labels, loc="outside upper center", ncols=columns, fontsize="small")
-    return figure
+def channel_panels(dataset: xr.Dataset, heights: list[float], axes: Any = None) -> Panels:
+    """Return panels for channel pairs: a row for each sensor, columns for actuators and levels.
 
-
-def channel_panels(dataset: xr.Dataset, heights: list[float]) -> tuple[Figure, Any]:
-    """Panels for channel pairs: sensors below, actuators and force levels beside each other.
-
-    Heights are those of the panels of one pair, which stand below each other.
+    Parameters
+    ----------
+    dataset
+        What is drawn, with the dimensions `sensor`, `actuator` and `frequency`.
+    heights
+        Relative heights of the panels of one pair, which stand below each other.
+    axes
+        Axes of the caller, row by row; None for a new figure.
     """
-    columns = dataset.sizes["actuator"] * len(runs(dataset))
+    columns = dataset.sizes["actuator"] * len(force_levels(dataset))
     rows = dataset.sizes["sensor"] * len(heights)
-    return panels(rows, columns, heights * dataset.sizes["sensor"])
+    return panels(rows, columns, axes, heights=heights * dataset.sizes["sensor"])
 
 
-def channels(axes: Any, dataset: xr.Dataset) -> Iterator[tuple[Axes, xr.Dataset]]:
-    """Axes of each channel pair and force level with their data, named and scaled."""
-    levels = runs(dataset)
+def channels(axes: np.ndarray, dataset: xr.Dataset) -> Iterator[tuple[Axes, xr.Dataset]]:
+    """Give each axes [sensor, actuator and force level] its data, a title and a frequency axis."""
+    levels = force_levels(dataset)
     for row, column in np.ndindex(axes.shape):
         actuator, number = divmod(column, len(levels))
-        (level, run), axis = levels[number], axes[row, column]
-        channel = run.isel(sensor=row, actuator=actuator)
-        yield axis, channel
+        level, lines = levels[number]
+        panel: Any = axes[row, column]
+        channel = lines.isel(sensor=row, actuator=actuator)
+        yield panel, channel
         pair = f"sensor {channel['sensor'].item()}, actuator {channel['actuator'].item()}"
-        axis.set_title(pair + level)
-        frequency_axis(axis, channel["frequency"].values)
+        panel.set_title(pair + level)
+        frequency_axis(panel, channel["frequency"].values)
 
 
-def runs(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """Lines of each force level, with a word for a title."""
+def force_levels(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """Return the lines of each force level, with the end of a title."""
     if "force_level" not in dataset.coords:
         return [("", dataset)]
     level = dataset["force_level"].values
     return [
-        (f", {one:g} N", dataset.isel(frequency=np.flatnonzero(level == one)))
-        for one in np.unique(level)
+        (f", {force:g} N", dataset.isel(frequency=np.flatnonzero(level == force)))
+        for force in np.unique(level)
     ]
 
 
-def frequency_axis(axis: Axes, lines: np.ndarray) -> None:
-    """Name the axis; where most lines crowd at its lower end, it is logarithmic."""
-    axis.set_xlabel("frequency [Hz]")
-    if edges(lines)[0] > 0 and np.median(lines) < _CROWDED * lines.max():
-        axis.set_xscale("log")
+def frequency_axis(axes: Axes, lines: np.ndarray) -> None:
+    """Name the frequency axis; where most lines crowd at its lower end, it is logarithmic."""
+    axes.set_xlabel("frequency [Hz]")
+    if edges(lines)[0] > 0 and np.median(lines) < CROWDED * lines.max():
+        axes.set_xscale("log")
 
 
 def edges(middles: np.ndarray) -> np.ndarray:
-    """Edges midway between points, so that a colour stands for the points about its place."""
+    """Return edges midway between points, so that a colour stands for the points around it."""
     if middles.size == 1:
         return middles[0] + np.array([-0.5, 0.5])
     between = (middles[1:] + middles[:-1]) / 2
     first, last = 2 * middles[0] - between[0], 2 * middles[-1] - between[-1]
     return np.concatenate([[first], between, [last]])
+
+
+def color_bar(marks: Any, panel: Any, label: str, **settings: Any) -> None:
+    """Add the scale of the colours of a panel."""
+    panel.get_figure().colorbar(marks, ax=panel, label=label, **settings)
 
 
 def on_two_lines(unit: str) -> str:
@@ -143,13 +243,7 @@ def _columns(labels: list[str], width: float) -> int:
     """Greatest number of columns, up to three, in which the labels fit a width [inch]."""
     for count in (3, 2):
         columns = np.array_split(labels, count)
-        letters = sum(max(map(len, some)) + _HANDLE for some in columns if some.size)
-        if letters * _LETTER <= width:
+        letters = sum(max(map(len, column)) + HANDLE for column in columns if column.size)
+        if letters * LETTER <= width:
             return count
     return 1
-
-
-def _entries(axes: Any) -> Iterator[tuple[str, Any]]:
-    for axis in axes.flat:
-        handles, labels = axis.get_legend_handles_labels()
-        yield from zip(labels, handles, strict=True)

@@ -1,10 +1,7 @@
-"""posterior: in, a tree of results; out, one figure each, with units and a full legend.
-
-Not known here: how anything was computed.
-"""
+"""Figures of a posterior: data and prediction, parameters, placement, methods beside each other."""
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,49 +10,64 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .._sites import Role
-from ..experiment.experiment import MEASURED, RESPONSE
+from ..experiment.experiment import RESPONSE
+from ..inference.bands import labelled_amplitude, predictive_band
 from ..inference.estimates import scalars
-from ._figures import PANEL, legend, on_two_lines, panels
+from ._figures import PANEL, Panels, channel_panels, channels, on_two_lines, panels
 
-BAND = (0.05, 0.95)
 BINS = 40
+"""Bins of a histogram of a posterior; that of a prior has half as many."""
+
 MOST_NODES = 100
 """Draws of fewer values than this, many times each, are taken for nodes of a quadrature."""
 
-_SMALL = (4.2, 3.0)
+SMALL_PANEL = (4.2, 3.0)
 """Width and height [inch] of a panel that has others beside it."""
 
-_PRIOR, _POSTERIOR, _DATA = "0.6", "C0", "C3"
-_SPARSE = 30
+PRIOR, POSTERIOR, DATA = "0.6", "C0", "C3"
+"""Colours."""
+
+SPARSE = 30
 """Up to so many lines are marked one by one, since the curve between them is no measurement."""
 
+LINE_STYLES = ("-", "--", "-.", ":")
 
-def measured_against_band(result: xr.DataTree) -> Figure:
-    """Measured outputs and the 90 % band of the posterior predictive, for each channel pair.
 
-    Below each pair, both are drawn again less the mean of the band, which shows a band that is
-    thinner than a line.
+def measured_against_band(
+    result: xr.DataTree, *, axes: Sequence[Axes] | np.ndarray | None = None
+) -> Figure:
+    """Draw measured outputs and the 90 % band of the posterior predictive.
+
+    Below each channel pair, both are drawn again less the mean of the band, which shows a band
+    that is thinner than a line.
+
+    Parameters
+    ----------
+    result
+        What `infer` returned.
+    axes
+        Axes to draw in: for each sensor a row of responses, a column for each actuator and force
+        level, and below it a row of differences; None for a new figure.
     """
-    predicted = result["posterior_predictive"].to_dataset()
-    observed = result["observed_data"].to_dataset()
-    name = MEASURED if MEASURED in predicted else RESPONSE
-    values, measured = _amplitude(predicted[name]), _amplitude(observed[MEASURED])
-    rows, columns = values.sizes["sensor"], values.sizes["actuator"]
-    figure, axes = panels(2 * rows, columns, heights=[1.0, 0.7] * rows)
-    for row, column in np.ndindex(rows, columns):
-        pair = {"sensor": row, "actuator": column}
-        band, points = values.isel(pair), measured.isel(pair)
-        mean = band.mean(("chain", "draw"))
-        for axis, level in ((axes[2 * row, column], 0.0), (axes[2 * row + 1, column], mean)):
-            _band(axis, band - level, "posterior predictive", _POSTERIOR)
-            axis.plot(points["frequency"], points - level, ".", color=_DATA, label="measured")
-        _response_axis(axes[2 * row, column], band)
-        _difference_axis(axes[2 * row + 1, column], band)
-    return legend(figure, axes)
+    band = predictive_band(result)
+    drawn = channel_panels(band, [1.0, 0.7], axes)
+    unit = band.attrs["units"]
+    for panel, channel in channels(drawn.axes[::2], band):
+        _draw_band(panel, channel, "posterior predictive")
+        panel.set_ylabel(on_two_lines(unit))
+    for panel, channel in channels(drawn.axes[1::2], band - band["mean"]):
+        _draw_band(panel, channel, "posterior predictive")
+        panel.set_ylabel(f"difference from mean\n{_unit_of_difference(unit)}")
+    return drawn.with_legend()
 
 
-def response_band(simulated: xr.DataTree, reference: Any = None) -> Figure:
-    """Mean and 90 % band of simulated outputs for each channel pair, as Figure 2 of the paper.
+def response_band(
+    simulated: xr.DataTree,
+    *,
+    reference: Any = None,
+    axes: Sequence[Axes] | np.ndarray | None = None,
+) -> Figure:
+    """Draw mean and 90 % band of simulated outputs, as Figure 2 of the paper.
 
     Parameters
     ----------
@@ -64,40 +76,74 @@ def response_band(simulated: xr.DataTree, reference: Any = None) -> Figure:
     reference
         Outputs of the nominal experiment, `experiment.nominal().predict()`, drawn along
         (Figure 1).
+    axes
+        Axes to draw in: a row for each sensor, a column for each actuator and force level; None
+        for a new figure.
     """
-    drawn = simulated["prior_predictive"].to_dataset()[RESPONSE]
-    values = _amplitude(drawn)
+    band = predictive_band(simulated)
     if reference is not None:
-        reference = _amplitude(drawn.isel(chain=0, draw=0).copy(data=np.asarray(reference)))
-    figure, axes = panels(values.sizes["sensor"], values.sizes["actuator"])
-    for row, column in np.ndindex(axes.shape):
-        axis, pair = axes[row, column], {"sensor": row, "actuator": column}
-        _band(axis, values.isel(pair), "random draws", _POSTERIOR)
-        if reference is not None:
-            nominal = reference.isel(pair)
-            axis.plot(nominal["frequency"], nominal, color=_DATA, label="as recorded", linewidth=1)
-        _response_axis(axis, values.isel(pair))
-    return legend(figure, axes)
+        draw = simulated["prior_predictive"].to_dataset()[RESPONSE].isel(chain=0, draw=0, drop=True)
+        band["reference"] = labelled_amplitude(draw.copy(data=np.asarray(reference)))
+    drawn = channel_panels(band, [1.0], axes)
+    for panel, channel in channels(drawn.axes, band):
+        _draw_band(panel, channel, "random draws")
+        panel.set_ylabel(on_two_lines(band.attrs["units"]))
+    return drawn.with_legend()
 
 
-def parameters(result: xr.DataTree, truth: Mapping[str, float] | None = None) -> Figure:
-    """Prior and posterior of every parameter and noise level, as Figures 6 and 7 of the paper."""
+def parameters(
+    result: xr.DataTree,
+    *,
+    truth: Mapping[str, float] | None = None,
+    axes: Sequence[Axes] | np.ndarray | None = None,
+) -> Figure:
+    """Draw prior and posterior of every parameter and noise level (Figures 6, 7 of the paper).
+
+    Parameters
+    ----------
+    result
+        What `infer` returned.
+    truth
+        True values by name, where they are known.
+    axes
+        Axes to draw in, one for each unknown; None for a new figure.
+    """
     rows = [[name] for name in _names(result, placement=False)]
-    return _marginals(result, rows, truth or {})
+    return _marginals(result, rows, truth or {}, axes)
 
 
-def placement(result: xr.DataTree, truth: Mapping[str, float] | None = None) -> Figure:
-    """Prior and posterior of every position and angle, a row for each sensor and actuator."""
+def placement(
+    result: xr.DataTree,
+    *,
+    truth: Mapping[str, float] | None = None,
+    axes: Sequence[Axes] | np.ndarray | None = None,
+) -> Figure:
+    """Draw prior and posterior of every position and angle, a row for each sensor and actuator.
+
+    Parameters
+    ----------
+    result
+        What `infer` returned.
+    truth
+        True values by name, where they are known.
+    axes
+        Axes to draw in, one for each unknown; None for a new figure.
+    """
     names = _names(result, placement=True)
     attributes = _attributes(result)
-    groups = itertools.groupby(names, lambda name: attributes[name]["owner"])
-    return _marginals(result, [list(row) for _, row in groups], truth or {})
+    owners = itertools.groupby(names, lambda name: attributes[name]["owner"])
+    return _marginals(result, [list(row) for _, row in owners], truth or {}, axes)
 
 
 def pair(
-    result: xr.DataTree, first: str, second: str, truth: Mapping[str, float] | None = None
+    result: xr.DataTree,
+    first: str,
+    second: str,
+    *,
+    truth: Mapping[str, float] | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
-    """Draws of two unknowns against each other: what the data know of them together.
+    """Draw two unknowns against each other: what the data know of them together.
 
     Parameters
     ----------
@@ -107,66 +153,92 @@ def pair(
         Names of the unknowns along the two axes.
     truth
         True values by name, where they are known.
+    ax
+        Axes to draw in; None for a new figure.
     """
-    figure, axes = panels(1, 1, panel=(6.4, 5.0))
-    axis = axes[0, 0]
-    for group, color in (("prior", _PRIOR), ("posterior", _POSTERIOR)):
+    drawn = panels(1, 1, ax, size=(6.4, 5.0))
+    panel = drawn.only
+    for group, color in (("prior", PRIOR), ("posterior", POSTERIOR)):
         draws = _scalars(result[group])
-        axis.plot(
-            draws[first].ravel(), draws[second].ravel(), ".", color=color, markersize=3, label=group
-        )
+        across, up = draws[first].ravel(), draws[second].ravel()
+        panel.plot(across, up, ".", color=color, markersize=3, label=group)
     if truth and first in truth and second in truth:
-        place = (truth[first], truth[second])
-        axis.plot(*place, "x", color=_DATA, markersize=10, markeredgewidth=2, label="true value")
-    axis.set_xlabel(_with_unit(result, first))
-    axis.set_ylabel(_with_unit(result, second))
-    return legend(figure, axes)
+        cross: dict[str, Any] = {"color": DATA, "markersize": 10, "markeredgewidth": 2}
+        panel.plot(truth[first], truth[second], "x", label="true value", **cross)
+    panel.set_xlabel(_with_unit(result, first))
+    panel.set_ylabel(_with_unit(result, second))
+    return drawn.with_legend()
 
 
-def methods(results: Mapping[str, xr.DataTree], truth: Mapping[str, float] | None = None) -> Figure:
-    """Posterior of every parameter by each method, one over the other."""
+def methods(
+    results: Mapping[str, xr.DataTree],
+    *,
+    truth: Mapping[str, float] | None = None,
+    axes: Sequence[Axes] | np.ndarray | None = None,
+) -> Figure:
+    """Draw the posterior of every parameter by each method, one over the other.
+
+    Parameters
+    ----------
+    results
+        What `infer` returned, by a name for each method.
+    truth
+        True values by name, where they are known.
+    axes
+        Axes to draw in, one for each parameter; None for a new figure.
+    """
     first = next(iter(results.values()))
     names = _names(first, placement=False)
-    figure, axes = panels(max(1, len(names)), 1)
-    for axis, name in zip(axes.flat, names, strict=False):
+    drawn = panels(max(1, len(names)), 1, axes)
+    for panel, name in zip(drawn.axes.flat, names, strict=False):
         draws = [_scalars(result["posterior"])[name].ravel() for result in results.values()]
-        for number, (method, one) in enumerate(zip(results, draws, strict=True)):
-            color, line = f"C{number}", ("-", "--", "-.", ":")[number % 4]
-            _histogram(
-                axis, one, label=method, fill=False, linewidth=1.5, color=color, linestyle=line
-            )
-        _true_value(axis, name, truth or {})
-        _density_axis(axis, first, name)
-        _limits(axis, _scalars(first["prior"])[name], np.concatenate(draws))
-    return legend(figure, axes)
+        for number, (method, values) in enumerate(zip(results, draws, strict=True)):
+            style: dict[str, Any] = {"color": f"C{number}", "linestyle": LINE_STYLES[number % 4]}
+            _histogram(panel, values, label=method, fill=False, linewidth=1.5, **style)
+        _true_value(panel, name, truth or {})
+        _density_axis(panel, first, name)
+        _limits(panel, _scalars(first["prior"])[name], np.concatenate(draws))
+    return drawn.with_legend()
 
 
-def _marginals(result: xr.DataTree, rows: list[list[str]], truth: Mapping[str, float]) -> Figure:
+def _marginals(
+    result: xr.DataTree, rows: list[list[str]], truth: Mapping[str, float], axes: Any
+) -> Figure:
+    names = list(itertools.chain(*rows))
+    drawn = panels(1, max(1, len(names)), axes) if axes is not None else _ragged(rows)
+    for panel, name in zip(drawn.axes.flat, names, strict=False):
+        _marginal(panel, result, name, truth)
+    return drawn.with_legend()
+
+
+def _ragged(rows: list[list[str]]) -> Panels:
+    """Panels of a new figure, of which the last of a row are left out where it has fewer."""
     columns = max(map(len, rows), default=1)
-    panel = PANEL if columns == 1 else _SMALL
-    figure, axes = panels(max(1, len(rows)), columns, panel=panel)
-    for row, names in zip(axes, rows, strict=False):
-        for axis, name in zip(row, names, strict=False):
-            _marginal(axis, result, name, truth)
-        for unused in row[len(names) :]:
+    size = PANEL if columns == 1 else SMALL_PANEL
+    drawn = panels(max(1, len(rows)), columns, size=size)
+    lengths = [len(row) for row in rows] or [1]
+    kept = []
+    for row, length in zip(drawn.axes, lengths, strict=True):
+        kept += list(row[:length])
+        for unused in row[length:]:
             unused.remove()
-    return legend(figure, np.array(figure.axes))
+    return drawn._replace(axes=np.array([kept], dtype=object))
 
 
-def _marginal(axis: Axes, result: xr.DataTree, name: str, truth: Mapping[str, float]) -> None:
+def _marginal(panel: Axes, result: xr.DataTree, name: str, truth: Mapping[str, float]) -> None:
     prior, posterior = (_scalars(result[group])[name] for group in ("prior", "posterior"))
-    _histogram(axis, prior.ravel(), label="prior", color=_PRIOR, alpha=0.5, bins=BINS // 2)
-    _histogram(axis, posterior.ravel(), label="posterior", color=_POSTERIOR, alpha=0.6)
-    _true_value(axis, name, truth)
-    _density_axis(axis, result, name)
-    _limits(axis, prior, posterior)
-    axis.locator_params(axis="x", nbins=4)
+    _histogram(panel, prior.ravel(), label="prior", color=PRIOR, alpha=0.5, bins=BINS // 2)
+    _histogram(panel, posterior.ravel(), label="posterior", color=POSTERIOR, alpha=0.6)
+    _true_value(panel, name, truth)
+    _density_axis(panel, result, name)
+    _limits(panel, prior, posterior)
+    panel.locator_params(axis="x", nbins=4)
 
 
 def _scalars(group: Any) -> dict[str, np.ndarray]:
     """Draws [chain, draw] of every number in a group, the elements of an array one by one."""
     variables = group.to_dataset().data_vars.items()
-    return dict(one for name, draws in variables for one in scalars(str(name), draws.values))
+    return dict(number for name, draws in variables for number in scalars(str(name), draws.values))
 
 
 def _names(result: xr.DataTree, *, placement: bool) -> list[str]:
@@ -188,12 +260,12 @@ def _attributes(result: xr.DataTree) -> dict[str, dict[str, Any]]:
 
 
 def _histogram(
-    axis: Axes, draws: np.ndarray, *, bins: int = BINS, fill: bool = True, **style: Any
+    panel: Axes, draws: np.ndarray, *, bins: int = BINS, fill: bool = True, **style: Any
 ) -> None:
     """Density of draws; each set over its own range, so that a narrow one keeps its shape."""
     edges = _cells(draws) if _are_nodes(draws) else np.histogram_bin_edges(draws, bins)
     density, edges = np.histogram(draws, edges, density=True)
-    axis.stairs(density, edges, fill=fill, **style)
+    panel.stairs(density, edges, fill=fill, **style)
 
 
 def _are_nodes(draws: np.ndarray) -> bool:
@@ -209,60 +281,45 @@ def _cells(draws: np.ndarray) -> np.ndarray:
     return np.concatenate([[first], middle, [last]])
 
 
-def _true_value(axis: Axes, name: str, truth: Mapping[str, float]) -> None:
+def _true_value(panel: Axes, name: str, truth: Mapping[str, float]) -> None:
     if name in truth:
-        axis.axvline(truth[name], color="k", linestyle=":", label="true value")
+        panel.axvline(truth[name], color="k", linestyle=":", label="true value")
 
 
-def _limits(axis: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
+def _limits(panel: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
     """Show the whole prior where the posterior fills a part of it, else the posterior alone."""
     low, high = posterior.min(), posterior.max()
     if high - low < 0.2 * np.ptp(prior):
         margin = 0.5 * (high - low) if high > low else 0.05 * np.ptp(prior)
-        axis.set_xlim(low - margin, high + margin)
+        panel.set_xlim(low - margin, high + margin)
 
 
-def _amplitude(values: xr.DataArray) -> xr.DataArray:
-    """Logarithm of the amplitude of a complex output; any other output as it is."""
-    if "part" not in values.dims:
-        return values
-    with np.errstate(divide="ignore"):
-        logarithm: xr.DataArray = xr.ufuncs.log10((values**2).sum("part", skipna=False)) / 2
-    return logarithm.assign_attrs(units=f"log10 of {values.attrs['units']}")
+def _draw_band(panel: Axes, channel: xr.Dataset, name: str) -> None:
+    """Draw mean and band, what was measured, and the reference."""
+    lines, low, high = (channel[variable].values for variable in ("frequency", "low", "high"))
+    label = f"{name}, 90 % band"
+    panel.fill_between(lines, low, high, color=POSTERIOR, alpha=0.3, label=label)
+    style = "-" if lines.size > SPARSE else ".-"
+    panel.plot(lines, channel["mean"], style, color=POSTERIOR, label=f"{name}, mean")
+    if "measured" in channel:
+        panel.plot(lines, channel["measured"], ".", color=DATA, label="measured")
+    if "reference" in channel:
+        panel.plot(lines, channel["reference"], color=DATA, label="as recorded", linewidth=1)
 
 
-def _band(axis: Axes, values: xr.DataArray, label: str, color: str) -> None:
-    draws = values.stack(sample=("chain", "draw"))
-    low, high = (draws.quantile(q, "sample") for q in BAND)
-    line = "-" if values.sizes["frequency"] > _SPARSE else ".-"
-    axis.fill_between(
-        values["frequency"], low, high, color=color, alpha=0.3, label=f"{label}, 90 % band"
-    )
-    axis.plot(values["frequency"], draws.mean("sample"), line, color=color, label=f"{label}, mean")
+def _unit_of_difference(unit: str) -> str:
+    """A difference of logarithms is that of a ratio."""
+    return "[log10 of ratio]" if unit.startswith("log10") else unit.rpartition(" ")[2]
 
 
-def _response_axis(axis: Axes, values: xr.DataArray) -> None:
-    axis.set_title(f"sensor {values['sensor'].item()}, actuator {values['actuator'].item()}")
-    axis.set_xlabel("frequency [Hz]")
-    axis.set_ylabel(on_two_lines(values.attrs["units"]))
-
-
-def _difference_axis(axis: Axes, values: xr.DataArray) -> None:
-    # A difference of logarithms is that of a ratio and has no unit.
-    logarithm, _, unit = values.attrs["units"].rpartition(" ")
-    axis.set_xlabel("frequency [Hz]")
-    unit = "log10 of ratio" if logarithm.startswith("log10") else unit
-    axis.set_ylabel(f"difference from mean\n{unit}")
-
-
-def _density_axis(axis: Axes, result: xr.DataTree, name: str) -> None:
+def _density_axis(panel: Axes, result: xr.DataTree, name: str) -> None:
     unit = _unit(result, name)
-    axis.set_xlabel(_with_unit(result, name))
-    axis.set_ylabel("probability density" + ("" if unit == "1" else f" [1/{unit}]"))
+    panel.set_xlabel(_with_unit(result, name))
+    panel.set_ylabel(f"probability density [{'1' if unit == '1' else f'1/{unit}'}]")
 
 
 def _with_unit(result: xr.DataTree, name: str) -> str:
-    # The angles of `orientation.rotation`, by the axes about which they turn.
+    """Name with its unit; of an angle of `orientation.rotation` also the axis of rotation."""
     attributes = _attributes(result)[name]
     is_angle = attributes["field"] == "angles" and attributes["component"]
     about = f" about {'xyz'[int(attributes['component']) - 1]}" if is_angle else ""

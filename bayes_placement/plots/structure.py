@@ -1,6 +1,6 @@
-"""structure: in, a structure in space and places on it; out, both drawn in one panel.
+"""A structure with its sensors and actuators, and scores on it.
 
-Not known here: how anything was computed. A structure that lies in a plane is drawn in that plane.
+A structure that lies in a plane is drawn in that plane.
 """
 
 import itertools
@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 from jaxtyping import Float
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..experiment.experiment import Experiment
@@ -20,7 +21,8 @@ from ..modes.finite_elements.interpolation import (
 )
 from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.modes import Modes
-from ._figures import STAR
+from ..positions.bounds import in_space
+from ._figures import STAR, color_bar, panels
 
 Panel = Any  # Axes, or Axes3D where the structure does not lie in a plane
 Points = Float[np.ndarray, "point 3"]
@@ -31,8 +33,12 @@ LEAST_BRIGHT = 5.0
 MOST_LINES = 20_000
 """Greatest number of lines drawn of a mesh; of a larger one, every second or third and so on."""
 
-_FLAT = 1e-6  # of the largest side, below which a structure has no extent
-_MARGIN = 0.12  # of the largest side
+FLAT = 1e-6
+"""Share of the largest side below which a structure has no extent."""
+
+MARGIN = 0.12
+"""Margin around a structure, as a share of the largest side."""
+
 _GREY = "0.8"
 _CLEAR = 12.0  # points from the numbers to the name of an axis in space
 _INSTRUMENT: dict[str, Any] = {
@@ -52,7 +58,15 @@ _RING: dict[str, Any] = {
 
 
 class View(NamedTuple):
-    """Along which axes a structure is seen, and what part of space [m]."""
+    """Direction from which a structure is seen, and the part of space that is shown [m].
+
+    Parameters
+    ----------
+    axes
+        Coordinates that are drawn: 0, 1, 2 for x, y, z.
+    low, high
+        Corners of the part of space [m].
+    """
 
     axes: tuple[int, ...]
     low: np.ndarray
@@ -60,7 +74,7 @@ class View(NamedTuple):
 
     @property
     def projection(self) -> str | None:
-        """Projection of its panel: none where the structure lies in a plane."""
+        """Projection of its axes: none where the structure lies in a plane."""
         return "3d" if len(self.axes) == 3 else None
 
     def seen(self, points: np.ndarray) -> np.ndarray:
@@ -68,37 +82,84 @@ class View(NamedTuple):
         return np.asarray(points)[:, list(self.axes)].T
 
 
+def experiment(experiment: Experiment, *, ax: Panel | None = None) -> Figure:
+    """Draw a structure with its sensors and actuators as they are recorded.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    ax
+        Axes to draw in, with the projection 3d for a structure that does not lie in a plane; None
+        for a new figure.
+    """
+    if not in_space(experiment.structure.modes.bounds()):
+        return _on_a_line(experiment, ax)
+    seen = view(extent(experiment, pd.DataFrame()))
+    drawn = panels(1, 1, ax, size=(6.4, 5.0), projection=seen.projection)
+    draw_structure(drawn.only, seen, experiment)
+    name_axes(drawn.only, seen)
+    return drawn.with_legend()
+
+
+def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
+    drawn = panels(1, 1, ax, size=(6.4, 2.0))
+    panel = drawn.only
+    panel.plot(experiment.structure.modes.bounds(), [0.0, 0.0], color=_GREY, label="structure")
+    for kind, marker in _MARKERS.items():
+        recorded = {name: one.recorded for name, one in getattr(experiment, kind).items()}
+        places = list(recorded.values())
+        style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | _INSTRUMENT
+        panel.plot(places, np.zeros(len(places)), **style)
+        for name, place in recorded.items():
+            panel.annotate(name, (place, 0.0), (0, 8), textcoords="offset points", ha="center")
+    panel.set_yticks([])
+    panel.set_xlabel("position along the structure [m]")
+    return drawn.with_legend()
+
+
 def view(points: Points) -> View:
     """See all of some points, without an axis along which they do not differ."""
     low, high = points.min(axis=0), points.max(axis=0)
     size = high - low
-    wide = [axis for axis in range(3) if size[axis] > _FLAT * size.max()]
+    wide = [axis for axis in range(3) if size[axis] > FLAT * size.max()]
     # A straight line or a single place is seen with one more axis, or two.
     filled = [*wide, *(axis for axis in (0, 2, 1) if axis not in wide)]
     axes = tuple(sorted(filled[: max(2, len(wide))]))
-    margin = (_MARGIN if len(axes) < 3 else _MARGIN / 4) * max(size.max(), _FLAT)
+    margin = (MARGIN if len(axes) < 3 else MARGIN / 4) * max(size.max(), FLAT)
     return View(axes, low - margin, high + margin)
 
 
-def structure(axis: Panel, seen: View, experiment: Experiment) -> None:
+def draw_structure(panel: Panel, seen: View, experiment: Experiment) -> None:
     """Draw the mesh or the nodes of a structure in grey, and its instruments as recorded."""
     points, line = outline(experiment.structure.modes)
-    axis.plot(*seen.seen(points), line, color=_GREY, markersize=3, zorder=1, label="structure")
+    panel.plot(*seen.seen(points), line, color=_GREY, markersize=3, zorder=1, label="structure")
     for kind, marker in _MARKERS.items():
-        every = getattr(experiment, kind)
-        places = np.array([one.recorded for one in every.values()])
-        axis.plot(
-            *seen.seen(places), marker=marker, label=f"{kind} as recorded", zorder=4, **_INSTRUMENT
-        )
-        for name, place in zip(every, seen.seen(places).T, strict=True):
-            axis.text(*place, f"  {name}", fontsize="small", zorder=5, clip_on=True)
+        transducers = getattr(experiment, kind)
+        places = seen.seen(np.array([one.recorded for one in transducers.values()]))
+        style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | _INSTRUMENT
+        panel.plot(*places, zorder=4, **style)
+        for name, place in zip(transducers, places.T, strict=True):
+            panel.text(*place, f"  {name}", fontsize="small", zorder=5, clip_on=True)
 
 
-def suspects(figure: Figure, axis: Panel, seen: View, rows: pd.DataFrame, label: str) -> None:
-    """Colour each place by its greatest score, and ring the greatest of all."""
+def draw_scores(panel: Panel, seen: View, rows: pd.DataFrame, label: str) -> None:
+    """Colour each place by its greatest score, and ring the greatest of all.
+
+    Parameters
+    ----------
+    panel
+        Axes to draw in.
+    seen
+        The view.
+    rows
+        Places `x`, `y`, `z` [m] with the `size` of a score.
+    label
+        Label of the scale of colours.
+    """
     most = rows.groupby(["x", "y", "z"])["size"].max().sort_values()
     places = np.array(most.index.to_list())
-    marks = axis.scatter(
+    marks = panel.scatter(
         *seen.seen(places),
         c=most,
         s=np.clip(12000 / len(most), 14, 130),
@@ -108,43 +169,43 @@ def suspects(figure: Figure, axis: Panel, seen: View, rows: pd.DataFrame, label:
         **({"depthshade": False} if seen.projection else {}),
     )
     # The layout knows nothing of the numbers along z, at the right of a panel.
-    beside = "bottom" if seen.projection else "right"
-    figure.colorbar(marks, ax=axis, label=label, shrink=0.8, location=beside)
-    axis.plot(*seen.seen(places[-1:]), zorder=3, label="greatest score", **_RING)
+    side = "bottom" if seen.projection else "right"
+    color_bar(marks, panel, label, shrink=0.8, location=side)
+    panel.plot(*seen.seen(places[-1:]), zorder=3, label="greatest score", **_RING)
 
 
-def fitted(axis: Panel, seen: View, place: tuple[float, float, float]) -> None:
+def mark_place(panel: Panel, seen: View, place: tuple[float, float, float]) -> None:
     """Mark the place of an effect as fitted."""
-    axis.plot(*seen.seen(np.array([place])), zorder=6, label="place as fitted", **STAR)
+    panel.plot(*seen.seen(np.array([place])), zorder=6, label="place as fitted", **STAR)
 
 
-def dressed(axis: Panel, seen: View) -> None:
-    """Name the axes, and show all of them in one scale."""
+def name_axes(panel: Panel, seen: View) -> None:
+    """Name the axes, and give all of them one scale."""
     size = seen.high - seen.low
     for number, name in zip(seen.axes, ("x", "y", "z"), strict=False):
         limits = (seen.low[number], seen.high[number])
-        axis.set(**{f"{name}lim": limits, f"{name}label": f"{'xyz'[number]} [m]"})
-        axis.locator_params(axis=name, nbins=2 + 2 * (size[number] > 0.3 * size.max()))
+        panel.set(**{f"{name}lim": limits, f"{name}label": f"{'xyz'[number]} [m]"})
+        panel.locator_params(axis=name, nbins=2 + 2 * (size[number] > 0.3 * size.max()))
     if seen.projection:
-        axis.set_box_aspect(size)
-        axis.tick_params(labelsize="small")
-        axis.xaxis.labelpad = axis.yaxis.labelpad = _CLEAR
+        panel.set_box_aspect(size)
+        panel.tick_params(labelsize="small")
+        panel.xaxis.labelpad = panel.yaxis.labelpad = _CLEAR
     else:
-        axis.set_aspect("equal")
+        panel.set_aspect("equal")
 
 
 def outline(modes: Modes) -> tuple[Points, str]:
     """Lines of the mesh with gaps of NaN between them, or nodes; and how to draw them."""
     nodal = nodal_of(modes)
-    read = None if nodal is None else nodal.interpolation
-    if isinstance(read, Nearest | Scattered):
-        return np.asarray(read.centre), "."
-    if isinstance(read, Elements):
-        corners = reference_corners(read.edges.shape[2], read.simplex)
-        return _lines(np.asarray(read.origin), np.asarray(read.edges), corners, read.simplex), "-"
+    mesh = None if nodal is None else nodal.interpolation
+    if isinstance(mesh, Nearest | Scattered):
+        return np.asarray(mesh.centre), "."
+    if isinstance(mesh, Elements):
+        corners = reference_corners(mesh.edges.shape[2], mesh.simplex)
+        return _lines(np.asarray(mesh.origin), np.asarray(mesh.edges), corners, mesh.simplex), "-"
     low, high = np.array(modes.bounds())
-    whole = reference_corners(3, simplex=False)
-    return _lines(low[None], np.diag(high - low)[None], whole, simplex=False), "-"
+    box = reference_corners(3, simplex=False)
+    return _lines(low[None], np.diag(high - low)[None], box, simplex=False), "-"
 
 
 def _lines(origin: np.ndarray, edges: np.ndarray, corners: np.ndarray, simplex: bool) -> Points:

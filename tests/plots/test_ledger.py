@@ -1,5 +1,7 @@
 """ledger_plots: what is drawn is what was found, with units and a legend that says what is what."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -85,8 +87,8 @@ def ledger(*steps):
     )
 
 
-def explanation():
-    return Explanation((), PROBABILITIES, (), scores(), ())
+def explanation(table=None):
+    return Explanation((), PROBABILITIES, (), scores() if table is None else table, ())
 
 
 def fit(seed, parts=True, levels=1):
@@ -136,9 +138,13 @@ EXPERIMENT = tiny()
 
 FOUND = {"point_mass": (0.3, 0.4, 0.5)}
 FIGURES = {
-    "suspicion": lambda: ledger_plots.suspicion(scores(), {"point_mass": 0.37}),
-    "suspicion in space": lambda: ledger_plots.suspicion(scores_in_space(), FOUND, in_space()),
-    "suspicion in a plane": lambda: ledger_plots.suspicion(scores_in_space(flat=True), FOUND),
+    "suspicion": lambda: ledger_plots.suspicion(explanation(), places={"point_mass": 0.37}),
+    "suspicion in space": lambda: ledger_plots.suspicion(
+        explanation(scores_in_space()), places=FOUND, experiment=in_space()
+    ),
+    "suspicion in a plane": lambda: ledger_plots.suspicion(
+        explanation(scores_in_space(flat=True)), places=FOUND
+    ),
     "probabilities of an explanation": lambda: ledger_plots.probabilities(explanation()),
     "probabilities of a ledger": lambda: ledger_plots.probabilities(ledger()),
     "error_falls": lambda: ledger_plots.error_falls(ledger()),
@@ -190,7 +196,7 @@ def test_one_legend_stands_above_the_panels(name):
 
 
 def test_the_map_shows_the_greatest_score_at_each_place():
-    mapped = ledger_plots.suspicion(scores()).axes[0]
+    mapped = ledger_plots.suspicion(explanation()).axes[0]
     assert names(mapped) == ["gain_error", "ground_spring", "misplaced_sensor", "point_mass"]
     strips = {round(mesh.get_coordinates()[0, 0, 1] + 0.4): mesh for mesh in mapped.collections}
     assert set(strips) == {1, 3}  # what a misplaced sensor has is a shift, not a place
@@ -203,7 +209,7 @@ def test_the_map_shows_the_greatest_score_at_each_place():
 
 
 def test_bars_say_how_suspect_each_kind_is_and_whether_by_chance():
-    ranked = ledger_plots.suspicion(scores()).axes[1]
+    ranked = ledger_plots.suspicion(explanation()).axes[1]
     bars = {round(bar.get_y() + 0.4): bar for bar in ranked.patches}
     assert [bars[n].get_width() for n in range(4)] == [2.0, 14.0, 30.2, 40.0]
     chance = [bars[n].get_facecolor() == to_rgba("0.7") for n in range(4)]
@@ -213,11 +219,11 @@ def test_bars_say_how_suspect_each_kind_is_and_whether_by_chance():
 
 def test_the_place_that_was_found_is_marked_on_its_strip():
     found = {"point_mass": 0.37, "another": 0.9}
-    figure = ledger_plots.suspicion(scores(), found)
+    figure = ledger_plots.suspicion(explanation(), places=found)
     (star,) = figure.axes[0].lines
     assert (list(star.get_xdata()), list(star.get_ydata())) == ([0.37], [3])
     assert "place as fitted" in labels(figure)
-    assert "place as fitted" not in labels(ledger_plots.suspicion(scores()))
+    assert "place as fitted" not in labels(ledger_plots.suspicion(explanation()))
 
 
 def maps(figure):
@@ -226,7 +232,7 @@ def maps(figure):
 
 @pytest.mark.parametrize("flat", [False, True])
 def test_a_structure_in_space_has_a_map_of_each_of_the_most_suspect_kinds(flat):
-    figure = drawn(ledger_plots.suspicion(scores_in_space(flat), FOUND))
+    figure = drawn(ledger_plots.suspicion(explanation(scores_in_space(flat)), places=FOUND))
     assert [axis.get_title().removeprefix("suspicion of ") for axis in maps(figure)] == [
         "point_mass",
         "ground_spring",
@@ -240,7 +246,7 @@ def test_a_structure_in_space_has_a_map_of_each_of_the_most_suspect_kinds(flat):
 
 
 def test_only_the_map_of_a_kind_that_was_found_bears_its_place():
-    figure = ledger_plots.suspicion(scores_in_space(flat=True), FOUND)
+    figure = ledger_plots.suspicion(explanation(scores_in_space(flat=True)), places=FOUND)
     stars = [
         np.transpose(line.get_data()).tolist()
         for axis in maps(figure)
@@ -251,7 +257,9 @@ def test_only_the_map_of_a_kind_that_was_found_bears_its_place():
 
 
 def test_bars_beside_the_maps_show_all_kinds():
-    figure = ledger_plots.suspicion(scores_in_space(), FOUND, in_space())
+    figure = ledger_plots.suspicion(
+        explanation(scores_in_space()), places=FOUND, experiment=in_space()
+    )
     (ranked,) = (axis for axis in figure.axes if axis.get_title() == "suspicion of each kind")
     assert names(ranked)[::-1] == [
         "time_delay",
@@ -273,7 +281,7 @@ def test_bars_beside_the_maps_show_all_kinds():
 
 
 def test_candidates_without_places_are_drawn_alone():
-    figure = drawn(ledger_plots.suspicion(scores().query("kind == 'gain_error'")))
+    figure = drawn(ledger_plots.suspicion(explanation(scores().query("kind == 'gain_error'"))))
     assert not figure.axes[0].collections
     assert words(figure.axes[0]) == ["no place"]
 
@@ -341,3 +349,10 @@ def test_each_force_level_has_panels_of_its_own():
 def test_logarithms_differ_by_the_logarithm_of_a_ratio():
     axis = ledger_plots.before_and_after(fits(parts=False)).axes[1]
     assert axis.get_ylabel() == "size of error\n[log10 of ratio]"
+
+
+def test_a_ledger_marks_where_its_effects_were_found():
+    added = EXPERIMENT + bp.effects.point_mass(0.37, 0.2)
+    figure = ledger_plots.suspicion(replace(ledger(), experiment=added))
+    (star,) = figure.axes[0].lines
+    assert (list(star.get_xdata()), list(star.get_ydata())) == ([0.37], [3])

@@ -50,10 +50,7 @@ def misfit(parts=True, levels=1):
     return Misfit(NOTHING, {}, response, NOTHING, NOTHING, discrepancy, 0.01, True)
 
 
-FIGURES = {
-    name: getattr(misfit_plots, name)
-    for name in ("measured_against_band", "residual_map", "discrepancy")
-}
+FIGURES = {name: getattr(misfit_plots, name) for name in ("residual_map", "discrepancy")}
 CASES = {
     "complex": {},
     "logarithms": {"parts": False},
@@ -86,31 +83,16 @@ def test_every_axis_bears_a_name_and_a_unit(name, case):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("name", ["measured_against_band", "discrepancy"])
-def test_each_entry_of_the_legend_stands_once(name, case):
-    entries = labels(FIGURES[name](misfit(**CASES[case])))
+def test_each_entry_of_the_legend_stands_once(case):
+    entries = labels(misfit_plots.discrepancy(misfit(**CASES[case])))
     assert len(entries) == len(set(entries)) >= 3
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("name", ["measured_against_band", "discrepancy"])
-def test_the_legend_lies_within_the_figure(name, case):
-    figure = drawn(FIGURES[name](misfit(**CASES[case])))
+def test_the_legend_lies_within_the_figure(case):
+    figure = drawn(misfit_plots.discrepancy(misfit(**CASES[case])))
     box, whole = figure.legends[0].get_window_extent(), figure.bbox
     assert whole.x0 <= box.x0 and box.x1 <= whole.x1
-
-
-def test_measured_points_and_band_are_those_found():
-    one = misfit()
-    figure = misfit_plots.measured_against_band(one)
-    assert len(figure.axes) == 2
-    for sensor, axis in enumerate(figure.axes):
-        here = one.response.isel(sensor=sensor, actuator=0)
-        assert axis.get_title() == f"sensor s{sensor + 1}+x, actuator a1+x"
-        np.testing.assert_array_equal(line(axis, "measured"), here["measured"])
-        np.testing.assert_array_equal(line(axis, "posterior mean"), here["mean"])
-        corners = axis.collections[0].get_paths()[0].vertices
-        assert corners[:, 1].min() == min(here["low"].min(), here["high"].min())
 
 
 def test_the_map_has_a_row_for_each_channel_and_a_column_for_each_line():
@@ -134,18 +116,14 @@ def test_each_force_level_has_a_map_of_its_own():
     np.testing.assert_array_equal(values[0], one.response["misfit"][0, 0, 4:])
 
 
-@pytest.mark.parametrize("name", ["measured_against_band", "discrepancy"])
-def test_each_force_level_has_panels_of_its_own(name):
+def test_each_force_level_has_panels_of_its_own():
     one = misfit(levels=2)
-    figure = FIGURES[name](one)
+    figure = misfit_plots.discrepancy(one)
     titles = [axis.get_title() for axis in figure.axes]
     pairs = [f"sensor s{n}+x, actuator a1+x" for n in (1, 2)]
     assert titles == [f"{pair}, {level} N" for pair in pairs for level in ("0.5", "2")]
-    label, values = {
-        "measured_against_band": ("measured", one.response["measured"]),
-        "discrepancy": ("residual, real part", one.response["residual_over_noise"][..., 0]),
-    }[name]
-    np.testing.assert_array_equal(line(figure.axes[3], label), values[1, 0, 4:])
+    values = one.response["residual_over_noise"][1, 0, 4:, 0]
+    np.testing.assert_array_equal(line(figure.axes[3], "residual, real part"), values)
 
 
 @pytest.mark.parametrize(("lines", "scale"), [([10, 20, 40, 80], "linear"), ([1, 2, 3, 80], "log")])

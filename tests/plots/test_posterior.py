@@ -22,7 +22,7 @@ def draws(values, unit="1", **said):
     return ("chain", "draw"), np.asarray(values).reshape(1, -1), attributes
 
 
-def outputs(values, leading=("chain", "draw"), parts=False):
+def outputs(values, leading=("chain", "draw"), parts=False, sensors=2):
     part = ["part"] if parts else []
     unit = "velocity per force [(m/s)/N]"
     return xr.Dataset(
@@ -34,7 +34,7 @@ def outputs(values, leading=("chain", "draw"), parts=False):
             )
         },
         coords={
-            "sensor": ["s1+x", "s2+x"],
+            "sensor": [f"s{n + 1}+x" for n in range(sensors)],
             "actuator": ["a1+x"],
             "frequency": ("frequency", FREQUENCY, {"units": "Hz"}),
         },
@@ -120,8 +120,8 @@ FIGURES = {
     "measured_against_band of complex outputs": lambda: bp.plots.posterior.measured_against_band(
         result(parts=True)
     ),
-    "parameters": lambda: bp.plots.posterior.parameters(result(), {RATIO: 0.04}),
-    "placement": lambda: bp.plots.posterior.placement(result(), {POSITION: 0.3}),
+    "parameters": lambda: bp.plots.posterior.parameters(result(), truth={RATIO: 0.04}),
+    "placement": lambda: bp.plots.posterior.placement(result(), truth={POSITION: 0.3}),
     "placement in space": lambda: bp.plots.posterior.placement(result_in_space()),
     "pair": lambda: bp.plots.posterior.pair(result(), RATIO, POSITION),
     "methods": lambda: bp.plots.posterior.methods({"one": result(), "two": result()}),
@@ -193,28 +193,23 @@ def test_complex_outputs_are_drawn_by_the_logarithm_of_their_amplitude():
     assert axis.get_ylabel() == "log10 of velocity\nper force [(m/s)/N]"
 
 
-def tiny(observe):
-    return bp.Experiment(
-        bp.Structure(
-            bp.beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0),
-            damping=bp.damping.Modal([0.04]),
-        ),
-        sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.25, within=0.04))],
-        actuators=[bp.Actuator("a1", at=0.3)],
-        frequency=FREQUENCY,
-        observe=observe,
-        noise=None,
-    )
+def simulated(sensors=2, parts=False):
+    """Simulated outputs of some sensors, and a reference of the same shape."""
+    values = RNG.normal(size=(1, 50, sensors, 1, *([2] if parts else []), 4))
+    dataset = outputs(values, parts=parts, sensors=sensors).rename(measured="response")
+    reference = RNG.normal(size=values.shape[2:])
+    return xr.DataTree.from_dict({"/prior_predictive": dataset}), reference
 
 
-@pytest.mark.parametrize("observe", [bp.observe.LogAmplitude, bp.observe.Complex])
-def test_the_nominal_response_is_drawn_along_with_the_simulated_band(observe):
-    experiment = tiny(observe("velocity"))
-    figure = bp.plots.posterior.response_band(
-        bp.simulate(experiment, draws=20), experiment.nominal().predict()
-    )
-    frf = np.asarray(experiment.nominal().frf())[0, 0]
-    np.testing.assert_allclose(line(figure.axes[0], "as recorded"), np.log10(np.abs(frf)))
+@pytest.mark.parametrize("parts", [False, True])
+def test_the_nominal_response_is_drawn_along_with_the_simulated_band(parts):
+    tree, reference = simulated(parts=parts)
+    figure = bp.plots.posterior.response_band(tree, reference=reference)
+    expected = np.log10(np.hypot(*reference[1, 0])) if parts else reference[1, 0]
+    np.testing.assert_allclose(line(figure.axes[1], "as recorded"), expected)
+    values = tree["prior_predictive"]["response"].values[0, :, 1, 0]
+    drawn_by = np.log10(np.hypot(values[:, 0], values[:, 1])) if parts else values
+    np.testing.assert_allclose(line(figure.axes[1], "random draws, mean"), drawn_by.mean(axis=0))
     assert labels(drawn(figure)) == [
         "random draws, 90 % band",
         "random draws, mean",
@@ -222,13 +217,43 @@ def test_the_nominal_response_is_drawn_along_with_the_simulated_band(observe):
     ]
 
 
+def test_outputs_of_simulate_are_what_the_band_is_drawn_of():
+    experiment = bp.Experiment(
+        bp.Structure(
+            bp.beams.bar(1, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0),
+            damping=bp.damping.Modal([0.04]),
+        ),
+        sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.25, within=0.04))],
+        actuators=[bp.Actuator("a1", at=0.3)],
+        frequency=FREQUENCY,
+        observe=bp.observe.Complex("velocity"),
+        noise=None,
+    )
+    figure = bp.plots.posterior.response_band(
+        bp.simulate(experiment, draws=5), reference=experiment.nominal().predict()
+    )
+    frf = np.asarray(experiment.nominal().frf())[0, 0]
+    np.testing.assert_allclose(line(figure.axes[0], "as recorded"), np.log10(np.abs(frf)))
+
+
 def test_many_channels_have_a_panel_each():
-    wide = tiny(bp.observe.LogAmplitude("velocity"))
-    simulated = bp.simulate(wide, draws=5)["prior_predictive"].to_dataset()
-    many = xr.concat([simulated] * 6, "sensor").assign_coords(sensor=[f"s{n}" for n in range(6)])
-    figure = bp.plots.posterior.response_band(xr.DataTree.from_dict({"/prior_predictive": many}))
+    figure = bp.plots.posterior.response_band(simulated(sensors=6)[0])
     assert len(drawn(figure).axes) == 6
     assert len(labels(figure)) == 2
+
+
+def test_each_force_level_has_panels_of_its_own():
+    levels = ("frequency", [0.5, 0.5, 2.0, 2.0], {"units": "N"})
+    one = result()
+    for group in ("posterior_predictive", "observed_data"):
+        one[group] = xr.DataTree(one[group].to_dataset().assign_coords(force_level=levels))
+    figure = bp.plots.posterior.measured_against_band(one)
+    pairs = [f"sensor s{n}+x, actuator a1+x" for n in (1, 2)]
+    assert [axis.get_title() for axis in figure.axes] == [
+        f"{pair}, {level} N" for pair in pairs for _ in range(2) for level in ("0.5", "2")
+    ]
+    measured = one["observed_data"]["measured"][1, 0, 2:]
+    np.testing.assert_array_equal(line(figure.axes[5], "measured"), measured)
 
 
 @pytest.mark.parametrize("group", ["prior", "posterior"])
@@ -262,7 +287,7 @@ def test_a_posterior_far_narrower_than_the_prior_is_shown_enlarged():
 
 
 def test_true_values_are_marked_where_they_are_known():
-    figure = bp.plots.posterior.placement(result(), {POSITION: 0.31, "another": 1.0})
+    figure = bp.plots.posterior.placement(result(), truth={POSITION: 0.31, "another": 1.0})
     assert line(figure.axes[0], "true value") is not None
     assert figure.axes[0].lines[0].get_xdata()[0] == 0.31
     assert labels(figure) == ["prior", "posterior", "true value"]
@@ -282,7 +307,7 @@ def test_each_element_of_an_array_has_a_panel():
 
 
 def test_each_method_is_drawn_once_by_its_name():
-    figure = bp.plots.posterior.methods({"one": result(), "two": result()}, {RATIO: 0.04})
+    figure = bp.plots.posterior.methods({"one": result(), "two": result()}, truth={RATIO: 0.04})
     assert labels(drawn(figure)) == ["one", "two", "true value"]
     lines = [patch.get_linestyle() for patch in figure.axes[0].patches]
     assert len(set(lines)) == 2  # told apart without colour

@@ -146,10 +146,10 @@ def frame():
     figure = Figure()
     axis = figure.subplots()
     seen = structure_plots.view(structure_plots.extent(whole, rows))
-    structure_plots.structure(axis, seen, whole)
-    structure_plots.suspects(figure, axis, seen, rows, "score [1]")
-    structure_plots.fitted(axis, seen, (1.5, 0.0, 0.0))
-    structure_plots.dressed(axis, seen)
+    structure_plots.draw_structure(axis, seen, whole)
+    structure_plots.draw_scores(axis, seen, rows, "score [1]")
+    structure_plots.mark_place(axis, seen, (1.5, 0.0, 0.0))
+    structure_plots.name_axes(axis, seen)
     figure.draw_without_rendering()
     return axis
 

@@ -1,0 +1,121 @@
+"""Every figure function draws in the axes that it is given, and returns their figure."""
+
+import inspect
+
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import bayes_placement as bp
+from tests.plots import test_ledger as ledgers
+from tests.plots import test_misfit as misfits
+from tests.plots import test_placement as maps
+from tests.plots import test_posterior as posteriors
+
+posterior, misfit = bp.plots.posterior, bp.plots.misfit
+ledger, placement, structure = bp.plots.ledger, bp.plots.placement, bp.plots.structure
+
+ONE_PANEL = {
+    posterior.pair: lambda: (posteriors.result(), posteriors.RATIO, posteriors.POSITION),
+    ledger.probabilities: lambda: (ledgers.explanation(),),
+    ledger.error_falls: lambda: (ledgers.ledger(),),
+    placement.placements: lambda: (maps.placement(5),),
+    structure.experiment: lambda: (ledgers.EXPERIMENT,),
+}
+PANELS = {
+    posterior.measured_against_band: (4, lambda: (posteriors.result(),)),
+    posterior.response_band: (2, lambda: (posteriors.simulated()[0],)),
+    posterior.parameters: (1, lambda: (posteriors.result(),)),
+    posterior.placement: (5, lambda: (posteriors.result_in_space(),)),
+    posterior.methods: (1, lambda: ({"one": posteriors.result()},)),
+    misfit.residual_map: (2, lambda: (misfits.misfit(levels=2),)),
+    misfit.discrepancy: (2, lambda: (misfits.misfit(),)),
+    ledger.suspicion: (2, lambda: (ledgers.explanation(),)),
+    ledger.before_and_after: (4, lambda: (ledgers.fits(),)),
+    placement.information: (3, lambda: (maps.hill("s1", "a1", "s2"),)),
+    placement.tolerances: (3, lambda: (maps.study("s1", "a1"),)),
+}
+
+
+def name(function):
+    return f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
+
+
+@pytest.fixture(autouse=True)
+def _without_a_screen():
+    matplotlib.use("agg")
+    yield
+    plt.close("all")
+
+
+@pytest.mark.parametrize("function", ONE_PANEL, ids=name)
+def test_a_figure_of_one_panel_is_drawn_in_the_axes_of_the_caller(function):
+    figure, (ours, other) = plt.subplots(1, 2)
+    assert function(*ONE_PANEL[function](), ax=ours) is figure
+    assert ours.has_data() and not other.has_data()
+    assert not figure.legends  # it belongs to the caller; the legend is that of the axes
+    figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("function", PANELS, ids=name)
+def test_a_figure_of_several_panels_is_drawn_in_the_axes_of_the_caller(function):
+    count, arguments = PANELS[function]
+    figure, axes = plt.subplots(1, count, squeeze=False)
+    assert function(*arguments(), axes=axes) is figure
+    assert all(axis.has_data() for axis in axes.flat)
+    assert not figure.legends
+    figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("function", PANELS, ids=name)
+def test_too_many_axes_are_refused(function):
+    count, arguments = PANELS[function]
+    figure = Figure()
+    axes = figure.subplots(count + 1, 1, squeeze=False)
+    with pytest.raises(ValueError, match=f"{count + 1} axes were given; {count} are needed"):
+        function(*arguments(), axes=axes)
+
+
+def test_all_figure_functions_are_called_alike():
+    rooms = (posterior, misfit, ledger, placement, structure)
+    returning = {
+        function
+        for room in rooms
+        for function in vars(room).values()
+        if inspect.isfunction(function)
+        and function.__module__ == room.__name__
+        and not function.__name__.startswith("_")
+        and inspect.signature(function).return_annotation is Figure
+    }
+    assert returning == {*ONE_PANEL, *PANELS}
+    for function in returning:
+        settings = [
+            parameter
+            for parameter in inspect.signature(function).parameters.values()
+            if parameter.kind is parameter.KEYWORD_ONLY
+        ]
+        last = settings[-1]
+        assert last.name == ("ax" if function in ONE_PANEL else "axes"), name(function)
+        assert all(parameter.default is None for parameter in settings), name(function)
+
+
+def test_an_experiment_on_a_line_is_drawn_where_its_instruments_are():
+    axes = structure.experiment(ledgers.EXPERIMENT).axes[0]
+    places = {line.get_label(): list(line.get_xdata()) for line in axes.lines}
+    assert places == {
+        "structure": [0.0, 1.0],
+        "sensor as recorded": [0.2],
+        "actuator as recorded": [0.3],
+    }
+    assert axes.get_xlabel() == "position along the structure [m]"
+    assert [text.get_text() for text in axes.texts] == ["s1", "a1"]
+
+
+def test_an_experiment_in_space_is_drawn_in_space():
+    figure = structure.experiment(ledgers.in_space())
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    assert axes.name == "3d"
+    np.testing.assert_allclose(np.ravel(axes.lines[1].get_data_3d()), (0.2, 0.3, 0.1))
