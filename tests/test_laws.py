@@ -29,11 +29,18 @@ STRUCTURES = {
     "beam free-free": lambda: beams.beam(MODES, **BEAM, ends="free-free"),
     "beam pinned-fixed": lambda: beams.beam(MODES, **BEAM, ends="pinned-fixed"),
 }
-LAWS = {
-    "modal": damping.Modal([0.01, 0.03, 0.02, 0.05]),
-    "rayleigh": damping.Rayleigh(3.0, 2e-6),
-    "structural": damping.Structural(0.04),
-}
+# A number for each field of a damping law, by its unit.
+NUMBERS = {"1": 0.04, "1/s": 3.0, "s": 2e-6}
+
+
+def example(law):
+    """A law of the registry with numbers that are small."""
+    if law is damping.Modal:
+        return law([0.01, 0.03, 0.02, 0.05])
+    return law(*(NUMBERS[field.metadata["unit"]] for field in dataclasses.fields(law)))
+
+
+LAWS = {law.__name__.lower(): example(law) for law in damping.LAWS}
 MIRRORED = {
     "bar free-fixed": "fixed-free",
     "beam fixed-free": "free-fixed",
@@ -161,6 +168,13 @@ def test_gradients_in_position_are_those_of_finite_differences(pair):
         np.testing.assert_allclose(
             gradient[ahead], gradient[behind], rtol=1e-2, atol=1e-2 * size.min()
         )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_static_loss_is_that_of_modes_far_above(law):
+    high, omega = jnp.array([1e9]), jnp.asarray(np.concatenate([OMEGA, -OMEGA]))
+    expected = np.asarray(LAWS[law].loss(high, omega, 0))[0] / high[0] ** 2
+    np.testing.assert_allclose(LAWS[law].static_loss(omega), expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("shape", STRUCTURES)

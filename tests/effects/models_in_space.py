@@ -47,6 +47,17 @@ class Scene(NamedTuple):
     def structure(self):
         return bp.Structure(self.modes, damping=bp.damping.Modal(RATIO))
 
+    def experiment(self):
+        sensors, actuators = ([*side.values()] for side in self.transducers())
+        return bp.Experiment(
+            self.structure(),
+            sensors=sensors,
+            actuators=actuators,
+            frequency=self.frequency,
+            observe=bp.observe.Complex("displacement"),
+            noise=None,
+        )
+
     def transducers(self):
         return [
             OrderedDict(
@@ -129,6 +140,17 @@ def attached(plain, channels, stiffness):
     whole = np.moveaxis(plain, -1, 0)
     dense = np.linalg.solve(np.eye(len(plain)) + whole * held[:, None, :], whole)
     return np.moveaxis(dense[:, :channels, :channels], 0, -1)
+
+
+def suggested():
+    """Each effect of the registry that suggests something for the frame or the plate, by name."""
+    found = {}
+    for scene in (frame(), plate()):
+        experiment = scene.experiment()
+        for word, kind in bp.effects.EFFECTS.items():
+            variants = kind.suggest(bp.effects.Scales(experiment))
+            found |= {word: (scene, variants[0])} if variants else {}
+    return found
 
 
 @functools.cache

@@ -134,15 +134,6 @@ def test_distributions_above_zero_are_accepted(ratio):
     assert damping.Rayleigh(0.0, ratio).stiffness is ratio
 
 
-@pytest.mark.parametrize(
-    "law", [damping.Modal(0.02), damping.Rayleigh(3.0, 2e-5), damping.Structural(0.05)]
-)
-def test_the_static_loss_is_that_of_modes_far_above(law):
-    high = jnp.array([1e9])
-    expected = np.asarray(law.loss(high, OMEGA, 0))[0] / high[0] ** 2
-    np.testing.assert_allclose(law.static_loss(OMEGA), expected, atol=1e-6)
-
-
 @pytest.mark.parametrize("law", [damping.Rayleigh(3.0, 2e-5), damping.Structural(0.2)])
 def test_damped_modes_left_out_are_in_the_static_part(law):
     """Few modes and their static part beside very many, driven and read away from nodes."""
