@@ -412,7 +412,7 @@ def test_effects_act_on_actuators_too(mounted):
     np.testing.assert_array_equal(loaded(0.0, PLACES), without())
     # It loads the structure in its own runs only, and multiplies its own record only.
     mass = 0.5
-    alone = response(structure(), [effects.point_mass(PLACES[1], mass)])
+    alone = compiled("point_mass")(mass, PLACES[1], PLACES)
     expected = without().copy()
     expected[:, 1] = (1 + mass) * np.asarray(alone)[:, 1]
     np.testing.assert_allclose(loaded(mass, PLACES), expected, rtol=1e-9)
