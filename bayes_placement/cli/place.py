@@ -15,12 +15,12 @@ from .._files import write_atomically
 from .._progress import progress_bars, terminal_console
 from .._types import InputError
 from ..design import information
-from ..design._fewer import with_lines, with_more, with_only
 from ..design.maps import information_map
 from ..design.place import Placement, place
 from ..design.planned import planned
-from ..design.running._executors import workers
+from ..design.running.executors import workers
 from ..experiment.experiment import Experiment, Measurements
+from ..experiment.resized import with_lines, with_more_sensors, with_only
 from ..io.model import Study
 from ..plots import placement as plots
 from ._estimators import named_estimator
@@ -178,7 +178,7 @@ def with_sensors(experiment: Experiment, count: int | None) -> Experiment:
         )
     if count < len(sensors):
         return with_only(experiment, [*sensors[:count], *experiment.actuator])
-    return with_more(experiment, count - len(sensors))
+    return with_more_sensors(experiment, count - len(sensors))
 
 
 def _words_on_lines(all_lines: Experiment, experiment: Experiment) -> list[str]:

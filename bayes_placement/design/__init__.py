@@ -1,7 +1,4 @@
-"""design: in, an experiment; out, where its sensors and actuators had best sit.
-
-Ways to search for a placement. Not known here: how information is estimated, measurements.
-"""
+"""Where sensors and actuators should sit: maps of information, searches for the best placement."""
 
 from .._progress import progress_bar
 from . import information
@@ -9,7 +6,7 @@ from .effective_independence import EffectiveIndependence, effective_independenc
 from .maps import Lead, information_map, lead, rivals
 from .place import Placement, place
 from .planned import planned
-from .running._executors import workers
+from .running.executors import workers
 from .search.evolutionary import Evolutionary
 from .search.exhaustive import Exhaustive
 from .search.forward import Forward

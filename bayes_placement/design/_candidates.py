@@ -1,7 +1,4 @@
-"""_candidates: in, an experiment and places to try; out, the laws there as stacks of numbers.
-
-Not known here: how information is estimated, in what order placements are tried.
-"""
+"""Candidate positions of a transducer, and the experiment with a transducer at one of them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -21,7 +18,7 @@ Tree = Any
 
 
 class Candidates(NamedTuple):
-    """Places at which one transducer is tried.
+    """Positions at which one transducer is tried.
 
     Parameters
     ----------
@@ -29,49 +26,63 @@ class Candidates(NamedTuple):
         Its name.
     recorded
         Recorded positions [m], [candidate] or [candidate, 3].
-    laws
-        Its position at each of them: numbers and laws.
+    positions
+        Its position at each of them: numbers and distributions.
     nominal
         Nominal value of its unknown coordinates, by name, at each of them.
     """
 
     name: str
     recorded: np.ndarray
-    laws: list[Tree]
+    positions: list[Tree]
     nominal: list[dict[str, float | int]]
 
     def points(self) -> np.ndarray:
-        """Recorded places [candidate, coordinate] [m]."""
-        return self.recorded.reshape(len(self.laws), -1)
+        """Recorded positions [candidate, coordinate] [m]."""
+        return self.recorded.reshape(len(self.positions), -1)
 
-    def kinds(self) -> np.ndarray:
-        """Number of the kind of each candidate; those of one kind differ in numbers only."""
+    def forms(self) -> np.ndarray:
+        """Number of the form of each candidate; those of one form differ in numbers only."""
         known: dict[Any, int] = {}
-        return np.array([known.setdefault(_kind(law), len(known)) for law in self.laws])
+        return np.array([known.setdefault(_form(each), len(known)) for each in self.positions])
 
-    def chosen(self, numbers: np.ndarray) -> "Candidates":
-        """Return some of them, in this order; each may be there several times."""
-        laws, nominal = ([them[i] for i in numbers] for them in (self.laws, self.nominal))
-        return Candidates(self.name, self.recorded[numbers], laws, nominal)
+    def subset(self, numbers: np.ndarray) -> "Candidates":
+        """Return those of these numbers, in this order, repeated where a number is."""
+        positions, nominal = (
+            [values[number] for number in numbers] for values in (self.positions, self.nominal)
+        )
+        return Candidates(self.name, self.recorded[numbers], positions, nominal)
 
-    def along_with(self, other: "Candidates") -> "Candidates":
+    def followed_by(self, other: "Candidates") -> "Candidates":
         """Return these and then others."""
-        recorded = np.concatenate([self.recorded, other.recorded])
-        return Candidates(self.name, recorded, self.laws + other.laws, self.nominal + other.nominal)
+        return Candidates(
+            self.name,
+            np.concatenate([self.recorded, other.recorded]),
+            self.positions + other.positions,
+            self.nominal + other.nominal,
+        )
 
-    def stacked(self, chosen: np.ndarray) -> tuple[Tree, dict[str, np.ndarray]]:
-        """Laws and nominal values of candidates of one kind, each number an array of them all."""
-        laws = jax.tree.map(lambda *leaves: np.stack(leaves), *(self.laws[i] for i in chosen))
-        names = self.nominal[chosen[0]]
-        return laws, {name: np.array([self.nominal[i][name] for i in chosen]) for name in names}
+    def stacked(self, numbers: np.ndarray) -> tuple[Tree, dict[str, np.ndarray]]:
+        """Positions and nominal values of candidates of one form, each number an array of them."""
+        chosen = self.subset(numbers)
+        positions = jax.tree.map(lambda *leaves: np.stack(leaves), *chosen.positions)
+        names = chosen.nominal[0]
+        return positions, {name: np.array([at[name] for at in chosen.nominal]) for name in names}
 
 
 def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candidates]:
-    """Places to try for each transducer named, clipped to the structure with their tolerance.
+    """Candidates of each transducer named, clipped to the structure with their tolerance.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    places
+        Recorded positions [m] (or tolerance regions) to try, by the name of the transducer.
 
     Raises
     ------
-    ValueError
+    InputError
         If there is no such transducer, nothing to try, or a place lies outside the structure.
     """
     if not places:
@@ -79,54 +90,59 @@ def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candid
             "No places to try were given; those of at least one transducer are needed: "
             '{"s1": np.linspace(0.04, 0.96, 47)}.'
         )
-    return [_candidates(experiment, name, several) for name, several in places.items()]
+    return [_candidates(experiment, name, listed) for name, listed in places.items()]
 
 
-def _candidates(experiment: Experiment, name: str, places: Any) -> Candidates:
-    one = transducer(experiment, name)
-    if isinstance(places, Tolerance):
+def _candidates(experiment: Experiment, name: str, listed: Any) -> Candidates:
+    stated = transducer(experiment, name)
+    if isinstance(listed, Tolerance):
         raise InputError(
-            f'{one.kind} "{name}" was given {places} to sit anywhere in; here a list of places to '
+            f'{stated.kind} "{name}" was given {listed}, a region; here a list of places to '
             f'try is needed: {{"{name}": [0.25, 0.5]}}. search=design.Evolutionary() searches all '
-            "of a support."
+            "of a region."
         )
-    moved = [one.moved(_place(each), experiment.structure.modes) for each in places]
+    moved = [stated.moved(_place(at), experiment.structure.modes) for at in listed]
     if not moved:
         raise InputError(
-            f'{one.kind} "{name}" was given no place to try; at least one is needed: '
+            f'{stated.kind} "{name}" was given no place to try; at least one is needed: '
             f'{{"{name}": [0.25, 0.5]}}.'
         )
     return _as_candidates(experiment, name, moved)
 
 
-def where_it_is(experiment: Experiment, name: str) -> Candidates:
-    """The present place of a transducer, as the only one to try."""
+def present_position(experiment: Experiment, name: str) -> Candidates:
+    """The position that the experiment states for a transducer, as the only candidate."""
     return _as_candidates(experiment, name, [transducer(experiment, name)])
 
 
+def combinations(moved: Sequence[Candidates]) -> np.ndarray:
+    """All combinations of candidates [cell, transducer]."""
+    counts = [len(one.positions) for one in moved]
+    return np.stack(np.unravel_index(np.arange(np.prod(counts)), counts), axis=1)
+
+
 def _as_candidates(experiment: Experiment, name: str, moved: Sequence[Transducer]) -> Candidates:
-    where = ".".join([*_path(experiment, name), "position"])
+    path = ".".join([_side(experiment, name), name, "position"])
     nominal = [
         {
-            ".".join([where, unknown.name]).rstrip("."): np.asarray(
-                each.at_record(unknown.name)
-            ).item()
-            for unknown in unknowns(each.position)
+            f"{path}.{unknown.name}".rstrip("."): np.asarray(at.at_record(unknown.name)).item()
+            for unknown in unknowns(at.position)
         }
-        for each in moved
+        for at in moved
     ]
-    recorded = np.array([each.recorded for each in moved])
-    return Candidates(name, recorded, [each.position for each in moved], nominal)
+    recorded = np.array([at.recorded for at in moved])
+    return Candidates(name, recorded, [at.position for at in moved], nominal)
 
 
-def _kind(law: Tree) -> Any:
-    return jax.tree.structure(law), tuple(np.shape(leaf) for leaf in jax.tree.leaves(law))
+def _form(position: Tree) -> Any:
+    shapes = tuple(np.shape(leaf) for leaf in jax.tree.leaves(position))
+    return jax.tree.structure(position), shapes
 
 
-def _place(given: Any) -> Any:
-    if isinstance(given, Tolerance):
-        return given
-    return float(given) if np.ndim(given) == 0 else triple(given)
+def _place(at: Any) -> Any:
+    if isinstance(at, Tolerance):
+        return at
+    return float(at) if np.ndim(at) == 0 else triple(at)
 
 
 def transducer(experiment: Experiment, name: str) -> Transducer:
@@ -134,7 +150,7 @@ def transducer(experiment: Experiment, name: str) -> Transducer:
 
     Raises
     ------
-    ValueError
+    InputError
         If there is none.
     """
     known = {**experiment.sensor, **experiment.actuator}
@@ -146,19 +162,31 @@ def transducer(experiment: Experiment, name: str) -> Transducer:
     return known[name]
 
 
-def _path(experiment: Experiment, name: str) -> tuple[str, str]:
-    return ("sensor" if name in experiment.sensor else "actuator", name)
+def _side(experiment: Experiment, name: str) -> str:
+    return "sensor" if name in experiment.sensor else "actuator"
 
 
 def placed(experiment: Experiment, positions: Mapping[str, Tree]) -> Experiment:
-    """Return the experiment with some transducers elsewhere, by name."""
-    return _with(experiment, {_path(experiment, name): at for name, at in positions.items()})
-
-
-def _with(experiment: Experiment, positions: Mapping[tuple[str, str], Tree]) -> Experiment:
-    return eqx.tree_at(
-        lambda tree: [getattr(tree, side)[name].position for side, name in positions],
+    """Return the experiment with some transducers at other positions, by name."""
+    return with_transducers(
         experiment,
-        list(positions.values()),
-        is_leaf=lambda leaf: leaf is None,
+        {
+            name: eqx.tree_at(
+                lambda tree: tree.position,
+                transducer(experiment, name),
+                position,
+                is_leaf=lambda leaf: leaf is None,
+            )
+            for name, position in positions.items()
+        },
+    )
+
+
+def with_transducers(experiment: Experiment, changed: Mapping[str, Transducer]) -> Experiment:
+    """Return the experiment with some transducers in the place of those of the same names."""
+    sides = {name: _side(experiment, name) for name in changed}
+    return eqx.tree_at(
+        lambda tree: [getattr(tree, side)[name] for name, side in sides.items()],
+        experiment,
+        list(changed.values()),
     )

@@ -1,7 +1,4 @@
-"""effective_independence: in, an experiment and places; out, those that tell its modes best apart.
-
-Not known here: damping, placement errors, how information is estimated.
-"""
+"""Effective independence: the sensor places that tell mode shapes best apart, without damping."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +11,7 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
+from .._compiled import compiled
 from .._types import InputError
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
@@ -34,7 +32,7 @@ class EffectiveIndependence:
     positions
         Recorded place of each sensor [m], by name.
     table
-        One row for each place to try, the last one that was removed before all others removed:
+        One row for each place to try, those kept first, then the others, the last removed first:
         place [m], `effective_independence` among those that were left when it was removed, or at
         the end (1 where the modes cannot be told apart without it), and `kept`.
     log_determinant
@@ -74,8 +72,8 @@ def effective_independence(
 
     Of all places to try, the one is removed that contributes least to the determinant of the Fisher
     information of the modal coordinates, until as many are left as there are sensors (Kammer 1991,
-    DOI 10.2514/3.20636). It knows mode shapes only: nothing of damping, of what is unknown, of the
-    glue's tolerance, nor of the actuators. A place with several directions counts as a whole.
+    DOI 10.2514/3.20636). It uses mode shapes only: neither damping, unknowns, tolerances of the
+    positions nor actuators. A place with several directions is removed with all of them.
     Removing one by one need not end at the largest determinant of all choices.
 
     Parameters
@@ -90,29 +88,33 @@ def effective_independence(
 
     Raises
     ------
-    ValueError
+    InputError
         If sensors or their places differ, or there are too few of them for the modes.
     """
-    several = candidates(experiment, places)
-    _check_alike(experiment, several)
+    moved = candidates(experiment, places)
+    _check_alike(experiment, moved)
     nominal = experiment.nominal()
-    shapes = nominal.structure.proper_modes()
-    chosen = _in_band(experiment, shapes) if modes is None else _numbered(shapes, modes)
+    modes_of_structure = nominal.structure.proper_modes()
+    if modes is None:
+        chosen = _in_band(experiment, modes_of_structure)
+    else:
+        chosen = _numbered(modes_of_structure, modes)
     mounted = [
-        _read(one, np.array([one.recorded]), shapes)[0]
-        for name, one in nominal.sensor.items()
+        _shapes_read(sensor, np.array([sensor.recorded]), modes_of_structure)[0]
+        for name, sensor in nominal.sensor.items()
         if name not in places
     ]
-    rows = _read(nominal.sensor[several[0].name], several[0].recorded, shapes)[..., chosen]
-    base = np.concatenate([np.zeros((0, len(chosen))), *(one[:, chosen] for one in mounted)])
-    _check_rank(rows, base, len(several))
-    order, worth, log_determinant = _reduced(rows, base, len(several))
-    at = several[0].recorded[np.sort(order[: len(several)])]
-    table = pd.DataFrame([coordinates(place) for place in several[0].recorded[order]])
+    count, tried = len(moved), moved[0].recorded
+    rows = _shapes_read(nominal.sensor[moved[0].name], tried, modes_of_structure)[..., chosen]
+    base = np.concatenate([np.zeros((0, len(chosen))), *(shapes[:, chosen] for shapes in mounted)])
+    _check_rank(rows, base, count)
+    order, worth, log_determinant = _ranked(rows, base, count)
+    kept = tried[np.sort(order[:count])]
+    table = pd.DataFrame([coordinates(place) for place in tried[order]])
     table["effective_independence"] = worth
-    table["kept"] = np.arange(len(order)) < len(several)
+    table["kept"] = np.arange(len(order)) < count
     return EffectiveIndependence(
-        {one.name: place for one, place in zip(several, at, strict=True)},
+        {one.name: place for one, place in zip(moved, kept, strict=True)},
         table,
         log_determinant,
         tuple(int(number) + 1 for number in chosen),
@@ -125,11 +127,11 @@ def coordinates(at: Any) -> dict[str, float]:
     return dict(zip(names, np.ravel(at).tolist(), strict=True))
 
 
-def _reduced(rows: Rows, base: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _ranked(rows: Rows, base: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places in the order of their worth, that worth, and the log determinant [removed]."""
     left = np.arange(len(rows))
     removed: list[int] = []
-    worths: list[float] = []
+    worth_removed: list[float] = []
     log_determinants = []
     while True:
         worth, log_determinant = _worth(rows[left], base)
@@ -139,11 +141,11 @@ def _reduced(rows: Rows, base: np.ndarray, count: int) -> tuple[np.ndarray, np.n
         # Places of equal worth differ by rounding: the first of them goes.
         least = int(np.argmin(np.round(worth, 9)))
         removed.insert(0, int(left[least]))
-        worths.insert(0, float(worth[least]))
+        worth_removed.insert(0, float(worth[least]))
         left = np.delete(left, least)
-    last = np.argsort(-worth, kind="stable")
-    order = np.array([*left[last], *removed], dtype=int)
-    return order, np.array([*worth[last], *worths]), np.array(log_determinants)
+    best_first = np.argsort(-worth, kind="stable")
+    order = np.array([*left[best_first], *removed], dtype=int)
+    return order, np.array([*worth[best_first], *worth_removed]), np.array(log_determinants)
 
 
 def _worth(rows: Rows, base: np.ndarray) -> tuple[np.ndarray, float]:
@@ -154,31 +156,40 @@ def _worth(rows: Rows, base: np.ndarray) -> tuple[np.ndarray, float]:
     """
     places, channels, modes = rows.shape
     basis, triangle = np.linalg.qr(np.concatenate([rows.reshape(-1, modes), base]))
-    own = basis[: places * channels].reshape(places, channels, -1)
-    left = np.linalg.det(np.eye(channels) - own @ np.swapaxes(own, 1, 2))
-    return 1 - left, float(2 * np.sum(np.log(np.abs(np.diag(triangle)))))
+    of_places = basis[: places * channels].reshape(places, channels, -1)
+    without = np.linalg.det(np.eye(channels) - of_places @ np.swapaxes(of_places, 1, 2))
+    return 1 - without, float(2 * np.sum(np.log(np.abs(np.diag(triangle)))))
 
 
-def _read(one: Transducer, places: np.ndarray, modes: Modes) -> Rows:
-    """Mode shapes that a transducer reads at places."""
+def _shapes_read(sensor: Transducer, places: np.ndarray, modes: Modes) -> Rows:
+    """Mode shapes that a sensor reads at places."""
+    return np.asarray(_shapes_at(sensor, modes, jnp.asarray(places, float)))
 
+
+@compiled
+def _shapes_at(sensor: Transducer, modes: Modes, places: Any) -> Any:
     def shapes(at: Any) -> Any:
         position = at if at.ndim == 0 else Cartesian(*at)
-        return eqx.tree_at(lambda tree: tree.position, one, position).shapes(modes)
+        return eqx.tree_at(lambda tree: tree.position, sensor, position).shapes(modes)
 
-    return np.asarray(jax.jit(jax.vmap(shapes))(jnp.asarray(places, float)))
+    return jax.vmap(shapes)(places)
+
+
+@compiled
+def _natural_frequencies(modes: Modes) -> Any:
+    return modes.natural_frequency
 
 
 def _in_band(experiment: Experiment, modes: Modes) -> np.ndarray:
-    natural = np.asarray(jax.jit(lambda: modes.natural_frequency)())
+    natural = np.asarray(_natural_frequencies(modes))
     low, high = np.min(experiment.lines), np.max(experiment.lines)
-    found = np.flatnonzero((natural >= low) & (natural <= high))
-    if not found.size:
+    inside = np.flatnonzero((natural >= low) & (natural <= high))
+    if not inside.size:
         raise InputError(
             f"No natural frequency lies in the band of {low:g} to {high:g} Hz; shapes of at least "
             "one mode are needed. Choose modes by number: modes=(1, 2)."
         )
-    return found
+    return inside
 
 
 def _numbered(modes: Modes, numbers: Sequence[int]) -> np.ndarray:
@@ -191,39 +202,39 @@ def _numbered(modes: Modes, numbers: Sequence[int]) -> np.ndarray:
     return np.array(sorted(set(numbers))) - 1
 
 
-def _check_alike(experiment: Experiment, several: Sequence[Candidates]) -> None:
-    for one in several:
+def _check_alike(experiment: Experiment, moved: Sequence[Candidates]) -> None:
+    for one in moved:
         if one.name not in experiment.sensor:
             raise InputError(
                 f'Places of the actuator "{one.name}" were given; those of sensors are needed, '
                 "since effective independence knows nothing of what drives the structure. "
                 "bp.place(...) places actuators as well."
             )
-    first = several[0]
-    known = experiment.sensor
-    for one in several[1:]:
-        fields = [(known[name].directions, known[name].angles) for name in (first.name, one.name)]
-        if not np.array_equal(one.recorded, first.recorded) or not eqx.tree_equal(*fields):
+    first = moved[0]
+    for other in moved[1:]:
+        pair = [experiment.sensor[one.name] for one in (first, other)]
+        fields = [(sensor.directions, sensor.angles) for sensor in pair]
+        if not np.array_equal(other.recorded, first.recorded) or not eqx.tree_equal(*fields):
             raise InputError(
-                f'Sensors "{first.name}" and "{one.name}" have other places to try, or other '
+                f'Sensors "{first.name}" and "{other.name}" have other places to try, or other '
                 "directions; sensors alike and one list of places are needed, from which places "
-                f'are removed one by one: {{"{first.name}": places, "{one.name}": places}}.'
+                f'are removed one by one: {{"{first.name}": places, "{other.name}": places}}.'
             )
 
 
 def _check_rank(rows: Rows, base: np.ndarray, count: int) -> None:
     channels, modes = rows.shape[1:]
-    several = count * channels + len(base)
+    measured = count * channels + len(base)
     if len(rows) < count:
         raise InputError(
             f"{len(rows)} places for {count} sensors were given; at least as many places as "
-            "sensors are needed, since each sits at one of its own."
+            "sensors are needed, since no two sensors share one."
         )
-    if several < modes:
+    if measured < modes:
         raise InputError(
-            f"{several} channels were given for {modes} modes; at least as many channels as modes "
+            f"{measured} channels were given for {modes} modes; at least as many channels as modes "
             "are needed, since otherwise no placement tells them apart. Choose fewer modes: "
-            f"modes={tuple(range(1, several + 1))}."
+            f"modes={tuple(range(1, measured + 1))}."
         )
     rank = np.linalg.matrix_rank(np.concatenate([rows.reshape(-1, modes), base]))
     if rank < modes:

@@ -1,7 +1,4 @@
-"""maps: in, an experiment and places to try; out, a labelled map of what is learnt at each.
-
-Not known here: how information is estimated, how the best place is searched for.
-"""
+"""Maps of the information gain over the positions of sensors and actuators."""
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
@@ -10,23 +7,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Float
 
-from .._random import integer_seed
 from .._types import InfeasibleError, Key, Progress, no_progress
 from ..experiment.experiment import Experiment
-from ._candidates import Candidates, candidates
-from ._question import only_about
-from .information._estimator import Estimator, spread
-from .information.kde import KDE
-from .running._cells import grid
-from .running._evaluation import Evaluation
+from ._candidates import Candidates, candidates, combinations
+from .information.estimator import Estimator, jackknife_error
+from .running.evaluation import CHUNK, Evaluation
 
-DOUBT = 2.0
-"""Standard errors, up to which a difference is not taken for real."""
-
-CHUNK = 100
-"""Cells of a chunk: about a second of the paper's sizes, far more than it costs to hand out."""
+SIGNIFICANT = 2.0
+"""Standard errors above which a difference is significant."""
 
 
 def information_map(
@@ -44,58 +33,65 @@ def information_map(
 ) -> xr.Dataset:
     """Information about the parameters at each placement of some sensors and actuators.
 
-    Everything random is common to all placements, so that differences are smooth.
+    All placements share their random points, so that differences between them are smooth.
 
     Parameters
     ----------
     experiment
         The experiment; each transducer that is moved keeps its tolerance.
     places
-        Recorded positions [m] (or supports) to try, by the name of the transducer: a grid of all
-        combinations.
+        Recorded positions [m] (or tolerance regions) to try, by the name of the transducer: a grid
+        of all combinations.
     estimator
-        One of `information`; by default the paper's, `information.KDE()`.
+        An estimator of `information`; by default the paper's, `information.KDE()`.
     about
-        Names of the parameters that are to be learnt; all others are held at nominal values. By
-        default all.
+        Names of the parameters of interest; all others are held at nominal values. By default all.
     nominal
         Nominal values of parameters, by name; by default the means of their priors.
     key
         Seed or JAX key.
     executor
         Where chunks are computed: `workers(4)`, or any `concurrent.futures` executor; by default
-        here. The result is the same, bit for bit.
+        in this process. The result is the same, bit for bit.
     store
-        Folder in which finished chunks are kept, one netCDF file each, named by all that
-        determines it. A second run computes only what is missing.
+        Folder in which finished chunks are kept, one file each, named by all that determines it.
+        A second run computes only what is missing.
     chunk
-        Cells of a chunk; a second or more of work is far more than it costs to hand it out.
+        Placements of a chunk; a second or more of work is far more than it costs to hand it out.
     progress
         Called with the share that is done; `progress_bar()` makes one.
 
     Returns
     -------
     xarray.Dataset
-        `kl` and its standard error `kl_se` [nat], dimensions named after the transducers;
-        `kl_without`, the same without each replicate of the random points, for `lead`. NaN where
-        nothing can be told, as on a support that does not move.
+        `information_gain` and its standard error `information_gain_se` [nat], dimensions named
+        after the transducers; `information_gain_jackknife`, the same without each replicate of the
+        random points, for `lead`. NaN where it is not finite, as on a support that does not move.
 
     Raises
     ------
-    ValueError
+    InputError
         If a place is outside the structure, the estimator cannot treat the experiment, or it
         cannot be sent to another process.
     RuntimeError
         If a worker was lost and the executor cannot go on, or a worker cannot read what it is sent.
     """
-    own, seed = KDE() if estimator is None else estimator, integer_seed(key)
-    asked, given = only_about(experiment, about, nominal)
-    several = candidates(asked, places)
-    shape = tuple(len(one.laws) for one in several)
-    whole = Evaluation(asked, own, seed, given, executor, store, chunk, progress)
-    found = whole.at(several, grid(several)).reshape(*shape, -1)
-    found[np.isneginf(found)] = np.nan
-    return _labelled(several, found, own.settings() | {"key": seed})
+    evaluation = Evaluation.of(
+        experiment,
+        estimator=estimator,
+        about=about,
+        nominal=nominal,
+        key=key,
+        executor=executor,
+        store=store,
+        chunk=chunk,
+        progress=progress,
+    )
+    moved = candidates(evaluation.experiment, places)
+    shape = tuple(len(one.positions) for one in moved)
+    gain = evaluation.at(moved, combinations(moved)).reshape(*shape, -1)
+    gain[np.isneginf(gain)] = np.nan
+    return _labelled(moved, gain, evaluation.estimator.settings() | {"key": evaluation.seed})
 
 
 class Lead(NamedTuple):
@@ -105,114 +101,119 @@ class Lead(NamedTuple):
     ----------
     best, other
         Index of each along the dimensions of the map.
-    difference, error
-        Information of the best less that of the other, and its standard error.
+    difference, difference_se
+        Information gain of the best less that of the other, and its standard error.
     """
 
     best: dict[str, int]
     other: dict[str, int]
     difference: float
-    error: float
+    difference_se: float
 
 
-def lead(whole: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
+def lead(learnt: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
     """Compare the best placement of a map with another.
 
     All placements share their random points, so that much of their errors is common.
 
     Parameters
     ----------
-    whole
+    learnt
         A map of `information_map`.
     other
         Index along each of its dimensions; by default the second best.
 
     Raises
     ------
-    ValueError
+    InfeasibleError
         If nothing is known at any placement.
     """
-    names = [str(name) for name in whole["information_gain"].dims]
-    kl = np.nan_to_num(whole["information_gain"].values, nan=-np.inf)
-    if np.isneginf(kl).all():
-        raise InfeasibleError(nothing_told(kl.size))
-    order = np.argsort(kl, axis=None)[::-1]
+    gain = learnt["information_gain"]
+    names = [str(name) for name in gain.dims]
+    order = ranked(gain.values.ravel())
     best, second = (
-        dict(zip(names, map(int, np.unravel_index(place, kl.shape)), strict=True))
-        for place in order[[0, min(1, len(order) - 1)]]
+        dict(zip(names, map(int, np.unravel_index(number, gain.shape)), strict=True))
+        for number in order[[0, min(1, len(order) - 1)]]
     )
     compared = second if other is None else dict(other)
-    return Lead(best, compared, *difference(whole.isel(best), whole.isel(compared)))
+    return Lead(best, compared, *difference(learnt.isel(best), learnt.isel(compared)))
 
 
-def difference(one: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
-    """Information of one cell less that of another, and the standard error of that [nat]."""
-    found = (
-        np.concatenate([[float(at["information_gain"])], at["information_gain_jackknife"].values])
-        for at in (one, other)
-    )
-    return ahead(*found)
+def ranked(gain: np.ndarray) -> np.ndarray:
+    """Numbers of placements [placement] in the order of their information gain, the best first.
+
+    Raises
+    ------
+    InfeasibleError
+        If it is finite nowhere.
+    """
+    if not np.isfinite(gain).any():
+        raise InfeasibleError(
+            f"At none of {gain.size} placements is the information finite: where the structure "
+            "does not move, as on a support, the logarithm of the response is infinite. Try places "
+            "that move."
+        )
+    return np.argsort(-np.nan_to_num(gain, nan=-np.inf), kind="stable")
 
 
-def nothing_told(count: int) -> str:
-    """Say that information is finite nowhere."""
-    return (
-        f"At none of {count} placements is the information finite: where nothing moves, as on a "
-        "support, the logarithm of the response is infinite. Try places that move."
-    )
+def difference(cell: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
+    """Information gain of one cell less that of another, and the standard error of that [nat]."""
+    return difference_of(_estimates(cell), _estimates(other))
 
 
-def ahead(
-    best: Float[np.ndarray, "estimate"], other: Float[np.ndarray, "estimate"]
-) -> tuple[float, float]:
-    """By how much one placement is better than another, and the standard error of that [nat].
+def difference_of(estimates: np.ndarray, others: np.ndarray) -> tuple[float, float]:
+    """Information gain of one placement less that of another, and the standard error [nat].
 
     Parameters
     ----------
-    best, other
-        Information of each, in all and without each replicate; what is common cancels.
+    estimates, others
+        Information gain of each [1 + replicate]: the estimate, then without each replicate. What
+        is common to both cancels.
     """
-    apart = best - other
-    return float(apart[0]), float(spread(apart[1:]))
+    differences = estimates - others
+    return float(differences[0]), float(jackknife_error(differences[1:]))
 
 
-def rivals(whole: xr.Dataset) -> xr.DataArray:
-    """Tell which placements of a map are no worse than the best, within two standard errors."""
-    values = whole["information_gain_jackknife"]
-    names = [str(name) for name in whole["information_gain"].dims]
-    best = lead(whole).best
-    behind = (values.isel(best) - values).transpose(*names, "replicate").values
-    lost = (
-        (whole["information_gain"].isel(best) - whole["information_gain"]).transpose(*names).values
-    )
-    return whole["information_gain"].copy(data=lost <= DOUBT * spread(behind))
+def _estimates(cell: xr.Dataset) -> np.ndarray:
+    jackknife = cell["information_gain_jackknife"].values
+    return np.concatenate([[float(cell["information_gain"])], jackknife])
+
+
+def rivals(learnt: xr.Dataset) -> xr.DataArray:
+    """Tell which placements are not significantly worse than the best (two standard errors)."""
+    gain, jackknife = learnt["information_gain"], learnt["information_gain_jackknife"]
+    names = [str(name) for name in gain.dims]
+    best = lead(learnt).best
+    behind = (gain.isel(best) - gain).transpose(*names).values
+    without = (jackknife.isel(best) - jackknife).transpose(*names, "replicate").values
+    return gain.copy(data=behind <= SIGNIFICANT * jackknife_error(without))
 
 
 def _labelled(
-    several: Sequence[Candidates], found: np.ndarray, settings: dict[str, Any]
+    moved: Sequence[Candidates], gain: np.ndarray, settings: dict[str, Any]
 ) -> xr.Dataset:
-    names = [one.name for one in several]
-    units = {"units": "nat"}
-    whole = xr.Dataset(
+    names = [one.name for one in moved]
+    words = {"units": "nat", "long_name": "information gain"}
+    error = {"units": "nat", "long_name": "standard error of the information gain"}
+    learnt = xr.Dataset(
         {
-            "information_gain": (names, found[..., 0], {**units, "long_name": "information"}),
-            "information_gain_se": (
-                names,
-                spread(found[..., 1:]),
-                {**units, "long_name": "standard error"},
-            ),
-            "information_gain_jackknife": ([*names, "replicate"], found[..., 1:], units),
+            "information_gain": (names, gain[..., 0], words),
+            "information_gain_se": (names, jackknife_error(gain[..., 1:]), error),
+            "information_gain_jackknife": ([*names, "replicate"], gain[..., 1:], words),
         },
         attrs=settings,
     )
-    for one in several:
-        if one.recorded.ndim == 1:
-            attributes = {"units": "m", "long_name": f"position of {one.name}"}
-            whole = whole.assign_coords({one.name: (one.name, one.recorded, attributes)})
-        else:
-            triple = {
-                f"{one.name}.{axis}": (one.name, column, {"units": "m"})
-                for axis, column in zip("xyz", one.recorded.T, strict=True)
-            }
-            whole = whole.assign_coords(triple)
-    return whole
+    for one in moved:
+        learnt = learnt.assign_coords(_coordinates(one))
+    return learnt
+
+
+def _coordinates(moved: Candidates) -> dict[str, Any]:
+    """Recorded positions along the dimension of a transducer: one coordinate, or three."""
+    if moved.recorded.ndim == 1:
+        words = {"units": "m", "long_name": f"position of {moved.name}"}
+        return {moved.name: (moved.name, moved.recorded, words)}
+    return {
+        f"{moved.name}.{axis}": (moved.name, column, {"units": "m"})
+        for axis, column in zip("xyz", moved.recorded.T, strict=True)
+    }

@@ -1,13 +1,10 @@
-"""planned: in, an experiment and what was measured; out, one of which the output error is known.
-
-Not known here: where to measure, how information is estimated.
-"""
+"""The experiment of a measurement to come, whose output error is known beforehand."""
 
 import equinox as eqx
 import numpy as np
 
 from .._sites import Role
-from .._types import InfeasibleError
+from .._types import InputError
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Gaussian
 from ..experiment.observe import LogAmplitude
@@ -34,51 +31,50 @@ def planned(
 
     Raises
     ------
-    ValueError
+    InputError
         If the error is read from coherence, and neither is given.
     """
     noise = experiment.noise
     if sigma is not None:
-        return _logarithmic(experiment, sigma)
+        return _with_logarithmic_error(experiment, sigma)
     if noise is None or not noise.reads_coherence:
         typical = experiment.nominal_values()
         levels = [one.name for one in experiment.unknowns if one.role is Role.OUTPUT_ERROR]
         return experiment.fix({name: typical[name] for name in levels})
     if measurement is None:
-        raise InfeasibleError(
+        raise InputError(
             f"The output error is declared as noise.{type(noise).__name__}(), which reads it from "
             "a measurement, but what is planned is not measured yet. Give an earlier measurement "
             "of the same kind, or the standard deviation of log10 of the amplitude: sigma=0.01."
         )
-    return _logarithmic(experiment, _relative(experiment, measurement))
+    return _with_logarithmic_error(experiment, _logarithmic_error(experiment, measurement))
 
 
-def _logarithmic(experiment: Experiment, sigma: float) -> Experiment:
-    old = (experiment.observe, experiment.noise)
-    new = (LogAmplitude(experiment.observe.quantity), Gaussian(sigma))
+def _with_logarithmic_error(experiment: Experiment, sigma: float) -> Experiment:
+    replaced = (experiment.observe, experiment.noise)
     return eqx.tree_at(
         lambda tree: (tree.observe, tree.noise),
         experiment,
-        new,
-        is_leaf=lambda node: node is None or any(node is one for one in old),
+        (LogAmplitude(experiment.observe.quantity), Gaussian(sigma)),
+        is_leaf=lambda node: node is None or any(node is old for old in replaced),
     )
 
 
-def _relative(experiment: Experiment, measurement: Measurements) -> float:
+def _logarithmic_error(experiment: Experiment, measurement: Measurements) -> float:
     """Median standard deviation of log10 of the amplitude."""
     data = experiment.data(measurement)
     assert experiment.noise is not None
     deviation = experiment.noise.deviation(data)
     if deviation is None:
-        raise InfeasibleError(
+        raise InputError(
             "The size of the output error is unknown even with the measurement: its factor is a "
             "distribution. Give the standard deviation of log10 of the amplitude: sigma=0.01."
         )
-    level, there = np.asarray(deviation), np.asarray(data.measured)
+    sigma, measured = np.asarray(deviation), np.asarray(data.measured)
     if experiment.observe.parts == 1:
-        return float(np.median(level[there]))
+        return float(np.median(sigma[measured]))
     # Half of the variance lies across the FRF, in its phase.
-    along = np.sqrt(np.mean(level**2, axis=-2))
-    size = np.sqrt(np.sum(np.asarray(data.z) ** 2, axis=-2))
-    whole = np.all(there, axis=-2)
-    return float(np.median(along[whole] / size[whole]) / np.log(10))
+    along = np.sqrt(np.mean(sigma**2, axis=-2))
+    amplitude = np.sqrt(np.sum(np.asarray(data.z) ** 2, axis=-2))
+    complete = np.all(measured, axis=-2)
+    return float(np.median(along[complete] / amplitude[complete]) / np.log(10))

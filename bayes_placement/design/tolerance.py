@@ -1,23 +1,17 @@
-"""tolerance: in, an experiment and places to try; out, what a smaller tolerance would buy.
-
-Not known here: how information is estimated.
-"""
+"""What a smaller tolerance of the positions would buy, such as by a drilling jig."""
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
-import equinox as eqx
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from .._types import InfeasibleError, Key, Progress, no_progress
+from .._types import InputError, Progress, no_progress
 from ..experiment.experiment import Experiment
-from .information._estimator import Estimator
-from .maps import DOUBT, difference, information_map, lead
+from ._candidates import transducer, with_transducers
+from .maps import SIGNIFICANT, difference, information_map, lead
 
 FACTORS = (1.0, 0.5, 0.25)
 
@@ -27,7 +21,7 @@ FACTOR = "tolerance_factor"
 
 @dataclass(frozen=True)
 class ToleranceStudy:
-    """Maps of information for several tolerances.
+    """Maps of the information gain for several tolerances.
 
     Parameters
     ----------
@@ -35,9 +29,10 @@ class ToleranceStudy:
         As `information_map` returns them, along a dimension `tolerance_factor`: so many
         times the tolerance that is declared.
     table
-        One row for each tolerance: the best place of each transducer [m]; `kl` there and `kl_se`
-        [nat]; `bought`, by how much that is more than the best for the first tolerance, and its
-        error; `moved`, what is lost where all stays at the first optimum, and its error.
+        One row for each tolerance: the best position of each transducer [m]; `information_gain`
+        there and `information_gain_se` [nat]; `improvement`, by how much that is more than the best
+        for the first tolerance, and its error `improvement_se`; `relocation`, how much of that is
+        lost where all stays at the first optimum, and its error `relocation_se`.
     """
 
     maps: xr.Dataset = field(repr=False)
@@ -47,21 +42,21 @@ class ToleranceStudy:
         """Say for each tolerance where to measure and what it buys."""
         rows: Any = self.table.reset_index().to_dict("records")
         first = rows[0][FACTOR]
-        return "\n".join(self._said(row, first) for row in rows)
+        return "\n".join(self._in_words(row, first) for row in rows)
 
-    def _said(self, row: dict[str, Any], first: float) -> str:
+    def _in_words(self, row: dict[str, Any], first: float) -> str:
         names = [str(name) for name in self.maps["information_gain"].dims if name != FACTOR]
         where = ", ".join(f"{name} at {row[name]}" for name in names)
-        said = (
+        words = (
             f"{row[FACTOR]:g} times the tolerance: best {where}, {row['information_gain']:.3g} ± "
             f"{row['information_gain_se']:.1g} nat"
         )
         if row[FACTOR] == first:
-            return f"{said}."
-        bought = f"{row['improvement']:.2g} ± {row['improvement_se']:.1g} nat more"
-        if row["relocation"] <= DOUBT * row["relocation_se"]:
-            return f"{said}, {bought}; the first place is as good."
-        return f"{said}, {bought}, of which {row['relocation']:.2g} for moving there."
+            return f"{words}."
+        words += f", {row['improvement']:.2g} ± {row['improvement_se']:.1g} nat more"
+        if row["relocation"] <= SIGNIFICANT * row["relocation_se"]:
+            return f"{words}; the first place is as good."
+        return f"{words}, of which {row['relocation']:.2g} for moving there."
 
 
 def tolerance_study(
@@ -69,13 +64,8 @@ def tolerance_study(
     places: Mapping[str, Sequence[Any] | np.ndarray],
     *,
     factors: Sequence[float] = FACTORS,
-    estimator: Estimator | None = None,
-    about: Sequence[str] | None = None,
-    nominal: Mapping[str, float] | None = None,
-    key: int | Key = 0,
-    executor: Executor | None = None,
-    store: str | Path | None = None,
     progress: Progress = no_progress,
+    **settings: Any,
 ) -> ToleranceStudy:
     """Tell how the best placement moves, and how much more is learnt, with a smaller tolerance.
 
@@ -89,48 +79,39 @@ def tolerance_study(
         Recorded positions [m] to try, by the name of the transducer.
     factors
         Tolerances, as multiples of those declared; the first is what the others are compared with.
-    estimator, about, nominal, key, executor, store, progress
-        See `information_map`.
+    progress
+        Called with the share that is done.
+    **settings
+        `estimator`, `about`, `nominal`, `key`, `executor`, `store` and `chunk` of
+        `information_map`.
 
     Raises
     ------
-    ValueError
+    InputError
         If a transducer has no tolerance, or a factor is not positive.
     """
     if not factors or min(factors) <= 0:
-        raise InfeasibleError(
+        raise InputError(
             f"factors={list(factors)} was given; positive multiples of the tolerance are needed: "
             "factors=(1, 0.5, 0.25)."
         )
     maps = [
         information_map(
-            _glued(experiment, list(places), factor),
+            _with_tolerance(experiment, list(places), factor),
             places,
-            estimator=estimator,
-            about=about,
-            nominal=nominal,
-            key=key,
-            executor=executor,
-            store=store,
             progress=_part(progress, number, len(factors)),
+            **settings,
         )
         for number, factor in enumerate(factors)
     ]
     return ToleranceStudy(_joined(maps, factors), _table(maps, factors))
 
 
-def _glued(experiment: Experiment, names: Sequence[str], factor: float) -> Experiment:
+def _with_tolerance(experiment: Experiment, names: Sequence[str], factor: float) -> Experiment:
     """The experiment with other tolerances of some transducers."""
-    for name in names:
-        for side in ("sensor", "actuator"):
-            if name in getattr(experiment, side):
-                experiment = _replaced(experiment, side, name, factor)
-    return experiment
-
-
-def _replaced(experiment: Experiment, side: str, name: str, factor: float) -> Experiment:
-    new = getattr(experiment, side)[name].glued(factor, experiment.structure.modes)
-    return eqx.tree_at(lambda tree: getattr(tree, side)[name], experiment, new)
+    modes = experiment.structure.modes
+    changed = {name: transducer(experiment, name).glued(factor, modes) for name in names}
+    return with_transducers(experiment, changed)
 
 
 def _part(progress: Progress, number: int, count: int) -> Progress:
@@ -146,29 +127,19 @@ def _table(maps: list[xr.Dataset], factors: Sequence[float]) -> pd.DataFrame:
     home = lead(maps[0]).best
     first = maps[0].isel(home)
     rows = []
-    for factor, one in zip(factors, maps, strict=True):
-        best, stayed = one.isel(lead(one).best), one.isel(home)
-        bought, bought_se = difference(best, first)
-        moved, moved_se = difference(best, stayed)
-        rows.append(
-            {FACTOR: factor}
-            | {str(name): _place(best, str(name)) for name in one["information_gain"].dims}
-            | {
-                "information_gain": float(best["information_gain"]),
-                "information_gain_se": float(best["information_gain_se"]),
-            }
-            | {
-                "improvement": bought,
-                "improvement_se": bought_se,
-                "relocation": moved,
-                "relocation_se": moved_se,
-            }
-        )
+    for factor, learnt in zip(factors, maps, strict=True):
+        best, at_home = learnt.isel(lead(learnt).best), learnt.isel(home)
+        row = {FACTOR: factor}
+        row |= {str(name): _position(best, str(name)) for name in learnt["information_gain"].dims}
+        row |= {name: float(best[name]) for name in ("information_gain", "information_gain_se")}
+        row["improvement"], row["improvement_se"] = difference(best, first)
+        row["relocation"], row["relocation_se"] = difference(best, at_home)
+        rows.append(row)
     return pd.DataFrame(rows).set_index(FACTOR)
 
 
-def _place(one: xr.Dataset, name: str) -> Any:
-    """Recorded place [m], three numbers in space."""
-    if name in one.coords:
-        return float(one[name])
-    return tuple(float(one[f"{name}.{axis}"]) for axis in "xyz")
+def _position(cell: xr.Dataset, name: str) -> Any:
+    """Recorded position [m], three numbers in space."""
+    if name in cell.coords:
+        return float(cell[name])
+    return tuple(float(cell[f"{name}.{axis}"]) for axis in "xyz")

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from ..design.maps import DOUBT, lead, rivals
+from ..design.maps import SIGNIFICANT, lead, rivals
 from ..design.place import Placement
 from ..design.tolerance import FACTOR, ToleranceStudy
 from ._figures import PANEL, STAR, color_bar, edges, panels
@@ -29,8 +29,8 @@ GAIN, ERROR = "information_gain", "information_gain_se"
 
 _INFORMATION = "information [nat]"
 _RIVAL: dict[str, Any] = {"marker": ".", "color": "w", "markeredgecolor": "k", "linestyle": "none"}
-_AS_GOOD = f"no worse than the best within {DOUBT:g} standard errors"
-_ERRORS = f"± {DOUBT:g} standard errors"
+_AS_GOOD = f"no worse than the best within {SIGNIFICANT:g} standard errors"
+_ERRORS = f"± {SIGNIFICANT:g} standard errors"
 
 
 def information(learnt: xr.Dataset, *, axes: Sequence[Axes] | np.ndarray | None = None) -> Figure:
@@ -93,7 +93,7 @@ def placements(best: Placement, *, ax: Axes | None = None) -> Figure:
     drawn = panels(1, 1, ax)
     panel, rank = drawn.only, np.arange(len(shown)) + 1
     bars: dict[str, Any] = {"fmt": "o", "color": "C0", "markersize": 4, "capsize": 2}
-    panel.errorbar(rank, shown[GAIN], DOUBT * shown[ERROR], label=_ERRORS, **bars)
+    panel.errorbar(rank, shown[GAIN], SIGNIFICANT * shown[ERROR], label=_ERRORS, **bars)
     panel.plot(rank[:1], shown[GAIN][:1], label="best", zorder=4, **STAR)
     panel.set_xlim(0.5, len(shown) + 0.5)
     panel.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
@@ -167,7 +167,7 @@ def _draw_map(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
 def _draw_curve(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
     learnt, as_good, best = profile
     (name,) = best
-    x, gain, error = learnt[name].values, learnt[GAIN].values, DOUBT * learnt[ERROR].values
+    x, gain, error = learnt[name].values, learnt[GAIN].values, SIGNIFICANT * learnt[ERROR].values
     panel.fill_between(x, gain - error, gain + error, alpha=0.3, label=_ERRORS)
     panel.plot(x, gain, ".-", label="information")
     panel.plot(x[as_good], gain[as_good], "o", color="k", fillstyle="none", label=_AS_GOOD)

@@ -18,9 +18,9 @@ from scipy.special import logsumexp
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design._candidates import candidates
-from bayes_placement.design.information._estimator import Gain, divergence
-from bayes_placement.design.running._cells import Task, chunks, compute, grid
+from bayes_placement.design._candidates import candidates, combinations
+from bayes_placement.design.information.estimator import Gain, divergence
+from bayes_placement.design.running.chunks import Task, chunks, compute
 from models import bar
 
 DRAWS, PLACES, MODES = 1000, 800, 15
@@ -90,8 +90,8 @@ def some_cells(estimator, places, cells=None):
     values = {
         name: value for name, value in experiment.nominal_values().items() if "position" not in name
     }
-    chosen = grid(several) if cells is None else cells
-    (chunk,) = chunks(Task(experiment, estimator, 0, values, {}), several, chosen, len(chosen))
+    chosen = combinations(several) if cells is None else cells
+    (chunk,) = chunks(Task(experiment, estimator, 0, values), several, chosen, len(chosen))
     return lambda: compute(chunk)
 
 
@@ -169,7 +169,7 @@ def spreads(points, monkeypatch):
 
     def each(log_likelihood):
         several = log_likelihood.reshape(-1, whole.replicates, log_likelihood.shape[-1])
-        found = jax.vmap(lambda one: divergence(one).kl)(several)
+        found = jax.vmap(lambda one: divergence(one).estimate)(several)
         return Gain(jnp.mean(found), found)
 
     monkeypatch.setattr(information.kde, "divergence", each)

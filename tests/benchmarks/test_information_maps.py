@@ -15,7 +15,7 @@ from scipy.stats import t as student
 import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement.design import lead
-from bayes_placement.design.information._estimator import spread
+from bayes_placement.design.information.estimator import jackknife_error
 from models import bar
 
 CELLS = 0.5 + np.arange(-24, 25) / 52
@@ -54,7 +54,7 @@ def test_the_optimum(name):
         float(found[name].isel(best.best)) for name in ("information_gain", "information_gain_se")
     )
     print(f"\n  best at ({at[0]:.3f}, {at[1]:.3f}): {kl:.3f} +- {error:.3f} nat, ", end="")
-    print(f"the second best {best.difference:.4f} +- {best.error:.4f} less", end="")
+    print(f"the second best {best.difference:.4f} +- {best.difference_se:.4f} less", end="")
     for one in at:
         assert abs(abs(one - 0.5) - distance) < STEP
 
@@ -77,7 +77,7 @@ def test_the_map_is_symmetric_within_its_errors(name, kind):
         figure(name)[part].values for part in ("information_gain", "information_gain_jackknife")
     )
     other = MIRRORS[kind]
-    difference, error = kl - other(kl), spread(without - other(without))
+    difference, error = kl - other(kl), jackknife_error(without - other(without))
     apart = error > 0  # not on the axis of symmetry
     ratio = np.abs(difference[apart]) / error[apart]
     mean_square = np.mean(difference[apart] ** 2) / np.mean(error[apart] ** 2)

@@ -37,7 +37,7 @@ def killed_half_way(folder, *address):
 
 def finished(store):
     """Files of a store, without what a killed writer may have left."""
-    return [path for path in store.glob("*.nc") if not path.name.startswith(".")]
+    return [path for path in store.glob("*.npz") if not path.name.startswith(".")]
 
 
 def until(condition, seconds=120.0):

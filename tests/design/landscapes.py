@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import bayes_placement as bp
-from bayes_placement.design.information._estimator import Estimator, Gain
+from bayes_placement.design.information.estimator import Estimator, Gain
 from models import bar
 
 TRACED: list[str] = []

@@ -13,10 +13,11 @@ import numpy as np
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design._candidates import candidates
-from bayes_placement.design._question import nominal_values
-from bayes_placement.design.running import _cells, _running
-from bayes_placement.design.running._fingerprint import fingerprint
+from bayes_placement.design._candidates import candidates, combinations
+from bayes_placement.design._parameters_of_interest import nominal_values
+from bayes_placement.design.running import _dispatch
+from bayes_placement.design.running import chunks as chunking
+from bayes_placement.design.running._content_hash import content_hash
 from models import bar
 from tests.design import at_work
 from tests.effects import models_in_space
@@ -36,9 +37,9 @@ def chunks(estimator=SMALL, seed=0, size=1, places=PLACES):
     """Chunks of the map."""
     experiment = bar.placed(0.3, 0.3, None)
     values = nominal_values(experiment, list(places), {}, {})
-    several = candidates(experiment, places)
-    task = _cells.Task(experiment, estimator, seed, values, {})
-    return _cells.chunks(task, several, _cells.grid(several), size)
+    moved = candidates(experiment, places)
+    task = chunking.Task(experiment, estimator, seed, values)
+    return chunking.chunks(task, moved, combinations(moved), size)
 
 
 def structures():
@@ -46,44 +47,44 @@ def structures():
     return [models_in_space.frame().modes, models_in_space.plate().modes]
 
 
-def fingerprints(several):
-    """Names of what is computed for a bar and for some structures."""
-    return [chunks()[3].content(), *(fingerprint(one) for one in several)]
+def hashes(structures):
+    """Hashes of a chunk of the map and of some structures."""
+    return [chunks()[3].content(), *map(content_hash, structures)]
 
 
-def number(sent):
+def number(chunk):
     """Which of the chunks it is."""
-    return int(np.ravel_multi_index(tuple(sent.candidate[0]), (4, 3)))
+    return int(np.ravel_multi_index(tuple(chunk.candidates[0]), (4, 3)))
 
 
-def stop_once(marker, sent):
+def stop_once(marker, chunk):
     """Compute a chunk, but kill the worker that has the sixth, the first time."""
-    if number(sent) == 5 and at_work.first(marker):
-        at_work.stop(sent)
-    return _cells.compute_sent(sent)
+    if number(chunk) == 5 and at_work.first(marker):
+        at_work.stop(chunk)
+    return chunking.compute_packed(chunk)
 
 
-def fail(sent):
+def fail(chunk):
     """Compute a chunk, but for the second."""
-    time.sleep(0.1 + 0.2 * (number(sent) == 1))
-    if number(sent) == 1:
+    time.sleep(0.1 + 0.2 * (number(chunk) == 1))
+    if number(chunk) == 1:
         raise ValueError("Stiffness was given as zero.")
-    return _cells.compute_sent(sent)
+    return chunking.compute_packed(chunk)
 
 
-def logged(log, sent):
+def logged(log, chunk):
     """Compute a chunk slowly and say which, and where."""
-    result = _cells.compute_sent(sent)
-    time.sleep(0.4 + 0.05 * number(sent))
-    with log.open("a") as said:
-        said.write(f"{number(sent)} {os.getpid()}\n")
-    return result
+    gain = chunking.compute_packed(chunk)
+    time.sleep(0.15 + 0.02 * number(chunk))
+    with log.open("a") as lines:
+        lines.write(f"{number(chunk)} {os.getpid()}\n")
+    return gain
 
 
 def main(store, log, *address):
     """Compute the map slowly, here or on the cluster at an address."""
-    _running.compute = lambda chunk: logged(Path(log), chunk.sent())
-    _running.compute_sent = partial(logged, Path(log))
+    _dispatch.compute = lambda chunk: logged(Path(log), chunk.packed())
+    _dispatch.compute_packed = partial(logged, Path(log))
     local = 2 if address == ("local",) else None
     with bp.design.workers(local, dask=address[0] if address else None) as executor:
         computed(store=store, executor=executor)

@@ -10,7 +10,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement.design import maps
-from bayes_placement.design.information._estimator import spread
+from bayes_placement.design.information.estimator import jackknife_error
 from models import bar
 from tests.effects import models_in_space
 
@@ -41,8 +41,8 @@ def test_each_cell_is_the_estimate_of_the_experiment_there(experiment, whole):
     plan = SMALL.plan(there, 3)
     gain = jax.jit(lambda: plan(there, there.nominal_values()))()
     cell = whole.sel(s1=0.4, a1=0.75)
-    assert float(gain.kl) == pytest.approx(float(cell["information_gain"]), rel=1e-5)
-    assert spread(np.asarray(gain.without)) == pytest.approx(
+    assert float(gain.estimate) == pytest.approx(float(cell["information_gain"]), rel=1e-5)
+    assert jackknife_error(np.asarray(gain.jackknife)) == pytest.approx(
         float(cell["information_gain_se"]), rel=1e-3
     )
 
@@ -68,12 +68,12 @@ def test_the_lead_of_the_best_has_an_error_of_its_own(whole):
     )
     far = maps.lead(whole, {"s1": 1, "a1": 1})
     assert far.best == lead.best
-    assert far.difference > 5 * far.error > 0
+    assert far.difference > 5 * far.difference_se > 0
     # What is common to both placements does not count.
     apart = np.hypot(
         whole["information_gain_se"].isel(far.best), whole["information_gain_se"].isel(far.other)
     )
-    assert far.error < 1.5 * float(apart)
+    assert far.difference_se < 1.5 * float(apart)
 
 
 def test_one_transducer_may_be_moved_alone(experiment, whole):

@@ -5,7 +5,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import design, information
-from bayes_placement.design.search._rules import Rules
+from bayes_placement.design.search.placement_rules import PlacementRules
 from models import bar
 from tests.effects import models_in_space
 
@@ -30,7 +30,9 @@ def test_the_best_of_a_grid_is_that_of_the_map(experiment, whole):
     assert whole.positions == {name: GRID[place] for name, place in lead.best.items()}
     assert set(whole.positions.values()) <= {0.25, 0.75}
     assert whole.information_gain == pytest.approx(float(table["information_gain"].max()), rel=1e-5)
-    assert (whole.lead, whole.lead_se) == pytest.approx((lead.difference, lead.error), rel=1e-3)
+    assert (whole.lead, whole.lead_se) == pytest.approx(
+        (lead.difference, lead.difference_se), rel=1e-3
+    )
     assert (
         len(whole.table) == GRID.size**2 and whole.table["information_gain"].is_monotonic_decreasing
     )
@@ -140,12 +142,12 @@ def test_a_place_in_space_has_three_coordinates():
 def test_rules_hold_in_space():
     two = on_plate(box(SEATS[0]), box(SEATS[1]))
     seats = np.array(SEATS)
-    rules = Rules([((0.15, 0.1, -1.0), (0.3, 0.2, 1.0))])
+    rules = PlacementRules([((0.15, 0.1, -1.0), (0.3, 0.2, 1.0))])
     assert rules.allowed(two, {"s1": seats}, ["s2"]).tolist() == [True, False, True]
     # An actuator may sit where a sensor does; the second and the third are 0.1 m apart.
     pairs = {"s1": seats[:2], "s2": seats[1:]}
-    assert Rules((), 0.101).allowed(two, pairs).tolist() == [True, False]
-    assert Rules((), 0.099).allowed(two, pairs).tolist() == [True, True]
+    assert PlacementRules((), 0.101).allowed(two, pairs).tolist() == [True, False]
+    assert PlacementRules((), 0.099).allowed(two, pairs).tolist() == [True, True]
 
 
 def test_supports_on_several_members_are_candidates_as_well():

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from bayes_placement.design.information._estimator import spread
+from bayes_placement.design.information.estimator import jackknife_error
 from bayes_placement.design.place import Placement
 from bayes_placement.design.tolerance import FACTOR, ToleranceStudy
 from bayes_placement.plots import placement as placement_plots
@@ -35,7 +35,7 @@ def labelled(names, kl, error):
     return xr.Dataset(
         {
             "information_gain": (names, kl),
-            "information_gain_se": (names, spread(without)),
+            "information_gain_se": (names, jackknife_error(without)),
             "information_gain_jackknife": ([*names, "replicate"], without),
         }
     )

@@ -1,8 +1,4 @@
-"""information: in, an experiment or a posterior; out, how much is learnt about the parameters.
-
-Divergences of posteriors from priors, and what an experiment may be expected to tell before it is
-done, one estimator a file. Not known here: where else a transducer could sit.
-"""
+"""Estimators of how much an experiment teaches about its parameters, one a file; divergences."""
 
 from ...inference.alternative_explanation import Alternative
 from ...inference.divergence import (
@@ -11,7 +7,7 @@ from ...inference.divergence import (
     from_posterior_draws,
     from_prior_draws,
 )
-from ._estimator import InformationWarning
+from .estimator import InformationWarning
 from .exact import Exact
 from .expected_gain import ExpectedGain
 from .kde import KDE

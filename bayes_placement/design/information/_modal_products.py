@@ -1,9 +1,10 @@
-"""_modal_products: in, an experiment whose modes are known; out, its FRFs as sums of products.
+"""FRFs as sums of products: shapes and spectra of modes that are known.
 
 One factor of each product is known once all is placed, the other once the damping is: so the FRFs
-of many dampings and many placements are one product of matrices. Not known here: densities.
+of many dampings and many placements are one product of matrices.
 """
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
@@ -25,31 +26,30 @@ def factorise(experiment: Experiment) -> bool:
 
 
 def residues(experiment: Experiment) -> Float[Array, "sensor actuator product"]:
-    """Products of shapes, and the static flexibility [m/N] where it is known; all is placed."""
+    """Products of shapes [1/kg], and the static flexibility [m/N] where it is known."""
     modes = experiment.structure.proper_modes()
-    read, driven = (_points(one, modes.axes) for one in (experiment.sensor, experiment.actuator))
+    read, driven = (_points(side, modes.axes) for side in (experiment.sensor, experiment.actuator))
     shapes = read.shapes(modes)[:, None] * driven.shapes(modes)
     static = read.static_flexibility(modes, driven)
     return shapes if static is None else jnp.concatenate([shapes, static[..., None]], axis=-1)
 
 
-def spectra(experiment: Experiment, static: bool) -> Complex[Array, "product frequency"]:
-    """FRF of the observed quantity for a residue of one, once the damping is known.
-
-    Parameters
-    ----------
-    experiment
-        Experiment whose structure is of numbers.
-    static
-        Whether the last of the residues is the static flexibility.
-    """
+def spectra(experiment: Experiment) -> Complex[Array, "product frequency"]:
+    """FRF of the observed quantity for a residue of one, once the damping is known."""
     omega = 2 * jnp.pi * jnp.asarray(experiment.lines)
     factors = modal_receptance(experiment.structure, experiment.structure.proper_modes(), omega)
-    each = factors.modal
-    if static:
-        each = jnp.concatenate([factors.beyond_static, 1 / factors.relative_modulus[None]])
-    return experiment.observe.frf(each[:, None] + 0j, omega)[:, 0]
+    products = factors.modal
+    if _has_static_flexibility(experiment):
+        products = jnp.concatenate([factors.beyond_static, 1 / factors.relative_modulus[None]])
+    return experiment.observe.frf(products[:, None] + 0j, omega)[:, 0]
+
+
+def _has_static_flexibility(experiment: Experiment) -> bool:
+    nominal = experiment.nominal()
+    products = jax.eval_shape(lambda: residues(nominal)).shape[-1]
+    modes = jax.eval_shape(lambda: nominal.structure.proper_modes().angular_frequency()).shape[0]
+    return bool(products > modes)
 
 
 def _points(side: dict, axes: tuple[int, ...]) -> Points:
-    return joined([one.points(axes) for one in side.values()])
+    return joined([transducer.points(axes) for transducer in side.values()])

@@ -1,7 +1,4 @@
-"""exact: in, an experiment with output error; out, what it teaches, the placement integrated out.
-
-Not known here: where else a transducer could sit.
-"""
+"""The information gain of the nominal response, the placement integrated by quadrature."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -16,9 +13,9 @@ from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ...inference.alternative_explanation import JointDraws, draws_of
 from ...inference.marginals import nested_quadrature
-from . import _points
-from ._estimator import Estimator, Gain, Plan, divergence, known_noise, placement_laws
-from ._knowledge import knowledge, typical
+from . import _sampling
+from ._prior_knowledge import posterior_means, prior_knowledge
+from .estimator import Estimator, Gain, Plan, divergence, known_noise, placement_distributions
 
 BATCH = 8
 """Draws of the parameters that are integrated at once."""
@@ -28,18 +25,18 @@ class Exact(Estimator):
     """Divergence for the nominal response, the placement integrated by Gauss quadrature.
 
     The likelihood is that of `marginals.Quadrature`; the average over the parameters is one over
-    points of their prior, Eq. (33).
+    draws of their prior, Eq. (33).
 
     Parameters
     ----------
     draws
-        Points of the parameters, in all.
+        Draws of the parameters, in all.
     nodes
         Gauss nodes for each coordinate of the placement.
     sampling
         `sobol` or `plain`, see `KDE`.
     replicates
-        Independent sets of points, whose spread is the error.
+        Independent sets of draws, whose spread is the error.
     after
         What an earlier measurement told, see `KDE`.
     """
@@ -52,34 +49,33 @@ class Exact(Estimator):
 
     def typical(self) -> dict[str, np.ndarray]:
         """Means after the earlier measurement."""
-        return typical(self.after)
+        return posterior_means(self.after)
 
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
         """Draw all points and return the estimate.
 
         Raises
         ------
-        ValueError
+        InputError
             If there is no output error, or no parameter is unknown.
         """
-        known = knowledge(experiment, self.after, moved)
+        known = prior_knowledge(experiment, self.after, moved)
         known_noise(experiment, "information.Exact")
-        each = _points.shares(self.draws, self.replicates, "draws")
-        sizes = (self.replicates, each, known.dimension)
-        parameters = known.values(_points.scores(self.sampling, *sizes, seed))
+        count = _sampling.draws_of_replicate(self.draws, self.replicates)
+        sizes = (self.replicates, count, known.dimension)
+        parameters = known.values(_sampling.scores(self.sampling, *sizes, seed))
 
-        def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
-            z = one.fix(nominal).predict()
+        def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
+            z = at.fix(nominal).predict()
             data = Data(z, np.ones(z.shape, dtype=bool))
-            nodes = nested_quadrature.nested_nodes(
-                one, placement_laws(one, known.names), self.nodes
-            )
+            placed = placement_distributions(at, known.names)
+            nodes = nested_quadrature.nested_nodes(at, placed, self.nodes)
 
             def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
-                return nested_quadrature.log_likelihood(one.fix(values), data, nodes)
+                return nested_quadrature.log_likelihood(at.fix(values), data, nodes)
 
             flat = {n: jnp.reshape(v, (-1, *v.shape[2:])) for n, v in parameters.items()}
-            found = jax.lax.map(likelihood, flat, batch_size=BATCH)
-            return divergence(found.reshape(self.replicates, each))
+            log_likelihood = jax.lax.map(likelihood, flat, batch_size=BATCH)
+            return divergence(log_likelihood.reshape(self.replicates, count))
 
         return plan

@@ -1,7 +1,4 @@
-"""expected_gain: in, an experiment with output error; out, what it will teach on the average.
-
-Not known here: where else a transducer could sit.
-"""
+"""The expected information gain, on the average over data that the prior predicts."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -15,10 +12,18 @@ from jaxtyping import Array, Float
 
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import JointDraws, draws_of
-from . import _points
-from ._estimator import Estimator, Gain, Plan, deviation, known_noise, placement_laws
-from ._knowledge import Posterior, Prior, knowledge, typical
-from ._tangents import Kernels
+from . import _sampling
+from ._prior_knowledge import IndependentPriors, PosteriorDraws, posterior_means, prior_knowledge
+from ._tangent_kernels import TangentKernels
+from .estimator import (
+    Estimator,
+    Gain,
+    Plan,
+    known_noise,
+    mean_over_replicates,
+    output_deviation,
+    placement_distributions,
+)
 
 BATCH = 64
 """Draws of the parameters whose responses are computed at once."""
@@ -30,20 +35,22 @@ class ExpectedGain(Estimator):
     Nested Monte Carlo (Ryan 2003, DOI 10.1198/1061860032012): E{log p(y | h) - log p(y)} over
     simulated data y, with p(y) the mean of p(y | h) over draws of the parameters; too few of them
     make it too high, by about the relative variance of that density over twice their number. The
-    placement is integrated by normal kernels about draws of it, each carried on to the outputs
-    along its tangent: its error falls with the square of their width, and 16 draws do where a plain
+    placement is integrated by normal kernels about draws of it, each carried to the outputs along
+    its tangent: its error falls with the square of their width, and 16 draws suffice where a plain
     average over responses would take tens of thousands.
 
     Parameters
     ----------
-    draws, placement_draws
-        Draws of the parameters and, for each of them, of the placement, in each replicate.
+    draws
+        Draws of the parameters, in each replicate.
+    placement_draws
+        Draws of the placement for each of them.
     data_draws
-        Simulated data in each replicate.
+        Simulated data, in each replicate.
     sampling
         `sobol` or `plain`, see `KDE`.
     replicates
-        Independent sets of points, whose spread is the error.
+        Independent sets of draws, whose spread is the error.
     after
         What an earlier measurement told, see `KDE`.
     """
@@ -57,76 +64,83 @@ class ExpectedGain(Estimator):
 
     def typical(self) -> dict[str, np.ndarray]:
         """Means after the earlier measurement."""
-        return typical(self.after)
+        return posterior_means(self.after)
 
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
         """Draw all points and return the estimate.
 
         Raises
         ------
-        ValueError
+        InputError
             If there is no output error, or no parameter is unknown.
         """
         known_noise(experiment, "information.ExpectedGain")
-        known = knowledge(experiment, self.after, moved)
+        known = prior_knowledge(experiment, self.after, moved)
         # Draws that make the data must not be among those that explain them.
-        making, explaining = known.halves() if isinstance(known, Posterior) else (known, known)
-        size = jax.eval_shape(lambda: experiment.nominal().predict()).size
-        each = known.dimension
-        wide = _points.dimension(placement_laws(experiment, known.names))
+        making, explaining = known.halves() if isinstance(known, PosteriorDraws) else (known, known)
+        outputs = jax.eval_shape(lambda: experiment.nominal().predict()).size
+        size = known.dimension
+        placed = _sampling.dimension(placement_distributions(experiment, known.names))
 
-        def drawn(count: int, wide: int, number: int) -> Array:
-            found = _points.scores(self.sampling, self.replicates, count, wide, seed + number)
-            return jnp.asarray(found)
+        def scores(count: int, dimension: int, number: int) -> Array:
+            sizes = (self.replicates, count, dimension)
+            return jnp.asarray(_sampling.scores(self.sampling, *sizes, seed + number))
 
-        outer = drawn(self.data_draws, each + wide + size, 0)
-        inner, places = drawn(self.draws, each, 1), drawn(self.placement_draws, wide, 2)
+        data = scores(self.data_draws, size + placed + outputs, 0)
+        parameters = scores(self.draws, size, 1)
+        placements = scores(self.placement_draws, placed, 2)
 
-        def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
-            now = Prior(placement_laws(one, known.names))
+        def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
+            positions = IndependentPriors(placement_distributions(at, known.names))
 
-            def replicate(several: Any) -> Float[Array, ""]:
-                own, parameters, spread = several
-                true = _True(
-                    making.values(own[:, :each]),
-                    own[:, each : each + wide],
-                    own[:, each + wide :],
+            def replicate(inputs: Any) -> Float[Array, ""]:
+                data, parameters, placements = inputs
+                truth = _Truth(
+                    making.values(data[:, :size]),
+                    data[:, size : size + placed],
+                    data[:, size + placed :],
                 )
-                return _gain(one, now, true, explaining.values(parameters), spread)
+                return _gain(at, positions, truth, explaining.values(parameters), placements)
 
-            found = jax.lax.map(replicate, (outer, inner, places))
-            return Gain(jnp.mean(found), (jnp.sum(found) - found) / (self.replicates - 1))
+            return mean_over_replicates(jax.lax.map(replicate, (data, parameters, placements)))
 
         return plan
 
 
-class _True(NamedTuple):
-    """What makes the data: parameters by name, scores of places, and errors [data, output]."""
+class _Truth(NamedTuple):
+    """What makes the data: parameters by name, scores of placements, and errors [data, output]."""
 
     parameters: dict[str, Any]
-    places: Array
+    placements: Array
     error: Array
 
 
 def _gain(
-    one: Experiment, places: Prior, true: _True, parameters: dict[str, Any], spread: Array
+    experiment: Experiment,
+    positions: IndependentPriors,
+    truth: _Truth,
+    parameters: dict[str, Any],
+    placements: Array,
 ) -> Float[Array, ""]:
     """Mean over simulated data of the log of p(y | h) over p(y)."""
-    level = deviation(one)
+    deviation = output_deviation(experiment)
 
-    def respond(values: dict[str, Any], place: Array) -> Float[Array, "output"]:
-        return one.fix(values | places.values(place)).predict().ravel() / level
+    def respond(values: dict[str, Any], placement: Array) -> Float[Array, "output"]:
+        at = experiment.fix(values | positions.values(placement))
+        return at.predict().ravel() / deviation
 
-    y = jax.vmap(respond)(true.parameters, true.places) + true.error
+    y = jax.vmap(respond)(truth.parameters, truth.placements) + truth.error
 
     def log_density(values: dict[str, Any], data: Array) -> Float[Array, "data"]:
         """Log density of data [data, output] for one draw of the parameters."""
-        return Kernels.of(lambda place: respond(values, place), spread).log_density(data)
+        kernels = TangentKernels.of(lambda placement: respond(values, placement), placements)
+        return kernels.log_density(data)
 
-    given = jax.lax.map(
+    given_truth = jax.lax.map(
         lambda pair: log_density(pair[0], pair[1][None])[0],
-        (true.parameters, y),
+        (truth.parameters, y),
         batch_size=BATCH,
     )
-    each = jax.lax.map(lambda values: log_density(values, y), parameters, batch_size=BATCH)
-    return jnp.mean(given - (logsumexp(each, axis=0) - jnp.log(each.shape[0])))
+    given_draws = jax.lax.map(lambda values: log_density(values, y), parameters, batch_size=BATCH)
+    evidence = logsumexp(given_draws, axis=0) - jnp.log(given_draws.shape[0])
+    return jnp.mean(given_truth - evidence)

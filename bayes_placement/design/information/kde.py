@@ -1,7 +1,4 @@
-"""kde: in, an experiment; out, what it teaches by the paper's estimate, its Table 1.
-
-Not known here: where else a transducer could sit.
-"""
+"""The paper's estimate of the information gain, its Table 1: kernel densities over placements."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -16,10 +13,10 @@ from ..._types import InfeasibleError, InputError
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import JointDraws, draws_of
 from ...inference.marginals.kernel_density import KERNELS, Kernel, kernel
-from . import _modal_products, _points
-from ._estimator import Estimator, Gain, Plan, divergence, placement_laws
-from ._kernels import log_density
-from ._knowledge import knowledge, typical
+from . import _modal_products, _sampling
+from ._kernel_density import log_density
+from ._prior_knowledge import posterior_means, prior_knowledge
+from .estimator import Estimator, Gain, Plan, divergence, placement_distributions
 
 BATCH = 25
 """Draws of the parameters whose responses are held at once."""
@@ -27,26 +24,32 @@ BATCH = 25
 FEW = 4
 """Products, at most, that are summed one after the other and not by a product of matrices."""
 
+RANGE = 30
+"""Powers of two up to which single precision needs no scale: squares of outputs stay within it."""
+
 
 class KDE(Estimator):
     """Divergence for the nominal response, with a kernel density estimate over placements.
 
-    Table 1 of the paper: the data are the response at nominal parameters and places; the
+    Table 1 of the paper: the data are the response at nominal parameters and positions; the
     likelihood of each draw of the parameters is estimated from draws of the placement, Eqs. (29)
     and (31); Eq. (33) follows. All placements of a map share their draws, so that differences
-    between them are smooth. Where all modes are known, single precision and one product of
-    matrices do.
+    between them are smooth. Where all modes are known, one product of matrices in single precision
+    suffices; FRFs of unusual size are scaled there, since neither bandwidths nor the divergence
+    depend on the unit.
 
     Parameters
     ----------
-    draws, placement_draws
-        Draws of the parameters, in all, and of the placement, for each replicate.
+    draws
+        Draws of the parameters, in all.
+    placement_draws
+        Draws of the placement, for each replicate.
     kernel
         `soize` or `silverman`, see `marginals.KDE`.
     sampling
         `sobol` (scrambled, in replicates) or `plain`: independent draws, as in the paper.
     replicates
-        Independent sets of points, whose spread is the error.
+        Independent sets of draws, whose spread is the error.
     after
         What `infer` returned for an earlier measurement: the map then tells what the next one
         would add. By default nothing is known but the prior.
@@ -68,92 +71,98 @@ class KDE(Estimator):
 
     def typical(self) -> dict[str, np.ndarray]:
         """Means after the earlier measurement."""
-        return typical(self.after)
+        return posterior_means(self.after)
 
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
         """Draw all points and return the estimate.
 
         Raises
         ------
-        ValueError
-            If no placement or no parameter is unknown, or the sizes are too small.
+        InputError
+            If no placement or no parameter is unknown, or there are too few draws.
         """
-        known = knowledge(experiment, self.after, moved)
-        placed = placement_laws(experiment, known.names)
+        known = prior_knowledge(experiment, self.after, moved)
+        placed = placement_distributions(experiment, known.names)
         if not placed:
             raise InfeasibleError(
                 "information.KDE estimates the spread that unknown placement gives to z, but no "
                 "position or angle is a distribution. Declare one, at=positions.Segment(0.25, "
                 "within=0.04), or use information.Exact()."
             )
-        each = _points.shares(self.draws, self.replicates, "draws")
-        sizes = (self.replicates, each, known.dimension)
-        normal = _points.scores(self.sampling, *sizes, seed)
-        spread = (self.replicates, self.placement_draws, _points.dimension(placed))
-        draws = _Draws(known.values(normal), _points.scores(self.sampling, *spread, seed + 1))
+        count = _sampling.draws_of_replicate(self.draws, self.replicates)
+        sizes = (self.replicates, count, known.dimension)
+        parameters = known.values(_sampling.scores(self.sampling, *sizes, seed))
+        sizes = (self.replicates, self.placement_draws, _sampling.dimension(placed))
+        draws = _Draws(parameters, _sampling.scores(self.sampling, *sizes, seed + 1))
         unknown = experiment.unknown
-        everywhere = not any(unknown[name].is_placement for name in known.names)
-        if everywhere and _modal_products.factorise(experiment):
+        all_free = not any(unknown[name].is_placement for name in known.names)
+        if all_free and _modal_products.factorise(experiment):
             return self._by_products(experiment, draws)
-        return self._by_responses(experiment, draws)
+        return self._by_responses(draws)
 
     def _by_products(self, experiment: Experiment, draws: "_Draws") -> Plan:
-        static = _has_static(experiment)
-        spectra = _spectra(experiment, draws.parameters, static)
+        spectra = _spectra_of_draws(experiment, draws.parameters)
+        # One scale for each product, which its residues take back.
+        scales = _power_of_two(np.abs(spectra).max(axis=(0, 1, 3)))
+        spectra = spectra * scales[:, None]
         # Products that no parameter changes are summed once for all of them.
         varies = np.any(spectra != spectra[:1, :1], axis=(0, 1, 3))
-        moving = jnp.asarray(spectra[..., varies, :], jnp.complex64)
-        still = jnp.asarray(spectra[0, 0, ~varies], jnp.complex64)
+        varying = jnp.asarray(spectra[..., varies, :], jnp.complex64)
+        constant = jnp.asarray(spectra[0, 0, ~varies], jnp.complex64)
 
-        def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
-            measured, variance, own = self._measured(one, nominal)
-            low = (measured.astype(jnp.float32), variance.astype(jnp.float32), own)
-            placed = placement_laws(one, draws.parameters)
+        def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
+            unit, target = self._scaled_target(at, nominal)
+            placed = placement_distributions(at, draws.parameters)
 
-            def replicate(several: Any) -> Float[Array, "draw"]:
-                scores, changing = several
-                places = _points.values(placed, scores)
+            def replicate(inputs: Any) -> Float[Array, "draw"]:
+                scores, changing = inputs
+                positions = _sampling.values(placed, scores)
                 residues = jax.vmap(
-                    lambda values: _modal_products.residues(one.fix(values)), out_axes=-1
-                )(places).astype(jnp.float32)
-                return _log_likelihoods(one, residues, varies, (changing, still), low)
+                    lambda values: _modal_products.residues(at.fix(values)), out_axes=-1
+                )(positions)
+                scaled = (residues * (unit / scales)[:, None]).astype(jnp.float32)
+                return _log_likelihoods(at, scaled, varies, (changing, constant), target)
 
-            return divergence(
-                jax.lax.map(replicate, (jnp.asarray(draws.placement), moving)).astype(float)
-            )
+            inputs = (jnp.asarray(draws.placement), varying)
+            return divergence(jax.lax.map(replicate, inputs).astype(float))
 
         return plan
 
-    def _by_responses(self, experiment: Experiment, draws: "_Draws") -> Plan:
-        def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
-            given = self._measured(one, nominal)
-            placed = placement_laws(one, draws.parameters)
+    def _by_responses(self, draws: "_Draws") -> Plan:
+        def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
+            z = at.fix(nominal).predict()
+            target = (z, _error_variance(at, z), self._kernel(z.size))
+            placed = placement_distributions(at, draws.parameters)
 
-            def replicate(several: Any) -> Float[Array, "draw"]:
-                scores, parameters = several
-                places = _points.values(placed, scores)
+            def replicate(inputs: Any) -> Float[Array, "draw"]:
+                scores, parameters = inputs
+                positions = _sampling.values(placed, scores)
 
                 def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
-                    at = one.fix(values)
-                    z = jax.vmap(lambda place: at.fix(place).predict(), out_axes=-1)(places)
-                    return log_density(z, *given)
+                    known = at.fix(values)
+                    z = jax.vmap(lambda where: known.fix(where).predict(), out_axes=-1)(positions)
+                    return log_density(z, *target)
 
                 return jax.lax.map(likelihood, parameters, batch_size=BATCH)
 
-            both = (jnp.asarray(draws.placement), draws.parameters)
-            return divergence(jax.lax.map(replicate, both))
+            inputs = (jnp.asarray(draws.placement), draws.parameters)
+            return divergence(jax.lax.map(replicate, inputs))
 
         return plan
 
-    def _measured(
-        self, one: Experiment, nominal: dict[str, Any]
-    ) -> tuple[Float[Array, "*output"], Float[Array, "*output"], Kernel]:
-        """Nominal outputs, the variance of their error, and the kernel."""
-        z = one.fix(nominal).predict()
-        variance = jnp.zeros_like(z)
-        if one.noise is not None:
-            variance = jnp.broadcast_to(one.noise.distribution(z, None).variance, z.shape)
-        return z, variance, kernel(self.kernel, self.placement_draws, z.size)
+    def _scaled_target(self, at: Experiment, nominal: dict[str, Any]) -> tuple[Array, Any]:
+        """Scale of the FRFs, and in that unit the nominal outputs, their variance, the kernel."""
+        frf = at.fix(nominal).frf()
+        unit = _power_of_two(jnp.abs(frf).max())
+        z, scaled = at.observe.output(frf), at.observe.output(frf * unit)
+        ones = jnp.ones(frf.shape)
+        ratio = at.observe.deviation(frf * unit, ones * unit**2) / at.observe.deviation(frf, ones)
+        variance = _error_variance(at, z) * ratio**2
+        single = (scaled.astype(jnp.float32), variance.astype(jnp.float32))
+        return unit, (*single, self._kernel(z.size))
+
+    def _kernel(self, outputs: int) -> Kernel:
+        return kernel(self.kernel, self.placement_draws, outputs)
 
 
 class _Draws(NamedTuple):
@@ -163,54 +172,60 @@ class _Draws(NamedTuple):
     placement: np.ndarray
 
 
-def _has_static(experiment: Experiment) -> bool:
-    """Tell whether the static flexibility is known."""
-    nominal = experiment.nominal()
-    found = jax.eval_shape(lambda: _modal_products.residues(nominal))
-    modes = jax.eval_shape(lambda: nominal.structure.proper_modes().angular_frequency())
-    return bool(found.shape[-1] > modes.shape[0])
+def _error_variance(experiment: Experiment, z: Float[Array, "*output"]) -> Float[Array, "*output"]:
+    """Variance of the output error, zero for none."""
+    if experiment.noise is None:
+        return jnp.zeros_like(z)
+    return jnp.broadcast_to(experiment.noise.distribution(z, None).variance, z.shape)
 
 
-def _spectra(experiment: Experiment, parameters: dict[str, Any], static: bool) -> np.ndarray:
+def _power_of_two(magnitude: Any) -> Any:
+    """Scale that brings a magnitude near one, exactly; one where that is not needed."""
+    xp = jnp if isinstance(magnitude, jax.Array) else np
+    exponent = xp.frexp(magnitude)[1]
+    return xp.ldexp(1.0, xp.where(xp.abs(exponent) > RANGE, -exponent, 0))
+
+
+def _spectra_of_draws(experiment: Experiment, parameters: dict[str, Any]) -> np.ndarray:
     """Spectra [replicate, draw, product, frequency]."""
 
-    def one(values: dict[str, Any]) -> Array:
-        return _modal_products.spectra(experiment.fix(values), static)
+    def spectra(values: dict[str, Any]) -> Array:
+        return _modal_products.spectra(experiment.fix(values))
 
-    return np.asarray(jax.jit(jax.vmap(jax.vmap(one)))(parameters))
+    return np.asarray(jax.jit(jax.vmap(jax.vmap(spectra)))(parameters))
 
 
 def _log_likelihoods(
-    one: Experiment,
-    residues: Float[Array, "sensor actuator product place"],
+    experiment: Experiment,
+    residues: Float[Array, "sensor actuator product placement"],
     varies: np.ndarray,
     spectra: tuple[Array, Array],
-    given: Any,
+    target: Any,
 ) -> Float[Array, "draw"]:
     """Log likelihood of each draw of the parameters, a batch of them at a time."""
-    moving, still = (jnp.moveaxis(residues[:, :, kept], 2, 0) for kept in (varies, ~varies))
-    changing, constant = spectra
-    base = [_summed(part(constant), still) for part in (jnp.real, jnp.imag)]
+    varying, constant = spectra
+    changed, fixed = (jnp.moveaxis(residues[:, :, kept], 2, 0) for kept in (varies, ~varies))
+    base = [_summed(part(constant), fixed) for part in (jnp.real, jnp.imag)]
 
     def likelihood(spectrum: Array) -> Float[Array, ""]:
         real, imaginary = (
-            known + _summed(part(spectrum), moving)
+            known + _summed(part(spectrum), changed)
             for known, part in zip(base, (jnp.real, jnp.imag), strict=True)
         )
         frf = jax.lax.complex(real, imaginary)
-        return log_density(jax.vmap(one.observe.output, -1, -1)(frf), *given)
+        return log_density(jax.vmap(experiment.observe.output, -1, -1)(frf), *target)
 
-    return jax.lax.map(likelihood, changing, batch_size=BATCH)
+    return jax.lax.map(likelihood, varying, batch_size=BATCH)
 
 
 def _summed(
     spectrum: Float[Array, "product frequency"],
-    residues: Float[Array, "product sensor actuator place"],
-) -> Float[Array, "sensor actuator frequency place"]:
-    """Sum of products, the placements last."""
+    residues: Float[Array, "product sensor actuator placement"],
+) -> Float[Array, "sensor actuator frequency placement"]:
+    """Sum of products, the draws of the placement last."""
     if len(residues) > FEW:
         return jnp.einsum("pf,psax->safx", spectrum, residues)
-    # Term by term, which goes together with what follows.
+    # Term by term, which the compiler fuses with what follows.
     total = jnp.zeros((*residues.shape[1:3], spectrum.shape[1], residues.shape[3]), residues.dtype)
     for line, residue in zip(spectrum, residues, strict=True):
         total = total + line[:, None] * residue[:, :, None]

@@ -1,7 +1,4 @@
-"""separation: in, an experiment and explanations of earlier data; out, how well it parts them.
-
-Not known here: how explanations were found, where else a transducer could sit.
-"""
+"""Expected information about which of several explanations of earlier data is right."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -13,22 +10,30 @@ import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
-from ..._types import InfeasibleError
+from ..._types import InputError
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import Alternative
-from . import _points
-from ._estimator import Estimator, Gain, Plan, deviation, known_noise, placement_laws
-from ._knowledge import Posterior, Prior, knowledge
-from ._tangents import Kernels, all_of
+from . import _sampling
+from ._prior_knowledge import IndependentPriors, PosteriorDraws, prior_knowledge
+from ._tangent_kernels import TangentKernels, responses
+from .estimator import (
+    Estimator,
+    Gain,
+    Plan,
+    known_noise,
+    mean_over_replicates,
+    output_deviation,
+    placement_distributions,
+)
 
 
 class Separation(Estimator):
-    """Expected information about which of some explanations is right.
+    """Expected information about which of several explanations is right.
 
     The mutual information of explanation and data, at most the entropy of the explanations'
     probabilities. Data are simulated from draws of each explanation, placement and output error
     included. Their density under each is estimated from other draws: normal kernels about these,
-    in the space of the unknowns, of which each is carried on to the outputs along its tangent (one
+    in the space of the unknowns, of which each is carried to the outputs along its tangent (one
     kernel as wide as all draws is the criterion of Box and Hill 1967, DOI
     10.1080/00401706.1967.10490441). No estimate of these densities tells more than there is to
     know, so this is a lower bound up to its standard error (Barber and Agakov 2003).
@@ -37,7 +42,7 @@ class Separation(Estimator):
     ----------
     alternatives
         Two explanations at least: `bp.explain(...).alternatives`.
-    placement_draws
+    draws
         Draws that make the density of each explanation, in each replicate.
     data_draws
         Simulated data of each explanation, in each replicate.
@@ -46,20 +51,20 @@ class Separation(Estimator):
 
     Raises
     ------
-    ValueError
+    InputError
         If there are fewer than two explanations.
     """
 
     alternatives: tuple[Alternative, ...] = eqx.field(default=(), converter=tuple)
-    placement_draws: int = eqx.field(static=True, default=64)
+    draws: int = eqx.field(static=True, default=64)
     data_draws: int = eqx.field(static=True, default=64)
     sampling: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
 
     def __check_init__(self) -> None:
         if len(self.alternatives) < 2:
-            given = ", ".join(one.name for one in self.alternatives) or "none"
-            raise InfeasibleError(
+            given = ", ".join(alternative.name for alternative in self.alternatives) or "none"
+            raise InputError(
                 f"information.Separation was given {given}; at least two explanations are needed, "
                 "since one alone is told apart from nothing. Take those that bp.explain leaves, or "
                 "information.ExpectedGain(after=posterior) to sharpen parameters."
@@ -74,67 +79,87 @@ class Separation(Estimator):
 
         Raises
         ------
-        ValueError
+        InputError
             If there is no output error, or draws of an explanation lack one of its unknowns.
         """
         known_noise(experiment, "information.Separation")
-        several = [_Explained.of(one, experiment, moved) for one in self.alternatives]
+        explanations = [_Explanation.of(one, experiment, moved) for one in self.alternatives]
         points = [
-            _drawn(one, self, experiment, seed + 10 * number) for number, one in enumerate(several)
+            _drawn(explanation, self, experiment, seed + 10 * number)
+            for number, explanation in enumerate(explanations)
         ]
-        weights = np.array([one.probability for one in self.alternatives])
-        prior = jnp.asarray(np.log(weights / weights.sum()))
+        weights = np.array([alternative.probability for alternative in self.alternatives])
+        log_prior = jnp.asarray(np.log(weights / weights.sum()))
 
-        def plan(one: Experiment, nominal: dict[str, Any]) -> Gain:
-            level = deviation(one)
+        def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
+            deviation = output_deviation(at)
 
             def replicate(points: Any) -> Float[Array, ""]:
-                responses = [own.response(one, level) for own in several]
-                pairs = list(zip(responses, points, strict=True))
-                laws = [Kernels.of(respond, some.centres) for respond, some in pairs]
-                data = [all_of(respond, some.true) + some.error for respond, some in pairs]
-                told = [_told(laws, prior, number, y) for number, y in enumerate(data)]
-                return jnp.exp(prior) @ jnp.stack(told)
+                pairs = [
+                    (explanation.response(at, deviation), drawn)
+                    for explanation, drawn in zip(explanations, points, strict=True)
+                ]
+                densities = [TangentKernels.of(respond, drawn.centres) for respond, drawn in pairs]
+                data = [responses(respond, drawn.truth) + drawn.error for respond, drawn in pairs]
+                gains = [_gain(densities, log_prior, number, y) for number, y in enumerate(data)]
+                return jnp.exp(log_prior) @ jnp.stack(gains)
 
-            found = jax.lax.map(replicate, points)
-            return Gain(jnp.mean(found), (jnp.sum(found) - found) / (self.replicates - 1))
+            return mean_over_replicates(jax.lax.map(replicate, points))
 
         return plan
 
 
-class _Explained(NamedTuple):
-    """An explanation in coordinates of mean zero and unit covariance: unknowns, then places."""
+class _Explanation(NamedTuple):
+    """An explanation in coordinates of mean zero and unit covariance: unknowns, then placement.
+
+    Parameters
+    ----------
+    experiment
+        Experiment with the effects that it adds.
+    shapes
+        Shape of each unknown, by name.
+    mean, root
+        Mean of the draws [unknown], and a root of their covariance [unknown, coordinate].
+    known
+        The draws in coordinates.
+    placed
+        Number of coordinates of the placement.
+    """
 
     experiment: Experiment
     shapes: dict[str, tuple[int, ...]]
     mean: np.ndarray
     root: np.ndarray
-    known: Float[np.ndarray, "draw unknown"]
-    wide: int
+    known: Float[np.ndarray, "draw coordinate"]
+    placed: int
 
     @classmethod
-    def of(cls, own: Alternative, experiment: Experiment, moved: Sequence[str]) -> "_Explained":
-        here = _as_explained(experiment, own.experiment)
-        known = knowledge(here, own.draws, moved)
-        assert isinstance(known, Posterior)
-        flat = np.concatenate([v.reshape(len(v), -1) for v in known.draws.values()], axis=1)
+    def of(
+        cls, alternative: Alternative, experiment: Experiment, moved: Sequence[str]
+    ) -> "_Explanation":
+        explained = _with_explanation(experiment, alternative.experiment)
+        knowledge = prior_knowledge(explained, alternative.draws, moved)
+        assert isinstance(knowledge, PosteriorDraws)
+        draws = knowledge.draws
+        flat = np.concatenate([v.reshape(len(v), -1) for v in draws.values()], axis=1)
         mean = flat.mean(axis=0)
-        left, values, right = np.linalg.svd(flat - mean, full_matrices=False)
+        left, singular, right = np.linalg.svd(flat - mean, full_matrices=False)
         scale = np.sqrt(len(flat))
-        shapes = {name: v.shape[1:] for name, v in known.draws.items()}
-        wide = _points.dimension(placement_laws(here, known.names))
-        root = right.T * values / scale
-        return cls(own.experiment, shapes, mean, root, left * scale, wide)
+        shapes = {name: v.shape[1:] for name, v in draws.items()}
+        placed = _sampling.dimension(placement_distributions(explained, knowledge.names))
+        root = right.T * singular / scale
+        return cls(alternative.experiment, shapes, mean, root, left * scale, placed)
 
-    def response(self, one: Experiment, level: Array) -> Callable[[Array], Array]:
+    def response(self, at: Experiment, deviation: Array) -> Callable[[Array], Array]:
         """Outputs in deviations at a vector of coordinates."""
-        here = _as_explained(one, self.experiment)
-        places = Prior(placement_laws(here, self.shapes))
+        explained = _with_explanation(at, self.experiment)
+        positions = IndependentPriors(placement_distributions(explained, self.shapes))
+        size = self.root.shape[1]
 
         def respond(vector: Float[Array, "coordinate"]) -> Float[Array, "output"]:
-            flat = self.mean + self.root @ vector[: self.root.shape[1]]
-            values = self._named(flat) | places.values(vector[self.root.shape[1] :])
-            return here.fix(values).predict().ravel() / level
+            flat = self.mean + self.root @ vector[:size]
+            values = self._named(flat) | positions.values(vector[size:])
+            return explained.fix(values).predict().ravel() / deviation
 
         return respond
 
@@ -148,40 +173,43 @@ class _Drawn(NamedTuple):
     """Coordinates [replicate, draw, .] of kernels and of what makes data, and errors of these."""
 
     centres: Array
-    true: Array
+    truth: Array
     error: Array
 
 
-def _drawn(own: _Explained, sizes: Separation, experiment: Experiment, seed: int) -> _Drawn:
-    size = jax.eval_shape(lambda: experiment.nominal().predict()).size
+def _drawn(
+    explanation: _Explanation, sizes: Separation, experiment: Experiment, seed: int
+) -> _Drawn:
+    outputs = jax.eval_shape(lambda: experiment.nominal().predict()).size
     # Draws that make the data must not be among those that explain them.
-    explaining, making = Posterior({"known": own.known}).halves()
+    explaining, making = PosteriorDraws({"known": explanation.known}).halves()
 
     def scores(count: int, dimension: int, number: int) -> np.ndarray:
-        return _points.scores(sizes.sampling, sizes.replicates, count, dimension, seed + number)
+        return _sampling.scores(sizes.sampling, sizes.replicates, count, dimension, seed + number)
 
-    def coordinates(half: Posterior, normal: np.ndarray) -> Array:
+    def coordinates(half: PosteriorDraws, normal: np.ndarray) -> Array:
         return jnp.concatenate([half.values(normal[..., :1])["known"], normal[..., 1:]], axis=-1)
 
-    fit = scores(sizes.placement_draws, 1 + own.wide, 0)
-    data = scores(sizes.data_draws, 1 + own.wide + size, 1)
-    makes, error = data[..., : 1 + own.wide], data[..., 1 + own.wide :]
-    return _Drawn(coordinates(explaining, fit), coordinates(making, makes), jnp.asarray(error))
+    size = 1 + explanation.placed
+    centres = coordinates(explaining, scores(sizes.draws, size, 0))
+    data = scores(sizes.data_draws, size + outputs, 1)
+    truth = coordinates(making, data[..., :size])
+    return _Drawn(centres, truth, jnp.asarray(data[..., size:]))
 
 
-def _as_explained(one: Experiment, explained: Experiment) -> Experiment:
+def _with_explanation(experiment: Experiment, explained: Experiment) -> Experiment:
     """The experiment with the structure and the instruments' effects of an explanation."""
     return eqx.tree_at(
         lambda tree: (tree.structure, tree.instrument_effects),
-        one,
+        experiment,
         (explained.structure, explained.instrument_effects),
-        is_leaf=lambda node: node is one.instrument_effects,
+        is_leaf=lambda node: node is experiment.instrument_effects,
     )
 
 
-def _told(
-    laws: list[Kernels], prior: Array, number: int, y: Float[Array, "data output"]
+def _gain(
+    densities: list[TangentKernels], log_prior: Array, number: int, y: Float[Array, "data output"]
 ) -> Float[Array, ""]:
     """Mean log of the probability of the right explanation over what it was before."""
-    each = jnp.stack([law.log_density(y) for law in laws])
-    return jnp.mean(each[number] - logsumexp(each + prior[:, None], axis=0))
+    terms = jnp.stack([density.log_density(y) for density in densities])
+    return jnp.mean(terms[number] - logsumexp(terms + log_prior[:, None], axis=0))

@@ -1,1 +1,1 @@
-"""running: many placements in chunks, on several processes, kept in a folder."""
+"""Computing information at many placements: in this process, in several, or on a cluster."""

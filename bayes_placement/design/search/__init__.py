@@ -1,1 +1,1 @@
-"""search: ways to look for the best placement, one a file."""
+"""Strategies to search for the best placement, one a file."""

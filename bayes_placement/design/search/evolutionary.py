@@ -1,36 +1,28 @@
-"""evolutionary: in, regions; out, placements bred by the evolution of several populations.
+"""Evolutionary search (CMA-ES) for placements anywhere in regions."""
 
-Not known here: how information is estimated.
-"""
-
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator
 
 import cmaes
 import equinox as eqx
 import numpy as np
-from scipy.stats import qmc
 
 from ..._types import InfeasibleError, InputError
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates
-from ..running._evaluation import Evaluation
-from ._offer import Crew, Offer, at_places, part
-from ._regions import Region, region
-from ._rules import Rules
-from .search import Search, Tried, nothing, of_each_crew, recorded
+from ..running.evaluation import Evaluation
+from ._continuous_space import ContinuousSpace
+from ._search_region import SearchRegion, search_region
+from ._search_space import SearchSpace, Selection
+from .strategy import Search, Trials, trials_of_selections
 
 WIDTH = 0.25
 """Greatest standard deviation with which a population begins, as a share of each side."""
 
 NEAR = 0.1
-"""Share of each side of a region within which a placement is taken as a neighbour of the best."""
-
-SCATTERED = 4096
-"""Quasi-random placements, of which the first that are allowed are tried."""
+"""Share of each side of a region within which a placement is taken as next to the best."""
 
 TRIES = 20
-"""How often a generation is drawn anew where rules leave too few of it."""
+"""How often a generation is drawn again where rules leave too few of it."""
 
 
 class Evolutionary(Search):
@@ -38,8 +30,8 @@ class Evolutionary(Search):
 
     Hansen (2016, arXiv 1604.00772), by the library `cmaes`. Placements scattered evenly come first.
     Populations begin at the best of them that are far from each other, so that they find several
-    maxima, such as mirror images; one that has come to rest begins anew, until each has come to
-    rest once. What rules forbid is drawn again, so no placement that is tried breaks them. A
+    maxima, such as mirror images; one that has converged begins again elsewhere, until each has
+    converged once. What rules forbid is drawn again, so no placement that is tried breaks them. A
     generation of all populations is computed at once.
 
     Parameters
@@ -51,9 +43,9 @@ class Evolutionary(Search):
     scattered
         Generations that are scattered evenly.
     generations
-        Generations that are bred, at most.
+        Generations of the evolution, at most.
     accuracy
-        Share of the sides of its region to which a population narrows down before it rests.
+        Share of the sides of its region within which a population has converged.
     """
 
     populations: int = eqx.field(static=True, default=4)
@@ -72,193 +64,139 @@ class Evolutionary(Search):
                 "positive accuracy are needed: Evolutionary(populations=4, size=8)."
             )
 
-    def tried(self, offer: Offer) -> Tried:
-        """Try placements bred from the best ones.
+    def trials(self, space: SearchSpace) -> Trials:
+        """Try placements that evolve from the best ones.
 
         Raises
         ------
-        ValueError
+        InputError
             If none is allowed, or a transducer was given no region.
         """
-        regions = [region(offer.experiment, *given) for given in offer.places.items()]
-        groups = offer.groups([_some(offer.experiment, one) for one in regions])
+        regions = [search_region(space.experiment, *item) for item in space.places.items()]
+        groups = space.groups([_examples(space.experiment, region) for region in regions])
 
-        def bred(here: Evaluation, crew: Crew) -> Tried:
-            there = [one for one in regions if one.name in crew]
-            space = _Space(here.experiment, there, groups, offer.rules)
-            return self._bred(here._replace(chunk=self.size), space)
+        def evolved(evaluation: Evaluation, selection: Selection) -> Trials:
+            chosen = [region for region in regions if region.name in selection]
+            continuous = ContinuousSpace(evaluation.experiment, chosen, groups, space.rules)
+            return self._evolved(evaluation._replace(chunk=self.size), continuous)
 
-        return of_each_crew(offer, groups, bred)
+        return trials_of_selections(space, groups, evolved)
 
-    def _bred(self, here: Evaluation, space: "_Space") -> Tried:
-        random = np.random.default_rng(here.seed)
+    def _evolved(self, evaluation: Evaluation, space: ContinuousSpace) -> Trials:
+        random = np.random.default_rng(evaluation.seed)
         even = space.scattered(random, self.scattered * self.populations * self.size)
         if not len(even):
-            return nothing(here)
-        found = list(self._generations(here, space, even, random))
-        share = np.concatenate([share for share, _ in found])
-        learnt = np.concatenate([one.found for _, one in found])
-        near = np.abs(share - share[np.argmax(learnt[:, 0])]).max(axis=1) < NEAR
-        return Tried.joined([one for _, one in found])._replace(like_best=near)
+            return Trials.none(evaluation)
+        generations = list(self._generations(evaluation, space, even, random))
+        shares = np.concatenate([shares for shares, _ in generations])
+        trials = Trials.joined([trials for _, trials in generations])
+        best = shares[np.argmax(trials.gain[:, 0])]
+        return trials._replace(near_best=np.abs(shares - best).max(axis=1) < NEAR)
 
     def _generations(
-        self, here: Evaluation, space: "_Space", even: np.ndarray, random: np.random.Generator
-    ) -> Iterator[tuple[np.ndarray, Tried]]:
-        """Shares of all placements of each generation, and what they teach."""
-        values = []
+        self,
+        evaluation: Evaluation,
+        space: ContinuousSpace,
+        even: np.ndarray,
+        random: np.random.Generator,
+    ) -> Iterator[tuple[np.ndarray, Trials]]:
+        """Shares of all placements of each generation, and their trials."""
         count = self.scattered + self.generations
-        for number, share in enumerate(np.split(even, self.scattered)):
-            tried = space.learnt(part(here, number, count), share)
-            values.append(tried.found[:, 0])
-            yield share, tried
-        nursery = _Nursery(even, np.concatenate(values), random)
-        several = [nursery.begin(self.size) for _ in range(self.populations)]
-        rested = np.zeros(self.populations, dtype=bool)
+        gains = []
+        for number, shares in enumerate(np.split(even, self.scattered)):
+            trials = space.trials(evaluation.part(number, count), shares)
+            gains.append(trials.gain[:, 0])
+            yield shares, trials
+        starts = _Starts(even, np.concatenate(gains), random)
+        populations = [starts.population(self.size) for _ in range(self.populations)]
+        converged = np.zeros(self.populations, dtype=bool)
         for number in range(self.scattered, count):
-            drawn = [_drawn(one, space, even, random) for one in several]
-            share = space.sorted(np.concatenate(drawn))
-            tried = space.learnt(part(here, number, count), share)
-            yield share, tried
-            losses = np.split(_losses(tried.found[:, 0]), self.populations)
-            for place, (own, loss) in enumerate(zip(drawn, losses, strict=True)):
-                several[place].tell(list(zip(own, loss, strict=True)))
-                if np.ptp(own, axis=0).max() < self.accuracy or several[place].should_stop():
-                    rested[place] = True
-                    several[place] = nursery.begin(self.size, space.sorted(own).mean(axis=0))
-            if rested.all():
+            drawn = [_drawn(population, space, even, random) for population in populations]
+            shares = space.sorted(np.concatenate(drawn))
+            trials = space.trials(evaluation.part(number, count), shares)
+            yield shares, trials
+            losses = np.split(_losses(trials.gain[:, 0]), self.populations)
+            for place, (members, loss) in enumerate(zip(drawn, losses, strict=True)):
+                populations[place].tell(list(zip(members, loss, strict=True)))
+                if self._has_converged(populations[place], members):
+                    converged[place] = True
+                    ended = space.sorted(members).mean(axis=0)
+                    populations[place] = starts.population(self.size, ended)
+            if converged.all():
                 return
 
-
-def _losses(learnt: np.ndarray) -> np.ndarray:
-    """What a population is to make small; where nothing is told, worse than anywhere else."""
-    worst = np.max(-learnt, where=np.isfinite(learnt), initial=0.0) + 1.0
-    return np.where(np.isfinite(learnt), -learnt, worst)
+    def _has_converged(self, population: cmaes.CMA, members: np.ndarray) -> bool:
+        return bool(np.ptp(members, axis=0).max() < self.accuracy or population.should_stop())
 
 
-class _Nursery:
-    """Where populations begin: at the best scattered placements that are far from all before."""
-
-    def __init__(self, even: np.ndarray, values: np.ndarray, random: np.random.Generator):
-        self._even, self._values, self._random = even, values, random
-        self._distance = np.full(len(even), np.inf)
-        self._width = min(WIDTH, len(even) ** (-1 / even.shape[1]))  # about that between them
-
-    def begin(self, size: int, ended: np.ndarray | None = None) -> cmaes.CMA:
-        """Return a new population, far from where others began and the last one ended."""
-        if ended is not None:
-            self._keep_off(ended)
-        far = self._distance > 2 * self._width
-        worth = np.where(far, self._values, -np.inf) if far.any() else self._distance
-        middle = self._even[np.argmax(worth)]
-        self._keep_off(middle)
-        seed = int(self._random.integers(2**31))
-        return cmaes.CMA(middle, self._width, seed=seed, population_size=size)
-
-    def _keep_off(self, place: np.ndarray) -> None:
-        self._distance = np.minimum(self._distance, np.abs(self._even - place).max(axis=1))
+def _losses(gain: np.ndarray) -> np.ndarray:
+    """What a population is to minimise; where nothing is told, more than anywhere else."""
+    worst = np.max(-gain, where=np.isfinite(gain), initial=0.0) + 1.0
+    return np.where(np.isfinite(gain), -gain, worst)
 
 
-class _Space(NamedTuple):
-    """Shares of the sides of all regions, one behind the other.
+class _Starts:
+    """Where populations begin: at the best scattered placements that are far from all before.
 
     Parameters
     ----------
-    experiment
-        The experiment with those that are there.
-    regions
-        Where each may be placed.
-    groups
-        Names of those that can be exchanged.
-    rules
-        What a placement must keep to.
+    even
+        Shares of the placements that were scattered evenly [placement, side].
+    gain
+        Their information gain [placement] [nat].
+    random
+        Random numbers.
     """
 
-    experiment: Experiment
-    regions: Sequence[Region]
-    groups: Sequence[Crew]
-    rules: Rules
+    def __init__(self, even: np.ndarray, gain: np.ndarray, random: np.random.Generator):
+        self._even, self._gain, self._random = even, gain, random
+        self._distance = np.full(len(even), np.inf)
+        self._width = min(WIDTH, len(even) ** (-1 / even.shape[1]))  # about that between them
 
-    def of_each(self, share: np.ndarray) -> list[np.ndarray]:
-        """Shares of each region [placement, side]."""
-        ends = np.cumsum([len(one.sides) for one in self.regions])
-        return np.split(share, ends[:-1], axis=1)
+    def population(self, size: int, ended: np.ndarray | None = None) -> cmaes.CMA:
+        """Return a new population, far from where others began and the last one ended."""
+        if ended is not None:
+            self._keep_away_from(ended)
+        far = self._distance > 2 * self._width
+        worth = np.where(far, self._gain, -np.inf) if far.any() else self._distance
+        mean = self._even[np.argmax(worth)]
+        self._keep_away_from(mean)
+        seed = int(self._random.integers(2**31))
+        return cmaes.CMA(mean, self._width, seed=seed, population_size=size)
 
-    def allowed(self, share: np.ndarray) -> np.ndarray:
-        """Which placements keep to the rules and to the regions."""
-        pairs = zip(self.regions, self.of_each(share), strict=True)
-        where = {one.name: one.points(own) for one, own in pairs}
-        inside = np.all((share >= 0) & (share <= 1), axis=1)
-        return inside & self.rules.allowed(self.experiment, where)
-
-    def scattered(self, random: np.random.Generator, count: int) -> np.ndarray:
-        """So many placements all over the regions that are allowed; none if none is."""
-        sides = sum(len(one.sides) for one in self.regions)
-        share = qmc.Sobol(sides, rng=random).random(SCATTERED)
-        found = share[self.allowed(share)]
-        if len(found) < count:
-            each = [random.choice(own, SCATTERED) for own in self._alone(share) if len(own)]
-            share = np.concatenate(each, axis=1) if len(each) == len(self.regions) else share[:0]
-            found = np.concatenate([found, share[self.allowed(share)]])
-        return self.sorted(np.resize(found, (count if len(found) else 0, sides)))
-
-    def _alone(self, share: np.ndarray) -> list[np.ndarray]:
-        """Shares of each region that are allowed as far as it alone is concerned."""
-        pairs = zip(self.regions, self.of_each(share), strict=True)
-        return [own[~self.rules.in_forbidden(one.points(own))] for one, own in pairs]
-
-    def sorted(self, share: np.ndarray) -> np.ndarray:
-        """Placements with those that can be exchanged in the order of their shares."""
-        each = self.of_each(share)
-        number = {one.name: place for place, one in enumerate(self.regions)}
-        for group in self.groups:
-            own = [number[name] for name in group if name in number]
-            if len(own) < 2:
-                continue
-            together = np.stack([each[place] for place in own], axis=1)
-            order = np.lexsort(np.moveaxis(together, -1, 0)[::-1], axis=1)
-            ordered = np.take_along_axis(together, order[..., None], axis=1)
-            for place, column in zip(own, np.moveaxis(ordered, 1, 0), strict=True):
-                each[place] = column
-        return np.concatenate(each, axis=1)
-
-    def learnt(self, here: Evaluation, share: np.ndarray) -> Tried:
-        """Information at placements."""
-        several = [
-            one.candidates(self.experiment, own)
-            for one, own in zip(self.regions, self.of_each(share), strict=True)
-        ]
-        cells = np.repeat(np.arange(len(share))[:, None], len(several), axis=1)
-        return Tried.of(recorded(several, cells), at_places(here, several, cells, len(share)))
+    def _keep_away_from(self, shares: np.ndarray) -> None:
+        self._distance = np.minimum(self._distance, np.abs(self._even - shares).max(axis=1))
 
 
-def _some(experiment: Experiment, one: Region) -> Candidates:
-    """Some places of a region.
+def _drawn(
+    population: cmaes.CMA, space: ContinuousSpace, even: np.ndarray, random: np.random.Generator
+) -> np.ndarray:
+    """Draw a generation that keeps to the rules; from everywhere if it can hardly do so."""
+    size = population.population_size
+    drawn = np.zeros((0, even.shape[1]))
+    for _ in range(TRIES):
+        asked = np.stack([population.ask() for _ in range(size)])
+        drawn = np.concatenate([drawn, asked[space.allowed(asked)]])
+        if len(drawn) >= size:
+            return drawn[:size]
+    return np.concatenate([drawn, random.choice(even, size - len(drawn))])
+
+
+def _examples(experiment: Experiment, region: SearchRegion) -> Candidates:
+    """Three places of a region.
 
     Raises
     ------
     InfeasibleError
         If each place would be compiled by itself.
     """
-    share = np.linspace(0.3, 0.7, 3)[:, None] * np.ones(len(one.sides))
-    several = one.candidates(experiment, share)
-    if np.unique(several.kinds()).size == len(share):
+    shares = np.linspace(0.3, 0.7, 3)[:, None] * np.ones(len(region.sides))
+    examples = region.candidates(experiment, shares)
+    if np.unique(examples.forms()).size == len(shares):
         raise InfeasibleError(
-            f'The tolerance of "{one.name}" is a law of another form at each place, which would be '
-            "compiled by itself; one that differs in numbers only is needed. Declare "
-            "at=positions.Box(...), or search a list of places by search=design.Exhaustive()."
+            f'The tolerance of "{region.name}" is a distribution of another form at each place, '
+            "which would be compiled by itself; one that differs in numbers only is needed. "
+            "Declare at=positions.Box(...), or search a list of places by "
+            "search=design.Exhaustive()."
         )
-    return several
-
-
-def _drawn(
-    population: cmaes.CMA, space: _Space, even: np.ndarray, random: np.random.Generator
-) -> np.ndarray:
-    """Draw a generation that keeps to the rules; drawn from everywhere if it can hardly do so."""
-    size = population.population_size
-    found = np.zeros((0, even.shape[1]))
-    for _ in range(TRIES):
-        drawn = np.stack([population.ask() for _ in range(size)])
-        found = np.concatenate([found, drawn[space.allowed(drawn)]])
-        if len(found) >= size:
-            return found[:size]
-    return np.concatenate([found, random.choice(even, size - len(found))])
+    return examples

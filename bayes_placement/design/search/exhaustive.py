@@ -1,35 +1,31 @@
-"""exhaustive: in, lists of places; out, all of their combinations.
+"""Exhaustive search: all combinations of the places given."""
 
-Not known here: how information is estimated.
-"""
-
-from ..running._cells import grid
-from ..running._evaluation import Evaluation
-from ._offer import Crew, Offer
-from .search import Search, Tried, nothing, of_each_crew, once, recorded
+from .._candidates import combinations
+from ..running.evaluation import Evaluation
+from ._search_space import SearchSpace, Selection
+from .strategy import Search, Trials, recorded, trials_of_selections, without_exchanges
 
 
 class Exhaustive(Search):
-    """All combinations of the places given; sensors that can be exchanged are not tried twice."""
+    """All combinations of the places given; sensors that are exchangeable are not tried twice."""
 
-    def tried(self, offer: Offer) -> Tried:
+    def trials(self, space: SearchSpace) -> Trials:
         """Try all that are allowed.
 
         Raises
         ------
-        ValueError
+        InputError
             If none is.
         """
-        several = offer.lists()
-        groups = offer.groups(several)
+        candidates = space.candidates()
+        groups = space.groups(candidates)
 
-        def all_of(here: Evaluation, crew: Crew) -> Tried:
-            there = [one for one in several if one.name in crew]
-            cells = grid(there)
-            cells = cells[once(groups, there, cells)]
-            cells = cells[offer.rules.cells(here.experiment, there, cells)]
+        def all_combinations(evaluation: Evaluation, selection: Selection) -> Trials:
+            moved = [one for one in candidates if one.name in selection]
+            cells = without_exchanges(groups, moved, combinations(moved))
+            cells = cells[space.rules.allowed_cells(evaluation.experiment, moved, cells)]
             if not len(cells):
-                return nothing(here)
-            return Tried.of(recorded(there, cells), here.at(there, cells))
+                return Trials.none(evaluation)
+            return Trials.of(recorded(moved, cells), evaluation.at(moved, cells))
 
-        return of_each_crew(offer, groups, all_of)
+        return trials_of_selections(space, groups, all_combinations)

@@ -1,19 +1,15 @@
-"""forward: in, lists of places; out, those tried by placing one transducer after the other.
-
-Not known here: how information is estimated.
-"""
+"""Forward sequential placement: one transducer is added after the other."""
 
 import itertools
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from .._candidates import Candidates
-from ..running._cells import grid
-from ..running._evaluation import Evaluation
-from ._offer import Crew, Offer, as_it_is, part
-from .search import Search, Tried, nothing, recorded
+from .._candidates import Candidates, combinations
+from ..running.evaluation import Evaluation
+from ._search_space import Group, SearchSpace, Selection, gain_as_mounted
+from .strategy import Search, Trials, recorded
 
 
 class _Step(NamedTuple):
@@ -21,17 +17,17 @@ class _Step(NamedTuple):
 
     Parameters
     ----------
-    tried
+    trials
         Placements with these.
     cell
-        Who is placed, at which of its places.
-    net
-        What that teaches less what it costs [nat].
+        Candidate of each transducer that is placed, by name.
+    net_gain
+        Information gain there less the cost [nat].
     """
 
-    tried: Tried
+    trials: Trials
     cell: Mapping[str, int]
-    net: float
+    net_gain: float
 
 
 class Forward(Search):
@@ -44,97 +40,101 @@ class Forward(Search):
     evaluations, and may end at a local maximum.
     """
 
-    def tried(self, offer: Offer) -> Tried:
+    def trials(self, space: SearchSpace) -> Trials:
         """Add one transducer after the other.
 
         Raises
         ------
-        ValueError
+        InputError
             If none is allowed.
         """
-        several = {one.name: one for one in offer.lists()}
-        groups = offer.groups(list(several.values()))
-        now = _begin(offer)
-        found = [now.tried]
-        while options := _options(offer, groups, now.cell):
+        candidates = {one.name: one for one in space.candidates()}
+        groups = space.groups(list(candidates.values()))
+        current = _as_mounted(space)
+        parts = [current.trials]
+        while options := _options(space, groups, current.cell):
+            evaluations = _evaluations(space, current.cell, options)
             steps = [
-                _added(_evaluation(offer, now.cell, options, number), offer, several, now, added)
-                for number, added in enumerate(options)
+                _added(evaluation, space, candidates, current, added)
+                for evaluation, added in zip(evaluations, options, strict=True)
             ]
-            found += [step.tried for step in steps]
-            best = max(steps, key=lambda step: step.net)
-            if _may_stop(offer, now.cell) and best.net <= now.net:
+            parts += [step.trials for step in steps]
+            best = max(steps, key=lambda step: step.net_gain)
+            if _may_stop(space, current.cell) and best.net_gain <= current.net_gain:
                 break
             if not best.cell:
-                raise offer.rules.none_of()
-            now = best
-        return Tried.joined(found)
+                raise space.rules.none_allowed()
+            current = best
+        return Trials.joined(parts)
 
 
-def _begin(offer: Offer) -> _Step:
-    """What those that are mounted teach, where that may be all."""
-    if not _may_stop(offer, ()):
-        return _Step(nothing(offer.evaluation), {}, -np.inf)
-    found = as_it_is(offer.of(()))
-    return _Step(Tried.of([{}], found), {}, float(found[0, 0]))
+def _as_mounted(space: SearchSpace) -> _Step:
+    """What those that are mounted teach, where no other need be placed."""
+    if not _may_stop(space, ()):
+        return _Step(Trials.none(space.evaluation), {}, -np.inf)
+    gain = gain_as_mounted(space.evaluation_of(()))
+    return _Step(Trials.of([{}], gain), {}, float(gain[0, 0]))
 
 
-def _may_stop(offer: Offer, placed: Collection[str]) -> bool:
-    """Whether those placed can measure, and all others may stay away."""
-    return offer.is_measurable(placed) and set(offer.places) <= {*offer.cost, *placed}
+def _may_stop(space: SearchSpace, placed: Collection[str]) -> bool:
+    """Whether those placed can measure, and all others may be left out."""
+    return space.can_measure(placed) and set(space.places) <= {*space.cost, *placed}
 
 
-def _options(offer: Offer, groups: Sequence[Crew], placed: Collection[str]) -> list[Crew]:
-    """What may be added: one of those alike, first what must be there."""
+def _options(
+    space: SearchSpace, groups: Sequence[Group], placed: Collection[str]
+) -> list[Selection]:
+    """What may be added next: one of each group, first what is needed to measure at all."""
     left = [
-        next(one for one in group if one not in placed)
+        next(name for name in group if name not in placed)
         for group in groups
         if not set(group) <= set(placed)
     ]
-    sides = (offer.experiment.sensor, offer.experiment.actuator)
-    there = {*offer.mounted, *placed}
+    present = {*space.mounted, *placed}
     lacking = [
-        _first([one for one in left if one in side], offer)
-        for side in sides
-        if not there & set(side)
+        _without_cost_first([name for name in left if name in side], space)
+        for side in (space.experiment.sensor, space.experiment.actuator)
+        if not present & set(side)
     ]
     if lacking:
         return list(itertools.product(*lacking))
-    return [(one,) for one in _first(left, offer)]
+    return [(name,) for name in _without_cost_first(left, space)]
 
 
-def _first(names: Sequence[str], offer: Offer) -> Sequence[str]:
+def _without_cost_first(names: Sequence[str], space: SearchSpace) -> Sequence[str]:
     """Those without a cost, as long as there are any."""
-    return [one for one in names if one not in offer.cost] or names
+    return [name for name in names if name not in space.cost] or names
 
 
-def _evaluation(
-    offer: Offer, placed: Collection[str], options: Sequence[Crew], number: int
-) -> Evaluation:
-    steps = len(offer.places)
-    here = part(offer.of([*placed, *options[number]]), len(placed), steps)
-    return part(here, number, len(options))
+def _evaluations(
+    space: SearchSpace, placed: Collection[str], options: Sequence[Selection]
+) -> Iterator[Evaluation]:
+    """Evaluation of each option, with its part of the progress."""
+    for number, added in enumerate(options):
+        evaluation = space.evaluation_of([*placed, *added])
+        yield evaluation.part(len(placed), len(space.places)).part(number, len(options))
 
 
 def _added(
-    here: Evaluation,
-    offer: Offer,
-    several: Mapping[str, Candidates],
-    now: _Step,
-    added: Crew,
+    evaluation: Evaluation,
+    space: SearchSpace,
+    candidates: Mapping[str, Candidates],
+    current: _Step,
+    added: Selection,
 ) -> _Step:
-    """Try all places of some more, the others where they are."""
-    names = [*now.cell, *added]
-    there = [several[name] for name in names]
-    new = grid([several[name] for name in added])
-    cells = np.concatenate([np.tile([*now.cell.values()], (len(new), 1)).astype(int), new], axis=1)
-    cells = cells[offer.rules.cells(here.experiment, there, cells)]
+    """Try all places of some more transducers, the others where they are."""
+    names = [*current.cell, *added]
+    moved = [candidates[name] for name in names]
+    new = combinations([candidates[name] for name in added])
+    kept = np.tile([*current.cell.values()], (len(new), 1)).astype(int)
+    cells = np.concatenate([kept, new], axis=1)
+    cells = cells[space.rules.allowed_cells(evaluation.experiment, moved, cells)]
     if not len(cells):
-        return _Step(nothing(here), {}, -np.inf)
-    found = here.at(there, cells)
-    best = int(np.argmax(found[:, 0]))
-    tried = Tried.of(recorded(there, cells), found)
-    if not set(offer.places) <= {*offer.cost, *names}:
-        tried = nothing(here)._replace(evaluations=len(cells))
-    net = float(found[best, 0]) - offer.price(names)
-    return _Step(tried, dict(zip(names, map(int, cells[best]), strict=True)), net)
+        return _Step(Trials.none(evaluation), {}, -np.inf)
+    gain = evaluation.at(moved, cells)
+    best = int(np.argmax(gain[:, 0]))
+    trials = Trials.of(recorded(moved, cells), gain)
+    if not set(space.places) <= {*space.cost, *names}:
+        trials = Trials.none(evaluation)._replace(evaluations=len(cells))
+    net_gain = float(gain[best, 0]) - space.price(names)
+    return _Step(trials, dict(zip(names, map(int, cells[best]), strict=True)), net_gain)

@@ -1,25 +1,22 @@
-"""sequential: in, lists of places; out, those tried by moving one transducer after the other.
-
-Not known here: how information is estimated.
-"""
+"""Sequential search: one transducer is moved after the other, until no move helps."""
 
 from collections.abc import Iterator, Sequence
 
 import equinox as eqx
 import numpy as np
 
-from .._candidates import Candidates, where_it_is
-from ..running._evaluation import Evaluation
-from ._offer import Crew, Offer, at_places, part
-from ._rules import Rules
-from .search import Search, Tried, nothing, of_each_crew, recorded
+from .._candidates import Candidates, present_position
+from ..running.evaluation import Evaluation
+from ._search_space import SearchSpace, Selection, gain_in_one_shape
+from .placement_rules import PlacementRules
+from .strategy import Search, Trials, recorded, trials_of_selections
 
 
 class Sequential(Search):
-    """One transducer at a time, the others where they are, until nothing moves any more.
+    """One transducer at a time, the others where they are, until no move helps any more.
 
-    It begins with the places that the experiment states. For n transducers and m places each it
-    takes n m evaluations a round in the place of m^n, and may end at a local maximum.
+    It begins with the positions that the experiment states. For n transducers and m places each it
+    takes n m evaluations a round instead of m^n, and may end at a local maximum.
 
     Parameters
     ----------
@@ -29,61 +26,67 @@ class Sequential(Search):
 
     rounds: int = eqx.field(static=True, default=5)
 
-    def tried(self, offer: Offer) -> Tried:
+    def trials(self, space: SearchSpace) -> Trials:
         """Try the places of one transducer after the other.
 
         Raises
         ------
-        ValueError
+        InputError
             If none is allowed.
         """
-        several = offer.lists()
+        candidates = space.candidates()
 
-        def moved(here: Evaluation, crew: Crew) -> Tried:
-            there = [one for one in several if one.name in crew]
-            return Tried.joined([nothing(here), *self._moved(here, there, offer.rules)])
+        def one_by_one(evaluation: Evaluation, selection: Selection) -> Trials:
+            moved = [one for one in candidates if one.name in selection]
+            steps = self._steps(evaluation, moved, space.rules)
+            return Trials.joined([Trials.none(evaluation), *steps])
 
-        return of_each_crew(offer, offer.groups(several), moved)
+        return trials_of_selections(space, space.groups(candidates), one_by_one)
 
-    def _moved(
-        self, here: Evaluation, several: Sequence[Candidates], rules: Rules
-    ) -> Iterator[Tried]:
-        counts = np.array([len(one.laws) for one in several])
-        stated = [where_it_is(here.experiment, one.name) for one in several]
-        whole = [one.along_with(now) for one, now in zip(several, stated, strict=True)]
-        now = counts.copy()  # where it is stated to be: behind all others
+    def _steps(
+        self, evaluation: Evaluation, moved: Sequence[Candidates], rules: PlacementRules
+    ) -> Iterator[Trials]:
+        counts = np.array([len(one.positions) for one in moved])
+        # The stated position comes behind all others; it is where moving begins, no answer.
+        extended = [
+            one.followed_by(present_position(evaluation.experiment, one.name)) for one in moved
+        ]
+        current = counts.copy()
         for turn in range(self.rounds):
-            before = now.copy()
-            for column in range(len(several)):
-                step = part(here, turn * len(several) + column, self.rounds * len(several))
-                cells = _allowed(rules, here, whole, _along(now, column, counts), counts)
+            before = current.copy()
+            for column in range(len(moved)):
+                step = evaluation.part(turn * len(moved) + column, self.rounds * len(moved))
+                cells = _along(current, column, counts)
+                cells = _allowed(rules, evaluation, extended, cells, counts)
                 if not len(cells):
                     return
-                learnt = at_places(step, whole, cells, int(counts.max()))
-                now = cells[np.argmax(learnt[:, 0])]
-                tried = Tried.of(recorded(whole, cells), learnt)
-                chosen = np.all(now < counts)
-                yield tried if chosen else nothing(here)._replace(evaluations=len(cells))
-            if np.array_equal(now, before):
+                gain = gain_in_one_shape(step, extended, cells, int(counts.max()))
+                current = cells[np.argmax(gain[:, 0])]
+                if np.all(current < counts):
+                    yield Trials.of(recorded(extended, cells), gain)
+                else:
+                    yield Trials.none(evaluation)._replace(evaluations=len(cells))
+            if np.array_equal(current, before):
                 return
 
 
-def _along(now: np.ndarray, column: int, counts: np.ndarray) -> np.ndarray:
-    """All places of one transducer, the others where they are now [cell, transducer]."""
-    cells = np.repeat(now[None], counts[column], axis=0)
+def _along(current: np.ndarray, column: int, counts: np.ndarray) -> np.ndarray:
+    """All places of one transducer, the others where they are [cell, transducer]."""
+    cells = np.repeat(current[None], counts[column], axis=0)
     cells[:, column] = np.arange(counts[column])
     return cells
 
 
 def _allowed(
-    rules: Rules,
-    here: Evaluation,
-    whole: Sequence[Candidates],
+    rules: PlacementRules,
+    evaluation: Evaluation,
+    extended: Sequence[Candidates],
     cells: np.ndarray,
     counts: np.ndarray,
 ) -> np.ndarray:
-    """Cells that are allowed; those that were not moved yet will be, and do not count."""
-    chosen = [column for column, known in enumerate(np.min(cells < counts, axis=0)) if known]
-    own = [whole[column] for column in chosen]
-    away = {one.name for one in whole} - {one.name for one in own}
-    return cells[rules.cells(here.experiment, own, cells[:, chosen], away)]
+    """Cells that are allowed; transducers that were not moved yet will be, and do not count."""
+    decided = np.flatnonzero(np.min(cells < counts, axis=0))
+    moved = [extended[int(column)] for column in decided]
+    undecided = {one.name for one in extended} - {one.name for one in moved}
+    allowed = rules.allowed_cells(evaluation.experiment, moved, cells[:, decided], undecided)
+    return cells[allowed]

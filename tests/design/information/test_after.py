@@ -8,8 +8,8 @@ from scipy.stats import multivariate_normal
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design.information._estimator import spread
-from bayes_placement.design.information._knowledge import Posterior, knowledge
+from bayes_placement.design.information._prior_knowledge import PosteriorDraws, prior_knowledge
+from bayes_placement.design.information.estimator import jackknife_error
 from models import bar
 from tests.design.information.linear import FORMS, SIGMA, linear_experiment
 
@@ -22,7 +22,7 @@ RATIOS = ("structure.damping.ratio.1", "structure.damping.ratio.2")
 def estimated(estimator, experiment, moved=()):
     plan = estimator.plan(experiment, 0, moved)
     gain = jax.jit(lambda: plan(experiment, experiment.nominal_values()))()
-    return float(gain.kl), float(spread(np.asarray(gain.without)))
+    return float(gain.estimate), float(jackknife_error(np.asarray(gain.jackknife)))
 
 
 def normal_draws(mean, covariance, count=4000, seed=1):
@@ -53,11 +53,11 @@ def test_after_a_measurement_the_gain_is_that_of_its_posterior(linear):
 def test_draws_belong_together(linear):
     """Half as much is learnt about two that are known by their difference only."""
     apart = np.array([[0.3, 0.29], [0.29, 0.3]])
-    draws = Posterior(normal_draws([0.0, 0.0], apart))
+    draws = PosteriorDraws(normal_draws([0.0, 0.0], apart))
     values = np.asarray(draws.values(np.random.default_rng(0).normal(size=(4, 500, 1)))[NAME])
     assert values.shape == (4, 500, 2)
     np.testing.assert_allclose(np.cov(values.reshape(-1, 2).T), apart, atol=0.05)
-    two = Posterior({"one": np.arange(50.0), "other": np.arange(50.0) + 1.0})
+    two = PosteriorDraws({"one": np.arange(50.0), "other": np.arange(50.0) + 1.0})
     pair = two.values(np.random.default_rng(1).normal(size=(2, 30, 1)))
     np.testing.assert_array_equal(pair["other"] - pair["one"], 1.0)
     assert len(np.unique(pair["one"])) > 20
@@ -92,9 +92,7 @@ def mutual_information(laws, count=400_000):
 def test_separation_is_the_mutual_information(linear):
     laws, several = alternatives(linear)
     truth = mutual_information(laws)
-    found, error = estimated(
-        information.Separation(several, placement_draws=1024, data_draws=512), linear
-    )
+    found, error = estimated(information.Separation(several, draws=1024, data_draws=512), linear)
     assert 0.1 < truth < np.log(2)
     assert error < 0.02
     assert abs(found - truth) < 4 * np.hypot(error, 0.005)
@@ -121,7 +119,7 @@ def test_a_structure_of_its_own_predicts_by_itself():
             ("spring", light, "structure.effects.spring.stiffness", (1e6, 2e6)),
         )
     ]
-    estimator = information.Separation(several, placement_draws=64, data_draws=64)
+    estimator = information.Separation(several, draws=64, data_draws=64)
     found = bp.information_map(base, {"s1": [0.06, 0.35]}, estimator=estimator)
     assert np.all(found["information_gain"] < np.log(2) + 1e-9)
     assert float(found["information_gain"].max()) > 0.3
@@ -134,9 +132,9 @@ def test_what_stays_mounted_is_known_by_the_measurement():
     after |= {
         f"{one}.position": rng.normal(0.26, 0.001, 50) for one in ("sensor.s1", "actuator.a1")
     }
-    assert knowledge(experiment, after, ["s1"]).names == (*RATIOS, "actuator.a1.position")
-    assert knowledge(experiment, after, ["s1", "a1"]).names == RATIOS
-    assert knowledge(experiment, None, ["s1"]).names == RATIOS
+    assert prior_knowledge(experiment, after, ["s1"]).names == (*RATIOS, "actuator.a1.position")
+    assert prior_knowledge(experiment, after, ["s1", "a1"]).names == RATIOS
+    assert prior_knowledge(experiment, None, ["s1"]).names == RATIOS
 
 
 @pytest.mark.parametrize(

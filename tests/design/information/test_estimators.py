@@ -9,7 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design.information._estimator import placement_laws, spread
+from bayes_placement.design.information.estimator import jackknife_error, placement_distributions
 from bayes_placement.experiment.noise import Data
 from bayes_placement.inference.marginals import nested_quadrature
 from models import bar
@@ -25,7 +25,7 @@ def estimated(estimator, experiment, seed=0, **nominal):
     plan = estimator.plan(experiment, seed)
     values = experiment.nominal_values() | nominal
     gain = jax.jit(lambda: plan(experiment, values))()
-    return float(gain.kl), float(spread(np.asarray(gain.without)))
+    return float(gain.estimate), float(jackknife_error(np.asarray(gain.jackknife)))
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_its_bias_falls_like_one_over_the_draws(linear):
 
 def exact_divergences(experiment, count):
     """Divergence for data that the prior predicts, all integrals by Gauss quadrature."""
-    laws = placement_laws(experiment)
+    laws = placement_distributions(experiment)
     nodes = nested_quadrature.nested_nodes(experiment, laws, 32)
     node, weight = np.polynomial.legendre.leggauss(12)
     first, second = (one.ravel() for one in np.meshgrid(0.04 + 0.02 * node, 0.04 + 0.02 * node))
@@ -195,7 +195,7 @@ def certain(noise):
         (
             information.KDE(draws=3),
             lambda: bar.placed(*P2, None),
-            r"draws=3 points in replicates=4 were given; at least two",
+            r"draws=3 in replicates=4 were given; at least two",
         ),
     ],
 )

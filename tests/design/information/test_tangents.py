@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import ndtri
 from scipy.stats import multivariate_normal, norm, qmc
 
-from bayes_placement.design.information._tangents import Kernels
+from bayes_placement.design.information._tangent_kernels import TangentKernels
 
 SLOPE = np.array([[2.0, 0.3], [-1.0, 1.5], [0.2, -4.0]])
 SHIFT = np.array([0.4, -1.0, 2.0])
@@ -15,7 +15,7 @@ DATA = np.random.default_rng(0).normal(size=(6, 3)) * 2
 
 def log_density(respond, draws, data):
     """With the constant, which is left out there."""
-    found = jax.jit(lambda: Kernels.of(respond, draws).log_density(jnp.asarray(data)))()
+    found = jax.jit(lambda: TangentKernels.of(respond, draws).log_density(jnp.asarray(data)))()
     return np.asarray(found) - 0.5 * data.shape[1] * np.log(2 * np.pi)
 
 

@@ -9,7 +9,8 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design.running import _cells, _executors, _running
+from bayes_placement.design.running import _dispatch, executors
+from bayes_placement.design.running import chunks as chunking
 from models import bar
 from tests.design import killed, small_maps
 
@@ -43,7 +44,7 @@ def test_a_scheduler_is_found_by_its_address(cluster, whole):
 
 def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, whole, tmp_path, monkeypatch):
     marker = tmp_path / "killed"
-    monkeypatch.setattr(_running, "compute_sent", partial(small_maps.stop_once, marker))
+    monkeypatch.setattr(_dispatch, "compute_packed", partial(small_maps.stop_once, marker))
     assert small_maps.computed(executor=cluster).identical(whole)
     worker = int(marker.read_text())
     assert worker != os.getpid()
@@ -51,7 +52,7 @@ def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, whole, tmp_path
 
 
 def test_an_error_arrives_in_words_and_leaves_nothing_waiting(cluster, monkeypatch):
-    monkeypatch.setattr(_running, "compute_sent", small_maps.fail)
+    monkeypatch.setattr(_dispatch, "compute_packed", small_maps.fail)
     with pytest.raises(ValueError, match="Stiffness was given as zero"):
         small_maps.computed(executor=cluster)
     futures = cluster._client.futures
@@ -73,17 +74,17 @@ def test_a_run_that_is_killed_goes_on(whose, cluster, whole, tmp_path, monkeypat
     before, workers = killed.killed_half_way(tmp_path, "local" if own else client.scheduler.address)
     killed.until(lambda: not any(client.processing().values()))  # nothing is done for nobody
     killed.until(lambda: not own or all(map(killed.gone, workers)))
-    counted, sent = [], _cells.Chunk.sent
+    counted, packed = [], chunking.Chunk.packed
 
     def count(chunk):
         counted.append(chunk)
-        return sent(chunk)
+        return packed(chunk)
 
     def again():
         found = small_maps.computed(executor=cluster, store=tmp_path / "store")
         assert found.identical(whole)
 
-    monkeypatch.setattr(_cells.Chunk, "sent", count)
+    monkeypatch.setattr(chunking.Chunk, "packed", count)
     # Workers that live on end what each has in hand, for nobody.
     killed.goes_on(tmp_path, before, again, counted, twice=1 if own else 2)
 
@@ -110,4 +111,4 @@ def test_a_scheduler_that_does_not_answer_is_named(address):
 def test_without_dask_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ImportError, match=r'pip install "bayes_placement\[dask\]"'):
-        _executors._distributed()
+        executors._distributed()

@@ -11,12 +11,12 @@ from functools import partial
 import numpy as np
 import numpyro.distributions as dist
 import pytest
-import xarray as xr
 
 import bayes_placement as bp
 from bayes_placement import information
-from bayes_placement.design.running import _cells, _executors, _running, _store
-from bayes_placement.design.running._fingerprint import fingerprint
+from bayes_placement.design.running import _dispatch, _store, executors
+from bayes_placement.design.running import chunks as chunking
+from bayes_placement.design.running._content_hash import content_hash
 from bayes_placement.io.model import read
 from models import bar
 from tests.design import at_work, killed, small_maps
@@ -52,14 +52,14 @@ def store(kept, tmp_path):
 @pytest.fixture
 def counted(monkeypatch):
     """Chunks that were computed here."""
-    found = []
+    computed_here = []
 
     def count(chunk):
-        found.append(chunk)
-        return _cells.compute(chunk)
+        computed_here.append(chunk)
+        return chunking.compute(chunk)
 
-    monkeypatch.setattr(_running, "compute", count)
-    return found
+    monkeypatch.setattr(_dispatch, "compute", count)
+    return computed_here
 
 
 # Results in files.
@@ -79,20 +79,15 @@ def test_only_what_is_missing_is_computed(store, whole, counted):
 def test_a_file_says_by_itself_what_is_in_it(kept, whole):
     cells = []
     for path in kept.iterdir():
-        with xr.open_dataset(path, engine="h5netcdf") as found:
-            assert found.attrs["estimator"] == "KDE" and found.attrs["draws"] == "128"
-            assert found.attrs["key"] == 0 and found.attrs["bayes_placement"] == bp.__version__
-            assert (
-                found["information_gain"].attrs["units"] == "nat"
-                and found["recorded"].attrs["units"] == "m"
-            )
-            where = dict(zip(found["transducer"].values, found["recorded"].values, strict=True))
-            cell = whole.sel({name: at[0] for name, at in where.items()})
-            assert found["information_gain"].values[0] == cell["information_gain"]
-            np.testing.assert_array_equal(
-                found["information_gain_jackknife"].values[0], cell["information_gain_jackknife"]
-            )
-            cells.append(tuple(at[0] for at in where.values()))
+        with np.load(path) as arrays:
+            assert "'estimator': 'KDE'" in str(arrays["settings"])
+            assert "'draws': 128" in str(arrays["settings"])
+            where = {name: float(arrays[f"recorded.{name}"][0]) for name in ("s1", "a1")}
+            cell = whole.sel(where)
+            assert arrays["information_gain"][0] == cell["information_gain"]
+            jackknife = arrays["information_gain_jackknife"][0]
+            np.testing.assert_array_equal(jackknife, cell["information_gain_jackknife"])
+            cells.append(tuple(where.values()))
     assert len(set(cells)) == CELLS
 
 
@@ -101,18 +96,17 @@ def cut(content):
 
 
 def flipped(content):
-    """One bit of the largest number that is stored is another."""
-    path = content.find(np.float64(content_number(content)).tobytes())
-    return content[:path] + bytes([content[path] ^ 1]) + content[path + 1 :]
-
-
-def content_number(content):
-    with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as found:
-        return float(found["information_gain_jackknife"].values[0, 2])
+    """One bit of a number that is stored is another."""
+    with np.load(io.BytesIO(content)) as arrays:
+        number = arrays["information_gain_jackknife"][0, 2]
+    place = content.find(number.tobytes())
+    return content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :]
 
 
 def foreign(content):
-    return bytes(xr.Dataset({"information_gain": ("cell", [1.0])}).to_netcdf(engine="h5netcdf"))
+    stream = io.BytesIO()
+    np.savez(stream, information_gain=[1.0])
+    return stream.getvalue()
 
 
 @pytest.mark.parametrize("harm", [lambda content: b"", cut, lambda one: one[:-1], flipped, foreign])
@@ -121,7 +115,7 @@ def test_a_damaged_file_is_computed_anew_and_said(harm, store, whole, counted):
     content = path.read_bytes()
     path.write_bytes(harm(content))
     assert path.read_bytes() != content
-    with pytest.warns(UserWarning, match=rf"{path.name} is damaged \(.*computed anew"):
+    with pytest.warns(UserWarning, match=rf"{path.name} is damaged \(.*computed again"):
         assert computed(store=store).identical(whole)
     assert len(counted) == 1
     assert computed(store=store).identical(whole) and len(counted) == 1
@@ -129,7 +123,7 @@ def test_a_damaged_file_is_computed_anew_and_said(harm, store, whole, counted):
 
 def test_what_a_killed_writer_left_is_of_no_consequence(store, whole, counted):
     for path in list(store.iterdir())[:2]:
-        (store / f".{path.stem}-abc.nc").write_bytes(b"half")
+        (store / f".{path.stem}-abc.npz").write_bytes(b"half")
         path.unlink()
     assert computed(store=store).identical(whole) and len(counted) == 2
 
@@ -173,14 +167,14 @@ def test_a_file_in_the_place_of_a_folder_is_refused(tmp_path):
 
 
 def test_names_are_the_same_in_any_process(processes):
-    several = small_maps.structures()
-    other = processes.submit(small_maps.fingerprints, several).result()
-    assert other == small_maps.fingerprints(several) and len(set(other)) == 3
+    structures = small_maps.structures()
+    there = processes.submit(small_maps.hashes, structures).result()
+    assert there == small_maps.hashes(structures) and len(set(there)) == 3
 
 
 def test_each_that_determines_a_result_is_in_its_name(monkeypatch, tmp_path):
     def name(chunk):
-        return _store.Store(tmp_path)._path(chunk).name
+        return _store.Store(tmp_path)._path(tmp_path, chunk).name
 
     first, *others = small_maps.chunks()
     places = {"s1": small_maps.PLACES["s1"][:3], "a1": small_maps.PLACES["a1"]}
@@ -191,7 +185,7 @@ def test_each_that_determines_a_result_is_in_its_name(monkeypatch, tmp_path):
         small_maps.chunks(information.KDE(draws=128, placement_draws=64, sampling="plain"))[0],
         small_maps.chunks(places=places)[0],
         pair,
-        pair._replace(place=pair.place[:1]),  # filled up: of another length
+        pair._replace(cells=pair.cells[:1]),  # filled up: of another length
     ]
     names = {name(one) for one in [first, *several]}
     assert len(names) == 1 + len(several)
@@ -257,9 +251,9 @@ VALUES = [
 
 @pytest.mark.parametrize("values", [LAWS, VALUES])
 def test_content_that_differs_has_another_name(values):
-    names = [fingerprint(one) for one in values]
+    names = [content_hash(one) for one in values]
     assert len(set(names)) == len(names)
-    assert names == [fingerprint(one) for one in values]
+    assert names == [content_hash(one) for one in values]
 
 
 OWN = """
@@ -281,7 +275,7 @@ def test_the_text_of_a_class_of_the_user_is_in_the_name(tmp_path, monkeypatch):
         one = __import__(f"own_{number}").Own
         one.__module__ = "own"
         monkeypatch.setitem(sys.modules, "own", sys.modules[f"own_{number}"])
-        found.append(fingerprint(one()))
+        found.append(content_hash(one()))
     assert len(set(found)) == 3
 
 
@@ -296,16 +290,16 @@ def test_threads_and_processes_find_the_same_bit_for_bit(whole, processes):
     np.testing.assert_allclose(shares, np.arange(CELLS + 1) / CELLS)
 
 
-def test_a_task_travels_packed_once():
-    several = small_maps.chunks()
-    assert several[0].sent().packed is several[1].sent().packed
-    opened = _cells._opened(several[0].sent().packed)
-    assert opened.content == several[0].task.content
-    assert _cells._opened(several[1].sent().packed) is opened
+def test_a_task_is_packed_once():
+    first, second, *_ = small_maps.chunks()
+    assert first.packed().task is second.packed().task
+    unpacked = chunking._unpacked(first.packed().task)
+    assert unpacked.content == first.task.content
+    assert chunking._unpacked(second.packed().task) is unpacked
 
 
 def test_few_chunks_are_handed_out_at_once(whole, monkeypatch):
-    monkeypatch.setattr(_running, "AHEAD", 3)
+    monkeypatch.setattr(_dispatch, "IN_FLIGHT", 3)
     held, most = set(), []
 
     class Few(Executor):
@@ -321,11 +315,11 @@ def test_few_chunks_are_handed_out_at_once(whole, monkeypatch):
 
 
 def test_a_chunk_that_was_filled_up_is_cut(monkeypatch):
-    monkeypatch.setattr(_running, "compute_sent", lambda sent: sent.candidate)
-    several = small_maps.chunks(size=5)
-    for one, result in _running._elsewhere(several, Breaking(9)):
-        np.testing.assert_array_equal(result, one.candidate[: len(one.place)])
-    assert [len(one.place) for one in several] == [5, 5, 2]
+    monkeypatch.setattr(_dispatch, "compute_packed", lambda packed: packed.candidates)
+    pieces = small_maps.chunks(size=5)
+    for chunk, gain in _dispatch._by_executor(pieces, Breaking(9)):
+        np.testing.assert_array_equal(gain, chunk.candidates[: len(chunk.cells)])
+    assert [len(chunk.cells) for chunk in pieces] == [5, 5, 2]
 
 
 class Stopped(BaseException):
@@ -353,7 +347,7 @@ def test_nothing_is_left_waiting_when_a_run_is_stopped(error, monkeypatch):
 
 
 def test_an_error_in_a_worker_arrives_in_words(processes, tmp_path, monkeypatch):
-    monkeypatch.setattr(_running, "compute_sent", small_maps.fail)
+    monkeypatch.setattr(_dispatch, "compute_packed", small_maps.fail)
     with pytest.raises(ValueError, match="Stiffness was given as zero"):
         computed(executor=processes, store=tmp_path)
     assert 1 <= len(list(tmp_path.iterdir())) < CELLS - 2  # what came before is kept
@@ -410,7 +404,7 @@ def test_a_class_that_workers_cannot_import_is_named(processes, tmp_path):
 @pytest.fixture
 def numbered(monkeypatch):
     """Chunks of which a number is sent and nothing else, so that workers need no JAX."""
-    monkeypatch.setattr(_cells.Chunk, "sent", lambda chunk: int(chunk.place[0]))
+    monkeypatch.setattr(chunking.Chunk, "packed", lambda chunk: int(chunk.cells[0]))
     return small_maps.chunks()
 
 
@@ -435,11 +429,11 @@ class Breaking(Executor):
 
 def test_a_lost_worker_is_replaced(numbered, tmp_path, monkeypatch):
     marker = tmp_path / "killed"
-    monkeypatch.setattr(_running, "compute_sent", partial(at_work.stop_once, marker))
+    monkeypatch.setattr(_dispatch, "compute_packed", partial(at_work.stop_once, marker))
     with bp.design.workers(2) as executor:
-        found = list(_running._elsewhere(numbered, executor))
+        found = list(_dispatch._by_executor(numbered, executor))
         assert executor.submit(os.getpid).result() != int(marker.read_text())
-    assert sorted((int(one.place[0]), int(ten[0])) for one, ten in found) == TENS
+    assert sorted((int(chunk.cells[0]), int(ten[0])) for chunk, ten in found) == TENS
 
 
 def test_workers_that_are_lost_again_and_again_are_given_up(numbered, monkeypatch):
@@ -449,15 +443,15 @@ def test_workers_that_are_lost_again_and_again_are_given_up(numbered, monkeypatc
         begun.append(Breaking(2))
         return begun[-1]
 
-    monkeypatch.setattr(_executors.Processes, "_new", new)
-    monkeypatch.setattr(_running, "compute_sent", lambda number: np.array([number]))
+    monkeypatch.setattr(executors.WorkerProcesses, "_new_pool", new)
+    monkeypatch.setattr(_dispatch, "compute_packed", lambda number: np.array([number]))
     found = []
     with (
         bp.design.workers(1) as executor,
         pytest.raises(RuntimeError, match=r"A worker was lost.* same store.*may lack memory"),
     ):
-        found.extend(_running._elsewhere(numbered, executor))
-    assert len(begun) == 1 + _executors.REPLACEMENTS
+        found.extend(_dispatch._by_executor(numbered, executor))
+    assert len(begun) == 1 + executors.REPLACEMENTS
 
 
 def test_another_pool_that_breaks_leaves_what_was_finished(whole, tmp_path, counted):

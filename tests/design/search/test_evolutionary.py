@@ -9,7 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import design, information
-from bayes_placement.design.running import _running
+from bayes_placement.design.running import _dispatch
 from bayes_placement.design.search import evolutionary
 from models import bar
 from tests.design import landscapes
@@ -109,7 +109,7 @@ def test_what_is_kept_is_not_computed_again_and_threads_find_the_same(tmp_path, 
     with ThreadPoolExecutor(2) as threads:
         other = both(executor=threads, search=SHORT)
     assert other.table.equals(first.table)
-    monkeypatch.setattr(_running, "compute", None)
+    monkeypatch.setattr(_dispatch, "compute", None)
     assert both(store=tmp_path, search=SHORT).table.equals(first.table)
 
 
@@ -215,7 +215,11 @@ def test_places_on_a_plate_are_evaluated_as_such():
     [
         (BOX, [(0.1, 0.1, 0.0), (0.2, 0.1, 0.0)], r'Sensor "s1" was given a list of places; des'),
         (BOX, BALL, r'Sensor "s1" was to be moved through Ball; a region with straight sides'),
-        (BALL, bp.positions.Box((0.2, 0.15, 0.0), within=(0.1, 0.1, 0.0)), r"law of another form"),
+        (
+            BALL,
+            bp.positions.Box((0.2, 0.15, 0.0), within=(0.1, 0.1, 0.0)),
+            r"distribution of another form",
+        ),
     ],
 )
 def test_what_one_cannot_move_through_is_refused(tolerance, region, message):

@@ -7,7 +7,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import design
-from bayes_placement.design._fewer import with_only
+from bayes_placement.experiment.resized import with_only
 from tests.design import landscapes
 from tests.design.landscapes import Modal, learnt
 
@@ -232,7 +232,7 @@ def test_rules_and_costs_that_do_not_fit_are_refused(settings, message):
 
 @pytest.mark.parametrize("search", [design.Exhaustive(), design.Sequential(), design.Forward()])
 def test_a_region_is_refused_where_places_are_needed(search):
-    with pytest.raises(ValueError, match=r"given Segment\(.*\) to sit anywhere in; here a list"):
+    with pytest.raises(ValueError, match=r"given Segment\(.*\), a region; here a list"):
         placed(("s1",), bp.positions.Segment(0.5, within=0.2), search=search)
 
 

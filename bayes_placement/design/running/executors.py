@@ -1,6 +1,6 @@
-"""_executors: in, a number of processes or the address of a cluster; out, where to compute.
+"""Worker processes on this machine, or those of a Dask cluster.
 
-Not known here: what is computed. Nothing heavy is imported, since each worker begins here.
+Nothing heavy is imported, since each worker process imports this module first.
 """
 
 import multiprocessing
@@ -24,20 +24,20 @@ def workers(
 ) -> AbstractContextManager[Executor | None]:
     """Executor for `information_map` and `place`, for use in a `with` statement.
 
-    A lost worker loses nothing: it is replaced, and what it had in hand is computed again.
+    A worker that is lost is replaced, and its chunk is computed again.
 
     Parameters
     ----------
     processes
-        Processes on this machine; None for none but this one.
+        Number of processes on this machine; None to compute in this one.
     dask
-        Address of a Dask scheduler, `tcp://host:8786`; or `local`, for a scheduler and so many
-        processes on this machine.
+        Address of a Dask scheduler, `tcp://host:8786`; or `local`, for a scheduler and `processes`
+        workers on this machine.
 
     Raises
     ------
-    ValueError
-        If there are less than one, or an address is given with their number.
+    InputError
+        If there is less than one process, or an address is given with their number.
     MissingExtraError
         If Dask is not installed.
     ConnectionError
@@ -50,67 +50,66 @@ def workers(
         )
     if dask is not None:
         return _dask(dask, processes)
-    return nullcontext() if processes is None else Processes(processes)
+    return nullcontext() if processes is None else WorkerProcesses(processes)
 
 
-class Processes(Executor):
+class WorkerProcesses(Executor):
     """Processes on this machine, each with its share of the cores.
 
-    They are spawned: a process that is forked while JAX runs stands still. They end with the
-    process that began them, however that ends.
+    They are spawned: a process that is forked while JAX runs hangs. They end with the process that
+    started them, however that ends.
 
     Parameters
     ----------
     count
-        Processes.
+        Number of processes.
     """
 
     def __init__(self, count: int):
-        self._count, self._left = count, REPLACEMENTS
-        self._pool = self._new()
+        self._count, self._replacements_left = count, REPLACEMENTS
+        self._pool = self._new_pool()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Have one of them call a function."""
+        """Call a function in one of them."""
         return self._pool.submit(fn, *args, **kwargs)
 
-    def renew(self) -> bool:
+    def replace(self) -> bool:
         """Replace them all after one was lost; False where that was done too often."""
-        self._left -= 1
-        if self._left < 0:
+        if self._replacements_left == 0:
             return False
+        self._replacements_left -= 1
         self._pool.shutdown(cancel_futures=True)
-        self._pool = self._new()
+        self._pool = self._new_pool()
         return True
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End them."""
+        """End them all."""
         self._pool.shutdown(wait, cancel_futures=cancel_futures)
 
-    def _new(self) -> ProcessPoolExecutor:
+    def _new_pool(self) -> ProcessPoolExecutor:
         return ProcessPoolExecutor(
             self._count,
             mp_context=multiprocessing.get_context("spawn"),
-            initializer=_begin,
-            initargs=(_share(self._count),),
+            initializer=_start_worker,
+            initargs=(_thread_limits(self._count),),
         )
 
 
-def _share(count: int) -> dict[str, str]:
-    """Environment in which a process takes its share of the cores, and no more."""
+def _thread_limits(count: int) -> dict[str, str]:
+    """Environment in which each of so many processes takes its share of the cores."""
     threads = str(max(1, (os.cpu_count() or 1) // count))
     names = ("PJRT_NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     return dict.fromkeys(names, threads)
 
 
-def _begin(environment: dict[str, str]) -> None:
-    """Begin a worker."""
+def _start_worker(environment: dict[str, str]) -> None:
     os.environ.update(environment)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that began it says when to end
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # its parent says when to end
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
-    """A worker waits for work on a pipe that its siblings hold open, so that nothing tells it."""
+    """End this worker with its parent: the pipe it reads is held open by the other workers."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -121,23 +120,23 @@ def _end_with_parent() -> None:
 def _dask(address: str, processes: int | None) -> Iterator[Executor]:
     if address != "local" and processes is not None:
         raise InputError(
-            f"{processes} workers were asked for together with the Dask scheduler {address}, whose "
-            f'workers are there already. Give its address alone, workers(dask="{address}"), or '
-            f'begin some here: workers({processes}, dask="local").'
+            f"{processes} workers were asked for together with the Dask scheduler {address}, which "
+            f'has its own workers. Give its address alone, workers(dask="{address}"), or start '
+            f'some here: workers({processes}, dask="local").'
         )
     distributed = _distributed()
-    with ExitStack() as several:
+    with ExitStack() as stack:
         if address == "local":
-            where = several.enter_context(_cluster(distributed, processes or os.cpu_count() or 1))
+            where = stack.enter_context(_cluster(distributed, processes or os.cpu_count() or 1))
         else:
             where = address
         try:
-            # Not the default: whatever else of the caller knows Dask would begin to use it.
-            client = several.enter_context(distributed.Client(where, set_as_default=False))
+            # Not the default client: other Dask code of the caller would start to use it.
+            client = stack.enter_context(distributed.Client(where, set_as_default=False))
         except (OSError, ValueError) as error:
             raise ConnectionError(
-                f"No Dask scheduler answers at {address}: {error}. Begin one with `dask scheduler`,"
-                f' which tells its address; or give dask="local" to compute on this machine.'
+                f"No Dask scheduler answers at {address}: {error}. Start one with `dask scheduler`,"
+                f' which prints its address; or give dask="local" to compute on this machine.'
             ) from error
         yield client.get_executor(pure=False)
 
@@ -148,9 +147,9 @@ def _cluster(distributed: ModuleType, processes: int) -> Any:
         n_workers=processes,
         threads_per_worker=1,
         processes=True,
-        dashboard_address="127.0.0.1:0",  # any port, so that several clusters can be
-        memory_limit=None,  # a worker near its limit would stand still without a word
-        env=_share(processes),
+        dashboard_address="127.0.0.1:0",  # any free port
+        memory_limit=None,  # a worker near its limit would pause silently
+        env=_thread_limits(processes),
     )
 
 

@@ -1,7 +1,4 @@
-"""_rules: in, places to try; out, which of them, and which combinations, are allowed.
-
-Not known here: how information is estimated, in what order placements are tried.
-"""
+"""Which placements are allowed: forbidden regions, and distances between transducers."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -14,11 +11,11 @@ from ...positions.bounds import in_space
 from ...positions.vectors import Recorded
 from .._candidates import Candidates
 
-Where = Mapping[str, np.ndarray]
-"""Recorded places [placement, coordinate] of transducers [m], by name."""
+RecordedPositions = Mapping[str, np.ndarray]
+"""Recorded positions [placement, coordinate] of transducers [m], by name."""
 
 
-class Rules(NamedTuple):
+class PlacementRules(NamedTuple):
     """What a placement must keep to.
 
     Parameters
@@ -26,18 +23,18 @@ class Rules(NamedTuple):
     forbidden
         Regions in which nothing may be recorded: low and high corner [m], numbers on a line.
     least_distance
-        Least distance [m] between recorded places of sensors, and of actuators.
+        Least distance [m] between recorded positions of sensors, and of actuators.
     """
 
     forbidden: Sequence[tuple[Recorded, Recorded]] = ()
     least_distance: float = 0.0
 
-    def checked(self, experiment: Experiment) -> "Rules":
+    def checked(self, experiment: Experiment) -> "PlacementRules":
         """Return the rules, once they are known to fit the structure.
 
         Raises
         ------
-        ValueError
+        InputError
             If a region has no extent or other coordinates, or the distance is negative.
         """
         coordinates = 3 if in_space(experiment.structure.modes.bounds()) else 1
@@ -58,61 +55,65 @@ class Rules(NamedTuple):
         return self
 
     def allowed(
-        self, experiment: Experiment, where: Where, away: Collection[str] = ()
+        self, experiment: Experiment, positions: RecordedPositions, undecided: Collection[str] = ()
     ) -> np.ndarray:
-        """Which placements are allowed.
+        """Which placements are allowed [placement].
 
         Parameters
         ----------
         experiment
             The experiment, whose other transducers stay where they are.
-        where
-            Places of some of its transducers.
-        away
-            Those that do not count, since their place is not chosen yet.
+        positions
+            Positions of some of its transducers.
+        undecided
+            Names of those that do not count, since their place is not chosen yet.
         """
-        count = len(next(iter(where.values())))
+        count = len(next(iter(positions.values())))
         allowed = np.ones(count, dtype=bool)
-        for places in where.values():
-            allowed &= ~self.in_forbidden(places)
+        for points in positions.values():
+            allowed &= ~self.in_forbidden(points)
         for side in (experiment.sensor, experiment.actuator):
-            there = {name: one for name, one in side.items() if name not in away}
-            allowed &= self._far(there, where, count)
+            decided = {name: side[name] for name in side if name not in undecided}
+            allowed &= self._far_apart(decided, positions, count)
         return allowed
 
-    def cells(
+    def allowed_cells(
         self,
         experiment: Experiment,
-        several: Sequence[Candidates],
+        moved: Sequence[Candidates],
         cells: np.ndarray,
-        away: Collection[str] = (),
+        undecided: Collection[str] = (),
     ) -> np.ndarray:
-        """Which combinations of candidates [cell, transducer] are allowed."""
-        where = {one.name: one.points()[own] for one, own in zip(several, cells.T, strict=True)}
-        return self.allowed(experiment, where, away)
+        """Which combinations of candidates [cell, transducer] are allowed [cell]."""
+        columns = zip(moved, cells.T, strict=True)
+        positions = {one.name: one.points()[column] for one, column in columns}
+        return self.allowed(experiment, positions, undecided)
 
-    def none_of(self) -> InputError:
+    def none_allowed(self) -> InputError:
         """Error that no placement is allowed."""
         return InputError(
             f"None of the placements is allowed: forbidden regions {list(self.forbidden)} m, least "
             f"distance {self.least_distance:g} m. Give more places to try, or fewer rules."
         )
 
-    def in_forbidden(self, where: np.ndarray) -> np.ndarray:
-        """Which places [place, coordinate] are in a forbidden region."""
-        found = np.zeros(len(where), dtype=bool)
+    def in_forbidden(self, points: np.ndarray) -> np.ndarray:
+        """Which points [point, coordinate] are in a forbidden region [point]."""
+        inside = np.zeros(len(points), dtype=bool)
         for low, high in self.forbidden:
-            found |= np.all((where >= np.atleast_1d(low)) & (where <= np.atleast_1d(high)), axis=1)
-        return found
+            corners = np.atleast_1d(low), np.atleast_1d(high)
+            inside |= np.all((points >= corners[0]) & (points <= corners[1]), axis=1)
+        return inside
 
-    def _far(self, side: Mapping[str, Any], where: Where, count: int) -> np.ndarray:
-        """Whether the transducers of one side are far enough from each other."""
-        several = [
-            where.get(name, np.tile(np.atleast_1d(one.recorded), (count, 1)))
-            for name, one in side.items()
+    def _far_apart(
+        self, side: Mapping[str, Any], positions: RecordedPositions, count: int
+    ) -> np.ndarray:
+        """Whether the transducers of one side are far enough from each other [placement]."""
+        points = [
+            positions.get(name, np.tile(np.atleast_1d(transducer.recorded), (count, 1)))
+            for name, transducer in side.items()
         ]
         far = np.ones(count, dtype=bool)
-        for number, one in enumerate(several):
-            for other in several[:number]:
-                far &= np.linalg.norm(one - other, axis=1) >= self.least_distance
+        for number, here in enumerate(points):
+            for before in points[:number]:
+                far &= np.linalg.norm(here - before, axis=1) >= self.least_distance
         return far

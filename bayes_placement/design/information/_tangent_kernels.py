@@ -1,8 +1,7 @@
-"""_tangents: in, responses to unknown coordinates; out, the density of outputs with unit errors.
+"""Density of outputs with unit errors, by normal kernels along the tangents of the response.
 
-Kernels in the space of the coordinates, carried on to the outputs along tangents: outputs lie near
-a surface of as few dimensions as there are unknowns, to which kernels in the space of the outputs
-are blind. Not known here: what the coordinates are.
+Outputs lie near a surface of as few dimensions as there are unknowns. Kernels in the space of the
+outputs blur it; kernels in the space of the unknowns, carried along tangents, do not.
 """
 
 from collections.abc import Callable
@@ -24,22 +23,22 @@ STEP = 1e-4
 """Step along a coordinate of unit variance."""
 
 
-class Kernels(NamedTuple):
-    """Density of outputs whose errors have the variance one: kernels along tangents."""
+class TangentKernels(NamedTuple):
+    """Density of outputs whose errors have unit variance."""
 
     outputs: Float[Array, "kernel output"]
     slopes: Float[Array, "kernel output coordinate"]
 
     @classmethod
     def of(cls, respond: Callable[[Array], Array], drawn: Float[Array, "kernel coordinate"]) -> Any:
-        """Kernels about draws, which are drawn together so that their covariance stays one."""
+        """Kernels about draws, which are shrunk so that their covariance stays one."""
         count, dimension = drawn.shape
         width = min(1.0, silverman_width(count, dimension))
         centres = np.sqrt(1 - width**2) * drawn
         # By differences: derivatives of eigenproblems take minutes to compile.
-        aside = centres[:, None] + STEP * jnp.eye(dimension)
-        points = jnp.concatenate([centres[:, None], aside], axis=1)
-        outputs = all_of(respond, points.reshape(count * (dimension + 1), dimension)).reshape(
+        stepped = centres[:, None] + STEP * jnp.eye(dimension)
+        points = jnp.concatenate([centres[:, None], stepped], axis=1)
+        outputs = responses(respond, points.reshape(count * (dimension + 1), dimension)).reshape(
             count, dimension + 1, -1
         )
         slopes = (outputs[:, 1:] - outputs[:, :1]) / STEP
@@ -48,27 +47,27 @@ class Kernels(NamedTuple):
     def log_density(self, y: Float[Array, "data output"]) -> Float[Array, "data"]:
         """Log density but for a constant, each kernel by Woodbury's identity."""
 
-        def one(kernel: tuple[Array, Array]) -> Float[Array, "data"]:
-            centre, slope = kernel
-            apart = y - centre
-            return -0.5 * jnp.sum(apart**2, axis=1) + _along(apart, slope)
+        def of_kernel(kernel: tuple[Array, Array]) -> Float[Array, "data"]:
+            output, slope = kernel
+            residual = y - output
+            return -0.5 * jnp.sum(residual**2, axis=1) + _tangent_term(residual, slope)
 
-        each = jax.lax.map(one, (self.outputs, self.slopes), batch_size=BATCH)
-        return logsumexp(each, axis=0) - jnp.log(len(self.outputs))
+        terms = jax.lax.map(of_kernel, (self.outputs, self.slopes), batch_size=BATCH)
+        return logsumexp(terms, axis=0) - jnp.log(len(self.outputs))
 
 
-def _along(
-    apart: Float[Array, "data output"], slope: Float[Array, "output coordinate"]
+def _tangent_term(
+    residual: Float[Array, "data output"], slope: Float[Array, "output coordinate"]
 ) -> Float[Array, "data"]:
     """What a kernel adds to the log density of errors alone, by Woodbury's identity."""
     if slope.shape[1] == 0:  # nothing is unknown; an empty matrix has no factors
-        return jnp.zeros(len(apart))
-    along = (apart @ slope).T
+        return jnp.zeros(len(residual))
+    along = (residual @ slope).T
     factor = cho_factor(jnp.eye(len(along)) + slope.T @ slope, lower=True)
     explained = jnp.sum(along * cho_solve(factor, along), axis=0)
     return 0.5 * explained - jnp.sum(jnp.log(jnp.diag(factor[0])))
 
 
-def all_of(respond: Callable[[Array], Array], points: Float[Array, "point coordinate"]) -> Array:
-    """Response to each of several points."""
+def responses(respond: Callable[[Array], Array], points: Float[Array, "point coordinate"]) -> Array:
+    """Response at each point."""
     return jax.lax.map(respond, points, batch_size=BATCH)

@@ -1,4 +1,4 @@
-"""_fewer: lines that are left out, with the output error of those that stay."""
+"""resized: lines that are left out, with the output error of those that stay."""
 
 import dataclasses
 
@@ -8,7 +8,7 @@ import numpy.testing as npt
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.design._fewer import with_lines
+from bayes_placement.experiment.resized import with_lines
 
 LINES = np.arange(100.0, 110.0)
 

@@ -1,7 +1,4 @@
-"""_running: in, chunks and an executor; out, their results, each kept as soon as it is there.
-
-Not known here: what a chunk is about. The one seam between the computation and where it runs.
-"""
+"""Chunks handed out to an executor; each result is kept as soon as it arrives."""
 
 import itertools
 from collections.abc import Generator, Mapping, Sequence
@@ -20,13 +17,13 @@ from typing import TypeAlias
 import numpy as np
 
 from ..._types import Progress
-from ._cells import Chunk, compute, compute_sent
-from ._executors import Processes
 from ._store import Store
+from .chunks import Chunk, compute, compute_packed
+from .executors import WorkerProcesses
 
 Computed: TypeAlias = tuple[Chunk, np.ndarray]
 
-AHEAD = 200
+IN_FLIGHT = 200
 """Chunks handed out at once: enough for as many workers, few enough for a scheduler to hold."""
 
 
@@ -36,36 +33,38 @@ def run(
     store: str | Path | None,
     progress: Progress,
 ) -> Generator[Computed, None, None]:
-    """Results of all chunks, in any order; those in the store are read, not computed."""
+    """Results of all chunks, in any order; those in the store are read, not computed.
+
+    Only this process writes to the store.
+    """
     kept = Store(store)
-    missing = []
-    done = 0
-    for one in chunks:
-        result = kept.read(one)
-        if result is None:
-            missing.append(one)
+    missing, done = [], 0
+    for chunk in chunks:
+        gain = kept.read(chunk)
+        if gain is None:
+            missing.append(chunk)
             continue
         done += 1
-        yield one, result
+        yield chunk, gain
     progress(done / len(chunks))
     with closing(_computed(missing, executor)) as computed:
-        for one, result in computed:
-            kept.write(one, result)
+        for chunk, gain in computed:
+            kept.write(chunk, gain)
             done += 1
             progress(done / len(chunks))
-            yield one, result
+            yield chunk, gain
 
 
 def _computed(
     chunks: Sequence[Chunk], executor: Executor | None
 ) -> Generator[Computed, None, None]:
     if executor is None:
-        return ((one, compute(one)) for one in chunks)
-    return _elsewhere(chunks, executor)
+        return ((chunk, compute(chunk)) for chunk in chunks)
+    return _by_executor(chunks, executor)
 
 
-def _elsewhere(chunks: Sequence[Chunk], executor: Executor) -> Generator[Computed, None, None]:
-    """Results as they come; what a lost worker leaves is handed out again.
+def _by_executor(chunks: Sequence[Chunk], executor: Executor) -> Generator[Computed, None, None]:
+    """Results as they arrive; what a lost worker leaves is handed out again.
 
     Raises
     ------
@@ -76,11 +75,11 @@ def _elsewhere(chunks: Sequence[Chunk], executor: Executor) -> Generator[Compute
     while missing:
         try:
             with closing(_handed_out(missing, executor)) as results:
-                for number, result in results:
-                    one = missing.pop(number)
-                    yield one, result[: len(one.place)]
+                for number, gain in results:
+                    chunk = missing.pop(number)
+                    yield chunk, gain[: len(chunk.cells)]
         except (BrokenExecutor, CancelledError) as error:
-            if not (isinstance(executor, Processes) and executor.renew()):
+            if not (isinstance(executor, WorkerProcesses) and executor.replace()):
                 raise RuntimeError(
                     "A worker was lost, and its executor cannot go on. Chunks that were finished "
                     "are in the store, if one was given: run again with the same store=... and a "
@@ -93,17 +92,17 @@ def _elsewhere(chunks: Sequence[Chunk], executor: Executor) -> Generator[Compute
 def _handed_out(
     chunks: Mapping[int, Chunk], executor: Executor
 ) -> Generator[tuple[int, np.ndarray], None, None]:
-    """Results by number as they come; whatever ends this leaves nothing waiting."""
+    """Results by number as they arrive; whatever ends this cancels all that still waits."""
     waiting = iter(list(chunks.items()))
     futures: dict[Future[np.ndarray], int] = {}
     try:
         while True:
-            for number, one in itertools.islice(waiting, AHEAD - len(futures)):
-                futures[executor.submit(compute_sent, one.sent())] = number
+            for number, chunk in itertools.islice(waiting, IN_FLIGHT - len(futures)):
+                futures[executor.submit(compute_packed, chunk.packed())] = number
             if not futures:
                 return
             finished = wait(futures, return_when=FIRST_COMPLETED).done
-            # What came is kept before anything that failed is told.
+            # Results are kept before a failure beside them is raised.
             for future in sorted(finished, key=_failed):
                 yield futures.pop(future), future.result()
     finally:

@@ -1,7 +1,4 @@
-"""_regions: in, a support to search in; out, the places that are at given shares of its sides.
-
-Not known here: how information is estimated, how places are searched for.
-"""
+"""Regions that a transducer is moved through continuously, in coordinates from 0 to 1."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -18,35 +15,35 @@ from ...positions.tolerances import Segment, Tolerance
 from .._candidates import Candidates, candidates, transducer
 
 
-class Region(NamedTuple):
-    """All places of a support.
+class SearchRegion(NamedTuple):
+    """All places of a region with straight sides, one transducer's.
 
     Parameters
     ----------
     name
-        Transducer that is placed there.
+        The transducer.
     origin
-        Corner of the region [m], [coordinate].
+        Corner of the region [coordinate] [m].
     sides
-        Its sides [m], [side, coordinate].
+        Its sides [side, coordinate] [m].
     """
 
     name: str
     origin: np.ndarray
     sides: np.ndarray
 
-    def points(self, share: np.ndarray) -> np.ndarray:
+    def points(self, shares: np.ndarray) -> np.ndarray:
         """Places [place, coordinate] [m] at shares of the sides [place, side]."""
-        return self.origin + share @ self.sides
+        return self.origin + shares @ self.sides
 
-    def candidates(self, experiment: Experiment, share: np.ndarray) -> Candidates:
+    def candidates(self, experiment: Experiment, shares: np.ndarray) -> Candidates:
         """The transducer at shares of the sides [place, side]."""
-        points = self.points(share)
+        points = self.points(shares)
         places = points[:, 0] if points.shape[1] == 1 else points
         return candidates(experiment, {self.name: places})[0]
 
 
-def region(experiment: Experiment, name: str, given: Any) -> Region:
+def search_region(experiment: Experiment, name: str, given: Any) -> SearchRegion:
     """Where a transducer may be placed.
 
     Parameters
@@ -56,42 +53,43 @@ def region(experiment: Experiment, name: str, given: Any) -> Region:
     name
         The transducer.
     given
-        One support; or numbers on a line, between the least and the greatest of which it may be.
+        One region; or numbers on a line, between the least and the greatest of which it may be.
 
     Raises
     ------
-    ValueError
+    InputError
         If it is nothing that one can move through.
     """
     bounds = experiment.structure.modes.bounds()
-    support = given if isinstance(given, Tolerance) else _span(experiment, name, given)
-    law = support.on(bounds)
-    if isinstance(law, Uniform):
-        low, high = float(law.low), float(law.high)
-        return Region(name, np.array([low]), np.array([[high - low]]))
-    if not isinstance(law, Straight):
+    region = given if isinstance(given, Tolerance) else _between(experiment, name, given)
+    position = region.on(bounds)
+    if isinstance(position, Uniform):
+        low, high = float(position.low), float(position.high)
+        return SearchRegion(name, np.array([low]), np.array([[high - low]]))
+    if not isinstance(position, Straight):
         raise InputError(
-            f"{_whose(experiment, name)} was to be moved through {type(support).__name__}; a "
+            f"{_in_words(experiment, name)} was to be moved through {type(region).__name__}; a "
             "region with straight sides is needed: positions.Segment on a line, positions.Member, "
             "Patch or Box in space."
         )
-    return _straight(name, law)
+    return _straight(name, position)
 
 
-def _straight(name: str, law: Straight) -> Region:
-    origin, directions, values = law.frame()
+def _straight(name: str, position: Straight) -> SearchRegion:
+    origin, directions, coordinates = position.frame()
     low, high = np.array(
         [
-            (float(one.low), float(one.high)) if is_unknown(one) else (float(one), float(one))
-            for one in values.values()
+            (float(at.low), float(at.high)) if is_unknown(at) else (float(at), float(at))
+            for at in coordinates.values()
         ]
     ).T
     free = high > low
     sides = directions[free] * (high - low)[free, None]
-    return Region(name, origin + low @ directions, sides)
+    return SearchRegion(name, origin + low @ directions, sides)
 
 
-def _span(experiment: Experiment, name: str, given: Sequence[Any] | np.ndarray) -> Tolerance:
+def _between(experiment: Experiment, name: str, given: Sequence[Any] | np.ndarray) -> Tolerance:
+    """Segment between the least and the greatest number of a list."""
     if not in_space(experiment.structure.modes.bounds()):
         try:
             numbers = np.asarray(given, dtype=float)
@@ -100,12 +98,12 @@ def _span(experiment: Experiment, name: str, given: Sequence[Any] | np.ndarray) 
         except (TypeError, ValueError):
             pass
     raise InputError(
-        f"{_whose(experiment, name)} was given a list of places; design.Evolutionary needs a "
-        "region to move it through: one support (positions.Segment on a line, positions.Member, "
+        f"{_in_words(experiment, name)} was given a list of places; design.Evolutionary needs a "
+        "region to move it through: one region (positions.Segment on a line, positions.Member, "
         "Patch or Box in space), or several numbers on a line, between which it may be. Give "
         f'{{"{name}": positions.Segment(0.5, within=0.45)}}, or search=design.Sequential().'
     )
 
 
-def _whose(experiment: Experiment, name: str) -> str:
+def _in_words(experiment: Experiment, name: str) -> str:
     return f'{transducer(experiment, name).kind} "{name}"'

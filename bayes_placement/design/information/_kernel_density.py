@@ -1,7 +1,7 @@
-"""_kernels: in, outputs of many placements; out, the log of their density at the measured ones.
+"""Kernel density estimate of the outputs at the measured ones, laid out for speed.
 
-Not known here: where the outputs come from. Eqs. (29) and (31) of the paper with one bandwidth for
-each component, as in `marginals.KDE`, laid out for speed: placements last.
+Eqs. (29) and (31) of the paper with one bandwidth for each output, as in `marginals.KDE`; draws of
+the placement are the last axis.
 """
 
 import functools
@@ -22,10 +22,10 @@ MOST_TERMS = 32
 
 
 def log_density(
-    outputs: Float[Array, "*output place"],
+    outputs: Float[Array, "*output draw"],
     measured: Float[Array, "*output"],
     variance: Float[Array, "*output"],
-    own: Kernel,
+    kernel: Kernel,
 ) -> Float[Array, ""]:
     """Log of the kernel density estimate at the measured outputs.
 
@@ -37,33 +37,33 @@ def log_density(
         Where the density is wanted.
     variance
         Variance of the output error, zero for none.
-    own
+    kernel
         Kernel.
     """
     draws = outputs.shape[-1]
     # Differences from what was measured: single precision is lost on the level otherwise.
-    apart = outputs.reshape(-1, draws) - measured.ravel()[:, None]
+    residual = outputs.reshape(-1, draws) - measured.ravel()[:, None]
     # Read twice below: once is enough for whatever computes it.
-    apart = jax.lax.optimization_barrier(apart)
-    mean, square = _moments(apart)
-    scale = jnp.sqrt(own.width**2 * square + variance.ravel())
-    slope, level = own.shrinkage / scale, (1 - own.shrinkage) * mean / scale
-    terms = -0.5 * _distance(slope[:, None] * apart + level[:, None])
+    residual = jax.lax.optimization_barrier(residual)
+    mean, spread = _moments(residual)
+    scale = jnp.sqrt(kernel.width**2 * spread + variance.ravel())
+    slope, level = kernel.shrinkage / scale, (1 - kernel.shrinkage) * mean / scale
+    terms = -0.5 * _sum_of_squares(slope[:, None] * residual + level[:, None])
     volume = jnp.sum(jnp.log(scale)) + 0.5 * jnp.log(2 * jnp.pi).astype(scale.dtype) * scale.size
     most = jnp.max(_lanes(terms).max(axis=0))
     return jnp.log(_lanes(jnp.exp(terms - most)).sum(axis=0).sum() / draws) + most - volume
 
 
 def _moments(
-    values: Float[Array, "output place"],
+    values: Float[Array, "output draw"],
 ) -> tuple[Float[Array, "output"], Float[Array, "output"]]:
-    """Mean and variance over the draws, in one go."""
+    """Mean and variance over the draws, in one pass."""
     draws = values.shape[-1]
-    # From one of the draws: sums of squares about a far point would lose the variance.
+    # From the first draw: sums of squares about a far point would lose the variance.
     first = values[:, :1]
-    one, two = _both_sums(_lanes(values - first))
-    mean = one.sum(axis=-1) / draws
-    return mean + first[:, 0], (two.sum(axis=-1) - draws * mean**2) / (draws - 1)
+    sums, squares = _both_sums(_lanes(values - first))
+    mean = sums.sum(axis=-1) / draws
+    return mean + first[:, 0], (squares.sum(axis=-1) - draws * mean**2) / (draws - 1)
 
 
 def _both_sums(
@@ -78,14 +78,14 @@ def _both_sums(
     return tuple(jax.lax.reduce((lanes, lanes**2), (zero, zero), add, (lanes.ndim - 2,)))
 
 
-def _distance(missed: Float[Array, "output place"]) -> Float[Array, "place"]:
+def _sum_of_squares(values: Float[Array, "output draw"]) -> Float[Array, "draw"]:
     """Sum of squares over the outputs."""
-    if len(missed) > MOST_TERMS:
-        return jnp.sum(missed**2, axis=0)
-    return functools.reduce(operator.add, [one**2 for one in missed])
+    if len(values) > MOST_TERMS:
+        return jnp.sum(values**2, axis=0)
+    return functools.reduce(operator.add, [row**2 for row in values])
 
 
-def _lanes(values: Float[Array, "*output place"]) -> Float[Array, "*output step lane"]:
+def _lanes(values: Float[Array, "*output draw"]) -> Float[Array, "*output step lane"]:
     """Draws in lanes: XLA adds along the last axis one number after the other."""
     draws = values.shape[-1]
     lanes = max(count for count in range(1, MOST_LANES + 1) if draws % count == 0)

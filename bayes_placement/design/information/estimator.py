@@ -1,7 +1,4 @@
-"""_estimator: in, an experiment and its nominal values; out, how much is learnt, with its error.
-
-Not known here: how likelihoods are estimated, where else a transducer could sit.
-"""
+"""What all estimators of the information gain have in common."""
 
 import abc
 import dataclasses
@@ -26,18 +23,23 @@ class InformationWarning(UserWarning):
 
 
 class Gain(NamedTuple):
-    """Divergence of the posterior from the prior [nat], also with each replicate left out.
+    """Information gain [nat]: the divergence of the posterior from the prior.
 
-    The latter tell the error of it and, since replicates are common to all placements, that of a
-    difference between two of them.
+    Parameters
+    ----------
+    estimate
+        The gain by all draws.
+    jackknife
+        The same without each replicate. These tell its error and, since replicates are common to
+        all placements, that of a difference between two of them.
     """
 
-    kl: Float[Array, ""]
-    without: Float[Array, "replicate"]
+    estimate: Float[Array, ""]
+    jackknife: Float[Array, "replicate"]
 
 
 Plan = Callable[[Experiment, dict[str, Any]], Gain]
-"""From an experiment whose places may be traced, and the nominal value of each unknown."""
+"""From an experiment whose positions may be traced, and the nominal value of each unknown."""
 
 
 class Estimator(eqx.Module):
@@ -47,7 +49,7 @@ class Estimator(eqx.Module):
 
     @abc.abstractmethod
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
-        """Draw all points, which serve every placement, and return the estimate.
+        """Draw all random points, which serve every placement, and return the estimate.
 
         Parameters
         ----------
@@ -60,7 +62,7 @@ class Estimator(eqx.Module):
 
         Raises
         ------
-        ValueError
+        InputError
             If the estimate is not possible for this experiment.
         """
 
@@ -70,13 +72,15 @@ class Estimator(eqx.Module):
 
     def settings(self) -> dict[str, Any]:
         """Name, sizes and options in figures and words."""
-        own = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        plain = {name: one for name, one in own.items() if isinstance(one, int | float | str)}
+        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        plain = {
+            name: value for name, value in fields.items() if isinstance(value, int | float | str)
+        }
         return {"estimator": type(self).__name__} | plain
 
 
-def placement_laws(experiment: Experiment, known: Collection[str] = ()) -> dict[str, Any]:
-    """Law of each coordinate and angle of the placement that is not known otherwise, by name."""
+def placement_distributions(experiment: Experiment, known: Collection[str] = ()) -> dict[str, Any]:
+    """Distribution of each coordinate and angle of the placement that is not known, by name."""
     return {
         unknown.name: unknown.distribution
         for unknown in experiment.unknowns
@@ -86,9 +90,9 @@ def placement_laws(experiment: Experiment, known: Collection[str] = ()) -> dict[
 
 def divergence(log_likelihood: Float[Array, "replicate draw"]) -> Gain:
     """Eq. (33) over all draws of the prior, and over those of all replicates but one."""
-    kept = ~jnp.eye(log_likelihood.shape[0], dtype=bool)
-    without = jnp.stack([_divergence(log_likelihood, one) for one in kept])
-    return Gain(_divergence(log_likelihood, jnp.ones(len(kept), bool)), without)
+    all_but_one = ~jnp.eye(log_likelihood.shape[0], dtype=bool)
+    jackknife = jnp.stack([_divergence(log_likelihood, kept) for kept in all_but_one])
+    return Gain(_divergence(log_likelihood, jnp.ones(len(all_but_one), bool)), jackknife)
 
 
 def _divergence(
@@ -103,20 +107,25 @@ def _divergence(
     return mean - evidence + jnp.log(count)
 
 
-def spread(
-    without: Float[np.ndarray, "*placement replicate"],
+def mean_over_replicates(gains: Float[Array, "replicate"]) -> Gain:
+    """Mean of the gains of independent replicates, and without each of them."""
+    return Gain(jnp.mean(gains), (jnp.sum(gains) - gains) / (gains.size - 1))
+
+
+def jackknife_error(
+    jackknife: Float[np.ndarray, "*placement replicate"],
 ) -> Float[np.ndarray, "*placement"]:
     """Jackknife standard error from estimates without each replicate, the last axis.
 
     NaN where these are not finite.
     """
-    count = without.shape[-1]
-    known = np.isfinite(without).all(axis=-1)
-    variance = np.var(np.where(known[..., None], without, 0.0), axis=-1)
-    return np.where(known, np.sqrt((count - 1) * variance), np.nan)
+    count = jackknife.shape[-1]
+    finite = np.isfinite(jackknife).all(axis=-1)
+    variance = np.var(np.where(finite[..., None], jackknife, 0.0), axis=-1)
+    return np.where(finite, np.sqrt((count - 1) * variance), np.nan)
 
 
-def known_noise(experiment: Experiment, who: str) -> Noise:
+def known_noise(experiment: Experiment, estimator: str) -> Noise:
     """Output error, once it is stated.
 
     Raises
@@ -129,16 +138,15 @@ def known_noise(experiment: Experiment, who: str) -> Noise:
     if noise is None or unknown or noise.reads_coherence:
         given = "noise=None" if noise is None else f"noise.{type(noise).__name__} of unknown level"
         raise InfeasibleError(
-            f"{who} was given an experiment with {given}; the output error of what is not measured "
-            "yet is needed. Give noise.Gaussian(0.01), or use information.KDE() for none."
+            f"{estimator} was given an experiment with {given}; the output error of what is not "
+            "measured yet is needed. Give noise.Gaussian(0.01), or use information.KDE() for none."
         )
     return noise
 
 
-def deviation(experiment: Experiment) -> Float[Array, "output"]:
+def output_deviation(experiment: Experiment) -> Float[Array, "output"]:
     """Standard deviation of each output, where the output error is known."""
     assert experiment.noise is not None
     z = jnp.zeros(jax.eval_shape(lambda: experiment.nominal().predict()).shape)
-    return jnp.sqrt(
-        jnp.broadcast_to(experiment.noise.distribution(z, None).variance, z.shape)
-    ).ravel()
+    variance = experiment.noise.distribution(z, None).variance
+    return jnp.sqrt(jnp.broadcast_to(variance, z.shape)).ravel()

@@ -1,7 +1,4 @@
-"""_question: in, an experiment and what is asked; out, what it is about, and all nominal values.
-
-Not known here: places to try, how information is estimated.
-"""
+"""Which parameters an experiment is to tell about, and nominal values of all unknowns."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -9,38 +6,46 @@ from typing import Any
 import jax.numpy as jnp
 
 from .._sites import Role, Unknown
-from .._types import InfeasibleError, InputError
+from .._types import InputError
 from ..experiment.experiment import Experiment
 
 
-def only_about(
+def with_parameters_of_interest(
     experiment: Experiment, about: Sequence[str] | None, nominal: Mapping[str, float] | None
 ) -> tuple[Experiment, dict[str, float]]:
-    """Hold all parameters but some at their nominal values, as Case 1 of the paper.
+    """Hold all parameters but those of interest at their nominal values, as Case 1 of the paper.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    about
+        Names of the parameters of interest; None for all.
+    nominal
+        Nominal values by name; None for the means of the priors.
 
     Returns
     -------
     tuple
-        The experiment, and the nominal values that are still of use.
+        The experiment, and the nominal values of those parameters that are still unknown.
 
     Raises
     ------
-    ValueError
+    InputError
         If there is no such parameter, or a nominal value is given for what is none.
     """
     given = dict(nominal or {})
-    nominal_value, unknowns = experiment.nominal_values(), experiment.unknowns
-    parameters = [unknown.name for unknown in unknowns if unknown.role is Role.PARAMETER]
-    _refuse_strange(given, [unknown.name for unknown in unknowns if not unknown.is_placement])
+    _refuse_unknown_names(given, experiment)
     if about is None:
         return experiment, given
-    strange = [name for name in about if name not in parameters]
-    if strange or not about:
-        raise InfeasibleError(
+    known = experiment.nominal_values()
+    parameters = [one.name for one in experiment.unknowns if one.role is Role.PARAMETER]
+    if not about or not set(about) <= set(parameters):
+        raise InputError(
             f"about={list(about)} was given; names of unknown parameters are needed. Those are "
             f"{', '.join(parameters)}."
         )
-    held = {name: given.pop(name, nominal_value[name]) for name in parameters if name not in about}
+    held = {name: given.pop(name, known[name]) for name in parameters if name not in about}
     return experiment.fix(held), given
 
 
@@ -59,9 +64,9 @@ def nominal_values(
     moved
         Names of the transducers that are moved.
     given
-        Values that were asked for, by name.
+        Values that the user gives, by name.
     typical
-        Values that are better than recorded places and means of priors, by name.
+        Values that are better than recorded positions and means of priors, by name.
     """
     unknown = experiment.unknown
     return {
@@ -76,10 +81,11 @@ def _is_position_of(unknown: Unknown, transducers: Sequence[str]) -> bool:
     return is_position and unknown.owner.name in transducers
 
 
-def _refuse_strange(given: Mapping[str, float], names: Sequence[str]) -> None:
-    strange = [name for name in given if name not in names]
-    if strange:
-        raise InputError(
-            f"A nominal value of {strange[0]} was given, which is no unknown parameter; those are "
-            f"{', '.join(names)}. Places are taken where they are recorded."
-        )
+def _refuse_unknown_names(given: Mapping[str, float], experiment: Experiment) -> None:
+    names = [unknown.name for unknown in experiment.unknowns if not unknown.is_placement]
+    for name in given:
+        if name not in names:
+            raise InputError(
+                f"A nominal value of {name} was given, which is no unknown parameter; those are "
+                f"{', '.join(names)}. The nominal positions of transducers are those recorded."
+            )

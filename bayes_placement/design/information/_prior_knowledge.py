@@ -1,0 +1,110 @@
+"""What is known before a measurement: the prior, or what an earlier measurement left of it."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+import jax.numpy as jnp
+import numpy as np
+from jax.scipy.special import ndtr
+
+from ..._sites import Role
+from ..._types import InputError
+from ...experiment.experiment import Experiment
+from ...inference.alternative_explanation import JointDraws
+from . import _sampling
+
+
+class IndependentPriors(NamedTuple):
+    """Distributions of independent unknowns, by name."""
+
+    distributions: dict[str, Any]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of what is to be learnt."""
+        return tuple(self.distributions)
+
+    @property
+    def dimension(self) -> int:
+        """Scores of a point."""
+        return _sampling.dimension(self.distributions)
+
+    def values(self, scores: Any) -> dict[str, Any]:
+        """Values by name at scores [..., score]."""
+        return _sampling.values(self.distributions, scores)
+
+
+class PosteriorDraws(NamedTuple):
+    """Draws of unknowns that depend on each other, by name [draw, ...]."""
+
+    draws: JointDraws
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of what is to be learnt."""
+        return tuple(self.draws)
+
+    @property
+    def dimension(self) -> int:
+        """One: the score of a draw is its number."""
+        return 1
+
+    def values(self, scores: Any) -> dict[str, Any]:
+        """Values by name at scores [..., 1]."""
+        count = len(next(iter(self.draws.values())))
+        number = jnp.floor(ndtr(jnp.asarray(scores)[..., 0]) * count).astype(int)
+        chosen = jnp.clip(number, 0, count - 1)
+        return {name: jnp.asarray(draws)[chosen] for name, draws in self.draws.items()}
+
+    def halves(self) -> tuple["PosteriorDraws", "PosteriorDraws"]:
+        """Every other draw, and the rest."""
+        even, odd = (
+            {name: draws[start::2] for name, draws in self.draws.items()} for start in (0, 1)
+        )
+        return PosteriorDraws(even), PosteriorDraws(odd)
+
+
+PriorKnowledge: TypeAlias = IndependentPriors | PosteriorDraws
+
+
+def prior_knowledge(
+    experiment: Experiment, after: JointDraws | None, moved: Sequence[str]
+) -> PriorKnowledge:
+    """What is known of the parameters and, after a measurement, of positions that stay.
+
+    A transducer that stays mounted sits where it sat: its position is known as well as the
+    measurement tells, together with the parameters, and more is learnt of it as of them.
+
+    Raises
+    ------
+    InputError
+        If nothing but placement is unknown, or the draws lack a parameter.
+    """
+    unknowns = experiment.unknowns
+    priors = {one.name: one.distribution for one in unknowns if one.role is Role.PARAMETER}
+    if not priors:
+        raise InputError(
+            "A map of information was asked for, but the structure has no unknown parameter; at "
+            "least one is needed, since the information is about it. Declare one: "
+            "damping.Modal([dist.Uniform(0.02, 0.06)])."
+        )
+    if after is None:
+        return IndependentPriors(priors)
+    missing = [name for name in priors if name not in after]
+    if missing:
+        raise InputError(
+            f"Draws of {', '.join(after)} were given, but the experiment has the unknown "
+            f"{missing[0]} as well. Give the posterior of the same structure: "
+            "after=bp.infer(experiment, measured)."
+        )
+    mounted = [
+        one.name
+        for one in unknowns
+        if one.is_placement and one.name in after and one.owner.name not in moved
+    ]
+    return PosteriorDraws({name: after[name] for name in [*priors, *mounted]})
+
+
+def posterior_means(after: JointDraws | None) -> dict[str, np.ndarray]:
+    """Mean of each unknown after a measurement; nothing without one."""
+    return {name: np.asarray(np.mean(draws, axis=0)) for name, draws in (after or {}).items()}

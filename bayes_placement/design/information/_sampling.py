@@ -1,0 +1,94 @@
+"""Random points of unknowns, in replicates that are independent of each other.
+
+The spread between replicates tells the error of what is estimated from the points.
+"""
+
+from typing import Any
+
+import jax
+import numpy as np
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from ..._types import InputError
+from ...inference.coordinates import Coordinates
+
+SAMPLINGS = ("sobol", "plain")
+"""Scrambled Sobol points, or independent draws as in the paper."""
+
+_EDGE = 1e-12  # nearest probability to 0 and 1
+
+
+def scores(sampling: str, replicates: int, count: int, dimension: int, seed: int) -> np.ndarray:
+    """Standard normal scores [replicate, point, unknown].
+
+    Sobol points have at most 21,201 coordinates; all further ones are independent draws, which
+    leaves the estimate right and its error about that of independent draws.
+
+    Parameters
+    ----------
+    sampling
+        One of `SAMPLINGS`.
+    replicates, count, dimension
+        Replicates, points of each, and unknowns.
+    seed
+        Seed.
+
+    Raises
+    ------
+    InputError
+        If there is no such sampling.
+    """
+    if sampling not in SAMPLINGS:
+        raise InputError(
+            f"sampling={sampling!r} was given; {' or '.join(map(repr, SAMPLINGS))} is needed: "
+            "quasi-random points, whose error falls faster, or independent draws."
+        )
+    random = np.random.default_rng(seed)
+    if sampling == "plain" or dimension == 0:
+        return random.standard_normal((replicates, count, dimension))
+    return np.stack([_sobol(count, dimension, child) for child in random.spawn(replicates)])
+
+
+def _sobol(count: int, dimension: int, random: np.random.Generator) -> np.ndarray:
+    """Scores [point, unknown] of a scrambled Sobol sequence."""
+    sobol = min(dimension, qmc.Sobol.MAXDIM)
+    power = int(np.ceil(np.log2(max(count, 2))))
+    points = qmc.Sobol(sobol, rng=random).random_base2(power)[:count]
+    normal = ndtri(np.clip(points, _EDGE, 1 - _EDGE))
+    return np.hstack([normal, random.standard_normal((count, dimension - sobol))])
+
+
+def values(distributions: dict[str, Any], normal: Any) -> dict[str, Any]:
+    """Values by name at scores [..., unknown]; the distributions may be traced.
+
+    Raises
+    ------
+    InfeasibleError
+        If a distribution has no inverse distribution function.
+    """
+    function: Any = Coordinates(distributions).values
+    for _ in range(normal.ndim - 1):
+        function = jax.vmap(function)
+    return function(normal)
+
+
+def dimension(distributions: dict[str, Any]) -> int:
+    """Number of scores that the distributions take."""
+    return Coordinates(distributions).dimension
+
+
+def draws_of_replicate(draws: int, replicates: int) -> int:
+    """Draws of each replicate.
+
+    Raises
+    ------
+    InputError
+        If there are too few.
+    """
+    if replicates < 2 or draws // replicates < 2:
+        raise InputError(
+            f"draws={draws} in replicates={replicates} were given; at least two replicates of two "
+            "draws are needed, since their spread is the error of the estimate."
+        )
+    return draws // replicates

@@ -1,0 +1,72 @@
+"""Hash of the content of experiments and estimators, the same in every process and on every day.
+
+`joblib.hash` does not serve: it sorts the items of ordered dictionaries, so that two experiments
+whose sensors stand in another order have one hash; it takes classes by their name, so that an
+edited effect of the user has the hash of the old one; and it hashes values that objects cache.
+"""
+
+import dataclasses
+import functools
+import hashlib
+import inspect
+import io
+import pickle
+from typing import Any
+
+import jax
+import numpy as np
+from numpyro.distributions import Distribution
+from numpyro.distributions.constraints import Constraint
+from numpyro.distributions.transforms import Transform
+
+VERSIONED = ("bayes_placement", "numpyro", "jax", "numpy", "builtins")
+"""Packages whose code is told by their version, and not by its text."""
+
+
+def content_hash(*parts: Any) -> str:
+    """SHA-256 of numbers, words, distributions and modules, with all that they hold."""
+    stream = io.BytesIO()
+    _ContentPickler(stream).dump(parts)
+    return hashlib.sha256(stream.getvalue()).hexdigest()
+
+
+class _ContentPickler(pickle.Pickler):
+    """Writes content only: neither which objects are shared, nor what they cache."""
+
+    def __init__(self, stream: io.BytesIO):
+        pickle.Pickler.__init__(self, stream, protocol=5)
+        self.fast = True  # each object in full, wherever it occurs again
+
+    def persistent_id(self, value: Any) -> Any:
+        """Content of a value that pickle would not write as such; None for all others."""
+        kind: Any = type(value)
+        if isinstance(value, jax.Array):
+            return np.asarray(value)
+        if isinstance(value, set | frozenset):
+            return kind, sorted(map(content_hash, value))
+        if isinstance(value, Distribution):
+            # NumPyro collects the names of its fields in sets, in no order.
+            names = {*kind.gather_pytree_data_fields(), *kind.gather_pytree_aux_fields()}
+            return kind, _fields(value, sorted(names))
+        if isinstance(value, Transform | Constraint):
+            return kind, value.tree_flatten()
+        if isinstance(value, type) or inspect.isroutine(value):
+            return value.__module__, value.__qualname__, _source(value)
+        if dataclasses.is_dataclass(value):
+            return kind, _fields(value, [field.name for field in dataclasses.fields(value)])
+        return None
+
+
+def _fields(value: Any, names: list[str]) -> list[tuple[str, Any]]:
+    return [(name, vars(value)[name]) for name in names if name in vars(value)]
+
+
+@functools.lru_cache
+def _source(code: Any) -> str:
+    """Text of a class or function of the user."""
+    if str(code.__module__).split(".")[0] in VERSIONED:
+        return ""
+    try:
+        return inspect.getsource(code)
+    except (OSError, TypeError):
+        return ""  # typed into a notebook

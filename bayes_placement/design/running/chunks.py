@@ -1,0 +1,220 @@
+"""Chunks of placements, each of which holds all that determines its information gain.
+
+So another process can compute a chunk, and a later run can tell that it has been computed.
+"""
+
+import functools
+import pickle
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..._types import InputError
+from ...experiment.experiment import Experiment
+from .._candidates import Candidates, placed
+from ..information.estimator import Estimator
+from ._content_hash import content_hash
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What all placements of one compiled program share. Equal tasks share that program.
+
+    Parameters
+    ----------
+    experiment
+        The experiment; the positions of the transducers that are moved are None.
+    estimator, seed
+        How information is estimated.
+    nominal
+        Nominal values of all unknowns but the positions of what is moved, by name.
+    stacks
+        For each transducer that is moved, its position distributions at all candidates, and its
+        nominal position there, each number an array over the candidates.
+    recorded
+        Recorded positions of the candidates [candidate, ...] [m]; they determine nothing.
+    """
+
+    experiment: Experiment
+    estimator: Estimator
+    seed: int
+    nominal: dict[str, Any]
+    stacks: dict[str, tuple[Any, dict[str, np.ndarray]]] = field(default_factory=dict)
+    recorded: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @functools.cached_property
+    def content(self) -> str:
+        """Hash of everything that determines a result."""
+        return content_hash(self.estimator, self.seed, self.experiment, self.nominal, self.stacks)
+
+    @functools.cached_property
+    def program(self) -> str:
+        """Hash of everything that is compiled: of the candidates their number and form only."""
+        sizes = jax.tree.map(lambda leaf: f"{leaf.dtype} {leaf.shape}", self.stacks)
+        return content_hash(self.estimator, self.seed, self.experiment, self.nominal, sizes)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Task) and self.program == other.program
+
+    def __hash__(self) -> int:
+        return hash(self.program)
+
+    @functools.cached_property
+    def packed(self) -> bytes:
+        """The task as it is sent, packed once for all its chunks.
+
+        Raises
+        ------
+        InputError
+            If something in it cannot be sent.
+        """
+        try:
+            return pickle.dumps([getattr(self, own.name) for own in fields(self)])
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise InputError(
+                f"The experiment cannot be sent to another process: {error}. Functions and classes "
+                "of your own can be, once they are defined in a file, outside of any function; "
+                "or compute here: executor=None."
+            ) from error
+
+    def settings(self) -> dict[str, Any]:
+        """Settings of the estimator, and the key."""
+        return self.estimator.settings() | {"key": self.seed}
+
+
+class Chunk(NamedTuple):
+    """Some placements of a task.
+
+    Parameters
+    ----------
+    task
+        What they share.
+    candidates
+        Candidate of each transducer [row, transducer]; the last row is repeated so that all chunks
+        of a task have one size.
+    cells
+        Numbers of the placements among all that were asked for [cell].
+    """
+
+    task: Task
+    candidates: np.ndarray
+    cells: np.ndarray
+
+    def content(self) -> str:
+        """Hash of everything that determines its result."""
+        return content_hash(self.task.content, self.candidates, len(self.cells))
+
+    def recorded(self) -> dict[str, np.ndarray]:
+        """Recorded positions of each transducer that is moved [cell, ...] [m]."""
+        columns = self.candidates[: len(self.cells)].T
+        pairs = zip(self.task.recorded.items(), columns, strict=True)
+        return {f"recorded.{name}": positions[column] for (name, positions), column in pairs}
+
+    def packed(self) -> "PackedChunk":
+        """What is sent to another process."""
+        return PackedChunk(self.task.packed, self.candidates)
+
+
+class PackedChunk(NamedTuple):
+    """A chunk as it is sent: its task, packed, and its candidates."""
+
+    task: bytes
+    candidates: np.ndarray
+
+
+def chunks(task: Task, moved: Sequence[Candidates], cells: np.ndarray, size: int) -> list[Chunk]:
+    """Split placements into chunks that differ in numbers only.
+
+    Parameters
+    ----------
+    task
+        What all placements share, without the candidates.
+    moved
+        Candidates of each transducer that is moved.
+    cells
+        Candidate of each transducer [cell, transducer].
+    size
+        Placements of a chunk, at most.
+    """
+    experiment = placed(task.experiment, {one.name: None for one in moved})
+    columns = zip(moved, cells.T, strict=True)
+    forms = np.stack([one.forms()[column] for one, column in columns], axis=1)
+    result = []
+    for form in np.unique(forms, axis=0):
+        alike = np.flatnonzero((forms == form).all(axis=1))
+        used = [np.unique(column) for column in cells[alike].T]
+        numbered = [
+            np.searchsorted(numbers, column)
+            for numbers, column in zip(used, cells[alike].T, strict=True)
+        ]
+        own_task = replace(
+            task,
+            experiment=experiment,
+            stacks={one.name: one.stacked(n) for one, n in zip(moved, used, strict=True)},
+            recorded={one.name: one.recorded[n] for one, n in zip(moved, used, strict=True)},
+        )
+        result += _split(own_task, np.stack(numbered, axis=1), alike, min(size, len(alike)))
+    return result
+
+
+def _split(task: Task, candidates: np.ndarray, cells: np.ndarray, size: int) -> list[Chunk]:
+    """Chunks of one size each, since another size would be compiled anew."""
+    result = []
+    for first in range(0, len(cells), size):
+        rows = candidates[first : first + size]
+        padded = np.concatenate([rows, np.repeat(rows[-1:], size - len(rows), axis=0)])
+        result.append(Chunk(task, padded, cells[first : first + size]))
+    return result
+
+
+def compute(chunk: Chunk) -> np.ndarray:
+    """Information gain [cell, 1 + replicate] [nat]: the estimate, then without each replicate."""
+    return _information_gain(chunk.task, chunk.candidates)[: len(chunk.cells)]
+
+
+def compute_packed(chunk: PackedChunk) -> np.ndarray:
+    """Return the same of a chunk that was sent, with the repeated rows [row, 1 + replicate]."""
+    return _information_gain(_unpacked(chunk.task), chunk.candidates)
+
+
+@functools.lru_cache(maxsize=8)
+def _unpacked(packed: bytes) -> Task:
+    try:
+        return Task(*pickle.loads(packed))
+    except (ImportError, AttributeError) as error:
+        raise RuntimeError(
+            f"A worker cannot read the experiment that it was sent: {error}. Classes of your own "
+            "must be in a module that every worker can import, since only their names are sent: "
+            "move them to a file of their own, and start the workers where that file is found."
+        ) from error
+
+
+def _information_gain(task: Task, candidates: np.ndarray) -> np.ndarray:
+    stacks = jax.tree.map(jnp.asarray, task.stacks)
+    return np.asarray(_compiled(task)(stacks, jnp.asarray(candidates)))
+
+
+@functools.lru_cache(maxsize=8)
+def _compiled(task: Task) -> Callable[[Any, Any], Any]:
+    """Information gain at rows of candidates, for all tasks that are equal to this one."""
+    first = {name: _candidate(stack, 0)[0] for name, stack in task.stacks.items()}
+    plan = task.estimator.plan(placed(task.experiment, first), task.seed, tuple(task.stacks))
+
+    def at(stacks: Any, row: Any) -> Any:
+        positions, values = {}, dict(task.nominal)
+        for name, number in zip(task.stacks, row, strict=True):
+            positions[name], nominal = _candidate(stacks[name], number)
+            values |= nominal
+        gain = plan(placed(task.experiment, positions), values)
+        return jnp.concatenate([gain.estimate[None], gain.jackknife])
+
+    return jax.jit(lambda stacks, rows: jax.lax.map(lambda row: at(stacks, row), rows))
+
+
+def _candidate(stack: Any, number: Any) -> Any:
+    """Position distributions and nominal position of one candidate."""
+    return jax.tree.map(lambda leaf: leaf[number], stack)

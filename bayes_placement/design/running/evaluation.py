@@ -1,0 +1,118 @@
+"""Information gain at any placements that are asked for, and the settings that all verbs share."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import closing
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._random import integer_seed
+from ..._types import Key, Progress, no_progress
+from ...experiment.experiment import Experiment
+from .._candidates import Candidates
+from .._parameters_of_interest import nominal_values, with_parameters_of_interest
+from ..information.estimator import Estimator, InformationWarning
+from ..information.expected_gain import ExpectedGain
+from ..information.kde import KDE
+from ._dispatch import run
+from .chunks import Task, chunks
+
+CHUNK = 100
+"""Placements of a chunk: about a second of work in the paper's sizes, far above its overhead."""
+
+
+class Evaluation(NamedTuple):
+    """How the information gain is estimated, and where.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    estimator, seed
+        How information is estimated.
+    nominal
+        Nominal values of parameters that are given, by name.
+    executor, store
+        Where chunks are computed and kept; None for here and nowhere.
+    chunk
+        Placements of a chunk.
+    progress
+        Called with the share that is done.
+    """
+
+    experiment: Experiment
+    estimator: Estimator
+    seed: int
+    nominal: Mapping[str, float]
+    executor: Executor | None
+    store: str | Path | None
+    chunk: int
+    progress: Progress
+
+    @classmethod
+    def of(
+        cls,
+        experiment: Experiment,
+        *,
+        estimator: Estimator | None = None,
+        about: Sequence[str] | None = None,
+        nominal: Mapping[str, float] | None = None,
+        key: int | Key = 0,
+        executor: Executor | None = None,
+        store: str | Path | None = None,
+        chunk: int = CHUNK,
+        progress: Progress = no_progress,
+    ) -> "Evaluation":
+        """Settings of `information_map`, with their defaults, where they are explained."""
+        asked, given = with_parameters_of_interest(experiment, about, nominal)
+        used = KDE() if estimator is None else estimator
+        return cls(asked, used, integer_seed(key), given, executor, store, chunk, progress)
+
+    def at(self, moved: Sequence[Candidates], cells: np.ndarray) -> np.ndarray:
+        """Information gain [cell, 1 + replicate] [nat] at placements.
+
+        Minus infinity where it cannot be told: at a support, where the structure does not move, the
+        logarithm of the response is not finite.
+
+        Parameters
+        ----------
+        moved
+            Candidates of each transducer that is moved.
+        cells
+            Candidate of each of them [cell, transducer].
+        """
+        names = [one.name for one in moved]
+        values = nominal_values(self.experiment, names, self.nominal, self.estimator.typical())
+        task = Task(self.experiment, self.estimator, self.seed, values)
+        gain = np.full((len(cells), 1 + self.estimator.replicates), np.nan)
+        pieces = chunks(task, moved, cells, self.chunk)
+        with closing(run(pieces, self.executor, self.store, self.progress)) as results:
+            for chunk, result in results:
+                gain[chunk.cells] = result
+        gain[~np.isfinite(gain).all(axis=1)] = -np.inf
+        _warn_if_saturated(self.estimator, gain[:, 0])
+        return gain
+
+    def part(self, number: int, count: int) -> "Evaluation":
+        """Return the evaluation whose progress is one of `count` equal parts of this one's."""
+        return self._replace(progress=lambda share: self.progress((number + share) / count))
+
+
+def _warn_if_saturated(estimator: Estimator, gain: np.ndarray) -> None:
+    """Warn of an expected gain above what so many draws of the parameters can tell apart."""
+    if not isinstance(estimator, ExpectedGain):
+        return
+    limit, greatest = np.log(estimator.draws), np.max(gain, initial=-np.inf)
+    if greatest > limit:
+        warnings.warn(
+            f"An expected gain of {greatest:.3g} nat was estimated with draws={estimator.draws} "
+            f"draws of the parameters, which tell no more than log draws = {limit:.2g} nat apart: "
+            "such values are too high, and only their order is a hint. Give more draws, "
+            f"information.ExpectedGain(draws={16 * estimator.draws}), fewer lines, or a narrower "
+            "prior, such as the posterior of a first measurement: after=posterior.",
+            InformationWarning,
+            stacklevel=4,
+        )

@@ -1,0 +1,92 @@
+"""Continuous placements: shares of the sides of all regions, one region behind the other."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import qmc
+
+from ...experiment.experiment import Experiment
+from ..running.evaluation import Evaluation
+from ._search_region import SearchRegion
+from ._search_space import Group, gain_in_one_shape
+from .placement_rules import PlacementRules
+from .strategy import Trials, recorded
+
+SCATTERED = 4096
+"""Quasi-random placements, of which the first that are allowed are tried."""
+
+
+class ContinuousSpace(NamedTuple):
+    """Placements [placement, side] in shares of the sides of all regions.
+
+    Parameters
+    ----------
+    experiment
+        The experiment with those transducers that are placed or mounted.
+    regions
+        Where each may be placed.
+    groups
+        Groups of exchangeable transducers.
+    rules
+        What a placement must keep to.
+    """
+
+    experiment: Experiment
+    regions: Sequence[SearchRegion]
+    groups: Sequence[Group]
+    rules: PlacementRules
+
+    def by_region(self, shares: np.ndarray) -> list[np.ndarray]:
+        """Shares of each region [placement, side]."""
+        ends = np.cumsum([len(region.sides) for region in self.regions])
+        return np.split(shares, ends[:-1], axis=1)
+
+    def allowed(self, shares: np.ndarray) -> np.ndarray:
+        """Which placements keep to the rules and to the regions [placement]."""
+        pairs = zip(self.regions, self.by_region(shares), strict=True)
+        positions = {region.name: region.points(part) for region, part in pairs}
+        inside = np.all((shares >= 0) & (shares <= 1), axis=1)
+        return inside & self.rules.allowed(self.experiment, positions)
+
+    def scattered(self, random: np.random.Generator, count: int) -> np.ndarray:
+        """So many allowed placements all over the regions; none if none is allowed."""
+        sides = sum(len(region.sides) for region in self.regions)
+        shares = qmc.Sobol(sides, rng=random).random(SCATTERED)
+        scattered = shares[self.allowed(shares)]
+        if len(scattered) < count:
+            each = [random.choice(part, SCATTERED) for part in self._alone(shares) if len(part)]
+            complete = len(each) == len(self.regions)
+            shares = np.concatenate(each, axis=1) if complete else shares[:0]
+            scattered = np.concatenate([scattered, shares[self.allowed(shares)]])
+        return self.sorted(np.resize(scattered, (count if len(scattered) else 0, sides)))
+
+    def _alone(self, shares: np.ndarray) -> list[np.ndarray]:
+        """Shares of each region outside of all forbidden ones."""
+        pairs = zip(self.regions, self.by_region(shares), strict=True)
+        return [part[~self.rules.in_forbidden(region.points(part))] for region, part in pairs]
+
+    def sorted(self, shares: np.ndarray) -> np.ndarray:
+        """Placements with exchangeable transducers in the order of their shares."""
+        parts = self.by_region(shares)
+        number = {region.name: place for place, region in enumerate(self.regions)}
+        for group in self.groups:
+            exchangeable = [number[name] for name in group if name in number]
+            if len(exchangeable) < 2:
+                continue
+            together = np.stack([parts[place] for place in exchangeable], axis=1)
+            order = np.lexsort(np.moveaxis(together, -1, 0)[::-1], axis=1)
+            ordered = np.take_along_axis(together, order[..., None], axis=1)
+            for place, column in zip(exchangeable, np.moveaxis(ordered, 1, 0), strict=True):
+                parts[place] = column
+        return np.concatenate(parts, axis=1)
+
+    def trials(self, evaluation: Evaluation, shares: np.ndarray) -> Trials:
+        """Try placements."""
+        moved = [
+            region.candidates(self.experiment, part)
+            for region, part in zip(self.regions, self.by_region(shares), strict=True)
+        ]
+        cells = np.repeat(np.arange(len(shares))[:, None], len(moved), axis=1)
+        gain = gain_in_one_shape(evaluation, moved, cells, len(shares))
+        return Trials.of(recorded(moved, cells), gain)

@@ -1,0 +1,122 @@
+"""What all search strategies have in common: the placements that they try."""
+
+import abc
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+
+from .._candidates import Candidates
+from ..running.evaluation import Evaluation
+from ._search_space import Group, SearchSpace, Selection, gain_as_mounted
+
+
+class Trials(NamedTuple):
+    """Placements that were tried.
+
+    Parameters
+    ----------
+    positions
+        Recorded position of each transducer that is placed, by name [placement].
+    gain
+        Information gain [placement, 1 + replicate] [nat]: the estimate, then without each
+        replicate.
+    near_best
+        Which placements are next to the best one [placement].
+    evaluations
+        How many placements were evaluated on the way.
+    """
+
+    positions: list[dict[str, Any]]
+    gain: np.ndarray
+    near_best: np.ndarray
+    evaluations: int
+
+    @staticmethod
+    def of(positions: list[dict[str, Any]], gain: np.ndarray) -> "Trials":
+        """Placements none of which is next to another."""
+        return Trials(positions, gain, np.zeros(len(positions), dtype=bool), len(positions))
+
+    @staticmethod
+    def none(evaluation: Evaluation) -> "Trials":
+        """No placement at all."""
+        return Trials.of([], np.zeros((0, 1 + evaluation.estimator.replicates)))
+
+    @staticmethod
+    def joined(parts: Sequence["Trials"]) -> "Trials":
+        """All of them in one list."""
+        return Trials(
+            [positions for trials in parts for positions in trials.positions],
+            np.concatenate([trials.gain for trials in parts]),
+            np.concatenate([trials.near_best for trials in parts]),
+            sum(trials.evaluations for trials in parts),
+        )
+
+    def distinct(self) -> "Trials":
+        """Each placement once."""
+        rows = [
+            tuple((name, *np.ravel(at).tolist()) for name, at in positions.items())
+            for positions in self.positions
+        ]
+        first = sorted({row: number for number, row in reversed(list(enumerate(rows)))}.values())
+        positions = [self.positions[number] for number in first]
+        return Trials(positions, self.gain[first], self.near_best[first], self.evaluations)
+
+
+class Search(eqx.Module):
+    """A way to search for the best placement."""
+
+    @abc.abstractmethod
+    def trials(self, space: SearchSpace) -> Trials:
+        """Try placements.
+
+        Raises
+        ------
+        InputError
+            If none is allowed.
+        """
+
+
+def trials_of_selections(
+    space: SearchSpace, groups: Sequence[Group], search: Callable[[Evaluation, Selection], Trials]
+) -> Trials:
+    """Search with each selection of transducers by itself.
+
+    Raises
+    ------
+    InputError
+        If no placement is allowed.
+    """
+    selections = space.selections(groups)
+    parts = []
+    for number, selection in enumerate(selections):
+        evaluation = space.evaluation_of(selection).part(number, len(selections))
+        if selection:
+            parts.append(search(evaluation, selection))
+        else:
+            parts.append(Trials.of([{}], gain_as_mounted(evaluation)))
+    trials = Trials.joined(parts)
+    if not trials.positions:
+        raise space.rules.none_allowed()
+    return trials
+
+
+def recorded(moved: Sequence[Candidates], cells: np.ndarray) -> list[dict[str, Any]]:
+    """Recorded position of each transducer at combinations of candidates [cell, transducer]."""
+    return [
+        {one.name: one.recorded[number] for one, number in zip(moved, cell, strict=True)}
+        for cell in cells
+    ]
+
+
+def without_exchanges(
+    groups: Sequence[Group], moved: Sequence[Candidates], cells: np.ndarray
+) -> np.ndarray:
+    """Cells that remain when exchangeable transducers are tried in one order only."""
+    column = {one.name: number for number, one in enumerate(moved)}
+    ordered = np.ones(len(cells), dtype=bool)
+    for group in groups:
+        exchangeable = cells[:, [column[name] for name in group if name in column]]
+        ordered &= np.all(np.diff(exchangeable, axis=1) >= 0, axis=1)
+    return cells[ordered]

@@ -1,0 +1,128 @@
+"""The experiment with fewer transducers or lines, or with more sensors, and their output error."""
+
+import dataclasses
+import itertools
+from collections import OrderedDict
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+
+from .._types import InputError
+from .experiment import Experiment
+from .noise import Covariance, Gaussian, Noise
+from .transducers import Sensor
+
+
+def with_only(experiment: Experiment, names: Collection[str]) -> Experiment:
+    """Return the experiment with some of its transducers, and the noise of their channels.
+
+    Raises
+    ------
+    InputError
+        If an effect on the instruments is about a sensor by its number.
+    """
+    kept = [
+        OrderedDict((name, side[name]) for name in side if name in names)
+        for side in (experiment.sensor, experiment.actuator)
+    ]
+    if kept == [experiment.sensor, experiment.actuator]:
+        return experiment
+    _refuse_numbered_sensors(experiment)
+    noise = experiment.noise
+    if noise is not None:
+        noise = noise.of(
+            sensors=channel_numbers(experiment.sensor, names),
+            actuators=channel_numbers(experiment.actuator, names),
+        )
+    return eqx.tree_at(
+        lambda tree: (tree.sensor, tree.actuator, tree.noise),
+        experiment,
+        (*kept, noise),
+        is_leaf=lambda leaf: leaf is None or isinstance(leaf, dict),
+    )
+
+
+def with_more_sensors(experiment: Experiment, count: int) -> Experiment:
+    """Return the experiment with so many more sensors like its last one, `s1`, `s2` and so on.
+
+    Raises
+    ------
+    InputError
+        If channels differ in the level of their output error.
+    """
+    last = list(experiment.sensor.values())[-1]
+    noise = experiment.noise
+    if noise is not None and not eqx.tree_equal(noise, noise.of(sensors=np.array([0]))):
+        raise InputError(
+            f'{count} more sensors like "{last.name}" were asked for, but each channel has its '
+            "level of the output error, so theirs is not known. Declare all sensors in the "
+            "experiment."
+        )
+    names = (f"s{number}" for number in itertools.count(1))
+    free = (name for name in names if name not in {*experiment.sensor, *experiment.actuator})
+    sensors = OrderedDict(experiment.sensor)
+    for name in itertools.islice(free, count):
+        sensors[name] = _like(last, name).on(experiment.structure.modes)
+    return eqx.tree_at(
+        lambda tree: tree.sensor,
+        experiment,
+        sensors,
+        is_leaf=lambda leaf: isinstance(leaf, dict),
+    )
+
+
+def _like(sensor: Sensor, name: str) -> Sensor:
+    at: Any = sensor.recorded if sensor.support is None else sensor.support
+    return Sensor(name, at=at, directions=sensor.directions, angles=sensor.angles)  # type: ignore[call-arg]
+
+
+def with_lines(experiment: Experiment, count: int) -> Experiment:
+    """Return the experiment with so many of its lines at most, evenly spread, and their noise.
+
+    Parameters
+    ----------
+    experiment
+        The experiment; the level of its output error is no distribution.
+    count
+        Lines, one at least.
+    """
+    lines = np.asarray(experiment.frequency)
+    if lines.size <= count:
+        return experiment
+    kept = ((np.arange(count) + 0.5) * lines.size / count).astype(int)
+    levels = np.arange(len(experiment.force_levels or (1,)))
+    data = (lines.size * levels[:, None] + kept).ravel()
+    noise = _noise_at(experiment.noise, data, lines.size * levels.size)
+    return eqx.tree_at(
+        lambda tree: (tree.frequency, tree.noise),
+        experiment,
+        (lines[kept], noise),
+        is_leaf=lambda leaf: leaf is None,
+    )
+
+
+def _noise_at(noise: Noise | None, kept: np.ndarray, size: int) -> Noise | None:
+    """Noise of some of the `size` data along frequency."""
+    if isinstance(noise, Covariance):
+        return Covariance(np.asarray(noise.matrix)[np.ix_(kept, kept)], noise.scale)
+    if isinstance(noise, Gaussian) and np.shape(noise.sigma)[-1:] == (size,):
+        return Gaussian(np.asarray(noise.sigma)[..., kept])
+    return noise
+
+
+def channel_numbers(side: Mapping[str, Any], names: Collection[str]) -> np.ndarray:
+    """Numbers of the channels of some of the sensors, or of the actuators."""
+    owners = [name for name, transducer in side.items() for _ in transducer.channels]
+    return np.flatnonzero([owner in names for owner in owners])
+
+
+def _refuse_numbered_sensors(experiment: Experiment) -> None:
+    for effect in experiment.instrument_effects.values():
+        if "sensor" in {field.name for field in dataclasses.fields(effect)}:
+            raise InputError(
+                f'The effect "{effect.name}" is about one sensor, by its number, but sensors are '
+                "to be left out here, which changes the numbers. Leave the effect out: "
+                f'experiment.without("{effect.name}").'
+            )
