@@ -1,4 +1,4 @@
-"""notebooks: each runs from top to bottom with tiny sizes, and is stored without output."""
+"""Notebooks: each runs from top to bottom with small settings, and is stored without output."""
 
 import re
 import warnings
@@ -10,7 +10,7 @@ import pytest
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
-TIMEOUT = 300  # [s] for one cell, on a machine that does much else
+TIMEOUT = 300  # [s] for a cell, on a busy machine
 
 
 def read(path):
@@ -21,29 +21,44 @@ def code(notebook):
     return [cell for cell in notebook.cells if cell.cell_type == "code"]
 
 
-def executed(path, folder):
-    """Run a notebook in a kernel of its own, as if it had been started in this folder."""
+def executed(paths, folder):
+    """Run notebooks as if they had been started in this folder.
+
+    They share a kernel, which imports and compiles once; names are deleted after each, so that none
+    can use those of an earlier notebook.
+    """
+    notebooks = {path.stem: read(path) for path in paths}
+    cells = [
+        cell
+        for notebook in notebooks.values()
+        for cell in [*notebook.cells, nbformat.v4.new_code_cell("%reset -f")]
+    ]
+    for number, cell in enumerate(cells):
+        cell.id = f"cell-{number}"  # they are unique in each notebook only
+    together = nbformat.v4.new_notebook(cells=cells)
     with warnings.catch_warnings():
-        # What the Jupyter packages say of each other's interfaces and of their sockets.
+        # Warnings of the Jupyter packages about each other's interfaces and about sockets.
         for module in ("jupyter_client", "nbclient", "zmq", "jupyter_core", "tornado"):
             warnings.filterwarnings("ignore", module=module)
         from nbclient import NotebookClient
 
-        resources = {"metadata": {"path": str(folder)}}
-        client = NotebookClient(
-            read(path), timeout=TIMEOUT, kernel_name="python3", resources=resources
-        )
-        return client.execute()
+        NotebookClient(
+            together,
+            timeout=TIMEOUT,
+            kernel_name="python3",
+            resources={"metadata": {"path": str(folder)}},
+        ).execute()
+    return notebooks
 
 
 def printed(notebook):
     outputs = [output for cell in code(notebook) for output in cell.outputs]
-    return "".join(one.text for one in outputs if one.output_type == "stream")
+    return "".join(output.text for output in outputs if output.output_type == "stream")
 
 
 def figures(notebook):
     outputs = [output for cell in code(notebook) for output in cell.outputs]
-    return [one.data["image/png"] for one in outputs if "image/png" in one.get("data", {})]
+    return [output.data["image/png"] for output in outputs if "image/png" in output.get("data", {})]
 
 
 def test_there_are_notebooks():
@@ -61,28 +76,27 @@ def test_a_notebook_is_stored_without_output(path):
 
 @pytest.fixture(scope="module")
 def tiny(tmp_path_factory):
-    """Run every notebook with tiny sizes."""
+    """All notebooks, run with small settings."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("BAYES_PLACEMENT_FAST", "1")
-        patch.setenv("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")  # compiling is most of the time
         patch.setenv("IPYTHONDIR", str(tmp_path_factory.mktemp("ipython")))
-        return {path.stem: executed(path, FOLDER) for path in NOTEBOOKS}
+        return executed(NOTEBOOKS, FOLDER)
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs_and_leaves_nothing_behind(path, tiny):
-    assert path.stem in tiny
+    assert all(cell.execution_count is not None for cell in code(tiny[path.stem]))
     assert sorted(FOLDER.glob("*")) == NOTEBOOKS
 
 
 def test_the_bar_finds_its_damping_near_the_truth(tiny):
-    # Even a tiny population finds it: the first to 20 %, the second to 5 %.
+    # Even a small population suffices: the first to 20 %, the second to 5 %.
     text = printed(tiny["bar_damping"])
-    found = re.findall(r"(damping\.ratio\.\d): mean ([\d.]+), sd .* true ([\d.]+)\n", text)
-    (_, first, true_first), (_, second, true_second), (_, trusted, _), _ = found
+    lines = re.findall(r"(damping\.ratio\.\d): mean ([\d.]+), sd .* true ([\d.]+)\n", text)
+    (_, first, true_first), (_, second, true_second), (_, trusted, _), _ = lines
     assert float(first) == pytest.approx(float(true_first), rel=0.2)
     assert float(second) == pytest.approx(float(true_second), rel=0.05)
-    # With false places trusted, the first is far off, as the text says.
+    # With trusted recorded positions, the first is far too high, as the text says.
     assert float(trusted) > 1.3 * float(true_first)
 
 
@@ -108,12 +122,12 @@ def test_the_hidden_effect_is_found_and_the_error_falls(tiny):
     assert "The model fails: chi2 per datum is" in text
     assert "Missing is point_mass, with probability" in text
     assert re.search(r"Missing: point_mass .* chi2 per datum falls from \S+ to 1\b", text)
-    found = [float(one) for one in re.findall(r"damping\.ratio ([\d.]+) ±", text)]
-    assert found[-1] == pytest.approx(0.03, rel=0.01)
-    assert abs(found[0] - 0.03) > 0.003  # bent to make up for the clamp, as the text says
+    ratios = [float(ratio) for ratio in re.findall(r"damping\.ratio ([\d.]+) ±", text)]
+    assert ratios[-1] == pytest.approx(0.03, rel=0.01)
+    assert abs(ratios[0] - 0.03) > 0.003  # compensates for the clamp, as the text says
 
 
-def test_an_effect_of_ones_own_is_weighed_along_with_the_others(tiny):
+def test_an_effect_of_the_user_is_compared_with_the_others(tiny):
     text = printed(tiny["hidden_effect"])
     assert "These data cannot tell point_mass from cable" in text
 
@@ -129,13 +143,13 @@ def test_the_arm_finds_its_clamp_and_how_the_sensors_were_rolled(tiny):
     )
     number = r"(-?[\d.e+-]+)"
     pattern = rf"(\S+) +true {number} +without clamp {number} .* with clamp {number} ± {number}"
-    lines = {name: list(map(float, found)) for name, *found in re.findall(pattern, text)}
+    lines = {name: list(map(float, values)) for name, *values in re.findall(pattern, text)}
     assert len(lines) == 14
-    for true, _, found, error in lines.values():
-        assert abs(found - true) < 5 * error
-    # Without the clamp in the model, angles were bent to make up for it, as the text says.
-    turned = [one for name, one in lines.items() if "angles" in name]
-    assert max(abs(given - true) / error for true, given, _, error in turned) > 50
+    for true, _, after, error in lines.values():
+        assert abs(after - true) < 5 * error
+    # Without the clamp in the model, angles compensate for it, as the text says.
+    angles = [values for name, values in lines.items() if "angles" in name]
+    assert max(abs(before - true) / error for true, before, _, error in angles) > 50
 
 
 def test_the_arm_draws_its_suspicion(tiny):
