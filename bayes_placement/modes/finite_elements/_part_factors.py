@@ -6,7 +6,10 @@ from typing import TypeAlias
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
+from numpyro.distributions import Distribution
 
+from ..._compiled import compiled
 from ..._sites import is_unknown
 from ..._types import InputError, Parameter
 
@@ -89,11 +92,19 @@ def _range(value: Parameter) -> Range:
     if not is_unknown(value):
         return float(value), float(value)
     try:
-        low, high = jax.jit(lambda: value.icdf(jnp.array([TAIL, 1 - TAIL])))()
+        low, high = compiled(_quantiles)(value)
     except (NotImplementedError, ImportError):  # some need a library that is not required
-        draws = jax.jit(lambda: value.sample(jax.random.PRNGKey(0), (DRAWS,)))()
-        low, high = jnp.min(draws), jnp.max(draws)
+        low, high = compiled(_extremes)(value)
     return float(low), float(high)
+
+
+def _quantiles(distribution: Distribution) -> Float[Array, "2"]:
+    return distribution.icdf(jnp.array([TAIL, 1 - TAIL]))
+
+
+def _extremes(distribution: Distribution) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    draws = distribution.sample(jax.random.PRNGKey(0), (DRAWS,))
+    return jnp.min(draws), jnp.max(draws)
 
 
 def _checked(name: str, limits: Range) -> Range:
