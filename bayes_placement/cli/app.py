@@ -154,10 +154,8 @@ def check(
 def explain(
     model: Study,
     data: Data = None,
-    engine: FitEngine = "map",
     effects: Effects = None,
     out: Out = RESULTS,
-    seed: Seed = 0,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
@@ -165,7 +163,7 @@ def explain(
     with _prepared(model, no_cache, traceback):
         from . import explain
 
-        explain.run(model, data, engine, _split(effects), out, seed)
+        explain.run(model, data, _split(effects), out)
 
 
 @app.command()

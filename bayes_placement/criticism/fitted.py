@@ -15,7 +15,8 @@ from ..inference.bands import amplitude
 from ..inference.results import outputs
 from ..positions.vectors import Recorded
 from .missing._whereabouts import places
-from .missing.ledger import Ledger, Step
+from .missing.fitted_model import FittedModel
+from .missing.ledger import Ledger
 
 
 def fitted(
@@ -105,7 +106,7 @@ def effect_places(ledger: Ledger) -> dict[str, Recorded]:
     return places(ledger.experiment, _means(ledger.steps[-1]))
 
 
-def _means(step: Step) -> dict[str, float]:
+def _means(step: FittedModel) -> dict[str, float]:
     return {name: estimate.mean for name, estimate in step.parameters.items()}
 
 

@@ -47,7 +47,7 @@ class Problem:
         experiment.noise.check(data)
         self.experiment = experiment
         self.data = data
-        self.coordinates = _coordinates(experiment, standard_normal)
+        self.coordinates = coordinates_of(experiment, standard_normal=standard_normal)
         self._evaluate: Bound[tuple[Array, Array]] = compiled(_residuals).bound(experiment, data)
         self.squares = LeastSquares(
             self._evaluate, self.dimension, int(np.sum(np.asarray(data.measured)))
@@ -68,7 +68,14 @@ class Problem:
         self._evaluate.prepare(np.zeros((BATCH, self.dimension)), False)
 
 
-def _coordinates(experiment: Experiment, standard_normal: bool) -> Coordinates:
+def coordinates_of(experiment: Experiment, *, standard_normal: bool = True) -> Coordinates:
+    """Coordinates of the unknowns of an experiment.
+
+    Raises
+    ------
+    InfeasibleError
+        If the prior has to be standard normal, and one has no inverse distribution function.
+    """
     distributions = {unknown.name: unknown.distribution for unknown in experiment.unknowns}
     return Coordinates(distributions, standard_normal=standard_normal)
 
@@ -77,7 +84,7 @@ def _residuals(
     experiment: Experiment, data: Data, points: Float[Array, "point unknown"], logarithmic: Any
 ) -> tuple[Array, Array]:
     """Residuals of a batch of points, all numbers of the experiment being inputs."""
-    coordinates = _coordinates(experiment, False)
+    coordinates = coordinates_of(experiment, standard_normal=False)
 
     def at(point: Float[Array, "unknown"]) -> tuple[Array, Array]:
         return _residual(experiment.fix(coordinates.values(point)), data, logarithmic)

@@ -13,8 +13,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from ..criticism.fitted import effect_places
-from ..criticism.missing.explain import Explanation
 from ..criticism.missing.ledger import Ledger
+from ..criticism.missing.ranking import Ranking
 from ..experiment.experiment import Experiment
 from ..positions.vectors import Recorded
 from . import structure as structure_plots
@@ -65,7 +65,7 @@ _CENTRED: dict[str, Any] = {
 
 
 def suspicion(
-    result: Explanation | Ledger,
+    result: Ranking | Ledger,
     *,
     experiment: Experiment | None = None,
     places: Mapping[str, Recorded] | None = None,
@@ -192,7 +192,7 @@ def _draw_greatest(panel: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
     panel.set_title("suspicion of each kind")
 
 
-def probabilities(result: Explanation | Ledger, *, ax: Axes | None = None) -> Figure:
+def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure:
     """Draw the probability of each effect, of nothing missing and of none of these.
 
     Parameters

@@ -93,7 +93,7 @@ def verdict(shared_data, number):
         f"confounded {ledger.confounded}, outside: {outside(last, truth) or 'none'}"
     )
     print(f"    {last.setting}")
-    for name, one in last.own_parameters().items():
+    for name, one in last.parameters_of_added().items():
         print(f"    {name} {one}, 99 %: {one.low:.6g} to {one.high:.6g}")
     print(f"    truth: {truth['effects']}", flush=True)
     return told, ledger

@@ -9,8 +9,9 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing.explain import Explanation
-from bayes_placement.criticism.missing.ledger import Ledger, Step
+from bayes_placement.criticism.missing.fitted_model import FittedModel
+from bayes_placement.criticism.missing.ledger import Ledger
+from bayes_placement.criticism.missing.ranking import Ranking
 from bayes_placement.plots import ledger as ledger_plots
 from tests.in_space import Linear
 
@@ -68,7 +69,7 @@ def in_space():
 
 def step(added, chi2):
     effects = () if added is None else (added,)
-    return Step(added, effects, {}, chi2, 0.5, -3.0, None, -1.0)
+    return FittedModel(added, effects, {}, chi2, 0.5, -3.0, None, -1.0)
 
 
 def ledger(*steps):
@@ -87,8 +88,8 @@ def ledger(*steps):
     )
 
 
-def explanation(table=None):
-    return Explanation((), PROBABILITIES, (), scores() if table is None else table, ())
+def ranking(table=None):
+    return Ranking((), PROBABILITIES, (), scores() if table is None else table, ())
 
 
 def fit(seed, parts=True, levels=1):
@@ -138,14 +139,14 @@ EXPERIMENT = tiny()
 
 FOUND = {"point_mass": (0.3, 0.4, 0.5)}
 FIGURES = {
-    "suspicion": lambda: ledger_plots.suspicion(explanation(), places={"point_mass": 0.37}),
+    "suspicion": lambda: ledger_plots.suspicion(ranking(), places={"point_mass": 0.37}),
     "suspicion in space": lambda: ledger_plots.suspicion(
-        explanation(scores_in_space()), places=FOUND, experiment=in_space()
+        ranking(scores_in_space()), places=FOUND, experiment=in_space()
     ),
     "suspicion in a plane": lambda: ledger_plots.suspicion(
-        explanation(scores_in_space(flat=True)), places=FOUND
+        ranking(scores_in_space(flat=True)), places=FOUND
     ),
-    "probabilities of an explanation": lambda: ledger_plots.probabilities(explanation()),
+    "probabilities of a ranking": lambda: ledger_plots.probabilities(ranking()),
     "probabilities of a ledger": lambda: ledger_plots.probabilities(ledger()),
     "error_falls": lambda: ledger_plots.error_falls(ledger()),
     "before_and_after": lambda: ledger_plots.before_and_after(fits()),
@@ -196,7 +197,7 @@ def test_one_legend_stands_above_the_panels(name):
 
 
 def test_the_map_shows_the_greatest_score_at_each_place():
-    mapped = ledger_plots.suspicion(explanation()).axes[0]
+    mapped = ledger_plots.suspicion(ranking()).axes[0]
     assert names(mapped) == ["gain_error", "ground_spring", "misplaced_sensor", "point_mass"]
     strips = {round(mesh.get_coordinates()[0, 0, 1] + 0.4): mesh for mesh in mapped.collections}
     assert set(strips) == {1, 3}  # what a misplaced sensor has is a shift, not a place
@@ -209,7 +210,7 @@ def test_the_map_shows_the_greatest_score_at_each_place():
 
 
 def test_bars_say_how_suspect_each_kind_is_and_whether_by_chance():
-    ranked = ledger_plots.suspicion(explanation()).axes[1]
+    ranked = ledger_plots.suspicion(ranking()).axes[1]
     bars = {round(bar.get_y() + 0.4): bar for bar in ranked.patches}
     assert [bars[n].get_width() for n in range(4)] == [2.0, 14.0, 30.2, 40.0]
     chance = [bars[n].get_facecolor() == to_rgba("0.7") for n in range(4)]
@@ -219,11 +220,11 @@ def test_bars_say_how_suspect_each_kind_is_and_whether_by_chance():
 
 def test_the_place_that_was_found_is_marked_on_its_strip():
     found = {"point_mass": 0.37, "another": 0.9}
-    figure = ledger_plots.suspicion(explanation(), places=found)
+    figure = ledger_plots.suspicion(ranking(), places=found)
     (star,) = figure.axes[0].lines
     assert (list(star.get_xdata()), list(star.get_ydata())) == ([0.37], [3])
     assert "place as fitted" in labels(figure)
-    assert "place as fitted" not in labels(ledger_plots.suspicion(explanation()))
+    assert "place as fitted" not in labels(ledger_plots.suspicion(ranking()))
 
 
 def maps(figure):
@@ -232,7 +233,7 @@ def maps(figure):
 
 @pytest.mark.parametrize("flat", [False, True])
 def test_a_structure_in_space_has_a_map_of_each_of_the_most_suspect_kinds(flat):
-    figure = drawn(ledger_plots.suspicion(explanation(scores_in_space(flat)), places=FOUND))
+    figure = drawn(ledger_plots.suspicion(ranking(scores_in_space(flat)), places=FOUND))
     assert [axis.get_title().removeprefix("suspicion of ") for axis in maps(figure)] == [
         "point_mass",
         "ground_spring",
@@ -246,7 +247,7 @@ def test_a_structure_in_space_has_a_map_of_each_of_the_most_suspect_kinds(flat):
 
 
 def test_only_the_map_of_a_kind_that_was_found_bears_its_place():
-    figure = ledger_plots.suspicion(explanation(scores_in_space(flat=True)), places=FOUND)
+    figure = ledger_plots.suspicion(ranking(scores_in_space(flat=True)), places=FOUND)
     stars = [
         np.transpose(line.get_data()).tolist()
         for axis in maps(figure)
@@ -257,9 +258,7 @@ def test_only_the_map_of_a_kind_that_was_found_bears_its_place():
 
 
 def test_bars_beside_the_maps_show_all_kinds():
-    figure = ledger_plots.suspicion(
-        explanation(scores_in_space()), places=FOUND, experiment=in_space()
-    )
+    figure = ledger_plots.suspicion(ranking(scores_in_space()), places=FOUND, experiment=in_space())
     (ranked,) = (axis for axis in figure.axes if axis.get_title() == "suspicion of each kind")
     assert names(ranked)[::-1] == [
         "time_delay",
@@ -281,12 +280,12 @@ def test_bars_beside_the_maps_show_all_kinds():
 
 
 def test_candidates_without_places_are_drawn_alone():
-    figure = drawn(ledger_plots.suspicion(explanation(scores().query("kind == 'gain_error'"))))
+    figure = drawn(ledger_plots.suspicion(ranking(scores().query("kind == 'gain_error'"))))
     assert not figure.axes[0].collections
     assert words(figure.axes[0]) == ["no place"]
 
 
-@pytest.mark.parametrize("found", [explanation, ledger])
+@pytest.mark.parametrize("found", [ranking, ledger])
 def test_each_probability_has_a_bar_with_its_figure(found):
     axis = ledger_plots.probabilities(found()).axes[0]
     assert names(axis)[::-1] == [

@@ -23,10 +23,13 @@ def held_out(hypothesis: Hypothesis) -> float:
     """Mean log density of held-out data, in nats a real datum, in units of their deviation.
 
     The density of what is held out is Laplace's: Gaussian, with the uncertainty of the fit to the
-    rest. It is comparable between models of the same data and the same noise.
+    rest. It is comparable between models of the same data and the same noise. NaN where nothing can
+    be held out: one sensor and one line.
     """
-    folds = list(_folds(hypothesis.problem))
-    return float(np.mean([_score(hypothesis, held) for held in folds]))
+    measured = np.asarray(hypothesis.problem.data.measured).ravel()
+    folds = [held & measured for held in _folds(hypothesis.problem)]
+    scores = [_score(hypothesis, held) for held in folds if held.any() and (measured & ~held).any()]
+    return float(np.mean(scores)) if scores else float("nan")
 
 
 def _folds(problem: Problem) -> Iterator[np.ndarray]:
@@ -45,7 +48,6 @@ def _folds(problem: Problem) -> Iterator[np.ndarray]:
 
 def _score(hypothesis: Hypothesis, held: np.ndarray) -> float:
     problem = hypothesis.problem
-    held = held & np.asarray(problem.data.measured).ravel()
     training = partial(problem.squares.normal_equations, weight=(~held).astype(float))
     point, normal = minimise(training, hypothesis.fit.point[None], steps=STEPS)
     residual, spread, slopes, _ = problem.squares.jacobian(point)

@@ -16,6 +16,7 @@ from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
+from ._candidates import numbered
 from ._scan import LEAST, MOST, Scan, fit_alone, fit_grown, others, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
@@ -137,7 +138,7 @@ def _ahead(
 
 
 def _prepared(below: Hypothesis, effect: Effect) -> tuple[Effect, Problem]:
-    effect = _renamed(effect, below.effects)
+    effect = numbered(effect, {present.name for present in below.problem.experiment.effects})
     return effect, Problem(below.problem.experiment + effect, below.problem.data)
 
 
@@ -174,20 +175,6 @@ def weakest(effect: Effect, problem: Problem, name: str) -> float:
     absent = effect.absent[1]
     distance = -np.abs(values) if np.isinf(absent) else np.abs(values - absent)
     return float(WEAKEST[int(np.argmin(distance))])
-
-
-def _renamed(effect: Effect, others: Sequence[Effect]) -> Effect:
-    """Number an effect whose name is taken."""
-    taken = {one.name for one in others}
-    names = [effect.name, *(f"{effect.name}_{number}" for number in range(2, 9))]
-    free = next(name for name in names if name not in taken)
-    return effect if free == effect.name else replaced_name(effect, free)
-
-
-def replaced_name(effect: Effect, name: str) -> Effect:
-    """Return an effect under another name."""
-    fields = {key: getattr(effect, key) for key in effect.__dataclass_fields__ if key != "name"}
-    return type(effect)(**fields, name=name)
 
 
 def _counts(effect: Effect, field: dict[str, str], problem: Problem) -> dict[str, int]:

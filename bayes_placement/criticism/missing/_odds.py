@@ -118,8 +118,13 @@ class Pool(NamedTuple):
 
 
 def p_value(hypothesis: Hypothesis) -> float:
-    """Probability that a right model leaves at least as large a sum of squares."""
+    """Probability that a right model leaves at least as large a sum of squares.
+
+    NaN where the data determine as many unknowns as there are data.
+    """
     degrees_of_freedom = hypothesis.problem.count - hypothesis.fit.determined
+    if degrees_of_freedom <= 0:
+        return float("nan")
     return float(chi2.sf(hypothesis.fit.squares, degrees_of_freedom))
 
 

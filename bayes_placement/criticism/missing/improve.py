@@ -1,7 +1,4 @@
-"""improve: in, an experiment and a measurement; out, the effects that it lacks, one step at a time.
-
-Not known here: how hypotheses are searched and compared, files.
-"""
+"""Add the effects that a model lacks, one step at a time."""
 
 import itertools
 import time
@@ -12,15 +9,16 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from ..._types import Progress, no_progress
-from ...effects.library import Library, kind_of, library
+from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ._alternatives import alternatives
 from ._branches import deeper, singles
+from ._candidates import candidates_of
 from ._hypotheses import Hypothesis, alone
 from ._odds import LEVEL, Pool, ordered, p_value
 from ._suspicion import suspicion
-from .explain import Sampled, finalists, step_of
-from .ledger import Ledger, Step
+from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
+from .ledger import Ledger
 
 MOST_EFFECTS = 3
 
@@ -59,22 +57,25 @@ def improve(
 
     Raises
     ------
-    ValueError
-        If nothing is unknown, or data and experiment do not match.
+    InputError
+        If data and experiment do not match, there is no noise, or there is no candidate.
+    InfeasibleError
+        If a prior has no inverse distribution function.
     """
     began = time.perf_counter()
-    chosen = library(experiment) if candidates is None else candidates
-    null = alone(experiment, experiment.data(measurement))
-    pool = singles(null, chosen.effects, _ticks(progress, len(chosen.effects), (0.02, 0.6)))
+    data = experiment.data(measurement)
+    effects = candidates_of(experiment, candidates)
+    null = alone(experiment, data)
+    pool = singles(null, effects, _ticks(progress, len(effects), (0.02, 0.6)))
     if p_value(null) < level:
         pool = _deepened(pool, level, most_effects, progress)
         best = pool.best()
     else:
         best = null
     progress(0.9)
-    draws = finalists(pool, [best])
+    sampled = sampled_finalists(pool, [best])
     progress(0.97)
-    steps = _steps(pool, best, draws)
+    steps = _steps(pool, best, sampled)
     progress(1.0)
     return Ledger(
         steps=steps,
@@ -86,7 +87,7 @@ def improve(
         experiment=best.problem.experiment,
         compared=_compared(pool),
         suspicion=suspicion(null, pool.scanned),
-        alternatives=alternatives(pool, pool.distinct(), draws),
+        alternatives=alternatives(pool, pool.distinct(), sampled),
     )
 
 
@@ -112,26 +113,26 @@ def _ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callab
     return tick
 
 
-def _steps(pool: Pool, best: Hypothesis, draws: Sampled) -> tuple[Step, ...]:
+def _steps(pool: Pool, best: Hypothesis, sampled: Sampled) -> tuple[FittedModel, ...]:
     """The way from the model as given to the best hypothesis, one effect a step."""
     way = ordered(pool, best)
-    chosen = [pool.of(kinds) for kinds in way[:-1]] + [best] if best.effects else [best]
-    steps = [step_of(chosen[0], draws)]
-    for before, after in itertools.pairwise(chosen):
+    hypotheses = [pool.of(kinds) for kinds in way[:-1]] + [best] if best.effects else [best]
+    steps = [fitted_model(hypotheses[0], sampled)]
+    for before, after in itertools.pairwise(hypotheses):
         new = Counter(after.kinds) - Counter(before.kinds)
-        added = next(one.name for one in after.effects if kind_of(one) in new)
-        steps.append(step_of(after, draws, added))
+        added = next(effect.name for effect in after.effects if kind_of(effect) in new)
+        steps.append(fitted_model(after, sampled, added))
     return tuple(steps)
 
 
 def _compared(pool: Pool) -> pd.DataFrame:
     rows = [
         {
-            "effects": " + ".join(one.kinds) or "none",
-            "chi2_per_datum": one.chi2_per_datum,
-            "log_evidence": one.fit.log_evidence,
-            "log_odds": pool.log_odds(one),
+            "effects": " + ".join(hypothesis.kinds) or "none",
+            "chi2_per_datum": hypothesis.chi2_per_datum,
+            "log_evidence": hypothesis.fit.log_evidence,
+            "log_odds": pool.log_odds(hypothesis),
         }
-        for one in pool.distinct()
+        for hypothesis in pool.distinct()
     ]
     return pd.DataFrame(rows)

@@ -1,73 +1,21 @@
-"""ledger: in, the steps of an improvement; out, a record of the falling error in words and JSON.
-
-Not known here: how steps were found, figures.
-"""
+"""Record of an improvement: the error that falls step by step, in words and JSON."""
 
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from ..._files import write_atomically
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import Alternative
-from ._estimates import Estimate
 from ._odds import NONE, NOTHING
+from .fitted_model import FittedModel, number_or_blank, number_or_none
 
 DOUBTED = 0.5
 """Probability of none of the candidates above which the stated noise is in doubt."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """One model on the way, fitted.
-
-    Parameters
-    ----------
-    added
-        Name of the effect that was added; None for the model as it was given.
-    effects
-        Names of all its effects.
-    parameters
-        Every unknown with its uncertainty.
-    chi2_per_datum
-        Mean of |measured - predicted|^2 over E|error|^2; a right model gives 1.
-    p_value
-        Probability that a right model leaves as much.
-    log_evidence
-        Log of the evidence, by Laplace's method or confirmed by sampling.
-    log_evidence_error
-        Its standard error where sampling confirmed it, else None.
-    held_out
-        Mean log density of held-out data [nats a real datum].
-    setting
-        Which sensor or part of the structure the added effect is about, in words.
-    """
-
-    added: str | None
-    effects: tuple[str, ...]
-    parameters: dict[str, Estimate]
-    chi2_per_datum: float
-    p_value: float
-    log_evidence: float
-    log_evidence_error: float | None
-    held_out: float
-    setting: str = ""
-
-    def found(self) -> str:
-        """Say what was added: which sensor or part it is about, and its parameters."""
-        if self.added is None:
-            return ""
-        own = [f"{one.word} {one}" for one in self.own_parameters().values()]
-        return ", ".join([*([self.setting] if self.setting else []), *own])
-
-    def own_parameters(self) -> dict[str, Estimate]:
-        """Unknowns of the effect that was added; of the model, where none was."""
-        if self.added is None:
-            return self.parameters
-        return {name: one for name, one in self.parameters.items() if one.effect == self.added}
 
 
 @dataclass(frozen=True)
@@ -89,16 +37,16 @@ class Ledger:
     seconds
         Time taken [s].
     experiment
-        The experiment with the effects that were found.
+        The experiment with the effects that were added.
     compared
-        Every hypothesis that was fitted: kinds, chi2 per datum, log evidence, log odds.
+        Every hypothesis that was fitted: its effects, chi2 per datum, log evidence, log odds.
     suspicion
-        Suspicion map of the model as given; see `explain`.
+        Score test of every candidate on the model as given; see `explain`.
     alternatives
-        Explanations that survive; see `explain`.
+        Hypotheses that a next measurement should tell apart; see `explain`.
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[FittedModel, ...]
     verdict: tuple[str, ...]
     probabilities: dict[str, float]
     confounded: tuple[tuple[str, str], ...]
@@ -112,9 +60,11 @@ class Ledger:
     def to_json(self) -> dict[str, Any]:
         """Return the ledger as numbers and words for a file."""
         return {
-            "steps": [_step(one) for one in self.steps],
+            "steps": [step.to_json() for step in self.steps],
             "verdict": list(self.verdict),
-            "probabilities": self.probabilities,
+            "probabilities": {
+                kind: number_or_none(share) for kind, share in self.probabilities.items()
+            },
             "confounded": [list(pair) for pair in self.confounded],
             "unexplained": self.unexplained,
             "wall_seconds": self.seconds,
@@ -129,69 +79,66 @@ class Ledger:
         """One row a step."""
         rows = [
             {
-                "added": one.added or "as given",
-                "chi2 per datum": f"{one.chi2_per_datum:.4g}",
-                "p": f"{one.p_value:.2g}",
-                "log evidence": f"{one.log_evidence:.1f}",
-                "held out": f"{one.held_out:.3f}",
-                "parameters": one.found(),
+                "added": step.added or "as given",
+                "chi2 per datum": number_or_blank(step.chi2_per_datum, ".4g"),
+                "p": number_or_blank(step.p_value, ".2g"),
+                "log evidence": number_or_blank(step.log_evidence, ".1f"),
+                "held out": number_or_blank(step.held_out, ".3f"),
+                "parameters": step.description(),
             }
-            for one in self.steps
+            for step in self.steps
         ]
         return pd.DataFrame(rows).set_index("added")
 
     def sentence(self) -> str:
         """Say the verdict in one sentence."""
-        last = self.steps[-1].chi2_per_datum
-        if not self.verdict:
-            if self.unexplained:
-                return (
-                    f"The model fails (chi2 per datum {last:.3g} where 1 is right), and no known "
-                    "effect explains it."
-                )
-            passed = f"(chi2 per datum {last:.3g}, p = {self.steps[-1].p_value:.2g})"
+        first, last = self.steps[0], self.steps[-1]
+        if self.verdict:
+            missing = " and ".join(self._with_odds(kind) for kind in self.verdict)
+            rest = " Something else is still missing." if self.unexplained else ""
             return (
-                f"Nothing is claimed to be missing: the model as given passes its check {passed}."
+                f"Missing: {missing}; chi2 per datum falls from {first.chi2_per_datum:.3g} to "
+                f"{last.chi2_per_datum:.3g}.{rest}"
             )
-        named = " and ".join(
-            f"{kind} ({self._about(kind)}{self._likely(kind)})" for kind in self.verdict
+        if self.unexplained:
+            return (
+                f"The model fails (chi2 per datum {last.chi2_per_datum:.3g} where 1 is right), and "
+                "no known effect explains it."
+            )
+        if np.isnan(last.p_value):
+            return "Whether the model explains the data cannot be told: as many unknowns as data."
+        return (
+            "Nothing is claimed to be missing: the model as given passes its check (chi2 per datum "
+            f"{last.chi2_per_datum:.3g}, p = {last.p_value:.2g})."
         )
-        first = self.steps[0].chi2_per_datum
-        rest = " Something else is missing still." if self.unexplained else ""
-        return f"Missing: {named}; chi2 per datum falls from {first:.3g} to {last:.3g}.{rest}"
 
-    def _about(self, kind: str) -> str:
-        """Say which sensor or part of the structure an effect is about."""
-        settings = (one.setting for one in self.steps if one.added == kind and one.setting)
-        return "".join(f"{words}, " for words in settings)
-
-    def _likely(self, kind: str) -> str:
-        """Say how probable an effect is; where the noise is doubted, that it is the best known."""
-        if self.probabilities[NONE] > DOUBTED:
-            return "the best of the candidates"
-        return f"probability {self.probabilities[kind]:.3g}"
+    def _with_odds(self, kind: str) -> str:
+        """Name an effect: which part it is about, and its probability where the noise is right."""
+        settings = [step.setting for step in self.steps if step.kind == kind and step.setting]
+        odds = (
+            "the best of the candidates"
+            if self.probabilities[NONE] > DOUBTED
+            else f"probability {self.probabilities[kind]:.3g}"
+        )
+        return f"{kind} ({', '.join([*settings, odds])})"
 
     def words(self) -> list[str]:
         """Say the verdict, what cannot be told apart, and what remains."""
-        said = [self.sentence()]
+        sentences = [self.sentence()]
         likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
         if not self.verdict and not self.unexplained and likely not in (NOTHING, NONE):
-            said.append(
+            sentences.append(
                 f"The evidence leans to {likely} (probability {self.probabilities[likely]:.2g}), "
                 "but nothing is claimed while the model as given passes its check. More averages "
                 "or lines would tell."
             )
-        for one, other in self.confounded:
-            said.append(
-                f"These data cannot tell {one} from {other}: either explains them down to the "
-                "noise."
-            )
+        sentences += [confounded_sentence(*pair) for pair in self.confounded]
         if self.probabilities[NONE] > DOUBTED:
-            said.append(
+            sentences.append(
                 "None of the candidates explains the data down to the stated noise (probability "
                 f"{self.probabilities[NONE]:.2g}): add an effect of your own, or doubt the noise."
             )
-        return said
+        return sentences
 
     def __str__(self) -> str:
         """Lay out the steps and the words."""
@@ -199,25 +146,9 @@ class Ledger:
         return "\n".join([lines, "", *(f"- {line}" for line in self.words())])
 
 
-def _step(step: Step) -> dict[str, Any]:
-    chosen = {
-        name: {
-            "mean": one.mean,
-            "standard_deviation": one.standard_deviation,
-            "interval_99": [one.low, one.high],
-            "unit": one.unit,
-        }
-        for name, one in step.parameters.items()
-    }
-    return {
-        "added": step.added,
-        "setting": step.setting,
-        "parameters": chosen,
-        "chi2_per_datum": step.chi2_per_datum,
-        "p_value": step.p_value,
-        "log_evidence": step.log_evidence,
-        "held_out": step.held_out,
-    }
+def confounded_sentence(kind: str, other: str) -> str:
+    """Say that two effects cannot be told apart."""
+    return f"These data cannot tell {kind} from {other}: either explains them down to the noise."
 
 
-__all__ = ["NONE", "NOTHING", "Ledger", "Step"]
+__all__ = ["NONE", "NOTHING", "FittedModel", "Ledger", "confounded_sentence"]

@@ -1,0 +1,47 @@
+"""Candidates of an experiment, checked before any fit."""
+
+import dataclasses
+from collections.abc import Collection
+
+from ..._types import InputError
+from ...effects.effect import Effect
+from ...effects.library import Library, library
+from ...experiment.experiment import Experiment
+from ...inference.residuals import coordinates_of
+
+
+def candidates_of(
+    experiment: Experiment, candidates: Library[Experiment] | None
+) -> tuple[Effect, ...]:
+    """Effects to be tried, each of which can be added to the experiment and fitted.
+
+    Raises
+    ------
+    InputError
+        If there is none, or one cannot be added.
+    InfeasibleError
+        If a prior has no inverse distribution function.
+    """
+    effects = (library(experiment) if candidates is None else candidates).effects
+    if not effects:
+        raise InputError(
+            "No candidate was given, so nothing can be compared. Give some: "
+            "effects.library(experiment)."
+        )
+    names = {effect.name for effect in experiment.effects}
+    for effect in effects:
+        coordinates_of(experiment + numbered(effect, names))
+    return effects
+
+
+def numbered(effect: Effect, names: Collection[str]) -> Effect:
+    """Return an effect under a name that is free: point_mass, else point_mass_2 and so on."""
+    if effect.name not in names:
+        return effect
+    number = next(n for n in range(2, len(names) + 3) if f"{effect.name}_{n}" not in names)
+    return renamed(effect, f"{effect.name}_{number}")
+
+
+def renamed(effect: Effect, name: str) -> Effect:
+    """Return an effect under another name."""
+    return dataclasses.replace(effect, name=name)

@@ -1,0 +1,154 @@
+"""A fitted model for the record: its parameters, its misfit, its evidence."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...effects.library import kind_of
+from ...inference.engines.about_mode import SampledPosterior, sampled_about
+from ._estimates import Estimate, estimates
+from ._held_out import held_out
+from ._hypotheses import Hypothesis
+from ._odds import STRONG, Pool, p_value
+
+FINALISTS = 3
+"""Hypotheses, at most, whose evidence is computed by sampling."""
+
+Sampled = Mapping[int, SampledPosterior]
+"""Hypotheses that were sampled, by identity."""
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """An experiment with none, one or several effects, fitted.
+
+    Parameters
+    ----------
+    added
+        Name of the effect that was added; None for the model as it was given.
+    effects
+        Names of all its effects.
+    parameters
+        Every unknown with its uncertainty.
+    chi2_per_datum
+        Mean of |measured - predicted|^2 over E|error|^2; a right model gives 1.
+    p_value
+        Probability that a right model leaves as much; NaN where it has as many unknowns as data.
+    log_evidence
+        Log of the evidence, by Laplace's method or confirmed by sampling.
+    log_evidence_error
+        Its standard error where sampling confirmed it, else None.
+    held_out
+        Mean log density of held-out data [nats a real datum]; NaN where nothing can be held out.
+    kind
+        Kind of the effect that was added; empty for the model as it was given.
+    setting
+        Which sensor or part of the structure the added effect is about, in words.
+    """
+
+    added: str | None
+    effects: tuple[str, ...]
+    parameters: dict[str, Estimate]
+    chi2_per_datum: float
+    p_value: float
+    log_evidence: float
+    log_evidence_error: float | None
+    held_out: float
+    kind: str = ""
+    setting: str = ""
+
+    def description(self) -> str:
+        """Say what was added: which sensor or part it is about, and its parameters."""
+        if self.added is None:
+            return ""
+        parameters = self.parameters_of_added().values()
+        words = [f"{estimate.word} {estimate}" for estimate in parameters]
+        return ", ".join([*([self.setting] if self.setting else []), *words])
+
+    def parameters_of_added(self) -> dict[str, Estimate]:
+        """Unknowns of the effect that was added; of the model, where none was."""
+        if self.added is None:
+            return self.parameters
+        return {
+            name: estimate
+            for name, estimate in self.parameters.items()
+            if estimate.effect == self.added
+        }
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as numbers and words for a file; None for what cannot be said."""
+        parameters = {
+            name: {
+                "mean": number_or_none(estimate.mean),
+                "standard_deviation": number_or_none(estimate.standard_deviation),
+                "interval_99": [number_or_none(estimate.low), number_or_none(estimate.high)],
+                "unit": estimate.unit,
+            }
+            for name, estimate in self.parameters.items()
+        }
+        return {
+            "added": self.added,
+            "setting": self.setting,
+            "parameters": parameters,
+            "chi2_per_datum": number_or_none(self.chi2_per_datum),
+            "p_value": number_or_none(self.p_value),
+            "log_evidence": number_or_none(self.log_evidence),
+            "held_out": number_or_none(self.held_out),
+        }
+
+
+def sampled_finalists(pool: Pool, hypotheses: Sequence[Hypothesis]) -> Sampled:
+    """Sample the posteriors of the hypotheses that the evidence hardly tells apart."""
+    best = max(pool.log_odds(hypothesis) for hypothesis in hypotheses)
+    close = [
+        hypothesis for hypothesis in hypotheses if pool.log_odds(hypothesis) > best - 3 * STRONG
+    ]
+    return {
+        id(hypothesis): sampled_about(hypothesis.problem.squares, hypothesis.fit)
+        for hypothesis in close[:FINALISTS]
+    }
+
+
+def fitted_model(hypothesis: Hypothesis, sampled: Sampled, added: str | None = None) -> FittedModel:
+    """Lay out a hypothesis for the record.
+
+    Parameters
+    ----------
+    hypothesis
+        The hypothesis.
+    sampled
+        Hypotheses that were sampled.
+    added
+        Name of the effect that is new in it; the last of its effects by default.
+    """
+    posterior = sampled.get(id(hypothesis))
+    experiment = hypothesis.problem.experiment
+    names = [effect.name for effect in hypothesis.effects]
+    name = added or (names[-1] if names else None)
+    effect = next((effect for effect in experiment.effects if effect.name == name), None)
+    return FittedModel(
+        added=name,
+        effects=tuple(names),
+        parameters=estimates(hypothesis, None if posterior is None else posterior.points),
+        chi2_per_datum=hypothesis.chi2_per_datum,
+        p_value=p_value(hypothesis),
+        log_evidence=float((posterior or hypothesis.fit).log_evidence),
+        log_evidence_error=None if posterior is None else posterior.log_evidence_error,
+        held_out=held_out(hypothesis),
+        kind="" if effect is None else kind_of(effect),
+        setting=""
+        if effect is None
+        else effect.setting(experiment.structure.modes, experiment.instruments),
+    )
+
+
+def number_or_none(value: float) -> float | None:
+    """Return a number that JSON knows; None for any other."""
+    return float(value) if np.isfinite(value) else None
+
+
+def number_or_blank(value: float, form: str) -> str:
+    """Write a number; nothing where it cannot be said."""
+    return format(value, form) if np.isfinite(value) else ""

@@ -1,0 +1,72 @@
+"""Which effect a model may lack: every kind of candidate with its probability."""
+
+from dataclasses import dataclass, field
+
+import pandas as pd
+
+from ...inference.alternative_explanation import Alternative
+from ._odds import NONE, NOTHING
+from .fitted_model import FittedModel, number_or_blank
+from .ledger import confounded_sentence
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Which effect may be missing.
+
+    Parameters
+    ----------
+    steps
+        The model as given, and with the best variant of each kind of effect, by falling odds.
+    probabilities
+        Posterior probability of each kind, of `nothing_missing` and of `none_of_these`.
+    confounded
+        Pairs of kinds that these data cannot tell apart.
+    suspicion
+        Score test of every candidate along its places: `kind`, `variant`, `setting` in words, `at`
+        [m] along a line, `x`, `y`, `z` [m] in space, `score`, and `p_value` corrected for all the
+        places that were tested.
+    alternatives
+        Hypotheses that a next measurement should tell apart, with draws of their unknowns: those
+        of nearly the best odds and those that leave no more than the noise.
+        `information.Separation` tells where to measure.
+    """
+
+    steps: tuple[FittedModel, ...]
+    probabilities: dict[str, float]
+    confounded: tuple[tuple[str, str], ...]
+    suspicion: pd.DataFrame = field(repr=False)
+    alternatives: tuple[Alternative, ...] = field(repr=False)
+
+    def table(self) -> pd.DataFrame:
+        """One row for each kind, the most probable first."""
+        p_values = self.suspicion.groupby("kind")["p_value"].min().to_dict()
+        rows = [
+            {
+                "effect": step.kind or NOTHING,
+                "probability": f"{self.probabilities[step.kind or NOTHING]:.3g}",
+                "chi2 per datum": number_or_blank(step.chi2_per_datum, ".4g"),
+                "log evidence": number_or_blank(step.log_evidence, ".1f"),
+                "held out": number_or_blank(step.held_out, ".3f"),
+                "p of score": number_or_blank(p_values.get(step.kind, float("nan")), ".2g"),
+                "parameters": step.description(),
+            }
+            for step in self.steps
+        ]
+        return pd.DataFrame(rows).set_index("effect")
+
+    def words(self) -> list[str]:
+        """Say what is most probable, and what cannot be told apart."""
+        likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
+        share = self.probabilities[likely]
+        verdict = {
+            NOTHING: f"Nothing is missing, with probability {share:.3g}.",
+            NONE: "Something is missing, but none of the candidates explains the data down to the "
+            f"stated noise (probability {share:.3g}). Two effects at once are tried by improve.",
+        }.get(likely, f"Missing is {likely}, with probability {share:.3g}.")
+        return [verdict, *(confounded_sentence(*pair) for pair in self.confounded)]
+
+    def __str__(self) -> str:
+        """Lay out the table and the words."""
+        lines = [f"- {line}" for line in self.words()]
+        return "\n".join([self.table().to_string(), "", *lines])
