@@ -34,6 +34,23 @@ def imported_rooms(path: Path) -> Iterator[str]:
             yield from [module[0]] if module else [alias.name for alias in node.names]
 
 
+def module_exists(folder: Path, name: str) -> bool:
+    place = folder.joinpath(*name.split(".")) if name else folder
+    return place.with_suffix(".py").is_file() or (place / "__init__.py").is_file()
+
+
+def test_modules_that_are_imported_exist():
+    # mypy takes a module of this package that is gone for one without types.
+    offenders = [
+        f"{name(path)}, line {node.lineno}: {node.module}"
+        for path, tree in TREES.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.level
+        if not module_exists(path.parents[node.level - 1], node.module or "")
+    ]
+    assert not offenders
+
+
 def test_the_package_consists_of_these_rooms():
     folders = {path.name for path in PACKAGE.iterdir() if path.is_dir()} - {"__pycache__"}
     assert folders == set(ROOMS)

@@ -6,7 +6,7 @@ from typing import Any
 from .._types import InputError, Progress
 from ..criticism.missing.improve import improve
 from ..design import information
-from ..design.information._estimator import Estimator
+from ..design.information.estimator import Estimator
 from ..effects import library
 from ..experiment.experiment import Experiment, Measurements
 from ..inference import cross_check
