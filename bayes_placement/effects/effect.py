@@ -141,7 +141,7 @@ class AtPlace(StructureEffect):
 
 
 class Attachment(AtPlace):
-    """Something attached to the structure, felt by it as a dynamic stiffness at one place."""
+    """Something attached to the structure, which feels its dynamic stiffness at one place."""
 
     @abc.abstractmethod
     def dynamic_stiffness(self, omega: Omega) -> Stiffness:

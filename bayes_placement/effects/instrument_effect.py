@@ -16,9 +16,9 @@ Self = TypeVar("Self", bound="InstrumentEffect")
 class InstrumentEffect(Effect):
     """An effect that belongs to the measurement: added by `experiment + effect`.
 
-    It may act on sensors, on actuators, or on both: on where they are (`moved`), on what they
-    bring to the structure (`loads`, `load`), beside the modes (`added`) and on the record
-    (`recorded`). What it does not define leaves all as it is.
+    It may act on sensors, on actuators, or on both: on their places (`moved`), on the dynamic
+    stiffness that they add to the structure (`loads`, `load`), on the receptance (`added`) and
+    on the record (`recorded`). A method that is not overridden changes nothing.
 
     Attributes
     ----------

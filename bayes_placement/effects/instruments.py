@@ -56,7 +56,8 @@ class Instruments(NamedTuple):
 
     def channels(self, side: str) -> list[Channel]:
         """Channels of one side, in order."""
-        return [channel for each in self.side(side).values() for channel in each.channels]
+        transducers = self.side(side).values()
+        return [channel for transducer in transducers for channel in transducer.channels]
 
     def name(self, transducer: Number, side: str = "sensor") -> str:
         """Name of a transducer, from its name or number."""

@@ -121,16 +121,19 @@ class MisplacedSensor(InstrumentEffect):
         frames = [piece.frame() for piece in modes.anywhere()]
         nearest = min(frames, key=lambda frame: _distance(frame, recorded))
         feet = nearest.directions @ (np.array(recorded) - nearest.origin)
-        free = [row for row, law in enumerate(nearest.values.values()) if is_unknown(law)]
-        uniform: list[Any] = [law for law in nearest.values.values() if is_unknown(law)]
+        lengths = [*nearest.values.values()]
+        free = [row for row, length in enumerate(lengths) if is_unknown(length)]
+        uniform: list[Any] = [lengths[row] for row in free]
         if len(free) == 1:
             low, high = uniform[0].low - feet[free[0]], uniform[0].high - feet[free[0]]
             towards = (triple(nearest.directions[free[0]]),)
             return [cls(name, Uniform(low, high), towards=towards)]
-        farthest = float(np.linalg.norm([each.high - each.low for each in uniform]))
+        farthest = float(np.linalg.norm([prior.high - prior.low for prior in uniform]))
         shift, bearing = Uniform(0.0, farthest), Uniform(-math.pi, math.pi)
         pairs = itertools.combinations(nearest.directions[free], 2)
-        return [cls(name, shift, towards=tuple(map(triple, p)), bearing=bearing) for p in pairs]
+        return [
+            cls(name, shift, towards=tuple(map(triple, pair)), bearing=bearing) for pair in pairs
+        ]
 
 
 def _distance(frame: Frame, place: Coordinates) -> float:

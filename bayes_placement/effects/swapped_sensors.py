@@ -49,7 +49,7 @@ class SwappedSensors(InstrumentEffect):
             raise InputError(
                 f'Effect "{self.name}": sensors "{first}" and "{second}" were given, but they have '
                 f"{counts[0]} and {counts[1]} channels; equally many are needed, since each "
-                f"channel carries one of the other sensor. Name two sensors alike."
+                "channel carries the signal of one of the other. Name two sensors alike."
             )
         return eqx.tree_at(lambda tree: (tree.sensor, tree.other), self, numbers)
 
@@ -62,9 +62,9 @@ class SwappedSensors(InstrumentEffect):
 
     def _rows(self, instruments: Instruments) -> Int[Array, "sensor"]:
         """Row whose signal each row records, where the numbers of the sensors may be traced."""
-        rows = [instruments.rows(number) for number in range(len(instruments.sensors))]
-        most = max(map(len, rows))
-        table = jnp.array([[*each, *each[:1] * (most - len(each))] for each in rows])
+        by_sensor = [instruments.rows(number) for number in range(len(instruments.sensors))]
+        most = max(map(len, by_sensor))
+        table = jnp.array([[*rows, *rows[:1] * (most - len(rows))] for rows in by_sensor])
         order = jnp.arange(len(instruments.channels("sensor")))
         first, second = (instruments.number(sensor) for sensor in (self.sensor, self.other))
         return order.at[table[first]].set(table[second]).at[table[second]].set(table[first])

@@ -17,7 +17,7 @@ from .scales import Scales
 class ViscoelasticModulus(Modulus):
     """A standard linear solid, E (1 + delta i omega tau / (1 + i omega tau)).
 
-    Ferry, Viscoelastic Properties of Polymers, ch. 3: a spring with a Maxwell element beside it.
+    Ferry, Viscoelastic Properties of Polymers, ch. 3: a spring parallel to a Maxwell element.
 
     Parameters
     ----------

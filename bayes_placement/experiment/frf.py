@@ -71,7 +71,7 @@ def receptance(
     ]
     attached = [*linear, *ports]
     cubic = structure.cubic_attachments
-    at_ports = [port.points for port in attached] + [each.points(modes) for each in cubic]
+    at_ports = [port.points for port in attached] + [spring.points(modes) for spring in cubic]
     response, reference = ShapesAtPoints.of(sensors, modes), ShapesAtPoints.of(actuators, modes)
     matrix = elastic(structure, modes, response, reference, omega)
     if not at_ports:

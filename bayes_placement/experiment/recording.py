@@ -106,7 +106,8 @@ class _Loaded(NamedTuple):
 
     def _points(self, side: str) -> Points:
         axes = self.structure.modes.axes
-        return joined([each.points(axes) for each in self.instruments.side(side).values()])
+        transducers = self.instruments.side(side).values()
+        return joined([transducer.points(axes) for transducer in transducers])
 
     def _loading(self, side: str) -> list[InstrumentEffect]:
         """Effects that load the structure where transducers of a side sit."""
@@ -115,8 +116,8 @@ class _Loaded(NamedTuple):
     def _ports(self, side: str) -> list[PortStiffness]:
         """What each transducer of a side brings to the structure."""
         return [
-            self._port(coordinates(each.position), self._load(side, number))
-            for number, each in enumerate(self.instruments.side(side).values())
+            self._port(coordinates(transducer.position), self._load(side, number))
+            for number, transducer in enumerate(self.instruments.side(side).values())
         ]
 
     def _port(
@@ -133,8 +134,12 @@ class _Loaded(NamedTuple):
 
     def _stiffness(self, side: str) -> Inexact[Array, "channel frequency"]:
         """Dynamic stiffness of the transducer of each channel [N/m]."""
-        transducers = enumerate(self.instruments.side(side).values())
-        return jnp.stack([self._load(side, n) for n, each in transducers for _ in each.channels])
+        loads = [
+            self._load(side, number)
+            for number, transducer in enumerate(self.instruments.side(side).values())
+            for _ in transducer.channels
+        ]
+        return jnp.stack(loads)
 
 
 def _singly(points: Points) -> Points:
