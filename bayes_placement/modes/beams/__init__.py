@@ -1,4 +1,4 @@
-"""beams: modes of uniform bars and Euler-Bernoulli beams in closed form."""
+"""Modes of uniform bars and Euler-Bernoulli beams in closed form."""
 
 from .beams import UniformBar, UniformBeam, bar, beam
 

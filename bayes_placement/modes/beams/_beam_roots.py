@@ -1,6 +1,6 @@
-"""_beam_roots: in, the two ends of a beam of unit length; out, wave numbers and shape coefficients.
+"""Wave numbers and shape coefficients of a beam of unit length, by its two ends.
 
-Not known here: stiffness, mass, units, JAX. Blevins, Formulas for Natural Frequency and Mode Shape.
+Blevins, Formulas for Natural Frequency and Mode Shape, 1979.
 """
 
 from collections.abc import Callable
@@ -8,11 +8,11 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import brentq
 
-# Terms of a shape: 1, x, cos bx, sin bx, exp(-bx), exp(-b(1-x)). Two decaying exponentials in
-# the place of cosh and sinh keep every number of order one, however high the mode.
+# Terms of a shape: 1, x, cos bx, sin bx, exp(-bx), exp(-b(1-x)). Two decaying exponentials
+# instead of cosh and sinh keep every number of order one, however high the mode.
 TERMS = 6
 
-# Which derivatives vanish at each kind of end.
+# Orders of the derivatives that vanish at each kind of end.
 _VANISHING = {"fixed": (0, 1), "pinned": (0, 2), "free": (2, 3), "guided": (1, 3)}
 
 
@@ -72,18 +72,18 @@ def elastic_shape(left: str, right: str, root: float) -> np.ndarray:
 
 def _condition(x: float, order: int, b: float) -> np.ndarray:
     """Scaled derivative of cos, sin and the two exponentials at an end."""
-    turn = order * np.pi / 2
+    phase = order * np.pi / 2
     sign = (-1.0) ** order
     return np.array(
-        [np.cos(b * x + turn), np.sin(b * x + turn), sign * np.exp(-b * x), np.exp(-b * (1 - x))]
+        [np.cos(b * x + phase), np.sin(b * x + phase), sign * np.exp(-b * x), np.exp(-b * (1 - x))]
     )
 
 
 def terms(x: np.ndarray, b: float) -> np.ndarray:
     """Six terms of a shape at positions x in [0, 1]."""
-    one = np.ones_like(x)
+    constant = np.ones_like(x)
     waves = [np.cos(b * x), np.sin(b * x), np.exp(-b * x), np.exp(-b * (1 - x))]
-    return np.stack([one, x, *waves], axis=-1)
+    return np.stack([constant, x, *waves], axis=-1)
 
 
 def _normalised(shape: np.ndarray, b: float) -> np.ndarray:

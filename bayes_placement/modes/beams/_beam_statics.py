@@ -1,7 +1,7 @@
-"""_beam_statics: in, the two ends of a bar or beam; out, its Green's function, in unit length.
+"""Green's functions of a bar or beam of unit length, by its two ends.
 
-Not known here: stiffness, mass, units, modes. Stakgold, Green's Functions and Boundary Value
-Problems, chapter 3 (modified Green's functions: inertia relief of rigid-body modes).
+Stakgold, Green's Functions and Boundary Value Problems, chapter 3 (modified Green's functions:
+inertia relief of rigid-body modes).
 """
 
 import functools
@@ -13,8 +13,8 @@ from jaxtyping import Array, Float
 from numpy.polynomial import polynomial
 from scipy.linalg import hilbert, null_space
 
-# Which derivatives vanish at each kind of end: of a bar (half the order of its differential
-# equation is 1) and of a beam (2).
+# Orders of the derivatives that vanish at each kind of end: of a bar (half the order of its
+# differential equation is 1) and of a beam (2).
 _VANISHING: dict[int, dict[str, tuple[int, ...]]] = {
     1: {"fixed": (0,), "free": (1,)},
     2: {"fixed": (0, 1), "pinned": (0, 2), "free": (2, 3), "guided": (1, 3)},
@@ -32,7 +32,7 @@ def green(
     orders: tuple[int, int] = (0, 0),
     power: int = 1,
 ) -> Float[Array, ""]:
-    """Derivative of a Green's function in x and y, away from its delta functions.
+    """Derivative of a Green's function in x and y, without its delta functions.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def green(
     x, y
         Where it is read and where the force is, from 0 to 1.
     distance
-        x - y, given apart so that rounding leaves it zero where both places are the same. Where
+        x - y, given separately so that rounding leaves it zero where both are the same. Where
         a derivative jumps, at zero, it is the mean of both sides.
     orders
         Order of the derivative in x and in y.
@@ -88,42 +88,43 @@ def _smooth_part(half_order: int, ends: Ends, power: int) -> np.ndarray:
         one_sided = _solved(one_sided, half_order, ends, step, rigid)
     sign = (-1) ** (half_order * power)
     # (x - y)_+^q = (|x - y|^q + (x - y)^q) / 2 for odd q.
-    whole = one_sided + sign / 2 * _difference_power(2 * half_order * power - 1, size)
-    return (whole + whole.T) / 2
+    smooth = one_sided + sign / 2 * _difference_power(2 * half_order * power - 1, size)
+    return (smooth + smooth.T) / 2
 
 
 def _solved(
     load: np.ndarray, half_order: int, ends: Ends, power: int, rigid: np.ndarray
 ) -> np.ndarray:
-    """Solve for the polynomial part of the next power: ends satisfied, no rigid motion.
+    """Solve for the polynomial part of the next power, with the end conditions and no rigid motion.
 
     All parts but the polynomial one are sign (x - y)_+^q / q!, which is zero at the left end.
     """
     size, order = len(load), 2 * half_order
     sign, degree = (-1) ** (half_order * power), order * power - 1
-    found = (-1) ** half_order * polynomial.polyint(load, order, axis=0)[:size]
-    unmet = _conditions(half_order, ends, size) @ found
-    for row, (place, derivative) in enumerate(_places(half_order, ends)):
-        unmet[row] += place * sign * _one_less_y_power(degree - derivative, size)
-    found[:order] -= np.linalg.lstsq(_conditions(half_order, ends, order), unmet)[0]
+    polynomial_part = (-1) ** half_order * polynomial.polyint(load, order, axis=0)[:size]
+    unmet = _conditions(half_order, ends, size) @ polynomial_part
+    for row, (position, derivative) in enumerate(_end_conditions(half_order, ends)):
+        unmet[row] += position * sign * _one_less_y_power(degree - derivative, size)
+    polynomial_part[:order] -= np.linalg.lstsq(_conditions(half_order, ends, order), unmet)[0]
     for shape in rigid:
         # The integral of shape(x) (x - y)_+^q / q! is the shape integrated q + 1 times from 1.
         kinked = sign * polynomial.polyint(shape, degree + 1, lbnd=1)[:size]
-        found -= np.outer(shape, shape @ hilbert(size) @ found + kinked)
-    return found
+        projection = shape @ hilbert(size) @ polynomial_part + kinked
+        polynomial_part -= np.outer(shape, projection)
+    return polynomial_part
 
 
-def _places(half_order: int, ends: Ends) -> list[tuple[int, int]]:
-    """Place, 0 or 1, and order of each derivative that vanishes."""
+def _end_conditions(half_order: int, ends: Ends) -> list[tuple[int, int]]:
+    """Position, 0 or 1, and order of each derivative that vanishes."""
     kinds = _VANISHING[half_order]
-    return [(place, order) for place, end in enumerate(ends) for order in kinds[end]]
+    return [(position, order) for position, end in enumerate(ends) for order in kinds[end]]
 
 
 def _conditions(half_order: int, ends: Ends, size: int) -> np.ndarray:
-    """Read the derivatives that vanish off the coefficients of a polynomial."""
+    """Matrix from the coefficients of a polynomial to its derivatives that vanish."""
     derivatives = [
-        polynomial.polyval(place, polynomial.polyder(np.eye(size), order, axis=0))
-        for place, order in _places(half_order, ends)
+        polynomial.polyval(position, polynomial.polyder(np.eye(size), order, axis=0))
+        for position, order in _end_conditions(half_order, ends)
     ]
     return np.array(derivatives)
 
@@ -144,8 +145,8 @@ def _one_less_y_power(degree: int, size: int) -> np.ndarray:
 
 def _difference_power(degree: int, size: int) -> np.ndarray:
     """Coefficients of (x - y)^degree / degree!."""
-    whole = np.zeros((size, size))
+    coefficients = np.zeros((size, size))
     for i in range(degree + 1):
         j = degree - i
-        whole[i, j] = (-1) ** j / (math.factorial(i) * math.factorial(j))
-    return whole
+        coefficients[i, j] = (-1) ** j / (math.factorial(i) * math.factorial(j))
+    return coefficients

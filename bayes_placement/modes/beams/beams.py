@@ -1,7 +1,4 @@
-"""beams: in, length, section and material of a uniform line structure; out, its closed-form modes.
-
-Not known here: damping, sensors, probability.
-"""
+"""Uniform bars and beams: closed-form modes by length, section and material."""
 
 import functools
 from typing import Any, ClassVar
@@ -57,7 +54,7 @@ class UniformBar(UniformLine):
 
     def bounds(self) -> tuple[float, Any]:
         """Return the two ends of the bar [m]."""
-        return 0.0, _least(self.length)
+        return 0.0, _least_length(self.length)
 
 
 class UniformBeam(UniformLine):
@@ -105,7 +102,7 @@ class UniformBeam(UniformLine):
 
     def bounds(self) -> tuple[float, Any]:
         """Return the two ends of the beam [m]."""
-        return 0.0, _least(self.length)
+        return 0.0, _least_length(self.length)
 
     def slope_matrix(self) -> Float[Array, "mode mode"]:
         """Integrals of phi_n' phi_m' over the length [1/(kg m)]."""
@@ -205,8 +202,8 @@ def beam(
         Length [m], section [m2], Young's modulus [Pa], density [kg/m3]: numbers or distributions.
     second_moment, radius_of_gyration
         Second moment of area [m4], or its radius of gyration [m], the root of second moment over
-        area: one of the two. With the radius given, an unknown area is an unknown mass and leaves
-        the natural frequencies alone.
+        area: one of the two. With the radius given, an unknown area is an unknown mass and does not
+        change the natural frequencies.
     ends
         Left and right end, each `fixed` (or `clamped`), `free`, `pinned` or `guided`.
     direction
@@ -255,10 +252,10 @@ def _waves(phase: Any, library: Any = jnp) -> tuple[Any, Any, Any, Any]:
 def _terms(x: Any, b: Any, derivative: int, library: Any = jnp) -> Any:
     """Derivative of the six terms of a beam's shape, in unit length."""
     waves = _waves(b * x, library)
-    one, growth = library.ones_like(b * x), b**derivative
+    constant, growth = library.ones_like(b * x), b**derivative
     terms = [
-        one * float(derivative == 0),
-        one * (x if derivative == 0 else float(derivative == 1)),
+        constant * float(derivative == 0),
+        constant * (x if derivative == 0 else float(derivative == 1)),
         growth * waves[derivative % 4],
         growth * waves[(derivative + 3) % 4],
         growth * (-1) ** derivative * library.exp(-b * x),
@@ -278,7 +275,7 @@ def _elastic(left: str, right: str, count: int) -> tuple[tuple[float, ...], Any]
 @functools.cache
 def _products(wave_numbers: tuple[float, ...], coefficients: Any, derivative: int) -> np.ndarray:
     """Integrals of products of derivatives of the shapes, in unit length and mass."""
-    # Sixteen Gauss points in each half wave of the steepest shape: exact to rounding.
+    # Sixteen Gauss nodes in each half wave of the steepest shape: exact to rounding.
     node, weight = np.polynomial.legendre.leggauss(16)
     panels = 1 + int(max(wave_numbers) / np.pi)
     x = ((np.arange(panels)[:, None] + (node + 1) / 2) / panels).reshape(-1, 1)
@@ -308,10 +305,10 @@ def _axes(direction: int) -> tuple[int, ...]:
 
 
 def _check_section(section: dict[str, Parameter | None]) -> None:
-    given = [name for name, value in section.items() if value is not None]
-    if len(given) != 1:
+    present = [name for name, value in section.items() if value is not None]
+    if len(present) != 1:
         raise InputError(
-            f"beams.beam was given {' and '.join(given) or 'no bending stiffness'}; it needs "
+            f"beams.beam was given {' and '.join(present) or 'no bending stiffness'}; it needs "
             "exactly one of second_moment [m4] and radius_of_gyration [m], since one follows from "
             "the other: second_moment=width * height**3 / 12."
         )
@@ -328,8 +325,8 @@ def _check(modes: int, **quantities: Parameter | None) -> None:
             )
 
 
-def _least(length: Parameter) -> Any:
-    """Give the least length that a number or a prior allows: what fits there always fits."""
+def _least_length(length: Parameter) -> Any:
+    """Least length of a number or a prior: a position on it is on every length."""
     if is_unknown(length):
         return float(length.support.lower_bound)  # type: ignore[union-attr]
     return length  # which may be an input of a compiled function

@@ -1,7 +1,4 @@
-"""uniform_line: in, the modes of a uniform bar or beam; out, what it does under static forces.
-
-Not known here: damping, sensors, probability, mode shapes in closed form.
-"""
+"""Static response of uniform bars and beams: every static shape is a polynomial."""
 
 import abc
 
@@ -15,14 +12,14 @@ from ..._types import Parameter
 from ..modes import Modes
 from . import _beam_statics
 
-Place = Float[Array, ""] | float | int
+Position = Float[Array, ""] | float | int
 
 
 class UniformLine(Modes):
     """A uniform bar or beam, for which every static shape is a polynomial.
 
-    Rigid-body modes are relieved by inertia: static shapes are orthogonal to them in mass, and a
-    force is balanced by the acceleration of a rigid body that it causes.
+    Inertia relief of rigid-body modes: static shapes are orthogonal to them in mass, and a force
+    is balanced by the rigid-body acceleration that it causes.
     """
 
     length: eqx.AbstractVar[Parameter]
@@ -48,14 +45,14 @@ class UniformLine(Modes):
         return (self.green(position, other) / self.stiffness)[None, None]
 
     def green(
-        self, position: Place, other: Place, orders: tuple[int, int] = (0, 0), power: int = 1
+        self, position: Position, other: Position, orders: tuple[int, int] = (0, 0), power: int = 1
     ) -> Float[Array, ""]:
         """Green's function for unit stiffness and mass a length, and its derivatives.
 
         Parameters
         ----------
         position, other
-            Where it is read and where the force is [m]. Where a derivative jumps, at equal
+            Positions of response and force [m]. Where a derivative is discontinuous, at equal
             positions, it is the mean of both sides; delta functions are left out.
         orders
             Orders of the derivatives in the two positions.
@@ -68,9 +65,9 @@ class UniformLine(Modes):
         return unit * self.length ** (2 * self.half_order * power - 1 - sum(orders))
 
     def mean_flexibility_beyond(self, order: int) -> Float[Array, ""]:
-        """Mean of 1 / omega_n^2 [s2] over the modes left out, as a jump of this order sees them.
+        """Mean of 1 / omega_n^2 [s2] over the modes left out, weighted by an opening of this order.
 
-        Its share in a mode falls as n^-decay and omega_n^2 grows as n^growth, so the mean is a
+        The weight of a mode falls as n^-decay and omega_n^2 grows as n^growth, so the mean is a
         ratio of two sums over n > N, Hurwitz's zeta functions.
         """
         growth = 2 * self.half_order

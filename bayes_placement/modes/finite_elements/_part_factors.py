@@ -17,7 +17,7 @@ TAIL = 1e-4
 """Probability on either side of the range of a distribution."""
 
 DRAWS = 20000  # of a distribution whose quantiles have no closed form
-SLACK = 1e-3  # by which a range is widened, so that a number has one
+SLACK = 1e-3  # by which a range is widened, so that that of a number is not empty
 
 Range: TypeAlias = tuple[float | int, float | int]
 Powers: TypeAlias = Mapping[str, Mapping[str, float | int]]

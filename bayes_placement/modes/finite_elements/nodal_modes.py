@@ -60,7 +60,7 @@ class NamedMatrices(eqx.Module):
 class NodalModes(Modes):
     """Modes known at nodes, from a finite element code; made by `modes_from_shapes`.
 
-    Young's modulus and density scale the stiffness and the mass of the whole structure: shapes
+    Young's modulus and density scale the stiffness and the mass of the entire structure: shapes
     stay, natural frequencies are multiplied by the root of their ratio.
     """
 
@@ -230,7 +230,7 @@ def modes_from_shapes(
     model
         Nodes, mass-normalised shapes, natural frequencies.
     interpolation
-        How shapes are read between nodes, `interpolation.scattered(model)` for one. Only the
+        How shapes are read between nodes, for example `interpolation.scattered(model)`. Only the
         rows that it reads are kept.
     pieces
         Members and surfaces of the structure, `positions.Member` or `positions.Patch`: where

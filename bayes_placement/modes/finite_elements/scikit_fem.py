@@ -55,7 +55,7 @@ def from_scikit_fem(
     Raises
     ------
     TypeError
-        If something else than a `skfem.CellBasis` was given.
+        If `basis` is no `skfem.CellBasis`.
     InputError
         If the basis cannot be read between nodes, or the matrices do not fit it.
     MissingExtraError

@@ -19,7 +19,7 @@ class Affine(NamedTuple):
     """Parts of the stiffness and mass that factors scale: K + sum_i (factor_i - 1) K_i, M likewise.
 
     A name that stands in both scales both. Powers, such as that of a thickness in bending, are
-    factors of their own.
+    separate factors.
     """
 
     stiffness: Mapping[str, csc_array]

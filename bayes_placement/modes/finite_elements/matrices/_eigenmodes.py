@@ -41,7 +41,7 @@ def lowest(flexibility: StaticFlexibility, count: int) -> Eigenmodes:
     """
     if count < 1:
         return _none(flexibility)
-    return _checked(flexibility, count, lambda found: not _missed(flexibility, found))
+    return _checked(flexibility, count, lambda values: not _missed(flexibility, values))
 
 
 def below(flexibility: StaticFlexibility, eigenvalue: float) -> Eigenmodes:
@@ -50,7 +50,7 @@ def below(flexibility: StaticFlexibility, eigenvalue: float) -> Eigenmodes:
     if count < 1:
         return _none(flexibility)
     level = (1 + 2 * max(SHIFTS)) * eigenvalue
-    return _checked(flexibility, count, lambda found: bool(found[-1] < level))
+    return _checked(flexibility, count, lambda values: bool(values[-1] < level))
 
 
 def modes_below(flexibility: StaticFlexibility, eigenvalue: float) -> int:
@@ -86,9 +86,9 @@ def _checked(
     if DENSE * count >= elastic:
         return _dense(flexibility, count)
     for attempt in range(ATTEMPTS):
-        found = _lanczos(flexibility, count + 4 * attempt, attempt)
-        if complete(found.eigenvalues[:count]):
-            return Eigenmodes(found.eigenvalues[:count], found.shape[:, :count])
+        modes = _lanczos(flexibility, count + 4 * attempt, attempt)
+        if complete(modes.eigenvalues[:count]):
+            return Eigenmodes(modes.eigenvalues[:count], modes.shape[:, :count])
         if flexibility.factor.negative_pivots():
             raise _indefinite()
     raise ArithmeticError(
