@@ -19,8 +19,8 @@ Parameter = float | int | Array | np.ndarray | Distribution
 """A number, an array, or a distribution where the number is not known."""
 
 Shapes = Float[Array, "channel mode"]
-Receptance = Complex[Array, "sensor actuator frequency"]
-Response = Float[Array, "sensor actuator *part frequency"]
+Receptance = Complex[Array, "sensor actuator *force_level frequency"]
+Response = Float[Array, "sensor actuator *level_and_part frequency"]
 Key = Any
 Progress = Callable[[float], None]
 """Called with the share of the work that is done, from 0 to 1."""

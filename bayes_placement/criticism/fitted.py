@@ -56,9 +56,11 @@ def fitted(
     }
     present = np.asarray(data.measured)
     complete = present if part is None else np.all(present, axis=part)
+    levels = () if experiment.force_levels is None else ("force_level",)
+    dimensions = ("sensor", "actuator", *levels, "frequency")
     variables = {
         name: (
-            ("sensor", "actuator", "frequency"),
+            dimensions,
             np.where(complete, array, np.nan),
             {"units": units},
         )

@@ -182,7 +182,7 @@ def _natural_frequencies(modes: Modes) -> Any:
 
 def _in_band(experiment: Experiment, modes: Modes) -> np.ndarray:
     natural = np.asarray(_natural_frequencies(modes))
-    low, high = np.min(experiment.lines), np.max(experiment.lines)
+    low, high = np.min(experiment.frequency), np.max(experiment.frequency)
     inside = np.flatnonzero((natural >= low) & (natural <= high))
     if not inside.size:
         raise InputError(

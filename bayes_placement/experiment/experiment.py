@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import numpyro
@@ -144,18 +145,6 @@ class Experiment(eqx.Module):
         )
 
     @property
-    def lines(self) -> np.ndarray:
-        """Frequency of each datum [Hz]: the lines, once for each force level."""
-        return np.tile(np.asarray(self.frequency), len(self.force_levels or (1,)))
-
-    @property
-    def line_forces(self) -> np.ndarray | None:
-        """Amplitude [N] of the force at each datum along frequency; None where it is not known."""
-        if self.force_levels is None:
-            return None
-        return np.repeat(np.asarray(self.force_levels), np.size(self.frequency))
-
-    @property
     def unknowns(self) -> list[Unknown]:
         """Every unknown with its owner, prior and unit, in the order in which they are sampled."""
         return _sites.unknowns(self)
@@ -218,13 +207,21 @@ class Experiment(eqx.Module):
 
     def receptance(self) -> Receptance:
         """Receptance [m/N] of the structure at the lines, as its instruments recorded it."""
-        force = None if self.line_forces is None else jnp.asarray(self.line_forces)
-        drive = Drive(self._omega(), force, self.sensors_mounted)
+        if self.force_levels is None:
+            return self._receptance(None)
+        # Where nothing depends on the force it is computed once.
+        return jax.vmap(self._receptance, out_axes=2)(jnp.asarray(self.force_levels))
+
+    def _receptance(self, level: Float[Array, ""] | None) -> Receptance:
+        """Receptance [m/N] at one force level [N]."""
+        omega = self._omega()
+        force = None if level is None else jnp.broadcast_to(level, omega.shape)
+        drive = Drive(omega, force, self.sensors_mounted)
         effects = [effect for _, effect in sorted(self.instrument_effects.items())]
         return recorded(self.structure, self.instruments, effects, drive)
 
     def _omega(self) -> Float[Array, "frequency"]:
-        return 2 * jnp.pi * jnp.tile(jnp.asarray(self.frequency), len(self.force_levels or (1,)))
+        return 2 * jnp.pi * jnp.asarray(self.frequency)
 
     def frf(self) -> Receptance:
         """FRF of the observed quantity, once no structure or placement is unknown, Eq. (18)."""
@@ -247,8 +244,8 @@ class Experiment(eqx.Module):
         ValueError
             If a line, a channel or a force level of the experiment was not measured.
         """
-        parts = [self._data(one) for one in at_levels(measurement, self.force_levels)]
-        return parts[0] if len(parts) == 1 else Data.joined(parts)
+        runs = [self._data(run) for run in at_levels(measurement, self.force_levels)]
+        return runs[0] if self.force_levels is None else Data.at_levels(runs)
 
     def _data(self, measurement: Measurement) -> Data:
         chosen = (
@@ -284,12 +281,11 @@ class Experiment(eqx.Module):
 
         With force levels, one measurement for each.
         """
-        whole = np.asarray(compiled(_frf)(self.nominal()))
+        frf = np.asarray(compiled(_frf)(self.nominal()))
         if self.force_levels is None:
-            return self._measurement(whole, None)
-        each = np.split(whole, len(self.force_levels), axis=-1)
-        pairs = zip(each, self.force_levels, strict=True)
-        return tuple(self._measurement(frf, level) for frf, level in pairs)
+            return self._measurement(frf, None)
+        levels = enumerate(self.force_levels)
+        return tuple(self._measurement(frf[:, :, number], level) for number, level in levels)
 
     def _measurement(self, frf: np.ndarray, force_level: float | None) -> Measurement:
         return Measurement.from_arrays(
@@ -327,8 +323,8 @@ def outputs(observe: Observation, frf: Any, variance: Any = None) -> Data:
     measured = np.isfinite(frf)
     filled = jnp.asarray(np.where(measured, frf, 1.0))
     z = compiled(_output)(observe, filled)
-    if z.ndim == 4:
-        measured = np.broadcast_to(measured[:, :, None, :], z.shape)
+    if observe.parts > 1:
+        measured = np.broadcast_to(measured[..., None, :], z.shape)
     # A level where nothing was measured is never used, but it must not be NaN in a gradient.
     level = None if variance is None else jnp.where(jnp.isnan(variance), 1.0, variance)
     deviation = None if level is None else compiled(_deviation)(observe, filled, level)

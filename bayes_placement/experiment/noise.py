@@ -32,7 +32,7 @@ class Data(eqx.Module):
     """
 
     z: Response
-    measured: Bool[np.ndarray, "sensor actuator *part frequency"]
+    measured: Bool[np.ndarray, "sensor actuator *level_and_part frequency"]
     deviation: Response | None = None
 
     def of(self, sensors: Any = slice(None), actuators: Any = slice(None)) -> "Data":
@@ -44,15 +44,15 @@ class Data(eqx.Module):
         return Data(pick(self.z), pick(self.measured), pick(self.deviation))
 
     @staticmethod
-    def joined(parts: "Sequence[Data]") -> "Data":
-        """Return the data of several force levels, one behind the other along frequency."""
+    def at_levels(runs: "Sequence[Data]") -> "Data":
+        """Return the data of several force levels, one run each, as one."""
 
-        def join(values: list[Any]) -> Any:
+        def stacked(values: list[Any]) -> Any:
             xp = np if isinstance(values[0], np.ndarray) else jnp
-            return None if values[0] is None else xp.concatenate(values, axis=-1)
+            return None if values[0] is None else xp.stack(values, axis=2)
 
         names = ("z", "measured", "deviation")
-        return Data(*(join([getattr(part, name) for part in parts]) for name in names))
+        return Data(*(stacked([getattr(run, name) for run in runs]) for name in names))
 
 
 class Noise(eqx.Module):
@@ -103,7 +103,8 @@ class Gaussian(Noise):
     ----------
     sigma
         Standard deviation of z, in the unit of z (for a complex FRF, of each of its parts): a
-        number, an array that broadcasts to (sensor, actuator, frequency), or a distribution.
+        number, an array (sensor, actuator, frequency) whose axes may have length one, an array
+        that broadcasts to all outputs, or a distribution.
     """
 
     reads_coherence = False
@@ -245,8 +246,9 @@ def _channels(sigma: Array, sensors: Chosen, actuators: Chosen) -> Array:
 
 def _as_outputs(sigma: Any, predicted: Response) -> Array:
     level = jnp.asarray(sigma)
-    if level.ndim == 3 and predicted.ndim == 4:
-        level = level[..., None, :]  # both parts of a complex FRF have the same level
+    if level.ndim == 3:  # all force levels and both parts of a complex FRF have the same
+        between = tuple(range(2, predicted.ndim - 1))
+        level = jnp.expand_dims(level, between)
     return jnp.broadcast_to(level, predicted.shape)
 
 

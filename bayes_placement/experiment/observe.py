@@ -13,9 +13,9 @@ from jaxtyping import Array, Float, Inexact
 from .._types import InputError, Receptance, Response
 from .quantities import motion_name, quantity_of
 
-FRF = Inexact[Array, "sensor actuator frequency"]
-Variance = Float[Array, "sensor actuator frequency"]
-Measured = Float[np.ndarray, "sensor actuator *part frequency"]
+FRF = Inexact[Array, "sensor actuator *force_level frequency"]
+Variance = Float[Array, "sensor actuator *force_level frequency"]
+Measured = Float[np.ndarray, "sensor actuator *level_and_part frequency"]
 Lines = Float[np.ndarray, "frequency"]
 
 

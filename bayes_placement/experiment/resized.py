@@ -92,9 +92,7 @@ def with_lines(experiment: Experiment, count: int) -> Experiment:
     if lines.size <= count:
         return experiment
     kept = ((np.arange(count) + 0.5) * lines.size / count).astype(int)
-    levels = np.arange(len(experiment.force_levels or (1,)))
-    data = (lines.size * levels[:, None] + kept).ravel()
-    noise = _noise_at(experiment.noise, data, lines.size * levels.size)
+    noise = _noise_at(experiment.noise, kept, lines.size)
     return eqx.tree_at(
         lambda tree: (tree.frequency, tree.noise),
         experiment,
@@ -104,7 +102,7 @@ def with_lines(experiment: Experiment, count: int) -> Experiment:
 
 
 def _noise_at(noise: Noise | None, kept: np.ndarray, size: int) -> Noise | None:
-    """Noise of some of the `size` data along frequency."""
+    """Noise of some of the `size` lines."""
     if isinstance(noise, Covariance):
         return Covariance(np.asarray(noise.matrix)[np.ix_(kept, kept)], noise.scale)
     if isinstance(noise, Gaussian) and np.shape(noise.sigma)[-1:] == (size,):

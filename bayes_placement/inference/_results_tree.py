@@ -107,7 +107,7 @@ def _observed(experiment: Experiment, data: Data) -> xr.Dataset:
     deviation = None if experiment.noise is None else experiment.noise.deviation(data)
     if deviation is not None:
         variables["deviation"] = np.asarray(deviation)
-    omega = 2 * np.pi * experiment.lines
+    omega = 2 * np.pi * np.asarray(experiment.frequency)
     variables["receptance"] = experiment.observe.receptance(z, omega)
     variables["log_jacobian"] = experiment.observe.log_jacobian(z, omega)
     dataset = outputs(experiment, variables, ())

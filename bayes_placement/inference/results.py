@@ -52,30 +52,30 @@ def numbered(dataset: xr.Dataset) -> xr.Dataset:
 def outputs(
     experiment: Experiment, variables: dict[str, Any], leading: tuple[str, ...]
 ) -> xr.Dataset:
-    """Arrays of outputs with the names of channels, parts and lines.
-
-    Lines of several force levels follow each other, with `force_level` beside `frequency`.
+    """Arrays of outputs with the names of channels, force levels where there are, parts, lines.
 
     Parameters
     ----------
     experiment
         The experiment.
     variables
-        Arrays [*leading, sensor, actuator, (part,) frequency] by name.
+        Arrays [*leading, sensor, actuator, (force_level,) (part,) frequency] by name.
     leading
         Names of the dimensions before those of an output.
     """
     parts = ("part",) if experiment.observe.parts > 1 else ()
-    dimensions = (*leading, "sensor", "actuator", *parts, "frequency")
+    levels = () if experiment.force_levels is None else ("force_level",)
+    dimensions = (*leading, "sensor", "actuator", *levels, *parts, "frequency")
     units = {"units": experiment.observe.label}
     dataset = xr.Dataset({n: (dimensions, np.asarray(v), units) for n, v in variables.items()})
     coordinates: dict[str, Any] = {
         "sensor": [channel.label for channel in experiment.sensor_channels],
         "actuator": [channel.label for channel in experiment.actuator_channels],
-        "frequency": ("frequency", experiment.lines, {"units": "Hz"}),
+        "frequency": ("frequency", np.asarray(experiment.frequency), {"units": "Hz"}),
     }
-    if experiment.line_forces is not None:
-        coordinates["force_level"] = ("frequency", experiment.line_forces, {"units": "N"})
+    if levels:
+        amplitudes = np.asarray(experiment.force_levels)
+        coordinates["force_level"] = ("force_level", amplitudes, {"units": "N"})
     if parts:
         coordinates["part"] = ["real", "imaginary"]
     return dataset.assign_coords(coordinates)

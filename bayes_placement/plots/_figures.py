@@ -204,13 +204,10 @@ def channels(axes: np.ndarray, dataset: xr.Dataset) -> Iterator[tuple[Axes, xr.D
 
 def force_levels(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """Return the lines of each force level, with the end of a title."""
-    if "force_level" not in dataset.coords:
+    if "force_level" not in dataset.dims:
         return [("", dataset)]
-    level = dataset["force_level"].values
-    return [
-        (f", {force:g} N", dataset.isel(frequency=np.flatnonzero(level == force)))
-        for force in np.unique(level)
-    ]
+    forces = enumerate(dataset["force_level"].values)
+    return [(f", {force:g} N", dataset.isel(force_level=number)) for number, force in forces]
 
 
 def frequency_axis(axes: Axes, lines: np.ndarray) -> None:

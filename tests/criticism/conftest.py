@@ -6,7 +6,10 @@ import xarray as xr
 
 
 def lay_out(measured, draws, *, deviation=None, replicates=None, frequency=None, levels=None):
-    """Lay out arrays [sensor, actuator, part, frequency] as `infer` does; one part is no axis."""
+    """Lay out arrays [sensor, actuator, part, frequency] as `infer` does; one part is no axis.
+
+    With levels, the lines of all of them follow each other along the last axis.
+    """
     parts, lines = measured.shape[2:]
     unit = "acceleration per force [(m/s²)/N]"
     attributes = {"units": unit if parts == 2 else f"log10 of {unit}"}
@@ -19,12 +22,21 @@ def lay_out(measured, draws, *, deviation=None, replicates=None, frequency=None,
     if parts == 2:
         coordinates["part"] = ["real", "imaginary"]
     if levels is not None:
-        coordinates["force_level"] = ("frequency", levels, {"units": "N"})
+        coordinates["force_level"] = ("force_level", levels, {"units": "N"})
+        coordinates["frequency"] = ("frequency", frequency[: lines // len(levels)], {"units": "Hz"})
+
+    def by_level(array):
+        """Array [..., part, line] as [..., force_level, part, frequency]."""
+        if levels is None:
+            return array
+        return np.stack(np.split(array, len(levels), axis=-1), axis=-3)
 
     def group(leading, **arrays):
         part = ("part",) if parts == 2 else ()
-        dims = (*leading, "sensor", "actuator", *part, "frequency")
-        arrays = {n: x if parts == 2 else x[..., 0, :] for n, x in arrays.items() if x is not None}
+        level = () if levels is None else ("force_level",)
+        dims = (*leading, "sensor", "actuator", *level, *part, "frequency")
+        arrays = {n: by_level(x) for n, x in arrays.items() if x is not None}
+        arrays = {n: x if parts == 2 else x[..., 0, :] for n, x in arrays.items()}
         variables = {name: (dims, array, attributes) for name, array in arrays.items()}
         return xr.Dataset(variables, coords=coordinates)
 
@@ -75,7 +87,7 @@ def linear_gaussian(
         deviation=deviation if known else None,
         replicates=replicates if noise else None,
         frequency=frequency,
-        levels=np.repeat(2.0 * np.arange(1, levels + 1), lines) if levels > 1 else None,
+        levels=2.0 * np.arange(1, levels + 1) if levels > 1 else None,
     )
 
     def named(array):

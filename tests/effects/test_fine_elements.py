@@ -212,5 +212,5 @@ def test_a_cubic_spring_is_that_of_harmonic_balance_at_every_level():
         for level in levels
     ]
     found = modelled(BEAM, [effects.cubic_stiffness(0.21, 1e7)], force_levels=levels)
-    close(found, np.concatenate(fine, axis=-1))
+    close(found, np.stack(fine, axis=2))
     assert np.abs(fine[2] / fine[0] - 1).max() > 0.1

@@ -411,12 +411,15 @@ def test_a_hand_written_hierarchical_model_calls_the_public_pieces():
 LEVELS = [0.5, 2.0]
 
 
-def test_lines_follow_each_other_by_force_level():
+def test_force_levels_are_a_dimension_of_the_outputs():
     several = small(force_levels=LEVELS)
-    np.testing.assert_array_equal(several.lines, np.tile(several.frequency, 2))
-    np.testing.assert_array_equal(several.line_forces, np.repeat(LEVELS, 5))
-    assert small().line_forces is None
-    np.testing.assert_array_equal(small().lines, small().frequency)
+    channels = (len(several.sensor_channels), len(several.actuator_channels))
+    z = several.nominal().predict()
+    assert z.shape == (*channels, 2, 2, 5)
+    alone = small().nominal().predict()
+    assert alone.shape == (*channels, 2, 5)
+    for level in range(2):  # a linear structure does not feel the force
+        np.testing.assert_allclose(z[:, :, level], alone, rtol=1e-12)
 
 
 def test_each_force_level_has_its_measurement_in_any_order():
@@ -430,7 +433,7 @@ def test_each_force_level_has_its_measurement_in_any_order():
     data = several.data(measurements[::-1])
     found = jax.jit(lambda: several.predict())()
     np.testing.assert_allclose(data.z, found, rtol=1e-10)
-    assert data.measured.shape == found.shape == (2, 1, 2, 10)
+    assert data.measured.shape == found.shape == (2, 1, 2, 2, 5)
 
 
 def test_levels_that_do_not_fit_are_refused(measured):

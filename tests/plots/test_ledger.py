@@ -95,25 +95,25 @@ def ranking(table=None):
 def fit(seed, parts=True, levels=1):
     random = np.random.default_rng(seed)
     lines = np.array([10.0, 20.0, 40.0, 80.0])
-    frequency = np.tile(lines, levels)
-    dims = ("sensor", "actuator", "frequency")
-    size = (2, 1, frequency.size)
+    level = ("force_level",) if levels > 1 else ()
+    dims = ("sensor", "actuator", *level, "frequency")
+    size = (2, 1, levels, lines.size) if level else (2, 1, lines.size)
     logarithm = f"log10 of {UNIT}"
     unit = UNIT if parts else logarithm
     units = {"measured": logarithm, "predicted": logarithm, "error": unit, "noise": unit}
     coordinates = {
         "sensor": ["s1", "s2"],
         "actuator": ["a1"],
-        "frequency": ("frequency", frequency),
+        "frequency": ("frequency", lines),
     }
     if levels > 1:
-        coordinates["force_level"] = ("frequency", np.repeat([0.5, 2.0], lines.size))
+        coordinates["force_level"] = [0.5, 2.0]
     arrays = {
         name: (dims, np.abs(random.normal(size=size)) + 0.1, {"units": one})
         for name, one in units.items()
     }
     whole = xr.Dataset(arrays, coords=coordinates)
-    whole["measured"][0, 0, 1] = np.nan  # nothing was measured there
+    whole["measured"][0, 0, ..., 1] = np.nan  # nothing was measured there
     return whole
 
 
@@ -341,7 +341,7 @@ def test_each_force_level_has_panels_of_its_own():
     figure = ledger_plots.before_and_after(fits(levels=2))
     assert len(figure.axes) == 8
     assert figure.axes[1].get_title() == "sensor s1, actuator a1, 2 N"
-    expected = fits(levels=2)["as given"]["predicted"][0, 0, 4:]
+    expected = fits(levels=2)["as given"]["predicted"][0, 0, 1]
     np.testing.assert_array_equal(line(figure.axes[1], "as given"), expected)
 
 

@@ -17,20 +17,20 @@ NOTHING = xr.Dataset()
 def misfit(parts=True, levels=1):
     """Misfit of two sensors and an actuator, with arrays that tell themselves apart."""
     random = np.random.default_rng(3)
-    frequency = np.tile(LINES, levels)
-    channel = ("sensor", "actuator", "frequency")
+    level = ("force_level",) if levels > 1 else ()
+    channel = ("sensor", "actuator", *level, "frequency")
     outputs = (*channel, "part") if parts else channel
-    size = (2, 1, frequency.size)
+    size = (2, 1, levels, LINES.size) if level else (2, 1, LINES.size)
     unit = UNIT if parts else f"log10 of {UNIT}"
     coordinates = {
         "sensor": ["s1+x", "s2+x"],
         "actuator": ["a1+x"],
-        "frequency": ("frequency", frequency, {"units": "Hz"}),
+        "frequency": ("frequency", LINES, {"units": "Hz"}),
     }
     if parts:
         coordinates["part"] = ["real", "imaginary"]
     if levels > 1:
-        coordinates["force_level"] = ("frequency", np.repeat([0.5, 2.0][:levels], 4))
+        coordinates["force_level"] = [0.5, 2.0]
 
     def arrays(dims, units, *names):
         shape = (*size, 2) if dims == outputs and parts else size
@@ -45,7 +45,7 @@ def misfit(parts=True, levels=1):
         coords=coordinates,
     )
     response["misfit"] = abs(response["misfit"])
-    response["misfit"][1, 0, 2] = np.nan  # a gap is left blank
+    response["misfit"][1, 0, ..., 2] = np.nan  # a gap is left blank
     discrepancy = xr.Dataset(arrays(outputs, unit, "mean", "low", "high"), coords=coordinates)
     return Misfit(NOTHING, {}, response, NOTHING, NOTHING, discrepancy, 0.01, True)
 
@@ -113,7 +113,7 @@ def test_each_force_level_has_a_map_of_its_own():
     first, second, _ = misfit_plots.residual_map(one).axes
     assert [first.get_title(), second.get_title()] == ["residual, 0.5 N", "residual, 2 N"]
     values = second.collections[0].get_array()
-    np.testing.assert_array_equal(values[0], one.response["misfit"][0, 0, 4:])
+    np.testing.assert_array_equal(values[0], one.response["misfit"][0, 0, 1])
 
 
 def test_each_force_level_has_panels_of_its_own():
@@ -122,7 +122,7 @@ def test_each_force_level_has_panels_of_its_own():
     titles = [axis.get_title() for axis in figure.axes]
     pairs = [f"sensor s{n}+x, actuator a1+x" for n in (1, 2)]
     assert titles == [f"{pair}, {level} N" for pair in pairs for level in ("0.5", "2")]
-    values = one.response["residual_over_noise"][1, 0, 4:, 0]
+    values = one.response["residual_over_noise"][1, 0, 1, :, 0]
     np.testing.assert_array_equal(line(figure.axes[3], "residual, real part"), values)
 
 

@@ -243,16 +243,20 @@ def test_many_channels_have_a_panel_each():
 
 
 def test_each_force_level_has_panels_of_its_own():
-    levels = ("frequency", [0.5, 0.5, 2.0, 2.0], {"units": "N"})
     one = result()
     for group in ("posterior_predictive", "observed_data"):
-        one[group] = xr.DataTree(one[group].to_dataset().assign_coords(force_level=levels))
+        first = one[group].to_dataset()
+        second = first.isel(frequency=slice(None, None, -1)).assign_coords(
+            frequency=first["frequency"]
+        )
+        both = [run.assign_coords(force_level=n) for run, n in ((first, 0.5), (second, 2.0))]
+        one[group] = xr.DataTree(xr.concat(both, "force_level"))
     figure = bp.plots.posterior.measured_against_band(one)
     pairs = [f"sensor s{n}+x, actuator a1+x" for n in (1, 2)]
     assert [axis.get_title() for axis in figure.axes] == [
         f"{pair}, {level} N" for pair in pairs for _ in range(2) for level in ("0.5", "2")
     ]
-    measured = one["observed_data"]["measured"][1, 0, 2:]
+    measured = one["observed_data"]["measured"].sel(force_level=2.0)[1, 0]
     np.testing.assert_array_equal(line(figure.axes[5], "measured"), measured)
 
 

@@ -6,7 +6,7 @@ Not known here: which statistic is made of them.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -17,7 +17,7 @@ from ...experiment.experiment import MEASURED, RESPONSE
 from ...inference.estimates import scalars
 
 FORCE_LEVEL = "force_level"
-"""Coordinate of the lines that tells the force of the run [N], where there were several runs."""
+"""Dimension of the force of each run [N], where it is known."""
 
 BAND = (0.05, 0.95)
 LINES_OF_BAND = 5
@@ -28,11 +28,15 @@ _NEEDED = ("posterior", "prior", "posterior_predictive", "observed_data")
 Values = Float[np.ndarray, "sensor actuator frequency part"]
 Draws = Float[np.ndarray, "draw sensor actuator frequency part"]
 Chosen = Bool[np.ndarray, "sensor actuator frequency"]
+Labelled = TypeVar("Labelled", xr.DataArray, xr.Dataset)
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Measured outputs beside those of the model, lines in order within each force level.
+    """Measured outputs beside those of the model.
+
+    The lines of all force levels stand behind each other here, in order within each level, so that
+    every statistic runs along one axis; `labelled` takes them apart again.
 
     Parameters
     ----------
@@ -92,7 +96,15 @@ class Residuals:
         """Put the labels of the outputs on an array; NaN where nothing was measured."""
         parts = "part" in self.template.dims
         array = np.where(self.present, values, np.nan)
-        return self.template.copy(data=array if parts else array[..., 0]).assign_attrs(attributes)
+        flat = self.template.copy(data=array if parts else array[..., 0])
+        return by_level(flat.assign_attrs(attributes))
+
+    def labelled_lines(self, values: Any, **attributes: str) -> xr.DataArray:
+        """Put the labels on one number for each line, both parts together."""
+        template = self.template
+        flat = template.isel(part=0, drop=True) if "part" in template.dims else template
+        array = np.where(self.present[..., 0], values, np.nan)
+        return by_level(flat.copy(data=array).assign_attrs(attributes))
 
 
 @dataclass(frozen=True)
@@ -168,6 +180,21 @@ def groupings(data: Residuals, bands: int) -> dict[str, Grouping]:
     return ways
 
 
+def by_level(flat: Labelled) -> Labelled:
+    """Take the lines of force levels apart that stand behind each other."""
+    levels, number = _levels(flat)
+    if not levels.size:
+        return flat
+    runs = [
+        flat.isel(frequency=np.flatnonzero(number == level)).drop_vars(FORCE_LEVEL)
+        for level in range(levels.size)
+    ]
+    options: dict[str, Any] = {"coords": "minimal", "compat": "override", "join": "override"}
+    whole = xr.concat(runs, FORCE_LEVEL, **options)
+    ordered = whole.transpose("sensor", "actuator", FORCE_LEVEL, "frequency", ...)
+    return ordered.assign_coords({FORCE_LEVEL: (FORCE_LEVEL, levels, {"units": "N"})})
+
+
 def band_of(draws: Any, axis: int = 0) -> tuple[Any, Any, Any]:
     """Median and 5 % and 95 % quantiles over draws."""
     low, median, high = np.quantile(draws, [BAND[0], 0.5, BAND[1]], axis=axis)
@@ -185,9 +212,13 @@ def _check(posterior: xr.DataTree) -> None:
 
 
 def _in_order(dataset: xr.Dataset) -> xr.Dataset:
-    """Sort the lines within each force level."""
-    _, level = _levels(dataset)
-    return dataset.isel(frequency=np.lexsort((dataset["frequency"].values, level)))
+    """Sort the lines, and put those of all force levels behind each other."""
+    ordered = dataset.sortby("frequency")
+    if FORCE_LEVEL not in ordered.dims:
+        return ordered
+    lines = (FORCE_LEVEL, "frequency")
+    flat = ordered.sortby(FORCE_LEVEL).stack(line=lines, create_index=False)
+    return flat.swap_dims(line="frequency")
 
 
 def _levels(labelled: Any) -> tuple[Any, Any]:

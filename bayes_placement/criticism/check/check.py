@@ -114,16 +114,9 @@ def _response(data: Residuals) -> xr.Dataset:
     units["misfit"] = (
         "noise deviations" if data.deviation is not None else "deviations of the fitted noise"
     )
-    present = data.present[..., 0]
-    dimensions = ("sensor", "actuator", "frequency")
-    return xr.Dataset(
-        {
-            "residual": data.labelled(data.residual, units=unit),
-            "residual_over_noise": data.labelled(over, units=units["misfit"]),
-        }
-    ).assign(
-        {
-            name: (dimensions, np.where(present, values, np.nan), {"units": units[name]})
-            for name, values in shown.items()
-        }
-    )
+    lines = {name: data.labelled_lines(values, units=units[name]) for name, values in shown.items()}
+    parts = {
+        "residual": data.labelled(data.residual, units=unit),
+        "residual_over_noise": data.labelled(over, units=units["misfit"]),
+    }
+    return xr.Dataset(parts | lines)

@@ -53,7 +53,7 @@ def discrepancy(posterior: xr.DataTree) -> xr.Dataset:
     -------
     xarray.Dataset
         In the unit of the outputs, `mean` and the 95 % band `low` to `high` at each line, and
-        `away`, whether the band excludes zero. By channel pair (and force `level` [N]): `amplitude`
+        `away`, whether the band excludes zero. By channel pair (and `force_level` [N]): `amplitude`
         [noise deviations], `length` [Hz], `noise` (factor on the noise's deviation),
         `log_ratio` of the likelihood to that without any discrepancy, and the `share` of lines
         where it is away from zero (of a right model, at most 5 % on average).
@@ -72,7 +72,7 @@ def of(data: Residuals) -> xr.Dataset:
     unit = {"units": data.template.attrs.get("units", "")}
     lines = {"mean": mean, "low": mean - margin, "high": mean + margin}
     dataset = xr.Dataset({name: data.labelled(x, **unit) for name, x in lines.items()})
-    dataset["away"] = (("sensor", "actuator", "frequency"), away)
+    dataset["away"] = data.labelled_lines(away) > 0
     present = data.present[..., 0]
     shares = [_share(away, present & (data.force_level == level)) for level in levels]
     columns = {name: [getattr(fit, name) for fit in fits] for name in _Fit._fields[2:]}
@@ -82,11 +82,10 @@ def of(data: Residuals) -> xr.Dataset:
 def _by_channel(columns: dict[str, list[np.ndarray]], dataset: xr.Dataset) -> xr.Dataset:
     """Add numbers of each channel pair; of each force level too, where these are told."""
     pair = ("sensor", "actuator")
-    if FORCE_LEVEL not in dataset.coords:
+    if FORCE_LEVEL not in dataset.dims:
         return dataset.assign({name: (pair, values[0]) for name, values in columns.items()})
-    levels = np.unique(dataset[FORCE_LEVEL].values)
-    stacked = {name: (("level", *pair), np.stack(values)) for name, values in columns.items()}
-    return dataset.assign(stacked).assign_coords(level=("level", levels, {"units": "N"}))
+    stacked = {name: ((FORCE_LEVEL, *pair), np.stack(values)) for name, values in columns.items()}
+    return dataset.assign(stacked)
 
 
 def _share(away: np.ndarray, here: np.ndarray) -> np.ndarray:

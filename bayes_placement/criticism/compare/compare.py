@@ -306,8 +306,9 @@ def _has_tail(likelihood: xr.DataArray) -> xr.DataArray:
 def _per_datum(outputs: xr.DataArray, jacobian: xr.DataArray) -> xr.DataArray:
     """Sum over the parts of a complex FRF, and leave out what was not measured."""
     parts = [name for name in ("part",) if name in outputs.dims]
-    places = ("sensor", "actuator", "frequency")
-    flat = outputs.sum(parts, skipna=False).drop_vars([*places, "force_level"], errors="ignore")
+    levels = [name for name in ("force_level",) if name in outputs.dims]
+    places = ("sensor", "actuator", *levels, "frequency")
+    flat = outputs.sum(parts, skipna=False).drop_vars(places, errors="ignore")
     there = jacobian.notnull().all(parts).transpose(*places).values.ravel()
     return flat.stack(datum=places, create_index=False).isel(datum=np.flatnonzero(there))
 

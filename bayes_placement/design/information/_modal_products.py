@@ -18,7 +18,9 @@ from ...modes.points import Points, joined
 def factorise(experiment: Experiment) -> bool:
     """Tell whether FRFs are such products: nothing attached, all modes known."""
     structure = experiment.structure
-    if experiment.instrument_effects or structure.attachments or structure.cubic_attachments:
+    if experiment.force_levels is not None or experiment.instrument_effects:
+        return False
+    if structure.attachments or structure.cubic_attachments:
         return False
     moduli = [Owner("effects", modulus.name) for modulus in structure.of_kind(Modulus)]
     owners = [unknown.owner for unknown in experiment.unknowns if not unknown.is_placement]
@@ -36,7 +38,7 @@ def residues(experiment: Experiment) -> Float[Array, "sensor actuator product"]:
 
 def spectra(experiment: Experiment) -> Complex[Array, "product frequency"]:
     """FRF of the observed quantity for a residue of one, once the damping is known."""
-    omega = 2 * jnp.pi * jnp.asarray(experiment.lines)
+    omega = 2 * jnp.pi * jnp.asarray(experiment.frequency)
     factors = modal_receptance(experiment.structure, experiment.structure.proper_modes(), omega)
     products = factors.modal
     if _has_static_flexibility(experiment):

@@ -159,7 +159,7 @@ def test_force_levels_are_told_apart(unknown_noise):
     assert any(
         line.startswith("1 of 2 force levels fails, 2 N: ") for line in unknown_noise.words()
     )
-    assert list(unknown_noise.discrepancy["level"]) == [2.0, 4.0]
+    assert list(unknown_noise.discrepancy["force_level"]) == [2.0, 4.0]
 
 
 def test_lines_of_two_force_levels_are_no_neighbours(right_model):

@@ -114,9 +114,9 @@ def test_each_force_level_has_its_own(right_model):
     missing = np.concatenate([5 * BUMP, 0 * BUMP])
     # The prior is so narrow that no parameter absorbs the bump of one level at the cost of both.
     one = standing_out(right_model(5, levels=2, missing=missing, prior=1e-3))
-    np.testing.assert_array_equal(one["level"], [2.0, 4.0])
-    assert float(one["share"].sel(level=2.0).min()) > 0.05
-    assert float(one["share"].sel(level=4.0).mean()) < 0.05
+    np.testing.assert_array_equal(one["force_level"], [2.0, 4.0])
+    assert float(one["share"].sel(force_level=2.0).min()) > 0.05
+    assert float(one["share"].sel(force_level=4.0).mean()) < 0.05
 
 
 def test_a_single_line_has_no_smooth_part(right_model):

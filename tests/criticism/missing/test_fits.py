@@ -1,5 +1,7 @@
 """Fits of an experiment: the truth is found, also of an unknown noise, and held-out data."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -8,8 +10,9 @@ import pytest
 from scipy.optimize import minimize
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing._held_out import held_out
+from bayes_placement.criticism.missing._held_out import _folds, held_out
 from bayes_placement.criticism.missing._hypotheses import alone
+from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import TRUTH, experiment, measured, without_coherence
 
 
@@ -68,3 +71,26 @@ def test_held_out_data_are_predicted_as_well_as_the_noise_allows(null):
     _, spread = null.problem.squares.residuals(null.fit.point[None])
     ideal = -0.5 * (1 + np.log(2 * np.pi)) - spread[0] / null.problem.count
     assert held_out(null) == pytest.approx(ideal, abs=0.2)
+
+
+def test_a_band_is_held_out_at_every_force_level():
+    alone = experiment()
+    levels = [1.0, 3.0, 9.0]
+    driven = bp.Experiment(
+        alone.structure,
+        sensors=[*alone.sensor.values()],
+        actuators=[*alone.actuator.values()],
+        frequency=alone.frequency,
+        observe=alone.observe,
+        noise=alone.noise,
+        force_levels=levels,
+    )
+    runs = [dataclasses.replace(measured(), force_level=level) for level in levels]
+    data = driven.data(runs)
+    sensors, *bands = np.split([*_folds(Problem(driven, data))], [2, 3, 4, 5])
+    for held in (fold.reshape(data.z.shape) for fold in np.concatenate(bands)):
+        lines = held.all(axis=(0, 1, 2, 3))  # at both sensors, every level, in both parts
+        assert lines.sum() == alone.frequency.size / 4
+        np.testing.assert_array_equal(held, np.broadcast_to(lines, held.shape))
+    for number, held in enumerate(fold.reshape(data.z.shape) for fold in sensors):
+        assert held[number].all() and not np.delete(held, number, axis=0).any()

@@ -663,5 +663,5 @@ def test_shared_cases(shared_data, name, first, size, levels, mounted, unknowns)
     assert natural[-1] > 3.9 * experiment.frequency[-1]
     springs = ["suspension_1", "suspension_2"] if "freebeam" in name else []
     assert list(experiment.structure.effects) == springs
-    lines = len(levels or [1]) * size[2]
-    assert experiment.data(study.measurement).z.shape == (*size[:2], 2, lines)
+    runs = () if levels is None else (len(levels),)
+    assert experiment.data(study.measurement).z.shape == (*size[:2], *runs, 2, size[2])
