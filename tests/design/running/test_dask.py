@@ -67,7 +67,9 @@ def test_an_estimate_that_cannot_be_made_is_refused_by_its_own_words(cluster):
         )
 
 
-@pytest.mark.parametrize("whose", ["its own workers", "workers that live on"])
+@pytest.mark.parametrize(
+    "whose", [pytest.param("its own workers", marks=pytest.mark.long), "workers that live on"]
+)
 def test_a_run_that_is_killed_goes_on(whose, cluster, whole, tmp_path, monkeypatch):
     client = cluster._client
     own = whose == "its own workers"

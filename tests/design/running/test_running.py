@@ -430,7 +430,7 @@ class Breaking(Executor):
 def test_a_lost_worker_is_replaced(numbered, tmp_path, monkeypatch):
     marker = tmp_path / "killed"
     monkeypatch.setattr(_dispatch, "compute_packed", partial(at_work.stop_once, marker))
-    with bp.design.workers(2) as executor:
+    with bp.design.workers(1) as executor:
         found = list(_dispatch._by_executor(numbered, executor))
         assert executor.submit(os.getpid).result() != int(marker.read_text())
     assert sorted((int(chunk.cells[0]), int(ten[0])) for chunk, ten in found) == TENS
@@ -487,9 +487,8 @@ def test_none_is_this_process():
         assert executor is None
 
 
-def test_each_worker_takes_its_share_of_the_cores():
-    with bp.design.workers(2) as executor:
-        threads = executor.submit(os.getenv, "PJRT_NPROC").result()
+def test_each_worker_takes_its_share_of_the_cores(processes):
+    threads = processes.submit(os.getenv, "PJRT_NPROC").result()
     assert int(threads) == max(1, os.cpu_count() // 2)
 
 
