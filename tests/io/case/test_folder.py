@@ -292,7 +292,7 @@ def test_each_force_level_is_a_measurement(tmp_path):
     study = case.read(written(tmp_path, LEVELS, measured_level2=file))
     assert study.experiment.force_levels == (0.02, 0.06)
     assert [one.force_level for one in study.measurement] == [0.02, 0.06]
-    assert study.experiment.data(study.measurement).z.shape == (2, 1, 2, 12)
+    assert study.experiment.data(study.measurement).z.shape == (2, 1, 2, 2, 6)
     np.testing.assert_allclose(study.measurement[1].frf, 2 * study.measurement[0].frf)
 
 
