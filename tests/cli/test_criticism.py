@@ -1,4 +1,4 @@
-"""criticism_commands: what check, explain and improve say, write and refuse."""
+"""What `bayes-placement check`, `explain` and `improve` tell, write and refuse."""
 
 import dataclasses
 import json

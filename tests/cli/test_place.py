@@ -1,6 +1,5 @@
-"""placement_commands: where to measure, as said, written and refused on the command line."""
+"""What `bayes-placement place` tells, writes and refuses."""
 
-import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -206,19 +205,28 @@ def test_data_come_first_and_then_there_is_less_to_learn(tmp_path, first):
     assert learnt < 0.8 * pd.read_csv(first[0] / "out" / "placements.csv")["information_gain"].max()
 
 
-class Doubtful(bp.engines.Importance):
-    """Draws that are complained about; a warning would be an error here."""
-
-    def run(self, posterior, key, progress):
-        draws = super().run(posterior, key, progress)
-        return dataclasses.replace(draws, warnings=("Look twice.",))
-
-
-def test_warnings_of_the_inference_are_lines_of_the_report(tmp_path, monkeypatch):
-    monkeypatch.setattr(bp.engines, "Importance", Doubtful)
+def test_an_estimator_starts_from_the_posterior_of_earlier_data_and_tells_its_warnings(
+    tmp_path, monkeypatch
+):
     study = bp.io.model.read(written(tmp_path, MEASUREMENT.format(draws=400)))
-    _, warned = _estimators.named_estimator("kde", study, study.measurement, 0, lambda: no_progress)
-    assert warned == ["Look twice."]
+    given = {}
+
+    def infer_posterior(*arguments):
+        given["arguments"] = arguments
+        return xr.DataTree(xr.Dataset(attrs={"warnings": ["Look twice."]}))
+
+    monkeypatch.setattr(_estimators, "infer_posterior", infer_posterior)
+
+    def kde(*, after):
+        given["after"] = after
+        return bp.information.KDE()
+
+    monkeypatch.setitem(_estimators.ESTIMATORS, "kde", kde)
+    _, warned = _estimators.named_estimator("kde", study, study.measurement, 7, lambda: no_progress)
+    assert warned == given["after"].attrs["warnings"] == ["Look twice."]
+    experiment, measurement, method, seed, _ = given["arguments"]
+    assert (experiment, measurement, seed) == (study.experiment, study.measurement, 7)
+    assert method.engine == bp.engines.Importance(draws=400)
 
 
 def explained(probability, *ratios):
