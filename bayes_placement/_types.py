@@ -1,8 +1,4 @@
-"""_types: in, nothing; out, the dimension words of every annotation and the working precision.
-
-Not known here: any physics or probability. Dimensions are written as words in jaxtyping
-strings: frequency, sensor, actuator, axis, channel, mode, port, node, chain, draw, part.
-"""
+"""Dimension words of every annotation, the working precision, and our own errors."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,4 @@
-"""_measurement_checks: in, the parts of a measurement; out, errors that say what is needed.
-
-Not known here: channels, files, probability.
-"""
+"""What cannot have been measured is refused in words."""
 
 from collections.abc import Callable, Mapping, Sequence
 

@@ -1,7 +1,4 @@
-"""experiment: in, structure, transducers, lines, observation, noise; out, one NumPyro model.
-
-Not known here: which engine runs it, which marginal is taken.
-"""
+"""One NumPyro model of a structure, its instruments, the lines and what is observed."""
 
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
@@ -23,6 +20,7 @@ from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
 from ..positions.places import typical
 from . import _experiment_checks
+from ._prior_table import prior_table
 from .measurement import Channel, Measurement, at_levels
 from .noise import Data, Noise
 from .observe import Observation
@@ -299,17 +297,13 @@ class Experiment(eqx.Module):
 
     def __str__(self) -> str:
         """Lay out every prior and unit in one table."""
-        rows = [
-            (unknown.name, describe(unknown.distribution), unknown.unit, unknown.role.value)
-            for unknown in self.unknowns
-        ]
         low, high = float(np.min(self.frequency)), float(np.max(self.frequency))
         channels = f"{len(self.sensor_channels)} sensor x {len(self.actuator_channels)} actuator"
         return "\n".join(
             [
                 f"Experiment: {channels} channels, {np.size(self.frequency)} lines from {low:g} "
                 f"to {high:g} Hz, z = {self.observe.label}",
-                *_table([("unknown", "prior", "unit", "role"), *rows]),
+                *prior_table(self.unknowns),
             ]
         )
 
@@ -337,24 +331,6 @@ def _output(observe: Observation, frf: Any) -> Response:
 
 def _deviation(observe: Observation, frf: Any, variance: Any) -> Response:
     return observe.deviation(frf, variance)
-
-
-def describe(distribution: Any) -> str:
-    """Write a distribution as its name and arguments: Uniform(0.02, 0.06)."""
-    values = [getattr(distribution, name, None) for name in distribution.arg_constraints]
-    return (
-        f"{type(distribution).__name__}({', '.join(_number(v) for v in values if v is not None)})"
-    )
-
-
-def _number(value: Any) -> str:
-    array = np.asarray(value)
-    return f"{array:.6g}" if array.ndim == 0 else f"array{array.shape}"
-
-
-def _table(rows: list[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    return ["  ".join(word.ljust(w) for word, w in zip(row, widths, strict=True)) for row in rows]
 
 
 def _placed(transducers: Sequence[Kind], structure: Structure) -> OrderedDict[str, Kind]:

@@ -1,7 +1,4 @@
-"""measurement: in, complex FRFs of labelled channels; out, the same by quantity, line and channel.
-
-Not known here: structures, probability, file formats.
-"""
+"""Measured FRFs of labelled channels: converted, and picked by line and by channel."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

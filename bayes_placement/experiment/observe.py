@@ -1,7 +1,4 @@
-"""observe: in, an FRF of displacement, velocity or acceleration; out, the real outputs z, and back.
-
-Not known here: the structure, priors, the noise level.
-"""
+"""What is compared: the real outputs z of an FRF, and what they tell of the receptance."""
 
 import abc
 

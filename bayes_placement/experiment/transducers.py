@@ -1,7 +1,4 @@
-"""transducers: in, modes and the place of a sensor or actuator; out, the mode shapes it reads.
-
-Not known here: frequencies, damping, data.
-"""
+"""Sensors and actuators: where they are, along what they read or drive, how far that is known."""
 
 from typing import Any, ClassVar, TypeVar
 
