@@ -8,6 +8,7 @@ import jax
 import numpy as np
 import xarray as xr
 
+from .._compiled import compiled
 from .._random import jax_key, recorded_seed
 from .._sites import Role, substitute
 from .._types import InputError, Key, Progress, no_progress
@@ -16,6 +17,7 @@ from ..experiment.noise import Data
 from . import divergence, engines, marginals
 from ._results_tree import Inference, equal_draws, pick, tree
 from .engines.engine import Engine, EngineDraws
+from .engines.least_squares import LeastSquares
 from .estimates import Weighting, standard_error
 from .marginals.marginal import DrawPlacement, Marginal
 from .names import of_name
@@ -132,7 +134,7 @@ def _inference(
         marginal.model(experiment, data, marginal_key),
         priors,
         moves,
-        lambda: marginal.least_squares(experiment, data),
+        jax.tree_util.Partial(_least_squares, marginal, experiment, data),
     )
     draws = engine.run(posterior, engine_key, progress)
     parents = equal_draws(draws)
@@ -155,6 +157,10 @@ def _inference(
     )
 
 
+def _least_squares(marginal: Marginal, experiment: Experiment, data: Data) -> LeastSquares | None:
+    return marginal.least_squares(experiment, data)
+
+
 def _predictions(
     experiment: Experiment,
     data: Data,
@@ -164,6 +170,22 @@ def _predictions(
     key: Key,
 ) -> tuple[Values, dict[str, Any], dict[str, Any]]:
     """Values by name, predicted outputs and statistics of draws of equal weight [chain, draw]."""
+    chains, count = position.shape[:2]
+    flat = position.reshape(chains * count, -1)
+    keys = jax.random.split(key, chains * count)
+    predictions = compiled(_predicted)(experiment, data, posterior, draw_placement, flat, keys)
+    return jax.tree.map(lambda x: np.asarray(x).reshape(chains, count, *x.shape[1:]), predictions)
+
+
+def _predicted(
+    experiment: Experiment,
+    data: Data,
+    posterior: UnconstrainedModel,
+    draw_placement: DrawPlacement | None,
+    flat: Any,
+    keys: Any,
+) -> Any:
+    """Values, outputs and statistics of vectors [draw, unknown], see `_predictions`."""
 
     def predict(flat: Any, key: Key) -> tuple[Values, dict[str, Any], dict[str, Any]]:
         values = posterior.constrain(flat)
@@ -174,13 +196,7 @@ def _predictions(
             values = {**values, **placement}
         return values, _outputs(substitute(experiment, values), data, noise_key), stats
 
-    chains, count = position.shape[:2]
-    flat = position.reshape(chains * count, -1)
-    keys = jax.random.split(key, chains * count)
-    mapped = jax.jit(
-        lambda flat, keys: jax.lax.map(lambda pair: predict(*pair), (flat, keys), batch_size=BATCH)
-    )(flat, keys)
-    return jax.tree.map(lambda x: np.asarray(x).reshape(chains, count, *x.shape[1:]), mapped)
+    return jax.lax.map(lambda pair: predict(*pair), (flat, keys), batch_size=BATCH)
 
 
 def _outputs(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:
@@ -197,7 +213,11 @@ def _outputs(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:
 
 
 def _named(posterior: UnconstrainedModel, position: Any) -> dict[str, np.ndarray]:
-    return jax.tree.map(np.asarray, jax.jit(jax.vmap(jax.vmap(posterior.constrain)))(position))
+    return jax.tree.map(np.asarray, compiled(_constrained)(posterior, position))
+
+
+def _constrained(posterior: UnconstrainedModel, position: Any) -> Values:
+    return jax.vmap(jax.vmap(posterior.constrain))(position)
 
 
 def _unresolved(stats: dict[str, np.ndarray]) -> list[str]:
@@ -252,6 +272,10 @@ def _from_neighbours(
     posterior: UnconstrainedModel, draws: EngineDraws, names: list[str]
 ) -> divergence.Divergence:
     places = posterior.places(names)
-    log_prior = jax.jit(jax.vmap(jax.vmap(lambda flat: posterior.log_prior(flat, names))))
+    log_prior = compiled(_log_priors)(posterior, names, draws.position)
     vectors = np.asarray(draws.position)[..., places]
-    return divergence.from_posterior_draws(vectors, np.asarray(log_prior(draws.position)))
+    return divergence.from_posterior_draws(vectors, np.asarray(log_prior))
+
+
+def _log_priors(posterior: UnconstrainedModel, names: list[str], position: Any) -> Any:
+    return jax.vmap(jax.vmap(lambda flat: posterior.log_prior(flat, names)))(position)

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpyro.infer import Predictive
 
+from .._compiled import compiled
 from .._random import jax_key
 from .._types import Key
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
@@ -42,8 +43,7 @@ def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -
         `prior`: the unknowns. `prior_predictive`: `response` (without output error) and
         `measured` (with it, where the experiment has a noise).
     """
-    predictive = Predictive(experiment.model, num_samples=draws, batch_ndims=1)
-    samples = jax.jit(lambda sample_key: predictive(sample_key))(jax_key(key))
+    samples = compiled(_simulated)(experiment, draws, jax_key(key))
     drawn = {name: np.asarray(value)[None] for name, value in samples.items()}
     predicted = {name: drawn[name] for name in (RESPONSE, MEASURED) if name in drawn}
     groups = {
@@ -51,3 +51,9 @@ def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -
         "/prior_predictive": numbered(outputs(experiment, predicted, ("chain", "draw"))),
     }
     return xr.DataTree.from_dict(groups)
+
+
+def _simulated(experiment: Experiment, draws: int, key: Key) -> dict[str, Any]:
+    predictive = Predictive(experiment.model, num_samples=draws, batch_ndims=1)
+    samples: dict[str, Any] = predictive(key)
+    return samples

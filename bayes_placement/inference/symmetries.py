@@ -7,6 +7,8 @@ the posterior, so a wrong guess costs time, never correctness.
 from collections.abc import Callable
 from typing import Any
 
+import equinox as eqx
+
 from .._sites import Unknown
 from ..experiment.experiment import Experiment
 
@@ -23,9 +25,11 @@ def symmetries(experiment: Experiment) -> tuple[Move, ...]:
         for unknown in experiment.unknowns
         if unknown.is_placement and _is_on_a_line(unknown)
     ]
-    moves = [_mirror(experiment, positions)] if positions else []
+    moves: list[Move] = []
+    if positions:
+        moves.append(_Mirror(tuple(positions), *experiment.structure.modes.bounds()))
     if len(positions) == 2 and len(experiment.sensor) == len(experiment.actuator) == 1:
-        moves.append(_exchange(*positions))
+        moves.append(_Exchange(*positions))
     return tuple(moves)
 
 
@@ -34,17 +38,24 @@ def _is_on_a_line(unknown: Unknown) -> bool:
     return unknown.field == "position" and is_scalar
 
 
-def _mirror(experiment: Experiment, positions: list[str]) -> Move:
-    low, high = experiment.structure.modes.bounds()
+class _Mirror(eqx.Module):
+    """Mirror image of positions on a line."""
 
-    def move(values: Values) -> Values:
-        return values | {name: low + high - values[name] for name in positions}
+    names: tuple[str, ...] = eqx.field(static=True)
+    low: float
+    high: float
 
-    return move
+    def __call__(self, values: Values) -> Values:
+        """Values with all positions mirrored."""
+        return values | {name: self.low + self.high - values[name] for name in self.names}
 
 
-def _exchange(first: str, second: str) -> Move:
-    def move(values: Values) -> Values:
-        return values | {first: values[second], second: values[first]}
+class _Exchange(eqx.Module):
+    """Two positions exchanged."""
 
-    return move
+    first: str = eqx.field(static=True)
+    second: str = eqx.field(static=True)
+
+    def __call__(self, values: Values) -> Values:
+        """Values with either position at the other's place."""
+        return values | {self.first: values[self.second], self.second: values[self.first]}

@@ -1,13 +1,16 @@
 """Prior and likelihood of a NumPyro model over one flat vector without bounds."""
 
 from collections.abc import Callable
+from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 from numpyro.infer.util import compute_log_probs
 
+from .._compiled import compiled
 from .._types import InputError, Key
 from ._quadrature_rules import product_rule
 from .coordinates import Coordinates
@@ -17,8 +20,15 @@ from .symmetries import Move, Values
 Flat = Float[Array, "unknown"]
 
 
-class UnconstrainedModel:
+def _no_least_squares() -> None:
+    """Likelihood of which nothing is known."""
+
+
+class UnconstrainedModel(eqx.Module):
     """Prior and likelihood of a NumPyro model over unconstrained vectors.
+
+    It is a tree: models of one structure with other numbers share compiled functions, where the
+    model, the moves and what tells of least squares are trees as well.
 
     Parameters
     ----------
@@ -38,25 +48,45 @@ class UnconstrainedModel:
         If an unknown is discrete.
     """
 
+    model: Callable[[], None]
+    names: tuple[str, ...] = eqx.field(static=True)
+    distributions: tuple[Distribution, ...]
+    moves: tuple[Move, ...]
+    find_least_squares: Callable[[], LeastSquares | None]
+
     def __init__(
         self,
         model: Callable[[], None],
         priors: dict[str, Distribution],
         moves: tuple[Move, ...] = (),
-        least_squares: Callable[[], LeastSquares | None] = lambda: None,
+        least_squares: Callable[[], LeastSquares | None] = _no_least_squares,
     ):
         _check_continuous(priors)
         self.model = model
+        # A dictionary would come back from a tree in another order.
+        self.names, self.distributions = tuple(priors), tuple(priors.values())
         self.moves = moves
-        self.priors = priors
-        self.coordinates = Coordinates(priors, standard_normal=False)
-        self.dimension = self.coordinates.dimension
-        self._least_squares = least_squares
+        self.find_least_squares = least_squares
+
+    @property
+    def priors(self) -> dict[str, Distribution]:
+        """Prior of each unknown, by name."""
+        return dict(zip(self.names, self.distributions, strict=True))
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """Map between values by name and the flat vector."""
+        return Coordinates(self.priors, standard_normal=False)
+
+    @property
+    def dimension(self) -> int:
+        """Length of the flat vector."""
+        return self.coordinates.dimension
 
     @property
     def least_squares(self) -> LeastSquares | None:
         """Likelihood as a problem of least squares over the flat vector."""
-        return self._least_squares()
+        return self.find_least_squares()
 
     def flatten(self, values: Values) -> Flat:
         """Flat vector of values by name; not finite where a prior excludes a value."""
@@ -91,13 +121,13 @@ class UnconstrainedModel:
 
     def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:
         """Independent draws from the prior."""
+        return compiled(_prior_draws)(self, jax.random.split(key, draws))
 
-        def draw(key: Key) -> Flat:
-            keys = jax.random.split(key, len(self.priors))
-            pairs = zip(self.priors.items(), keys, strict=True)
-            return self.flatten({name: prior.sample(own_key) for (name, prior), own_key in pairs})
-
-        return jax.jit(jax.vmap(draw))(jax.random.split(key, draws))
+    def prior_draw(self, key: Key) -> Flat:
+        """One draw from the prior."""
+        keys = jax.random.split(key, len(self.names))
+        pairs = zip(self.priors.items(), keys, strict=True)
+        return self.flatten({name: prior.sample(own_key) for (name, prior), own_key in pairs})
 
     def prior_quadrature(
         self, nodes: int, box: list[tuple[float, float]] | None = None
@@ -117,7 +147,15 @@ class UnconstrainedModel:
             If an unknown is no scalar or its prior cannot be inverted.
         """
         values, log_weight = product_rule(self.priors, nodes, box)
-        return jax.jit(jax.vmap(self.flatten))(values), log_weight
+        return compiled(_flattened)(self, values), log_weight
+
+
+def _prior_draws(model: UnconstrainedModel, keys: Any) -> Float[Array, "draw unknown"]:
+    return jax.vmap(model.prior_draw)(keys)
+
+
+def _flattened(model: UnconstrainedModel, values: Values) -> Float[Array, "draw unknown"]:
+    return jax.vmap(model.flatten)(values)
 
 
 def _check_continuous(priors: dict[str, Distribution]) -> None:

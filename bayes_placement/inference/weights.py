@@ -14,6 +14,9 @@ GOOD_PARETO_K = 0.7
 Vehtari et al., Pareto smoothed importance sampling, J. Mach. Learn. Res. 25 (2024).
 """
 
+LEAST_WEIGHTS = 25
+"""Fewest weights that have a tail of five, which the fit of its shape needs."""
+
 LEAST_NODES = 2.5
 """Least effective number of nodes along a coordinate that resolves an integral.
 
@@ -33,10 +36,12 @@ def effective_size(log_weight: Any) -> Float[Array, ""]:
 def pareto_k(log_weight: Any) -> float:
     """Shape of the tail of the weights; above `GOOD_PARETO_K` estimates cannot be trusted.
 
-    Zero for equal weights, which have no tail; infinite where nearly all of them vanish, so that
-    no tail is left to be fitted.
+    Zero for equal weights, which have no tail; infinite where there are too few, or nearly all of
+    them vanish, so that no tail is left to be fitted.
     """
     finite = np.asarray(log_weight)[np.isfinite(log_weight)]
+    if finite.size < LEAST_WEIGHTS:
+        return float("inf")
     if np.ptp(finite) < 1e-6:
         return 0.0
     with np.errstate(all="ignore"):  # a tail of zeros divides by zero

@@ -43,7 +43,7 @@ def log_likelihood(experiment, marginal, data):
     model = marginal.model(experiment, data, KEY)
     laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
     target = unconstrained.UnconstrainedModel(model, laws)
-    return float(jax.jit(target.log_likelihood)(target.flatten(RATIOS)))
+    return float(jax.jit(lambda flat: target.log_likelihood(flat))(target.flatten(RATIOS)))
 
 
 @pytest.fixture(scope="module")

@@ -64,7 +64,7 @@ def log_likelihood(one, marginal, values):
     data = one.data(measured())
     laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(one)}
     target = UnconstrainedModel(marginal.model(one, data, KEY), laws)
-    return float(jax.jit(target.log_likelihood)(target.flatten(values)))
+    return float(jax.jit(lambda flat: target.log_likelihood(flat))(target.flatten(values)))
 
 
 def term(one, data):

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ...inference.alternative_explanation import JointDraws, draws_of
-from ...inference.marginals import nested_quadrature
+from ...inference.marginals.nested_quadrature import NestedQuadrature, nested_nodes
 from . import _sampling
 from ._prior_knowledge import posterior_means, prior_knowledge
 from .estimator import Estimator, Gain, Plan, divergence, known_noise, placement_distributions
@@ -69,10 +69,10 @@ class Exact(Estimator):
             z = at.fix(nominal).predict()
             data = Data(z, np.ones(z.shape, dtype=bool))
             placed = placement_distributions(at, known.names)
-            nodes = nested_quadrature.nested_nodes(at, placed, self.nodes)
+            integrated = NestedQuadrature(data, nested_nodes(at, placed, self.nodes))
 
             def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
-                return nested_quadrature.log_likelihood(at.fix(values), data, nodes)
+                return integrated.log_likelihood(at.fix(values))
 
             flat = {n: jnp.reshape(v, (-1, *v.shape[2:])) for n, v in parameters.items()}
             log_likelihood = jax.lax.map(likelihood, flat, batch_size=BATCH)

@@ -1,14 +1,15 @@
 """What every engine is, what it may know of a posterior, and what it returns."""
 
 import abc
-from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..._compiled import compiled
 from ..._types import Key, Progress
 from .least_squares import LeastSquares
 
@@ -20,7 +21,9 @@ Scalar = Float[Array, ""]
 class PosteriorDensity(Protocol):
     """What an engine may know of a posterior: densities over one flat, unconstrained vector."""
 
-    dimension: int
+    @property
+    def dimension(self) -> int:
+        """Length of the vector."""
 
     @property
     def least_squares(self) -> LeastSquares | None:
@@ -103,13 +106,21 @@ class Engine(eqx.Module):
         """What determines the result, for the record."""
 
 
-def in_batches(
-    evaluate: Callable[[Float[Array, "draw unknown"]], Float[Array, "draw"]],
+def log_likelihoods(
+    posterior: PosteriorDensity, vectors: Float[Array, "draw unknown"]
+) -> Float[Array, "draw"]:
+    """Log likelihoods of many vectors at once."""
+    return jax.vmap(posterior.log_likelihood)(vectors)
+
+
+def log_likelihoods_in_batches(
+    posterior: PosteriorDensity,
     vectors: Float[Array, "draw unknown"],
     batch: int,
     progress: Progress,
 ) -> Float[Array, "draw"]:
-    """Evaluate a compiled, vectorised function at many vectors, a batch of them at a time."""
+    """Log likelihoods of many vectors, compiled for a batch of them."""
+    evaluate = compiled(log_likelihoods).bound(posterior)
     count = vectors.shape[0]
     # The last batch is filled up, so that a second shape need not be compiled.
     padding = jnp.repeat(vectors[:1], -count % batch, axis=0)

@@ -4,13 +4,12 @@ import dataclasses
 from typing import Any
 
 import equinox as eqx
-import jax
 import numpy as np
 from scipy.special import logsumexp
 
 from ..._types import InfeasibleError, Key, Progress
 from ..weights import LEAST_NODES, effective_size
-from .engine import Engine, EngineDraws, PosteriorDensity, in_batches
+from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
 from .importance import weighted
 
 MOST_NODES = 1_000_000
@@ -51,10 +50,9 @@ class Grid(Engine):
         """Weight every node by its prior weight and its likelihood."""
         self._check(posterior.dimension)
         box: Box = [(0.0, 1.0)] * posterior.dimension
-        evaluate = jax.jit(jax.vmap(posterior.log_likelihood))
         while True:
             vectors, log_weight = posterior.prior_quadrature(self.nodes, box)
-            likelihood = in_batches(evaluate, vectors, self.batch, progress)
+            likelihood = log_likelihoods_in_batches(posterior, vectors, self.batch, progress)
             draws = weighted(vectors, likelihood, log_weight)
             cube = np.asarray(draws.log_weight).reshape((self.nodes,) * posterior.dimension)
             refined = [self._refined(cube, axis, part) for axis, part in enumerate(box)]

@@ -4,7 +4,6 @@ import dataclasses
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import logsumexp
@@ -12,7 +11,7 @@ from jaxtyping import Array, Float
 
 from ..._types import InputError, Key, Progress
 from ..weights import GOOD_PARETO_K, effective_size, pareto_k
-from .engine import Engine, EngineDraws, PosteriorDensity, in_batches
+from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
 
 LEAST_ESS = 10
 
@@ -35,8 +34,7 @@ class Importance(Engine):
         """Weight draws from the prior by their likelihood."""
         vectors = posterior.sample_prior(key, self.draws)
         batch = min(self.batch, self.draws)
-        evaluate = jax.jit(jax.vmap(posterior.log_likelihood))
-        likelihood = in_batches(evaluate, vectors, batch, progress)
+        likelihood = log_likelihoods_in_batches(posterior, vectors, batch, progress)
         equal = jnp.full(self.draws, -jnp.log(self.draws))
         return _diagnosed(weighted(vectors, likelihood, equal))
 

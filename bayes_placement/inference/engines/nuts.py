@@ -9,6 +9,7 @@ import numpy as np
 from arviz_stats.base import array_stats
 from numpyro.infer import NUTS as Kernel
 
+from ..._compiled import compiled
 from ..._types import Key, Progress
 from .engine import Engine, EngineDraws, PosteriorDensity
 
@@ -38,27 +39,45 @@ class NUTS(Engine):
 
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Run all chains together, block by block."""
-
-        def potential(flat: Any) -> Any:
-            return -(posterior.log_prior(flat) + posterior.log_likelihood(flat))
-
         start_key, chain_key = jax.random.split(key)
-        kernel = Kernel(
-            potential_fn=potential, dense_mass=True, target_accept_prob=self.target_accept
-        )
         start = posterior.sample_prior(start_key, self.chains)
         keys = jax.random.split(chain_key, self.chains)
-        state = kernel.init(keys, self.warmup, start, (), {})
-        kept = self._sample(kernel, state, progress)
-        likelihood = jax.jit(jax.vmap(jax.vmap(posterior.log_likelihood)))(kept["position"])
+        kept = self._sample(posterior, keys, start, progress)
+        likelihood = compiled(_log_likelihoods)(posterior, kept["position"])
         return self._draws(kept, likelihood)
 
-    def _sample(self, kernel: Kernel, state: Any, progress: Progress) -> dict[str, Any]:
+    def _sample(
+        self, posterior: PosteriorDensity, keys: Any, start: Any, progress: Progress
+    ) -> dict[str, Any]:
         """Statistics and positions of the draws [chain, draw, ...], by name."""
         total = self.warmup + self.draws
         # Blocks of one length, so that only one is compiled; what is too much is cut off.
         count = -(-total // BLOCK)
         length = -(-total // count)
+        state = compiled(NUTS.begun)(self, posterior, keys, start)
+        block = compiled(NUTS.continued).bound(self, posterior, length)
+        blocks = []
+        for number in range(1, count + 1):
+            state, kept = block(keys, start, state)
+            blocks.append(jax.tree.map(np.asarray, kept))
+            progress(number / count)
+        return {
+            name: jnp.asarray(
+                np.concatenate([kept[name] for kept in blocks])[self.warmup : total].swapaxes(0, 1)
+            )
+            for name in blocks[0]
+        }
+
+    def begun(self, posterior: PosteriorDensity, keys: Any, start: Any) -> Any:
+        """State of all chains before the first step."""
+        return self._kernel(posterior, keys, start)[1]
+
+    def continued(
+        self, posterior: PosteriorDensity, length: int, keys: Any, start: Any, state: Any
+    ) -> tuple[Any, dict[str, Any]]:
+        """State after a block of steps, and what is kept of each."""
+        # Its state at the start is not used here, but a kernel must have been begun.
+        kernel, _ = self._kernel(posterior, keys, start)
 
         def step(state: Any, _: None) -> tuple[Any, dict[str, Any]]:
             state = kernel.sample(state, (), {})
@@ -71,18 +90,16 @@ class NUTS(Engine):
             }
             return state, kept
 
-        block = jax.jit(lambda state: jax.lax.scan(step, state, None, length=length))
-        blocks = []
-        for number in range(1, count + 1):
-            state, kept = block(state)
-            blocks.append(jax.tree.map(np.asarray, kept))
-            progress(number / count)
-        return {
-            name: jnp.asarray(
-                np.concatenate([kept[name] for kept in blocks])[self.warmup : total].swapaxes(0, 1)
-            )
-            for name in blocks[0]
-        }
+        return jax.lax.scan(step, state, None, length=length)
+
+    def _kernel(self, posterior: PosteriorDensity, keys: Any, start: Any) -> tuple[Kernel, Any]:
+        def potential(flat: Any) -> Any:
+            return -(posterior.log_prior(flat) + posterior.log_likelihood(flat))
+
+        kernel = Kernel(
+            potential_fn=potential, dense_mass=True, target_accept_prob=self.target_accept
+        )
+        return kernel, kernel.init(keys, self.warmup, start, (), {})
 
     def _draws(self, kept: dict[str, Any], likelihood: Any) -> EngineDraws:
         position = kept.pop("position")
@@ -100,6 +117,11 @@ class NUTS(Engine):
         """Name and sizes."""
         sizes = {"chains": self.chains, "warmup": self.warmup, "draws": self.draws}
         return {"engine": "NUTS", **sizes, "target_accept": self.target_accept}
+
+
+def _log_likelihoods(posterior: PosteriorDensity, position: Any) -> Any:
+    """Log likelihoods [chain, draw] of draws [chain, draw, unknown]."""
+    return jax.vmap(jax.vmap(posterior.log_likelihood))(position)
 
 
 def _warnings(r_hat: float, divergences: int, draws: int) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from blackjax.smc.solver import dichotomy
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
+from ..._compiled import compiled
 from ..._types import InputError, Key, Progress
 from .engine import Engine, EngineDraws, PosteriorDensity
 
@@ -80,10 +81,9 @@ class SMC(Engine):
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Temper every population from the prior to the posterior."""
         size = self.particles // self.populations
-        likelihood = jax.jit(lambda x: jax.lax.map(posterior.log_likelihood, x, batch_size=size))
+        likelihood = compiled(_log_likelihoods).bound(posterior, size)
         stages = _Stages(
-            jax.jit(lambda key, population: self._resample(key, population, size)),
-            jax.jit(lambda key, population: self._move(posterior, key, population)),
+            compiled(SMC.resampled).bound(self, size), compiled(SMC.moved).bound(self, posterior)
         )
         tempered = []
         for number, population_key in enumerate(jax.random.split(key, self.populations)):
@@ -97,7 +97,7 @@ class SMC(Engine):
             tempered.append(_temper(stages, temper_key, population, share))
         return self._draws(*map(list, zip(*tempered, strict=True)))
 
-    def _resample(self, key: Key, population: _Population, size: int) -> _Population:
+    def resampled(self, size: int, key: Key, population: _Population) -> _Population:
         """Raise the temperature as far as the target ESS allows, and resample to this size."""
         temperature = self._next_temperature(population, size)
         log_weight = (temperature - population.temperature) * population.log_likelihood
@@ -120,7 +120,7 @@ class SMC(Engine):
         raised = population.temperature + jnp.clip(delta, 0.0, rest)
         return jnp.where(rest - delta < 1e-9, 1.0, raised)
 
-    def _move(self, posterior: PosteriorDensity, key: Key, population: _Population) -> _Population:
+    def moved(self, posterior: PosteriorDensity, key: Key, population: _Population) -> _Population:
         """Random walk of every particle at one temperature, then a jump to a symmetric image."""
         particles = population.particles
         pairs = population.scale * 2.38 / jnp.sqrt(2 * particles.shape[1])
@@ -168,6 +168,10 @@ class SMC(Engine):
         return {"engine": "SMC", **sizes, "moves": self.moves, "target_ess": self.target_ess} | {
             "prior_draws": self.prior_draws
         }
+
+
+def _log_likelihoods(posterior: PosteriorDensity, size: int, particles: Any) -> Any:
+    return jax.lax.map(posterior.log_likelihood, particles, batch_size=size)
 
 
 def _start(particles: Any, likelihood: Any, number: int) -> _Population:

@@ -6,8 +6,8 @@ from ..._sites import Unknown, is_finite
 from ..._types import InputError, Key
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from . import nested_quadrature
-from .marginal import DrawPlacement, Marginal, Model, integrated, integrated_model
+from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated
+from .nested_quadrature import NestedQuadrature, check, nested_nodes
 
 
 class Enumeration(Marginal):
@@ -24,7 +24,7 @@ class Enumeration(Marginal):
         """Whatever has finitely many values."""
         return is_finite(unknown.distribution)
 
-    def _nodes(self, experiment: Experiment) -> nested_quadrature.NestedNodes:
+    def _likelihood(self, experiment: Experiment, data: Data) -> NestedQuadrature:
         distributions = integrated(self, experiment)
         if not distributions:
             raise InputError(
@@ -32,25 +32,16 @@ class Enumeration(Marginal):
                 "one, at=positions.Nodes(positions, positions.Box(...)), or use "
                 "marginals.Latent()."
             )
-        nested_quadrature.check(experiment, "Enumeration")
-        return nested_quadrature.nested_nodes(experiment, distributions, 1)
+        check(experiment, "Enumeration")
+        return NestedQuadrature(data, nested_nodes(experiment, distributions, 1))
 
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
         """Return a model in which all but the nodes is sampled."""
-        nodes = self._nodes(experiment)
-        return integrated_model(
-            self,
-            experiment,
-            lambda realised: nested_quadrature.log_likelihood(realised, data, nodes),
-        )
+        return IntegratedModel(self, experiment, self._likelihood(experiment, data))
 
     def placement(self, experiment: Experiment, data: Data, key: Key) -> DrawPlacement:
         """Draw nodes in proportion to their share of the likelihood."""
-        nodes = self._nodes(experiment)
-        return lambda realised, draw_key: (
-            nested_quadrature.draw_placement(realised, data, nodes, draw_key)[0],
-            {},
-        )
+        return self._likelihood(experiment, data).draw_placement
 
     def settings(self) -> dict[str, Any]:
         """Only the name."""

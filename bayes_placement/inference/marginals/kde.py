@@ -10,7 +10,7 @@ from ..._types import InputError, Key
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from .kernel_density import KERNELS, KernelDensity
-from .marginal import DrawPlacement, Marginal, Model, integrated, integrated_model
+from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated
 
 
 class KDE(Marginal):
@@ -72,7 +72,7 @@ class KDE(Marginal):
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
         """Return a model in which only parameters and output error are sampled."""
         estimate = self._estimate(experiment, data, key)
-        return integrated_model(self, experiment, estimate.log_likelihood)
+        return IntegratedModel(self, experiment, estimate)
 
     def placement(self, experiment: Experiment, data: Data, key: Key) -> DrawPlacement:
         """Draw placements in proportion to the share of their kernels in the likelihood."""

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 from numpyro.distributions import Normal
@@ -17,6 +18,7 @@ from ..._types import Key
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..weights import effective_size
+from .marginal import IntegratedLikelihood
 
 
 class Kernel(NamedTuple):
@@ -57,7 +59,7 @@ def kernel(name: str, draws: int, dimension: int) -> Kernel:
     return KERNELS[name](silverman_width(draws, dimension), draws)
 
 
-class KernelDensity(eqx.Module):
+class KernelDensity(IntegratedLikelihood):
     """Multivariate kernel density estimate of p(z | h) with a bandwidth for each component.
 
     A bandwidth for each is needed: z given h lies near a surface of as many dimensions as there are
@@ -79,6 +81,20 @@ class KernelDensity(eqx.Module):
     kernel: str = eqx.field(static=True)
     noise_draws: int | None = eqx.field(static=True)
     common: bool = eqx.field(static=True)
+    dimension: int = eqx.field(static=True)
+
+    def __init__(
+        self,
+        data: Data,
+        key: Key,
+        draws: int,
+        kernel: str = "soize",
+        noise_draws: int | None = None,
+        common: bool = True,
+    ):
+        self.data, self.key, self.draws = data, key, draws
+        self.kernel, self.noise_draws, self.common = kernel, noise_draws, common
+        self.dimension = int(np.sum(data.measured))  # a bandwidth depends on it
 
     def log_likelihood(self, experiment: Experiment) -> Float[Array, ""]:
         """Log of the estimate at the measured outputs."""
@@ -112,7 +128,7 @@ class KernelDensity(eqx.Module):
     def _kernels(self, experiment: Experiment, placements: dict[str, Any]) -> tuple[Any, Any]:
         """Centres [draw, *output] and variance [*output] of the kernels."""
         z = jax.vmap(lambda values: substitute(experiment, values).predict())(placements)
-        width, shrinkage = kernel(self.kernel, self.draws, int(self.data.measured.sum()))
+        width, shrinkage = kernel(self.kernel, self.draws, self.dimension)
         mean, deviation = jnp.mean(z, axis=0), jnp.std(z, axis=0, ddof=1)
         return mean + shrinkage * (z - mean), (width * deviation) ** 2
 

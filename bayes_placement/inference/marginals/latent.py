@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import equinox as eqx
+
 from ..._sites import Unknown
 from ..._types import Key
 from ...experiment.experiment import Experiment
@@ -9,6 +11,17 @@ from ...experiment.noise import Data
 from ..engines.least_squares import LeastSquares
 from ..residuals import Problem
 from .marginal import Marginal, Model
+
+
+class _LatentModel(eqx.Module):
+    """NumPyro model of an experiment whose data are given."""
+
+    experiment: Experiment
+    data: Data
+
+    def __call__(self) -> None:
+        """Run the model of the experiment."""
+        self.experiment.model(self.data)
 
 
 class Latent(Marginal):
@@ -22,7 +35,7 @@ class Latent(Marginal):
 
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
         """Return the experiment's own model."""
-        return lambda: experiment.model(data)
+        return _LatentModel(experiment, data)
 
     def least_squares(self, experiment: Experiment, data: Data) -> LeastSquares | None:
         """Return the residuals of the experiment, whose noise is Gaussian."""

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
-import jax
 import numpyro
+from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
 from ..._sites import Unknown, realise
@@ -64,10 +64,24 @@ def integrated(marginal: Marginal, experiment: Experiment) -> dict[str, Distribu
     }
 
 
-def integrated_model(
-    marginal: Marginal, experiment: Experiment, log_likelihood: Callable[[Experiment], jax.Array]
-) -> Model:
+class IntegratedLikelihood(eqx.Module):
+    """Likelihood of an experiment in which only integrated unknowns are still distributions."""
+
+    @abc.abstractmethod
+    def log_likelihood(self, experiment: Experiment) -> Float[Array, ""]:
+        """Log likelihood, integrated over those unknowns."""
+
+    @abc.abstractmethod
+    def draw_placement(
+        self, experiment: Experiment, key: Key
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Draw those unknowns in proportion to their share of it, see `DrawPlacement`."""
+
+
+class IntegratedModel(eqx.Module):
     """NumPyro model of the unknowns that are not integrated, with a likelihood of its own.
+
+    It is a tree, so that models of one structure with other numbers share compiled functions.
 
     Parameters
     ----------
@@ -75,13 +89,15 @@ def integrated_model(
         What takes unknowns out of the likelihood.
     experiment
         The experiment.
-    log_likelihood
-        Log likelihood of an experiment in which only those unknowns are still distributions.
+    likelihood
+        Likelihood of the experiment, integrated over those unknowns.
     """
-    names = integrated(marginal, experiment)
 
-    def model() -> None:
-        realised = realise(experiment, where=lambda unknown: unknown.name not in names)
-        numpyro.factor(MEASURED, log_likelihood(realised))
+    marginal: Marginal
+    experiment: Experiment
+    likelihood: IntegratedLikelihood
 
-    return model
+    def __call__(self) -> None:
+        """Sample what is not integrated, and weight it by the likelihood."""
+        realised = realise(self.experiment, where=lambda u: not self.marginal.integrates(u))
+        numpyro.factor(MEASURED, self.likelihood.log_likelihood(realised))

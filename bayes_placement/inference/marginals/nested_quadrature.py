@@ -22,6 +22,7 @@ from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from .._quadrature_rules import node_count, product_rule
 from ..weights import effective_size
+from .marginal import IntegratedLikelihood
 
 MOST_RESPONSES = 4_000_000
 """Most responses computed for one set of parameters."""
@@ -48,12 +49,32 @@ class SideNodes(NamedTuple):
     continuous: int
 
 
+class Channels(NamedTuple):
+    """Channels of one transducer among those of its side."""
+
+    first: int
+    end: int
+
+    @property
+    def slice(self) -> slice:
+        """The same as a slice."""
+        return slice(self.first, self.end)
+
+
+class InnerTransducer(NamedTuple):
+    """One transducer of the inner side: its name, channels and nodes."""
+
+    name: str
+    channels: Channels
+    nodes: SideNodes
+
+
 class NestedNodes(NamedTuple):
-    """Nodes of the outer side, and of each transducer of the inner side with its channels."""
+    """Nodes of the outer side, and of each transducer of the inner side."""
 
     outer: SideNodes
-    inner: tuple[tuple[str, SideNodes, slice], ...]
-    inner_is_sensor: bool
+    inner: tuple[InnerTransducer, ...]
+    inner_side: str
 
 
 def check(experiment: Experiment, marginal: str) -> None:
@@ -112,8 +133,10 @@ def nested_nodes(
     channels = _channels(side)
     return NestedNodes(
         _side_nodes(outer, nodes),
-        tuple((name, _side_nodes(inner[name], nodes), channels[name]) for name in side),
-        inner_is_sensor,
+        tuple(
+            InnerTransducer(name, channels[name], _side_nodes(inner[name], nodes)) for name in side
+        ),
+        kind,
     )
 
 
@@ -133,12 +156,12 @@ def _size(distributions: Mapping[str, Distribution], nodes: int) -> int:
     return math.prod(node_count(distribution, nodes) for distribution in distributions.values())
 
 
-def _channels(transducers: Any) -> dict[str, slice]:
+def _channels(transducers: Any) -> dict[str, Channels]:
     """Channels of each transducer, by its name."""
     channels, start = {}, 0
     for name, transducer in transducers.items():
         end = start + len(transducer.channels)
-        channels[name] = slice(start, end)
+        channels[name] = Channels(start, end)
         start = end
     return channels
 
@@ -154,24 +177,68 @@ def _side_nodes(distributions: dict[str, Distribution], nodes: int) -> SideNodes
     return SideNodes(rule.values, rule.log_weight, _size(finite, nodes), continuous)
 
 
-def log_likelihood(experiment: Experiment, data: Data, nodes: NestedNodes) -> Float[Array, ""]:
-    """Log of the likelihood integrated over every position."""
-    return logsumexp(_outer_terms(nodes, _inner_terms(experiment, data, nodes)))
+class NestedQuadrature(IntegratedLikelihood):
+    """Likelihood integrated over the nodes of some unknowns.
 
+    Parameters
+    ----------
+    data
+        Measured outputs.
+    nodes
+        Nodes of the integrated unknowns.
+    """
 
-def draw_placement(
-    experiment: Experiment, data: Data, nodes: NestedNodes, key: Key
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """One placement drawn by its share of the integral, and how well the nodes resolve it."""
-    inner = _inner_terms(experiment, data, nodes)
-    outer = _outer_terms(nodes, inner)
-    keys = jax.random.split(key, len(inner) + 1)
-    outer_node = jax.random.categorical(keys[0], outer)
-    drawn = {name: values[outer_node] for name, values in nodes.outer.values.items()}
-    for (_, side, _), terms, inner_key in zip(nodes.inner, inner, keys[1:], strict=True):
-        inner_node = jax.random.categorical(inner_key, terms[outer_node])
-        drawn |= {name: values[inner_node] for name, values in side.values.items()}
-    return drawn, {"node_ess": _node_ess(nodes, outer, inner)}
+    data: tuple[Data, ...]
+    nodes: NestedNodes
+
+    def __init__(self, data: Data, nodes: NestedNodes):
+        self.data = tuple(
+            data.of(**{f"{nodes.inner_side}s": transducer.channels.slice})
+            for transducer in nodes.inner
+        )
+        self.nodes = nodes
+
+    def log_likelihood(self, experiment: Experiment) -> Float[Array, ""]:
+        """Log of the likelihood integrated over every position."""
+        return logsumexp(_outer_terms(self.nodes, self._inner_terms(experiment)))
+
+    def draw_placement(
+        self, experiment: Experiment, key: Key
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """One placement drawn by its share of the integral, and how well the nodes resolve it."""
+        nodes, inner = self.nodes, self._inner_terms(experiment)
+        outer = _outer_terms(nodes, inner)
+        keys = jax.random.split(key, len(inner) + 1)
+        outer_node = jax.random.categorical(keys[0], outer)
+        drawn = {name: values[outer_node] for name, values in nodes.outer.values.items()}
+        for transducer, terms, inner_key in zip(nodes.inner, inner, keys[1:], strict=True):
+            inner_node = jax.random.categorical(inner_key, terms[outer_node])
+            drawn |= {name: values[inner_node] for name, values in transducer.nodes.values.items()}
+        return drawn, _node_ess(nodes, outer, inner)
+
+    def _inner_terms(self, experiment: Experiment) -> list[Any]:
+        """Log weighted likelihood of each inner transducer, [outer node, inner node]."""
+        pairs = zip(self.nodes.inner, self.data, strict=True)
+        return [self._inner_term(experiment, *pair) for pair in pairs]
+
+    def _inner_term(
+        self, experiment: Experiment, transducer: InnerTransducer, data: Data
+    ) -> Float[Array, "outer inner"]:
+        inner, outer = transducer.nodes, self.nodes.outer
+        alone = experiment.with_only(
+            self.nodes.inner_side, transducer.name, transducer.channels.slice
+        )
+
+        def term(outer_values: Any, inner_values: Any) -> Any:
+            placed = substitute(alone, {**outer_values, **inner_values})
+            assert placed.noise is not None  # as `check` made sure
+            return jnp.sum(placed.noise.distribution(placed.predict(), data).log_prob(data.z))
+
+        # A map inside another, so that the shapes of each side are computed once for each node.
+        sizes = math.prod(inner.log_weight.shape), math.prod(outer.log_weight.shape)
+        over_inner = jax.vmap(term, in_axes=(None, 0), axis_size=sizes[0])
+        over_both = jax.vmap(over_inner, in_axes=(0, None), axis_size=sizes[1])
+        return over_both(outer.values, inner.values) + inner.log_weight
 
 
 def _outer_terms(nodes: NestedNodes, inner: list[Any]) -> Float[Array, "node"]:
@@ -179,49 +246,21 @@ def _outer_terms(nodes: NestedNodes, inner: list[Any]) -> Float[Array, "node"]:
     return nodes.outer.log_weight + sum(logsumexp(terms, axis=1) for terms in inner)
 
 
-def _inner_terms(experiment: Experiment, data: Data, nodes: NestedNodes) -> list[Any]:
-    """Log weighted likelihood of each inner transducer, [outer node, inner node]."""
-    return [_inner_term(experiment, data, nodes, *transducer) for transducer in nodes.inner]
+def _node_ess(nodes: NestedNodes, outer: Any, inner: list[Any]) -> dict[str, Float[Array, ""]]:
+    """Effective number of Gauss nodes along the coordinate where it is least, `node_ess`.
 
-
-def _inner_term(
-    experiment: Experiment,
-    data: Data,
-    nodes: NestedNodes,
-    name: str,
-    inner: SideNodes,
-    channels: slice,
-) -> Float[Array, "outer inner"]:
-    side = "sensor" if nodes.inner_is_sensor else "actuator"
-    part = data.of(**{f"{side}s": channels})
-    alone = experiment.with_only(side, name, channels)
-
-    def term(outer_values: Any, inner_values: Any) -> Any:
-        placed = substitute(alone, {**outer_values, **inner_values})
-        assert placed.noise is not None  # as `check` made sure
-        return jnp.sum(placed.noise.distribution(placed.predict(), part).log_prob(part.z))
-
-    # A map inside another, so that the shapes of each side are computed once for each node.
-    sizes = math.prod(inner.log_weight.shape), math.prod(nodes.outer.log_weight.shape)
-    over_inner = jax.vmap(term, in_axes=(None, 0), axis_size=sizes[0])
-    over_both = jax.vmap(over_inner, in_axes=(0, None), axis_size=sizes[1])
-    return over_both(nodes.outer.values, inner.values) + inner.log_weight
-
-
-def _node_ess(nodes: NestedNodes, outer: Any, inner: list[Any]) -> Float[Array, ""]:
-    """Effective number of Gauss nodes along the coordinate where it is least.
-
-    Coordinates may be strongly correlated, so the inner ones are judged at given outer ones.
+    Coordinates may be strongly correlated, so the inner ones are judged at given outer ones. Where
+    all are summed there is none.
     """
     share = jax.nn.softmax(outer)
-    counts = [jnp.asarray(jnp.inf)]
+    counts = []
     if nodes.outer.continuous:
         counts.append(_ess_along_coordinate(outer, nodes.outer))
-    for terms, (_, side, _) in zip(inner, nodes.inner, strict=True):
+    for terms, (_, _, side) in zip(inner, nodes.inner, strict=True):
         if side.continuous:
             sizes = jax.vmap(lambda row, side=side: _ess_along_coordinate(row, side))(terms)
             counts.append(jnp.exp(jnp.sum(share * jnp.log(sizes))))
-    return jnp.min(jnp.stack(counts))
+    return {"node_ess": jnp.min(jnp.stack(counts))} if counts else {}
 
 
 def _ess_along_coordinate(log_share: Float[Array, "node"], nodes: SideNodes) -> Float[Array, ""]:

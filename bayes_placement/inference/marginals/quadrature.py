@@ -8,8 +8,8 @@ from ..._sites import Unknown
 from ..._types import Key
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from . import nested_quadrature
-from .marginal import DrawPlacement, Marginal, Model, integrated, integrated_model
+from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated
+from .nested_quadrature import NestedQuadrature, check, nested_nodes
 
 
 class Quadrature(Marginal):
@@ -32,26 +32,18 @@ class Quadrature(Marginal):
         """All placement is."""
         return unknown.is_placement
 
-    def _nodes(self, experiment: Experiment) -> nested_quadrature.NestedNodes:
-        nested_quadrature.check(experiment, "Quadrature")
-        distributions = integrated(self, experiment)
-        return nested_quadrature.nested_nodes(experiment, distributions, self.nodes)
+    def _likelihood(self, experiment: Experiment, data: Data) -> NestedQuadrature:
+        check(experiment, "Quadrature")
+        nodes = nested_nodes(experiment, integrated(self, experiment), self.nodes)
+        return NestedQuadrature(data, nodes)
 
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:
         """Return a model in which only parameters and output error are sampled."""
-        nodes = self._nodes(experiment)
-        return integrated_model(
-            self,
-            experiment,
-            lambda realised: nested_quadrature.log_likelihood(realised, data, nodes),
-        )
+        return IntegratedModel(self, experiment, self._likelihood(experiment, data))
 
     def placement(self, experiment: Experiment, data: Data, key: Key) -> DrawPlacement:
         """Draw nodes in proportion to their share of the likelihood."""
-        nodes = self._nodes(experiment)
-        return lambda realised, draw_key: nested_quadrature.draw_placement(
-            realised, data, nodes, draw_key
-        )
+        return self._likelihood(experiment, data).draw_placement
 
     def settings(self) -> dict[str, Any]:
         """Name and number of nodes."""

@@ -11,7 +11,7 @@ import bayes_placement as bp
 from bayes_placement import information
 from bayes_placement.design.information.estimator import jackknife_error, placement_distributions
 from bayes_placement.experiment.noise import Data
-from bayes_placement.inference.marginals import nested_quadrature
+from bayes_placement.inference.marginals.nested_quadrature import NestedQuadrature, nested_nodes
 from models import bar
 from tests.design.information.linear import FORMS, SCALES, SIGMA, linear_experiment
 from tests.test_reference import BOTH, EXACT_TABLE, FIRST, KDE_TABLE, P1, P2, P4, SECOND
@@ -103,17 +103,17 @@ def test_its_bias_falls_like_one_over_the_draws(linear):
 def exact_divergences(experiment, count):
     """Divergence for data that the prior predicts, all integrals by Gauss quadrature."""
     laws = placement_distributions(experiment)
-    nodes = nested_quadrature.nested_nodes(experiment, laws, 32)
+    nodes = nested_nodes(experiment, laws, 32)
     node, weight = np.polynomial.legendre.leggauss(12)
     first, second = (one.ravel() for one in np.meshgrid(0.04 + 0.02 * node, 0.04 + 0.02 * node))
     log_weight = np.log(np.outer(weight / 2, weight / 2).ravel())
 
     @jax.jit
     def likelihoods(z):
-        data = Data(z, np.ones(z.shape, dtype=bool))
+        integrated = NestedQuadrature(Data(z, np.ones(z.shape, dtype=bool)), nodes)
         several = {RATIOS[0]: jnp.asarray(first), RATIOS[1]: jnp.asarray(second)}
         return jax.lax.map(
-            lambda one: nested_quadrature.log_likelihood(experiment.fix(one), data, nodes),
+            lambda one: integrated.log_likelihood(experiment.fix(one)),
             several,
             batch_size=16,
         )

@@ -139,7 +139,7 @@ def test_a_symmetry_lets_smc_switch_between_modes():
         likelihood = jax.vmap(target.log_likelihood)(particles)
         start = _start(particles, likelihood, 0)._replace(temperature=jnp.ones(()))
         engine = engines.SMC(particles=2000, moves=2)
-        moved = jax.jit(lambda key, one: engine._move(target, key, one))(  # noqa: B023
+        moved = jax.jit(lambda key, one: engine.moved(target, key, one))(  # noqa: B023
             jax.random.PRNGKey(1), start
         )
         share = np.mean(jax.vmap(target.constrain)(moved.particles)["x"] < 0)
