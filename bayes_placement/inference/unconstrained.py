@@ -83,7 +83,6 @@ class UnconstrainedModel(eqx.Module):
         """Length of the flat vector."""
         return self.coordinates.dimension
 
-    @property
     def least_squares(self) -> LeastSquares | None:
         """Likelihood as a problem of least squares over the flat vector."""
         return self.find_least_squares()

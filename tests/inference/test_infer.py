@@ -5,6 +5,7 @@ import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement import _compiled
 from models import bar
 
 GROUPS = {
@@ -204,3 +205,36 @@ def test_a_known_deviation_is_on_record(noise, known):
 
 def test_the_deviation_is_observed(small):
     np.testing.assert_array_equal(small["observed_data"]["deviation"].values, 0.05)
+
+
+@pytest.mark.parametrize("name", ["importance", "grid", "nuts", "smc"])
+def test_other_numbers_are_not_compiled_again(name, monkeypatch):
+    engine, marginal = SMALL[name]
+    bp.infer(*experiment_and_measurement(), engine=engine, marginal=marginal)
+    before = _compiled._jitted.cache_info().misses
+    traced = []
+    monkeypatch.setattr(bp.Experiment, "predict", lambda *_: traced.append(1))
+    bp.infer(*experiment_and_measurement(noise=0.06), engine=engine, marginal=marginal)
+    assert not traced and _compiled._jitted.cache_info().misses == before
+
+
+@pytest.mark.parametrize(
+    ("words", "attributes"),
+    [({"engine": "map"}, ("MAP", "Latent")), ({"marginal": "enumeration"}, None)],
+)
+def test_engines_and_marginals_are_called_by_their_names(words, attributes):
+    experiment, measurement = experiment_and_measurement()
+    if attributes is None:
+        with pytest.raises(ValueError, match=r"none is unknown\. Declare one"):
+            bp.infer(experiment, measurement, **words)
+        return
+    posterior = bp.infer(experiment, measurement, **words)
+    assert (posterior.attrs["engine"], posterior.attrs["marginal"]) == attributes
+
+
+@pytest.mark.parametrize("words", [{"engine": "guess"}, {"marginal": "guess"}])
+def test_another_name_is_an_error_that_lists_them(words):
+    known = {"engine": "grid, importance, map, nuts, smc", "marginal": "enumeration, kde"}
+    (kind,) = words
+    with pytest.raises(ValueError, match=f"'guess' was given, .* the {kind}s: {known[kind]}"):
+        bp.infer(*experiment_and_measurement(), **words)

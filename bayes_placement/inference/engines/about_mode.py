@@ -40,7 +40,6 @@ class Reference:
     density over it, so that the evidence is that of the model.
     """
 
-    @property
     def least_squares(self) -> None:
         """Not over the Gaussian."""
         return

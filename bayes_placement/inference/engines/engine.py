@@ -25,7 +25,6 @@ class PosteriorDensity(Protocol):
     def dimension(self) -> int:
         """Length of the vector."""
 
-    @property
     def least_squares(self) -> LeastSquares | None:
         """Likelihood as a problem of least squares; None where it is none."""
 

@@ -120,7 +120,7 @@ def _descend(posterior: PosteriorDensity, starts: Points) -> tuple[Points, np.nd
     """
     largest = np.maximum(LARGEST, 3 * np.abs(starts).max(axis=0))
     over_vector, over_values = _equations(posterior)
-    if posterior.least_squares is not None:
+    if posterior.least_squares() is not None:
         logarithmic = partial(over_vector, logarithmic=True)
         starts, _ = minimise(logarithmic, starts, steps=NEAR, largest=largest)
     near, _ = minimise(over_vector, starts, steps=STEPS, largest=largest)
@@ -137,7 +137,7 @@ def _descend(posterior: PosteriorDensity, starts: Points) -> tuple[Points, np.nd
 def _equations(posterior: PosteriorDensity) -> tuple[Equations, Equations]:
     """Normal equations of the density over the flat vector, and of that of the named values."""
     priors = (lambda flat: -posterior.log_prior(flat), partial(_prior_cost, posterior))
-    problem = posterior.least_squares
+    problem = posterior.least_squares()
     if problem is not None:
         first, second = (
             partial(problem.normal_equations, prior=partial(_convex, _derivatives(prior)))

@@ -235,6 +235,22 @@ def test_wrong_settings_are_errors():
         engines.SMC(particles=30)
 
 
+def test_nuts_runs_in_blocks_whatever_the_number_of_draws():
+    shares = []
+    target = UnconstrainedModel(linear_gaussian, LAWS)
+    draws = engines.NUTS(chains=2, warmup=50, draws=49).run(
+        target, jax.random.PRNGKey(0), shares.append
+    )
+    assert len(shares) == 1  # one block of 99 steps, not 99 of one
+    assert draws.position.shape == (2, 49, 2)
+    more = engines.NUTS(chains=2, warmup=50, draws=61).run(
+        target, jax.random.PRNGKey(0), shares.append
+    )
+    assert len(shares) == 3
+    # The steps are the same, however they are cut into blocks.
+    np.testing.assert_allclose(more.position[:, :49], draws.position, rtol=1e-9)
+
+
 def test_progress_ends_at_one():
     for engine in (engines.Importance(draws=40, batch=20), engines.NUTS(warmup=20, draws=20)):
         shares = []
