@@ -19,7 +19,7 @@ ledger, placement, structure = bp.plots.ledger, bp.plots.placement, bp.plots.str
 
 ONE_PANEL = {
     posterior.pair: lambda: (posteriors.result(), posteriors.RATIO, posteriors.POSITION),
-    ledger.probabilities: lambda: (ledgers.explanation(),),
+    ledger.probabilities: lambda: (ledgers.ranking(),),
     ledger.error_falls: lambda: (ledgers.ledger(),),
     placement.placements: lambda: (maps.placement(5),),
     structure.experiment: lambda: (ledgers.EXPERIMENT,),
@@ -32,7 +32,7 @@ PANELS = {
     posterior.methods: (1, lambda: ({"one": posteriors.result()},)),
     misfit.residual_map: (2, lambda: (misfits.misfit(levels=2),)),
     misfit.discrepancy: (2, lambda: (misfits.misfit(),)),
-    ledger.suspicion: (2, lambda: (ledgers.explanation(),)),
+    ledger.suspicion: (2, lambda: (ledgers.ranking(),)),
     ledger.before_and_after: (4, lambda: (ledgers.fits(),)),
     placement.information: (3, lambda: (maps.hill("s1", "a1", "s2"),)),
     placement.tolerances: (3, lambda: (maps.study("s1", "a1"),)),
