@@ -14,7 +14,7 @@ from ..experiment.noise import Data
 from ..inference.bands import amplitude
 from ..inference.results import outputs
 from ..positions.vectors import Recorded
-from .missing._whereabouts import places
+from .missing._location import effect_locations
 from .missing.fitted_model import FittedModel
 from .missing.ledger import Ledger
 
@@ -105,7 +105,7 @@ def effect_places(ledger: Ledger) -> dict[str, Recorded]:
     ledger
         What `improve` returned.
     """
-    return places(ledger.experiment, _means(ledger.steps[-1]))
+    return effect_locations(ledger.experiment, _means(ledger.steps[-1]))
 
 
 def _means(step: FittedModel) -> dict[str, float]:

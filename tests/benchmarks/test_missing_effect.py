@@ -10,8 +10,8 @@ import time
 import numpy as np
 import pytest
 
-from bayes_placement.criticism.missing._hypotheses import alone
-from bayes_placement.criticism.missing._odds import LEVEL, p_value
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._posterior_odds import LEVEL, p_value
 from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.io import case
 from tests.benchmarks.missing_effects import experiment_of
@@ -115,7 +115,7 @@ def test_false_alarms():
     for seed in range(DRAWS):
         experiment, measurement = experiment_of(draw(seed))
         # improve claims nothing where the model as given passes its check; only then is it asked.
-        if p_value(alone(experiment, experiment.data(measurement))) < LEVEL:
+        if p_value(null_hypothesis(experiment, experiment.data(measurement))) < LEVEL:
             ledger = improve(experiment, measurement)
             claims += [(seed, ledger.verdict)] if ledger.verdict else []
     print(f"{len(claims)} claims of {DRAWS} structures with nothing missing: {claims}")

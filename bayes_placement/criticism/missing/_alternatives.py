@@ -1,7 +1,4 @@
-"""_alternatives: in, fitted hypotheses; out, those that survive, for what measures next.
-
-Not known here: how a fit was found, where to measure.
-"""
+"""Hypotheses that a next measurement should tell apart."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,34 +8,37 @@ from ...inference.alternative_explanation import Alternative
 from ...inference.engines.about_mode import SampledPosterior
 from ._estimates import laplace
 from ._hypotheses import Hypothesis
-from ._odds import LEVEL, NOTHING, STRONG, Pool, p_value
+from ._posterior_odds import LEVEL, NOTHING, STRONG, Comparison, p_value
 
 
 def alternatives(
-    pool: Pool, chosen: Sequence[Hypothesis], sampled: Mapping[int, SampledPosterior]
+    comparison: Comparison,
+    hypotheses: Sequence[Hypothesis],
+    sampled: Mapping[int, SampledPosterior],
 ) -> tuple[Alternative, ...]:
     """Hypotheses that a next measurement should tell apart, by falling odds.
 
     Those whose odds are within strong evidence of the best, and all of as many effects that
     explain the data down to the noise: against these speaks no misfit. What is more than strong
-    evidence counts as strong evidence, so that none is written off beforehand.
+    evidence counts as strong evidence, so that none is excluded beforehand.
     """
-    best = max(chosen, key=pool.log_odds)
-    most = pool.log_odds(best)
+    best = max(hypotheses, key=comparison.log_odds)
+    greatest = comparison.log_odds(best)
 
-    def survives(one: Hypothesis) -> bool:
-        alike = len(one.effects) == len(best.effects) and p_value(one) >= LEVEL
-        return bool(alike or pool.log_odds(one) > most - STRONG)
+    def survives(hypothesis: Hypothesis) -> bool:
+        as_many = len(hypothesis.effects) == len(best.effects)
+        explains = as_many and p_value(hypothesis) >= LEVEL
+        return bool(explains or comparison.log_odds(hypothesis) > greatest - STRONG)
 
-    surviving = [one for one in chosen if survives(one)]
     return tuple(
         Alternative(
-            name=" + ".join(one.kinds) or NOTHING,
-            probability=float(np.exp(max(pool.log_odds(one) - most, -STRONG))),
-            experiment=one.problem.experiment,
-            draws=one.problem.coordinates.named(
-                sampled[id(one)].points if id(one) in sampled else laplace(one)
+            name=" + ".join(hypothesis.kinds) or NOTHING,
+            probability=float(np.exp(max(comparison.log_odds(hypothesis) - greatest, -STRONG))),
+            experiment=hypothesis.problem.experiment,
+            draws=hypothesis.problem.coordinates.named(
+                sampled[id(hypothesis)].points if id(hypothesis) in sampled else laplace(hypothesis)
             ),
         )
-        for one in surviving
+        for hypothesis in hypotheses
+        if survives(hypothesis)
     )

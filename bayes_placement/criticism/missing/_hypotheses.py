@@ -1,7 +1,4 @@
-"""_hypotheses: in, an experiment, data and effects that may be missing; out, each one's best fit.
-
-Not known here: probabilities, what is claimed.
-"""
+"""An experiment with none, one or several effects that may be missing, each fitted."""
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -60,101 +57,97 @@ class Hypothesis(NamedTuple):
         """Mean square of the residuals over their variance."""
         return self.fit.squares / self.problem.count
 
-    def own(self, effect: Effect) -> list[str]:
-        """Names of the unknowns of one of its effects."""
-        return list(fields_of(effect, self.problem))
-
 
 def fields_of(effect: Effect, problem: Problem) -> dict[str, str]:
     """Field of an effect that each of its unknowns belongs to, by the name of the unknown."""
     return {unknown.name: unknown.field for unknown in problem.experiment.unknowns_of(effect)}
 
 
-def alone(experiment: Experiment, data: Data) -> Hypothesis:
-    """Fit the experiment as it is."""
+def null_hypothesis(experiment: Experiment, data: Data) -> Hypothesis:
+    """Fit the experiment as it is given."""
     problem = Problem(experiment, data)
     return Hypothesis((), problem, fit_alone(problem))
 
 
-class Scanned(NamedTuple):
-    """One more effect on a hypothesis, scanned through its prior but not yet fitted."""
+class ScannedCandidate(NamedTuple):
+    """One more effect on a hypothesis, scanned through its prior but not yet fitted.
 
-    below: Hypothesis
+    Parameters
+    ----------
+    base
+        The hypothesis without it.
+    effect
+        The effect, under a free name.
+    problem
+        The least-squares problem with it.
+    scan
+        Its scan.
+    """
+
+    base: Hypothesis
     effect: Effect
     problem: Problem
     scan: Scan
 
     @property
-    def promised(self) -> float:
-        """Least cost that the scan promises."""
-        return float(np.nanmin(self.scan.promised, initial=np.inf))
+    def predicted_cost(self) -> float:
+        """Least cost that the scan predicts for its fit."""
+        return float(np.nanmin(self.scan.predicted_cost, initial=np.inf))
 
 
-def grown(below: Hypothesis, effect: Effect) -> Hypothesis:
-    """Fit a hypothesis with one more effect."""
-    return fitted(_scanned(below, *_prepared(below, effect)))
+Pair = tuple[Hypothesis, Effect]
+"""A hypothesis and an effect to add to it."""
 
 
-def all_scanned(
-    pairs: Sequence[tuple[Hypothesis, Effect]], tick: Callable[[], None]
-) -> Iterator[Scanned]:
-    """Scan several, in their order. While one is scanned, the next ones are compiled.
+def scanned(pairs: Sequence[Pair], tick: Callable[[], None]) -> Iterator[ScannedCandidate]:
+    """Scan effects on hypotheses, in their order. Meanwhile the next ones are compiled.
 
     The variants of one kind share the points of a scan, as they share its prior.
     """
     variants = Counter(kind_of(effect) for _, effect in pairs)
     with ThreadPoolExecutor(AHEAD) as pool:
-        for below, effect, problem, compiled in _ahead(pool, pairs):
+        for base, effect, problem, compiled in _compiled_ahead(pool, pairs):
             compiled.result()
-            yield _scanned(below, effect, problem, variants[kind_of(effect)])
+            fields = fields_of(effect, problem)
+            most = max(MOST // variants[kind_of(effect)], LEAST)
+            counts = _counts(effect, fields, problem)
+            yield ScannedCandidate(
+                base, effect, problem, scan(problem, counts, base.fit.point, most)
+            )
             tick()
 
 
-def all_grown(
-    pairs: Sequence[tuple[Hypothesis, Effect]], tick: Callable[[], None]
-) -> list[Hypothesis]:
-    """Fit several, in their order; those without a finite density are left out."""
-    return finite(fitted(one) for one in all_scanned(pairs, tick))
+def extended(pairs: Sequence[Pair], tick: Callable[[], None]) -> list[Hypothesis]:
+    """Fit hypotheses with one more effect; those without a finite density are left out."""
+    return finite(fitted(candidate) for candidate in scanned(pairs, tick))
 
 
-def finite(several: Iterable[Hypothesis]) -> list[Hypothesis]:
+def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     """Those with a finite density."""
-    return [one for one in several if np.isfinite(one.fit.log_evidence)]
+    return [hypothesis for hypothesis in hypotheses if np.isfinite(hypothesis.fit.log_evidence)]
 
 
-_Ahead = tuple[Hypothesis, Effect, Problem, Future[Any]]
+_InPreparation = tuple[Hypothesis, Effect, Problem, Future[Any]]
 
 
-def _ahead(
-    pool: ThreadPoolExecutor, pairs: Iterable[tuple[Hypothesis, Effect]]
-) -> Iterator[_Ahead]:
-    waiting: deque[_Ahead] = deque()
-    for below, effect in pairs:
-        renamed, problem = _prepared(below, effect)
-        waiting.append((below, renamed, problem, pool.submit(problem.prepare)))
+def _compiled_ahead(pool: ThreadPoolExecutor, pairs: Iterable[Pair]) -> Iterator[_InPreparation]:
+    waiting: deque[_InPreparation] = deque()
+    for base, candidate in pairs:
+        experiment = base.problem.experiment
+        effect = numbered(candidate, {present.name for present in experiment.effects})
+        problem = Problem(experiment + effect, base.problem.data)
+        waiting.append((base, effect, problem, pool.submit(problem.prepare)))
         if len(waiting) > AHEAD:
             yield waiting.popleft()
     yield from waiting
 
 
-def _prepared(below: Hypothesis, effect: Effect) -> tuple[Effect, Problem]:
-    effect = numbered(effect, {present.name for present in below.problem.experiment.effects})
-    return effect, Problem(below.problem.experiment + effect, below.problem.data)
-
-
-def _scanned(below: Hypothesis, effect: Effect, problem: Problem, variants: int = 1) -> Scanned:
-    own = fields_of(effect, problem)
-    most = max(MOST // variants, LEAST)
-    found = scan(problem, _counts(effect, own, problem), below.fit.point, most)
-    return Scanned(below, effect, problem, found)
-
-
-def fitted(scanned: Scanned) -> Hypothesis:
-    """Fit what was scanned."""
-    below, effect, problem, found = scanned
-    weak = _weak_start(effect, problem, below.fit.point)
-    fit = fit_grown(problem, found, weak[None])
-    return Hypothesis((*below.effects, effect), problem, fit, found)
+def fitted(candidate: ScannedCandidate) -> Hypothesis:
+    """Fit a candidate that was scanned."""
+    base, effect, problem, scan = candidate
+    weak = _weak_start(effect, problem, base.fit.point)
+    fit = fit_grown(problem, scan, weak[None])
+    return Hypothesis((*base.effects, effect), problem, fit, scan)
 
 
 def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarray:

@@ -1,7 +1,4 @@
-"""_search: in, a least-squares problem; out, its best fit from many starts.
-
-Not known here: what an effect is, how fits are compared, what is claimed.
-"""
+"""Best fits from many starts: an effect is scanned through its prior first."""
 
 import itertools
 from functools import partial
@@ -17,7 +14,8 @@ MOST, LEAST = 1600, 400
 """Greatest number of points of a grid for all variants of a kind, and least for each."""
 
 KEPT = 128
-"""Points of a scan that are kept, the most promising ones: residuals of all would be gigabytes."""
+"""Points of a scan that are kept, those of the least predicted cost, since residuals of all would
+be gigabytes."""
 
 FOLLOWED, FINISHED = 8, 3
 """Starts that are followed along logarithmic residuals, and those followed to the end."""
@@ -32,13 +30,13 @@ class Scan(NamedTuple):
         Points in the coordinates of the problem with the effect [point, unknown].
     residual
         Logarithmic residuals there [point, datum].
-    promised
-        Cost that is left at each point once all else has moved, as far as it is linear.
+    predicted_cost
+        Cost at each point once all else is fitted, as far as residuals are linear in it.
     """
 
     points: np.ndarray
     residual: np.ndarray
-    promised: np.ndarray
+    predicted_cost: np.ndarray
 
 
 def fit_alone(problem: Problem, seed: int = 0) -> Fit:
@@ -58,42 +56,42 @@ def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fit:
     further
         Further starts [start, unknown], followed to the end as they are.
     """
-    order = np.argsort(np.nan_to_num(scan.promised, nan=np.inf))[:FOLLOWED]
+    order = np.argsort(np.nan_to_num(scan.predicted_cost, nan=np.inf))[:FOLLOWED]
     return _followed(problem, scan.points[order], further)
 
 
-def scan(problem: Problem, own: dict[str, int], base: np.ndarray, most: int) -> Scan:
+def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) -> Scan:
     """Scan an effect through the prior of its own unknowns.
 
     Parameters
     ----------
     problem
         The problem with the effect.
-    own
+    counts
         Its unknowns, and the number of points along each.
     base
         Coordinates of all other unknowns.
     most
         Greatest number of points.
     """
-    grid = _grid(problem, own, most)
-    rest = others(problem, list(own))
+    grid = _grid(problem, counts, most)
+    rest = others(problem, list(counts))
     grid[:, rest] = base
     residual, _ = problem.squares.residuals(grid, True)
     slopes = problem.squares.jacobian(grid[:1], True).slopes[0][rest]
     curvature = slopes @ slopes.T + np.eye(len(rest))
     pull = residual @ slopes.T
     absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)
-    promised = 0.5 * (np.einsum("bn,bn->b", residual, residual) - absorbed)
-    kept = np.argsort(np.nan_to_num(promised, nan=np.inf))[:KEPT]
-    return Scan(grid[kept], residual[kept].astype(np.float32), promised[kept])
+    predicted_cost = 0.5 * (np.einsum("bn,bn->b", residual, residual) - absorbed)
+    kept = np.argsort(np.nan_to_num(predicted_cost, nan=np.inf))[:KEPT]
+    return Scan(grid[kept], residual[kept].astype(np.float32), predicted_cost[kept])
 
 
-def others(problem: Problem, own: list[str]) -> np.ndarray:
-    """Places of the unknowns that are not an effect's own."""
-    slices = [problem.coordinates.places[name] for name in own]
-    mine = [place for one in slices for place in range(one.start, one.stop)]
-    return np.setdiff1d(np.arange(problem.dimension), mine)
+def others(problem: Problem, names: list[str]) -> np.ndarray:
+    """Places of the unknowns that are not among those named."""
+    slices = [problem.coordinates.places[name] for name in names]
+    named = [place for part in slices for place in range(part.start, part.stop)]
+    return np.setdiff1d(np.arange(problem.dimension), named)
 
 
 def _followed(problem: Problem, points: np.ndarray, further: np.ndarray | None = None) -> Fit:
@@ -105,9 +103,9 @@ def _followed(problem: Problem, points: np.ndarray, further: np.ndarray | None =
     return best_fit(ends, final, problem.count)
 
 
-def _grid(problem: Problem, own: dict[str, int], most: int) -> np.ndarray:
+def _grid(problem: Problem, counts: dict[str, int], most: int) -> np.ndarray:
     """Points in the middle of cells of equal prior probability; a random part of too many."""
-    axes = [norm.ppf((np.arange(count) + 0.5) / count) for count in own.values()]
+    axes = [norm.ppf((np.arange(count) + 0.5) / count) for count in counts.values()]
     rows = (
         np.array(list(itertools.product(*axes))).reshape(-1, len(axes))
         if axes
@@ -116,6 +114,6 @@ def _grid(problem: Problem, own: dict[str, int], most: int) -> np.ndarray:
     if len(rows) > most:
         rows = rows[np.random.default_rng(0).choice(len(rows), most, replace=False)]
     grid = np.zeros((len(rows), problem.dimension))
-    for column, name in enumerate(own):
+    for column, name in enumerate(counts):
         grid[:, problem.coordinates.places[name]] = rows[:, column, None]
     return grid

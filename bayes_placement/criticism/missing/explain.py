@@ -6,10 +6,10 @@ from ..._types import Progress, no_progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
 from ._alternatives import alternatives
-from ._branches import singles
 from ._candidates import candidates_of
-from ._hypotheses import alone
-from ._suspicion import suspicion
+from ._hypotheses import null_hypothesis
+from ._score_test import suspicion
+from ._search import single_effects
 from .fitted_model import fitted_model, sampled_finalists
 from .ranking import Ranking
 
@@ -49,16 +49,16 @@ def explain(
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
     count, done = len(effects) + 2, iter(range(1, len(effects) + 2))
-    null = alone(experiment, data)
-    pool = singles(null, effects, lambda: progress(next(done) / count))
-    shown = pool.distinct()
-    sampled = sampled_finalists(pool, shown)
+    null = null_hypothesis(experiment, data)
+    comparison = single_effects(null, effects, lambda: progress(next(done) / count))
+    shown = comparison.distinct()
+    sampled = sampled_finalists(comparison, shown)
     steps = tuple(fitted_model(hypothesis, sampled) for hypothesis in shown)
     progress(1.0)
     return Ranking(
         steps=steps,
-        probabilities=pool.probabilities(),
-        confounded=tuple(pool.confounded()),
-        suspicion=suspicion(null, pool.scanned),
-        alternatives=alternatives(pool, shown, sampled),
+        probabilities=comparison.probabilities(),
+        confounded=tuple(comparison.confounded()),
+        suspicion=suspicion(null, comparison.candidates),
+        alternatives=alternatives(comparison, shown, sampled),
     )

@@ -11,7 +11,7 @@ from ...inference.engines.about_mode import SampledPosterior, sampled_about
 from ._estimates import Estimate, estimates
 from ._held_out import held_out
 from ._hypotheses import Hypothesis
-from ._odds import STRONG, Pool, p_value
+from ._posterior_odds import STRONG, Comparison, p_value
 
 FINALISTS = 3
 """Hypotheses, at most, whose evidence is computed by sampling."""
@@ -99,12 +99,10 @@ class FittedModel:
         }
 
 
-def sampled_finalists(pool: Pool, hypotheses: Sequence[Hypothesis]) -> Sampled:
+def sampled_finalists(comparison: Comparison, hypotheses: Sequence[Hypothesis]) -> Sampled:
     """Sample the posteriors of the hypotheses that the evidence hardly tells apart."""
-    best = max(pool.log_odds(hypothesis) for hypothesis in hypotheses)
-    close = [
-        hypothesis for hypothesis in hypotheses if pool.log_odds(hypothesis) > best - 3 * STRONG
-    ]
+    least = max(map(comparison.log_odds, hypotheses)) - 3 * STRONG
+    close = [hypothesis for hypothesis in hypotheses if comparison.log_odds(hypothesis) > least]
     return {
         id(hypothesis): sampled_about(hypothesis.problem.squares, hypothesis.fit)
         for hypothesis in close[:FINALISTS]

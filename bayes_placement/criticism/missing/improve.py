@@ -12,11 +12,11 @@ from ..._types import Progress, no_progress
 from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ._alternatives import alternatives
-from ._branches import deeper, singles
 from ._candidates import candidates_of
-from ._hypotheses import Hypothesis, alone
-from ._odds import LEVEL, Pool, ordered, p_value
-from ._suspicion import suspicion
+from ._hypotheses import Hypothesis, null_hypothesis
+from ._posterior_odds import LEVEL, Comparison, p_value, steps_to
+from ._score_test import suspicion
+from ._search import one_more_effect, single_effects
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
 from .ledger import Ledger
 
@@ -65,40 +65,40 @@ def improve(
     began = time.perf_counter()
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
-    null = alone(experiment, data)
-    pool = singles(null, effects, _ticks(progress, len(effects), (0.02, 0.6)))
+    null = null_hypothesis(experiment, data)
+    comparison = single_effects(null, effects, _ticks(progress, len(effects), (0.02, 0.6)))
     if p_value(null) < level:
-        pool = _deepened(pool, level, most_effects, progress)
-        best = pool.best()
+        comparison = _deepened(comparison, level, most_effects, progress)
+        best = comparison.best()
     else:
         best = null
     progress(0.9)
-    sampled = sampled_finalists(pool, [best])
+    sampled = sampled_finalists(comparison, [best])
     progress(0.97)
-    steps = _steps(pool, best, sampled)
+    steps = _steps(comparison, best, sampled)
     progress(1.0)
     return Ledger(
         steps=steps,
         verdict=best.kinds,
-        probabilities=pool.probabilities(),
-        confounded=tuple(pool.confounded()),
+        probabilities=comparison.probabilities(),
+        confounded=tuple(comparison.confounded()),
         unexplained=p_value(best) < level,
         seconds=time.perf_counter() - began,
         experiment=best.problem.experiment,
-        compared=_compared(pool),
-        suspicion=suspicion(null, pool.scanned),
-        alternatives=alternatives(pool, pool.distinct(), sampled),
+        compared=_compared(comparison),
+        suspicion=suspicion(null, comparison.candidates),
+        alternatives=alternatives(comparison, comparison.distinct(), sampled),
     )
 
 
-def _deepened(pool: Pool, level: float, most: int, progress: Progress) -> Pool:
+def _deepened(comparison: Comparison, level: float, most: int, progress: Progress) -> Comparison:
     for depth in range(1, most):
-        best = pool.best()
+        best = comparison.best()
         if p_value(best) >= level or len(best.effects) < depth:
             break
         share = (0.6 + 0.3 * (depth - 1) / most, 0.6 + 0.3 * depth / most)
-        pool = deeper(pool, depth, _ticks(progress, 20, share))
-    return pool
+        comparison = one_more_effect(comparison, depth, _ticks(progress, 20, share))
+    return comparison
 
 
 def _ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callable[[], None]:
@@ -113,10 +113,10 @@ def _ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callab
     return tick
 
 
-def _steps(pool: Pool, best: Hypothesis, sampled: Sampled) -> tuple[FittedModel, ...]:
+def _steps(comparison: Comparison, best: Hypothesis, sampled: Sampled) -> tuple[FittedModel, ...]:
     """The way from the model as given to the best hypothesis, one effect a step."""
-    way = ordered(pool, best)
-    hypotheses = [pool.of(kinds) for kinds in way[:-1]] + [best] if best.effects else [best]
+    way = steps_to(comparison, best)
+    hypotheses = [comparison.of(kinds) for kinds in way[:-1]] + [best] if best.effects else [best]
     steps = [fitted_model(hypotheses[0], sampled)]
     for before, after in itertools.pairwise(hypotheses):
         new = Counter(after.kinds) - Counter(before.kinds)
@@ -125,14 +125,14 @@ def _steps(pool: Pool, best: Hypothesis, sampled: Sampled) -> tuple[FittedModel,
     return tuple(steps)
 
 
-def _compared(pool: Pool) -> pd.DataFrame:
+def _compared(comparison: Comparison) -> pd.DataFrame:
     rows = [
         {
             "effects": " + ".join(hypothesis.kinds) or "none",
             "chi2_per_datum": hypothesis.chi2_per_datum,
             "log_evidence": hypothesis.fit.log_evidence,
-            "log_odds": pool.log_odds(hypothesis),
+            "log_odds": comparison.log_odds(hypothesis),
         }
-        for hypothesis in pool.distinct()
+        for hypothesis in comparison.distinct()
     ]
     return pd.DataFrame(rows)

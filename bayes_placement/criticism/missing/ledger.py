@@ -11,7 +11,7 @@ import pandas as pd
 from ..._files import write_atomically
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import Alternative
-from ._odds import NONE, NOTHING
+from ._posterior_odds import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank, number_or_none
 
 DOUBTED = 0.5

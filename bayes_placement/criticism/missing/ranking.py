@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import pandas as pd
 
 from ...inference.alternative_explanation import Alternative
-from ._odds import NONE, NOTHING
+from ._posterior_odds import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank
 from .ledger import confounded_sentence
 

@@ -8,7 +8,7 @@ import pytest
 from bayes_placement import effects
 from bayes_placement.criticism.missing._alternatives import alternatives
 from bayes_placement.criticism.missing._hypotheses import Hypothesis
-from bayes_placement.criticism.missing._odds import STRONG, Pool
+from bayes_placement.criticism.missing._posterior_odds import STRONG, Comparison
 from bayes_placement.inference.engines.about_mode import SampledPosterior
 from bayes_placement.inference.engines.laplace import laplace
 from bayes_placement.inference.engines.levenberg_marquardt import Fit
@@ -32,7 +32,7 @@ def hypothesis(log_evidence, squares, *own):
 
 
 def found(*several):
-    pool = Pool(list(several), {"point_mass": 1, "ground_spring": 1})
+    pool = Comparison(list(several), {"point_mass": 1, "ground_spring": 1})
     return alternatives(pool, several, {})
 
 
@@ -61,6 +61,6 @@ def test_one_effect_more_than_needed_is_no_explanation_besides():
 def test_draws_are_those_that_were_sampled_or_of_the_gaussian():
     one, other = hypothesis(-50.0, 100.0, MASS), hypothesis(-50.1, 100.0, SPRING)
     sampled = {id(one): SampledPosterior(np.full((7, 1), 3.0), -50.0, 0.1)}
-    first, second = alternatives(Pool([one, other], {}), [one, other], sampled)
+    first, second = alternatives(Comparison([one, other], {}), [one, other], sampled)
     np.testing.assert_array_equal(first.draws[NAME], np.full(7, 3.0))
     assert second.draws[NAME].std() == pytest.approx(0.1, rel=0.1)

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 import bayes_placement as bp
 from bayes_placement.criticism.missing._held_out import _folds, held_out
-from bayes_placement.criticism.missing._hypotheses import alone
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import TRUTH, experiment, measured, without_coherence
 
@@ -19,7 +19,7 @@ from tests.criticism.small import TRUTH, experiment, measured, without_coherence
 @pytest.fixture(scope="module")
 def null():
     one = experiment()
-    return alone(one, one.data(measured()))
+    return null_hypothesis(one, one.data(measured()))
 
 
 def test_every_start_finds_the_truth(null):
@@ -59,7 +59,7 @@ def test_an_unknown_noise_level_is_fitted_too():
         noise=bp.noise.Gaussian(sigma),
     )
     data = noisy.data(without_coherence(measured()))
-    found = alone(noisy, data)
+    found = null_hypothesis(noisy, data)
     level = found.problem.coordinates.named(found.fit.point[None])["noise.sigma"][0]
     expected = np.sqrt((1 - 0.997) / 32 / 0.997 / 2) / np.log(10)
     assert level == pytest.approx(expected, rel=0.25)  # 120 data: 6 % standard error

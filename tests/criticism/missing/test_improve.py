@@ -86,7 +86,7 @@ def test_where_the_noise_is_in_doubt_no_effect_is_called_improbable(with_mass):
     doubted = with_mass.probabilities | {"point_mass": 1e-9, "none_of_these": 0.999}
     ledger = dataclasses.replace(with_mass, probabilities=doubted, unexplained=True)
     assert "Missing: point_mass (the best of the candidates);" in ledger.sentence()
-    assert "Something else is missing still." in ledger.sentence()
+    assert "Something else is still missing." in ledger.sentence()
 
 
 def test_what_no_candidate_explains_is_said_to_be_unexplained():

@@ -10,7 +10,7 @@ import pytest
 import scipy.sparse
 
 from bayes_placement import effects
-from bayes_placement.criticism.missing._hypotheses import alone
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.io import case
 
 
@@ -107,8 +107,8 @@ def test_orientation_matters(study):
     names = [unknown.name for unknown in experiment.unknowns if ".angles." in unknown.name]
     assert len(names) == 15
     without = experiment.fix(dict.fromkeys(names, 0.0))
-    assert alone(without, data).chi2_per_datum > 5
-    assert 1.0 < alone(experiment, data).chi2_per_datum < 1.1
+    assert null_hypothesis(without, data).chi2_per_datum > 5
+    assert 1.0 < null_hypothesis(experiment, data).chi2_per_datum < 1.1
 
 
 def test_a_model_of_another_kind_is_refused(folder):

@@ -1,7 +1,6 @@
-"""_suspicion: in, a fitted experiment and scanned candidates; out, how suspect each place is.
+"""Rao's score test of every candidate at its weakest, along all its places and settings.
 
-Not known here: evidence, what is claimed. Rao's score test of every candidate at its weakest, along
-all its places and settings at once, once all that the model can absorb is projected out.
+What the model can absorb is projected out.
 """
 
 from collections import Counter
@@ -16,9 +15,9 @@ from scipy.stats import norm
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.residuals import Problem
-from ._hypotheses import Hypothesis, Scanned, fields_of, weakest
+from ._hypotheses import Hypothesis, ScannedCandidate, fields_of, weakest
+from ._location import locations
 from ._scan import others
-from ._whereabouts import whereabouts
 
 PLACES = {1: 41, 2: 17, 3: 7}
 """Points along each coordinate of a place that has so many."""
@@ -38,7 +37,7 @@ class _Signatures(NamedTuple):
     unit: np.ndarray
 
 
-def suspicion(null: Hypothesis, singles: Sequence[Scanned]) -> pd.DataFrame:
+def suspicion(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> pd.DataFrame:
     """Score every candidate along its places and settings.
 
     Returns
@@ -52,16 +51,17 @@ def suspicion(null: Hypothesis, singles: Sequence[Scanned]) -> pd.DataFrame:
         corrected for all its places and settings.
     """
     residual, _, slopes, _ = null.problem.squares.jacobian(null.fit.point[None])
-    base = _Base(residual[0], slopes[0])
-    variants = Counter(kind_of(one.effect) for one in singles)
-    most = [max(MOST // variants[kind_of(one.effect)], LEAST) for one in singles]
+    model = _Model(residual[0], slopes[0])
+    variants = Counter(kind_of(candidate.effect) for candidate in candidates)
+    most = [max(MOST // variants[kind_of(candidate.effect)], LEAST) for candidate in candidates]
     frames = [
-        _of_one(base, *pair, number) for number, pair in enumerate(zip(singles, most, strict=True))
+        _of_candidate(model, candidate, points, number)
+        for number, (candidate, points) in enumerate(zip(candidates, most, strict=True))
     ]
     return pd.concat(frames, ignore_index=True)
 
 
-class _Base:
+class _Model:
     """Residual of the model as given, and the directions that it can absorb."""
 
     def __init__(self, residual: np.ndarray, slopes: np.ndarray):
@@ -76,23 +76,25 @@ class _Base:
         return vectors - np.linalg.solve(self.curvature, pull.T).T @ self.slopes
 
 
-def _of_one(base: _Base, single: Scanned, most: int, number: int) -> pd.DataFrame:
-    effect = single.effect
-    found = _signatures(base, single, most)
-    score = -found.unit @ base.residual
-    corrected = _corrected(found.unit, score) if score.size else 1.0
-    named = single.problem.coordinates.named(found.points)
-    experiment = single.problem.experiment
-    own_unknowns = experiment.unknowns_of(effect)
-    values = {unknown.name: named[unknown.name] for unknown in own_unknowns}
+def _of_candidate(
+    model: _Model, candidate: ScannedCandidate, most: int, number: int
+) -> pd.DataFrame:
+    effect = candidate.effect
+    signatures = _signatures(model, candidate, most)
+    score = -signatures.unit @ model.residual
+    corrected = _corrected(signatures.unit, score) if score.size else 1.0
+    named = candidate.problem.coordinates.named(signatures.points)
+    experiment = candidate.problem.experiment
+    unknowns = experiment.unknowns_of(effect)
+    values = {unknown.name: named[unknown.name] for unknown in unknowns}
     lengths = (
         named[unknown.name]
-        for unknown in own_unknowns
+        for unknown in unknowns
         if unknown.field in effect.place_fields and not unknown.component
     )
-    (own,) = (one for one in experiment.effects if one.name == effect.name)
-    setting = own.setting(experiment.structure.modes, experiment.instruments)
-    x, y, z = whereabouts(own, experiment, values, len(score)).T
+    (placed,) = (present for present in experiment.effects if present.name == effect.name)
+    setting = placed.setting(experiment.structure.modes, experiment.instruments)
+    x, y, z = locations(placed, experiment, values, len(score)).T
     return pd.DataFrame(
         {"kind": kind_of(effect), "variant": number, "setting": setting}
         | {"at": next(lengths, np.full(len(score), np.nan)), "x": x, "y": y, "z": z}
@@ -100,12 +102,12 @@ def _of_one(base: _Base, single: Scanned, most: int, number: int) -> pd.DataFram
     )
 
 
-def _signatures(base: _Base, single: Scanned, most: int) -> _Signatures:
-    problem, effect = single.problem, single.effect
+def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signatures:
+    problem, effect = candidate.problem, candidate.effect
     points = _weak_points(problem, effect, most)
     rest = others(problem, list(fields_of(effect, problem)))
-    points[:, rest] = single.scan.points[0, rest]
-    change = base.projected(problem.squares.residuals(points)[0] - base.start)
+    points[:, rest] = candidate.scan.points[0, rest]
+    change = model.projected(problem.squares.residuals(points)[0] - model.start)
     size = np.linalg.norm(change, axis=1, keepdims=True)
     largest = np.max(size, where=np.isfinite(size), initial=0.0)
     felt = (size[:, 0] > 1e-9 * largest) & np.isfinite(size[:, 0])

@@ -1,7 +1,6 @@
-"""_whereabouts: in, an effect of an experiment and values of its unknowns; out, where it sits.
+"""Where an effect of an experiment is, at values of its unknowns.
 
-Not known here: scores, evidence, what is claimed. What has no known place has coordinates of NaN,
-and so have y and z on a line.
+What has no known place has coordinates of NaN, and so have y and z on a line.
 """
 
 from collections.abc import Mapping
@@ -21,10 +20,10 @@ from ...positions.vectors import Recorded, triple
 Coordinates = Float[np.ndarray, "point 3"]
 
 
-def whereabouts(
+def locations(
     effect: Effect, experiment: Experiment, values: Mapping[str, np.ndarray], count: int
 ) -> Coordinates:
-    """Where an effect sits [m] at each of several points.
+    """Where an effect is [m] at each of several points.
 
     Parameters
     ----------
@@ -38,23 +37,23 @@ def whereabouts(
         Number of points.
     """
     at = effect.location(experiment.structure.modes, experiment.instruments)
-    own = {
+    coordinates = {
         unknown.component: values[unknown.name]
         for unknown in experiment.unknowns_of(effect)
         if unknown.field in effect.place_fields and unknown.name in values
     }
-    found = np.full((count, 3), np.nan)
+    points = np.full((count, 3), np.nan)
     if isinstance(at, Place):
-        found[:] = _in_space(at, own, count)
+        points[:] = _in_space(at, coordinates, count)
     elif is_unknown(at):
-        found[:, 0] = own[""]
+        points[:, 0] = coordinates[""]
     elif at is not None:
-        found[:, : np.size(at)] = at
-    return found
+        points[:, : np.size(at)] = at
+    return points
 
 
-def places(experiment: Experiment, means: Mapping[str, float]) -> dict[str, Recorded]:
-    """Where each effect of an experiment sits [m], by name; those without a place are left out.
+def effect_locations(experiment: Experiment, means: Mapping[str, float]) -> dict[str, Recorded]:
+    """Where each effect of an experiment is [m], by name; those without a place are left out.
 
     Parameters
     ----------
@@ -63,21 +62,24 @@ def places(experiment: Experiment, means: Mapping[str, float]) -> dict[str, Reco
     means
         Values of its unknowns, by name.
     """
-    found: dict[str, Recorded] = {}
+    located: dict[str, Recorded] = {}
     values = {name: np.array([value]) for name, value in means.items()}
     for effect in experiment.effects:
-        (at,) = whereabouts(effect, experiment, values, 1)
+        (at,) = locations(effect, experiment, values, 1)
         if np.isfinite(at).all():
-            found[effect.name] = triple(at)
+            located[effect.name] = triple(at)
         elif np.isfinite(at[0]):
-            found[effect.name] = float(at[0])
-    return found
+            located[effect.name] = float(at[0])
+    return located
 
 
 def _in_space(place: Place, values: Mapping[str, np.ndarray], count: int) -> Coordinates:
     if isinstance(place, Straight):
-        origin, directions, own = place.frame()
-        lengths = [np.broadcast_to(values.get(n, mean(one)), count) for n, one in own.items()]
+        origin, directions, components = place.frame()
+        lengths = [
+            np.broadcast_to(values.get(name, mean(length)), count)
+            for name, length in components.items()
+        ]
         return origin + np.stack(lengths, axis=-1) @ directions
     return np.broadcast_to(np.asarray(compiled(_coordinates)(place, dict(values))), (count, 3))
 

@@ -8,8 +8,8 @@ from scipy.stats import chi2, norm
 
 import bayes_placement as bp
 from bayes_placement import effects, positions
-from bayes_placement.criticism.missing._hypotheses import all_scanned, alone
-from bayes_placement.criticism.missing._suspicion import suspicion
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis, scanned
+from bayes_placement.criticism.missing._score_test import suspicion
 from tests.criticism import small
 from tests.in_space import Linear
 
@@ -18,8 +18,8 @@ SEEDS = range(4)
 
 
 def table(experiment, measurement, candidates):
-    null = alone(experiment, experiment.data(measurement))
-    return suspicion(null, list(all_scanned([(null, one) for one in candidates], lambda: None)))
+    null = null_hypothesis(experiment, experiment.data(measurement))
+    return suspicion(null, list(scanned([(null, one) for one in candidates], lambda: None)))
 
 
 def greatest(rows):

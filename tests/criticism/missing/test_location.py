@@ -8,8 +8,7 @@ from skfem import Basis, ElementQuadBFS
 
 import bayes_placement as bp
 from bayes_placement import effects, finite_elements, positions
-from bayes_placement.criticism.missing._whereabouts import places as found_places
-from bayes_placement.criticism.missing._whereabouts import whereabouts
+from bayes_placement.criticism.missing._location import effect_locations, locations
 from bayes_placement.modes.finite_elements import interpolation, modes_from_shapes, soft_supports
 from bayes_placement.positions import places
 from tests.small_models import Plate
@@ -69,7 +68,7 @@ def at(effect, experiment=SPACE, **values):
     (own,) = whole.effects
     where = "instrument_effects" if whole.instrument_effects else "structure.effects"
     named = {f"{where}.{own.name}.{field}": one for field, one in values.items()}
-    return whereabouts(own, whole, named, COUNT)
+    return locations(own, whole, named, COUNT)
 
 
 def test_a_place_is_where_its_coordinates_say():
@@ -178,10 +177,12 @@ def test_places_found_are_those_at_the_means():
     whole = whole + effects.member_preload("strut", 10.0)
     means = {"at.x": 0.31, "at.z": 0.2}
     means = {f"structure.effects.point_mass.{name}": one for name, one in means.items()}
-    found = found_places(whole, means | {"sensor.s1.position": 0.1})
+    found = effect_locations(whole, means | {"sensor.s1.position": 0.1})
     assert found == {"point_mass": (0.31, 0.25, 0.2), "axial_preload": MIDDLES["strut"]}
 
 
 def test_places_found_on_a_line_are_numbers():
     whole = LINE + effects.point_mass(dist.Uniform(0, 1), 0.1)
-    assert found_places(whole, {"structure.effects.point_mass.at": 0.42}) == {"point_mass": 0.42}
+    assert effect_locations(whole, {"structure.effects.point_mass.at": 0.42}) == {
+        "point_mass": 0.42
+    }

@@ -1,7 +1,4 @@
-"""_odds: in, fitted hypotheses; out, the probability of each effect, of nothing and of none.
-
-Not known here: how a fit was found, experiments.
-"""
+"""Posterior odds of hypotheses: the probability of each effect, of nothing and of none of these."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -11,12 +8,12 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
-from ._hypotheses import Hypothesis, Scanned
+from ._hypotheses import Hypothesis, ScannedCandidate
 
 NOTHING, NONE = "nothing_missing", "none_of_these"
 
 PRIOR_OF_ONE_MORE = 0.5
-"""Prior probability that one more effect is missing, given those found."""
+"""Prior probability that one more effect is missing, given those that are."""
 
 PRIOR_OF_NONE = 0.05
 """Prior probability that the error is larger than stated, by a cause that no candidate has."""
@@ -31,8 +28,8 @@ LEVEL = 0.01
 """Probability that a right model fails its check."""
 
 
-class Pool(NamedTuple):
-    """Hypotheses, and the candidates that they were chosen among.
+class Comparison(NamedTuple):
+    """Hypotheses that are compared, and the candidates that they were chosen among.
 
     Parameters
     ----------
@@ -40,13 +37,17 @@ class Pool(NamedTuple):
         Fitted hypotheses, one of them without effects.
     variants
         Number of variants of each kind.
-    scanned
+    candidates
         Every candidate alone, scanned.
     """
 
     hypotheses: list[Hypothesis]
     variants: dict[str, int]
-    scanned: Sequence[Scanned] = ()
+    candidates: Sequence[ScannedCandidate] = ()
+
+    def with_hypotheses(self, hypotheses: Sequence[Hypothesis]) -> "Comparison":
+        """Return the comparison with further hypotheses."""
+        return self._replace(hypotheses=[*self.hypotheses, *hypotheses])
 
     def log_odds(self, hypothesis: Hypothesis) -> float:
         """Log evidence with the log prior probability of its effects."""
@@ -75,31 +76,29 @@ class Pool(NamedTuple):
 
     def distinct(self) -> list[Hypothesis]:
         """The best variant of each set of kinds, by falling odds."""
-        ranked = sorted(self.hypotheses, key=self.log_odds, reverse=True)
-        found: dict[tuple[str, ...], Hypothesis] = {}
-        for one in ranked:
-            found.setdefault(one.kinds, one)
-        return list(found.values())
+        best: dict[tuple[str, ...], Hypothesis] = {}
+        for hypothesis in sorted(self.hypotheses, key=self.log_odds, reverse=True):
+            best.setdefault(hypothesis.kinds, hypothesis)
+        return list(best.values())
 
     def of(self, kinds: tuple[str, ...]) -> Hypothesis:
         """The best variant with these kinds of effects."""
-        return next(one for one in self.distinct() if one.kinds == kinds)
+        return next(hypothesis for hypothesis in self.distinct() if hypothesis.kinds == kinds)
 
     def probabilities(self) -> dict[str, float]:
         """Posterior probability of each kind, of nothing missing and of none of these."""
-        known = np.array([self.log_odds(one) for one in self.hypotheses]) + np.log1p(-PRIOR_OF_NONE)
-        larger = np.array([self.log_odds(one) + _inflated(one) for one in self.hypotheses])
-        larger += np.log(PRIOR_OF_NONE)
-        whole = logsumexp(np.concatenate([known, larger]))
-        share = np.exp(known - whole)
+        log_odds = np.array([self.log_odds(hypothesis) for hypothesis in self.hypotheses])
+        stated = log_odds + np.log1p(-PRIOR_OF_NONE)
+        gains = np.array([_gain_of_larger_error(hypothesis) for hypothesis in self.hypotheses])
+        larger = log_odds + gains + np.log(PRIOR_OF_NONE)
+        total = logsumexp(np.concatenate([stated, larger]))
+        shares = list(zip(np.exp(stated - total), self.hypotheses, strict=True))
         kinds = {
-            kind: float(
-                sum(p for p, h in zip(share, self.hypotheses, strict=True) if kind in h.kinds)
-            )
+            kind: float(sum(share for share, hypothesis in shares if kind in hypothesis.kinds))
             for kind in self.variants
         }
-        nothing = sum(p for p, h in zip(share, self.hypotheses, strict=True) if not h.effects)
-        return kinds | {NOTHING: float(nothing), NONE: float(np.exp(logsumexp(larger) - whole))}
+        nothing = sum(share for share, hypothesis in shares if not hypothesis.effects)
+        return kinds | {NOTHING: float(nothing), NONE: float(np.exp(logsumexp(larger) - total))}
 
     def confounded(self) -> list[tuple[str, str]]:
         """Pairs of kinds of which either explains the data, one in the place of the other.
@@ -109,11 +108,12 @@ class Pool(NamedTuple):
         """
         best, pairs = self.best(), []
         for other in self.distinct():
-            mine, its = set(best.kinds) - set(other.kinds), set(other.kinds) - set(best.kinds)
-            if len(mine) == len(its) == 1 and len(best.effects) == len(other.effects):
+            of_best = set(best.kinds) - set(other.kinds)
+            of_other = set(other.kinds) - set(best.kinds)
+            if len(of_best) == len(of_other) == 1 and len(best.effects) == len(other.effects):
                 near = self.log_odds(best) - self.log_odds(other) < STRONG
                 if near or min(p_value(best), p_value(other)) >= LEVEL:
-                    pairs.append((next(iter(mine)), next(iter(its))))
+                    pairs.append((next(iter(of_best)), next(iter(of_other))))
         return pairs
 
 
@@ -128,7 +128,7 @@ def p_value(hypothesis: Hypothesis) -> float:
     return float(chi2.sf(hypothesis.fit.squares, degrees_of_freedom))
 
 
-def _inflated(hypothesis: Hypothesis) -> float:
+def _gain_of_larger_error(hypothesis: Hypothesis) -> float:
     """Log evidence that is gained once the error may be larger by an unknown factor s.
 
     Laplace's method in log s about s^2 = squares per datum, at least 1, where the half of the
@@ -142,20 +142,20 @@ def _inflated(hypothesis: Hypothesis) -> float:
     return float(gain + np.log(width / np.log(LARGEST_FACTOR)))
 
 
-def ordered(pool: Pool, best: Hypothesis) -> list[tuple[str, ...]]:
-    """Sets of kinds on the way from nothing to the best hypothesis, each step the best one.
+def steps_to(comparison: Comparison, best: Hypothesis) -> list[tuple[str, ...]]:
+    """Sets of kinds from nothing to the best hypothesis, each with the greatest odds of its size.
 
-    Only hypotheses that were fitted are on the way; where none leads on, the rest comes at once.
+    Only hypotheses that were fitted are steps; where none leads on, the rest comes at once.
     """
-    way: list[tuple[str, ...]] = [()]
-    for one_more in range(1, len(best.kinds)):
+    steps: list[tuple[str, ...]] = [()]
+    for count in range(1, len(best.kinds)):
         between = [
-            one
-            for one in pool.distinct()
-            if len(one.kinds) == one_more
-            and Counter(way[-1]) <= Counter(one.kinds) <= Counter(best.kinds)
+            hypothesis
+            for hypothesis in comparison.distinct()
+            if len(hypothesis.kinds) == count
+            and Counter(steps[-1]) <= Counter(hypothesis.kinds) <= Counter(best.kinds)
         ]
         if not between:
             break
-        way.append(max(between, key=pool.log_odds).kinds)
-    return [*way, best.kinds] if best.kinds else way
+        steps.append(max(between, key=comparison.log_odds).kinds)
+    return [*steps, best.kinds] if best.kinds else steps

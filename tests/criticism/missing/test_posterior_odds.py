@@ -7,13 +7,13 @@ import pytest
 
 from bayes_placement import effects
 from bayes_placement.criticism.missing._hypotheses import Hypothesis
-from bayes_placement.criticism.missing._odds import (
+from bayes_placement.criticism.missing._posterior_odds import (
     NONE,
     NOTHING,
     PRIOR_OF_NONE,
-    Pool,
-    ordered,
+    Comparison,
     p_value,
+    steps_to,
 )
 from bayes_placement.inference.engines.laplace import laplace
 from bayes_placement.inference.engines.levenberg_marquardt import Fit
@@ -37,7 +37,7 @@ def made(kinds, evidence, squares=COUNT, dimension=4):
 
 
 def pool(*hypotheses, **variants):
-    return Pool(list(hypotheses), variants or {"point_mass": 1, "gain_error": 3})
+    return Comparison(list(hypotheses), variants or {"point_mass": 1, "gain_error": 3})
 
 
 def test_each_effect_halves_the_prior_and_shares_it_among_kinds_and_variants():
@@ -107,7 +107,7 @@ def test_p_value_falls_with_the_squares():
 def test_the_way_goes_through_the_better_single_effect():
     mass, gain = made(["point_mass"], 100.0), made(["gain_error"], 200.0)
     both = made(["point_mass", "gain_error"], 900.0)
-    assert ordered(pool(made([], 0.0), mass, gain, both), both) == [
+    assert steps_to(pool(made([], 0.0), mass, gain, both), both) == [
         (),
         ("gain_error",),
         ("gain_error", "point_mass"),
@@ -116,5 +116,5 @@ def test_the_way_goes_through_the_better_single_effect():
 
 def test_the_way_leaps_where_nothing_was_fitted_between():
     both = made(["local_stiffness_loss", "gain_error"], 900.0)
-    found = ordered(pool(made([], 0.0), both), both)
+    found = steps_to(pool(made([], 0.0), both), both)
     assert found == [(), ("gain_error", "local_stiffness_loss")]

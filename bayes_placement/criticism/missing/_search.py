@@ -1,0 +1,113 @@
+"""Search for the hypotheses worth comparing: single effects first, then one more at a time.
+
+The search is not greedy: several hypotheses are extended, and each effect of the best one is
+removed again and replaced.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ...effects.effect import Effect
+from ...effects.library import kind_of
+from ._hypotheses import Hypothesis, ScannedCandidate, extended, finite, fitted, scanned
+from ._posterior_odds import Comparison
+
+VARIANTS = 4
+"""Variants of one kind that are fitted, such as a mass on one member or another."""
+
+BRANCHES, KINDS = 4, 5
+"""Hypotheses that are extended, and the kinds of effects that are tried on each of them."""
+
+Tick = Callable[[], None]
+
+
+def single_effects(null: Hypothesis, effects: Sequence[Effect], tick: Tick) -> Comparison:
+    """Every candidate alone: all are scanned, the most promising variants of each kind fitted."""
+    variants = dict(Counter(kind_of(effect) for effect in effects))
+    candidates = list(scanned([(null, effect) for effect in effects], tick))
+    hypotheses = finite(fitted(candidate) for candidate in _promising(candidates))
+    return Comparison([null, *hypotheses], variants, candidates)
+
+
+def _promising(candidates: Sequence[ScannedCandidate]) -> list[ScannedCandidate]:
+    """A few variants of each kind: those of which the scan predicts the least cost."""
+    count: Counter[str] = Counter()
+    promising = []
+    for candidate in sorted(candidates, key=lambda candidate: candidate.predicted_cost):
+        kind = kind_of(candidate.effect)
+        count[kind] += 1
+        if count[kind] <= VARIANTS:
+            promising.append(candidate)
+    return promising
+
+
+def one_more_effect(comparison: Comparison, depth: int, tick: Tick) -> Comparison:
+    """Try one more effect on the best hypotheses of so many, then replace those of the best."""
+    best = [hypothesis for hypothesis in comparison.distinct() if len(hypothesis.effects) == depth]
+    deeper = comparison.with_hypotheses(extended(_pairs(comparison, best[:BRANCHES]), tick))
+    replaced = extended(_pairs(deeper, _subsets_of_best(deeper, depth)), tick)
+    return deeper.with_hypotheses(replaced)
+
+
+def _subsets_of_best(comparison: Comparison, depth: int) -> list[Hypothesis]:
+    """What is left of the best hypothesis without one of its effects, if not yet extended."""
+    best = comparison.distinct()[0]
+    if len(best.effects) != depth + 1:
+        return []
+    tried = {
+        hypothesis.kinds
+        for hypothesis in comparison.hypotheses
+        if len(hypothesis.effects) == depth + 1
+    }
+    subsets = []
+    for hypothesis in comparison.distinct():
+        is_part = len(hypothesis.effects) == depth and set(hypothesis.kinds) <= set(best.kinds)
+        extensions = sum(set(hypothesis.kinds) <= set(kinds) for kinds in tried)
+        if is_part and extensions < KINDS:
+            subsets.append(hypothesis)
+    return subsets
+
+
+def _pairs(
+    comparison: Comparison, branches: Sequence[Hypothesis]
+) -> list[tuple[Hypothesis, Effect]]:
+    """Hypotheses to extend and the effects to extend them by, each set of kinds once."""
+    null = next(hypothesis for hypothesis in comparison.hypotheses if not hypothesis.effects)
+    tried = {hypothesis.kinds for hypothesis in comparison.hypotheses}
+    pairs = []
+    for branch in branches:
+        kinds: list[str] = []
+        for candidate in _by_promise(branch, null, comparison.candidates):
+            kind = kind_of(candidate.effect)
+            extension = tuple(sorted((*branch.kinds, kind)))
+            is_new = kind not in branch.kinds and extension not in tried
+            if is_new and len(kinds) < KINDS:
+                kinds.append(kind)
+                tried.add(extension)
+                pairs.append((branch, candidate.effect))
+    return pairs
+
+
+def _by_promise(
+    branch: Hypothesis, null: Hypothesis, candidates: Sequence[ScannedCandidate]
+) -> list[ScannedCandidate]:
+    """Sort candidates by the least cost of the branch with their effect, to first order.
+
+    Logarithms of FRFs add what effects do, as far as these do not act on each other: so the
+    change that a scan saw without the branch is added to the residual of the branch.
+    """
+    residual, _, jacobian, _ = branch.problem.squares.jacobian(branch.fit.point[None], True)
+    slopes = jacobian[0]
+    before, _ = null.problem.squares.residuals(null.fit.point[None], True)
+    curvature = slopes @ slopes.T + np.eye(len(slopes))
+
+    def least_cost(candidate: ScannedCandidate) -> float:
+        total = residual + (candidate.scan.residual - before)
+        pull = total @ slopes.T
+        absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)
+        return float(np.nanmin(np.einsum("bn,bn->b", total, total) - absorbed))
+
+    costs = [least_cost(candidate) for candidate in candidates]
+    return [candidates[place] for place in np.argsort(costs, kind="stable")]
