@@ -1,4 +1,4 @@
-"""_whereabouts: each effect sits where it was said to sit, or where what it is about sits."""
+"""An effect is where it was declared to be, or where what it is about is."""
 
 import jax
 import numpy as np

@@ -1,4 +1,4 @@
-"""_suspicion: the places of the table are those of the candidates, the scores those of chance."""
+"""Score test: the places of the table are those of the candidates, the scores those of chance."""
 
 import jax
 import numpy as np
