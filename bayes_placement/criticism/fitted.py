@@ -1,4 +1,4 @@
-"""What a model with given values of its unknowns predicts, beside the measurement."""
+"""Prediction of a model with values of its unknowns, with the measurement."""
 
 from collections.abc import Mapping
 from typing import Any

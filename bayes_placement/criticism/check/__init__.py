@@ -1,4 +1,4 @@
-"""check: whether a fitted model explains the data, and where it fails."""
+"""Whether a fitted model explains the data, and where it fails."""
 
 from .check import check
 

@@ -1,7 +1,4 @@
-"""_edges: in, draws from prior and posterior; out, what is piled up at the edge of its prior.
-
-Not known here: outputs, misfits.
-"""
+"""Unknowns whose posterior is piled up at the edge of their prior."""
 
 from collections.abc import Iterator
 

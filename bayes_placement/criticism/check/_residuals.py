@@ -1,7 +1,4 @@
-"""_residuals: in, a tree of results; out, measured and predicted outputs as arrays, and groups.
-
-Not known here: which statistic is made of them.
-"""
+"""Measured and predicted outputs of a result as arrays, and groups of them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -33,7 +30,7 @@ Labelled = TypeVar("Labelled", xr.DataArray, xr.Dataset)
 
 @dataclass(frozen=True)
 class Residuals:
-    """Measured outputs beside those of the model.
+    """Measured outputs and those of the model.
 
     The lines of all force levels stand behind each other here, in order within each level, so that
     every statistic runs along one axis; `labelled` takes them apart again.

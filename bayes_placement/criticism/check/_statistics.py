@@ -1,7 +1,4 @@
-"""_statistics: in, residuals and a group of them; out, chi2, whiteness and predictive p-values.
-
-Not known here: what the groups are, what is concluded.
-"""
+"""Chi2, whiteness and predictive p-values of any group of residuals."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -131,7 +128,7 @@ class Statistics:
 
 
 def _upper_tail(value: float, mean: float, variance: float) -> float:
-    """Tail of the scaled chi2 law of this mean and variance; unknown below one degree."""
+    """Tail of the scaled chi2 distribution of this mean and variance; unknown below one degree."""
     if mean < 1:
         return float("nan")
     scale = variance / (2 * mean)

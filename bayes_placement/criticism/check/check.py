@@ -1,7 +1,4 @@
-"""check: in, the result of an inference; out, whether the model explains the data, and where not.
-
-Not known here: which effect is missing, how to mend it.
-"""
+"""Whether a fitted model explains the data, and where it does not."""
 
 import numpy as np
 import xarray as xr

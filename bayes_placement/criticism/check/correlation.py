@@ -1,7 +1,6 @@
-"""correlation: in, measured and computed FRFs or mode shapes; out, FRAC, FDAC, MAC and CoMAC.
+"""Correlation of FRFs and of mode shapes: FRAC, FDAC, MAC and CoMAC.
 
-The field's criteria: 1 where two shapes are proportional, 0 where they have nothing in common.
-Not known here: noise, which makes the difference between a small and a significant one.
+Each is 1 where two shapes are proportional and 0 where they are orthogonal.
 """
 
 from collections.abc import Callable

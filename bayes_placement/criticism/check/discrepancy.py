@@ -1,8 +1,7 @@
-"""discrepancy: in, what a fitted model leaves of the data; out, the smooth part of it, with a band.
+"""Smooth part of the residual of a fitted model, with a band.
 
-A Gaussian process over frequency (Kennedy and O'Hagan, 2001, doi:10.1111/1467-9868.00294), laid
-over a finished fit, so that it shows where the model is wrong and moves no parameter.
-Not known here: which effect is missing.
+A Gaussian process over frequency (Kennedy and O'Hagan, 2001, doi:10.1111/1467-9868.00294), fitted
+to the residual of a finished fit, so that it shows where the model is wrong and moves no parameter.
 """
 
 from functools import partial

@@ -1,7 +1,4 @@
-"""misfit: in, statistics of what a fitted model leaves of the data; out, a verdict and sentences.
-
-Not known here: how a statistic is computed, which effect is missing.
-"""
+"""Misfit of a fitted model: a verdict and sentences."""
 
 from dataclasses import dataclass
 
@@ -137,16 +134,14 @@ class Misfit:
         )
 
     def _worst_words(self, kind: str) -> str:
-        one, table = self.worst(kind), self.groups[kind]
-        failing, several = (
-            int((table["corrected"] < self.level).sum()),
-            kind.replace("_", " ") + "s",
-        )
-        how = _against(one) if self.noise_known else "neighbouring lines are alike"
+        worst, table = self.worst(kind), self.groups[kind]
+        failing = int((table["corrected"] < self.level).sum())
+        groups = kind.replace("_", " ") + "s"
+        how = _against(worst) if self.noise_known else "neighbouring lines are alike"
         return (
-            f"{failing} of {table['data'].size} {several} {'fail' if failing > 1 else 'fails'}, "
-            f"{'most of all ' if failing > 1 else ''}{_name(one, kind)}: {how} "
-            f"(corrected {_p(float(one['corrected']))})."
+            f"{failing} of {table['data'].size} {groups} {'fail' if failing > 1 else 'fails'}, "
+            f"{'most of all ' if failing > 1 else ''}{_name(worst, kind)}: {how} "
+            f"(corrected {_p(float(worst['corrected']))})."
         )
 
     def _whiteness_words(self) -> list[str]:
@@ -164,8 +159,8 @@ class Misfit:
         if np.isnan(share) or self.level / 2 <= share <= 1 - self.level / 2:
             return []
         return [
-            "Data made by the model itself misfit it more than the measured in "
-            f"{100 * share:.3g} % of draws (posterior predictive p-value)."
+            f"In {100 * share:.3g} % of draws, data simulated by the model have a larger misfit "
+            "than the measured data (posterior predictive p-value)."
         ]
 
     def _discrepancy_words(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""compare: which of two fitted models predicts the data better."""
+"""Which of several fitted models predicts the data better."""
 
 from .compare import compare
 

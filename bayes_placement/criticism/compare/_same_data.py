@@ -1,7 +1,4 @@
-"""_same_data: in, results that may have observed different quantities; out, Jacobians between them.
-
-Refuses what is not the same data. Not known here: likelihoods, evidence.
-"""
+"""Jacobians between results that observed different quantities of the same data."""
 
 from collections.abc import Mapping
 

@@ -1,6 +1,6 @@
-"""compare: in, several fitted models of the same data; out, which is preferred and how strongly.
+"""Which of several fitted models of the same data is preferred, and how strongly.
 
-By evidence and by leave-one-out predictive densities. Not known here: structures, engines.
+By evidence and by leave-one-out predictive densities.
 """
 
 import warnings

@@ -1,4 +1,4 @@
-"""missing: which physical effect is missing, and how far the error falls once it is added."""
+"""Which physical effect is missing, and how far the error falls once it is added."""
 
 from .explain import explain
 from .improve import improve

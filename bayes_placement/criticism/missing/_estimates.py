@@ -1,7 +1,4 @@
-"""_estimates: in, a fitted hypothesis; out, its unknowns by name, with intervals.
-
-Not known here: candidates, what is claimed.
-"""
+"""Unknowns of a fitted hypothesis by name, with intervals."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -17,7 +14,7 @@ EFFECTS = ("effects", "instrument_effects")
 
 DRAWS = 2000
 OUTER = 2.5758
-"""Standard deviations between which 99 % of a normal law lie."""
+"""Standard deviations between which 99 % of a normal distribution lie."""
 
 
 class Estimate(NamedTuple):
@@ -54,8 +51,8 @@ class Estimate(NamedTuple):
 def estimates(hypothesis: Hypothesis, points: np.ndarray | None = None) -> dict[str, Estimate]:
     """Every unknown, from draws [draw, unknown] or from Laplace's Gaussian.
 
-    Intervals are those of a normal law in standard normal coordinates, as wide as the draws: a
-    few hundred draws would not tell their own outermost percents.
+    Intervals are those of a normal distribution in standard normal coordinates, as wide as the
+    draws: a few hundred draws would not tell their outermost percents.
     """
     problem = hypothesis.problem
     drawn = laplace(hypothesis) if points is None else points

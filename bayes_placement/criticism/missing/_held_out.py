@@ -1,7 +1,7 @@
-"""_held_out: in, a fitted hypothesis; out, how well it foretells data that it was not fitted to.
+"""How well a fitted hypothesis predicts data that it was not fitted to.
 
-Not known here: candidates, what is claimed. Left out are one sensor channel at a time, and one
-frequency band at a time; each time the fit is mended from where it was.
+Left out are one sensor channel at a time, and one frequency band at a time; each time the fit is
+corrected from where it was.
 """
 
 from collections.abc import Iterator
