@@ -74,7 +74,7 @@ def with_more_sensors(experiment: Experiment, count: int) -> Experiment:
 
 
 def _like(sensor: Sensor, name: str) -> Sensor:
-    at: Any = sensor.recorded if sensor.support is None else sensor.support
+    at: Any = sensor.recorded if sensor.tolerance is None else sensor.tolerance
     return Sensor(name, at=at, directions=sensor.directions, angles=sensor.angles)  # type: ignore[call-arg]
 
 

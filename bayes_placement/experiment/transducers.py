@@ -29,20 +29,20 @@ class Transducer(eqx.Module):
         Its name in the measurement and in the names of the unknowns.
     at
         Where it sits [m]. On a line: a number, `positions.Segment`, or any scalar distribution. In
-        space: three numbers or distributions, a place (`places.Cartesian`, ...) or a support
-        (`positions.Box`, ...).
+        space: three numbers or distributions, a place (`positions.Cartesian`, ...) or a
+        tolerance (`positions.Box`, ...).
     directions
         Recorded directions of its channels, +-1, +-2, +-3 for +-x, +-y, +-z. Empty: the one
         direction in which the structure moves.
     angles
         Euler angles [rad] by which it is rolled against its record, three numbers or
-        distributions (`orientation.rotation`); None where the orientation is exact.
+        distributions (`positions.rotation`); None where the orientation is exact.
     recorded
-        Recorded position [m], a number or three; by default the centre of the support or the mean
-        of the law.
-    support
+        Recorded position [m], a number or three; by default the centre of the tolerance or the
+        mean of the distribution.
+    tolerance
         Its tolerance wherever it sits, so that it can be tried elsewhere; by default `at`, if that
-        is a support.
+        is a tolerance.
     """
 
     kind: eqx.AbstractClassVar[str]
@@ -51,7 +51,7 @@ class Transducer(eqx.Module):
     angles: tuple[Parameter, ...] | None = eqx.field(metadata=unit("rad"))
     directions: tuple[int, ...] = eqx.field(static=True)
     recorded: Recorded = eqx.field(static=True)
-    support: Tolerance | None
+    tolerance: Tolerance | None
 
     def __init__(
         self,
@@ -61,11 +61,11 @@ class Transducer(eqx.Module):
         directions: tuple[int, ...] = (),
         angles: tuple[Parameter, ...] | None = None,
         recorded: float | int | Vector | None = None,
-        support: Tolerance | None = None,
+        tolerance: Tolerance | None = None,
     ):
         self.name = checked_name(f"{self.kind} of the name", name)
         self.position = as_place(at)
-        self.support = self.position if isinstance(self.position, Tolerance) else support
+        self.tolerance = self.position if isinstance(self.position, Tolerance) else tolerance
         self.angles = None if angles is None else tuple(angles)
         self.directions = tuple(directions)
         self.recorded = _middle(self.position) if recorded is None else _recorded(recorded)
@@ -89,7 +89,7 @@ class Transducer(eqx.Module):
         return tuple(Channel(self.name, direction) for direction in self.directions)
 
     def on(self: Self, modes: Modes) -> Self:
-        """Return it placed on a structure: its directions stated, its support a law.
+        """Return it placed on a structure: its directions stated, its tolerance a distribution.
 
         Raises
         ------
@@ -102,7 +102,7 @@ class Transducer(eqx.Module):
             directions=self.directions or modes.axes,
             angles=self.angles,
             recorded=self.recorded,
-            support=self.support,
+            tolerance=self.tolerance,
         )
 
     def moved(self: Self, place: Recorded | Tolerance, modes: Modes) -> Self:
@@ -111,23 +111,23 @@ class Transducer(eqx.Module):
         Parameters
         ----------
         place
-            Recorded position [m], or a support.
+            Recorded position [m], or a tolerance.
         modes
             Modes of the structure.
 
         Raises
         ------
         ValueError
-            If its tolerance is not known as a support, or it comes to lie outside the structure.
+            If its position is uncertain without a tolerance, or lies outside the structure then.
         """
         at: Any = place
         if not isinstance(place, Tolerance):
-            at = place if self.support is None else self.support.around(place)
+            at = place if self.tolerance is None else self.tolerance.around(place)
         if not isinstance(at, Tolerance) and self._is_uncertain():
             raise InputError(
-                f'{self.kind} "{self.name}" was to be moved to {place} m, but its tolerance is '
-                "known as a law at its own place only; a support is needed, since it can be moved. "
-                "Declare at=positions.Segment(0.25, within=0.04), or give supports as candidates."
+                f'{self.kind} "{self.name}" was to be moved to {place} m, but its position is '
+                "a distribution there only; a tolerance is needed, since it can be moved. Declare "
+                "at=positions.Segment(0.25, within=0.04), or give tolerances as candidates."
             )
         one = type(self)(self.name, at, directions=self.directions, angles=self.angles)
         return one.on(modes)
@@ -138,15 +138,15 @@ class Transducer(eqx.Module):
         Raises
         ------
         ValueError
-            If its tolerance is not known as a support.
+            If it has no tolerance.
         """
-        if self.support is None:
+        if self.tolerance is None:
             raise InputError(
                 f'{self.kind} "{self.name}" was to have {factor:g} times its tolerance, but it has '
-                "none that is known as a support; one is needed. Declare "
+                "none; one is needed, since a distribution cannot be scaled. Declare "
                 "at=positions.Segment(0.25, within=0.04)."
             )
-        at = self.support.scaled(factor)
+        at = self.tolerance.scaled(factor)
         one = type(self)(
             self.name,
             at,

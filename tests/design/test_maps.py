@@ -150,7 +150,9 @@ def test_a_law_without_support_cannot_be_moved():
         observe=bp.observe.LogAmplitude("velocity"),
         noise=None,
     )
-    with pytest.raises(ValueError, match=r"known as a law at its own place only; a support is"):
+    with pytest.raises(
+        ValueError, match=r"its position is a distribution there only; a tolerance is"
+    ):
         bp.information_map(one, {"s1": [0.5]}, estimator=SMALL)
 
 
