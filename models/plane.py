@@ -70,8 +70,8 @@ RIGID_BODY = 3
 MASS, SPREAD = 40.0, 0.7
 """Prior of the mass on which modal masses are based: median [kg], standard deviation of the log."""
 
-engine = bp.engines.MAP(starts=1, draws=256)
-"""A single start: three starts end within two units of log density of each other."""
+engine = bp.engines.MAP(starts=8, draws=256)
+"""Eight starts: a single start may end at another mode of the positions."""
 
 
 class Plane(NamedTuple):

@@ -31,18 +31,18 @@ def test_matrices_come_back_whole(tmp_path, ending, symmetry, part):
         symmetry = "general"  # the format stores the lower triangle of symmetric matrices
     stiffness = saved(tmp_path / f"K{ending}", part(CHAIN), symmetry)
     mass = saved(tmp_path / f"M{ending}", LUMPED, symmetry)
-    found = matrix_files.read(stiffness, mass, regions={"all": stiffness})
-    for one, expected in zip(
-        (found.stiffness, found.mass, found.regions["all"]), (CHAIN, LUMPED, CHAIN), strict=True
+    system = matrix_files.read(stiffness, mass, regions={"all": stiffness})
+    for matrix_read, expected in zip(
+        (system.stiffness, system.mass, system.regions["all"]), (CHAIN, LUMPED, CHAIN), strict=True
     ):
-        assert isinstance(one, scipy.sparse.csc_array)
-        np.testing.assert_array_equal(one.toarray(), expected.toarray())
+        assert isinstance(matrix_read, scipy.sparse.csc_array)
+        np.testing.assert_array_equal(matrix_read.toarray(), expected.toarray())
 
 
 def test_dense_and_integer_matrices(tmp_path):
     scipy.io.mmwrite(tmp_path / "K.mtx", np.array([[2, -1], [-1, 2]]))
-    found = matrix_files.read(tmp_path / "K.mtx", tmp_path / "K.mtx").stiffness
-    assert found.toarray().tolist() == [[2.0, -1.0], [-1.0, 2.0]] and found.dtype == float
+    system = matrix_files.read(tmp_path / "K.mtx", tmp_path / "K.mtx").stiffness
+    assert system.toarray().tolist() == [[2.0, -1.0], [-1.0, 2.0]] and system.dtype == float
 
 
 @pytest.mark.parametrize("name", ["portal", "plate"])
@@ -51,10 +51,10 @@ def test_regions_add_up_to_the_stiffness(shared_data, name):
     if not folder.is_dir():
         pytest.skip(f"cases/models/{name} of the shared data is not on this machine")
     regions = {path.stem: path for path in sorted(folder.glob("K_region_*.npz"))}
-    found = matrix_files.read(folder / "K.npz", folder / "M.npz", regions=regions)
-    assert found.regions.keys() == regions.keys()
-    rest = abs(sum(found.regions.values()) - found.stiffness).max()
-    assert rest < 1e-12 * abs(found.stiffness).max()
+    system = matrix_files.read(folder / "K.npz", folder / "M.npz", regions=regions)
+    assert system.regions.keys() == regions.keys()
+    rest = abs(sum(system.regions.values()) - system.stiffness).max()
+    assert rest < 1e-12 * abs(system.stiffness).max()
 
 
 SKEW = CHAIN + scipy.sparse.diags_array(np.full(SIZE - 1, 1e-3), offsets=1, shape=(SIZE, SIZE))

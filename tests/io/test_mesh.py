@@ -48,11 +48,11 @@ def written(path, **sets):
 
 @pytest.mark.parametrize("ending", [".inp", ".vtk", ".vtu", ".bdf"])
 def test_nodes_and_elements(tmp_path, ending):
-    found = mesh.read(written(tmp_path / f"two{ending}"), length_unit=1e-3)
-    np.testing.assert_allclose(found.position, POINTS * 1e-3, rtol=1e-12)
-    assert found.node.tolist() == [1, 2, 3, 4, 5, 6]
-    assert found.elements["quad"].tolist() == [[1, 2, 3, 4], [2, 5, 6, 3]]
-    assert found.elements["line"].tolist() == [[1, 2]]
+    loaded = mesh.read(written(tmp_path / f"two{ending}"), length_unit=1e-3)
+    np.testing.assert_allclose(loaded.position, POINTS * 1e-3, rtol=1e-12)
+    assert loaded.node.tolist() == [1, 2, 3, 4, 5, 6]
+    assert loaded.elements["quad"].tolist() == [[1, 2, 3, 4], [2, 5, 6, 3]]
+    assert loaded.elements["line"].tolist() == [[1, 2]]
 
 
 def test_sets_of_points_and_of_elements(tmp_path):
@@ -68,8 +68,8 @@ def test_sets_of_points_and_of_elements(tmp_path):
 def test_physical_groups_of_gmsh(tmp_path):
     """Two groups of the same tag and other dimensions are two groups."""
     (tmp_path / "typed.msh").write_text(GMSH)
-    found = mesh.read(tmp_path / "typed.msh")
-    assert {name: nodes.tolist() for name, nodes in found.node_sets.items()} == {
+    loaded = mesh.read(tmp_path / "typed.msh")
+    assert {name: nodes.tolist() for name, nodes in loaded.node_sets.items()} == {
         "edge": [1, 2],
         "face": [1, 2, 3, 4],
     }
@@ -77,19 +77,19 @@ def test_physical_groups_of_gmsh(tmp_path):
 
 def test_a_mesh_takes_the_numbers_of_a_model(tmp_path):
     (tmp_path / "typed.msh").write_text(GMSH)
-    found = mesh.read(tmp_path / "typed.msh")
+    loaded = mesh.read(tmp_path / "typed.msh")
     model = ModalModel.from_arrays(
         node=[50, 40, 30, 20, 10],
-        position=found.position[::-1] + 1e-7,
+        position=loaded.position[::-1] + 1e-7,
         shape=np.ones((5, 3, 1)),
         natural_frequency=[1.0],
         modal_mass=1,
     )
-    named = found.numbered_as(model)
+    named = loaded.numbered_as(model)
     assert named.node.tolist() == [10, 20, 30, 40, 50]
     assert named.elements["quad"].tolist() == [[10, 20, 30, 40]]
     assert named.node_sets["edge"].tolist() == [10, 20]
-    np.testing.assert_array_equal(named.position, found.position)
+    np.testing.assert_array_equal(named.position, loaded.position)
     in_mm = mesh.read(tmp_path / "typed.msh", length_unit=1e-3)
     with pytest.raises(ValueError, match=r"Node 5 of the mesh at .* Check the unit: mesh.read"):
         in_mm.numbered_as(model)

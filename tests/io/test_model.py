@@ -48,7 +48,7 @@ truth = {"sensor.s1.position": 0.26}
 def test_measurements_of_several_force_levels_are_taken_along(tmp_path):
     text = EXPERIMENT.replace("noise=None", "noise=None, force_levels=[1.0, 2.0]")
     study = model.read(written(tmp_path, text + "measurement = experiment.nominal_measurement()"))
-    assert [one.force_level for one in study.measurement] == [1.0, 2.0]
+    assert [at_level.force_level for at_level in study.measurement] == [1.0, 2.0]
 
 
 def test_a_model_file_knows_where_it_is(tmp_path):

@@ -89,8 +89,8 @@ def test_a_missing_file_is_named_with_the_way_to_write_one(tmp_path):
 
 def test_a_damaged_file_is_refused(tmp_path):
     path = netcdf.write(tree(), tmp_path / "result.nc")
-    whole = path.read_bytes()
-    for content in (b"no netCDF at all", whole[: len(whole) // 2]):
+    all_bytes = path.read_bytes()
+    for content in (b"no netCDF at all", all_bytes[: len(all_bytes) // 2]):
         path.write_bytes(content)
         with pytest.raises(ValueError, match=r"result\.nc cannot be read as netCDF.*complete file"):
             netcdf.read(path)

@@ -24,24 +24,24 @@ def model():
 
 @pytest.mark.parametrize("damping", [True, False])
 def test_there_and_back(tmp_path, model, damping):
-    given = model if damping else ModalModel(**(vars(model) | {"damping_ratio": None}))
-    path = npz_modes.write(tmp_path / "new" / "model.npz", given)
-    found = npz_modes.read(path)
-    for name, value in vars(given).items():
-        np.testing.assert_array_equal(getattr(found, name), value, err_msg=name)
-    assert found.shape.dtype == np.float32
+    stored = model if damping else ModalModel(**(vars(model) | {"damping_ratio": None}))
+    path = npz_modes.write(tmp_path / "new" / "model.npz", stored)
+    loaded = npz_modes.read(path)
+    for name, value in vars(stored).items():
+        np.testing.assert_array_equal(getattr(loaded, name), value, err_msg=name)
+    assert loaded.shape.dtype == np.float32
 
 
 def test_handed_over_arrays(shared_data):
     path = shared_data / "cases" / "models" / "plate" / "nominal.npz"
     if not path.is_file():
         pytest.skip("cases/models/plate of the shared data is not on this machine")
-    model, grid, given = npz_modes.read(path), npz_modes.read_nodes(path), np.load(path)
-    np.testing.assert_array_equal(model.shape, given["modes"])
-    np.testing.assert_array_equal(model.natural_frequency, given["freqs_hz"])
-    np.testing.assert_array_equal(model.damping_ratio, given["modal_damping"])
-    np.testing.assert_array_equal(grid.fixed, given["fixed_dofs"])
-    np.testing.assert_array_equal(grid.element, given["elements"])
+    model, grid, stored = npz_modes.read(path), npz_modes.read_nodes(path), np.load(path)
+    np.testing.assert_array_equal(model.shape, stored["modes"])
+    np.testing.assert_array_equal(model.natural_frequency, stored["freqs_hz"])
+    np.testing.assert_array_equal(model.damping_ratio, stored["modal_damping"])
+    np.testing.assert_array_equal(grid.fixed, stored["fixed_dofs"])
+    np.testing.assert_array_equal(grid.element, stored["elements"])
     np.testing.assert_array_equal(grid.dof, model.dof)
     assert not model.shape[grid.fixed].any()
 
@@ -72,8 +72,8 @@ def test_a_large_file_is_held_twice_at_most(tmp_path):
 
 
 def saved(folder, **arrays):
-    given = {"position": np.eye(3), "shape": np.ones((3, 3, 1)), "natural_frequency": [2.0]}
-    kept = {name: value for name, value in (given | arrays).items() if value is not None}
+    stored = {"position": np.eye(3), "shape": np.ones((3, 3, 1)), "natural_frequency": [2.0]}
+    kept = {name: value for name, value in (stored | arrays).items() if value is not None}
     np.savez(folder / "model.npz", **kept)
     return folder / "model.npz"
 
@@ -106,8 +106,8 @@ def test_files_of_another_kind(tmp_path, model):
     (tmp_path / "text.npz").write_text("position")
     with pytest.raises(ValueError, match=r"text.npz cannot be read as .npz"):
         npz_modes.read(tmp_path / "text.npz")
-    whole = npz_modes.write(tmp_path / "whole.npz", model).read_bytes()
-    (tmp_path / "cut.npz").write_bytes(whole[: len(whole) // 2])
+    all_bytes = npz_modes.write(tmp_path / "whole.npz", model).read_bytes()
+    (tmp_path / "cut.npz").write_bytes(all_bytes[: len(all_bytes) // 2])
     with pytest.raises(ValueError, match=r"cut.npz cannot be read as .npz"):
         npz_modes.read(tmp_path / "cut.npz")
     with pytest.raises(ValueError, match=r"a name that ends in .npz is needed.*model.npz"):

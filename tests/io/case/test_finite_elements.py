@@ -54,20 +54,20 @@ def test_a_shared_case_is_read(study, shared_data, name, size, mounted, unknowns
     assert experiment.data(measurement).z.shape == (*size[:2], 2, size[2])
     assert (experiment.sensors_mounted, len(experiment.unknowns)) == (mounted, unknowns)
     kind = "plate" if "plate" in name else "portal"
-    given = np.load(shared_data / f"cases/models/{kind}/nominal.npz")["freqs_hz"]
+    stated = np.load(shared_data / f"cases/models/{kind}/nominal.npz")["freqs_hz"]
     modes = experiment.nominal().structure.modes
     natural = np.asarray(jax.jit(lambda: modes.angular_frequency())()) / (2 * np.pi)
-    np.testing.assert_allclose(natural, given[: natural.size], rtol=1e-6)
+    np.testing.assert_allclose(natural, stated[: natural.size], rtol=1e-6)
     assert natural[-1] > 4 * experiment.frequency[-1]
 
 
 def test_every_angle_of_a_triaxial_sensor_is_unknown(study):
     experiment = study("08_portal-02").experiment
     assert experiment.sensor["s4"].directions == (1, 2, 3)
-    laws = {one.name: one.distribution for one in experiment.unknowns}
-    assert [laws[f"sensor.s4.angles.{n}"].high for n in (1, 2, 3)] == [0.2] * 3
-    assert [laws[f"actuator.a1.angles.{n}"].high for n in (1, 2, 3)] == [0.1] * 3
-    assert laws["sensor.s4.position.x"].low == pytest.approx(0.48)
+    distributions = {item.name: item.distribution for item in experiment.unknowns}
+    assert [distributions[f"sensor.s4.angles.{n}"].high for n in (1, 2, 3)] == [0.2] * 3
+    assert [distributions[f"actuator.a1.angles.{n}"].high for n in (1, 2, 3)] == [0.1] * 3
+    assert distributions["sensor.s4.position.x"].low == pytest.approx(0.48)
 
 
 def test_effects_may_sit_on_every_member_or_on_the_plate(study):

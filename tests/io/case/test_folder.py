@@ -93,7 +93,7 @@ def beam_case():
 def measured(**changes):
     """A measurement by node numbers, as an analyser that knows no names exports it."""
     rows = np.arange(1.0, 3.0)[:, None, None]
-    whole = {
+    altered = {
         "frf": rows * np.exp(0.1j * LINES),
         "frequency": LINES,
         "sensors": [bp.Channel("1", 1), bp.Channel("2", -1)],
@@ -102,7 +102,7 @@ def measured(**changes):
         "coherence": np.full((2, 1, LINES.size), 0.9),
         "positions": {"1": (0.6, 0, 0), "2": (0.98, 0, 0), "101": (0.1, 0, 0)},
     } | changes
-    return bp.Measurement.from_arrays(**whole)
+    return bp.Measurement.from_arrays(**altered)
 
 
 def turned(**changes):
@@ -124,16 +124,16 @@ def written(folder, content=BAR, *, text=None, **files):
 
 def changed(path, value, content=BAR):
     """The case with one field set, or left out, by its dotted path."""
-    whole = copy.deepcopy(content)
+    altered = copy.deepcopy(content)
     *way, last = [int(word) if word.isdigit() else word for word in re.findall(r"\w+", path)]
-    place = whole
+    place = altered
     for word in way:
         place = place[word]
     if value is MISSING:
         del place[last]
     else:
         place[last] = value
-    return whole
+    return altered
 
 
 @pytest.fixture(scope="module")
@@ -142,11 +142,11 @@ def bar(tmp_path_factory):
 
 
 def test_priors_sit_at_the_leaves_of_what_they_are_for(bar):
-    found = {
+    loaded = {
         one.name: (float(one.distribution.low), float(one.distribution.high))
         for one in bar.experiment.unknowns
     }
-    assert found == {
+    assert loaded == {
         "structure.modes.youngs_modulus": (9e8, 1.1e9),
         "structure.damping.ratio": (0.02, 0.08),
         "sensor.s1.position": (0.6 - 0.04, 0.6 + 0.04),
@@ -277,10 +277,10 @@ def test_a_tilted_sensor_has_the_two_angles_that_its_channel_sees(tmp_path, cont
 @pytest.mark.parametrize("axis", [1, 3])
 def test_a_roll_about_its_own_axis_is_not_seen(axis):
     gain = jax.jit(lambda angles: bp.positions.vectors.rotation(angles)[axis - 1, axis - 1])
-    own = np.eye(3)[axis - 1]
-    assert float(gain(0.7 * own)) == 1.0
-    tilt = 0.1 * (1 - own)
-    np.testing.assert_allclose(gain(tilt + 0.7 * own), gain(tilt), rtol=1e-15)
+    axis_vector = np.eye(3)[axis - 1]
+    assert float(gain(0.7 * axis_vector)) == 1.0
+    tilt = 0.1 * (1 - axis_vector)
+    np.testing.assert_allclose(gain(tilt + 0.7 * axis_vector), gain(tilt), rtol=1e-15)
     assert float(gain(tilt)) < 0.995
 
 
@@ -598,11 +598,11 @@ def test_a_file_that_contradicts_the_case_is_named_with_it(tmp_path, file, messa
 
 
 @pytest.mark.parametrize(
-    ("band", "lines", "found"),
+    ("band", "lines", "loaded"),
     [([20.0, 121.0], 6, 6), ([20.0, 120.0], 5, 6), ([200.0, 300.0], 6, 0)],
     ids=["ends between lines", "another number of lines", "elsewhere"],
 )
-def test_another_band_contradicts_the_file(tmp_path, band, lines, found):
+def test_another_band_contradicts_the_file(tmp_path, band, lines, loaded):
     content = changed("frequency", {"band_hz": band, "n_lines": lines})
     with pytest.raises(case.CaseError, match=f"{found} of them in the band, but .* {lines} lines"):
         case.read(written(tmp_path, content))

@@ -137,33 +137,33 @@ def test_cases_are_read_as_their_arrays_say(path):
     arrays = np.load(path.with_suffix(".npz"))
     case = json.loads((path.parent / "case.json").read_text())
     instruments = case["sensors"] + case["actuators"]
-    names = {one["uff_node"]: one["id"] for one in instruments}
-    found = uff.read(path, names=names, averages=int(arrays["n_averages"]))
+    names = {item["uff_node"]: item["id"] for item in instruments}
+    loaded = uff.read(path, names=names, averages=int(arrays["n_averages"]))
     sensors = [
         Channel(str(n), int(d)) for n, d in zip(arrays["out_ids"], arrays["out_dirs"], strict=True)
     ]
     actuators = [
         Channel(str(n), int(d)) for n, d in zip(arrays["in_ids"], arrays["in_dirs"], strict=True)
     ]
-    assert (found.sensors, found.actuators) == (tuple(sensors), tuple(actuators))
-    assert np.allclose(found.frf, arrays["frf"], rtol=1e-9, atol=0)
-    assert np.allclose(found.coherence, arrays["coherence"], rtol=1e-9, atol=0)
-    assert np.allclose(found.frequency, arrays["frequency_hz"], rtol=1e-12, atol=0)
-    assert found.positions == {one["id"]: tuple(one["position_m"]) for one in instruments}
-    assert found.quantity == "accelerance"
+    assert (loaded.sensors, loaded.actuators) == (tuple(sensors), tuple(actuators))
+    assert np.allclose(loaded.frf, arrays["frf"], rtol=1e-9, atol=0)
+    assert np.allclose(loaded.coherence, arrays["coherence"], rtol=1e-9, atol=0)
+    assert np.allclose(loaded.frequency, arrays["frequency_hz"], rtol=1e-12, atol=0)
+    assert loaded.positions == {item["id"]: tuple(item["position_m"]) for item in instruments}
+    assert loaded.quantity == "accelerance"
 
 
 def test_the_measured_beam_is_read_without_coordinates():
     path = shared("measured", "free_free_beam", "measured.uff")
-    found = uff.read(path, require_positions=False)
-    assert [channel.label for channel in found.sensors] == ["1+x"]
-    assert [channel.label for channel in found.actuators] == ["1+x", "2+x", "3+x"]
-    assert (found.frequency[0], found.frequency[-1], found.frequency.size) == (0, 1000, 1001)
-    assert (found.quantity, found.coherence, found.averages, found.positions) == (
+    loaded = uff.read(path, require_positions=False)
+    assert [channel.label for channel in loaded.sensors] == ["1+x"]
+    assert [channel.label for channel in loaded.actuators] == ["1+x", "2+x", "3+x"]
+    assert (loaded.frequency[0], loaded.frequency[-1], loaded.frequency.size) == (0, 1000, 1001)
+    assert (loaded.quantity, loaded.coherence, loaded.averages, loaded.positions) == (
         ("accelerance", None, None, {})
     )
-    driving = abs(found.frf[0, 1])
-    assert {142, 279, 687} <= set(found.frequency[np.argsort(driving)[-20:]])
+    driving = abs(loaded.frf[0, 1])
+    assert {142, 279, 687} <= set(loaded.frequency[np.argsort(driving)[-20:]])
 
 
 def test_the_measured_beam_needs_coordinates():
@@ -175,17 +175,17 @@ def test_the_measured_beam_needs_coordinates():
 
 
 def test_a_hand_typed_file_is_read_by_its_columns(tmp_path):
-    found = uff.read(hand_typed(tmp_path))
-    assert found.frf[0, 0].tolist() == [
+    loaded = uff.read(hand_typed(tmp_path))
+    assert loaded.frf[0, 0].tolist() == [
         0.001 - 0.002j,
         0.003 + 0.004j,
         -0.005 + 0.006j,
         0.007 + 0.008j,
     ]
-    assert found.frequency.tolist() == [10, 12.5, 15, 17.5]
-    assert (found.sensors, found.actuators) == ((Channel("1", -3),), (Channel("101", 1),))
-    assert found.positions == {"1": (0.25, 0.0, -0.1), "101": (0.3, 0.0, 0.0)}
-    assert found.quantity == "receptance"
+    assert loaded.frequency.tolist() == [10, 12.5, 15, 17.5]
+    assert (loaded.sensors, loaded.actuators) == ((Channel("1", -3),), (Channel("101", 1),))
+    assert loaded.positions == {"1": (0.25, 0.0, -0.1), "101": (0.3, 0.0, 0.0)}
+    assert loaded.quantity == "receptance"
 
 
 def test_dos_line_ends_change_nothing(tmp_path):
@@ -203,11 +203,11 @@ def test_dos_line_ends_change_nothing(tmp_path):
 def test_files_by_pyuff_are_read(tmp_path, binary, even):
     layout = {"binary": binary, "abscissa_spacing": even}
     path = by_pyuff(tmp_path, nodes(1, 101), function(**layout), coherence(**layout))
-    found = uff.read(path, averages=4)
-    assert np.allclose(found.frf[0, 0], FRF, rtol=1e-11, atol=0)
-    assert np.allclose(found.coherence[0, 0], [0.9, 0.8, 0.7, 0.6], rtol=1e-11, atol=0)
-    assert np.array_equal(found.frequency, FREQUENCY)
-    assert found.averages == 4
+    loaded = uff.read(path, averages=4)
+    assert np.allclose(loaded.frf[0, 0], FRF, rtol=1e-11, atol=0)
+    assert np.allclose(loaded.coherence[0, 0], [0.9, 0.8, 0.7, 0.6], rtol=1e-11, atol=0)
+    assert np.array_equal(loaded.frequency, FREQUENCY)
+    assert loaded.averages == 4
 
 
 def test_other_functions_and_coherences_without_frf_are_passed_over(tmp_path):
@@ -218,15 +218,15 @@ def test_other_functions_and_coherences_without_frf_are_passed_over(tmp_path):
 
 def test_coherence_goes_to_its_pair_and_is_unknown_elsewhere(tmp_path):
     functions = function(), function(ref_node=102), coherence(ref_node=102)
-    found = uff.read(by_pyuff(tmp_path, nodes(1, 101, 102), *functions))
-    assert np.isnan(found.coherence[0, 0]).all()
-    assert found.coherence[0, 1].tolist() == [0.9, 0.8, 0.7, 0.6]
+    loaded = uff.read(by_pyuff(tmp_path, nodes(1, 101, 102), *functions))
+    assert np.isnan(loaded.coherence[0, 0]).all()
+    assert loaded.coherence[0, 1].tolist() == [0.9, 0.8, 0.7, 0.6]
 
 
 def test_a_pair_without_frf_is_not_measured(tmp_path):
     functions = function(), function(rsp_node=2, ref_node=102)
-    found = uff.read(by_pyuff(tmp_path, nodes(1, 2, 101, 102), *functions))
-    assert found.measured.tolist() == [[True, False], [False, True]]
+    loaded = uff.read(by_pyuff(tmp_path, nodes(1, 2, 101, 102), *functions))
+    assert loaded.measured.tolist() == [[True, False], [False, True]]
 
 
 @pytest.mark.parametrize(
@@ -252,13 +252,13 @@ def test_a_pair_without_frf_is_not_measured(tmp_path):
 )
 def test_units_are_converted_to_si(tmp_path, fields, file_units, factor):
     sets = [nodes(1, 101), function(**fields)]
-    found = uff.read(by_pyuff(tmp_path, *([file_units] if file_units else []), *sets))
-    assert np.allclose(found.frf[0, 0], factor * FRF, rtol=1e-9, atol=0)
+    loaded = uff.read(by_pyuff(tmp_path, *([file_units] if file_units else []), *sets))
+    assert np.allclose(loaded.frf[0, 0], factor * FRF, rtol=1e-9, atol=0)
 
 
 def test_coordinates_are_converted_by_the_units_of_the_file(tmp_path):
-    found = uff.read(by_pyuff(tmp_path, units(length=1000.0), nodes(1, 101), function()))
-    assert found.positions["101"] == pytest.approx((0.0101, 0.0, 0.0))
+    loaded = uff.read(by_pyuff(tmp_path, units(length=1000.0), nodes(1, 101), function()))
+    assert loaded.positions["101"] == pytest.approx((0.0101, 0.0, 0.0))
 
 
 def test_mixed_quantities_are_converted_where_asked(tmp_path):
@@ -268,16 +268,16 @@ def test_mixed_quantities_are_converted_where_asked(tmp_path):
         uff.MeasurementFileError, match=r"mixes accelerance and mobility.*quantity="
     ):
         uff.read(path)
-    found = uff.read(path, quantity="accelerance")
-    assert np.allclose(found.frf[0, 0], FRF)
-    assert np.allclose(found.frf[0, 1], 2j * np.pi * FREQUENCY * FRF)
+    loaded = uff.read(path, quantity="accelerance")
+    assert np.allclose(loaded.frf[0, 0], FRF)
+    assert np.allclose(loaded.frf[0, 1], 2j * np.pi * FREQUENCY * FRF)
 
 
 def test_nodes_are_named_as_given(tmp_path):
     path = by_pyuff(tmp_path, nodes(1, 101), function())
-    found = uff.read(path, names={1: "tip"})
-    assert (found.sensors[0].name, found.actuators[0].name) == ("tip", "101")
-    assert set(found.positions) == {"tip", "101"}
+    loaded = uff.read(path, names={1: "tip"})
+    assert (loaded.sensors[0].name, loaded.actuators[0].name) == ("tip", "101")
+    assert set(loaded.positions) == {"tip", "101"}
 
 
 # --- writing ---------------------------------------------------------------------------------
@@ -286,29 +286,29 @@ def test_nodes_are_named_as_given(tmp_path):
 @pytest.mark.parametrize("binary", [False, True])
 @pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
 def test_what_is_written_comes_back(tmp_path, binary, quantity):
-    given = measurement(quantity=quantity)
-    uff.write(tmp_path / "ours.uff", given, binary=binary)
-    found = uff.read(tmp_path / "ours.uff", require_positions=False)
+    original = measurement(quantity=quantity)
+    uff.write(tmp_path / "ours.uff", original, binary=binary)
+    loaded = uff.read(tmp_path / "ours.uff", require_positions=False)
     digits = {"rtol": 0.0 if binary else 1e-12, "atol": 0.0, "equal_nan": True}
-    assert np.allclose(found.frf.real, given.frf.real, **digits)
-    assert np.allclose(found.frf.imag, given.frf.imag, **digits)
-    assert np.allclose(found.coherence, given.coherence, **digits)
+    assert np.allclose(loaded.frf.real, original.frf.real, **digits)
+    assert np.allclose(loaded.frf.imag, original.frf.imag, **digits)
+    assert np.allclose(loaded.coherence, original.coherence, **digits)
     for field in ("sensors", "actuators", "quantity", "averages", "positions", "force_level"):
-        assert getattr(found, field) == getattr(given, field)
+        assert getattr(loaded, field) == getattr(original, field)
 
 
 @pytest.mark.parametrize("binary", [False, True])
 def test_pyuff_reads_what_is_written(tmp_path, binary):
-    given = measurement()
-    uff.write(tmp_path / "ours.uff", given, binary=binary)
+    original = measurement()
+    uff.write(tmp_path / "ours.uff", original, binary=binary)
     sets = pyuff.UFF(str(tmp_path / "ours.uff")).read_sets()
-    assert [one["type"] for one in sets] == [164, 2411, 58, 58, 58, 58, 58, 58]
-    last = [one for one in sets if one["type"] == 58 and one["func_type"] == 4][-1]
+    assert [item["type"] for item in sets] == [164, 2411, 58, 58, 58, 58, 58, 58]
+    last = [item for item in sets if item["type"] == 58 and item["func_type"] == 4][-1]
     assert (last["rsp_node"], last["rsp_dir"], last["ref_node"], last["ref_dir"]) == (2, 0, 102, -2)
-    assert np.allclose(last["data"], given.frf[1, 1], rtol=1e-12, atol=0)
+    assert np.allclose(last["data"], original.frf[1, 1], rtol=1e-12, atol=0)
     assert last["id1"] == "FRF fin / a2-y"
     if binary:
-        assert last["n_bytes"] == given.frequency.size * 16
+        assert last["n_bytes"] == original.frequency.size * 16
 
 
 @pytest.mark.parametrize(
@@ -324,10 +324,10 @@ def test_pyuff_reads_what_is_written(tmp_path, binary):
 )
 def test_lines_come_back(tmp_path, frequency, binary):
     uff.write(tmp_path / "ours.uff", measurement(frequency=frequency), binary=binary)
-    found = uff.read(tmp_path / "ours.uff", require_positions=False)
-    assert np.allclose(found.frequency, frequency, rtol=0.0 if binary else 1e-9, atol=0)
-    assert np.allclose(found.frf, measurement().frf, rtol=1e-12, atol=0, equal_nan=True)
-    assert np.allclose(found.coherence, measurement().coherence, rtol=1e-12, equal_nan=True)
+    loaded = uff.read(tmp_path / "ours.uff", require_positions=False)
+    assert np.allclose(loaded.frequency, frequency, rtol=0.0 if binary else 1e-9, atol=0)
+    assert np.allclose(loaded.frf, measurement().frf, rtol=1e-12, atol=0, equal_nan=True)
+    assert np.allclose(loaded.coherence, measurement().coherence, rtol=1e-12, equal_nan=True)
 
 
 def test_a_line_that_ascii_would_lose_is_refused(tmp_path):
@@ -336,21 +336,23 @@ def test_a_line_that_ascii_would_lose_is_refused(tmp_path):
 
 
 def test_whole_numbers_are_node_numbers(tmp_path):
-    given = measurement(sensors=["7+z", "12"], actuators=["7+z", "9"], positions={"7": (1, 2, 3)})
-    uff.write(tmp_path / "ours.uff", given)
+    original = measurement(
+        sensors=["7+z", "12"], actuators=["7+z", "9"], positions={"7": (1, 2, 3)}
+    )
+    uff.write(tmp_path / "ours.uff", original)
     sets = pyuff.UFF(str(tmp_path / "ours.uff")).read_sets()
-    assert [(one["rsp_node"], one["ref_node"]) for one in sets[2:5]] == [(7, 7), (7, 9), (12, 9)]
+    assert [(item["rsp_node"], item["ref_node"]) for item in sets[2:5]] == [(7, 7), (7, 9), (12, 9)]
     assert sets[2]["id5"] == "NONE"
-    found = uff.read(tmp_path / "ours.uff", require_positions=False)
-    assert (found.sensors, found.actuators) == (given.sensors, given.actuators)
+    loaded = uff.read(tmp_path / "ours.uff", require_positions=False)
+    assert (loaded.sensors, loaded.actuators) == (original.sensors, original.actuators)
 
 
 def test_a_name_that_sensor_and_actuator_share_is_one_node(tmp_path):
-    given = measurement(sensors=["p+z", "q"], actuators=["p+z", "r"], positions={"p": (1, 2, 3)})
-    uff.write(tmp_path / "ours.uff", given)
-    found = uff.read(tmp_path / "ours.uff", require_positions=False)
-    assert (found.sensors, found.actuators) == (given.sensors, given.actuators)
-    assert found.positions == given.positions
+    original = measurement(sensors=["p+z", "q"], actuators=["p+z", "r"], positions={"p": (1, 2, 3)})
+    uff.write(tmp_path / "ours.uff", original)
+    loaded = uff.read(tmp_path / "ours.uff", require_positions=False)
+    assert (loaded.sensors, loaded.actuators) == (original.sensors, original.actuators)
+    assert loaded.positions == original.positions
 
 
 def test_a_name_too_long_for_its_line_is_refused(tmp_path):
@@ -408,10 +410,10 @@ def test_a_file_without_frf_is_refused_with_what_it_holds(tmp_path):
 def test_every_truncation_is_refused(tmp_path, binary):
     path = tmp_path / "ours.uff"
     uff.write(path, measurement(), binary=binary)
-    whole = path.read_bytes()
-    last_dataset = whole.rindex(b"    -1\n    58")
-    for end in range(last_dataset + 7, len(whole) - 1, 13):
-        path.write_bytes(whole[:end])
+    content_of_file = path.read_bytes()
+    last_dataset = content_of_file.rindex(b"    -1\n    58")
+    for end in range(last_dataset + 7, len(content_of_file) - 1, 13):
+        path.write_bytes(content_of_file[:end])
         with pytest.raises(uff.MeasurementFileError, match="file ends inside this dataset"):
             uff.read(path)
 

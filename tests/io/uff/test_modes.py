@@ -146,9 +146,9 @@ def test_units_of_dataset_164(tmp_path):
     in_mm |= {f"r{k + 1}": in_si[f"r{k + 1}"] * length[k] for k in range(6)}
     place = nodes(1, 2) | {"x": np.array([1000.0, 2000.0]), "z": np.array([500.0, 500.0])}
     expected = uff.read_modes(by_pyuff(tmp_path, nodes(1, 2), in_si))
-    found = uff.read_modes(by_pyuff(tmp_path, units(1e3, 1.0), place, in_mm))
-    np.testing.assert_allclose(found.position, expected.position)
-    np.testing.assert_allclose(found.shape, expected.shape, rtol=1e-5)
+    converted = uff.read_modes(by_pyuff(tmp_path, units(1e3, 1.0), place, in_mm))
+    np.testing.assert_allclose(converted.position, expected.position)
+    np.testing.assert_allclose(converted.shape, expected.shape, rtol=1e-5)
 
 
 def test_what_the_format_leaves_out_is_zero(tmp_path):
