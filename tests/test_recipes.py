@@ -19,8 +19,9 @@ import jax
 import numpy as np
 from bayes_placement import engines
 from tests.inference.engines.test_engines import COVARIANCE, MEAN, run
-_, draws = run(engines.Rejection(proposals=20_000))
-position = np.asarray(draws.position)[0]
+target, draws = run(engines.Rejection(proposals=20_000))
+values = jax.vmap(target.constrain)(draws.position[0])
+position = np.stack([np.asarray(values[name]) for name in "ab"], axis=1)
 error = (position.mean(axis=0) - MEAN) / np.sqrt(np.diag(COVARIANCE) / len(position))
 assert len(position) > 100 and draws.warnings == () and np.abs(error).max() < 5, error
 _, draws = run(engines.Rejection(proposals=250))
