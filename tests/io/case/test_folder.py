@@ -604,7 +604,7 @@ def test_a_file_that_contradicts_the_case_is_named_with_it(tmp_path, file, messa
 )
 def test_another_band_contradicts_the_file(tmp_path, band, lines, loaded):
     content = changed("frequency", {"band_hz": band, "n_lines": lines})
-    with pytest.raises(case.CaseError, match=f"{found} of them in the band, but .* {lines} lines"):
+    with pytest.raises(case.CaseError, match=f"{loaded} of them in the band, but .* {lines} lines"):
         case.read(written(tmp_path, content))
 
 
