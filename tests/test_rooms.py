@@ -1,6 +1,8 @@
 """Imports go one way between ten rooms; files and functions stay small; nothing hides trouble."""
 
 import ast
+import builtins
+import symtable
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +14,7 @@ SHARED = ("_types", "_compiled", "_sites", "_random", "_files", "_progress")
 MOST_AT_ROOT = 8
 LINES, FUNCTION_LINES = 400, 50
 FORBIDDEN = {"hasattr", "super", "print"}
+BUILTINS = {*dir(builtins), "__file__", "__path__"}
 
 TREES = {path: ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))}
 
@@ -133,3 +136,32 @@ def test_nothing_hides_trouble():
         )
     ]
     assert not offenders, f"no bare except, none of {', '.join(sorted(FORBIDDEN))}"
+
+
+def names_of_scopes(scope: symtable.SymbolTable) -> Iterator[str]:
+    """Names that a scope and those inside it take from the module."""
+    yield from (symbol.get_name() for symbol in scope.get_symbols() if symbol.is_global())
+    for inner in scope.get_children():
+        yield from names_of_scopes(inner)
+
+
+def names_in_strings(tree: ast.AST) -> Iterator[str]:
+    """Names in annotations that are strings; shapes of jaxtyping have no capital letter."""
+    for node in ast.walk(tree):
+        annotation = getattr(node, "annotation", None) or getattr(node, "returns", None)
+        for part in ast.walk(annotation) if isinstance(annotation, ast.AST) else ():
+            text = part.value if isinstance(part, ast.Constant) else None
+            if isinstance(text, str) and any(map(str.isupper, text)):
+                inner = ast.walk(ast.parse(text))
+                yield from (child.id for child in inner if isinstance(child, ast.Name))
+
+
+def test_names_are_defined():
+    # ruff and mypy are not asked: they take the shapes of jaxtyping, which are strings, for names.
+    offenders = []
+    for path, tree in TREES.items():
+        module = symtable.symtable(path.read_text(), str(path), "exec")
+        defined = {symbol.get_name() for symbol in module.get_symbols() if symbol.is_local()}
+        used = {*names_of_scopes(module), *names_in_strings(tree)}
+        offenders += [f"{name(path)}: {word}" for word in sorted(used - defined - BUILTINS)]
+    assert not offenders
