@@ -177,7 +177,7 @@ def with_sensors(experiment: Experiment, count: int | None) -> Experiment:
             f"--sensors {count} was given; at least one sensor is needed: --sensors 2."
         )
     if count < len(sensors):
-        return with_only(experiment, [*sensors[:count], *experiment.actuator])
+        return with_only(experiment, sensors=sensors[:count])
     return with_more_sensors(experiment, count - len(sensors))
 
 

@@ -110,7 +110,7 @@ def tolerance_study(
 def _with_tolerance(experiment: Experiment, names: Sequence[str], factor: float) -> Experiment:
     """The experiment with other tolerances of some transducers."""
     modes = experiment.structure.modes
-    changed = {name: transducer(experiment, name).glued(factor, modes) for name in names}
+    changed = {name: transducer(experiment, name).mounted(factor, modes) for name in names}
     return with_transducers(experiment, changed)
 
 

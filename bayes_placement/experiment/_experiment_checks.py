@@ -1,4 +1,4 @@
-"""Checks of what an experiment is given: lines, force levels, the way sensors are mounted."""
+"""Checks of the arguments of an experiment: lines, force levels, mounting of the sensors."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,25 +12,31 @@ from .recording import MOUNTINGS
 
 
 def lines(frequency: Any) -> Any:
-    """Lines [Hz], finite and not negative."""
+    """Return lines [Hz] as an array.
+
+    Raises
+    ------
+    InputError
+        If they are no list of finite numbers that are not negative.
+    """
     if isinstance(frequency, jax.core.Tracer):
         return frequency
-    given = np.asarray(frequency, dtype=float)
-    if given.ndim != 1 or given.size == 0 or not np.all(np.isfinite(given)) or np.any(given < 0):
+    array = np.asarray(frequency, dtype=float)
+    if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array)) or np.any(array < 0):
         raise InputError(
-            f"frequency of shape {given.shape} was given; a list of lines [Hz], finite and not "
+            f"frequency of shape {array.shape} was given; a list of lines [Hz], finite and not "
             "negative, is needed: frequency=[21.65, 64.95]."
         )
-    return given
+    return array
 
 
-def at_rest(frequency: Any, modes: Modes) -> None:
+def static_line(frequency: Any, modes: Modes) -> None:
     """Refuse 0 Hz for a structure that moves as a rigid body.
 
     Raises
     ------
     InputError
-        If there is such a line.
+        If there is a line at 0 Hz.
     """
     if isinstance(frequency, jax.core.Tracer) or modes.rigid_body_modes == 0:
         return
@@ -43,20 +49,33 @@ def at_rest(frequency: Any, modes: Modes) -> None:
 
 
 def levels(amplitudes: Sequence[float] | None) -> tuple[float, ...] | None:
-    """Force amplitudes [N], positive and each once; None where they are not known."""
+    """Return force amplitudes [N]; None where they are not known.
+
+    Raises
+    ------
+    InputError
+        If there is none, one is not positive and finite, or one is given twice.
+    """
     if amplitudes is None:
         return None
-    given = tuple(float(level) for level in amplitudes)
-    if not given or not all(0 < level < np.inf for level in given) or len(set(given)) < len(given):
+    forces = tuple(float(amplitude) for amplitude in amplitudes)
+    positive = all(0 < force < np.inf for force in forces)
+    if not forces or not positive or len(set(forces)) < len(forces):
         raise InputError(
-            f"force_levels={given} was given; force amplitudes [N] are needed, positive and each "
+            f"force_levels={forces} was given; force amplitudes [N] are needed, positive and each "
             "once, since a nonlinear response depends on them: force_levels=[0.1, 1.0]."
         )
-    return given
+    return forces
 
 
 def mounting(word: str) -> str:
-    """One of the words for how sensors are mounted."""
+    """Return how sensors are mounted, one of `MOUNTINGS`.
+
+    Raises
+    ------
+    InputError
+        If it is another word.
+    """
     if word not in MOUNTINGS:
         raise InputError(
             f"sensors_mounted={word!r} was given; it must be 'roving', where each sensor is alone "

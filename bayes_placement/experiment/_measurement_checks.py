@@ -1,4 +1,4 @@
-"""What cannot have been measured is refused in words."""
+"""Checks of the arrays of a measurement: axes, gaps, ranges."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -10,7 +10,7 @@ PairLabel = Callable[[int, int], str]
 
 
 def frequency(lines: np.ndarray) -> None:
-    """Refuse lines that are not an axis."""
+    """Refuse lines that are not one increasing axis of frequencies [Hz]."""
     if lines.ndim != 1 or lines.size == 0:
         raise InputError(
             f"frequency has shape {lines.shape}; one axis with at least one line [Hz] is needed: "
@@ -59,8 +59,8 @@ def frf(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
 
 def coherence(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
     """Refuse a coherence outside [0, 1] and gaps; NaN at every line stands for unknown."""
-    known = ~np.isnan(values).all(axis=-1, keepdims=True)
-    outside = np.argwhere(~((values >= 0) & (values <= 1)) & known)
+    estimated = ~np.isnan(values).all(axis=-1, keepdims=True)
+    outside = np.argwhere(~((values >= 0) & (values <= 1)) & estimated)
     if outside.size:
         row, column, line = outside[0].tolist()
         raise InputError(
@@ -70,27 +70,29 @@ def coherence(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
         )
 
 
-def averages(given: float | int | None) -> None:
-    """Refuse a number of averages that cannot be counted."""
-    if given is not None and not (given >= 1 and given == int(given)):
+def averages(count: float | int | None) -> None:
+    """Refuse a number of averages that is no positive integer."""
+    if count is not None and not (count >= 1 and count == int(count)):
         raise InputError(
-            f"averages={given} was given; a whole number of at least 1 is needed, since it divides "
+            f"averages={count} was given; a whole number of at least 1 is needed, since it divides "
             "the variance of the FRF: averages=16."
         )
 
 
-def force_level(given: float | int | None) -> None:
-    """Refuse a force that is not one."""
-    if given is not None and not 0 < given < np.inf:
+def force_level(amplitude: float | int | None) -> None:
+    """Refuse a force amplitude [N] that is not positive and finite."""
+    if amplitude is not None and not 0 < amplitude < np.inf:
         raise InputError(
-            f"force_level={given} was given; a positive amplitude [N] is needed, since an FRF is "
-            "motion per force: force_level=0.5."
+            f"force_level={amplitude} was given; a positive amplitude [N] is needed, since an FRF "
+            "is motion per force: force_level=0.5."
         )
 
 
-def positions(given: Mapping[str, Sequence[float | int]]) -> dict[str, tuple[float, float, float]]:
-    """Return recorded coordinates as three finite numbers a transducer."""
-    return {name: _point(name, point) for name, point in given.items()}
+def positions(
+    recorded: Mapping[str, Sequence[float | int]],
+) -> dict[str, tuple[float, float, float]]:
+    """Return recorded coordinates [m] as three finite numbers for each transducer."""
+    return {name: _point(name, point) for name, point in recorded.items()}
 
 
 def _point(name: str, point: Sequence[float | int]) -> tuple[float, float, float]:
@@ -105,28 +107,27 @@ def _point(name: str, point: Sequence[float | int]) -> tuple[float, float, float
 
 
 def variance(values: np.ndarray, measured: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
-    """Refuse an error of zero, without bound, or unknown, where something was measured."""
+    """Refuse a variance that is zero, infinite or NaN where a pair was measured."""
     useful = (values > 0) & np.isfinite(values)
     useless = np.argwhere(~useful & measured[..., None])
     if useless.size:
         row, column, line = useless[0].tolist()
         raise InputError(
             f"Coherence and FRF make the variance of {label(row, column)} at {lines[line]:g} Hz "
-            f"{values[row, column, line]:g}; a positive one is needed, since coherence 0 leaves "
-            "the error without bound, coherence 1 or a zero FRF claims that there is none, and "
-            "NaN is unknown. Leave such lines out: measurement.without(low, high); or state the "
+            f"{values[row, column, line]:g}; a positive one is needed, since coherence 0 means an "
+            "unbounded error, coherence 1 or a zero FRF means none, and NaN is unknown. Leave such "
+            "lines out: measurement.without(low, high); or state the "
             "error: noise.Gaussian(sigma) with coherence=None."
         )
 
 
-def not_measured(wanted: np.ndarray, nearest: np.ndarray) -> InputError:
-    """Return the error that names the missing lines and what was measured beside them."""
-    shown = [
-        f"{one:g} Hz (nearest {two:g} Hz)" for one, two in zip(wanted[:5], nearest, strict=False)
-    ]
-    more = f" and {wanted.size - 5} more" if wanted.size > 5 else ""
+def not_measured(requested: np.ndarray, nearest: np.ndarray) -> InputError:
+    """Return the error that names the missing lines [Hz] and the measured ones next to them."""
+    pairs = zip(requested[:5], nearest, strict=False)
+    shown = [f"{line:g} Hz (nearest {measured:g} Hz)" for line, measured in pairs]
+    more = f" and {requested.size - 5} more" if requested.size > 5 else ""
     return InputError(
-        f"{wanted.size} of the frequencies given were not measured: {', '.join(shown)}{more}. A "
+        f"{requested.size} of the frequencies given were not measured: {', '.join(shown)}{more}. A "
         "measured line is needed for each, since FRFs are not interpolated across resonances. "
         "Choose measured lines: experiment frequency = measurement.band(low, high).frequency."
     )

@@ -9,7 +9,7 @@ from .._sites import Unknown
 
 
 def prior_table(unknowns: Sequence[Unknown]) -> list[str]:
-    """Return the lines of the table, one for each unknown below the heads of the columns."""
+    """Return the lines of the table: column headings, then one line for each unknown."""
     rows = [
         (unknown.name, _described(unknown.distribution), unknown.unit, unknown.role.value)
         for unknown in unknowns

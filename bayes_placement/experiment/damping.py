@@ -23,7 +23,7 @@ Natural = Float[Array, "mode"]
 class Damping(eqx.Module):
     """A damping law: what it adds to omega_n^2 - omega^2 in every mode.
 
-    Its fields are numbers or distributions that reach no negative number.
+    Its fields are numbers, or distributions without negative values.
     """
 
     @abc.abstractmethod
@@ -45,7 +45,7 @@ class Damping(eqx.Module):
         """Loss over omega_n^2 [1] in modes far above the frequencies: those left out."""
 
     def __check_init__(self) -> None:
-        """Refuse numbers below zero, and distributions that reach below it."""
+        """Refuse negative numbers, and distributions with negative values."""
         for field, value in _values(self):
             if _least(value) < 0:
                 raise InputError(
@@ -157,19 +157,19 @@ LAWS: tuple[type[Damping], ...] = (
 """Every damping law of the package."""
 
 
-def _values(law: Damping) -> Iterator[tuple[str, Any]]:
-    """Each number or distribution of a law, with the name of its field."""
-    for field in dataclasses.fields(law):
-        for value in jax.tree.leaves(getattr(law, field.name), is_leaf=is_unknown):
+def _values(damping: Damping) -> Iterator[tuple[str, Any]]:
+    """Each number or distribution of a damping law, with the name of its field."""
+    for field in dataclasses.fields(damping):
+        for value in jax.tree.leaves(getattr(damping, field.name), is_leaf=is_unknown):
             yield field.name, value
 
 
 def _least(value: Any) -> float:
-    """Least number that a value or a distribution can be, as far as its support tells."""
+    """Least possible number of a value or a distribution, by the bounds of its support."""
     if isinstance(value, jax.core.Tracer):
         return np.inf
     if isinstance(value, Delta):
-        return _least(value.v)  # whose support tells nothing
+        return _least(value.v)  # its support has no bounds
     if not is_unknown(value):
         return float(np.min(value))
     support = value.support
@@ -188,8 +188,8 @@ def _words(value: Any) -> str:
     return type(value).__name__ if is_unknown(value) else f"{_least(value):.6g}"
 
 
-def _refuse_zero(law: str, field: str, instead: str) -> None:
+def _refuse_zero(kind: str, field: str, instead: str) -> None:
     raise InputError(
-        f"damping.{law}: {field} of zero was given; damping is needed, since an undamped mode has "
+        f"damping.{kind}: {field} of zero was given; damping is needed, since an undamped mode has "
         f"no finite response at its natural frequency: {instead}."
     )

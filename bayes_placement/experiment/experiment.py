@@ -2,7 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -20,13 +20,14 @@ from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
 from ..positions.places import typical
 from . import _experiment_checks
+from ._measured_outputs import measured_outputs
 from ._prior_table import prior_table
 from .measurement import Channel, Measurement, at_levels
 from .noise import Data, Noise
 from .observe import Observation
 from .recording import Drive, recorded
 from .structure import Structure, added
-from .transducers import Actuator, Sensor, Transducer
+from .transducers import Actuator, Sensor, Transducer, by_name
 
 MEASURED = "measured"
 """Name of the observed site."""
@@ -34,12 +35,11 @@ MEASURED = "measured"
 RESPONSE = "response"
 """Name of the outputs without output error, in simulations."""
 
-Kind = TypeVar("Kind", bound=Transducer)
 Measurements = Measurement | Sequence[Measurement]
 
 
 class Experiment(eqx.Module):
-    """A structure, what is known of its instruments, and what is measured.
+    """A structure, its sensors and actuators with what is known of them, and what is measured.
 
     Every leaf that is a `numpyro.distributions.Distribution` is an unknown, and its path is its
     name: unknowns below `structure` are the parameters h, below `sensor` and `actuator` the
@@ -57,6 +57,10 @@ class Experiment(eqx.Module):
         What is compared: `observe.LogAmplitude` or `observe.Complex`.
     noise
         Output error; None for the paper's case of no output error.
+    force_levels
+        Amplitudes of the force [N], each measured once; needed where the structure is nonlinear.
+    sensors_mounted
+        `roving`, each sensor alone in its run, or `fixed`, all mounted all the time.
 
     Raises
     ------
@@ -90,10 +94,10 @@ class Experiment(eqx.Module):
         sensors_mounted: str = "roving",
     ):
         self.structure = structure
-        self.sensor = _placed(sensors, structure)
-        self.actuator = _placed(actuators, structure)
+        self.sensor = by_name(sensors, structure.modes)
+        self.actuator = by_name(actuators, structure.modes)
         self.frequency = _experiment_checks.lines(frequency)
-        _experiment_checks.at_rest(self.frequency, structure.modes)
+        _experiment_checks.static_line(self.frequency, structure.modes)
         self.observe = observe
         self.noise = noise
         self.instrument_effects = OrderedDict()
@@ -134,12 +138,12 @@ class Experiment(eqx.Module):
             If there is no such effect.
         """
         for effects in (lambda tree: tree.structure.effects, _instrument_effects):
-            kept = OrderedDict(effects(self))
-            if kept.pop(name, None) is not None:
-                return eqx.tree_at(effects, self, kept, is_leaf=_is_dict)
+            remaining = OrderedDict(effects(self))
+            if remaining.pop(name, None) is not None:
+                return eqx.tree_at(effects, self, remaining, is_leaf=_is_dict)
         raise InputError(
             f'There is no effect "{name}" to leave out. The experiment has '
-            f"{', '.join(one.name for one in self.effects) or 'none'}."
+            f"{', '.join(effect.name for effect in self.effects) or 'none'}."
         )
 
     @property
@@ -161,12 +165,12 @@ class Experiment(eqx.Module):
     @property
     def sensor_channels(self) -> tuple[Channel, ...]:
         """Channels of all sensors, in order."""
-        return tuple(channel for one in self.sensor.values() for channel in one.channels)
+        return _channels(self.sensor)
 
     @property
     def actuator_channels(self) -> tuple[Channel, ...]:
         """Channels of all actuators, in order."""
-        return tuple(channel for one in self.actuator.values() for channel in one.channels)
+        return _channels(self.actuator)
 
     def fix(self, values: Mapping[str, Any]) -> "Experiment":
         """Return the experiment with some unknowns replaced by values, by name.
@@ -191,17 +195,6 @@ class Experiment(eqx.Module):
             side = self.sensor if unknown.owner.kind == "sensor" else self.actuator
             return side[unknown.owner.name].at_record(unknown.component)
         return typical(unknown.distribution)
-
-    def with_only(self, side: str, name: str, channels: slice) -> "Experiment":
-        """Return the experiment with a single sensor (or actuator), whose channels are given."""
-        noise = None if self.noise is None else self.noise.of(**{f"{side}s": channels})
-        one = OrderedDict({name: getattr(self, side)[name]})
-        return eqx.tree_at(
-            lambda tree: (getattr(tree, side), tree.noise),
-            self,
-            (one, noise),
-            is_leaf=lambda leaf: leaf is None,
-        )
 
     def receptance(self) -> Receptance:
         """Receptance [m/N] of the structure at the lines, as its instruments recorded it."""
@@ -251,9 +244,9 @@ class Experiment(eqx.Module):
             .channels(self.sensor_channels, self.actuator_channels)
             .converted(self.observe.quantity)
         )
-        known = self.noise is not None and self.noise.reads_coherence
-        variance = chosen.noise_variance() if known else None
-        return outputs(self.observe, chosen.frf, variance)
+        reads_coherence = self.noise is not None and self.noise.reads_coherence
+        variance = chosen.noise_variance() if reads_coherence else None
+        return measured_outputs(self.observe, chosen.frf, variance)
 
     def model(self, measurement: Measurements | Data | None = None) -> None:
         """Run the NumPyro model: prior on h, latent placement, Gaussian output error.
@@ -277,7 +270,7 @@ class Experiment(eqx.Module):
     def nominal_measurement(self) -> Measurement | tuple[Measurement, ...]:
         """Return what the nominal experiment would measure without output error, z_nom.
 
-        With force levels, one measurement for each.
+        With force levels, one measurement for each level.
         """
         frf = np.asarray(compiled(_frf)(self.nominal()))
         if self.force_levels is None:
@@ -312,43 +305,8 @@ def _frf(concrete: Experiment) -> Receptance:
     return concrete.frf()
 
 
-def outputs(observe: Observation, frf: Any, variance: Any = None) -> Data:
-    """Turn a measured FRF, NaN where nothing was measured, into outputs and their errors."""
-    measured = np.isfinite(frf)
-    filled = jnp.asarray(np.where(measured, frf, 1.0))
-    z = compiled(_output)(observe, filled)
-    if observe.parts > 1:
-        measured = np.broadcast_to(measured[..., None, :], z.shape)
-    # A level where nothing was measured is never used, but it must not be NaN in a gradient.
-    level = None if variance is None else jnp.where(jnp.isnan(variance), 1.0, variance)
-    deviation = None if level is None else compiled(_deviation)(observe, filled, level)
-    return Data(jnp.where(measured, z, 0.0), measured, deviation)
-
-
-def _output(observe: Observation, frf: Any) -> Response:
-    return observe.output(frf)
-
-
-def _deviation(observe: Observation, frf: Any, variance: Any) -> Response:
-    return observe.deviation(frf, variance)
-
-
-def _placed(transducers: Sequence[Kind], structure: Structure) -> OrderedDict[str, Kind]:
-    # An ordered dictionary keeps its order through JAX; a plain one would be sorted by name.
-    placed = OrderedDict((one.name, one.on(structure.modes)) for one in transducers)
-    names = [one.name for one in transducers]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise InputError(
-            f'Two transducers are called "{twice[0]}". Each needs a name of its own, since '
-            "unknowns are named by it. A sensor used in several runs is given once."
-        )
-    if not placed:
-        raise InputError(
-            "An experiment needs at least one sensor and one actuator, since an FRF is measured "
-            'between the two: sensors=[bp.Sensor("s1", at=0.25)].'
-        )
-    return placed
+def _channels(transducers: Mapping[str, Transducer]) -> tuple[Channel, ...]:
+    return tuple(channel for transducer in transducers.values() for channel in transducer.channels)
 
 
 def _instrument_effects(experiment: Experiment) -> Any:  # Equinox asks for a marker as well

@@ -1,4 +1,4 @@
-"""Measured FRFs of labelled channels: converted, and picked by line and by channel."""
+"""Measured FRFs of labelled channels: their conversion, and the choice of lines and channels."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,7 +10,8 @@ import xarray as xr
 from .._types import InputError
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
 from . import _measurement_checks as checks
-from .quantities import frf_name, quantity_of
+from . import _measurement_dataset
+from .quantities import converted, frf_name, quantity_of
 
 __all__ = ["Channel", "Channels", "Measurement"]
 
@@ -51,7 +52,7 @@ class Measurement:
     Raises
     ------
     ValueError
-        If shapes do not agree, a measured pair has gaps, or a value cannot be what it should be.
+        If shapes do not agree, a measured pair has gaps, or a value is out of its range.
     """
 
     frf: np.ndarray
@@ -65,7 +66,7 @@ class Measurement:
     force_level: float | int | None = None
 
     def __post_init__(self) -> None:
-        """Freeze the arrays and refuse what cannot have been measured."""
+        """Freeze the arrays and check the values."""
         for name, dtype in (("frf", complex), ("frequency", float), ("coherence", float)):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _frozen(getattr(self, name), dtype))
@@ -148,7 +149,7 @@ class Measurement:
         ValueError
             If the quantity is none of these, or 0 Hz would have to be divided by.
         """
-        frf = derivative(self.frf, self.frequency, self.quantity, quantity)
+        frf = converted(self.frf, self.frequency, self.quantity, quantity)
         return replace(self, frf=frf, quantity=quantity)
 
     def band(self, low: float | int, high: float | int) -> "Measurement":
@@ -159,19 +160,19 @@ class Measurement:
         ValueError
             If no line lies there.
         """
-        return self._kept(
+        return self._with_lines(
             (self.frequency >= low) & (self.frequency <= high), f"band({low:g}, {high:g})"
         )
 
     def without(self, low: float | int, high: float | int) -> "Measurement":
-        """Return the measurement less the lines from low to high [Hz], both included.
+        """Return the measurement without the lines from low to high [Hz], both included.
 
         Raises
         ------
         ValueError
             If no line is left.
         """
-        return self._kept(
+        return self._with_lines(
             (self.frequency < low) | (self.frequency > high), f"without({low:g}, {high:g})"
         )
 
@@ -185,16 +186,16 @@ class Measurement:
         ValueError
             If a line was not measured, or the frequencies do not increase from line to line.
         """
-        wanted = np.atleast_1d(np.asarray(frequency, dtype=float))
+        requested = np.atleast_1d(np.asarray(frequency, dtype=float))
         index = np.arange(self.frequency.size)
-        nearest = np.rint(np.interp(wanted, self.frequency, index)).astype(int)
-        close = np.isclose(self.frequency[nearest], wanted, rtol=LINE_TOLERANCE, atol=0.0)
+        nearest = np.rint(np.interp(requested, self.frequency, index)).astype(int)
+        close = np.isclose(self.frequency[nearest], requested, rtol=LINE_TOLERANCE, atol=0.0)
         if not close.all():
-            raise checks.not_measured(wanted[~close], self.frequency[nearest[~close]])
+            raise checks.not_measured(requested[~close], self.frequency[nearest[~close]])
         if np.any(np.diff(nearest) <= 0):
             raise InputError(
                 "The frequencies given do not increase from one measured line to the next; each "
-                "line is needed once, since a line that counts twice makes the answer too sure: "
+                "line is needed once, since a line that counts twice makes the answer too certain: "
                 "measurement.lines(np.unique(frequency))."
             )
         return self._at(nearest)
@@ -203,16 +204,16 @@ class Measurement:
         """Pick and order the rows and columns of these channels; they may repeat.
 
         A channel recorded in the opposite direction is the requested one with its sign flipped.
-        A direction that is not stated, here or in the record, matches the only channel of that
-        name; the result bears the direction that either of them states.
+        A direction that is not stated, in the request or in the record, matches the only channel
+        of that name; the result has the direction that either of them states.
 
         Raises
         ------
         ValueError
             If a channel is missing, or several match.
         """
-        rows = [match(one, self.sensors, "sensor") for one in parsed(sensors)]
-        columns = [match(one, self.actuators, "actuator") for one in parsed(actuators)]
+        rows = [match(channel, self.sensors, "sensor") for channel in parsed(sensors)]
+        columns = [match(channel, self.actuators, "actuator") for channel in parsed(actuators)]
         pick = np.ix_([row.number for row in rows], [column.number for column in columns])
         signs = np.outer([row.sign for row in rows], [column.sign for column in columns])
         return replace(
@@ -256,38 +257,12 @@ class Measurement:
 
     def to_dataset(self) -> xr.Dataset:
         """Return the measurement as a labelled dataset, complex numbers as an axis `part`."""
-        pairs = ("sensor", "actuator", "frequency")
-        parts = np.stack([self.frf.real, self.frf.imag], axis=2)
-        attributes = {"long_name": self.quantity, "units": quantity_of(self.quantity).unit}
-        variables: dict[str, Any] = {
-            "frf": (("sensor", "actuator", "part", "frequency"), parts, attributes),
-            "sensor_position": (("sensor", "axis"), self._recorded(self.sensors), {"units": "m"}),
-            "actuator_position": (
-                ("actuator", "axis"),
-                self._recorded(self.actuators),
-                {"units": "m"},
-            ),
-        }
-        if self.coherence is not None:
-            variables["coherence"] = (pairs, self.coherence, {"units": "1"})
-        optional = {"averages": self.averages, "force_level_newton": self.force_level}
-        return xr.Dataset(
-            variables,
-            coords={
-                "sensor": [channel.label for channel in self.sensors],
-                "actuator": [channel.label for channel in self.actuators],
-                "frequency": ("frequency", self.frequency, {"units": "Hz"}),
-                "part": ["real", "imag"],
-                "axis": ["x", "y", "z"],
-            },
-            attrs={"quantity": self.quantity}
-            | {name: value for name, value in optional.items() if value is not None},
-        )
+        return _measurement_dataset.dataset(self)
 
     def __repr__(self) -> str:
         """Say what was measured in one paragraph."""
         low, high = self.frequency[0], self.frequency[-1]
-        known = "no coherence" if self.coherence is None else "with coherence"
+        coherence = "no coherence" if self.coherence is None else "with coherence"
         averages = "" if self.averages is None else f", {self.averages} averages"
         force = "" if self.force_level is None else f", force {self.force_level:g} N"
         return (
@@ -295,13 +270,14 @@ class Measurement:
             f"{_counted(len(self.sensors), 'sensor channel')} for "
             f"{_counted(len(self.actuators), 'actuator channel')}, "
             f"{_counted(int(self.measured.sum()), 'pair')} measured, "
-            f"{self.frequency.size} lines from {low:g} to {high:g} Hz, {known}{averages}{force}."
+            f"{self.frequency.size} lines from {low:g} to {high:g} Hz, "
+            f"{coherence}{averages}{force}."
         )
 
     def _label(self, row: int, column: int) -> str:
         return f"{self.sensors[row].label} / {self.actuators[column].label}"
 
-    def _kept(self, keep: np.ndarray, request: str) -> "Measurement":
+    def _with_lines(self, keep: np.ndarray, request: str) -> "Measurement":
         if not keep.any():
             raise InputError(
                 f"{request} leaves no line of this measurement, which has {self.frequency.size} "
@@ -316,64 +292,51 @@ class Measurement:
             self, frf=self.frf[..., index], frequency=self.frequency[index], coherence=coherence
         )
 
-    def _recorded(self, channels: tuple[Channel, ...]) -> np.ndarray:
-        unknown = (np.nan,) * 3
-        return np.array([self.positions.get(channel.name, unknown) for channel in channels])
-
 
 def at_levels(
-    given: "Measurement | Sequence[Measurement]", levels: Sequence[float] | None
+    measurements: "Measurement | Sequence[Measurement]", levels: Sequence[float] | None
 ) -> list["Measurement"]:
     """Measurements in the order of some force levels [N].
 
+    Parameters
+    ----------
+    measurements
+        One measurement, or one for each level, in any order.
+    levels
+        Force levels [N]; None for a single measurement at whatever level.
+
     Raises
     ------
-    ValueError
+    InputError
         If a level was not measured, or several measurements are given and no level.
     """
-    several = [given] if isinstance(given, Measurement) else list(given)
+    runs = [measurements] if isinstance(measurements, Measurement) else list(measurements)
     if levels is None:
-        if len(several) != 1:
+        if len(runs) != 1:
             raise InputError(
-                f"{len(several)} measurements were given to an experiment without force levels, "
+                f"{len(runs)} measurements were given to an experiment without force levels, "
                 "which has one. Say how hard each was driven: "
                 "Experiment(..., force_levels=[0.1, 1.0])."
             )
-        return several
-    found = {one.force_level: one for one in several}
-    missing = [level for level in levels if level not in found]
+        return runs
+    by_level = {run.force_level: run for run in runs}
+    missing = [level for level in levels if level not in by_level]
     if missing:
-        known = ", ".join("none stated" if one is None else f"{one:g} N" for one in found)
+        stated = ", ".join("none stated" if level is None else f"{level:g} N" for level in by_level)
         raise InputError(
             f"The experiment has the force level {missing[0]:g} N, but the measurements given have "
-            f"{known}. Give one measurement for each level: Measurement.from_arrays(..., "
+            f"{stated}. Give one measurement for each level: Measurement.from_arrays(..., "
             f"force_level={missing[0]:g})."
         )
-    return [found[level] for level in levels]
-
-
-def derivative(frf: np.ndarray, frequency: np.ndarray, given: str, wanted: str) -> np.ndarray:
-    """Turn FRFs of one quantity into another by powers of i w, under exp(+i w t).
-
-    Raises
-    ------
-    ValueError
-        If a quantity is unknown, or 0 Hz would have to be divided by.
-    """
-    power = quantity_of(wanted).derivative - quantity_of(given).derivative
-    if power < 0 and np.any(frequency == 0):
-        raise InputError(
-            f"The {given} at 0 Hz was given; a {wanted} there would need a division by zero, since "
-            "the motion at 0 Hz leaves no trace in its derivatives. Drop 0 Hz: "
-            "measurement.without(0, 0)."
-        )
-    return frf * (2j * np.pi * frequency) ** power
+    return [by_level[level] for level in levels]
 
 
 def _frozen(values: Any, dtype: type) -> np.ndarray:
     array: np.ndarray = np.array(values, dtype=dtype)
     if dtype is complex:
-        array[np.isnan(array)] = complex(np.nan, np.nan)  # a lone NaN is given the imaginary part 0
+        array[np.isnan(array)] = complex(
+            np.nan, np.nan
+        )  # NumPy gives a real NaN the imaginary part 0
     array.setflags(write=False)
     return array
 

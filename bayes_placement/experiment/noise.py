@@ -71,7 +71,7 @@ class Noise(eqx.Module):
         predicted
             Outputs of the model.
         data
-            The measured outputs with what is known of their errors; None in a simulation.
+            Measured outputs and their known standard deviations; None in a simulation.
         kernel
             Variance added to each output: a kernel density estimate with Gaussian kernels plus
             Gaussian noise is again Gaussian (Eq. 29 in closed form).
@@ -83,7 +83,7 @@ class Noise(eqx.Module):
         Raises
         ------
         InputError
-            If there are such.
+            If this noise cannot treat them.
         """
         return
 
@@ -127,8 +127,8 @@ class Gaussian(Noise):
     def of(self, sensors: Chosen = slice(None), actuators: Chosen = slice(None)) -> "Gaussian":
         """Return the noise of some channels, where each has a level of its own."""
         level = self.sigma
-        alone = not is_unknown(level) and jnp.ndim(level) == 3  # type: ignore[arg-type]
-        return Gaussian(_channels(jnp.asarray(level), sensors, actuators)) if alone else self
+        by_channel = not is_unknown(level) and jnp.ndim(level) == 3  # type: ignore[arg-type]
+        return Gaussian(_channels(jnp.asarray(level), sensors, actuators)) if by_channel else self
 
 
 class Covariance(Noise):
@@ -156,7 +156,7 @@ class Covariance(Noise):
     ) -> Distribution:
         """Joint normal distribution of the lines of each channel pair."""
         if data is not None and isinstance(data.measured, np.ndarray):
-            self.check(data)  # which it was before, where it is an input of a compiled function
+            self.check(data)  # inputs of a compiled function were checked before
         extra = jnp.asarray(kernel)[..., None] * jnp.eye(predicted.shape[-1])
         matrix = jnp.asarray(self.matrix) * jnp.asarray(self.scale) ** 2
         return MultivariateNormal(predicted, matrix + extra)
@@ -174,13 +174,13 @@ class FromCoherence(Noise):
     """Independent errors at each line, known from coherence and averages.
 
     E|error|^2 = |H|^2 (1 - coherence) / (averages coherence) for an FRF by the H1 estimator, half
-    of it in the real and half in the imaginary part (Bendat and Piersol, Random Data, ch. 9).
+    of it in the real part and half in the imaginary part (Bendat and Piersol, Random Data, ch. 9).
 
     Parameters
     ----------
     factor
         Factor on the standard deviation [1]: 1, or a distribution where the coherence does not
-        tell the whole error.
+        contain all errors.
     """
 
     reads_coherence = True
@@ -210,7 +210,13 @@ class FromCoherence(Noise):
 
 
 def _positive(call: str, word: str, value: Parameter) -> Parameter:
-    """Return a standard deviation or a factor of one, or distributions of it, if all are > 0."""
+    """Return a standard deviation, or a factor on one, if it is positive or a distribution.
+
+    Raises
+    ------
+    InputError
+        If it is not positive and finite.
+    """
     if is_unknown(value) or isinstance(value, jax.core.Tracer):
         return value
     wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) > 0))]
@@ -224,7 +230,13 @@ def _positive(call: str, word: str, value: Parameter) -> Parameter:
 
 
 def _positive_definite(matrix: Parameter) -> Parameter:
-    """Return a covariance, or a distribution of it, if it has a density."""
+    """Return a covariance if it is positive definite or a distribution.
+
+    Raises
+    ------
+    InputError
+        If it is not square and positive definite.
+    """
     if is_unknown(matrix) or isinstance(matrix, jax.core.Tracer):
         return matrix
     try:
@@ -246,7 +258,7 @@ def _channels(sigma: Array, sensors: Chosen, actuators: Chosen) -> Array:
 
 def _as_outputs(sigma: Any, predicted: Response) -> Array:
     level = jnp.asarray(sigma)
-    if level.ndim == 3:  # all force levels and both parts of a complex FRF have the same
+    if level.ndim == 3:  # common to all force levels and both parts of a complex FRF
         between = tuple(range(2, predicted.ndim - 1))
         level = jnp.expand_dims(level, between)
     return jnp.broadcast_to(level, predicted.shape)

@@ -1,4 +1,4 @@
-"""What is compared: the real outputs z of an FRF, and what they tell of the receptance."""
+"""Observations: the real outputs z of an FRF, their errors, and the receptance they determine."""
 
 import abc
 
@@ -17,7 +17,7 @@ Lines = Float[np.ndarray, "frequency"]
 
 
 class Observation(eqx.Module):
-    """The mapping z = f(U) of Eq. (8), with what it does to errors."""
+    """The mapping z = f(U) of Eq. (8), and the error of z by that of U."""
 
     quantity: eqx.AbstractVar[str]
     parts: eqx.AbstractClassVar[int]
@@ -32,7 +32,7 @@ class Observation(eqx.Module):
 
     @abc.abstractmethod
     def receptance(self, measured: Measured, omega: Lines) -> Measured:
-        """Return what outputs tell of the receptance [m/N], whatever quantity was observed.
+        """Return the receptance [m/N], or its amplitude, by outputs of any observed quantity.
 
         Parameters
         ----------
@@ -44,7 +44,7 @@ class Observation(eqx.Module):
 
     @abc.abstractmethod
     def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
-        """Log of |dz / d(what z tells of the receptance)| for each output.
+        """Log of |dz / d r| for each output, with r as `receptance` returns it.
 
         The density of z times this Jacobian is a density of the receptance, in which models of
         different observed quantities are comparable.
@@ -68,7 +68,7 @@ class Observation(eqx.Module):
 
     @property
     def derivative(self) -> int:
-        """How many times the displacement is derived by time."""
+        """Order of the time derivative of the displacement that is observed."""
         return quantity_of(self.quantity).derivative
 
     def check(self, frequency: np.ndarray) -> None:
@@ -94,7 +94,7 @@ class LogAmplitude(Observation):
     parts = 1
 
     def output(self, frf: FRF) -> Response:
-        """log10 |U|, by the square of the modulus, whose gradient is the simpler."""
+        """log10 |U|, by the square of the modulus, which has the simpler gradient."""
         return 0.5 * jnp.log10(jnp.real(frf) ** 2 + jnp.imag(frf) ** 2)
 
     def deviation(self, frf: FRF, variance: Variance) -> Response:
@@ -102,7 +102,7 @@ class LogAmplitude(Observation):
         return jnp.sqrt(variance / 2) / (jnp.abs(frf) * jnp.log(10.0))
 
     def receptance(self, measured: Measured, omega: Lines) -> Measured:
-        """Amplitude of the receptance |H| [m/N]; z keeps nothing of the phase."""
+        """Amplitude of the receptance |H| [m/N]; z does not contain the phase."""
         return 10.0**measured / omega**self.derivative
 
     def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
@@ -139,11 +139,11 @@ class Complex(Observation):
     def receptance(self, measured: Measured, omega: Lines) -> Measured:
         """Real and imaginary part of the receptance [m/N]."""
         frf = measured[..., 0, :] + 1j * measured[..., 1, :]
-        found = frf / (1j * omega) ** self.derivative
-        return np.stack([np.real(found), np.imag(found)], axis=-2)
+        receptance = frf / (1j * omega) ** self.derivative
+        return np.stack([np.real(receptance), np.imag(receptance)], axis=-2)
 
     def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
-        """Log of the factor omega^n on each of two parts, which rotate besides."""
+        """Log of the factor omega^n on both parts; the rotation by i^n changes no volume."""
         return np.log(omega**self.derivative) + 0.0 * measured
 
     @property

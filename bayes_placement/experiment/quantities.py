@@ -1,6 +1,8 @@
-"""The three FRFs of motion per force: their two names, their unit and what derives them."""
+"""The three FRFs of motion per force: names, units, and the conversion between them."""
 
 from typing import NamedTuple
+
+import numpy as np
 
 from .._types import InputError
 
@@ -15,9 +17,9 @@ class Quantity(NamedTuple):
     motion
         Name of the motion.
     derivative
-        How many times the displacement is derived by time: the power of i w, under exp(+i w t).
+        Order of the time derivative of the displacement: the power of i w, under exp(+i w t).
     rate
-        What follows the unit of length in that of the motion.
+        Unit of the motion after that of length, such as `/s`.
     data_type
         Ordinate data type in dataset 58 of universal files.
     """
@@ -71,6 +73,33 @@ def frf_name(word: str) -> str:
 def motion_name(word: str) -> str:
     """Return the name of the motion: `velocity` for `mobility`, and for itself."""
     return quantity_of(word).motion
+
+
+def converted(frf: np.ndarray, frequency: np.ndarray, source: str, target: str) -> np.ndarray:
+    """Turn FRFs of one quantity into another by powers of i w, under exp(+i w t).
+
+    Parameters
+    ----------
+    frf
+        FRFs of shape (..., frequency).
+    frequency
+        Lines [Hz].
+    source, target
+        Quantity of the FRFs, and that of the result.
+
+    Raises
+    ------
+    InputError
+        If a quantity is unknown, or 0 Hz would have to be divided by.
+    """
+    power = quantity_of(target).derivative - quantity_of(source).derivative
+    if power < 0 and np.any(frequency == 0):
+        raise InputError(
+            f"The {source} at 0 Hz was given; a {target} there would need a division by zero, "
+            "since the derivatives of a constant displacement vanish. Drop 0 Hz: "
+            "measurement.without(0, 0)."
+        )
+    return frf * (2j * np.pi * frequency) ** power
 
 
 def in_ascii(unit: str) -> str:

@@ -16,8 +16,7 @@ from .frf import PortStiffness, receptance
 from .structure import Structure
 
 MOUNTINGS = ("roving", "fixed")
-"""Each sensor in a run of its own, or all of them mounted all the time."""
-
+"""Each sensor alone in its run, or all of them mounted all the time."""
 
 DynamicStiffness: TypeAlias = Inexact[Array, "frequency"]
 
@@ -48,8 +47,8 @@ def recorded(
 ) -> Receptance:
     """Receptance [m/N] as the instruments recorded it.
 
-    The structure moves with the instruments where and as heavy as they are; then their signals
-    are delayed, amplified or exchanged.
+    Effects first move the instruments, then load the structure at their positions, then change
+    the signals: delay, amplify or exchange them.
     """
     for effect in instrument_effects:
         instruments = effect.moved(instruments, structure.modes)
@@ -62,7 +61,7 @@ def recorded(
 
 
 class _Loaded(NamedTuple):
-    """A structure with what its instruments bring to it where they sit."""
+    """A structure loaded by its instruments at their positions."""
 
     structure: Structure
     instruments: Instruments
@@ -70,7 +69,7 @@ class _Loaded(NamedTuple):
     drive: Drive
 
     def response(self) -> Receptance:
-        """Receptance between all channels; an actuator is mounted in its own runs only."""
+        """Receptance between all channels; an actuator is mounted only in its runs."""
         driven = self._points("actuator")
         if not self._loading("actuator"):
             return self._with_sensors(driven, [])
@@ -83,7 +82,7 @@ class _Loaded(NamedTuple):
         return self._with_sensors(driven, []) + changes[:, :, 0]
 
     def _with_sensors(self, driven: Points, ports: Sequence[PortStiffness]) -> Receptance:
-        """Receptance with the sensors, all mounted or each in runs of its own."""
+        """Receptance with the sensors, all mounted or each alone in its runs."""
         read = self._points("sensor")
         if not self._loading("sensor"):
             return self._between(read, driven, ports)
@@ -95,8 +94,8 @@ class _Loaded(NamedTuple):
             loaded = self._between(sensor, driven, [port, *ports])
             return loaded - self._between(sensor, driven, ports)
 
-        # Channels of one sensor see the same load. Only what the load changes is added, so that
-        # without it nothing changes, bit for bit.
+        # Channels of one sensor have the same load. Only the change by the load is added, so that
+        # without it the receptance stays the same, bit for bit.
         changes = jax.vmap(change)(_singly(read), self._stiffness("sensor"))
         return self._between(read, driven, ports) + changes[:, 0]
 
@@ -110,11 +109,11 @@ class _Loaded(NamedTuple):
         return joined([transducer.points(axes) for transducer in transducers])
 
     def _loading(self, side: str) -> list[InstrumentEffect]:
-        """Effects that load the structure where transducers of a side sit."""
+        """Effects that load the structure at the positions of the transducers of a side."""
         return [effect for effect in self.instrument_effects if side in effect.loads]
 
     def _ports(self, side: str) -> list[PortStiffness]:
-        """What each transducer of a side brings to the structure."""
+        """Port of each transducer of a side, with its dynamic stiffness."""
         return [
             self._port(coordinates(transducer.position), self._load(side, number))
             for number, transducer in enumerate(self.instruments.side(side).values())

@@ -15,37 +15,52 @@ from .noise import Covariance, Gaussian, Noise
 from .transducers import Sensor
 
 
-def with_only(experiment: Experiment, names: Collection[str]) -> Experiment:
+def with_only(
+    experiment: Experiment,
+    *,
+    sensors: Collection[str] | None = None,
+    actuators: Collection[str] | None = None,
+) -> Experiment:
     """Return the experiment with some of its transducers, and the noise of their channels.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    sensors, actuators
+        Names of those that remain, in the order of the experiment; others are ignored. None for
+        all.
 
     Raises
     ------
     InputError
         If an effect on the instruments is about a sensor by its number.
     """
-    kept = [
-        OrderedDict((name, side[name]) for name in side if name in names)
-        for side in (experiment.sensor, experiment.actuator)
-    ]
-    if kept == [experiment.sensor, experiment.actuator]:
+    requests = ((experiment.sensor, sensors), (experiment.actuator, actuators))
+    if all(names is None or set(side) <= set(names) for side, names in requests):
         return experiment
     _refuse_numbered_sensors(experiment)
+    remaining = [
+        OrderedDict((name, side[name]) for name in side if names is None or name in names)
+        for side, names in requests
+    ]
     noise = experiment.noise
     if noise is not None:
-        noise = noise.of(
-            sensors=channel_numbers(experiment.sensor, names),
-            actuators=channel_numbers(experiment.actuator, names),
-        )
+        chosen = [
+            slice(None) if names is None else channel_numbers(side, names)
+            for side, names in requests
+        ]
+        noise = noise.of(*chosen)
     return eqx.tree_at(
         lambda tree: (tree.sensor, tree.actuator, tree.noise),
         experiment,
-        (*kept, noise),
+        (*remaining, noise),
         is_leaf=lambda leaf: leaf is None or isinstance(leaf, dict),
     )
 
 
 def with_more_sensors(experiment: Experiment, count: int) -> Experiment:
-    """Return the experiment with so many more sensors like its last one, `s1`, `s2` and so on.
+    """Return the experiment with `count` more sensors like its last one, `s1`, `s2` and so on.
 
     Raises
     ------
@@ -57,8 +72,8 @@ def with_more_sensors(experiment: Experiment, count: int) -> Experiment:
     if noise is not None and not eqx.tree_equal(noise, noise.of(sensors=np.array([0]))):
         raise InputError(
             f'{count} more sensors like "{last.name}" were asked for, but each channel has its '
-            "level of the output error, so theirs is not known. Declare all sensors in the "
-            "experiment."
+            "own level of the output error, so that of a new sensor is not known. Declare all "
+            "sensors in the experiment."
         )
     names = (f"s{number}" for number in itertools.count(1))
     free = (name for name in names if name not in {*experiment.sensor, *experiment.actuator})
@@ -79,34 +94,34 @@ def _like(sensor: Sensor, name: str) -> Sensor:
 
 
 def with_lines(experiment: Experiment, count: int) -> Experiment:
-    """Return the experiment with so many of its lines at most, evenly spread, and their noise.
+    """Return the experiment with at most `count` of its lines, evenly spread, and their noise.
 
     Parameters
     ----------
     experiment
-        The experiment; the level of its output error is no distribution.
+        The experiment; the level of its output error must not be a distribution.
     count
-        Lines, one at least.
+        Number of lines, at least 1.
     """
     lines = np.asarray(experiment.frequency)
     if lines.size <= count:
         return experiment
-    kept = ((np.arange(count) + 0.5) * lines.size / count).astype(int)
-    noise = _noise_at(experiment.noise, kept, lines.size)
+    chosen = ((np.arange(count) + 0.5) * lines.size / count).astype(int)
+    noise = _noise_at(experiment.noise, chosen, lines.size)
     return eqx.tree_at(
         lambda tree: (tree.frequency, tree.noise),
         experiment,
-        (lines[kept], noise),
+        (lines[chosen], noise),
         is_leaf=lambda leaf: leaf is None,
     )
 
 
-def _noise_at(noise: Noise | None, kept: np.ndarray, size: int) -> Noise | None:
-    """Noise of some of the `size` lines."""
+def _noise_at(noise: Noise | None, chosen: np.ndarray, size: int) -> Noise | None:
+    """Noise of the chosen ones of `size` lines."""
     if isinstance(noise, Covariance):
-        return Covariance(np.asarray(noise.matrix)[np.ix_(kept, kept)], noise.scale)
+        return Covariance(np.asarray(noise.matrix)[np.ix_(chosen, chosen)], noise.scale)
     if isinstance(noise, Gaussian) and np.shape(noise.sigma)[-1:] == (size,):
-        return Gaussian(np.asarray(noise.sigma)[..., kept])
+        return Gaussian(np.asarray(noise.sigma)[..., chosen])
     return noise
 
 
@@ -121,6 +136,6 @@ def _refuse_numbered_sensors(experiment: Experiment) -> None:
         if "sensor" in {field.name for field in dataclasses.fields(effect)}:
             raise InputError(
                 f'The effect "{effect.name}" is about one sensor, by its number, but sensors are '
-                "to be left out here, which changes the numbers. Leave the effect out: "
+                "to be left out, which changes the numbers. Leave the effect out: "
                 f'experiment.without("{effect.name}").'
             )

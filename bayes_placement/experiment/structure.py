@@ -92,7 +92,7 @@ class Structure(eqx.Module):
         return sum(added, jnp.ones(omega.shape))
 
     def kept_damping(self) -> Float[Array, ""]:
-        """Share of the damping law that no effect has replaced [1]."""
+        """Share of the damping law that no effect replaces [1]."""
         shares = [effect.kept_damping() for effect in self.of_kind(Modulus)]
         return jnp.prod(jnp.array([1.0, *shares]))
 

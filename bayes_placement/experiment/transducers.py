@@ -1,5 +1,7 @@
-"""Sensors and actuators: where they are, along what they read or drive, how far that is known."""
+"""Sensors and actuators: positions, directions and orientations, and their tolerances."""
 
+from collections import OrderedDict
+from collections.abc import Sequence
 from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
@@ -18,6 +20,7 @@ from ..positions.vectors import Recorded, Vector, rotation, triple, unit_vector
 from .measurement import Channel
 
 Self = TypeVar("Self", bound="Transducer")
+Kind = TypeVar("Kind", bound="Transducer")
 
 
 class Transducer(eqx.Module):
@@ -41,8 +44,8 @@ class Transducer(eqx.Module):
         Recorded position [m], a number or three; by default the centre of the tolerance or the
         mean of the distribution.
     tolerance
-        Its tolerance wherever it sits, so that it can be tried elsewhere; by default `at`, if that
-        is a tolerance.
+        Tolerance of its position, which it keeps when it is moved; by default `at`, if that is a
+        tolerance.
     """
 
     kind: eqx.AbstractClassVar[str]
@@ -106,7 +109,7 @@ class Transducer(eqx.Module):
         )
 
     def moved(self: Self, place: Recorded | Tolerance, modes: Modes) -> Self:
-        """Return it recorded elsewhere on the structure, with the tolerance that it has here.
+        """Return it recorded elsewhere on the structure, with its present tolerance.
 
         Parameters
         ----------
@@ -118,7 +121,8 @@ class Transducer(eqx.Module):
         Raises
         ------
         ValueError
-            If its position is uncertain without a tolerance, or lies outside the structure then.
+            If its position is a distribution without a tolerance, or would lie outside the
+            structure.
         """
         at: Any = place
         if not isinstance(place, Tolerance):
@@ -126,14 +130,14 @@ class Transducer(eqx.Module):
         if not isinstance(at, Tolerance) and self._is_uncertain():
             raise InputError(
                 f'{self.kind} "{self.name}" was to be moved to {place} m, but its position is '
-                "a distribution there only; a tolerance is needed, since it can be moved. Declare "
+                "a distribution that holds at its present place only; a tolerance is needed, since "
+                "that can be moved. Declare "
                 "at=positions.Segment(0.25, within=0.04), or give tolerances as candidates."
             )
-        one = type(self)(self.name, at, directions=self.directions, angles=self.angles)
-        return one.on(modes)
+        return type(self)(self.name, at, directions=self.directions, angles=self.angles).on(modes)
 
-    def glued(self: Self, factor: float, modes: Modes) -> Self:
-        """Return it at the same place with a tolerance so many times as large.
+    def mounted(self: Self, factor: float, modes: Modes) -> Self:
+        """Return it mounted at the same place with `factor` times its tolerance.
 
         Raises
         ------
@@ -146,15 +150,13 @@ class Transducer(eqx.Module):
                 "none; one is needed, since a distribution cannot be scaled. Declare "
                 "at=positions.Segment(0.25, within=0.04)."
             )
-        at = self.tolerance.scaled(factor)
-        one = type(self)(
+        return type(self)(
             self.name,
-            at,
+            self.tolerance.scaled(factor),
             directions=self.directions,
             angles=self.angles,
             recorded=self.recorded,
-        )
-        return one.on(modes)
+        ).on(modes)
 
     def _is_uncertain(self) -> bool:
         return bool(unknowns(self.position))
@@ -190,8 +192,8 @@ def _middle(at: Position | Tolerance) -> Recorded:
     return triple(at.mean) if is_unknown(at) and at.shape() == (3,) else mean(at)
 
 
-def _recorded(given: Any) -> Recorded:
-    return float(given) if np.ndim(given) == 0 else triple(given)
+def _recorded(position: Any) -> Recorded:
+    return float(position) if np.ndim(position) == 0 else triple(position)
 
 
 class Sensor(Transducer):
@@ -204,3 +206,28 @@ class Actuator(Transducer):
     """An actuator or a hammer hit: it drives where it sits. See `Transducer`."""
 
     kind: ClassVar[str] = "Actuator"
+
+
+def by_name(transducers: Sequence[Kind], modes: Modes) -> OrderedDict[str, Kind]:
+    """Transducers by name, placed on a structure.
+
+    Raises
+    ------
+    InputError
+        If there is none, two have one name, or a position lies outside the structure.
+    """
+    # An ordered dictionary keeps its order through JAX; a plain one would be sorted by name.
+    placed = OrderedDict((transducer.name, transducer.on(modes)) for transducer in transducers)
+    names = [transducer.name for transducer in transducers]
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise InputError(
+            f'Two transducers are called "{repeated[0]}". Each needs a name of its own, since '
+            "unknowns are named by it. A sensor used in several runs is given once."
+        )
+    if not placed:
+        raise InputError(
+            "An experiment needs at least one sensor and one actuator, since an FRF is measured "
+            'between the two: sensors=[bp.Sensor("s1", at=0.25)].'
+        )
+    return placed

@@ -356,14 +356,6 @@ def test_only_what_was_fixed_is_known():
     assert fixed.sensor["s1"].recorded == 0.25
 
 
-def test_one_sensor_alone_keeps_its_own_level():
-    levels = np.array([0.1, 0.2])[:, None, None]
-    alone = small(noise=bp.noise.Gaussian(levels)).with_only("sensor", "s2", slice(1, 2))
-    assert [channel.name for channel in alone.sensor_channels] == ["s2"]
-    np.testing.assert_array_equal(alone.noise.sigma, [[[0.2]]])
-    assert small(noise=None).with_only("sensor", "s2", slice(1, 2)).noise is None
-
-
 def test_a_hand_written_hierarchical_model_calls_the_public_pieces():
     # Ratios of a family of modes scatter around a common one, which no single leaf can say.
     modes = bp.beams.bar(4, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)

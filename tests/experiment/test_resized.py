@@ -8,7 +8,7 @@ import numpy.testing as npt
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.experiment.resized import with_lines
+from bayes_placement.experiment.resized import with_lines, with_only
 
 LINES = np.arange(100.0, 110.0)
 
@@ -78,3 +78,25 @@ def test_each_force_level_keeps_its_output_error():
     kept = found.frequency
     npt.assert_array_equal(found.noise.sigma, np.stack([kept, 2 * kept]))
     assert kept.size == 4
+
+
+def test_a_sensor_that_remains_keeps_its_level_of_the_output_error():
+    levels = np.array([0.1, 0.2])[:, None, None]
+    alone = with_only(experiment(bp.noise.Gaussian(levels)), sensors=["s2"])
+    assert [channel.name for channel in alone.sensor_channels] == ["s2"]
+    assert [channel.name for channel in alone.actuator_channels] == ["a1"]
+    npt.assert_array_equal(alone.noise.sigma, [[[0.2]]])
+    assert with_only(experiment(None), sensors=["s2"]).noise is None
+
+
+def test_sensors_and_actuators_of_one_name_are_told_apart():
+    shared = bp.Experiment(
+        experiment(None).structure,
+        sensors=[bp.Sensor("p1", at=0.25), bp.Sensor("p2", at=0.6)],
+        actuators=[bp.Actuator("p1", at=0.25), bp.Actuator("p2", at=0.6)],
+        frequency=LINES,
+        observe=bp.observe.LogAmplitude("velocity"),
+        noise=None,
+    )
+    alone = with_only(shared, sensors=["p2"])
+    assert (list(alone.sensor), list(alone.actuator)) == (["p2"], ["p1", "p2"])

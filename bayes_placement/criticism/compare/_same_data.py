@@ -14,6 +14,9 @@ RECEPTANCE = "receptance"
 LOG_JACOBIAN = "log_jacobian"
 """Log of the derivative of each output by what it tells of the receptance."""
 
+FORCE_LEVEL = "force_level"
+"""Dimension of the force levels, which outputs have where the experiment states them."""
+
 SAME = 1e-9
 """Relative difference that the same datum may have after a change of quantity."""
 
@@ -55,7 +58,16 @@ def _between(first: tuple[str, xr.Dataset], second: tuple[str, xr.Dataset]) -> x
 
 
 def _check_kind(names: tuple[str, str], one: xr.Dataset, other: xr.Dataset) -> None:
-    if set(one[MEASURED].dims) != set(other[MEASURED].dims):
+    dimensions = set(one[MEASURED].dims) ^ set(other[MEASURED].dims)
+    if FORCE_LEVEL in dimensions:
+        with_levels, without = names if FORCE_LEVEL in one[MEASURED].dims else names[::-1]
+        raise InputError(
+            f'{_pair(names)} describe different data: "{with_levels}" has force levels and '
+            f'"{without}" has none, so they hold different numbers of data, whose densities cannot '
+            "be compared. Give both the same measurements, "
+            "Experiment(..., force_levels=[0.1, 1.0]), and infer again."
+        )
+    if dimensions:
         kinds = [_label(dataset) for dataset in (one, other)]
         raise InputError(
             f'{_pair(names)} describe different data: the one "{kinds[0]}", the other '

@@ -127,7 +127,8 @@ class SearchSpace(NamedTuple):
 
     def evaluation_of(self, selection: Sequence[str]) -> Evaluation:
         """Evaluation of the experiment with a selection and those that are mounted."""
-        present = with_only(self.experiment, [*self.mounted, *selection])
+        names = [*self.mounted, *selection]
+        present = with_only(self.experiment, sensors=names, actuators=names)
         return self.evaluation._replace(experiment=present)
 
     def price(self, selection: Sequence[str]) -> float:

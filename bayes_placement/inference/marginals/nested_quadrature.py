@@ -20,6 +20,7 @@ from ..._sites import is_finite, substitute
 from ..._types import InfeasibleError, Key
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
+from ...experiment.resized import with_only
 from .._quadrature_rules import node_count, product_rule
 from ..weights import effective_size
 from .marginal import IntegratedLikelihood
@@ -225,9 +226,8 @@ class NestedQuadrature(IntegratedLikelihood):
         self, experiment: Experiment, transducer: InnerTransducer, data: Data
     ) -> Float[Array, "outer inner"]:
         inner, outer = transducer.nodes, self.nodes.outer
-        alone = experiment.with_only(
-            self.nodes.inner_side, transducer.name, transducer.channels.slice
-        )
+        remaining: dict[str, Any] = {f"{self.nodes.inner_side}s": [transducer.name]}
+        alone = with_only(experiment, **remaining)
 
         def term(outer_values: Any, inner_values: Any) -> Any:
             placed = substitute(alone, {**outer_values, **inner_values})

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...experiment.measurement import Channel, Measurement, Position, derivative
+from ...experiment.measurement import Channel, Measurement, Position
+from ...experiment.quantities import converted
 from ._datasets import FUNCTION, Dataset, MeasurementFileError, load
 from ._nodes import node_positions
 from ._units import FileUnits, check_abscissa, file_units, quantity_of, scale
@@ -90,12 +91,12 @@ def _assembled(
     quantity = quantity or _common_quantity(frfs)
     sensors = list(dict.fromkeys(frf.sensor for frf in frfs))
     actuators = list(dict.fromkeys(frf.actuator for frf in frfs))
-    converted = [
-        frf._replace(values=derivative(frf.values, frf.frequency, frf.quantity, quantity))
+    of_one_quantity = [
+        frf._replace(values=converted(frf.values, frf.frequency, frf.quantity, quantity))
         for frf in frfs
     ]
     return Measurement.from_arrays(
-        _arranged(converted, sensors, actuators),
+        _arranged(of_one_quantity, sensors, actuators),
         frfs[0].frequency,
         sensors=[Channel(transducers[node], direction) for node, direction in sensors],
         actuators=[Channel(transducers[node], direction) for node, direction in actuators],

@@ -54,10 +54,9 @@ def from_scikit_fem(
 
     Raises
     ------
-    TypeError
-        If `basis` is no `skfem.CellBasis`.
     InputError
-        If the basis cannot be read between nodes, or the matrices do not fit it.
+        If `basis` is no `skfem.CellBasis` or cannot be read between nodes, or the matrices do not
+        fit it.
     MissingExtraError
         If scikit-fem is not installed.
     """

@@ -12,6 +12,7 @@ from scipy.stats import lognorm, multivariate_normal, norm
 
 import bayes_placement as bp
 from bayes_placement import observe
+from bayes_placement._types import InputError
 from bayes_placement.criticism.compare.compare import ModelComparison, compare
 
 LINES = np.linspace(20.0, 300.0, 12)
@@ -434,6 +435,15 @@ def test_amplitudes_are_not_compared_with_complex_outputs(right):
     z = np.log10(np.abs(right.measured))
     other = lay_out(observe.LogAmplitude("displacement"), z, np.zeros((DRAWS, *SHAPE)))
     refused(right, other, r'"a" and "b" describe different data.*says nothing of the phase')
+
+
+def test_force_levels_are_not_compared_with_a_result_without_them(right):
+    levels = right.result().map_over_datasets(lambda dataset: dataset.expand_dims(force_level=2))
+    words = r'different data: "{}" has force levels and "{}" has none.*force_levels=\[0.1, 1.0\]'
+    with pytest.raises(InputError, match=words.format("b", "a")):
+        compare({"a": right.result(), "b": levels})
+    with pytest.raises(InputError, match=words.format("a", "b")):
+        compare({"a": levels, "b": right.result()})
 
 
 def test_other_channels_are_refused(right):

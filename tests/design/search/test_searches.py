@@ -239,10 +239,10 @@ def test_a_region_is_refused_where_places_are_needed(search):
 def test_an_experiment_with_fewer_sensors_has_the_noise_of_their_channels():
     sigma = np.arange(1.0, 7.0).reshape(3, 2, 1)
     one = landscapes.experiment(THREE, ("a1", "a2"), noise=bp.noise.Gaussian(sigma))
-    fewer = with_only(one, ["s1", "s3", "a2"])
+    fewer = with_only(one, sensors=["s1", "s3"], actuators=["a2"])
     assert [*fewer.sensor] == ["s1", "s3"] and [*fewer.actuator] == ["a2"]
     np.testing.assert_array_equal(np.ravel(fewer.noise.sigma), [2.0, 6.0])
-    assert with_only(one, [*THREE, "a1", "a2"]) is one
+    assert with_only(one, sensors=THREE, actuators=["a1", "a2"]) is one
 
 
 def test_a_sensor_with_an_effect_of_its_own_cannot_be_left_out():

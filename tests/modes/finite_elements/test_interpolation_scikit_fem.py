@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from bayes_placement._types import InputError
 from bayes_placement.modes.finite_elements import interpolation
 from tests.simulator.element_models import slopes, weights
 
@@ -174,7 +175,7 @@ def test_a_wrong_degree_is_refused(monkeypatch):
 
 
 def test_only_a_basis_of_cells_is_read():
-    with pytest.raises(TypeError, match=r"A MeshTri1 was given; a skfem\.CellBasis is needed"):
+    with pytest.raises(InputError, match=r"A MeshTri1 was given; a skfem\.CellBasis is needed"):
         interpolation.scikit_fem(triangles(), axes=(3,))
 
 

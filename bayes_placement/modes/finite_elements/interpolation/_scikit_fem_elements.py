@@ -39,11 +39,9 @@ def scikit_fem(
 
     Raises
     ------
-    TypeError
-        If `basis` is no `skfem.CellBasis`.
     InputError
-        If a cell is curved or not affine, a shape function is no polynomial, or the field has
-        another number of components than `axes`.
+        If `basis` is no `skfem.CellBasis`, a cell is curved or not affine, a shape function is no
+        polynomial, or the field has another number of components than `axes`.
     MissingExtraError
         If scikit-fem is not installed.
     """
@@ -77,7 +75,7 @@ def _check_basis(basis: Any) -> None:
             'shape functions are mapped. pip install "bayes_placement[scikit-fem]"'
         ) from error
     if not isinstance(basis, CellBasis):
-        raise TypeError(
+        raise InputError(
             f"A {type(basis).__name__} was given; a skfem.CellBasis is needed, which has shape "
             "functions within cells: interpolation.scikit_fem(skfem.Basis(mesh, element), ...)."
         )

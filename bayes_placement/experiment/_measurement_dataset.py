@@ -1,0 +1,55 @@
+"""A measurement as a labelled dataset."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from ..positions.channel import Channel
+from .quantities import quantity_of
+
+if TYPE_CHECKING:
+    from .measurement import Measurement
+
+PAIRS = ("sensor", "actuator")
+
+
+def dataset(measurement: "Measurement") -> xr.Dataset:
+    """Return FRFs, coherence and recorded positions of a measurement, labelled by channel.
+
+    Complex numbers are an axis `part`, since files of datasets hold real numbers only.
+    """
+    parts = np.stack([measurement.frf.real, measurement.frf.imag], axis=2)
+    units = quantity_of(measurement.quantity).unit
+    attributes = {"long_name": measurement.quantity, "units": units}
+    variables: dict[str, Any] = {
+        "frf": ((*PAIRS, "part", "frequency"), parts, attributes),
+        "sensor_position": _positions(measurement, "sensor", measurement.sensors),
+        "actuator_position": _positions(measurement, "actuator", measurement.actuators),
+    }
+    if measurement.coherence is not None:
+        variables["coherence"] = ((*PAIRS, "frequency"), measurement.coherence, {"units": "1"})
+    coordinates = {
+        "sensor": [channel.label for channel in measurement.sensors],
+        "actuator": [channel.label for channel in measurement.actuators],
+        "frequency": ("frequency", measurement.frequency, {"units": "Hz"}),
+        "part": ["real", "imag"],
+        "axis": ["x", "y", "z"],
+    }
+    return xr.Dataset(variables, coords=coordinates, attrs=_settings(measurement))
+
+
+def _positions(measurement: "Measurement", side: str, channels: tuple[Channel, ...]) -> Any:
+    """Recorded coordinates [m] of the transducer of each channel, NaN where not recorded."""
+    missing = (np.nan,) * 3
+    recorded = [measurement.positions.get(channel.name, missing) for channel in channels]
+    return (side, "axis"), np.array(recorded), {"units": "m"}
+
+
+def _settings(measurement: "Measurement") -> dict[str, Any]:
+    settings = {
+        "quantity": measurement.quantity,
+        "averages": measurement.averages,
+        "force_level_newton": measurement.force_level,
+    }
+    return {name: value for name, value in settings.items() if value is not None}
