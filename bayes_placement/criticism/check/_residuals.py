@@ -32,27 +32,27 @@ Labelled = TypeVar("Labelled", xr.DataArray, xr.Dataset)
 class Residuals:
     """Measured outputs and those of the model.
 
-    The lines of all force levels stand behind each other here, in order within each level, so that
-    every statistic runs along one axis; `labelled` takes them apart again.
+    The lines of all force levels are concatenated, sorted within each level, so that every
+    statistic runs along one axis; `labelled` separates them again.
 
     Parameters
     ----------
     template
         Measured outputs with their labels.
     measured
-        The same; zero where nothing was measured.
+        Measured outputs; zero where nothing was measured.
     present
         Where something was measured.
     draws
         Outputs of the model at draws from the posterior.
     replicates
-        The same with an output error drawn for each, or None where the model has none.
+        The same with an output error drawn for each; None where the model has no output error.
     deviation
-        Standard deviation of each output where the noise is known, else None.
+        Standard deviation of the noise of each output; None where the noise is not known.
     frequency
         Lines [Hz].
     force_level
-        Number of the force level of each line, zero where there is one alone.
+        Number of the force level of each line; zero where there is a single level.
     unknowns
         Number of unknowns that were fitted.
     """
@@ -79,7 +79,7 @@ class Residuals:
 
     @cached_property
     def scale(self) -> Values:
-        """Known deviation; else that of the replicates; else the size of the residuals."""
+        """Deviation of the noise where known, else of the replicates, else of the residuals."""
         if self.deviation is not None:
             return self.deviation
         if self.replicates is not None:
@@ -91,9 +91,8 @@ class Residuals:
 
     def labelled(self, values: Any, **attributes: str) -> xr.DataArray:
         """Put the labels of the outputs on an array; NaN where nothing was measured."""
-        parts = "part" in self.template.dims
         array = np.where(self.present, values, np.nan)
-        flat = self.template.copy(data=array if parts else array[..., 0])
+        flat = self.template.copy(data=array if "part" in self.template.dims else array[..., 0])
         return by_level(flat.assign_attrs(attributes))
 
     def labelled_lines(self, values: Any, **attributes: str) -> xr.DataArray:
@@ -114,7 +113,7 @@ class Grouping:
     shape: tuple[int, ...]
 
     def masks(self) -> Iterator[Chosen]:
-        """Where the data of each group are."""
+        """Mask of the data of each group."""
         return (self.number == group for group in range(int(np.prod(self.shape))))
 
     def dataset(self, columns: dict[str, list[float]]) -> xr.Dataset:
@@ -131,9 +130,9 @@ def residuals(posterior: xr.DataTree) -> Residuals:
     _check(posterior)
     observed = _in_order(posterior["observed_data"].to_dataset())
     predicted = _in_order(posterior["posterior_predictive"].to_dataset())
-    template = _arranged(observed[MEASURED], ())
+    template = _transposed(observed[MEASURED], ())
     raw = _with_part(template)
-    draws = _drawn(predicted[RESPONSE])
+    draws = _flat_draws(predicted[RESPONSE])
     if draws.shape[0] < 2:
         raise InputError(
             "The posterior holds one draw of the response; at least two are needed, since the "
@@ -144,7 +143,7 @@ def residuals(posterior: xr.DataTree) -> Residuals:
         measured=np.where(np.isfinite(raw), raw, 0.0),
         present=np.isfinite(raw),
         draws=draws,
-        replicates=_drawn(predicted[MEASURED]) if MEASURED in predicted else None,
+        replicates=_flat_draws(predicted[MEASURED]) if MEASURED in predicted else None,
         deviation=_deviation(observed),
         frequency=np.asarray(template["frequency"].values, dtype=float),
         force_level=_levels(template)[1],
@@ -159,7 +158,7 @@ def groupings(data: Residuals, bands: int) -> dict[str, Grouping]:
     sensor, actuator, line = np.indices(shape)
     names = {side: data.template[side].values for side in ("sensor", "actuator")}
     band, edges = _bands(data.frequency, bands)
-    ways = {
+    groupings = {
         "overall": Grouping((), {}, np.zeros(shape, int), ()),
         "sensor": Grouping(("sensor",), {"sensor": names["sensor"]}, sensor, (sensors,)),
         "actuator": Grouping(
@@ -172,13 +171,13 @@ def groupings(data: Residuals, bands: int) -> dict[str, Grouping]:
     }
     levels, number = _levels(data.template)
     if levels.size:
-        known = {FORCE_LEVEL: (FORCE_LEVEL, levels, {"units": "N"})}
-        ways[FORCE_LEVEL] = Grouping((FORCE_LEVEL,), known, number[line], (levels.size,))
-    return ways
+        labels = {FORCE_LEVEL: (FORCE_LEVEL, levels, {"units": "N"})}
+        groupings[FORCE_LEVEL] = Grouping((FORCE_LEVEL,), labels, number[line], (levels.size,))
+    return groupings
 
 
 def by_level(flat: Labelled) -> Labelled:
-    """Take the lines of force levels apart that stand behind each other."""
+    """Separate concatenated force levels along a dimension of their own."""
     levels, number = _levels(flat)
     if not levels.size:
         return flat
@@ -187,8 +186,8 @@ def by_level(flat: Labelled) -> Labelled:
         for level in range(levels.size)
     ]
     options: dict[str, Any] = {"coords": "minimal", "compat": "override", "join": "override"}
-    whole = xr.concat(runs, FORCE_LEVEL, **options)
-    ordered = whole.transpose("sensor", "actuator", FORCE_LEVEL, "frequency", ...)
+    levelled = xr.concat(runs, FORCE_LEVEL, **options)
+    ordered = levelled.transpose("sensor", "actuator", FORCE_LEVEL, "frequency", ...)
     return ordered.assign_coords({FORCE_LEVEL: (FORCE_LEVEL, levels, {"units": "N"})})
 
 
@@ -203,13 +202,13 @@ def _check(posterior: xr.DataTree) -> None:
     if missing:
         raise InputError(
             f"A tree without the group {missing[0]} was given; the result of an inference is "
-            "needed, since a misfit is that of a fitted model: bp.check(bp.infer(experiment, "
+            "needed, since only a fitted model has a misfit: bp.check(bp.infer(experiment, "
             "measurement))."
         )
 
 
 def _in_order(dataset: xr.Dataset) -> xr.Dataset:
-    """Sort the lines, and put those of all force levels behind each other."""
+    """Sort the lines and concatenate those of all force levels."""
     ordered = dataset.sortby("frequency")
     if FORCE_LEVEL not in ordered.dims:
         return ordered
@@ -219,7 +218,7 @@ def _in_order(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _levels(labelled: Any) -> tuple[Any, Any]:
-    """Force levels [N], none where they are not told, and the number of each line's own."""
+    """Force levels [N], none where they are not known, and the number of the level of each line."""
     if FORCE_LEVEL not in labelled.coords:
         return np.empty(0), np.zeros(labelled.sizes["frequency"], int)
     levels, number = np.unique(labelled[FORCE_LEVEL].values, return_inverse=True)
@@ -227,18 +226,18 @@ def _levels(labelled: Any) -> tuple[Any, Any]:
 
 
 def _bands(frequency: np.ndarray, bands: int) -> tuple[np.ndarray, dict[str, Any]]:
-    """Band of each line: the lines are divided evenly."""
+    """Band of each line; all bands have as many lines."""
     distinct = np.unique(frequency)
-    parts = np.array_split(distinct, max(1, min(bands, distinct.size // LINES_OF_BAND)))
-    low, high = (np.array([part[end] for part in parts]) for end in (0, -1))
+    blocks = np.array_split(distinct, max(1, min(bands, distinct.size // LINES_OF_BAND)))
+    low, high = (np.array([block[end] for block in blocks]) for end in (0, -1))
     names = [f"{a:.4g} to {b:.4g} Hz" for a, b in zip(low, high, strict=True)]
     limits = {"low": ("band", low, {"units": "Hz"}), "high": ("band", high, {"units": "Hz"})}
     return np.searchsorted(low, frequency, side="right") - 1, {"band": names, **limits}
 
 
-def _arranged(values: xr.DataArray, leading: tuple[str, ...]) -> xr.DataArray:
-    part = ("part",) if "part" in values.dims else ()
-    return values.transpose(*leading, "sensor", "actuator", "frequency", *part)
+def _transposed(values: xr.DataArray, leading: tuple[str, ...]) -> xr.DataArray:
+    trailing = ("part",) if "part" in values.dims else ()
+    return values.transpose(*leading, "sensor", "actuator", "frequency", *trailing)
 
 
 def _with_part(values: xr.DataArray) -> Any:
@@ -246,13 +245,13 @@ def _with_part(values: xr.DataArray) -> Any:
     return array if "part" in values.dims else array[..., None]
 
 
-def _drawn(values: xr.DataArray) -> Any:
-    array = _with_part(_arranged(values, ("chain", "draw")))
+def _flat_draws(values: xr.DataArray) -> Any:
+    array = _with_part(_transposed(values, ("chain", "draw")))
     return array.reshape(-1, *array.shape[2:])
 
 
 def _deviation(observed: xr.Dataset) -> Any:
     if "deviation" not in observed:
         return None
-    level = _with_part(_arranged(observed["deviation"], ()))
-    return np.where(np.isfinite(level), level, 1.0)
+    deviation = _with_part(_transposed(observed["deviation"], ()))
+    return np.where(np.isfinite(deviation), deviation, 1.0)

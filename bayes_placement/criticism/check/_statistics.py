@@ -10,55 +10,55 @@ from scipy import stats
 from ._residuals import Chosen, Draws, Residuals, Values
 
 LAGS = 5
-"""Lines apart up to which residuals are compared."""
+"""Largest distance in lines over which residuals are compared."""
 
 FEWEST_PAIRS = 16
-"""Pairs of lines below which nothing is said of whiteness."""
+"""Fewest pairs of lines for which whiteness is tested."""
 
 _SPREAD_DRAWS = 256
 _LARGEST = 3.0
-"""Residuals beyond so many deviations count no more: a few peaks must not decide of whiteness."""
+"""Deviations at which residuals are clipped, so that a few peaks do not decide on whiteness."""
 
 Pairs = Float[np.ndarray, "lag sensor actuator frequency part"]
 
 
 @dataclass(frozen=True)
 class Statistics:
-    """Statistics of any group of residuals; what all groups share is computed once."""
+    """Statistics of any group of residuals; intermediate arrays of all groups are computed once."""
 
     data: Residuals
 
     def of(self, group: Chosen) -> dict[str, float]:
         """All statistics of one group."""
-        count = {"data": float(np.sum(self.data.present[..., 0] & group))}
-        found = count | self.chi2(group) | {"whiteness": self.whiteness(group)}
-        return found | {"predictive": self.predictive(group)}
+        p_values = {"whiteness": self.whiteness(group), "predictive": self.predictive(group)}
+        count = float(np.sum(self.data.present[..., 0] & group))
+        return {"data": count} | self.chi2(group) | p_values
 
     def chi2(self, group: Chosen) -> dict[str, float]:
-        """Chi2 per datum at the posterior mean response, with what a right model gives.
+        """Chi2 per datum at the posterior mean response, with its distribution for a correct model.
 
-        The residual of a right model has the covariance (noise) - (posterior covariance of the
-        response); the mean of chi2 follows from its trace whatever the shape of the posterior,
-        the spread and the p-value (Satterthwaite) as if it were Gaussian.
+        The residual of a correct model has the covariance (noise) - (posterior covariance of the
+        response). The mean of chi2 follows from its trace for any posterior; the spread and the
+        p-value (Satterthwaite) hold for a Gaussian one.
         """
         names = ("chi2_per_datum", "expected", "spread", "p_value")
-        here = self.data.present & group[..., None]
-        count = int(here.sum())
+        mask = self.data.present & group[..., None]
+        count = int(mask.sum())
         if self.data.deviation is None or count == 0:
             return dict.fromkeys(names, float("nan"))
-        found = float(np.sum((self.data.residual / self.data.scale)[here] ** 2))
-        first, second = self._absorbed(here)
+        chi2 = float(np.sum((self.data.residual / self.data.scale)[mask] ** 2))
+        first, second = self._absorbed(mask)
         mean = max(count - first, 0.0)
         variance = 2 * max(mean - first + second, mean**2 / count)
-        values = (found / count, mean / count, np.sqrt(variance) / count)
-        return dict(zip(names, (*values, _upper_tail(found, mean, variance)), strict=True))
+        values = (chi2 / count, mean / count, np.sqrt(variance) / count)
+        return dict(zip(names, (*values, _upper_tail(chi2, mean, variance)), strict=True))
 
     def whiteness(self, group: Chosen) -> float:
-        """p-value of residuals of neighbouring lines that have nothing to do with each other.
+        """p-value of the hypothesis that residuals of neighbouring lines are uncorrelated.
 
-        The variance ratio test that allows for any change of the noise along the lines (Lo and
-        MacKinlay, 1988, doi:10.1093/rfs/1.1.41), on the side on which neighbours are alike, as
-        what a model leaves out makes them.
+        The variance ratio test for noise of any variance along the lines (Lo and MacKinlay, 1988,
+        doi:10.1093/rfs/1.1.41), one-sided: an effect that the model lacks makes neighbours
+        positively correlated.
         """
         products, squares = (np.sum(pairs[:, group], axis=(1, 2)) for pairs in self._lagged)
         if np.sum(self._lagged[1][0, group] > 0) < FEWEST_PAIRS:
@@ -67,40 +67,40 @@ class Statistics:
         return float(stats.norm.sf(weight @ products / np.sqrt(weight**2 @ squares)))
 
     def predictive(self, group: Chosen) -> float:
-        """Posterior predictive p-value: the share of draws whose replicate misfits them more.
+        """Posterior predictive p-value: share of draws whose replicate has a larger chi2 than data.
 
-        The discrepancy is chi2 of data and of replicate about the response of the same draw
-        (Gelman, Meng and Stern, 1996).
+        Both chi2 are taken about the response of the same draw (Gelman, Meng and Stern, 1996).
         """
         if self.data.replicates is None:
             return float("nan")
         return float(np.mean(np.sum(self._excess[:, group], axis=1) >= 0))
 
-    def _absorbed(self, here: np.ndarray) -> tuple[float, float]:
+    def _absorbed(self, mask: np.ndarray) -> tuple[float, float]:
         """Traces of S and S S, S the covariance of the response over that of the noise.
 
-        tr S is the number of parameters that the data determine; it exceeds the number of
-        unknowns where a posterior of several modes misfits in several ways, which is no fit.
+        tr S is the number of parameters that the data determine. It exceeds the number of unknowns
+        where modes of the posterior are far apart in the response, and is then limited to it: such
+        a spread does not excuse a misfit.
         """
         spread = self._spread
         count = spread.shape[0] - 1
-        whole = np.sum(spread[:, self.data.present] ** 2) / count
-        share = min(1.0, self.data.unknowns / whole) if whole > 0 else 1.0
-        gram = spread[:, here] @ spread[:, here].T / count
+        total = np.sum(spread[:, self.data.present] ** 2) / count
+        share = min(1.0, self.data.unknowns / total) if total > 0 else 1.0
+        gram = spread[:, mask] @ spread[:, mask].T / count
         first = float(np.trace(gram))
         second = (float(np.sum(gram**2)) - first**2 / count) / (1 + 1 / count)
         return share * first, share**2 * max(second, 0.0)
 
     @cached_property
     def _spread(self) -> Draws:
-        """Draws of the response about their mean, over the noise."""
+        """Draws of the response less their mean, in noise deviations."""
         stride = max(1, -(-self.data.draws.shape[0] // _SPREAD_DRAWS))
         thinned = self.data.draws[::stride]
         return (thinned - thinned.mean(axis=0)) / self.data.scale
 
     @cached_property
     def _excess(self) -> Float[np.ndarray, "draw sensor actuator frequency"]:
-        """Squares of replicates less squares of the data, about each draw, over the noise."""
+        """Chi2 of the replicate less chi2 of the data, both about the response of each draw."""
         data = self.data
         weight = np.where(data.present, data.scale**-2.0, 0.0)
         replicated, observed = data.replicates - data.draws, data.measured - data.draws
@@ -108,27 +108,28 @@ class Statistics:
 
     @cached_property
     def _lagged(self) -> tuple[Pairs, Pairs]:
-        """Products of residuals some lines apart, less what a fit leaves, and their squares."""
+        """Products of residuals at each lag, corrected for the fit, and their squares."""
         lags = range(1, min(LAGS, self.data.frequency.size - 1) + 1)
         pairs = [self._pairs(lag) for lag in lags] or [(np.zeros_like(self.data.residual),) * 2]
-        return np.stack([one[0] for one in pairs]), np.stack([one[1] for one in pairs])
+        products, squares = zip(*pairs, strict=True)
+        return np.stack(products), np.stack(squares)
 
     def _pairs(self, lag: int) -> tuple[Values, Values]:
         data, scale = self.data, self.data.scale
         scaled = np.clip(data.residual / scale, -_LARGEST, _LARGEST)
-        same_run = data.force_level[lag:] == data.force_level[:-lag]
-        both = data.present[:, :, lag:] & data.present[:, :, :-lag] & same_run[:, None]
-        product = np.where(both, scaled[:, :, lag:] * scaled[:, :, :-lag], 0.0)
-        # Fitting takes from the residuals the covariance of the response.
-        about = data.draws - data.mean
-        fitted = np.mean(about[:, :, :, lag:] * about[:, :, :, :-lag], axis=0)
-        fitted = np.where(both, fitted / (scale[:, :, lag:] * scale[:, :, :-lag]), 0.0)
+        same_level = data.force_level[lag:] == data.force_level[:-lag]
+        mask = data.present[:, :, lag:] & data.present[:, :, :-lag] & same_level[:, None]
+        product = np.where(mask, scaled[:, :, lag:] * scaled[:, :, :-lag], 0.0)
+        # A fit reduces the covariance of the residuals by that of the response.
+        deviation = data.draws - data.mean
+        covariance = np.mean(deviation[:, :, :, lag:] * deviation[:, :, :, :-lag], axis=0)
+        covariance = np.where(mask, covariance / (scale[:, :, lag:] * scale[:, :, :-lag]), 0.0)
         fill = [(0, 0), (0, 0), (0, lag), (0, 0)]
-        return np.pad(product + fitted, fill), np.pad(product**2, fill)
+        return np.pad(product + covariance, fill), np.pad(product**2, fill)
 
 
 def _upper_tail(value: float, mean: float, variance: float) -> float:
-    """Tail of the scaled chi2 distribution of this mean and variance; unknown below one degree."""
+    """Upper tail of the scaled chi2 distribution of these moments; NaN for a mean below 1."""
     if mean < 1:
         return float("nan")
     scale = variance / (2 * mean)

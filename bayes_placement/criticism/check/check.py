@@ -1,97 +1,98 @@
-"""Whether a fitted model explains the data, and where it does not."""
+"""Test of a fitted model against its data."""
 
 import numpy as np
 import xarray as xr
 
 from ..._types import InputError
-from ...inference.bands import amplitude
 from . import _edges, correlation, discrepancy
-from ._residuals import Grouping, Residuals, band_of, groupings, residuals
+from ._residuals import Grouping, Residuals, groupings, residuals
 from ._statistics import Statistics
 from .misfit import Misfit, decides
 
 LEVEL = 0.01
-"""Probability that a right model does not pass."""
+"""Probability that a correct model does not pass."""
 
 
 def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Misfit:
-    """Say whether a fitted model explains the data, and where it fails.
+    """Test whether a fitted model explains the data, and where it fails.
 
     Chi2 per datum is the mean of (measured - predicted)^2 / variance over real outputs, which is
-    that of |error|^2 / E|error|^2 over complex ones, at the posterior mean m of the response. At
-    the true response a right model gives 1, and so it does, on average, at a random draw from the
-    posterior. At m, which was fitted, it gives less. For data y = f + e of a right model
-    E{(y - m)(y - m)'} = E{e e'} - E{covariance of f given y}, since f - m is uncorrelated with
-    any function of y; so the sum over N real outputs is N - sum(posterior variance of f / noise
-    variance), N less the number p of parameters that the data determine; N complex data are 2 N
-    outputs, and their mean is 1 - p / (2 N). This holds for any posterior, averaged over truths
-    from the prior. Where all parameters are determined it is the N - p of least squares, which
-    holds at the best draw too. Spread and p-value use the law of the linear Gaussian model.
+    that of |error|^2 / E|error|^2 over complex ones, at the posterior mean m of the response. For a
+    correct model its mean is 1 at the true response, and less at m, which was fitted. For data
+    y = f + e of a correct model E{(y - m)(y - m)'} = E{e e'} - E{covariance of f given y}, since
+    f - m is uncorrelated with any function of y. The sum over N real outputs is therefore
+    N - sum(posterior variance of f / noise variance): N less the number p of parameters that the
+    data determine. N complex data are 2 N outputs, and their mean is 1 - p / (2 N). This holds for
+    any posterior, averaged over truths from the prior. Where all parameters are determined it is
+    the N - p of least squares. Spread and p-value are those of the linear Gaussian model.
 
-    Noise is taken for independent between lines; `noise.Covariance`, or the window of a Fourier
-    transform without averaging over lines, makes neighbours alike and whiteness fail.
+    Noise is assumed independent between lines; `noise.Covariance`, or the window of a Fourier
+    transform without averaging over lines, correlates neighbours, and whiteness then fails.
 
     Parameters
     ----------
     posterior
         What `infer` returned.
     level
-        Probability that a right model does not pass.
+        Probability that a correct model does not pass.
     bands
-        Number of frequency bands, of as many lines each; fewer, where these would be under five.
+        Number of frequency bands with as many lines each; reduced where a band would have fewer
+        than five lines.
 
     Returns
     -------
     Misfit
-        Tables, p-values, and words.
+        Tables, p-values and sentences.
 
     Raises
     ------
     ValueError
-        If the tree is no result of an inference or has a single draw, or if no band or a level
-        outside 0 to 1 is asked for.
+        If the tree is no result of an inference or has a single draw, if `bands` is less than 1,
+        or if `level` is not between 0 and 1.
     """
     _check(level, bands)
     data = residuals(posterior)
-    ways = groupings(data, bands)
-    statistics, known = Statistics(data), data.deviation is not None
-    tables = {name: way.dataset(_columns(statistics, way)) for name, way in ways.items()}
+    statistics, noise_known = Statistics(data), data.deviation is not None
+    tables = {
+        name: grouping.dataset(_columns(statistics, grouping))
+        for name, grouping in groupings(data, bands).items()
+    }
     overall = tables.pop("overall")
-    overall["whiteness"] = _both_looks(overall["whiteness"], tables["channel"]["whiteness"])
+    overall["whiteness"] = _combined(overall["whiteness"], tables["channel"]["whiteness"])
     return Misfit(
         overall=overall,
-        groups={name: _corrected(table, known) for name, table in tables.items()},
+        groups={name: _corrected(table, noise_known) for name, table in tables.items()},
         response=_response(data),
         edges=_edges.edges(posterior),
         correlation=correlation.correlations(data),
         discrepancy=discrepancy.of(data),
         level=level,
-        noise_known=known,
+        noise_known=noise_known,
     )
 
 
 def _check(level: float, bands: int) -> None:
     if not 0 < level < 1:
         raise InputError(
-            f"level={level} was given; a probability between 0 and 1 is needed, since it is how "
-            "often a right model may fail: check(posterior, level=0.01)."
+            f"level={level} was given; a probability between 0 and 1 is needed, since it is the "
+            "probability that a correct model fails: check(posterior, level=0.01)."
         )
     if bands < 1:
         raise InputError(
-            f"bands={bands} was given; at least one is needed, since every line lies in a "
+            f"bands={bands} was given; at least 1 is needed, since every line belongs to a "
             "frequency band: check(posterior, bands=8)."
         )
 
 
-def _columns(statistics: Statistics, way: Grouping) -> dict[str, list[float]]:
-    rows = [statistics.of(group) for group in way.masks()]
+def _columns(statistics: Statistics, grouping: Grouping) -> dict[str, list[float]]:
+    rows = [statistics.of(group) for group in grouping.masks()]
     return {name: [row[name] for row in rows] for name in rows[0]}
 
 
-def _both_looks(together: xr.DataArray, channels: xr.DataArray) -> xr.DataArray:
-    """Smaller p-value of all residuals and of the worst channel, corrected for looking often."""
+def _combined(overall: xr.DataArray, channels: xr.DataArray) -> xr.DataArray:
+    """Smaller of the p-values of all residuals and of the worst channel (Bonferroni)."""
     worst = float(channels.count()) * float(channels.min())
-    return (2 * together.clip(max=worst)).clip(max=1.0)
+    return (2 * overall.clip(max=worst)).clip(max=1.0)
 
 
 def _corrected(table: xr.Dataset, noise_known: bool) -> xr.Dataset:
@@ -100,20 +101,17 @@ def _corrected(table: xr.Dataset, noise_known: bool) -> xr.Dataset:
 
 
 def _response(data: Residuals) -> xr.Dataset:
-    """What figures show, line by line."""
-    drawn = data.draws if data.replicates is None else data.replicates
-    _, low, high = band_of(amplitude(drawn, -1))
-    over = data.residual / data.scale
-    shown = {"measured": amplitude(data.measured, -1), "mean": amplitude(data.mean, -1)}
-    shown |= {"low": low, "high": high, "misfit": np.sqrt(np.mean(over**2, axis=-1))}
+    """Residuals and misfit at each line."""
+    relative = data.residual / data.scale
     unit = data.template.attrs.get("units", "")
-    units = dict.fromkeys(shown, f"log10 of {unit}" if data.residual.shape[-1] == 2 else unit)
-    units["misfit"] = (
+    deviations = (
         "noise deviations" if data.deviation is not None else "deviations of the fitted noise"
     )
-    lines = {name: data.labelled_lines(values, units=units[name]) for name, values in shown.items()}
-    parts = {
-        "residual": data.labelled(data.residual, units=unit),
-        "residual_over_noise": data.labelled(over, units=units["misfit"]),
-    }
-    return xr.Dataset(parts | lines)
+    misfit = np.sqrt(np.mean(relative**2, axis=-1))
+    return xr.Dataset(
+        {
+            "residual": data.labelled(data.residual, units=unit),
+            "residual_over_noise": data.labelled(relative, units=deviations),
+            "misfit": data.labelled_lines(misfit, units=deviations),
+        }
+    )

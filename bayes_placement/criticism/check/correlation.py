@@ -1,6 +1,6 @@
-"""Correlation of FRFs and of mode shapes: FRAC, FDAC, MAC and CoMAC.
+"""Correlation of FRFs and of mode shapes: FRAC, FDAC and MAC.
 
-Each is 1 where two shapes are proportional and 0 where they are orthogonal.
+Each is 1 for proportional vectors and 0 for orthogonal ones.
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from ..._types import InputError
 from ._residuals import Residuals, band_of
 
 MOST_LINES = 80
-"""Lines that the frequency domain assurance criterion is computed for, spread over all."""
+"""Most lines at which the frequency domain assurance criterion is computed, evenly spaced."""
 
 MOST_DRAWS = 100
 
@@ -31,24 +31,25 @@ def frac(measured: FRFs, computed: FRFs) -> Float[np.ndarray, "*#draw sensor act
     Parameters
     ----------
     measured, computed
-        FRFs [sensor, actuator, frequency], or amplitudes; draws may lead.
+        FRFs [sensor, actuator, frequency] or amplitudes, also with a leading axis of draws.
     """
-    return _alike(measured, computed)
+    return _squared_cosine(measured, computed)
 
 
 def fdac(measured: FRFs, computed: FRFs) -> Float[np.ndarray, "*#draw measured_line computed_line"]:
-    """Frequency domain assurance criterion: the operating shapes at all pairs of lines.
+    """Frequency domain assurance criterion: operating deflection shapes at all pairs of lines.
 
     Pascual, Golinval and Razeto, A frequency domain correlation technique for model correlation
-    and updating, IMAC 1997. The largest entry of a row off the diagonal tells of a shift in
-    frequency.
+    and updating, IMAC 1997. A shift in frequency moves the largest entry of a row off the diagonal.
 
     Parameters
     ----------
     measured, computed
-        FRFs [sensor, actuator, frequency], or amplitudes; draws may lead.
+        FRFs [sensor, actuator, frequency] or amplitudes, also with a leading axis of draws.
     """
-    return _crossed(*(x.reshape(*x.shape[:-3], -1, x.shape[-1]) for x in (measured, computed)))
+    return _squared_cosines(
+        *(frf.reshape(*frf.shape[:-3], -1, frf.shape[-1]) for frf in (measured, computed))
+    )
 
 
 def mac(first: ModeShapes, second: OtherShapes) -> Float[np.ndarray, "*#draw mode other_mode"]:
@@ -59,33 +60,11 @@ def mac(first: ModeShapes, second: OtherShapes) -> Float[np.ndarray, "*#draw mod
     Parameters
     ----------
     first, second
-        Mode shapes [channel, mode] at the same channels, in any scale; draws may lead.
+        Mode shapes [channel, mode] at the same channels, in any scale, also with a leading axis of
+        draws.
     """
     _check_channels(first, second)
-    return _crossed(first, second)
-
-
-def comac(first: ModeShapes, second: OtherShapes) -> Float[np.ndarray, "*#draw channel"]:
-    """Coordinate modal assurance criterion of each channel over paired modes.
-
-    Lieven and Ewins, Spatial correlation of mode shapes, IMAC 1988. Shapes are scaled to unit
-    length first, and only amplitudes count, as in the paper.
-
-    Parameters
-    ----------
-    first, second
-        Mode shapes [channel, mode] at the same channels and in the same order of modes, in any
-        scale; draws may lead.
-    """
-    _check_channels(first, second)
-    if first.shape[-1] != second.shape[-1]:
-        raise InputError(
-            f"CoMAC was given {first.shape[-1]} and {second.shape[-1]} modes; it needs them "
-            "paired, since it compares channel by channel over pairs. Pair them by their MAC: "
-            "second[:, mac(first, second).argmax(1)]."
-        )
-    one, other = (np.abs(shapes) / _lengths(shapes) for shapes in (first, second))
-    return _alike(one, other)
+    return _squared_cosines(first, second)
 
 
 def band(
@@ -98,11 +77,11 @@ def band(
     Parameters
     ----------
     criterion
-        `frac`, `fdac`, `mac` or `comac`.
+        `frac`, `fdac` or `mac`.
     measured
-        What was measured.
+        Measured FRFs or mode shapes.
     draws
-        What was computed, draw by draw.
+        Computed ones at draws from the posterior.
     """
     return np.stack(band_of(criterion(measured, draws)))
 
@@ -110,15 +89,15 @@ def band(
 def correlations(data: Residuals) -> xr.Dataset:
     """FRAC of each channel pair and FDAC, each with median and 90 % band over the posterior.
 
-    Logarithms of amplitudes are compared as amplitudes, without phase. The lines of FDAC are at
-    most `MOST_LINES` of all.
+    Logarithms of amplitudes are compared as amplitudes, without phase. FDAC is computed at no more
+    than `MOST_LINES` lines.
     """
     stride = max(1, -(-data.draws.shape[0] // MOST_DRAWS))
     lines = np.unique(np.linspace(0, data.frequency.size - 1, MOST_LINES).astype(int))
     present = data.present[..., 0]
     measured = np.where(present, _frf(data, data.measured), 0)
     computed = np.where(present, _frf(data, data.draws[::stride]), 0)
-    rows = {
+    criteria = {
         "frac": (("sensor", "actuator"), band(frac, measured, computed)),
         "fdac": (
             ("measured_line", "computed_line"),
@@ -127,13 +106,13 @@ def correlations(data: Residuals) -> xr.Dataset:
     }
     variables = {
         f"{name}{ending}": (dimensions, values)
-        for name, (dimensions, three) in rows.items()
-        for ending, values in zip(("", "_low", "_high"), three, strict=True)
+        for name, (dimensions, median_and_band) in criteria.items()
+        for ending, values in zip(("", "_low", "_high"), median_and_band, strict=True)
     }
-    places: dict[str, Any] = {s: data.template[s].values for s in ("sensor", "actuator")}
-    for side in ("measured_line", "computed_line"):
-        places[side] = (side, data.frequency[lines], {"units": "Hz"})
-    return xr.Dataset(variables, coords=places)
+    labels: dict[str, Any] = {s: data.template[s].values for s in ("sensor", "actuator")}
+    for axis in ("measured_line", "computed_line"):
+        labels[axis] = (axis, data.frequency[lines], {"units": "Hz"})
+    return xr.Dataset(variables, coords=labels)
 
 
 def _frf(data: Residuals, values: np.ndarray) -> np.ndarray:
@@ -143,35 +122,32 @@ def _frf(data: Residuals, values: np.ndarray) -> np.ndarray:
     return 10 ** values[..., 0] if logarithm else values[..., 0]
 
 
-def _alike(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def _squared_cosine(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Squared cosine along the last axis."""
-    return _over(np.sum(first.conj() * second, axis=-1), _squares(first, -1) * _squares(second, -1))
+    product = np.sum(first.conj() * second, axis=-1)
+    return _normalised(product, _squares(first, -1) * _squares(second, -1))
 
 
-def _crossed(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Squared cosine of every column of one with every column of the other."""
-    sizes = _squares(first, -2)[..., :, None] * _squares(second, -2)[..., None, :]
-    return _over(first.conj().swapaxes(-1, -2) @ second, sizes)
+def _squared_cosines(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Squared cosine of every column of the first with every column of the second."""
+    squares = _squares(first, -2)[..., :, None] * _squares(second, -2)[..., None, :]
+    return _normalised(first.conj().swapaxes(-1, -2) @ second, squares)
 
 
-def _over(product: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Square of a product over the squares of its factors; zero where one of them vanishes."""
+def _normalised(product: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """Squared scalar product over the squared norms; zero where a norm is zero."""
     squared = np.abs(product) ** 2
-    return np.divide(squared, sizes, out=np.zeros_like(squared), where=sizes > 0)
+    return np.divide(squared, squares, out=np.zeros_like(squared), where=squares > 0)
 
 
 def _squares(values: np.ndarray, axis: int) -> np.ndarray:
     return np.sum(np.abs(values) ** 2, axis=axis)
 
 
-def _lengths(shapes: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.sum(np.abs(shapes) ** 2, axis=-2, keepdims=True))
-
-
 def _check_channels(first: np.ndarray, second: np.ndarray) -> None:
     if first.shape[-2] != second.shape[-2]:
         raise InputError(
             f"Mode shapes at {first.shape[-2]} and at {second.shape[-2]} channels were given; the "
-            "same channels are needed, since shapes are compared place by place. Read both at the "
-            "sensors: shapes[channels]."
+            "same channels are needed, since shapes are compared channel by channel. Read both at "
+            "the sensors: shapes[channels]."
         )

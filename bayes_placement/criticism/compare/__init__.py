@@ -1,4 +1,4 @@
-"""Which of several fitted models predicts the data better."""
+"""Comparison of fitted models of the same data."""
 
 from .compare import compare
 

@@ -9,16 +9,16 @@ from ..._types import InputError
 from ...experiment.experiment import MEASURED
 
 RECEPTANCE = "receptance"
-"""What the outputs tell of the receptance, in the group of observed data."""
+"""Variable of the observed data: receptance that follows from each output."""
 
 LOG_JACOBIAN = "log_jacobian"
-"""Log of the derivative of each output by what it tells of the receptance."""
+"""Variable of the observed data: log of the derivative of each output by its receptance."""
 
 FORCE_LEVEL = "force_level"
 """Dimension of the force levels, which outputs have where the experiment states them."""
 
-SAME = 1e-9
-"""Relative difference that the same datum may have after a change of quantity."""
+TOLERANCE = 1e-9
+"""Relative difference up to which two values, converted to one quantity, are the same datum."""
 
 
 def log_jacobian(results: Mapping[str, xr.DataTree]) -> dict[str, xr.DataArray]:
@@ -27,7 +27,7 @@ def log_jacobian(results: Mapping[str, xr.DataTree]) -> dict[str, xr.DataArray]:
     Raises
     ------
     ValueError
-        If the results do not describe the same data, or do not say what their outputs tell of it.
+        If the results describe different data, or lack the Jacobians of their outputs.
     """
     observed = {name: _observed(name, result) for name, result in results.items()}
     first = next(iter(observed))
@@ -37,30 +37,33 @@ def log_jacobian(results: Mapping[str, xr.DataTree]) -> dict[str, xr.DataArray]:
 def _observed(name: str, result: xr.DataTree) -> xr.Dataset:
     if "observed_data" not in result or MEASURED not in result["observed_data"]:
         raise InputError(
-            f'"{name}" holds no observed data, so it is no inference. compare needs what infer '
-            f'returned: compare({{"{name}": infer(experiment, measurement), ...}}).'
+            f'"{name}" holds no observed data, so it is no result of an inference, which compare '
+            f'needs: compare({{"{name}": infer(experiment, measurement), ...}}).'
         )
     return result["observed_data"].to_dataset()
 
 
-def _between(first: tuple[str, xr.Dataset], second: tuple[str, xr.Dataset]) -> xr.DataArray:
-    """Log-Jacobian of a model's outputs by those of the first, for the same data."""
-    names, (one, other) = (first[0], second[0]), (first[1], second[1])
-    _check_kind(names, one, other)
-    other = _aligned(names, one, other)
-    if one[MEASURED].attrs.get("units") == other[MEASURED].attrs.get("units"):
-        _check_values(names, one[MEASURED], other[MEASURED])
-        return xr.zeros_like(one[MEASURED]).where(one[MEASURED].notnull())
-    for name, dataset in zip(names, (one, other), strict=True):
-        _check_told(name, dataset)
-    _check_values(names, one[RECEPTANCE], other[RECEPTANCE])
-    return other[LOG_JACOBIAN] - one[LOG_JACOBIAN]
+def _between(
+    named_reference: tuple[str, xr.Dataset], named_observed: tuple[str, xr.Dataset]
+) -> xr.DataArray:
+    """Log-Jacobian of a model's outputs by those of the reference, for the same data."""
+    (reference_name, reference), (name, observed) = named_reference, named_observed
+    names = (reference_name, name)
+    _check_kind(names, reference, observed)
+    observed = _aligned(names, reference, observed)
+    if reference[MEASURED].attrs.get("units") == observed[MEASURED].attrs.get("units"):
+        _check_values(names, reference[MEASURED], observed[MEASURED])
+        return xr.zeros_like(reference[MEASURED]).where(reference[MEASURED].notnull())
+    _check_jacobian(reference_name, reference)
+    _check_jacobian(name, observed)
+    _check_values(names, reference[RECEPTANCE], observed[RECEPTANCE])
+    return observed[LOG_JACOBIAN] - reference[LOG_JACOBIAN]
 
 
-def _check_kind(names: tuple[str, str], one: xr.Dataset, other: xr.Dataset) -> None:
-    dimensions = set(one[MEASURED].dims) ^ set(other[MEASURED].dims)
+def _check_kind(names: tuple[str, str], reference: xr.Dataset, observed: xr.Dataset) -> None:
+    dimensions = set(reference[MEASURED].dims) ^ set(observed[MEASURED].dims)
     if FORCE_LEVEL in dimensions:
-        with_levels, without = names if FORCE_LEVEL in one[MEASURED].dims else names[::-1]
+        with_levels, without = names if FORCE_LEVEL in reference[MEASURED].dims else names[::-1]
         raise InputError(
             f'{_pair(names)} describe different data: "{with_levels}" has force levels and '
             f'"{without}" has none, so they hold different numbers of data, whose densities cannot '
@@ -68,64 +71,65 @@ def _check_kind(names: tuple[str, str], one: xr.Dataset, other: xr.Dataset) -> N
             "Experiment(..., force_levels=[0.1, 1.0]), and infer again."
         )
     if dimensions:
-        kinds = [_label(dataset) for dataset in (one, other)]
         raise InputError(
-            f'{_pair(names)} describe different data: the one "{kinds[0]}", the other '
-            f'"{kinds[1]}". An amplitude says nothing of the phase, so no Jacobian makes its '
-            "density that of a complex FRF. Give both the same kind of output, "
+            f'{_pair(names)} describe different data: "{_label(reference)}" and '
+            f'"{_label(observed)}". An amplitude does not determine the phase, so no Jacobian '
+            "converts its density to that of a complex FRF. Give both the same kind of output, "
             "observe=observe.Complex('acceleration'), and infer again."
         )
 
 
-def _aligned(names: tuple[str, str], one: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
-    """Put the channels of the second in the order of those of the first, at the same lines."""
+def _aligned(names: tuple[str, str], reference: xr.Dataset, observed: xr.Dataset) -> xr.Dataset:
+    """Put the channels in the order of the reference, and check that the lines are the same."""
     for side in ("sensor", "actuator"):
-        labels = [sorted(map(str, dataset[side].values)) for dataset in (one, other)]
+        labels = [sorted(map(str, dataset[side].values)) for dataset in (reference, observed)]
         if labels[0] != labels[1]:
             raise InputError(
                 f"{_pair(names)} describe different data: the {side} channels "
-                f"{', '.join(labels[0])} and {', '.join(labels[1])}. {_BOTH}"
+                f"{', '.join(labels[0])} and {', '.join(labels[1])}. {_ONE_MEASUREMENT}"
             )
-    first, second = one["frequency"].values, other["frequency"].values
-    if first.shape != second.shape or not np.allclose(first, second, rtol=SAME, atol=0):
+    first, second = reference["frequency"].values, observed["frequency"].values
+    if first.shape != second.shape or not np.allclose(first, second, rtol=TOLERANCE, atol=0):
         raise InputError(
-            f"{_pair(names)} describe different data: {_lines(first)} and {_lines(second)}. {_BOTH}"
+            f"{_pair(names)} describe different data: {_lines(first)} and {_lines(second)}. "
+            f"{_ONE_MEASUREMENT}"
         )
-    aligned = other.sel(sensor=one["sensor"], actuator=one["actuator"])
-    return aligned.assign_coords(frequency=one["frequency"])
+    aligned = observed.sel(sensor=reference["sensor"], actuator=reference["actuator"])
+    return aligned.assign_coords(frequency=reference["frequency"])
 
 
-def _check_told(name: str, observed: xr.Dataset) -> None:
+def _check_jacobian(name: str, observed: xr.Dataset) -> None:
     if RECEPTANCE not in observed or LOG_JACOBIAN not in observed:
         raise InputError(
-            f'"{name}" observes "{_label(observed)}", another one something else, and the result '
-            f'does not say what its outputs tell of the receptance ("{RECEPTANCE}" and '
-            f'"{LOG_JACOBIAN}" among its observed data), without which densities of different '
-            "outputs are not comparable. It was made by an older version: infer again."
+            f'"{name}" observes "{_label(observed)}", another model a different quantity, and the '
+            f'result lacks "{RECEPTANCE}" and "{LOG_JACOBIAN}" among its observed data, without '
+            "which densities of different quantities are not comparable. It was made by an older "
+            "version: infer again."
         )
 
 
-def _check_values(names: tuple[str, str], one: xr.DataArray, other: xr.DataArray) -> None:
-    first, second = (values.transpose(*one.dims).values for values in (one, other))
-    there = [np.isfinite(values) for values in (first, second)]
-    if not np.array_equal(there[0], there[1]):
+def _check_values(names: tuple[str, str], reference: xr.DataArray, values: xr.DataArray) -> None:
+    first, second = reference.values, values.transpose(*reference.dims).values
+    present = [np.isfinite(array) for array in (first, second)]
+    if not np.array_equal(*present):
         raise InputError(
-            f"{_pair(names)} describe different data: {there[0].sum()} outputs were measured for "
-            f"the one and {there[1].sum()} for the other, or elsewhere. {_BOTH}"
+            f"{_pair(names)} describe different data: the first has {present[0].sum()} measured "
+            f"outputs and the second {present[1].sum()}, or at other channels and lines. "
+            f"{_ONE_MEASUREMENT}"
         )
-    axes = tuple(axis for axis, name in enumerate(one.dims) if name == "part")
+    axes = tuple(axis for axis, name in enumerate(reference.dims) if name == "part")
     size = np.sqrt(np.sum(np.abs(first) ** 2, axis=axes, keepdims=True))
-    apart = np.abs(second - first) > SAME * size
-    if np.any(apart):
+    different = np.abs(second - first) > TOLERANCE * size
+    if np.any(different):
         raise InputError(
-            f"{_pair(names)} describe different data: {apart.sum()} of {there[0].sum()} measured "
-            f"values are not the same. {_BOTH}"
+            f"{_pair(names)} describe different data: {different.sum()} of {present[0].sum()} "
+            f"measured values are not the same. {_ONE_MEASUREMENT}"
         )
 
 
-_BOTH = (
+_ONE_MEASUREMENT = (
     "Densities of different data are not comparable: infer both from one measurement, "
-    "infer(one, measurement) and infer(other, measurement), at the same lines and channels."
+    "infer(first, measurement) and infer(second, measurement), at the same lines and channels."
 )
 
 

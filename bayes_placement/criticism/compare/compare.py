@@ -1,7 +1,4 @@
-"""Which of several fitted models of the same data is preferred, and how strongly.
-
-By evidence and by leave-one-out predictive densities.
-"""
+"""Comparison of fitted models of the same data by evidence and leave-one-out predictive density."""
 
 import warnings
 from collections.abc import Mapping
@@ -20,18 +17,18 @@ from ...inference.weights import GOOD_PARETO_K
 from ._same_data import log_jacobian
 
 LEAST_DRAWS = 100
-"""Fewest different posterior draws whose tail can be smoothed."""
+"""Fewest distinct posterior draws for Pareto smoothing."""
 
 LEAST_DIFFERENCE = 4.0
-"""Difference in elpd below which its standard error is no guide (doi:10.48550/arXiv.2008.10296)."""
+"""Difference in elpd below which its error is underestimated (doi:10.48550/arXiv.2008.10296)."""
 
 ERRORS = 2.0
-"""Standard errors from which on a difference is taken for real."""
+"""Number of standard errors from which a difference counts as significant."""
 
 Row = dict[str, float]
 
 SCALE = {1.0: "not worth more than a bare mention", 3.0: "positive", 5.0: "strong"}
-"""Log Bayes factors up to which evidence is called so; beyond, it is very strong."""
+"""Upper bound of the log Bayes factor for each word; above the last, evidence is very strong."""
 
 _SHOWN: dict[str, tuple[str, str | None]] = {
     "log evidence": ("log_evidence", "log_evidence_error"),
@@ -51,21 +48,21 @@ class ModelComparison:
     Parameters
     ----------
     table
-        One row for each model. `log_evidence`; `log_bayes_factor` against the best by evidence;
-        `elpd_loo`, the expected log density of a datum left out, summed over the data;
-        `elpd_difference` to the best by that, each with its standard error `_error`; the effective
-        number of parameters `p_loo`; the largest `pareto_k` and the share of data
-        `pareto_k_bad` for which it is above 0.7. Densities are those of the outputs of the first
-        model. NaN where a model does not give a figure.
+        One row for each model: `log_evidence`; `log_bayes_factor` against the model of the largest
+        evidence; `elpd_loo`, the log predictive density of each datum given all others, summed
+        over the data; `elpd_difference` to the model of the largest elpd; standard errors of these,
+        `_error`; the effective number of parameters `p_loo`; the largest `pareto_k`, and the share
+        of data `pareto_k_bad` for which it is above 0.7. Densities are those of the outputs of the
+        first model. NaN where a figure is not available.
     warnings
-        What each inference warns of, after its name.
+        Warnings of each inference, with the name of the model.
     """
 
     table: pd.DataFrame
     warnings: tuple[str, ...] = ()
 
     def words(self) -> list[str]:
-        """Say which model is preferred, how strongly, and what not to trust."""
+        """Say which model is preferred, how strongly, and which figures are unreliable."""
         return [
             *self.warnings,
             *self._absent_words(),
@@ -76,7 +73,7 @@ class ModelComparison:
         ]
 
     def __str__(self) -> str:
-        """Lay out table and words."""
+        """Table of the models, then the sentences."""
         columns = {
             word: [_cell(row[value], row[error] if error else 0.0) for row in self._rows().values()]
             for word, (value, error) in _SHOWN.items()
@@ -89,13 +86,13 @@ class ModelComparison:
         return rows
 
     def _ranked(self, column: str) -> list[str]:
-        """Names of the models that have a figure, the best first."""
-        figure = {name: row[column] for name, row in self._rows().items()}
-        known = [name for name, value in figure.items() if not np.isnan(value)]
-        return sorted(known, key=lambda name: -figure[name])
+        """Names of the models that have a figure, the largest first."""
+        figures = {name: row[column] for name, row in self._rows().items()}
+        names = [name for name, figure in figures.items() if not np.isnan(figure)]
+        return sorted(names, key=lambda name: -figures[name])
 
     def _gap(self, column: str, name: str) -> tuple[float, float]:
-        """By how much a model falls behind the best, with the standard error."""
+        """Difference of a model to the best, with the standard error."""
         row = self._rows()[name]
         return -row[column], float(np.nan_to_num(row[f"{column}_error"]))
 
@@ -106,7 +103,7 @@ class ModelComparison:
         size = f"log Bayes factor {_cell(gap, error)}"
         if gap <= ERRORS * error:
             return [
-                f'The evidence does not rank "{names[0]}" and "{names[1]}": {size}, within the '
+                f'The evidence does not separate "{names[0]}" and "{names[1]}": {size}, within the '
                 "sampling error of the two runs."
             ]
         return [
@@ -120,8 +117,8 @@ class ModelComparison:
         gap = self._gap("elpd_difference", names[1])
         if not _predicts_better(*gap):
             return [
-                f'PSIS-LOO does not tell "{names[0]}" from "{names[1]}": one more datum of the '
-                f"same kind is predicted alike, elpd differs by {_cell(*gap)}."
+                f'PSIS-LOO does not separate "{names[0]}" and "{names[1]}": elpd differs by '
+                f"{_cell(*gap)}, which is not significant."
             ]
         return [
             f'PSIS-LOO prefers "{names[0]}" to "{names[1]}": elpd is larger by {_cell(*gap)}, '
@@ -129,7 +126,7 @@ class ModelComparison:
         ]
 
     def _disagreement(self) -> list[str]:
-        """Say where the two contradict each other, each beyond its own errors."""
+        """Say where evidence and PSIS-LOO contradict each other, both significantly."""
         by_evidence, by_loo = self._ranked("log_evidence")[:1], self._ranked("elpd_loo")[:1]
         if by_evidence == by_loo or not (by_evidence and by_loo):
             return []
@@ -139,73 +136,73 @@ class ModelComparison:
         if not (certain and _predicts_better(*loo)):
             return []
         return [
-            f'Evidence and PSIS-LOO disagree: the one is for "{by_evidence[0]}", the other for '
-            f'"{by_loo[0]}". The evidence also punishes priors that are wider than the data need, '
-            f'so look at the priors of "{by_loo[0]}".'
+            f'Evidence and PSIS-LOO disagree: evidence prefers "{by_evidence[0]}", PSIS-LOO '
+            f'prefers "{by_loo[0]}". The evidence decreases with the width of the priors, '
+            f'so check the priors of "{by_loo[0]}".'
         ]
 
     def _pareto_words(self) -> list[str]:
         return [
-            f'PSIS-LOO of "{name}" is not to be trusted: {100 * row["pareto_k_bad"]:.2g} % of its '
-            f"data have a Pareto k above {GOOD_PARETO_K} (largest {row['pareto_k']:.2f}), since "
-            "each of them moves the posterior by itself. Go by the evidence, or refit without them."
+            f'PSIS-LOO of "{name}" is unreliable: {100 * row["pareto_k_bad"]:.2g} % of its data '
+            f"have a Pareto k above {GOOD_PARETO_K} (largest {row['pareto_k']:.2f}), since each of "
+            "them alone changes the posterior strongly. Use the evidence, or refit without them."
             for name, row in self._rows().items()
             if row["pareto_k_bad"] > 0
         ]
 
     def _absent_words(self) -> list[str]:
-        found = []
+        sentences = []
         for name, row in self._rows().items():
             if np.isnan(row["log_evidence"]):
-                found.append(f'"{name}" has no evidence; engines.SMC() gives it.')
+                sentences.append(f'"{name}" has no evidence; engines.SMC() computes it.')
             if np.isnan(row["elpd_loo"]):
-                found.append(
-                    f'"{name}" has no PSIS-LOO, which needs {LEAST_DRAWS} different draws and a '
+                sentences.append(
+                    f'"{name}" has no PSIS-LOO, which needs {LEAST_DRAWS} distinct draws and a '
                     "likelihood of each datum: use engines.SMC() and noise.Gaussian() or "
                     "noise.FromCoherence()."
                 )
-        return found
+        return sentences
 
 
 def compare(results: Mapping[str, xr.DataTree]) -> ModelComparison:
-    """Compare fitted models of the same data by evidence and by leaving out one datum.
+    """Compare fitted models of the same data by evidence and leave-one-out predictive density.
 
     Parameters
     ----------
     results
-        What `infer` returned, by a name for each model. The models may observe the data in
-        different quantities (displacement, velocity, acceleration), whose densities are made
-        comparable by the Jacobian between them.
+        What `infer` returned, by the name of the model. The models may observe the data in
+        different quantities (displacement, velocity, acceleration); the Jacobian between these
+        makes their densities comparable.
 
     Returns
     -------
     ModelComparison
         Log evidence with log Bayes factors, and the expected log pointwise predictive density by
-        Pareto-smoothed importance sampling (PSIS-LOO), with sentences that say what follows.
+        Pareto-smoothed importance sampling (PSIS-LOO), with sentences that interpret them.
 
     Raises
     ------
     ValueError
-        If there are fewer than two models, they describe different data, or neither figure is
-        known of two of them.
+        If there are fewer than two models, if they describe different data, or if fewer than two
+        have the same figure.
 
     Notes
     -----
     Bayes factors are named by Kass and Raftery (doi:10.1080/01621459.1995.10476572), PSIS-LOO is
     that of Vehtari, Gelman and Gabry (doi:10.1007/s11222-016-9696-4). One datum is one line of
-    one channel pair, both parts of a complex FRF together. Leaving out one line asks how well a
-    line between measured ones is predicted; where a model fails smoothly along frequency, lines
-    are no independent judges, and the standard errors of elpd are too small.
+    one channel pair, both parts of a complex FRF together. PSIS-LOO therefore measures how well a
+    line between measured lines is predicted. Where the error of a model is smooth along frequency,
+    lines are not independent, and the standard errors of elpd are too small.
     """
-    _check_several(results)
+    _check_count(results)
     jacobians = log_jacobian(results)
-    found = {name: _row(results[name], jacobians[name]) for name in results}
-    rows = {name: row for name, (row, _) in found.items()}
-    pointwise = {name: elpd for name, (_, elpd) in found.items()}
-    _check_known(rows)
+    rows_and_elpd = {name: _row(results[name], jacobians[name]) for name in results}
+    rows = {name: row for name, (row, _) in rows_and_elpd.items()}
+    pointwise = {name: elpd for name, (_, elpd) in rows_and_elpd.items()}
+    _check_figures(rows)
     table = pd.DataFrame.from_dict(
         {
-            name: row | _behind_evidence(row, rows) | _behind_elpd(pointwise[name], pointwise)
+            name: row | _evidence_gap(row, rows) | _elpd_gap(pointwise[name], pointwise)
             for name, row in rows.items()
         },
         orient="index",
@@ -213,24 +210,24 @@ def compare(results: Mapping[str, xr.DataTree]) -> ModelComparison:
     return ModelComparison(table, tuple(_warnings(results)))
 
 
-def _check_several(results: Mapping[str, xr.DataTree]) -> None:
+def _check_count(results: Mapping[str, xr.DataTree]) -> None:
     if len(results) < 2:
         raise InputError(
-            f"compare was given {len(results)} model; two or more are needed, since evidence and "
-            "elpd say something only next to those of another model of the same data: "
-            'compare({"bar": one, "bar with a mass": other}).'
+            f"compare was given {len(results)} model; two or more are needed, since only "
+            "differences of evidence and elpd between models of the same data have a meaning: "
+            'compare({"bar": first, "bar with a mass": second}).'
         )
 
 
-def _check_known(rows: dict[str, Row]) -> None:
-    known = [
-        sum(_known(row, name) for row in rows.values()) for name in ("log_evidence", "elpd_loo")
+def _check_figures(rows: dict[str, Row]) -> None:
+    counts = [
+        sum(_has(row, column) for row in rows.values()) for column in ("log_evidence", "elpd_loo")
     ]
-    if max(known) < 2:
+    if max(counts) < 2:
         raise InputError(
-            "No two of these models have an evidence, nor likelihoods of each datum, so there is "
-            "nothing to compare. Infer with engines.SMC(), which gives the evidence, or give the "
-            "experiment noise.Gaussian(sigma), which gives each datum a likelihood."
+            "No two of these models have an evidence, nor likelihoods of each datum, so they "
+            "cannot be compared. Infer with engines.SMC(), which computes the evidence, or give "
+            "the experiment noise.Gaussian(sigma), which gives each datum a likelihood."
         )
 
 
@@ -242,8 +239,8 @@ def _warnings(results: Mapping[str, xr.DataTree]) -> list[str]:
     ]
 
 
-def _known(row: Row, name: str) -> bool:
-    return not np.isnan(row[name])
+def _has(row: Row, column: str) -> bool:
+    return not np.isnan(row[column])
 
 
 def _row(result: xr.DataTree, jacobian: xr.DataArray) -> tuple[Row, np.ndarray]:
@@ -265,7 +262,7 @@ def _row(result: xr.DataTree, jacobian: xr.DataArray) -> tuple[Row, np.ndarray]:
 
 
 def _loo(result: xr.DataTree, jacobian: xr.DataArray) -> Any:
-    """PSIS-LOO of one model; None where it has no likelihood of each datum or few draws."""
+    """PSIS-LOO of one model; None without a likelihood of each datum or with too few draws."""
     if "log_likelihood" not in result:
         return None
     outputs = result["log_likelihood"].to_dataset()[MEASURED]
@@ -279,7 +276,7 @@ def _loo(result: xr.DataTree, jacobian: xr.DataArray) -> Any:
         "/posterior": result["posterior"].to_dataset(),
         "/log_likelihood": likelihood.to_dataset(name=MEASURED),
     }
-    # The words of a comparison say what it warns of.
+    # Warnings of arviz-stats are repeated by the sentences of a comparison.
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.filterwarnings("ignore", category=UserWarning, module="arviz_stats")
         loo = arviz_stats.loo(
@@ -292,9 +289,9 @@ def _loo(result: xr.DataTree, jacobian: xr.DataArray) -> Any:
 
 
 def _has_tail(likelihood: xr.DataArray) -> xr.DataArray:
-    """Tell for which data the tail of the weights 1 / likelihood is left to be fitted.
+    """Mask of the data for which the weights 1 / likelihood have a tail that can be fitted.
 
-    Where the weights underflow, the fit returns nothing but its prior, which looks good.
+    Where the weights underflow, the fit returns its prior, whose Pareto k is small.
     """
     values = likelihood.transpose("chain", "draw", "datum").values
     ordered = np.sort(values.reshape(-1, values.shape[-1]), axis=0)
@@ -304,19 +301,19 @@ def _has_tail(likelihood: xr.DataArray) -> xr.DataArray:
 
 
 def _per_datum(outputs: xr.DataArray, jacobian: xr.DataArray) -> xr.DataArray:
-    """Sum over the parts of a complex FRF, and leave out what was not measured."""
-    parts = [name for name in ("part",) if name in outputs.dims]
+    """Sum over the parts of a complex FRF, at the measured data alone."""
+    summed = [name for name in ("part",) if name in outputs.dims]
     levels = [name for name in ("force_level",) if name in outputs.dims]
-    places = ("sensor", "actuator", *levels, "frequency")
-    flat = outputs.sum(parts, skipna=False).drop_vars(places, errors="ignore")
-    there = jacobian.notnull().all(parts).transpose(*places).values.ravel()
-    return flat.stack(datum=places, create_index=False).isel(datum=np.flatnonzero(there))
+    dimensions = ("sensor", "actuator", *levels, "frequency")
+    flat = outputs.sum(summed, skipna=False).drop_vars(dimensions, errors="ignore")
+    present = jacobian.notnull().all(summed).transpose(*dimensions).values.ravel()
+    return flat.stack(datum=dimensions, create_index=False).isel(datum=np.flatnonzero(present))
 
 
-def _behind_evidence(row: Row, rows: dict[str, Row]) -> Row:
+def _evidence_gap(row: Row, rows: dict[str, Row]) -> Row:
     """Log Bayes factor against the model of the largest evidence."""
-    known = [one for one in rows.values() if _known(one, "log_evidence")]
-    best = max(known, key=lambda one: one["log_evidence"], default=row)
+    candidates = [candidate for candidate in rows.values() if _has(candidate, "log_evidence")]
+    best = max(candidates, key=lambda candidate: candidate["log_evidence"], default=row)
     error = float(np.hypot(row["log_evidence_error"], best["log_evidence_error"]))
     return {
         "log_bayes_factor": row["log_evidence"] - best["log_evidence"],
@@ -324,10 +321,10 @@ def _behind_evidence(row: Row, rows: dict[str, Row]) -> Row:
     }
 
 
-def _behind_elpd(elpd: np.ndarray, pointwise: dict[str, np.ndarray]) -> Row:
-    """Difference in elpd to the model that predicts best, and its error over the data."""
-    known = [one for one in pointwise.values() if not np.any(np.isnan(one))]
-    difference = elpd - max(known, key=np.sum, default=elpd)
+def _elpd_gap(elpd: np.ndarray, pointwise: dict[str, np.ndarray]) -> Row:
+    """Difference in elpd to the model of the largest elpd, and its error over the data."""
+    candidates = [values for values in pointwise.values() if not np.any(np.isnan(values))]
+    difference = elpd - max(candidates, key=np.sum, default=elpd)
     return {
         "elpd_difference": float(np.sum(difference)),
         "elpd_difference_error": float(np.sqrt(difference.size) * np.std(difference)),

@@ -1,4 +1,4 @@
-"""Posterior odds of hypotheses: the probability of each effect, of nothing and of none of these."""
+"""Posterior odds of hypotheses on missing effects, and probabilities of each kind of effect."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -12,11 +12,11 @@ from ._hypotheses import Hypothesis, ScannedCandidate
 
 NOTHING, NONE = "nothing_missing", "none_of_these"
 
-PRIOR_OF_ONE_MORE = 0.5
-"""Prior probability that one more effect is missing, given those that are."""
+PRIOR_OF_FURTHER_EFFECT = 0.5
+"""Prior probability that a further effect is missing."""
 
 PRIOR_OF_NONE = 0.05
-"""Prior probability that the error is larger than stated, by a cause that no candidate has."""
+"""Prior probability that the error is larger than stated, for a reason that no candidate has."""
 
 LARGEST_FACTOR = 1e3
 """Greatest factor on the stated deviation, log-uniform from 1."""
@@ -25,11 +25,11 @@ STRONG = np.log(20.0)
 """Log Bayes factor of strong evidence (Kass and Raftery, doi:10.1080/01621459.1995.10476572)."""
 
 LEVEL = 0.01
-"""Probability that a right model fails its check."""
+"""Probability that a correct model fails its check."""
 
 
 class Comparison(NamedTuple):
-    """Hypotheses that are compared, and the candidates that they were chosen among.
+    """Fitted hypotheses, and the candidates that they were chosen from.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Comparison(NamedTuple):
     variants
         Number of variants of each kind.
     candidates
-        Every candidate alone, scanned.
+        Scan of each candidate alone.
     """
 
     hypotheses: list[Hypothesis]
@@ -50,32 +50,29 @@ class Comparison(NamedTuple):
         return self._replace(hypotheses=[*self.hypotheses, *hypotheses])
 
     def log_odds(self, hypothesis: Hypothesis) -> float:
-        """Log evidence with the log prior probability of its effects."""
+        """Log evidence plus log prior probability of its effects."""
         return hypothesis.fit.log_evidence + self.log_prior(hypothesis)
 
     def log_prior(self, hypothesis: Hypothesis) -> float:
-        """Log prior probability: each number of effects half of the one before, kinds alike."""
+        """Log prior probability, halved by each further effect; all kinds are equally probable."""
         count = len(hypothesis.effects)
-        steps = (count + 1) * np.log(PRIOR_OF_ONE_MORE)
+        steps = (count + 1) * np.log(PRIOR_OF_FURTHER_EFFECT)
         kinds = count * np.log(max(1, len(self.variants)))
         variants = sum(np.log(max(1, self.variants.get(kind, 1))) for kind in hypothesis.kinds)
         return float(steps - kinds - variants)
 
     def best(self) -> Hypothesis:
-        """Hypothesis of the greatest odds; each of its effects has strong evidence.
-
-        An effect for which the odds speak, but not strongly, is not claimed.
-        """
+        """Hypothesis of the largest odds, less effects without strong evidence."""
         ranked = sorted(self.hypotheses, key=self.log_odds, reverse=True)
         best = ranked[0]
-        for other in ranked[1:]:
-            fewer = len(other.effects) < len(best.effects)
-            if fewer and self.log_odds(other) > self.log_odds(best) - STRONG:
-                best = other
+        for hypothesis in ranked[1:]:
+            has_fewer = len(hypothesis.effects) < len(best.effects)
+            if has_fewer and self.log_odds(hypothesis) > self.log_odds(best) - STRONG:
+                best = hypothesis
         return best
 
     def distinct(self) -> list[Hypothesis]:
-        """The best variant of each set of kinds, by falling odds."""
+        """The best variant of each set of kinds, in descending order of odds."""
         best: dict[tuple[str, ...], Hypothesis] = {}
         for hypothesis in sorted(self.hypotheses, key=self.log_odds, reverse=True):
             best.setdefault(hypothesis.kinds, hypothesis)
@@ -101,24 +98,25 @@ class Comparison(NamedTuple):
         return kinds | {NOTHING: float(nothing), NONE: float(np.exp(logsumexp(larger) - total))}
 
     def confounded(self) -> list[tuple[str, str]]:
-        """Pairs of kinds of which either explains the data, one in the place of the other.
+        """Pairs of kinds that can replace each other in the best hypothesis.
 
-        Their odds differ by less than strong evidence, or both leave no more than the noise does:
-        then no misfit speaks against either, and the evidence only prefers the simpler one.
+        Their odds differ by less than strong evidence, or both pass the test of chi2, so that the
+        misfit excludes neither.
         """
         best, pairs = self.best(), []
-        for other in self.distinct():
-            of_best = set(best.kinds) - set(other.kinds)
-            of_other = set(other.kinds) - set(best.kinds)
-            if len(of_best) == len(of_other) == 1 and len(best.effects) == len(other.effects):
-                near = self.log_odds(best) - self.log_odds(other) < STRONG
-                if near or min(p_value(best), p_value(other)) >= LEVEL:
-                    pairs.append((next(iter(of_best)), next(iter(of_other))))
+        for hypothesis in self.distinct():
+            replaced = set(best.kinds) - set(hypothesis.kinds)
+            replacing = set(hypothesis.kinds) - set(best.kinds)
+            same_size = len(best.effects) == len(hypothesis.effects)
+            if len(replaced) == len(replacing) == 1 and same_size:
+                similar_odds = self.log_odds(best) - self.log_odds(hypothesis) < STRONG
+                if similar_odds or min(p_value(best), p_value(hypothesis)) >= LEVEL:
+                    pairs.append((next(iter(replaced)), next(iter(replacing))))
         return pairs
 
 
 def p_value(hypothesis: Hypothesis) -> float:
-    """Probability that a right model leaves at least as large a sum of squares.
+    """Probability that a correct model has at least as large a sum of squares.
 
     NaN where the data determine as many unknowns as there are data.
     """
@@ -129,10 +127,10 @@ def p_value(hypothesis: Hypothesis) -> float:
 
 
 def _gain_of_larger_error(hypothesis: Hypothesis) -> float:
-    """Log evidence that is gained once the error may be larger by an unknown factor s.
+    """Gain of log evidence where the error may be larger by an unknown factor s.
 
-    Laplace's method in log s about s^2 = squares per datum, at least 1, where the half of the
-    Gaussian that lies below is cut off; parameters then are less sharp by s.
+    Laplace's method in log s about s^2 = squares per datum; where this is below 1, about s = 1 with
+    the lower half of the Gaussian cut off. Posterior deviations of parameters grow by s.
     """
     count, squares = hypothesis.problem.count, hypothesis.fit.squares
     factor = max(squares / count, 1.0)
@@ -143,19 +141,19 @@ def _gain_of_larger_error(hypothesis: Hypothesis) -> float:
 
 
 def steps_to(comparison: Comparison, best: Hypothesis) -> list[tuple[str, ...]]:
-    """Sets of kinds from nothing to the best hypothesis, each with the greatest odds of its size.
+    """Sets of kinds from none to the best hypothesis, each with the largest odds of its size.
 
-    Only hypotheses that were fitted are steps; where none leads on, the rest comes at once.
+    Only fitted hypotheses are steps; where none is left, the last step adds all remaining kinds.
     """
     steps: list[tuple[str, ...]] = [()]
     for count in range(1, len(best.kinds)):
-        between = [
+        intermediate = [
             hypothesis
             for hypothesis in comparison.distinct()
             if len(hypothesis.kinds) == count
             and Counter(steps[-1]) <= Counter(hypothesis.kinds) <= Counter(best.kinds)
         ]
-        if not between:
+        if not intermediate:
             break
-        steps.append(max(between, key=comparison.log_odds).kinds)
+        steps.append(max(intermediate, key=comparison.log_odds).kinds)
     return [*steps, best.kinds] if best.kinds else steps

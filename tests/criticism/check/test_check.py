@@ -148,7 +148,7 @@ def test_without_a_noise_level_whiteness_decides(unknown_noise, right_model):
     assert not unknown_noise.passed
     assert np.isnan(unknown_noise.overall["chi2_per_datum"])
     assert unknown_noise.worst("sensor")["sensor"] == "s2"
-    assert "the noise level is not known" in unknown_noise.words()[0]
+    assert "The noise level is not known" in unknown_noise.words()[0]
     assert check(right_model(4, known=False)).passed
 
 
@@ -213,7 +213,7 @@ def test_noise_that_is_stated_too_large_is_said(right_model):
 def test_too_few_lines_without_noise_cannot_be_judged(right_model):
     misfit = check(right_model(8, shape=(1, 1, 1, 6), unknowns=2, known=False, noise=False))
     assert not misfit.passed
-    assert "cannot be told" in misfit.words()[0]
+    assert "cannot be decided" in misfit.words()[0]
     assert "too few lines" in misfit.words()[0]
     assert np.isnan(misfit.overall["predictive"])
 
@@ -229,7 +229,9 @@ def test_as_many_unknowns_as_data_cannot_be_judged(right_model):
 def test_a_smooth_misfit_below_the_noise_is_said(right_model):
     misfit = check(right_model(7, missing=0.7 * bump(width=50)))
     assert misfit.passed
-    assert misfit.words()[1].startswith("Yet residuals of neighbouring lines are alike (p")
+    assert misfit.words()[1].startswith(
+        "However, residuals of neighbouring lines are correlated (p"
+    )
 
 
 def piled(at):
@@ -283,7 +285,7 @@ def test_correlations_lie_in_their_band(wrong):
     ("change", "message"),
     [
         ({"level": 1.5}, "level=1.5 was given; a probability between 0 and 1"),
-        ({"bands": 0}, "bands=0 was given; at least one is needed"),
+        ({"bands": 0}, "bands=0 was given; at least 1 is needed"),
     ],
 )
 def test_settings_out_of_range_are_refused(right_model, change, message):

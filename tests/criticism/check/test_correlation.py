@@ -51,22 +51,10 @@ def test_mac_of_orthogonal_shapes_is_the_identity():
     np.testing.assert_allclose(correlation.mac(orthogonal, orthogonal), np.eye(3), atol=1e-15)
 
 
-def test_comac_finds_the_channel_that_differs():
-    shapes = np.abs(RANDOM.normal(size=(5, 3))) + 0.5
-    other = shapes.copy()
-    other[2] = [0.0, 3.0, 0.0]
-    found = correlation.comac(shapes, other)
-    assert found.argmin() == 2
-    one, two = (np.abs(x) / np.linalg.norm(x, axis=0) for x in (shapes, other))
-    np.testing.assert_allclose(found, [cosine(a, b) for a, b in zip(one, two, strict=True)])
-    np.testing.assert_allclose(correlation.comac(shapes, -shapes), 1)
-
-
 CRITERIA = {
     "frac": (correlation.frac, FRFS, lambda x: np.ones((3, 2))),
     "fdac": (correlation.fdac, FRFS, lambda x: np.ones(20)),
     "mac": (correlation.mac, SHAPES, lambda x: np.ones(3)),
-    "comac": (correlation.comac, SHAPES, lambda x: np.ones(6)),
 }
 
 
@@ -118,12 +106,6 @@ def test_logarithms_are_compared_as_amplitudes(right_model):
     assert float(found["frac"][0, 0]) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("criterion", [correlation.mac, correlation.comac])
-def test_shapes_at_other_channels_are_refused(criterion):
+def test_shapes_at_other_channels_are_refused():
     with pytest.raises(ValueError, match="Mode shapes at 6 and at 4 channels were given"):
-        criterion(SHAPES, OTHERS[:4])
-
-
-def test_modes_that_are_not_paired_are_refused():
-    with pytest.raises(ValueError, match="CoMAC was given 3 and 4 modes; it needs them paired"):
-        correlation.comac(SHAPES, OTHERS)
+        correlation.mac(SHAPES, OTHERS[:4])

@@ -37,7 +37,7 @@ def test_noise_alone_stands_out_at_few_lines(found):
 
 def test_a_missing_bump_stands_out_where_it_is(found):
     at = BUMP > 0.7
-    away = np.array([one["away"].values for one in found[1]])
+    away = np.array([one["significant"].values for one in found[1]])
     assert away[..., at].mean() > 0.9
     # One amplitude holds for all lines, so that the process follows some noise elsewhere.
     assert away[..., BUMP < 1e-3].mean() < 0.1
