@@ -1,7 +1,8 @@
-"""One vector for all unknowns, in which the prior is standard normal.
+"""Vector of all unknowns in coordinates in which the prior is standard normal.
 
-In these coordinates a uniform prior is a soft wall, all unknowns have one scale, and least squares
-need no bounds. Unknowns whose distribution cannot be inverted take NumPyro's unconstrained ones.
+In these coordinates the bounds of a uniform prior lie at infinity and all unknowns have the same
+scale, so that least squares need no bounds. Unknowns whose distribution cannot be inverted have the
+unconstrained coordinates of NumPyro.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,24 +31,24 @@ Vector = Float[Array, "unknown"]
 
 
 class Coordinates:
-    """Map between the values of unknowns by name and one vector.
+    """Map between the values of unknowns by name and a vector of coordinates.
 
     Parameters
     ----------
     priors
-        Prior of each unknown by name, independent of each other.
+        Prior of each unknown by name; the unknowns are independent.
     standard_normal
-        Whether the prior of every coordinate has to be standard normal.
+        Whether the prior of every coordinate must be standard normal.
 
     Raises
     ------
     InfeasibleError
-        If it has to be, and a distribution has no inverse distribution function.
+        If `standard_normal`, and a distribution has no inverse distribution function.
     """
 
     def __init__(self, priors: Mapping[str, Distribution], *, standard_normal: bool = True):
         self.priors = dict(priors)
-        bijective = [name for name, one in self.priors.items() if not _invertible(one)]
+        bijective = [name for name, prior in self.priors.items() if not _invertible(prior)]
         if standard_normal and bijective:
             raise InfeasibleError(
                 f'The unknown "{bijective[0]}" has the distribution '
@@ -65,7 +66,7 @@ class Coordinates:
 
     def values(self, vector: Vector) -> Values:
         """Values by name."""
-        probability = ndtr(vector)  # of all at once: it is many operations to compile
+        probability = ndtr(vector)  # of all coordinates at once, since it is slow to compile
         values = {}
         for name, prior in self.priors.items():
             place, shape = self.places[name], self._shape(name)
@@ -92,7 +93,7 @@ class Coordinates:
         )
 
     def log_prior(self, vector: Vector, names: Sequence[str] | None = None) -> Float[Array, ""]:
-        """Log prior density of the coordinates of (some of) the unknowns."""
+        """Log prior density of the coordinates of the named unknowns, or of all."""
         values = self.values(vector) if self.bijections else {}
         total = jnp.zeros(())
         for name in self.priors if names is None else names:
@@ -104,7 +105,7 @@ class Coordinates:
         return total
 
     def log_jacobian(self, vector: Vector, names: Sequence[str] | None = None) -> Float[Array, ""]:
-        """Log volume that (some) values gain per volume of their coordinates."""
+        """Log determinant of the derivative of the named values, or of all, by coordinates."""
         values = self.values(vector)
         total = jnp.zeros(())
         for name in self.priors if names is None else names:
@@ -116,7 +117,7 @@ class Coordinates:
         return total
 
     def named(self, points: np.ndarray) -> dict[str, np.ndarray]:
-        """Values by name at several points [point, unknown]."""
+        """Values by name at points [point, unknown]."""
         if len(points) == 0:
             return {name: np.zeros((0, *prior.shape())) for name, prior in self.priors.items()}
         values = {}
@@ -144,7 +145,7 @@ def _log_standard_normal(vector: Array) -> Array:
 def _quantile(
     distribution: Distribution, normal: Array, probability: Array, shape: tuple[int, ...]
 ) -> Array:
-    """Value at a standard normal coordinate, whose probability is known."""
+    """Value at a standard normal coordinate of this probability."""
     probability = probability.reshape(shape)
     if isinstance(distribution, Independent):
         return _quantile(distribution.base_dist, normal, probability, shape)
@@ -176,7 +177,7 @@ def _score(distribution: Distribution, value: Any) -> Array:
 
 
 def _plain_quantile(distribution: Distribution, normal: np.ndarray) -> np.ndarray | None:
-    """Values of common distributions without compiling anything; None of any other."""
+    """Values of common distributions by NumPy, which compiles nothing; None for any other."""
     if isinstance(distribution, Independent):
         return _plain_quantile(distribution.base_dist, normal)
     if isinstance(distribution, Normal):
@@ -186,20 +187,20 @@ def _plain_quantile(distribution: Distribution, normal: np.ndarray) -> np.ndarra
         return low + (high - low) * special.ndtr(normal)
     if isinstance(distribution, TransformedDistribution):
         base = _plain_quantile(distribution.base_dist, normal)
-        if base is not None and [type(one) for one in distribution.transforms] == [ExpTransform]:
+        if base is not None and list(map(type, distribution.transforms)) == [ExpTransform]:
             return np.exp(base)
     return None
 
 
 def _base(distribution: Distribution) -> Distribution:
-    """Return the distribution of which it is a deterministic function."""
+    """Return the distribution at the base of transforms and independent dimensions."""
     while isinstance(distribution, Independent | TransformedDistribution):
         distribution = distribution.base_dist
     return distribution
 
 
 def _invertible(distribution: Distribution) -> bool:
-    """Tell whether its values have standard normal coordinates, and these have values."""
+    """Tell whether values and standard normal coordinates can be converted in both directions."""
     base = _base(distribution)
     monotonic = all(
         transform.domain.event_dim == 0 for transform in getattr(distribution, "transforms", ())

@@ -19,14 +19,14 @@ class Divergence(NamedTuple):
 def from_prior_draws(
     log_likelihood: np.ndarray, log_prior_weight: np.ndarray | None = None
 ) -> Divergence:
-    """Divergence from likelihoods at points of the prior, Eq. (33).
+    """Divergence from likelihoods at draws from the prior or at quadrature nodes, Eq. (33).
 
     Parameters
     ----------
     log_likelihood
-        Log likelihood [draw] at draws from the prior, or at nodes that integrate over it.
+        Log likelihood [draw] at draws from the prior, or at nodes of a quadrature over it.
     log_prior_weight
-        Logs of the weights of the nodes, which sum to one; None for draws.
+        Logs of the weights of the nodes, whose sum is 1; None for draws.
 
     Returns
     -------
@@ -67,38 +67,38 @@ def from_posterior_draws(
     Parameters
     ----------
     vectors
-        Draws [chain, draw, unknown] over an unbounded space, where no edge cuts a neighbourhood.
+        Draws [chain, draw, unknown] in an unbounded space, where no edge truncates a neighbourhood.
     log_prior
         Log prior density at the draws [chain, draw], in the same space.
     neighbours
-        The density is estimated from the distance to this neighbour (Kozachenko and Leonenko;
-        Kraskov et al., doi:10.1103/PhysRevE.69.066138).
+        Number of the neighbour from whose distance the density is estimated (Kozachenko and
+        Leonenko; Kraskov et al., doi:10.1103/PhysRevE.69.066138).
 
     Returns
     -------
     Divergence
-        Minus the entropy of the draws, less the mean log prior. The error holds the spread of
-        the mean and, as a measure of the bias, what twice as many neighbours change.
+        Minus the entropy of the draws, less the mean log prior. Its error consists of the standard
+        error of the mean and of the bias, estimated from the change with twice as many neighbours.
     """
     flat = vectors.reshape(-1, vectors.shape[-1])
-    unique, first, back = np.unique(flat, axis=0, return_index=True, return_inverse=True)
+    unique, first, inverse = np.unique(flat, axis=0, return_index=True, return_inverse=True)
     prior = log_prior.reshape(-1)[first]
-    near = _log_density(unique, neighbours) - prior
-    far = _log_density(unique, 2 * neighbours) - prior
-    # The bias grows with the area of the neighbourhood, which twice the neighbours enlarge.
+    log_ratio = _log_density(unique, neighbours) - prior
+    coarse = _log_density(unique, 2 * neighbours) - prior
+    # The bias grows with the squared radius of the neighbourhood.
     growth = 2 ** (2 / vectors.shape[-1]) - 1
-    bias = (np.mean(near) - np.mean(far)) / growth
-    influence = (near - np.mean(near))[back.ravel()].reshape(log_prior.shape)
+    bias = (np.mean(log_ratio) - np.mean(coarse)) / growth
+    influence = (log_ratio - np.mean(log_ratio))[inverse.ravel()].reshape(log_prior.shape)
     spread = standard_error(np.atleast_2d(influence), Weighting())
-    return Divergence(float(np.mean(near)), float(np.hypot(spread, bias)))
+    return Divergence(float(np.mean(log_ratio)), float(np.hypot(spread, bias)))
 
 
 def _log_density(vectors: np.ndarray, neighbours: int) -> np.ndarray:
-    """Log density at each of a set of draws, from the distance to a near neighbour."""
+    """Log density at each draw, from the distance to its neighbour of this number."""
     size, dimension = vectors.shape
-    values, axes = np.linalg.eigh(np.atleast_2d(np.cov(vectors.T)))
-    whitened = (vectors - vectors.mean(0)) @ (axes / np.sqrt(values))
+    variances, axes = np.linalg.eigh(np.atleast_2d(np.cov(vectors.T)))
+    whitened = (vectors - vectors.mean(0)) @ (axes / np.sqrt(variances))
     distance = cKDTree(whitened).query(whitened, k=neighbours + 1)[0][:, -1]
-    ball = dimension / 2 * np.log(np.pi) - gammaln(dimension / 2 + 1)
-    log_volume = ball + dimension * np.log(distance) + 0.5 * np.sum(np.log(values))
+    log_unit_ball = dimension / 2 * np.log(np.pi) - gammaln(dimension / 2 + 1)
+    log_volume = log_unit_ball + dimension * np.log(distance) + 0.5 * np.sum(np.log(variances))
     return psi(neighbours) - psi(size) - log_volume

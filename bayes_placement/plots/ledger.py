@@ -160,7 +160,7 @@ def _on_a_line(
 def _draw_strips(panel: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
     """One strip for each kind; blank for kinds that have no place."""
     located = table[table["at"].notna() & ~table["kind"].isin(_WITHOUT_PLACE)]
-    norm = Normalize(0.0, max(float(table["size"].max()), structure_plots.LEAST_BRIGHT))
+    norm = Normalize(0.0, max(float(table["size"].max()), structure_plots.LEAST_COLOUR_RANGE))
     for kind, rows in located.groupby("kind"):
         most = rows.groupby("at")["size"].max()
         strip = kinds.index(str(kind)) + np.array([-0.4, 0.4])

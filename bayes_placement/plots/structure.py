@@ -1,7 +1,4 @@
-"""A structure with its sensors and actuators, and scores on it.
-
-A structure that lies in a plane is drawn in that plane.
-"""
+"""Figure of a structure with its sensors and actuators, and of scores at its points."""
 
 import itertools
 from typing import Any, NamedTuple
@@ -27,11 +24,11 @@ from ._figures import STAR, color_bar, panels
 Panel = Any  # Axes, or Axes3D where the structure does not lie in a plane
 Points = Float[np.ndarray, "point 3"]
 
-LEAST_BRIGHT = 5.0
-"""Least range of colours of a map [standard deviations]."""
+LEAST_COLOUR_RANGE = 5.0
+"""Smallest range of colours of a map [standard deviations]."""
 
 MOST_LINES = 20_000
-"""Greatest number of lines drawn of a mesh; of a larger one, every second or third and so on."""
+"""Largest number of lines drawn of a mesh; of a larger mesh, every n-th line is drawn."""
 
 FLAT = 1e-6
 """Share of the largest side below which a structure has no extent."""
@@ -40,7 +37,7 @@ MARGIN = 0.12
 """Margin around a structure, as a share of the largest side."""
 
 _GREY = "0.8"
-_CLEAR = 12.0  # points from the numbers to the name of an axis in space
+_LABEL_DISTANCE = 12.0  # [points] from the numbers to the name of an axis in space
 _INSTRUMENT: dict[str, Any] = {
     "linestyle": "none",
     "markersize": 8,
@@ -58,7 +55,7 @@ _RING: dict[str, Any] = {
 
 
 class View(NamedTuple):
-    """Direction from which a structure is seen, and the part of space that is shown [m].
+    """Axes that are drawn, and the part of space that is shown [m].
 
     Parameters
     ----------
@@ -77,37 +74,40 @@ class View(NamedTuple):
         """Projection of its axes: none where the structure lies in a plane."""
         return "3d" if len(self.axes) == 3 else None
 
-    def seen(self, points: np.ndarray) -> np.ndarray:
-        """Coordinates [axis, point] of points [point, 3]."""
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Coordinates [axis, point] along the axes of points [point, 3]."""
         return np.asarray(points)[:, list(self.axes)].T
 
 
 def experiment(experiment: Experiment, *, ax: Panel | None = None) -> Figure:
-    """Draw a structure with its sensors and actuators as they are recorded.
+    """Draw a structure with its sensors and actuators at their recorded positions.
+
+    A structure that lies in a plane is drawn in that plane.
 
     Parameters
     ----------
     experiment
-        The experiment.
+        Experiment to draw.
     ax
         Axes to draw in, with the projection 3d for a structure that does not lie in a plane; None
         for a new figure.
     """
     if not in_space(experiment.structure.modes.bounds()):
         return _on_a_line(experiment, ax)
-    seen = view(extent(experiment, pd.DataFrame()))
-    drawn = panels(1, 1, ax, size=(6.4, 5.0), projection=seen.projection)
-    draw_structure(drawn.only, seen, experiment)
-    name_axes(drawn.only, seen)
-    return drawn.with_legend()
+    shown = view(extent(experiment, pd.DataFrame()))
+    layout = panels(1, 1, ax, size=(6.4, 5.0), projection=shown.projection)
+    draw_structure(layout.only, shown, experiment)
+    name_axes(layout.only, shown)
+    return layout.with_legend()
 
 
 def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
-    drawn = panels(1, 1, ax, size=(6.4, 2.0))
-    panel = drawn.only
+    layout = panels(1, 1, ax, size=(6.4, 2.0))
+    panel = layout.only
     panel.plot(experiment.structure.modes.bounds(), [0.0, 0.0], color=_GREY, label="structure")
     for kind, marker in _MARKERS.items():
-        recorded = {name: one.recorded for name, one in getattr(experiment, kind).items()}
+        transducers = getattr(experiment, kind)
+        recorded = {name: transducer.recorded for name, transducer in transducers.items()}
         places = list(recorded.values())
         style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | _INSTRUMENT
         panel.plot(places, np.zeros(len(places)), **style)
@@ -115,87 +115,88 @@ def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
             panel.annotate(name, (place, 0.0), (0, 8), textcoords="offset points", ha="center")
     panel.set_yticks([])
     panel.set_xlabel("position along the structure [m]")
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def view(points: Points) -> View:
-    """See all of some points, without an axis along which they do not differ."""
+    """View of all points, without an axis along which all have the same coordinate."""
     low, high = points.min(axis=0), points.max(axis=0)
     size = high - low
-    wide = [axis for axis in range(3) if size[axis] > FLAT * size.max()]
-    # A straight line or a single place is seen with one more axis, or two.
-    filled = [*wide, *(axis for axis in (0, 2, 1) if axis not in wide)]
-    axes = tuple(sorted(filled[: max(2, len(wide))]))
+    extended = [axis for axis in range(3) if size[axis] > FLAT * size.max()]
+    # A figure needs two axes, also for a straight line or a single point.
+    by_priority = [*extended, *(axis for axis in (0, 2, 1) if axis not in extended)]
+    axes = tuple(sorted(by_priority[: max(2, len(extended))]))
     margin = (MARGIN if len(axes) < 3 else MARGIN / 4) * max(size.max(), FLAT)
     return View(axes, low - margin, high + margin)
 
 
-def draw_structure(panel: Panel, seen: View, experiment: Experiment) -> None:
-    """Draw the mesh or the nodes of a structure in grey, and its instruments as recorded."""
+def draw_structure(panel: Panel, view: View, experiment: Experiment) -> None:
+    """Draw the mesh or the nodes of a structure in grey, and its transducers as recorded."""
     points, line = outline(experiment.structure.modes)
-    panel.plot(*seen.seen(points), line, color=_GREY, markersize=3, zorder=1, label="structure")
+    panel.plot(*view.project(points), line, color=_GREY, markersize=3, zorder=1, label="structure")
     for kind, marker in _MARKERS.items():
         transducers = getattr(experiment, kind)
-        places = seen.seen(np.array([one.recorded for one in transducers.values()]))
+        recorded = np.array([transducer.recorded for transducer in transducers.values()])
+        places = view.project(recorded)
         style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | _INSTRUMENT
         panel.plot(*places, zorder=4, **style)
         for name, place in zip(transducers, places.T, strict=True):
             panel.text(*place, f"  {name}", fontsize="small", zorder=5, clip_on=True)
 
 
-def draw_scores(panel: Panel, seen: View, rows: pd.DataFrame, label: str) -> None:
-    """Colour each place by its greatest score, and ring the greatest of all.
+def draw_scores(panel: Panel, view: View, rows: pd.DataFrame, label: str) -> None:
+    """Colour each place by its largest score, and mark the largest of all with a ring.
 
     Parameters
     ----------
     panel
         Axes to draw in.
-    seen
-        The view.
+    view
+        Axes and part of space that are drawn.
     rows
         Places `x`, `y`, `z` [m] with the `size` of a score.
     label
-        Label of the scale of colours.
+        Label of the colour scale.
     """
-    most = rows.groupby(["x", "y", "z"])["size"].max().sort_values()
-    places = np.array(most.index.to_list())
+    scores = rows.groupby(["x", "y", "z"])["size"].max().sort_values()
+    places = np.array(scores.index.to_list())
     marks = panel.scatter(
-        *seen.seen(places),
-        c=most,
-        s=np.clip(12000 / len(most), 14, 130),
+        *view.project(places),
+        c=scores,
+        s=np.clip(12000 / len(scores), 14, 130),
         vmin=0.0,
-        vmax=max(most.iloc[-1], LEAST_BRIGHT),
+        vmax=max(scores.iloc[-1], LEAST_COLOUR_RANGE),
         zorder=2,
-        **({"depthshade": False} if seen.projection else {}),
+        **({"depthshade": False} if view.projection else {}),
     )
-    # The layout knows nothing of the numbers along z, at the right of a panel.
-    side = "bottom" if seen.projection else "right"
+    # The layout reserves no space for the numbers of the z axis, at the right of a panel.
+    side = "bottom" if view.projection else "right"
     color_bar(marks, panel, label, shrink=0.8, location=side)
-    panel.plot(*seen.seen(places[-1:]), zorder=3, label="greatest score", **_RING)
+    panel.plot(*view.project(places[-1:]), zorder=3, label="greatest score", **_RING)
 
 
-def mark_place(panel: Panel, seen: View, place: tuple[float, float, float]) -> None:
-    """Mark the place of an effect as fitted."""
-    panel.plot(*seen.seen(np.array([place])), zorder=6, label="place as fitted", **STAR)
+def mark_place(panel: Panel, view: View, place: tuple[float, float, float]) -> None:
+    """Mark the fitted place of an effect."""
+    panel.plot(*view.project(np.array([place])), zorder=6, label="place as fitted", **STAR)
 
 
-def name_axes(panel: Panel, seen: View) -> None:
-    """Name the axes, and give all of them one scale."""
-    size = seen.high - seen.low
-    for number, name in zip(seen.axes, ("x", "y", "z"), strict=False):
-        limits = (seen.low[number], seen.high[number])
+def name_axes(panel: Panel, view: View) -> None:
+    """Label the axes, and give all of them the same scale."""
+    size = view.high - view.low
+    for number, name in zip(view.axes, ("x", "y", "z"), strict=False):
+        limits = (view.low[number], view.high[number])
         panel.set(**{f"{name}lim": limits, f"{name}label": f"{'xyz'[number]} [m]"})
         panel.locator_params(axis=name, nbins=2 + 2 * (size[number] > 0.3 * size.max()))
-    if seen.projection:
+    if view.projection:
         panel.set_box_aspect(size)
         panel.tick_params(labelsize="small")
-        panel.xaxis.labelpad = panel.yaxis.labelpad = _CLEAR
+        panel.xaxis.labelpad = panel.yaxis.labelpad = _LABEL_DISTANCE
     else:
         panel.set_aspect("equal")
 
 
 def outline(modes: Modes) -> tuple[Points, str]:
-    """Lines of the mesh with gaps of NaN between them, or nodes; and how to draw them."""
+    """Lines of the mesh, separated by NaN, or nodes; and the format string to draw them."""
     nodal = nodal_of(modes)
     mesh = None if nodal is None else nodal.interpolation
     if isinstance(mesh, Nearest | Scattered):
@@ -209,7 +210,7 @@ def outline(modes: Modes) -> tuple[Points, str]:
 
 
 def _lines(origin: np.ndarray, edges: np.ndarray, corners: np.ndarray, simplex: bool) -> Points:
-    """Edges of cells: in a box between corners that differ in one coordinate, else between all."""
+    """Edges of cells: of a simplex between all corners, else between neighbouring corners."""
     pairs = [
         pair
         for pair in itertools.combinations(range(len(corners)), 2)
@@ -223,7 +224,7 @@ def _lines(origin: np.ndarray, edges: np.ndarray, corners: np.ndarray, simplex: 
 
 
 def extent(experiment: Experiment | None, rows: pd.DataFrame) -> Points:
-    """Corners of the structure, or the places on it where it is not known [m]."""
+    """Corners of the structure [m], or the places of the rows where no experiment is known."""
     if experiment is None:
         return rows[["x", "y", "z"]].to_numpy()
     return np.array(experiment.structure.modes.bounds())

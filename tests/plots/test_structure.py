@@ -128,7 +128,7 @@ def test_what_lies_in_a_plane_is_seen_in_that_plane(size, axes, projection):
     assert (seen.axes, seen.projection) == (axes, projection)
     assert np.all(seen.low < corners[0])
     assert np.all(seen.high > corners[1])
-    np.testing.assert_array_equal(seen.seen(corners), corners[:, list(axes)].T)
+    np.testing.assert_array_equal(seen.project(corners), corners[:, list(axes)].T)
 
 
 @pytest.fixture(scope="module")

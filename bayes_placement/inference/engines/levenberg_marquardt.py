@@ -1,4 +1,4 @@
-"""Levenberg's and Marquardt's method from many starts at once, and a fit about the best end."""
+"""Least squares by Levenberg's and Marquardt's method from many starts at once."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -10,32 +10,32 @@ from .laplace import Laplace, laplace
 from .least_squares import NormalEquations, Points
 
 LARGEST = 5.0
-"""Greatest coordinate: a prior probability of 3e-7 is left beyond it."""
+"""Largest coordinate; the prior probability beyond it is 3e-7."""
 
 GAIN = 1e-3
-"""Gain of log density below which a descent has arrived."""
+"""Gain of log density of a step below which a descent has converged."""
 
-ALIKE = 0.5
-"""Difference of log density below which two starts end at the same mode."""
+SAME_MODE = 0.5
+"""Difference of log density below which two descents end at the same mode."""
 
 
 class Fit(NamedTuple):
-    """The highest posterior density and a Gaussian about it, in standard normal coordinates.
+    """Mode of the posterior and a Gaussian about it, in standard normal coordinates.
 
     Parameters
     ----------
     point
         The mode [unknown].
     cost
-        Minus the log of the posterior density there, less constants.
+        Minus the log posterior density at the mode, without constants.
     squares
-        Sum of squares of the residuals.
+        Sum of the squared residuals at the mode.
     gaussian
         Laplace's approximation.
     log_evidence
         Log evidence by Laplace's approximation.
     reached
-        Number of starts that ended there.
+        Number of starts whose descents ended at the mode.
     """
 
     point: np.ndarray
@@ -52,13 +52,13 @@ class Fit(NamedTuple):
 
 
 def sobol_starts(dimension: int, count: int, seed: int) -> Points:
-    """Scrambled Sobol points of the prior, after its middle."""
+    """The median of the prior, then scrambled Sobol points of it."""
     if dimension == 0:
         return np.zeros((1, 0))
     sobol = qmc.Sobol(dimension, rng=np.random.default_rng(seed))
     uniform = sobol.random_base2(max(1, int(np.ceil(np.log2(max(2, count))))))
-    drawn = norm.ppf(np.clip(uniform, 0.02, 0.98))
-    return np.concatenate([np.zeros((1, dimension)), drawn])[:count]
+    normal = norm.ppf(np.clip(uniform, 0.02, 0.98))
+    return np.concatenate([np.zeros((1, dimension)), normal])[:count]
 
 
 def minimise(
@@ -69,9 +69,9 @@ def minimise(
     gain: float = GAIN,
     largest: float | np.ndarray = LARGEST,
 ) -> tuple[Points, NormalEquations]:
-    """Ends of descents from all starts, and the normal equations there.
+    """Final points of the descents from all starts, and the normal equations at these.
 
-    Each start has a damping of its own; one that no longer gains is left alone.
+    Each descent has its own damping; converged descents are no longer evaluated.
 
     Parameters
     ----------
@@ -80,53 +80,64 @@ def minimise(
     starts
         Starts [start, unknown].
     steps
-        Most steps.
+        Maximum number of steps.
     gain
-        Gain of log density below which a descent has arrived.
+        Gain of log density of a step below which a descent has converged.
     largest
-        Greatest size of a coordinate.
+        Largest absolute value of a coordinate.
     """
     points = starts.copy()
-    here = NormalEquations(*(np.array(part) for part in normal_equations(points)))
+    normal = NormalEquations(*(np.array(array) for array in normal_equations(points)))
     damping = np.full(len(points), 1e-3)
-    moving = np.ones(len(points), dtype=bool)
+    active = np.ones(len(points), dtype=bool)
     for _ in range(steps):
-        some = np.flatnonzero(moving)
-        step = _steps(NormalEquations(*(part[some] for part in here)), damping[some])
-        trial = np.clip(points[some] + step, -largest, largest)
-        there = normal_equations(trial)
-        cost = np.nan_to_num(here.cost[some], nan=np.inf)
-        better = np.nan_to_num(there.cost, nan=np.inf) < cost
-        gained = np.where(better, cost - there.cost, 0.0)
-        points[some[better]] = trial[better]
-        for array, new in zip(here, there, strict=True):
-            array[some[better]] = new[better]
-        damping[some] = np.clip(damping[some] * np.where(better, 0.2, 5.0), 1e-9, 1e9)
-        moving[some] = ~((better & (gained < gain)) | (~better & (damping[some] > 1e2)))
-        if not moving.any():
+        rows = np.flatnonzero(active)
+        step = _steps(NormalEquations(*(array[rows] for array in normal)), damping[rows])
+        trial = np.clip(points[rows] + step, -largest, largest)
+        trial_normal = normal_equations(trial)
+        cost = np.nan_to_num(normal.cost[rows], nan=np.inf)
+        accepted = np.nan_to_num(trial_normal.cost, nan=np.inf) < cost
+        decrease = np.where(accepted, cost - trial_normal.cost, 0.0)
+        points[rows[accepted]] = trial[accepted]
+        for array, trial_array in zip(normal, trial_normal, strict=True):
+            array[rows[accepted]] = trial_array[accepted]
+        damping[rows] = np.clip(damping[rows] * np.where(accepted, 0.2, 5.0), 1e-9, 1e9)
+        active[rows] = ~((accepted & (decrease < gain)) | (~accepted & (damping[rows] > 1e2)))
+        if not active.any():
             break
-    return points, here
+    return points, normal
 
 
-def _steps(here: NormalEquations, damping: np.ndarray) -> np.ndarray:
-    diagonal = np.einsum("bii->bi", here.curvature)
-    eye = np.eye(diagonal.shape[1])
-    curvature = here.curvature + damping[:, None, None] * eye * diagonal[:, None]
-    clean = np.nan_to_num(curvature, nan=0.0, posinf=0.0, neginf=0.0) + 1e-12 * eye
-    return -np.linalg.solve(clean, np.nan_to_num(here.gradient)[..., None])[..., 0]
+def _steps(normal: NormalEquations, damping: np.ndarray) -> np.ndarray:
+    """Step of each descent; curvatures and gradients that are not finite count as zero."""
+    diagonal = np.einsum("bii->bi", normal.curvature)
+    identity = np.eye(diagonal.shape[1])
+    curvature = normal.curvature + damping[:, None, None] * identity * diagonal[:, None]
+    finite = np.nan_to_num(curvature, nan=0.0, posinf=0.0, neginf=0.0) + 1e-12 * identity
+    return -np.linalg.solve(finite, np.nan_to_num(normal.gradient)[..., None])[..., 0]
 
 
 def best_fit(points: Points, normal: NormalEquations, count: int) -> Fit:
-    """Laplace's approximation about the best end, of so many data."""
+    """Laplace's approximation about the final point of the highest posterior density.
+
+    Parameters
+    ----------
+    points
+        Final points of the descents [start, unknown].
+    normal
+        Normal equations at these.
+    count
+        Number of data.
+    """
     costs = np.nan_to_num(normal.cost, nan=np.inf)
     best = int(np.argmin(costs))
     gaussian = laplace(points[best], normal.curvature[best])
-    prior = -0.5 * (count + len(points[best])) * np.log(2 * np.pi)
+    constant = -0.5 * (count + len(points[best])) * np.log(2 * np.pi)
     return Fit(
         point=points[best],
         cost=float(costs[best]),
         squares=float(normal.squares[best]),
         gaussian=gaussian,
-        log_evidence=float(prior - costs[best] + gaussian.log_volume),
-        reached=int(np.sum(costs < costs[best] + ALIKE)),
+        log_evidence=float(constant - costs[best] + gaussian.log_volume),
+        reached=int(np.sum(costs < costs[best] + SAME_MODE)),
     )
