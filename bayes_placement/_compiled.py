@@ -5,11 +5,12 @@ numbers only; where these are inputs of a compiled function, not constants in it
 """
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import jax
 import numpy as np
+from numpyro.distributions import Distribution
 
 Result = TypeVar("Result")
 
@@ -58,7 +59,7 @@ class Bound(Generic[Result]):
     """
 
     def __init__(self, function: Callable[..., Result], trees: tuple[Any, ...]):
-        leaves, structure = jax.tree.flatten(trees)
+        leaves, structure = jax.tree.flatten(_in_order(trees))
         self._parts = _parts(_Form(function, structure), leaves, _is_number)
         if self._parts.key in _STEERED:
             self._parts = self._parts.with_fixed_floats()
@@ -78,6 +79,41 @@ class Bound(Generic[Result]):
             _STEERED.add(self._parts.key)
             self._parts = self._parts.with_fixed_floats()
             return action(self._parts)
+
+
+@jax.tree_util.register_pytree_node_class
+class _Fields:
+    """A distribution whose fields are flattened by name; unflattened it is a distribution again.
+
+    NumPyro flattens them in the order of a set, another one in each process, and a program whose
+    inputs come in another order is not found in the compilation cache.
+    """
+
+    def __init__(self, distribution: Distribution):
+        values, self.fixed = distribution.tree_flatten()
+        self.kind = type(distribution)
+        self.value = dict(zip(self.kind.gather_pytree_data_fields(), values, strict=True))
+
+    def tree_flatten(self) -> tuple[list[Any], Any]:
+        """Return values by the names of their fields, and what is fixed."""
+        return [_in_order(self.value[name]) for name in sorted(self.value)], (self.kind, self.fixed)
+
+    @classmethod
+    def tree_unflatten(cls, fixed: Any, values: Sequence[Any]) -> Distribution:
+        """Return the distribution."""
+        kind, rest = fixed
+        names = kind.gather_pytree_data_fields()
+        value = dict(zip(sorted(names), values, strict=True))
+        return kind.tree_unflatten(rest, tuple(value[name] for name in names))
+
+
+def _in_order(tree: Any) -> Any:
+    def is_distribution(leaf: Any) -> bool:
+        return isinstance(leaf, Distribution)
+
+    return jax.tree.map(
+        lambda leaf: _Fields(leaf) if is_distribution(leaf) else leaf, tree, is_leaf=is_distribution
+    )
 
 
 class _Form(NamedTuple):

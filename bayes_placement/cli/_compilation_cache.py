@@ -8,7 +8,7 @@ import time
 import warnings
 from pathlib import Path
 
-SHORTEST_COMPILATION = 0.2
+SHORTEST_COMPILATION = "0.2"
 """Compilations that take less [s] are not worth a file."""
 
 OLDEST_FILE = 60 * 86400.0
@@ -23,6 +23,7 @@ def use_compilation_cache() -> None:
     """
     # XLA reports every difference between two processors as an error, although it checks them.
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", SHORTEST_COMPILATION)
     import jax
 
     if jax.config.values["jax_compilation_cache_dir"]:
@@ -32,7 +33,6 @@ def use_compilation_cache() -> None:
         return
     _delete_old_files(folder.parent)
     jax.config.update("jax_compilation_cache_dir", str(folder))
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", SHORTEST_COMPILATION)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
     # A file that another run is just writing cannot be read; the function is then compiled.
     warnings.filterwarnings(

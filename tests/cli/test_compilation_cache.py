@@ -30,6 +30,8 @@ def started(folder, cache, *options):
             "XDG_CACHE_HOME": str(cache),
             "PYTHONPATH": str(ROOT),
             "JAX_DISABLE_MOST_OPTIMIZATIONS": "1",
+            # Which compilations take long enough to be kept depends on what else runs.
+            "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
         },
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

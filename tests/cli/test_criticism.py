@@ -156,7 +156,7 @@ def test_warnings_of_the_inference_are_lines_of_the_report(hidden, tmp_path, mon
             draws = super().run(posterior, key, progress)
             return dataclasses.replace(draws, warnings=("Look twice.",))
 
-    monkeypatch.setattr(bp.engines, "MAP", lambda: Doubtful(draws=50))
+    monkeypatch.setattr(bp.engines, "MAP", lambda **settings: Doubtful(draws=50))
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT, "engine = None\n")
     done = run("check", model, "--out", tmp_path)
     assert done.exit_code == 0, (done.output, done.exception)

@@ -13,6 +13,7 @@ from skfem.helpers import dd, ddot, dot, eye, sym_grad, trace
 import bayes_placement as bp
 from bayes_placement import finite_elements
 from bayes_placement.experiment import frf
+from bayes_placement.modes.finite_elements import from_matrices
 from bayes_placement.modes.points import Points
 from tests.simulator import space_frames
 from tests.simulator.element_models import weights
@@ -347,7 +348,7 @@ def test_the_mass_is_that_of_the_structure():
 
 
 def test_too_many_rows_are_refused(monkeypatch):
-    monkeypatch.setattr(finite_elements, "MOST_ROWS", 50)
+    monkeypatch.setattr(from_matrices, "MAX_ROWS", 50)
     with pytest.raises(ValueError, match=r"reads 150 degrees of freedom.*interpolation\.near"):
         finite_elements.modes(*cantilever(), up_to=100.0)
     matrices, reading = cantilever()
