@@ -84,11 +84,13 @@ def tiny(tmp_path_factory):
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.long
 def test_a_notebook_runs_and_leaves_nothing_behind(path, tiny):
     assert all(cell.execution_count is not None for cell in code(tiny[path.stem]))
     assert sorted(FOLDER.glob("*")) == NOTEBOOKS
 
 
+@pytest.mark.long
 def test_the_bar_finds_its_damping_near_the_truth(tiny):
     # Even a small population suffices: the first to 20 %, the second to 5 %.
     text = printed(tiny["bar_damping"])
@@ -100,6 +102,7 @@ def test_the_bar_finds_its_damping_near_the_truth(tiny):
     assert float(trusted) > 1.3 * float(true_first)
 
 
+@pytest.mark.long
 def test_the_bar_shows_priors_cross_check_and_that_the_file_came_back(tiny):
     text = printed(tiny["bar_damping"])
     for piece in (
@@ -113,10 +116,12 @@ def test_the_bar_shows_priors_cross_check_and_that_the_file_came_back(tiny):
         assert piece in text
 
 
+@pytest.mark.long
 def test_the_bar_draws_its_figures(tiny):
     assert len(figures(tiny["bar_damping"])) == 8
 
 
+@pytest.mark.long
 def test_the_hidden_effect_is_found_and_the_error_falls(tiny):
     text = printed(tiny["hidden_effect"])
     assert "The model fails: chi2 per datum is" in text
@@ -127,15 +132,18 @@ def test_the_hidden_effect_is_found_and_the_error_falls(tiny):
     assert abs(ratios[0] - 0.03) > 0.003  # compensates for the clamp, as the text says
 
 
+@pytest.mark.long
 def test_an_effect_of_the_user_is_compared_with_the_others(tiny):
     text = printed(tiny["hidden_effect"])
     assert "These data cannot tell point_mass from cable" in text
 
 
+@pytest.mark.long
 def test_the_hidden_effect_draws_its_figures(tiny):
     assert len(figures(tiny["hidden_effect"])) == 6
 
 
+@pytest.mark.long
 def test_the_arm_finds_its_clamp_and_how_the_sensors_were_rolled(tiny):
     text = printed(tiny["structure_in_space"])
     assert re.search(
@@ -152,10 +160,12 @@ def test_the_arm_finds_its_clamp_and_how_the_sensors_were_rolled(tiny):
     assert max(abs(before - true) / error for true, before, _, error in angles) > 50
 
 
+@pytest.mark.long
 def test_the_arm_draws_its_suspicion(tiny):
     assert len(figures(tiny["structure_in_space"])) == 1
 
 
+@pytest.mark.long
 def test_where_to_measure_finds_the_places_and_tells_explanations_apart(tiny):
     text = printed(tiny["where_to_measure"])
     assert re.search(r"Best of 49 placements: s1 at 0\.\d+ m, a1 at 0\.\d+ m", text)
@@ -166,5 +176,6 @@ def test_where_to_measure_finds_the_places_and_tells_explanations_apart(tiny):
     assert gap is not None and float(gap[1]) > -np.log(float(odds["local_stiffness_loss"])) + 1.0
 
 
+@pytest.mark.long
 def test_where_to_measure_draws_its_figures(tiny):
     assert len(figures(tiny["where_to_measure"])) == 4

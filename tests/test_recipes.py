@@ -73,6 +73,7 @@ def python(folder, *arguments):
     return run.stdout
 
 
+@pytest.mark.long
 def test_a_law_and_an_effect_pass_their_tests_without_a_further_edit(copy):
     words = "(zener and free-fixed) or cable or every_effect"
     tests = ("tests/test_laws.py", "tests/effects/test_effect_laws.py")
@@ -81,6 +82,7 @@ def test_a_law_and_an_effect_pass_their_tests_without_a_further_edit(copy):
     assert int(passed[1]) >= 16, told
 
 
+@pytest.mark.long
 def test_an_engine_samples_a_posterior_in_closed_form(copy):
     python(copy, "-c", ENGINE_CHECK)
 

@@ -14,6 +14,7 @@ def found():
     return study.study(SIZES, (study.WITHOUT, study.WITH))
 
 
+@pytest.mark.long
 def test_both_approaches_see_the_very_same_data(found):
     trees = [result for results in found.results.values() for result in results.values()]
     assert len(trees) == 4
@@ -23,6 +24,7 @@ def test_both_approaches_see_the_very_same_data(found):
         assert values.sizes == {"sensor": 3, "actuator": 1, "frequency": 10}
 
 
+@pytest.mark.long
 def test_the_table_has_a_row_for_each_approach(found):
     rows = study.table(found, study.WITH)
     assert list(rows.index) == [study.KDE, study.LATENT]
@@ -33,6 +35,7 @@ def test_the_table_has_a_row_for_each_approach(found):
     assert "effects.point_mass.mass mean" not in study.table(found, study.WITHOUT)
 
 
+@pytest.mark.long
 def test_a_hidden_effect_biases_and_adding_it_corrects(found):
     true = found.scenes[study.WITH].truth[study.STIFFNESS]
     means = {
@@ -43,6 +46,7 @@ def test_a_hidden_effect_biases_and_adding_it_corrects(found):
     assert abs(means[study.WITH] - true) < 0.02 * true
 
 
+@pytest.mark.long
 def test_the_sentences_say_what_follows(found):
     sentences = study.sentences(found)
     for beginning in (
@@ -57,6 +61,7 @@ def test_the_sentences_say_what_follows(found):
     assert any("very strong" in line for line in sentences)
 
 
+@pytest.mark.long
 def test_the_command_writes_tables_words_and_a_figure(found, tmp_path, monkeypatch, capsys):
     asked = []
     monkeypatch.setattr(study, "study", lambda *given: asked.append(given) or found)
@@ -68,6 +73,7 @@ def test_the_command_writes_tables_words_and_a_figure(found, tmp_path, monkeypat
     assert matplotlib.image.imread(tmp_path / "new" / "approaches.png").shape[1] > 600
 
 
+@pytest.mark.long
 def test_the_figure_names_parameter_unit_and_approaches(found):
     for axis, name in zip(study.figure(found).axes, found.results, strict=True):
         assert axis.get_title() == name
@@ -88,6 +94,7 @@ def test_quadrature_joins_where_parameters_are_few():
     assert [method.name for method in few] == [study.KDE, study.LATENT]
 
 
+@pytest.mark.long
 def test_all_draws_in_one_place_are_drawn_as_a_line(found):
     axis = study.figure(found).axes[0]
     before = len(axis.lines)

@@ -44,6 +44,7 @@ def beam_result(request):
     return bp.infer(free_free_beam.experiment, measurement, engine=free_free_beam.engine, key=0)
 
 
+@pytest.mark.long
 def test_six_resonances_of_the_measured_beam(beam_result):
     stiffness = beam_result["posterior"]["structure.modes.youngs_modulus"].values
     beam = free_free_beam.beam.modes
@@ -52,6 +53,7 @@ def test_six_resonances_of_the_measured_beam(beam_result):
     np.testing.assert_allclose(resonances, free_free_beam.RESONANCES, rtol=0.003)
 
 
+@pytest.mark.long
 def test_positions_on_the_measured_beam(beam_result):
     draws = beam_result["posterior"].to_dataset()
     response = draws["sensor.1.position"]
@@ -67,6 +69,7 @@ def test_positions_on_the_measured_beam(beam_result):
         assert np.all(np.abs(unmirrored.quantile([0.005, 0.995]) - place) < 0.01), name
 
 
+@pytest.mark.long
 def test_the_recorded_driving_point_of_the_measured_beam_is_wrong(beam_result):
     # The file records function 1 as read and driven at one point; the posterior has the two at
     # opposite ends of the beam.

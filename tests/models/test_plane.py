@@ -130,6 +130,7 @@ def test_the_signs_are_unanimous_and_follow_the_data(plane):
     np.testing.assert_array_equal(study.signs(flipped)[0][known], (sign * flip)[known])
 
 
+@pytest.mark.long
 def test_no_other_sign_has_any_probability(plane, measurement, means):
     experiment = study.below(plane).fix({name: jnp.asarray(v) for name, v in means.items()})
     data = experiment.data(measurement)
@@ -143,6 +144,7 @@ def test_no_other_sign_has_any_probability(plane, measurement, means):
     assert np.min(np.asarray(right - wrong)[known]) > 20
 
 
+@pytest.mark.long
 def test_natural_frequencies_and_damping(means, identified):
     frequency, ratio, _ = identified
     inferred_frequency = means["structure.modes.frequency"]
@@ -152,6 +154,7 @@ def test_natural_frequencies_and_damping(means, identified):
     np.testing.assert_allclose(means["structure.damping.ratio"][known], ratio[known], rtol=0.25)
 
 
+@pytest.mark.long
 def test_modal_masses_are_those_of_one_structure(plane, means):
     # Relative to an even distribution of the total mass, within the ratio of two plate thicknesses.
     # The total mass itself is not well identified: it matters at a few lines between resonances.
@@ -172,6 +175,7 @@ def places(means):
     }
 
 
+@pytest.mark.long
 def test_positions_of_the_accelerometers(means):
     inferred_places = places(means)
     assert inferred_places["wing"][0] > 0.63  # near the tip at 0.75 m
@@ -180,6 +184,7 @@ def test_positions_of_the_accelerometers(means):
 
 
 @pytest.mark.parametrize(("sensor", "name"), list(enumerate(study.AXES)))
+@pytest.mark.long
 def test_of_all_nodes_and_axes_those_found_explain_the_identified_residues(
     plane, means, identified, sensor, name
 ):
@@ -206,6 +211,7 @@ def rotated_shapes(plane, means, mass):
     return shapes
 
 
+@pytest.mark.long
 def test_modes_1_to_6_leave_the_stated_error(posterior):
     misfit = bp.check(posterior)
     assert misfit.passed
