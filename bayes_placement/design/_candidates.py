@@ -42,19 +42,21 @@ class Candidates(NamedTuple):
         return self.recorded.reshape(len(self.positions), -1)
 
     def forms(self) -> np.ndarray:
-        """Number of the form of each candidate; those of one form differ in numbers only."""
-        known: dict[Any, int] = {}
-        return np.array([known.setdefault(_form(each), len(known)) for each in self.positions])
+        """Number of the form of each candidate; those of one form differ only in values."""
+        numbers: dict[Any, int] = {}
+        return np.array(
+            [numbers.setdefault(_form(position), len(numbers)) for position in self.positions]
+        )
 
     def subset(self, numbers: np.ndarray) -> "Candidates":
-        """Return those of these numbers, in this order, repeated where a number is."""
+        """Return the candidates of some numbers, in their order, repeated where a number is."""
         positions, nominal = (
             [values[number] for number in numbers] for values in (self.positions, self.nominal)
         )
         return Candidates(self.name, self.recorded[numbers], positions, nominal)
 
     def followed_by(self, other: "Candidates") -> "Candidates":
-        """Return these and then others."""
+        """Return these candidates followed by others."""
         return Candidates(
             self.name,
             np.concatenate([self.recorded, other.recorded]),
@@ -97,7 +99,7 @@ def _candidates(experiment: Experiment, name: str, listed: Any) -> Candidates:
     stated = transducer(experiment, name)
     if isinstance(listed, Tolerance):
         raise InputError(
-            f'{stated.kind} "{name}" was given {listed}, a region; here a list of places to '
+            f'{stated.kind} "{name}" was given {listed}, a region; a list of places to '
             f'try is needed: {{"{name}": [0.25, 0.5]}}. search=design.Evolutionary() searches all '
             "of a region."
         )
@@ -117,7 +119,7 @@ def present_position(experiment: Experiment, name: str) -> Candidates:
 
 def combinations(moved: Sequence[Candidates]) -> np.ndarray:
     """All combinations of candidates [cell, transducer]."""
-    counts = [len(one.positions) for one in moved]
+    counts = [len(candidates.positions) for candidates in moved]
     return np.stack(np.unravel_index(np.arange(np.prod(counts)), counts), axis=1)
 
 
@@ -153,13 +155,13 @@ def transducer(experiment: Experiment, name: str) -> Transducer:
     InputError
         If there is none.
     """
-    known = {**experiment.sensor, **experiment.actuator}
-    if name not in known:
+    transducers = {**experiment.sensor, **experiment.actuator}
+    if name not in transducers:
         raise InputError(
             f'Places of "{name}" were given, but the experiment has no such transducer. It has '
-            f"{', '.join(known)}."
+            f"{', '.join(transducers)}."
         )
-    return known[name]
+    return transducers[name]
 
 
 def _side(experiment: Experiment, name: str) -> str:

@@ -1,4 +1,4 @@
-"""Which parameters an experiment is to tell about, and nominal values of all unknowns."""
+"""Parameters of interest of a design, and nominal values of all unknowns."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -32,27 +32,27 @@ def with_parameters_of_interest(
     Raises
     ------
     InputError
-        If there is no such parameter, or a nominal value is given for what is none.
+        If a name is not that of an unknown parameter.
     """
-    given = dict(nominal or {})
-    _refuse_unknown_names(given, experiment)
+    values = dict(nominal or {})
+    _refuse_unknown_names(values, experiment)
     if about is None:
-        return experiment, given
-    known = experiment.nominal_values()
-    parameters = [one.name for one in experiment.unknowns if one.role is Role.PARAMETER]
+        return experiment, values
+    typical = experiment.nominal_values()
+    parameters = [unknown.name for unknown in experiment.unknowns if unknown.role is Role.PARAMETER]
     if not about or not set(about) <= set(parameters):
         raise InputError(
             f"about={list(about)} was given; names of unknown parameters are needed. Those are "
             f"{', '.join(parameters)}."
         )
-    held = {name: given.pop(name, known[name]) for name in parameters if name not in about}
-    return experiment.fix(held), given
+    fixed = {name: values.pop(name, typical[name]) for name in parameters if name not in about}
+    return experiment.fix(fixed), values
 
 
 def nominal_values(
     experiment: Experiment,
     moved: Sequence[str],
-    given: Mapping[str, float],
+    stated: Mapping[str, float],
     typical: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Nominal value of each unknown but the positions of what is moved.
@@ -63,14 +63,14 @@ def nominal_values(
         The experiment.
     moved
         Names of the transducers that are moved.
-    given
+    stated
         Values that the user gives, by name.
     typical
         Values that are better than recorded positions and means of priors, by name.
     """
     unknown = experiment.unknown
     return {
-        name: jnp.asarray(given.get(name, typical.get(name, value)))
+        name: jnp.asarray(stated.get(name, typical.get(name, value)))
         for name, value in experiment.nominal_values().items()
         if not _is_position_of(unknown[name], moved)
     }
@@ -81,9 +81,9 @@ def _is_position_of(unknown: Unknown, transducers: Sequence[str]) -> bool:
     return is_position and unknown.owner.name in transducers
 
 
-def _refuse_unknown_names(given: Mapping[str, float], experiment: Experiment) -> None:
+def _refuse_unknown_names(nominal: Mapping[str, float], experiment: Experiment) -> None:
     names = [unknown.name for unknown in experiment.unknowns if not unknown.is_placement]
-    for name in given:
+    for name in nominal:
         if name not in names:
             raise InputError(
                 f"A nominal value of {name} was given, which is no unknown parameter; those are "

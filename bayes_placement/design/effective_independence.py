@@ -1,4 +1,4 @@
-"""Effective independence: the sensor places that tell mode shapes best apart, without damping."""
+"""Effective independence: sensor places at which mode shapes are most independent."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ Rows = Float[np.ndarray, "place channel mode"]
 
 @dataclass(frozen=True)
 class EffectiveIndependence:
-    """Places that tell mode shapes best apart, as far as effective independence finds them.
+    """Places at which mode shapes are most independent, by effective independence.
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ class EffectiveIndependence:
         Recorded place of each sensor [m], by name.
     table
         One row for each place to try, those kept first, then the others, the last removed first:
-        place [m], `effective_independence` among those that were left when it was removed, or at
-        the end (1 where the modes cannot be told apart without it), and `kept`.
+        place [m], `effective_independence` among the places that remained when it was removed, or
+        at the end (1 where modes become dependent without it), and `kept`.
     log_determinant
-        Logarithm of the determinant of the Fisher information with all places, then with one less
-        each time. Shapes are mass-normalised.
+        Logarithm of the determinant of the Fisher information with all places, then after each
+        removal. Shapes are mass-normalised.
     modes
         Numbers of the modes, counted from one.
     """
@@ -49,11 +49,11 @@ class EffectiveIndependence:
 
     @property
     def places(self) -> dict[str, list[Any]]:
-        """Each place as the only one to try, so that `place` tells what is learnt there."""
+        """Each place as the only candidate, so that `place` estimates its information gain."""
         return {name: [at] for name, at in self.positions.items()}
 
     def __str__(self) -> str:
-        """Say where, and which modes that tells apart."""
+        """State the places and the modes."""
         where = ", ".join(f"{name} at {position_text(at)} m" for name, at in self.positions.items())
         return (
             f"{len(self.positions)} of {len(self.table)} places by effective independence of modes "
@@ -68,13 +68,13 @@ def effective_independence(
     *,
     modes: Sequence[int] | None = None,
 ) -> EffectiveIndependence:
-    """Place sensors by effective independence, a classical baseline that takes no time.
+    """Place sensors by effective independence, a fast classical baseline.
 
     Of all places to try, the one is removed that contributes least to the determinant of the Fisher
-    information of the modal coordinates, until as many are left as there are sensors (Kammer 1991,
+    information of the modal coordinates, until as many remain as there are sensors (Kammer 1991,
     DOI 10.2514/3.20636). It uses mode shapes only: neither damping, unknowns, tolerances of the
     positions nor actuators. A place with several directions is removed with all of them.
-    Removing one by one need not end at the largest determinant of all choices.
+    Stepwise removal need not end at the largest determinant of all choices.
 
     Parameters
     ----------
@@ -109,12 +109,12 @@ def effective_independence(
     base = np.concatenate([np.zeros((0, len(chosen))), *(shapes[:, chosen] for shapes in mounted)])
     _check_rank(rows, base, count)
     order, worth, log_determinant = _ranked(rows, base, count)
-    kept = tried[np.sort(order[:count])]
+    best = tried[np.sort(order[:count])]
     table = pd.DataFrame([coordinates(place) for place in tried[order]])
     table["effective_independence"] = worth
     table["kept"] = np.arange(len(order)) < count
     return EffectiveIndependence(
-        {one.name: place for one, place in zip(moved, kept, strict=True)},
+        {sensor.name: place for sensor, place in zip(moved, best, strict=True)},
         table,
         log_determinant,
         tuple(int(number) + 1 for number in chosen),
@@ -128,23 +128,23 @@ def coordinates(at: Any) -> dict[str, float]:
 
 
 def _ranked(rows: Rows, base: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places in the order of their worth, that worth, and the log determinant [removed]."""
-    left = np.arange(len(rows))
+    """Places by falling effective independence, its values, and log determinants [removed]."""
+    remaining = np.arange(len(rows))
     removed: list[int] = []
     worth_removed: list[float] = []
     log_determinants = []
     while True:
-        worth, log_determinant = _worth(rows[left], base)
+        worth, log_determinant = _worth(rows[remaining], base)
         log_determinants.append(log_determinant)
-        if len(left) == count:
+        if len(remaining) == count:
             break
-        # Places of equal worth differ by rounding: the first of them goes.
+        # Places of equal worth differ by rounding: the first of them is removed.
         least = int(np.argmin(np.round(worth, 9)))
-        removed.insert(0, int(left[least]))
+        removed.insert(0, int(remaining[least]))
         worth_removed.insert(0, float(worth[least]))
-        left = np.delete(left, least)
+        remaining = np.delete(remaining, least)
     best_first = np.argsort(-worth, kind="stable")
-    order = np.array([*left[best_first], *removed], dtype=int)
+    order = np.array([*remaining[best_first], *removed], dtype=int)
     return order, np.array([*worth[best_first], *worth_removed]), np.array(log_determinants)
 
 
@@ -162,7 +162,7 @@ def _worth(rows: Rows, base: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _shapes_read(sensor: Transducer, places: np.ndarray, modes: Modes) -> Rows:
-    """Mode shapes that a sensor reads at places."""
+    """Mode shapes that a sensor measures at places."""
     return np.asarray(_shapes_at(sensor, modes, jnp.asarray(places, float)))
 
 
@@ -203,21 +203,21 @@ def _numbered(modes: Modes, numbers: Sequence[int]) -> np.ndarray:
 
 
 def _check_alike(experiment: Experiment, moved: Sequence[Candidates]) -> None:
-    for one in moved:
-        if one.name not in experiment.sensor:
+    for sensor in moved:
+        if sensor.name not in experiment.sensor:
             raise InputError(
-                f'Places of the actuator "{one.name}" were given; those of sensors are needed, '
-                "since effective independence knows nothing of what drives the structure. "
+                f'Places of the actuator "{sensor.name}" were given; those of sensors are needed, '
+                "since effective independence does not depend on the actuators. "
                 "bp.place(...) places actuators as well."
             )
     first = moved[0]
     for other in moved[1:]:
-        pair = [experiment.sensor[one.name] for one in (first, other)]
+        pair = [experiment.sensor[name] for name in (first.name, other.name)]
         fields = [(sensor.directions, sensor.angles) for sensor in pair]
         if not np.array_equal(other.recorded, first.recorded) or not eqx.tree_equal(*fields):
             raise InputError(
-                f'Sensors "{first.name}" and "{other.name}" have other places to try, or other '
-                "directions; sensors alike and one list of places are needed, from which places "
+                f'Sensors "{first.name}" and "{other.name}" have different places to try or '
+                "directions; equal sensors and one list of places are needed, from which places "
                 f'are removed one by one: {{"{first.name}": places, "{other.name}": places}}.'
             )
 
@@ -228,17 +228,17 @@ def _check_rank(rows: Rows, base: np.ndarray, count: int) -> None:
     if len(rows) < count:
         raise InputError(
             f"{len(rows)} places for {count} sensors were given; at least as many places as "
-            "sensors are needed, since no two sensors share one."
+            "sensors are needed, since no two sensors share a place."
         )
     if measured < modes:
         raise InputError(
             f"{measured} channels were given for {modes} modes; at least as many channels as modes "
-            "are needed, since otherwise no placement tells them apart. Choose fewer modes: "
+            "are needed, since otherwise modes are dependent at any placement. Choose fewer modes: "
             f"modes={tuple(range(1, measured + 1))}."
         )
     rank = np.linalg.matrix_rank(np.concatenate([rows.reshape(-1, modes), base]))
     if rank < modes:
         raise InputError(
-            f"With a sensor at each of the {len(rows)} places only {rank} of {modes} modes could "
-            "be told apart; more places are needed, or fewer modes: modes=(1, 2)."
+            f"With a sensor at each of the {len(rows)} places only {rank} of {modes} modes are "
+            "independent; more places are needed, or fewer modes: modes=(1, 2)."
         )

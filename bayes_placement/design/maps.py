@@ -51,13 +51,13 @@ def information_map(
     key
         Seed or JAX key.
     executor
-        Where chunks are computed: `workers(4)`, or any `concurrent.futures` executor; by default
-        in this process. The result is the same, bit for bit.
+        Executor that computes the chunks: `workers(4)`, or any of `concurrent.futures`; by default
+        this process. The result is the same, bit for bit.
     store
-        Folder in which finished chunks are kept, one file each, named by all that determines it.
-        A second run computes only what is missing.
+        Folder for finished chunks, one file each, named by a hash of all its inputs. A second run
+        computes only the missing ones.
     chunk
-        Placements of a chunk; a second or more of work is far more than it costs to hand it out.
+        Placements of a chunk; a second or more of work is far above the cost of dispatching it.
     progress
         Called with the share that is done; `progress_bar()` makes one.
 
@@ -65,8 +65,9 @@ def information_map(
     -------
     xarray.Dataset
         `information_gain` and its standard error `information_gain_se` [nat], dimensions named
-        after the transducers; `information_gain_jackknife`, the same without each replicate of the
-        random points, for `lead`. NaN where it is not finite, as on a support that does not move.
+        after the transducers; `information_gain_jackknife`, the estimate without each replicate of
+        the random points, for `lead`. NaN where it is not finite, as on a support that does not
+        move.
 
     Raises
     ------
@@ -74,7 +75,7 @@ def information_map(
         If a place is outside the structure, the estimator cannot treat the experiment, or it
         cannot be sent to another process.
     RuntimeError
-        If a worker was lost and the executor cannot go on, or a worker cannot read what it is sent.
+        If a worker was lost and the executor cannot continue, or a worker cannot unpack its chunk.
     """
     evaluation = Evaluation.of(
         experiment,
@@ -88,14 +89,14 @@ def information_map(
         progress=progress,
     )
     moved = candidates(evaluation.experiment, places)
-    shape = tuple(len(one.positions) for one in moved)
+    shape = tuple(len(transducer.positions) for transducer in moved)
     gain = evaluation.at(moved, combinations(moved)).reshape(*shape, -1)
     gain[np.isneginf(gain)] = np.nan
     return _labelled(moved, gain, evaluation.estimator.settings() | {"key": evaluation.seed})
 
 
 class Lead(NamedTuple):
-    """By how much the best placement is better than another [nat].
+    """Lead of the best placement over another [nat].
 
     Parameters
     ----------
@@ -114,7 +115,7 @@ class Lead(NamedTuple):
 def lead(learnt: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
     """Compare the best placement of a map with another.
 
-    All placements share their random points, so that much of their errors is common.
+    All placements share their random points, so that most of their errors cancels.
 
     Parameters
     ----------
@@ -126,7 +127,7 @@ def lead(learnt: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
     Raises
     ------
     InfeasibleError
-        If nothing is known at any placement.
+        If the information gain is finite at no placement.
     """
     gain = learnt["information_gain"]
     names = [str(name) for name in gain.dims]
@@ -167,8 +168,8 @@ def difference_of(estimates: np.ndarray, others: np.ndarray) -> tuple[float, flo
     Parameters
     ----------
     estimates, others
-        Information gain of each [1 + replicate]: the estimate, then without each replicate. What
-        is common to both cancels.
+        Information gain of each [1 + replicate]: the estimate, then without each replicate. Common
+        errors cancel.
     """
     differences = estimates - others
     return float(differences[0]), float(jackknife_error(differences[1:]))
@@ -180,7 +181,7 @@ def _estimates(cell: xr.Dataset) -> np.ndarray:
 
 
 def rivals(learnt: xr.Dataset) -> xr.DataArray:
-    """Tell which placements are not significantly worse than the best (two standard errors)."""
+    """Return which placements are not significantly worse than the best (two standard errors)."""
     gain, jackknife = learnt["information_gain"], learnt["information_gain_jackknife"]
     names = [str(name) for name in gain.dims]
     best = lead(learnt).best
@@ -192,7 +193,7 @@ def rivals(learnt: xr.Dataset) -> xr.DataArray:
 def _labelled(
     moved: Sequence[Candidates], gain: np.ndarray, settings: dict[str, Any]
 ) -> xr.Dataset:
-    names = [one.name for one in moved]
+    names = [transducer.name for transducer in moved]
     words = {"units": "nat", "long_name": "information gain"}
     error = {"units": "nat", "long_name": "standard error of the information gain"}
     learnt = xr.Dataset(
@@ -203,8 +204,8 @@ def _labelled(
         },
         attrs=settings,
     )
-    for one in moved:
-        learnt = learnt.assign_coords(_coordinates(one))
+    for transducer in moved:
+        learnt = learnt.assign_coords(_coordinates(transducer))
     return learnt
 
 

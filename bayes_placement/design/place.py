@@ -1,4 +1,4 @@
-"""The placement of sensors and actuators that teaches most about the parameters."""
+"""The placement of sensors and actuators with the greatest information gain."""
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
@@ -34,21 +34,21 @@ class Placement:
     positions
         Recorded position of each transducer that is placed [m], by name.
     omitted
-        Names of those that are not worth their cost.
+        Names of the transducers that are not worth their cost.
     information_gain, information_gain_se
-        What is learnt there, and its standard error [nat].
+        Information gain of the best placement, and its standard error [nat].
     cost
-        What the transducers that are placed cost [nat].
+        Cost of the transducers that are placed [nat].
     lead, lead_se
-        Net gain less that of the second best placement, and its standard error [nat]; much of both
-        errors is common. Placements next to the best one in a region do not count as second best.
+        Net gain less that of the second best placement, and its standard error [nat]; common errors
+        cancel. Placements next to the best one in a region do not count as second best.
     table
         All placements, one a row, the best first: positions [m], `information_gain`,
         `information_gain_se`, `cost` and `net_gain`, the information gain less the cost [nat].
     search
-        How it was searched for.
+        Name of the search strategy.
     evaluations
-        How often information was estimated.
+        Number of placements whose information gain was estimated.
     """
 
     positions: dict[str, Any]
@@ -68,7 +68,7 @@ class Placement:
         return self.information_gain - self.cost
 
     def __str__(self) -> str:
-        """Say where, how much is learnt, and how sure that is."""
+        """State the positions, the information gain and its errors."""
         where = ", ".join(
             f"{name} at {position_text(np.round(at, 4))} m" for name, at in self.positions.items()
         )
@@ -90,9 +90,9 @@ class Placement:
         if not self.omitted:
             return ""
         if len(self.omitted) == 1:
-            return f" {self.omitted[0]} is left out: it teaches less than it costs."
+            return f" {self.omitted[0]} is left out: its information gain is less than its cost."
         names = " and ".join(self.omitted)
-        return f" {names} are left out: they teach less than they cost."
+        return f" {names} are left out: their information gain is less than their cost."
 
 
 def place(
@@ -111,10 +111,10 @@ def place(
     store: str | Path | None = None,
     progress: Progress = no_progress,
 ) -> Placement:
-    """Find where some sensors and actuators tell most about the parameters, Eq. (34).
+    """Find the positions of sensors and actuators with the greatest information gain, Eq. (34).
 
-    Transducers that are not named stay where they are: those are mounted already. Those that
-    differ in their name only are exchangeable, and not tried twice.
+    Transducers that are not named are mounted already and stay. Those that differ only in their
+    name are exchangeable, and not tried twice.
 
     Parameters
     ----------
@@ -131,10 +131,10 @@ def place(
     least_distance
         Least distance [m] between sensors, and between actuators.
     cost
-        What a transducer must teach to be worth its place [nat], by name. What has a cost may be
-        left out; the best placement is the one of the greatest net gain. All others are always
-        placed. Kernels in the space of the outputs (`information.KDE`) blur more the more sensors
-        there are, so that it finds rather too few worth their cost; take
+        Information gain that a transducer must add to be worth its place [nat], by name. A
+        transducer with a cost may be left out; the best placement is that of the greatest net
+        gain. All others are always placed. Kernels in the space of the outputs (`information.KDE`)
+        blur more with more sensors, so that rather too few seem worth their cost; take
         `information.ExpectedGain()` where sensors are counted.
     estimator, about, nominal, key, executor, store, progress
         See `information_map`.
@@ -142,8 +142,8 @@ def place(
     Raises
     ------
     InputError
-        If no placement is allowed, none tells anything, or the estimator cannot treat the
-        experiment.
+        If no placement is allowed, none has a finite information gain, or the estimator cannot
+        treat the experiment.
     """
     evaluation = Evaluation.of(
         experiment,
@@ -190,7 +190,7 @@ def _best(space: SearchSpace, trials: Trials, search: str) -> Placement:
 
 
 def _lead_over_second(trials: Trials, net: np.ndarray, order: np.ndarray) -> tuple[float, float]:
-    """Lead of the best over the best that is not next to it, infinite without such."""
+    """Lead of the best over the best that is not next to it; infinite if there is none."""
     best = order[0]
     for second in order[1:]:
         if not trials.near_best[[best, second]].all():

@@ -15,19 +15,19 @@ def planned(
 ) -> Experiment:
     """Return an experiment for a measurement that is still to come.
 
-    What is only known with data in hand is replaced: an unknown level of the output error by the
-    mean of its prior, and an error that is read from coherence by one of the same relative size at
-    all lines, which in log10 of the amplitude is a constant.
+    Levels that only data determine are replaced: an unknown level of the output error by the mean
+    of its prior, and an error that is read from coherence by one of the same relative size at all
+    lines, which in log10 of the amplitude is a constant.
 
     Parameters
     ----------
     experiment
         The experiment.
     measurement
-        An earlier measurement of the same kind, whose coherence tells the relative error: the
+        An earlier measurement of the same kind, whose coherence gives the relative error: the
         median over all its data is taken.
     sigma
-        Standard deviation of log10 of the amplitude, in the place of a measurement.
+        Standard deviation of log10 of the amplitude, instead of a measurement.
 
     Raises
     ------
@@ -39,7 +39,9 @@ def planned(
         return _with_logarithmic_error(experiment, sigma)
     if noise is None or not noise.reads_coherence:
         typical = experiment.nominal_values()
-        levels = [one.name for one in experiment.unknowns if one.role is Role.OUTPUT_ERROR]
+        levels = [
+            unknown.name for unknown in experiment.unknowns if unknown.role is Role.OUTPUT_ERROR
+        ]
         return experiment.fix({name: typical[name] for name in levels})
     if measurement is None:
         raise InputError(
@@ -73,8 +75,8 @@ def _logarithmic_error(experiment: Experiment, measurement: Measurements) -> flo
     sigma, measured = np.asarray(deviation), np.asarray(data.measured)
     if experiment.observe.parts == 1:
         return float(np.median(sigma[measured]))
-    # Half of the variance lies across the FRF, in its phase.
-    along = np.sqrt(np.mean(sigma**2, axis=-2))
+    # Half of the variance lies along the FRF, in its amplitude; the other half in its phase.
+    radial = np.sqrt(np.mean(sigma**2, axis=-2))
     amplitude = np.sqrt(np.sum(np.asarray(data.z) ** 2, axis=-2))
     complete = np.all(measured, axis=-2)
-    return float(np.median(along[complete] / amplitude[complete]) / np.log(10))
+    return float(np.median(radial[complete] / amplitude[complete]) / np.log(10))

@@ -1,4 +1,4 @@
-"""What a smaller tolerance of the positions would buy, such as by a drilling jig."""
+"""Information gained by a smaller tolerance of the positions, such as by a drilling jig."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,6 +12,7 @@ from .._types import InputError, Progress, no_progress
 from ..experiment.experiment import Experiment
 from ._candidates import transducer, with_transducers
 from .maps import SIGNIFICANT, difference, information_map, lead
+from .running.evaluation import part_of_progress
 
 FACTORS = (1.0, 0.5, 0.25)
 
@@ -26,20 +27,20 @@ class ToleranceStudy:
     Parameters
     ----------
     maps
-        As `information_map` returns them, along a dimension `tolerance_factor`: so many
-        times the tolerance that is declared.
+        As `information_map` returns them, along a dimension `tolerance_factor`: the multiple of the
+        declared tolerance.
     table
         One row for each tolerance: the best position of each transducer [m]; `information_gain`
-        there and `information_gain_se` [nat]; `improvement`, by how much that is more than the best
-        for the first tolerance, and its error `improvement_se`; `relocation`, how much of that is
-        lost where all stays at the first optimum, and its error `relocation_se`.
+        there and `information_gain_se` [nat]; `improvement`, its difference from the best for the
+        first tolerance, and its error `improvement_se`; `relocation`, the part of it that is lost
+        if all transducers stay at the first optimum, and its error `relocation_se`.
     """
 
     maps: xr.Dataset = field(repr=False)
     table: pd.DataFrame
 
     def __str__(self) -> str:
-        """Say for each tolerance where to measure and what it buys."""
+        """State for each tolerance the best positions and the improvement."""
         rows: Any = self.table.reset_index().to_dict("records")
         first = rows[0][FACTOR]
         return "\n".join(self._in_words(row, first) for row in rows)
@@ -67,14 +68,14 @@ def tolerance_study(
     progress: Progress = no_progress,
     **settings: Any,
 ) -> ToleranceStudy:
-    """Tell how the best placement moves, and how much more is learnt, with a smaller tolerance.
+    """Compare the best placement and its information gain for several tolerances.
 
-    What a drilling jig would buy. All maps share their random points.
+    It shows the value of a drilling jig. All maps share their random points.
 
     Parameters
     ----------
     experiment
-        The experiment. Only transducers that are moved get other tolerances.
+        The experiment. Only the tolerances of transducers that are moved change.
     places
         Recorded positions [m] to try, by the name of the transducer.
     factors
@@ -99,7 +100,7 @@ def tolerance_study(
         information_map(
             _with_tolerance(experiment, list(places), factor),
             places,
-            progress=_part(progress, number, len(factors)),
+            progress=part_of_progress(progress, number, len(factors)),
             **settings,
         )
         for number, factor in enumerate(factors)
@@ -108,19 +109,15 @@ def tolerance_study(
 
 
 def _with_tolerance(experiment: Experiment, names: Sequence[str], factor: float) -> Experiment:
-    """The experiment with other tolerances of some transducers."""
+    """The experiment with scaled tolerances of some transducers."""
     modes = experiment.structure.modes
     changed = {name: transducer(experiment, name).mounted(factor, modes) for name in names}
     return with_transducers(experiment, changed)
 
 
-def _part(progress: Progress, number: int, count: int) -> Progress:
-    return lambda share: progress((number + share) / count)
-
-
 def _joined(maps: list[xr.Dataset], factors: Sequence[float]) -> xr.Dataset:
-    along = xr.DataArray(list(factors), dims=FACTOR, name=FACTOR, attrs={"units": "1"})
-    return xr.concat(maps, dim=along, combine_attrs="override", data_vars="all")
+    dimension = xr.DataArray(list(factors), dims=FACTOR, name=FACTOR, attrs={"units": "1"})
+    return xr.concat(maps, dim=dimension, combine_attrs="override", data_vars="all")
 
 
 def _table(maps: list[xr.Dataset], factors: Sequence[float]) -> pd.DataFrame:

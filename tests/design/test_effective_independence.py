@@ -170,10 +170,14 @@ def different():
     ("places", "modes", "message"),
     [
         ({"a1": SEVEN}, None, r'Places of the actuator "a1" were given; those of sensors are'),
-        ({"s1": SEVEN, "s2": SEVEN[:4]}, None, r'Sensors "s1" and "s2" have other places to try'),
+        (
+            {"s1": SEVEN, "s2": SEVEN[:4]},
+            None,
+            r'Sensors "s1" and "s2" have different places to try',
+        ),
         ({"s1": SEVEN, "s2": SEVEN}, (1, 2, 3), r"2 channels were given for 3 modes; .*=\(1, 2\)"),
         ({"s1": SEVEN[:1], "s2": SEVEN[:1]}, (1,), r"1 places for 2 sensors were given; at least"),
-        ({"s1": [0.5, 0.5], "s2": [0.5, 0.5]}, (1, 2), r"places only 1 of 2 modes could be told"),
+        ({"s1": [0.5, 0.5], "s2": [0.5, 0.5]}, (1, 2), r"places only 1 of 2 modes are independent"),
         (
             {"s1": SEVEN, "s2": SEVEN},
             (0,),
@@ -188,7 +192,7 @@ def test_what_has_no_answer_is_refused(places, modes, message):
 
 
 def test_sensors_that_read_other_directions_are_refused():
-    with pytest.raises(ValueError, match=r'Sensors "s1" and "s2" have other places to try, or oth'):
+    with pytest.raises(ValueError, match=r'Sensors "s1" and "s2" have different places to try or'):
         design.effective_independence(different(), {"s1": SEVEN, "s2": SEVEN})
 
 

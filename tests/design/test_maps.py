@@ -150,9 +150,7 @@ def test_a_law_without_support_cannot_be_moved():
         observe=bp.observe.LogAmplitude("velocity"),
         noise=None,
     )
-    with pytest.raises(
-        ValueError, match=r"its position is a distribution there only; a tolerance is"
-    ):
+    with pytest.raises(ValueError, match=r"a distribution that holds at its present place only"):
         bp.information_map(one, {"s1": [0.5]}, estimator=SMALL)
 
 

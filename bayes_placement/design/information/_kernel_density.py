@@ -34,7 +34,7 @@ def log_density(
     outputs
         Outputs of the draws.
     measured
-        Where the density is wanted.
+        Outputs at which the density is evaluated.
     variance
         Variance of the output error, zero for none.
     kernel
@@ -43,15 +43,15 @@ def log_density(
     draws = outputs.shape[-1]
     # Differences from what was measured: single precision is lost on the level otherwise.
     residual = outputs.reshape(-1, draws) - measured.ravel()[:, None]
-    # Read twice below: once is enough for whatever computes it.
+    # Read twice below, but to be computed once.
     residual = jax.lax.optimization_barrier(residual)
     mean, spread = _moments(residual)
     scale = jnp.sqrt(kernel.width**2 * spread + variance.ravel())
     slope, level = kernel.shrinkage / scale, (1 - kernel.shrinkage) * mean / scale
     terms = -0.5 * _sum_of_squares(slope[:, None] * residual + level[:, None])
     volume = jnp.sum(jnp.log(scale)) + 0.5 * jnp.log(2 * jnp.pi).astype(scale.dtype) * scale.size
-    most = jnp.max(_lanes(terms).max(axis=0))
-    return jnp.log(_lanes(jnp.exp(terms - most)).sum(axis=0).sum() / draws) + most - volume
+    greatest = jnp.max(_lanes(terms).max(axis=0))
+    return jnp.log(_lanes(jnp.exp(terms - greatest)).sum(axis=0).sum() / draws) + greatest - volume
 
 
 def _moments(
@@ -61,19 +61,19 @@ def _moments(
     draws = values.shape[-1]
     # From the first draw: sums of squares about a far point would lose the variance.
     first = values[:, :1]
-    sums, squares = _both_sums(_lanes(values - first))
+    sums, squares = _sums_and_squares(_lanes(values - first))
     mean = sums.sum(axis=-1) / draws
     return mean + first[:, 0], (squares.sum(axis=-1) - draws * mean**2) / (draws - 1)
 
 
-def _both_sums(
+def _sums_and_squares(
     lanes: Float[Array, "output step lane"],
 ) -> tuple[Float[Array, "output lane"], Float[Array, "output lane"]]:
     """Sums of values and of their squares over the steps."""
     zero = jnp.zeros((), lanes.dtype)
 
-    def add(left: Any, right: Any) -> Any:
-        return left[0] + right[0], left[1] + right[1]
+    def add(first: Any, second: Any) -> Any:
+        return first[0] + second[0], first[1] + second[1]
 
     return tuple(jax.lax.reduce((lanes, lanes**2), (zero, zero), add, (lanes.ndim - 2,)))
 

@@ -1,7 +1,7 @@
-"""FRFs as sums of products: shapes and spectra of modes that are known.
+"""FRFs as sums of products of shapes and spectra, for known modes.
 
-One factor of each product is known once all is placed, the other once the damping is: so the FRFs
-of many dampings and many placements are one product of matrices.
+The first factor of each product depends on the placement only, the second on the damping only: so
+the FRFs of many dampings and many placements are one product of matrices.
 """
 
 import jax
@@ -16,7 +16,7 @@ from ...modes.points import Points, joined
 
 
 def factorise(experiment: Experiment) -> bool:
-    """Tell whether FRFs are such products: nothing attached, all modes known."""
+    """Return whether FRFs are such products: no attachments, and all modes known."""
     structure = experiment.structure
     if experiment.force_levels is not None or experiment.instrument_effects:
         return False
@@ -37,7 +37,7 @@ def residues(experiment: Experiment) -> Float[Array, "sensor actuator product"]:
 
 
 def spectra(experiment: Experiment) -> Complex[Array, "product frequency"]:
-    """FRF of the observed quantity for a residue of one, once the damping is known."""
+    """FRF of the observed quantity for a unit residue, for known damping."""
     omega = 2 * jnp.pi * jnp.asarray(experiment.frequency)
     factors = modal_receptance(experiment.structure, experiment.structure.proper_modes(), omega)
     products = factors.modal

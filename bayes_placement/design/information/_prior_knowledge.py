@@ -1,4 +1,4 @@
-"""What is known before a measurement: the prior, or what an earlier measurement left of it."""
+"""Knowledge before a measurement: the prior, or the posterior of an earlier measurement."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
@@ -21,12 +21,12 @@ class IndependentPriors(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of what is to be learnt."""
+        """Names of the unknowns of interest."""
         return tuple(self.distributions)
 
     @property
     def dimension(self) -> int:
-        """Scores of a point."""
+        """Number of scores of a point."""
         return _sampling.dimension(self.distributions)
 
     def values(self, scores: Any) -> dict[str, Any]:
@@ -41,7 +41,7 @@ class PosteriorDraws(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of what is to be learnt."""
+        """Names of the unknowns of interest."""
         return tuple(self.draws)
 
     @property
@@ -57,7 +57,7 @@ class PosteriorDraws(NamedTuple):
         return {name: jnp.asarray(draws)[chosen] for name, draws in self.draws.items()}
 
     def halves(self) -> tuple["PosteriorDraws", "PosteriorDraws"]:
-        """Every other draw, and the rest."""
+        """Draws of even and of odd number."""
         even, odd = (
             {name: draws[start::2] for name, draws in self.draws.items()} for start in (0, 1)
         )
@@ -70,10 +70,10 @@ PriorKnowledge: TypeAlias = IndependentPriors | PosteriorDraws
 def prior_knowledge(
     experiment: Experiment, after: JointDraws | None, moved: Sequence[str]
 ) -> PriorKnowledge:
-    """What is known of the parameters and, after a measurement, of positions that stay.
+    """Prior knowledge of the parameters and, after a measurement, of positions that stay.
 
-    A transducer that stays mounted sits where it sat: its position is known as well as the
-    measurement tells, together with the parameters, and more is learnt of it as of them.
+    A transducer that stays mounted keeps its position, of which the measurement has informed
+    together with the parameters, and of which the next one informs as well.
 
     Raises
     ------
@@ -81,7 +81,9 @@ def prior_knowledge(
         If nothing but placement is unknown, or the draws lack a parameter.
     """
     unknowns = experiment.unknowns
-    priors = {one.name: one.distribution for one in unknowns if one.role is Role.PARAMETER}
+    priors = {
+        unknown.name: unknown.distribution for unknown in unknowns if unknown.role is Role.PARAMETER
+    }
     if not priors:
         raise InputError(
             "A map of information was asked for, but the structure has no unknown parameter; at "
@@ -98,9 +100,9 @@ def prior_knowledge(
             "after=bp.infer(experiment, measured)."
         )
     mounted = [
-        one.name
-        for one in unknowns
-        if one.is_placement and one.name in after and one.owner.name not in moved
+        unknown.name
+        for unknown in unknowns
+        if unknown.is_placement and unknown.name in after and unknown.owner.name not in moved
     ]
     return PosteriorDraws({name: after[name] for name in [*priors, *mounted]})
 

@@ -1,6 +1,6 @@
 """Random points of unknowns, in replicates that are independent of each other.
 
-The spread between replicates tells the error of what is estimated from the points.
+The spread between replicates gives the error of an estimate from the points.
 """
 
 from typing import Any
@@ -89,6 +89,7 @@ def draws_of_replicate(draws: int, replicates: int) -> int:
     if replicates < 2 or draws // replicates < 2:
         raise InputError(
             f"draws={draws} in replicates={replicates} were given; at least two replicates of two "
-            "draws are needed, since their spread is the error of the estimate."
+            "draws are needed, since their spread gives the error of the estimate: KDE(draws=1000, "
+            "replicates=4)."
         )
     return draws // replicates

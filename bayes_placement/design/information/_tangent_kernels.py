@@ -30,11 +30,11 @@ class TangentKernels(NamedTuple):
     slopes: Float[Array, "kernel output coordinate"]
 
     @classmethod
-    def of(cls, respond: Callable[[Array], Array], drawn: Float[Array, "kernel coordinate"]) -> Any:
+    def of(cls, respond: Callable[[Array], Array], draws: Float[Array, "kernel coordinate"]) -> Any:
         """Kernels about draws, which are shrunk so that their covariance stays one."""
-        count, dimension = drawn.shape
+        count, dimension = draws.shape
         width = min(1.0, silverman_width(count, dimension))
-        centres = np.sqrt(1 - width**2) * drawn
+        centres = np.sqrt(1 - width**2) * draws
         # By differences: derivatives of eigenproblems take minutes to compile.
         stepped = centres[:, None] + STEP * jnp.eye(dimension)
         points = jnp.concatenate([centres[:, None], stepped], axis=1)
@@ -59,12 +59,12 @@ class TangentKernels(NamedTuple):
 def _tangent_term(
     residual: Float[Array, "data output"], slope: Float[Array, "output coordinate"]
 ) -> Float[Array, "data"]:
-    """What a kernel adds to the log density of errors alone, by Woodbury's identity."""
-    if slope.shape[1] == 0:  # nothing is unknown; an empty matrix has no factors
+    """Change of the log density of the errors by the slope of a kernel, by Woodbury's identity."""
+    if slope.shape[1] == 0:  # no unknown coordinate; an empty matrix has no factors
         return jnp.zeros(len(residual))
-    along = (residual @ slope).T
-    factor = cho_factor(jnp.eye(len(along)) + slope.T @ slope, lower=True)
-    explained = jnp.sum(along * cho_solve(factor, along), axis=0)
+    tangential = (residual @ slope).T
+    factor = cho_factor(jnp.eye(len(tangential)) + slope.T @ slope, lower=True)
+    explained = jnp.sum(tangential * cho_solve(factor, tangential), axis=0)
     return 0.5 * explained - jnp.sum(jnp.log(jnp.diag(factor[0])))
 
 

@@ -1,4 +1,4 @@
-"""What all estimators of the information gain have in common."""
+"""Estimators of the information gain: their interface, the divergence and its jackknife error."""
 
 import abc
 import dataclasses
@@ -30,8 +30,8 @@ class Gain(NamedTuple):
     estimate
         The gain by all draws.
     jackknife
-        The same without each replicate. These tell its error and, since replicates are common to
-        all placements, that of a difference between two of them.
+        The estimate without each replicate. Their spread gives its error and, since replicates are
+        common to all placements, that of a difference between two of them.
     """
 
     estimate: Float[Array, ""]
@@ -43,7 +43,7 @@ Plan = Callable[[Experiment, dict[str, Any]], Gain]
 
 
 class Estimator(eqx.Module):
-    """A way to tell how much an experiment will teach about its parameters."""
+    """An estimator of the information gain of an experiment about its parameters."""
 
     replicates: eqx.AbstractVar[int]
 
@@ -58,7 +58,7 @@ class Estimator(eqx.Module):
         seed
             Seed.
         moved
-            Names of the transducers that will be elsewhere.
+            Names of the transducers that will be moved.
 
         Raises
         ------
@@ -68,10 +68,10 @@ class Estimator(eqx.Module):
 
     @abc.abstractmethod
     def typical(self) -> dict[str, np.ndarray]:
-        """Nominal values that are better known than from the prior, by name."""
+        """Nominal values that are known better than by the prior, by name."""
 
     def settings(self) -> dict[str, Any]:
-        """Name, sizes and options in figures and words."""
+        """Name, sizes and options of the estimator."""
         fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         plain = {
             name: value for name, value in fields.items() if isinstance(value, int | float | str)
@@ -90,19 +90,19 @@ def placement_distributions(experiment: Experiment, known: Collection[str] = ())
 
 def divergence(log_likelihood: Float[Array, "replicate draw"]) -> Gain:
     """Eq. (33) over all draws of the prior, and over those of all replicates but one."""
-    all_but_one = ~jnp.eye(log_likelihood.shape[0], dtype=bool)
-    jackknife = jnp.stack([_divergence(log_likelihood, kept) for kept in all_but_one])
-    return Gain(_divergence(log_likelihood, jnp.ones(len(all_but_one), bool)), jackknife)
+    retained = ~jnp.eye(log_likelihood.shape[0], dtype=bool)
+    jackknife = jnp.stack([_divergence(log_likelihood, replicates) for replicates in retained])
+    return Gain(_divergence(log_likelihood, jnp.ones(len(retained), bool)), jackknife)
 
 
 def _divergence(
-    log_likelihood: Float[Array, "replicate draw"], kept: Bool[Array, "replicate"]
+    log_likelihood: Float[Array, "replicate draw"], replicates: Bool[Array, "replicate"]
 ) -> Float[Array, ""]:
-    log_weight = jnp.where(kept[:, None], log_likelihood, -jnp.inf)
-    count = jnp.sum(kept) * log_likelihood.shape[1]
+    log_weight = jnp.where(replicates[:, None], log_likelihood, -jnp.inf)
+    count = jnp.sum(replicates) * log_likelihood.shape[1]
     evidence = logsumexp(log_weight)
     share = jnp.exp(log_weight - evidence)
-    # Where the likelihood vanishes, l log l does too.
+    # Where the likelihood l vanishes, l log l vanishes too.
     mean = jnp.sum(share * jnp.where(share > 0, log_likelihood, 0.0))
     return mean - evidence + jnp.log(count)
 
@@ -126,20 +126,21 @@ def jackknife_error(
 
 
 def known_noise(experiment: Experiment, estimator: str) -> Noise:
-    """Output error, once it is stated.
+    """Output error, if its level is stated.
 
     Raises
     ------
     InfeasibleError
-        If there is none, if it is unknown, or if only a measurement could tell it.
+        If there is none, if it is unknown, or if it is read from a measurement.
     """
     noise = experiment.noise
-    unknown = any(one.role is Role.OUTPUT_ERROR for one in experiment.unknowns)
-    if noise is None or unknown or noise.reads_coherence:
-        given = "noise=None" if noise is None else f"noise.{type(noise).__name__} of unknown level"
+    is_unknown = any(unknown.role is Role.OUTPUT_ERROR for unknown in experiment.unknowns)
+    if noise is None or is_unknown or noise.reads_coherence:
+        stated = "noise=None" if noise is None else f"noise.{type(noise).__name__} of unknown level"
         raise InfeasibleError(
-            f"{estimator} was given an experiment with {given}; the output error of what is not "
-            "measured yet is needed. Give noise.Gaussian(0.01), or use information.KDE() for none."
+            f"{estimator} was given an experiment with {stated}; the output error of a "
+            "measurement to come is needed. Give noise.Gaussian(0.01), or use information.KDE() "
+            "without any."
         )
     return noise
 

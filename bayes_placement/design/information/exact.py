@@ -24,8 +24,8 @@ BATCH = 8
 class Exact(Estimator):
     """Divergence for the nominal response, the placement integrated by Gauss quadrature.
 
-    The likelihood is that of `marginals.Quadrature`; the average over the parameters is one over
-    draws of their prior, Eq. (33).
+    The likelihood is that of `marginals.Quadrature`; the parameters are averaged over draws of
+    their prior, Eq. (33).
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Exact(Estimator):
     replicates
         Independent sets of draws, whose spread is the error.
     after
-        What an earlier measurement told, see `KDE`.
+        Posterior of an earlier measurement, see `KDE`.
     """
 
     draws: int = eqx.field(static=True, default=1024)
@@ -59,16 +59,16 @@ class Exact(Estimator):
         InputError
             If there is no output error, or no parameter is unknown.
         """
-        known = prior_knowledge(experiment, self.after, moved)
+        knowledge = prior_knowledge(experiment, self.after, moved)
         known_noise(experiment, "information.Exact")
         count = _sampling.draws_of_replicate(self.draws, self.replicates)
-        sizes = (self.replicates, count, known.dimension)
-        parameters = known.values(_sampling.scores(self.sampling, *sizes, seed))
+        sizes = (self.replicates, count, knowledge.dimension)
+        parameters = knowledge.values(_sampling.scores(self.sampling, *sizes, seed))
 
         def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
             z = at.fix(nominal).predict()
             data = Data(z, np.ones(z.shape, dtype=bool))
-            placed = placement_distributions(at, known.names)
+            placed = placement_distributions(at, knowledge.names)
             integrated = NestedQuadrature(data, nested_nodes(at, placed, self.nodes))
 
             def likelihood(values: dict[str, Any]) -> Float[Array, ""]:

@@ -1,4 +1,4 @@
-"""The expected information gain, on the average over data that the prior predicts."""
+"""The expected information gain, averaged over data that the prior predicts."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -30,7 +30,7 @@ BATCH = 64
 
 
 class ExpectedGain(Estimator):
-    """Expected information gain: the divergence on the average over data the prior predicts.
+    """Expected information gain: the divergence averaged over data that the prior predicts.
 
     Nested Monte Carlo (Ryan 2003, DOI 10.1198/1061860032012): E{log p(y | h) - log p(y)} over
     simulated data y, with p(y) the mean of p(y | h) over draws of the parameters; too few of them
@@ -52,7 +52,7 @@ class ExpectedGain(Estimator):
     replicates
         Independent sets of draws, whose spread is the error.
     after
-        What an earlier measurement told, see `KDE`.
+        Posterior of an earlier measurement, see `KDE`.
     """
 
     draws: int = eqx.field(static=True, default=256)
@@ -75,12 +75,14 @@ class ExpectedGain(Estimator):
             If there is no output error, or no parameter is unknown.
         """
         known_noise(experiment, "information.ExpectedGain")
-        known = prior_knowledge(experiment, self.after, moved)
-        # Draws that make the data must not be among those that explain them.
-        making, explaining = known.halves() if isinstance(known, PosteriorDraws) else (known, known)
+        knowledge = prior_knowledge(experiment, self.after, moved)
+        # The draws that simulate data must not be among those of their density.
+        data_knowledge = density_knowledge = knowledge
+        if isinstance(knowledge, PosteriorDraws):
+            data_knowledge, density_knowledge = knowledge.halves()
         outputs = jax.eval_shape(lambda: experiment.nominal().predict()).size
-        size = known.dimension
-        placed = _sampling.dimension(placement_distributions(experiment, known.names))
+        size = knowledge.dimension
+        placed = _sampling.dimension(placement_distributions(experiment, knowledge.names))
 
         def scores(count: int, dimension: int, number: int) -> Array:
             sizes = (self.replicates, count, dimension)
@@ -91,16 +93,16 @@ class ExpectedGain(Estimator):
         placements = scores(self.placement_draws, placed, 2)
 
         def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
-            positions = IndependentPriors(placement_distributions(at, known.names))
+            positions = IndependentPriors(placement_distributions(at, knowledge.names))
 
             def replicate(inputs: Any) -> Float[Array, ""]:
                 data, parameters, placements = inputs
                 truth = _Truth(
-                    making.values(data[:, :size]),
+                    data_knowledge.values(data[:, :size]),
                     data[:, size : size + placed],
                     data[:, size + placed :],
                 )
-                return _gain(at, positions, truth, explaining.values(parameters), placements)
+                return _gain(at, positions, truth, density_knowledge.values(parameters), placements)
 
             return mean_over_replicates(jax.lax.map(replicate, (data, parameters, placements)))
 
@@ -108,7 +110,7 @@ class ExpectedGain(Estimator):
 
 
 class _Truth(NamedTuple):
-    """What makes the data: parameters by name, scores of placements, and errors [data, output]."""
+    """Origin of simulated data: parameters by name, scores of placements, errors [data, output]."""
 
     parameters: dict[str, Any]
     placements: Array
@@ -136,11 +138,11 @@ def _gain(
         kernels = TangentKernels.of(lambda placement: respond(values, placement), placements)
         return kernels.log_density(data)
 
-    given_truth = jax.lax.map(
+    log_likelihood = jax.lax.map(
         lambda pair: log_density(pair[0], pair[1][None])[0],
         (truth.parameters, y),
         batch_size=BATCH,
     )
-    given_draws = jax.lax.map(lambda values: log_density(values, y), parameters, batch_size=BATCH)
-    evidence = logsumexp(given_draws, axis=0) - jnp.log(given_draws.shape[0])
-    return jnp.mean(given_truth - evidence)
+    log_densities = jax.lax.map(lambda values: log_density(values, y), parameters, batch_size=BATCH)
+    evidence = logsumexp(log_densities, axis=0) - jnp.log(log_densities.shape[0])
+    return jnp.mean(log_likelihood - evidence)

@@ -19,13 +19,13 @@ from ._prior_knowledge import posterior_means, prior_knowledge
 from .estimator import Estimator, Gain, Plan, divergence, placement_distributions
 
 BATCH = 25
-"""Draws of the parameters whose responses are held at once."""
+"""Draws of the parameters whose responses are in memory at once."""
 
-FEW = 4
+MOST_SUMMANDS = 4
 """Products, at most, that are summed one after the other and not by a product of matrices."""
 
 RANGE = 30
-"""Powers of two up to which single precision needs no scale: squares of outputs stay within it."""
+"""Powers of two up to which single precision needs no scale: squares of outputs do not overflow."""
 
 
 class KDE(Estimator):
@@ -51,8 +51,8 @@ class KDE(Estimator):
     replicates
         Independent sets of draws, whose spread is the error.
     after
-        What `infer` returned for an earlier measurement: the map then tells what the next one
-        would add. By default nothing is known but the prior.
+        Result of `infer` for an earlier measurement: the map is then the gain by the next one. By
+        default only the prior is known.
     """
 
     draws: int = eqx.field(static=True, default=1000)
@@ -81,8 +81,8 @@ class KDE(Estimator):
         InputError
             If no placement or no parameter is unknown, or there are too few draws.
         """
-        known = prior_knowledge(experiment, self.after, moved)
-        placed = placement_distributions(experiment, known.names)
+        knowledge = prior_knowledge(experiment, self.after, moved)
+        placed = placement_distributions(experiment, knowledge.names)
         if not placed:
             raise InfeasibleError(
                 "information.KDE estimates the spread that unknown placement gives to z, but no "
@@ -90,22 +90,22 @@ class KDE(Estimator):
                 "within=0.04), or use information.Exact()."
             )
         count = _sampling.draws_of_replicate(self.draws, self.replicates)
-        sizes = (self.replicates, count, known.dimension)
-        parameters = known.values(_sampling.scores(self.sampling, *sizes, seed))
+        sizes = (self.replicates, count, knowledge.dimension)
+        parameters = knowledge.values(_sampling.scores(self.sampling, *sizes, seed))
         sizes = (self.replicates, self.placement_draws, _sampling.dimension(placed))
         draws = _Draws(parameters, _sampling.scores(self.sampling, *sizes, seed + 1))
         unknown = experiment.unknown
-        all_free = not any(unknown[name].is_placement for name in known.names)
-        if all_free and _modal_products.factorise(experiment):
+        no_position_known = not any(unknown[name].is_placement for name in knowledge.names)
+        if no_position_known and _modal_products.factorise(experiment):
             return self._by_products(experiment, draws)
         return self._by_responses(draws)
 
     def _by_products(self, experiment: Experiment, draws: "_Draws") -> Plan:
         spectra = _spectra_of_draws(experiment, draws.parameters)
-        # One scale for each product, which its residues take back.
+        # One scale for each product, by which its residues are divided.
         scales = _power_of_two(np.abs(spectra).max(axis=(0, 1, 3)))
         spectra = spectra * scales[:, None]
-        # Products that no parameter changes are summed once for all of them.
+        # Products that depend on no parameter are summed once for all draws.
         varies = np.any(spectra != spectra[:1, :1], axis=(0, 1, 3))
         varying = jnp.asarray(spectra[..., varies, :], jnp.complex64)
         constant = jnp.asarray(spectra[0, 0, ~varies], jnp.complex64)
@@ -139,8 +139,8 @@ class KDE(Estimator):
                 positions = _sampling.values(placed, scores)
 
                 def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
-                    known = at.fix(values)
-                    z = jax.vmap(lambda where: known.fix(where).predict(), out_axes=-1)(positions)
+                    fixed = at.fix(values)
+                    z = jax.vmap(lambda place: fixed.fix(place).predict(), out_axes=-1)(positions)
                     return log_density(z, *target)
 
                 return jax.lax.map(likelihood, parameters, batch_size=BATCH)
@@ -180,7 +180,7 @@ def _error_variance(experiment: Experiment, z: Float[Array, "*output"]) -> Float
 
 
 def _power_of_two(magnitude: Any) -> Any:
-    """Scale that brings a magnitude near one, exactly; one where that is not needed."""
+    """Power of two that scales a magnitude to about 1; 1 where no scale is needed."""
     xp = jnp if isinstance(magnitude, jax.Array) else np
     exponent = xp.frexp(magnitude)[1]
     return xp.ldexp(1.0, xp.where(xp.abs(exponent) > RANGE, -exponent, 0))
@@ -204,13 +204,13 @@ def _log_likelihoods(
 ) -> Float[Array, "draw"]:
     """Log likelihood of each draw of the parameters, a batch of them at a time."""
     varying, constant = spectra
-    changed, fixed = (jnp.moveaxis(residues[:, :, kept], 2, 0) for kept in (varies, ~varies))
+    changed, fixed = (jnp.moveaxis(residues[:, :, chosen], 2, 0) for chosen in (varies, ~varies))
     base = [_summed(part(constant), fixed) for part in (jnp.real, jnp.imag)]
 
     def likelihood(spectrum: Array) -> Float[Array, ""]:
         real, imaginary = (
-            known + _summed(part(spectrum), changed)
-            for known, part in zip(base, (jnp.real, jnp.imag), strict=True)
+            constant_part + _summed(part(spectrum), changed)
+            for constant_part, part in zip(base, (jnp.real, jnp.imag), strict=True)
         )
         frf = jax.lax.complex(real, imaginary)
         return log_density(jax.vmap(experiment.observe.output, -1, -1)(frf), *target)
@@ -223,7 +223,7 @@ def _summed(
     residues: Float[Array, "product sensor actuator placement"],
 ) -> Float[Array, "sensor actuator frequency placement"]:
     """Sum of products, the draws of the placement last."""
-    if len(residues) > FEW:
+    if len(residues) > MOST_SUMMANDS:
         return jnp.einsum("pf,psax->safx", spectrum, residues)
     # Term by term, which the compiler fuses with what follows.
     total = jnp.zeros((*residues.shape[1:3], spectrum.shape[1], residues.shape[3]), residues.dtype)

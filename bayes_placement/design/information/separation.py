@@ -1,4 +1,4 @@
-"""Expected information about which of several explanations of earlier data is right."""
+"""Expected information about which of several alternative models of earlier data is right."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -35,15 +35,15 @@ class Separation(Estimator):
     included. Their density under each is estimated from other draws: normal kernels about these,
     in the space of the unknowns, of which each is carried to the outputs along its tangent (one
     kernel as wide as all draws is the criterion of Box and Hill 1967, DOI
-    10.1080/00401706.1967.10490441). No estimate of these densities tells more than there is to
-    know, so this is a lower bound up to its standard error (Barber and Agakov 2003).
+    10.1080/00401706.1967.10490441). By any estimate of these densities this is a
+    lower bound up to its standard error (Barber and Agakov 2003).
 
     Parameters
     ----------
     alternatives
         Two explanations at least: `bp.explain(...).alternatives`.
     draws
-        Draws that make the density of each explanation, in each replicate.
+        Draws for the density of each explanation, in each replicate.
     data_draws
         Simulated data of each explanation, in each replicate.
     sampling, replicates
@@ -63,15 +63,15 @@ class Separation(Estimator):
 
     def __check_init__(self) -> None:
         if len(self.alternatives) < 2:
-            given = ", ".join(alternative.name for alternative in self.alternatives) or "none"
+            names = ", ".join(alternative.name for alternative in self.alternatives) or "none"
             raise InputError(
-                f"information.Separation was given {given}; at least two explanations are needed, "
-                "since one alone is told apart from nothing. Take those that bp.explain leaves, or "
-                "information.ExpectedGain(after=posterior) to sharpen parameters."
+                f"information.Separation was given {names}; at least two explanations are needed, "
+                "since their separation is estimated. Take bp.explain(...).alternatives, or, for "
+                "parameters of one explanation, information.ExpectedGain(after=posterior)."
             )
 
     def typical(self) -> dict[str, np.ndarray]:
-        """None: no nominal response is asked for."""
+        """None: no nominal response is needed."""
         return {}
 
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
@@ -83,9 +83,11 @@ class Separation(Estimator):
             If there is no output error, or draws of an explanation lack one of its unknowns.
         """
         known_noise(experiment, "information.Separation")
-        explanations = [_Explanation.of(one, experiment, moved) for one in self.alternatives]
+        explanations = [
+            _Explanation.of(alternative, experiment, moved) for alternative in self.alternatives
+        ]
         points = [
-            _drawn(explanation, self, experiment, seed + 10 * number)
+            _points(explanation, self, experiment, seed + 10 * number)
             for number, explanation in enumerate(explanations)
         ]
         weights = np.array([alternative.probability for alternative in self.alternatives])
@@ -96,11 +98,15 @@ class Separation(Estimator):
 
             def replicate(points: Any) -> Float[Array, ""]:
                 pairs = [
-                    (explanation.response(at, deviation), drawn)
-                    for explanation, drawn in zip(explanations, points, strict=True)
+                    (explanation.response(at, deviation), sample)
+                    for explanation, sample in zip(explanations, points, strict=True)
                 ]
-                densities = [TangentKernels.of(respond, drawn.centres) for respond, drawn in pairs]
-                data = [responses(respond, drawn.truth) + drawn.error for respond, drawn in pairs]
+                densities = [
+                    TangentKernels.of(respond, sample.centres) for respond, sample in pairs
+                ]
+                data = [
+                    responses(respond, sample.truth) + sample.error for respond, sample in pairs
+                ]
                 gains = [_gain(densities, log_prior, number, y) for number, y in enumerate(data)]
                 return jnp.exp(log_prior) @ jnp.stack(gains)
 
@@ -115,7 +121,7 @@ class _Explanation(NamedTuple):
     Parameters
     ----------
     experiment
-        Experiment with the effects that it adds.
+        Experiment with the effects of the explanation.
     shapes
         Shape of each unknown, by name.
     mean, root
@@ -143,12 +149,12 @@ class _Explanation(NamedTuple):
         draws = knowledge.draws
         flat = np.concatenate([v.reshape(len(v), -1) for v in draws.values()], axis=1)
         mean = flat.mean(axis=0)
-        left, singular, right = np.linalg.svd(flat - mean, full_matrices=False)
+        scores, singular, directions = np.linalg.svd(flat - mean, full_matrices=False)
         scale = np.sqrt(len(flat))
         shapes = {name: v.shape[1:] for name, v in draws.items()}
         placed = _sampling.dimension(placement_distributions(explained, knowledge.names))
-        root = right.T * singular / scale
-        return cls(alternative.experiment, shapes, mean, root, left * scale, placed)
+        root = directions.T * singular / scale
+        return cls(alternative.experiment, shapes, mean, root, scores * scale, placed)
 
     def response(self, at: Experiment, deviation: Array) -> Callable[[Array], Array]:
         """Outputs in deviations at a vector of coordinates."""
@@ -165,24 +171,24 @@ class _Explanation(NamedTuple):
 
     def _named(self, flat: Array) -> dict[str, Array]:
         ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes.values()])
-        parts = jnp.split(flat, ends[:-1])
-        return {n: p.reshape(s) for (n, s), p in zip(self.shapes.items(), parts, strict=True)}
+        values = jnp.split(flat, ends[:-1])
+        return {n: p.reshape(s) for (n, s), p in zip(self.shapes.items(), values, strict=True)}
 
 
-class _Drawn(NamedTuple):
-    """Coordinates [replicate, draw, .] of kernels and of what makes data, and errors of these."""
+class _Points(NamedTuple):
+    """Coordinates [replicate, draw, .] of kernels and of simulated data, and errors of the data."""
 
     centres: Array
     truth: Array
     error: Array
 
 
-def _drawn(
+def _points(
     explanation: _Explanation, sizes: Separation, experiment: Experiment, seed: int
-) -> _Drawn:
+) -> _Points:
     outputs = jax.eval_shape(lambda: experiment.nominal().predict()).size
-    # Draws that make the data must not be among those that explain them.
-    explaining, making = PosteriorDraws({"known": explanation.known}).halves()
+    # The draws that simulate data must not be among those of their density.
+    density_draws, data_draws = PosteriorDraws({"known": explanation.known}).halves()
 
     def scores(count: int, dimension: int, number: int) -> np.ndarray:
         return _sampling.scores(sizes.sampling, sizes.replicates, count, dimension, seed + number)
@@ -191,10 +197,10 @@ def _drawn(
         return jnp.concatenate([half.values(normal[..., :1])["known"], normal[..., 1:]], axis=-1)
 
     size = 1 + explanation.placed
-    centres = coordinates(explaining, scores(sizes.draws, size, 0))
+    centres = coordinates(density_draws, scores(sizes.draws, size, 0))
     data = scores(sizes.data_draws, size + outputs, 1)
-    truth = coordinates(making, data[..., :size])
-    return _Drawn(centres, truth, jnp.asarray(data[..., size:]))
+    truth = coordinates(data_draws, data[..., :size])
+    return _Points(centres, truth, jnp.asarray(data[..., size:]))
 
 
 def _with_explanation(experiment: Experiment, explained: Experiment) -> Experiment:
@@ -210,6 +216,6 @@ def _with_explanation(experiment: Experiment, explained: Experiment) -> Experime
 def _gain(
     densities: list[TangentKernels], log_prior: Array, number: int, y: Float[Array, "data output"]
 ) -> Float[Array, ""]:
-    """Mean log of the probability of the right explanation over what it was before."""
+    """Mean log of the posterior over the prior probability of the right explanation."""
     terms = jnp.stack([density.log_density(y) for density in densities])
     return jnp.mean(terms[number] - logsumexp(terms + log_prior[:, None], axis=0))

@@ -1,4 +1,4 @@
-"""Hash of the content of experiments and estimators, the same in every process and on every day.
+"""Hash of the content of experiments and estimators, reproducible in every process.
 
 `joblib.hash` does not serve: it sorts the items of ordered dictionaries, so that two experiments
 whose sensors stand in another order have one hash; it takes classes by their name, so that an
@@ -20,25 +20,25 @@ from numpyro.distributions.constraints import Constraint
 from numpyro.distributions.transforms import Transform
 
 VERSIONED = ("bayes_placement", "numpyro", "jax", "numpy", "builtins")
-"""Packages whose code is told by their version, and not by its text."""
+"""Packages whose code is identified by their version and not by its text."""
 
 
-def content_hash(*parts: Any) -> str:
-    """SHA-256 of numbers, words, distributions and modules, with all that they hold."""
+def content_hash(*values: Any) -> str:
+    """SHA-256 of numbers, strings, distributions and modules, with their whole content."""
     stream = io.BytesIO()
-    _ContentPickler(stream).dump(parts)
+    _ContentPickler(stream).dump(values)
     return hashlib.sha256(stream.getvalue()).hexdigest()
 
 
 class _ContentPickler(pickle.Pickler):
-    """Writes content only: neither which objects are shared, nor what they cache."""
+    """Writes content only: neither shared references nor cached values."""
 
     def __init__(self, stream: io.BytesIO):
         pickle.Pickler.__init__(self, stream, protocol=5)
-        self.fast = True  # each object in full, wherever it occurs again
+        self.fast = True  # each object in full at every occurrence
 
     def persistent_id(self, value: Any) -> Any:
-        """Content of a value that pickle would not write as such; None for all others."""
+        """Content of values that pickle does not write by content; None for all others."""
         kind: Any = type(value)
         if isinstance(value, jax.Array):
             return np.asarray(value)

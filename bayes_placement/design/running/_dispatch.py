@@ -1,4 +1,4 @@
-"""Chunks handed out to an executor; each result is kept as soon as it arrives."""
+"""Chunks submitted to an executor; each result is stored as soon as it arrives."""
 
 import itertools
 from collections.abc import Generator, Mapping, Sequence
@@ -24,7 +24,7 @@ from .executors import WorkerProcesses
 Computed: TypeAlias = tuple[Chunk, np.ndarray]
 
 IN_FLIGHT = 200
-"""Chunks handed out at once: enough for as many workers, few enough for a scheduler to hold."""
+"""Chunks submitted at once: enough for as many workers, few enough for a scheduler."""
 
 
 def run(
@@ -37,10 +37,10 @@ def run(
 
     Only this process writes to the store.
     """
-    kept = Store(store)
+    finished = Store(store)
     missing, done = [], 0
     for chunk in chunks:
-        gain = kept.read(chunk)
+        gain = finished.read(chunk)
         if gain is None:
             missing.append(chunk)
             continue
@@ -49,7 +49,7 @@ def run(
     progress(done / len(chunks))
     with closing(_computed(missing, executor)) as computed:
         for chunk, gain in computed:
-            kept.write(chunk, gain)
+            finished.write(chunk, gain)
             done += 1
             progress(done / len(chunks))
             yield chunk, gain
@@ -64,17 +64,17 @@ def _computed(
 
 
 def _by_executor(chunks: Sequence[Chunk], executor: Executor) -> Generator[Computed, None, None]:
-    """Results as they arrive; what a lost worker leaves is handed out again.
+    """Results as they arrive; chunks of a lost worker are submitted again.
 
     Raises
     ------
     RuntimeError
-        If the executor cannot go on.
+        If the executor cannot continue.
     """
     missing = dict(enumerate(chunks))
     while missing:
         try:
-            with closing(_handed_out(missing, executor)) as results:
+            with closing(_submitted(missing, executor)) as results:
                 for number, gain in results:
                     chunk = missing.pop(number)
                     yield chunk, gain[: len(chunk.cells)]
@@ -89,10 +89,10 @@ def _by_executor(chunks: Sequence[Chunk], executor: Executor) -> Generator[Compu
                 ) from error
 
 
-def _handed_out(
+def _submitted(
     chunks: Mapping[int, Chunk], executor: Executor
 ) -> Generator[tuple[int, np.ndarray], None, None]:
-    """Results by number as they arrive; whatever ends this cancels all that still waits."""
+    """Results by number as they arrive; chunks that still wait at the end are cancelled."""
     waiting = iter(list(chunks.items()))
     futures: dict[Future[np.ndarray], int] = {}
     try:
@@ -102,7 +102,7 @@ def _handed_out(
             if not futures:
                 return
             finished = wait(futures, return_when=FIRST_COMPLETED).done
-            # Results are kept before a failure beside them is raised.
+            # Results are yielded before a failure in the same batch is raised.
             for future in sorted(finished, key=_failed):
                 yield futures.pop(future), future.result()
     finally:

@@ -17,19 +17,19 @@ from ._content_hash import content_hash
 from .chunks import Chunk
 
 VERSION = version("bayes_placement")
-"""Another version may compute otherwise, so that it is part of the name of each file."""
+"""Part of the name of each file, since results of another version may differ."""
 
 
 class Store:
-    """A folder with a NumPy file for each finished chunk, named by all that determines it.
+    """A folder with a NumPy file for each finished chunk, named by a hash of all its inputs.
 
-    Files are complete or absent: a run that is killed leaves at most a temporary file, whose name
-    is never looked for, and two runs may share a folder.
+    Files are complete or absent: a run that is killed leaves at most a temporary file, which is
+    never read, and two runs may share a folder.
 
     Parameters
     ----------
     folder
-        The folder, which is made; None keeps nothing.
+        The folder, made if it does not exist; None stores nothing.
 
     Raises
     ------
@@ -43,7 +43,7 @@ class Store:
             _make_writable(self.folder)
 
     def read(self, chunk: Chunk) -> np.ndarray | None:
-        """Information gain of a chunk; None where it is missing, or damaged, which is warned of."""
+        """Information gain of a chunk; None if it is missing or, with a warning, damaged."""
         if self.folder is None:
             return None
         path = self._path(self.folder, chunk)
@@ -61,7 +61,7 @@ class Store:
             return None
 
     def write(self, chunk: Chunk, gain: np.ndarray) -> None:
-        """Keep the information gain of a chunk [cell, 1 + replicate]."""
+        """Store the information gain of a chunk [cell, 1 + replicate]."""
         if self.folder is None:
             return
         arrays: dict[str, Any] = {
@@ -84,11 +84,11 @@ def _make_writable(folder: Path) -> None:
         )
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder):
-        pass  # a folder that cannot be written to would cost the first chunk
+        pass  # fails here and not after the first chunk if the folder is not writable
 
 
 def _checked(content: bytes) -> np.ndarray:
-    """Information gain in a file, whose check sums (CRC-32) are those of its content."""
+    """Information gain in a file, after a check of its check sums (CRC-32)."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         if archive.testzip() is not None:
             raise InputError("its numbers are not those that were written")

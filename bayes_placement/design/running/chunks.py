@@ -1,6 +1,6 @@
-"""Chunks of placements, each of which holds all that determines its information gain.
+"""Chunks of placements, each with all inputs of its information gain.
 
-So another process can compute a chunk, and a later run can tell that it has been computed.
+So another process can compute a chunk, and a later run recognises a chunk that is finished.
 """
 
 import functools
@@ -22,21 +22,21 @@ from ._content_hash import content_hash
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What all placements of one compiled program share. Equal tasks share that program.
+    """Common inputs of all placements of one compiled program. Equal tasks share that program.
 
     Parameters
     ----------
     experiment
         The experiment; the positions of the transducers that are moved are None.
     estimator, seed
-        How information is estimated.
+        Estimator of the information gain, and its seed.
     nominal
         Nominal values of all unknowns but the positions of what is moved, by name.
     stacks
         For each transducer that is moved, its position distributions at all candidates, and its
         nominal position there, each number an array over the candidates.
     recorded
-        Recorded positions of the candidates [candidate, ...] [m]; they determine nothing.
+        Recorded positions of the candidates [candidate, ...] [m]; results do not depend on them.
     """
 
     experiment: Experiment
@@ -48,12 +48,12 @@ class Task:
 
     @functools.cached_property
     def content(self) -> str:
-        """Hash of everything that determines a result."""
+        """Hash of all inputs of the results."""
         return content_hash(self.estimator, self.seed, self.experiment, self.nominal, self.stacks)
 
     @functools.cached_property
     def program(self) -> str:
-        """Hash of everything that is compiled: of the candidates their number and form only."""
+        """Hash of all that is compiled: of the candidates only their number and form."""
         sizes = jax.tree.map(lambda leaf: f"{leaf.dtype} {leaf.shape}", self.stacks)
         return content_hash(self.estimator, self.seed, self.experiment, self.nominal, sizes)
 
@@ -65,20 +65,20 @@ class Task:
 
     @functools.cached_property
     def packed(self) -> bytes:
-        """The task as it is sent, packed once for all its chunks.
+        """The pickled task, once for all its chunks.
 
         Raises
         ------
         InputError
-            If something in it cannot be sent.
+            If it cannot be pickled.
         """
         try:
-            return pickle.dumps([getattr(self, own.name) for own in fields(self)])
+            return pickle.dumps([getattr(self, attribute.name) for attribute in fields(self)])
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise InputError(
                 f"The experiment cannot be sent to another process: {error}. Functions and classes "
-                "of your own can be, once they are defined in a file, outside of any function; "
-                "or compute here: executor=None."
+                "of your own can be if they are defined in a file, outside of any function; or "
+                "compute in this process: executor=None."
             ) from error
 
     def settings(self) -> dict[str, Any]:
@@ -92,12 +92,12 @@ class Chunk(NamedTuple):
     Parameters
     ----------
     task
-        What they share.
+        Their common inputs.
     candidates
         Candidate of each transducer [row, transducer]; the last row is repeated so that all chunks
         of a task have one size.
     cells
-        Numbers of the placements among all that were asked for [cell].
+        Numbers of the placements among all that were requested [cell].
     """
 
     task: Task
@@ -105,7 +105,7 @@ class Chunk(NamedTuple):
     cells: np.ndarray
 
     def content(self) -> str:
-        """Hash of everything that determines its result."""
+        """Hash of all inputs of its result."""
         return content_hash(self.task.content, self.candidates, len(self.cells))
 
     def recorded(self) -> dict[str, np.ndarray]:
@@ -115,24 +115,24 @@ class Chunk(NamedTuple):
         return {f"recorded.{name}": positions[column] for (name, positions), column in pairs}
 
     def packed(self) -> "PackedChunk":
-        """What is sent to another process."""
+        """The chunk in the form in which it is sent to another process."""
         return PackedChunk(self.task.packed, self.candidates)
 
 
 class PackedChunk(NamedTuple):
-    """A chunk as it is sent: its task, packed, and its candidates."""
+    """A chunk as it is sent to another process: its pickled task, and its candidates."""
 
     task: bytes
     candidates: np.ndarray
 
 
 def chunks(task: Task, moved: Sequence[Candidates], cells: np.ndarray, size: int) -> list[Chunk]:
-    """Split placements into chunks that differ in numbers only.
+    """Split placements into chunks; chunks of one task differ only in values.
 
     Parameters
     ----------
     task
-        What all placements share, without the candidates.
+        Common inputs of all placements, without the candidates.
     moved
         Candidates of each transducer that is moved.
     cells
@@ -140,9 +140,9 @@ def chunks(task: Task, moved: Sequence[Candidates], cells: np.ndarray, size: int
     size
         Placements of a chunk, at most.
     """
-    experiment = placed(task.experiment, {one.name: None for one in moved})
+    experiment = placed(task.experiment, {transducer.name: None for transducer in moved})
     columns = zip(moved, cells.T, strict=True)
-    forms = np.stack([one.forms()[column] for one, column in columns], axis=1)
+    forms = np.stack([transducer.forms()[column] for transducer, column in columns], axis=1)
     result = []
     for form in np.unique(forms, axis=0):
         alike = np.flatnonzero((forms == form).all(axis=1))
@@ -151,18 +151,24 @@ def chunks(task: Task, moved: Sequence[Candidates], cells: np.ndarray, size: int
             np.searchsorted(numbers, column)
             for numbers, column in zip(used, cells[alike].T, strict=True)
         ]
-        own_task = replace(
+        form_task = replace(
             task,
             experiment=experiment,
-            stacks={one.name: one.stacked(n) for one, n in zip(moved, used, strict=True)},
-            recorded={one.name: one.recorded[n] for one, n in zip(moved, used, strict=True)},
+            stacks={
+                transducer.name: transducer.stacked(n)
+                for transducer, n in zip(moved, used, strict=True)
+            },
+            recorded={
+                transducer.name: transducer.recorded[n]
+                for transducer, n in zip(moved, used, strict=True)
+            },
         )
-        result += _split(own_task, np.stack(numbered, axis=1), alike, min(size, len(alike)))
+        result += _split(form_task, np.stack(numbered, axis=1), alike, min(size, len(alike)))
     return result
 
 
 def _split(task: Task, candidates: np.ndarray, cells: np.ndarray, size: int) -> list[Chunk]:
-    """Chunks of one size each, since another size would be compiled anew."""
+    """Chunks of equal size, since another size would be compiled again."""
     result = []
     for first in range(0, len(cells), size):
         rows = candidates[first : first + size]
@@ -177,7 +183,7 @@ def compute(chunk: Chunk) -> np.ndarray:
 
 
 def compute_packed(chunk: PackedChunk) -> np.ndarray:
-    """Return the same of a chunk that was sent, with the repeated rows [row, 1 + replicate]."""
+    """Information gain of a chunk that was sent, with the repeated rows [row, 1 + replicate]."""
     return _information_gain(_unpacked(chunk.task), chunk.candidates)
 
 

@@ -1,4 +1,4 @@
-"""Information gain at any placements that are asked for, and the settings that all verbs share."""
+"""Evaluation of the information gain at placements, and its settings, common to all searches."""
 
 import warnings
 from collections.abc import Mapping, Sequence
@@ -25,18 +25,18 @@ CHUNK = 100
 
 
 class Evaluation(NamedTuple):
-    """How the information gain is estimated, and where.
+    """Settings of the estimate of the information gain and of its computation.
 
     Parameters
     ----------
     experiment
         The experiment.
     estimator, seed
-        How information is estimated.
+        Estimator of the information gain, and its seed.
     nominal
-        Nominal values of parameters that are given, by name.
+        Nominal values of parameters that the user gives, by name.
     executor, store
-        Where chunks are computed and kept; None for here and nowhere.
+        Executor of the chunks, None for this process; folder for finished chunks, None for none.
     chunk
         Placements of a chunk.
     progress
@@ -66,16 +66,16 @@ class Evaluation(NamedTuple):
         chunk: int = CHUNK,
         progress: Progress = no_progress,
     ) -> "Evaluation":
-        """Settings of `information_map`, with their defaults, where they are explained."""
-        asked, given = with_parameters_of_interest(experiment, about, nominal)
+        """Settings with their defaults, as described in `information_map`."""
+        of_interest, stated = with_parameters_of_interest(experiment, about, nominal)
         used = KDE() if estimator is None else estimator
-        return cls(asked, used, integer_seed(key), given, executor, store, chunk, progress)
+        return cls(of_interest, used, integer_seed(key), stated, executor, store, chunk, progress)
 
     def at(self, moved: Sequence[Candidates], cells: np.ndarray) -> np.ndarray:
         """Information gain [cell, 1 + replicate] [nat] at placements.
 
-        Minus infinity where it cannot be told: at a support, where the structure does not move, the
-        logarithm of the response is not finite.
+        Minus infinity where it is not finite: at a support that does not move the logarithm of the
+        response is infinite.
 
         Parameters
         ----------
@@ -84,12 +84,12 @@ class Evaluation(NamedTuple):
         cells
             Candidate of each of them [cell, transducer].
         """
-        names = [one.name for one in moved]
+        names = [transducer.name for transducer in moved]
         values = nominal_values(self.experiment, names, self.nominal, self.estimator.typical())
         task = Task(self.experiment, self.estimator, self.seed, values)
         gain = np.full((len(cells), 1 + self.estimator.replicates), np.nan)
-        pieces = chunks(task, moved, cells, self.chunk)
-        with closing(run(pieces, self.executor, self.store, self.progress)) as results:
+        batches = chunks(task, moved, cells, self.chunk)
+        with closing(run(batches, self.executor, self.store, self.progress)) as results:
             for chunk, result in results:
                 gain[chunk.cells] = result
         gain[~np.isfinite(gain).all(axis=1)] = -np.inf
@@ -98,18 +98,23 @@ class Evaluation(NamedTuple):
 
     def part(self, number: int, count: int) -> "Evaluation":
         """Return the evaluation whose progress is one of `count` equal parts of this one's."""
-        return self._replace(progress=lambda share: self.progress((number + share) / count))
+        return self._replace(progress=part_of_progress(self.progress, number, count))
+
+
+def part_of_progress(progress: Progress, number: int, count: int) -> Progress:
+    """Progress of one of `count` equal parts, as a share of all of them."""
+    return lambda share: progress((number + share) / count)
 
 
 def _warn_if_saturated(estimator: Estimator, gain: np.ndarray) -> None:
-    """Warn of an expected gain above what so many draws of the parameters can tell apart."""
+    """Warn of an expected gain above the logarithm of the number of draws, its upper limit."""
     if not isinstance(estimator, ExpectedGain):
         return
     limit, greatest = np.log(estimator.draws), np.max(gain, initial=-np.inf)
     if greatest > limit:
         warnings.warn(
             f"An expected gain of {greatest:.3g} nat was estimated with draws={estimator.draws} "
-            f"draws of the parameters, which tell no more than log draws = {limit:.2g} nat apart: "
+            f"draws of the parameters, which can resolve at most log draws = {limit:.2g} nat: "
             "such values are too high, and only their order is a hint. Give more draws, "
             f"information.ExpectedGain(draws={16 * estimator.draws}), fewer lines, or a narrower "
             "prior, such as the posterior of a first measurement: after=posterior.",

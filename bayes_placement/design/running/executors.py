@@ -16,7 +16,7 @@ from typing import Any
 from ..._types import InputError, MissingExtraError
 
 REPLACEMENTS = 3
-"""How often lost workers are replaced, before something else is taken to be wrong."""
+"""How often lost workers are replaced before the run is given up."""
 
 
 def workers(
@@ -57,7 +57,7 @@ class WorkerProcesses(Executor):
     """Processes on this machine, each with its share of the cores.
 
     They are spawned: a process that is forked while JAX runs hangs. They end with the process that
-    started them, however that ends.
+    started them, also if that is killed.
 
     Parameters
     ----------
@@ -70,11 +70,11 @@ class WorkerProcesses(Executor):
         self._pool = self._new_pool()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Call a function in one of them."""
+        """Call a function in one of the processes."""
         return self._pool.submit(fn, *args, **kwargs)
 
     def replace(self) -> bool:
-        """Replace them all after one was lost; False where that was done too often."""
+        """Replace all processes after one was lost; False if that was done too often."""
         if self._replacements_left == 0:
             return False
         self._replacements_left -= 1
@@ -83,7 +83,7 @@ class WorkerProcesses(Executor):
         return True
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End them all."""
+        """End all processes."""
         self._pool.shutdown(wait, cancel_futures=cancel_futures)
 
     def _new_pool(self) -> ProcessPoolExecutor:
@@ -96,7 +96,7 @@ class WorkerProcesses(Executor):
 
 
 def _thread_limits(count: int) -> dict[str, str]:
-    """Environment in which each of so many processes takes its share of the cores."""
+    """Environment variables by which each of `count` processes takes its share of the cores."""
     threads = str(max(1, (os.cpu_count() or 1) // count))
     names = ("PJRT_NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     return dict.fromkeys(names, threads)
@@ -104,7 +104,7 @@ def _thread_limits(count: int) -> dict[str, str]:
 
 def _start_worker(environment: dict[str, str]) -> None:
     os.environ.update(environment)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # its parent says when to end
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
@@ -122,7 +122,7 @@ def _dask(address: str, processes: int | None) -> Iterator[Executor]:
         raise InputError(
             f"{processes} workers were asked for together with the Dask scheduler {address}, which "
             f'has its own workers. Give its address alone, workers(dask="{address}"), or start '
-            f'some here: workers({processes}, dask="local").'
+            f'workers on this machine: workers({processes}, dask="local").'
         )
     distributed = _distributed()
     with ExitStack() as stack:

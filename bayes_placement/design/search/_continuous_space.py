@@ -14,7 +14,7 @@ from .placement_rules import PlacementRules
 from .strategy import Trials, recorded
 
 SCATTERED = 4096
-"""Quasi-random placements, of which the first that are allowed are tried."""
+"""Quasi-random placements, of which the first allowed ones are tried."""
 
 
 class ContinuousSpace(NamedTuple):
@@ -23,13 +23,13 @@ class ContinuousSpace(NamedTuple):
     Parameters
     ----------
     experiment
-        The experiment with those transducers that are placed or mounted.
+        The experiment with the transducers that are placed or mounted.
     regions
-        Where each may be placed.
+        Region of each transducer that is placed.
     groups
         Groups of exchangeable transducers.
     rules
-        What a placement must keep to.
+        Rules for the placements.
     """
 
     experiment: Experiment
@@ -45,47 +45,54 @@ class ContinuousSpace(NamedTuple):
     def allowed(self, shares: np.ndarray) -> np.ndarray:
         """Which placements keep to the rules and to the regions [placement]."""
         pairs = zip(self.regions, self.by_region(shares), strict=True)
-        positions = {region.name: region.points(part) for region, part in pairs}
+        positions = {region.name: region.points(region_shares) for region, region_shares in pairs}
         inside = np.all((shares >= 0) & (shares <= 1), axis=1)
         return inside & self.rules.allowed(self.experiment, positions)
 
     def scattered(self, random: np.random.Generator, count: int) -> np.ndarray:
-        """So many allowed placements all over the regions; none if none is allowed."""
+        """`count` allowed placements scattered over the regions; none if none is allowed."""
         sides = sum(len(region.sides) for region in self.regions)
         shares = qmc.Sobol(sides, rng=random).random(SCATTERED)
         scattered = shares[self.allowed(shares)]
         if len(scattered) < count:
-            each = [random.choice(part, SCATTERED) for part in self._alone(shares) if len(part)]
-            complete = len(each) == len(self.regions)
-            shares = np.concatenate(each, axis=1) if complete else shares[:0]
+            resampled = [
+                random.choice(region_shares, SCATTERED)
+                for region_shares in self._outside_forbidden(shares)
+                if len(region_shares)
+            ]
+            complete = len(resampled) == len(self.regions)
+            shares = np.concatenate(resampled, axis=1) if complete else shares[:0]
             scattered = np.concatenate([scattered, shares[self.allowed(shares)]])
         return self.sorted(np.resize(scattered, (count if len(scattered) else 0, sides)))
 
-    def _alone(self, shares: np.ndarray) -> list[np.ndarray]:
-        """Shares of each region outside of all forbidden ones."""
+    def _outside_forbidden(self, shares: np.ndarray) -> list[np.ndarray]:
+        """Shares of places in each region that lie in no forbidden region."""
         pairs = zip(self.regions, self.by_region(shares), strict=True)
-        return [part[~self.rules.in_forbidden(region.points(part))] for region, part in pairs]
+        return [
+            region_shares[~self.rules.in_forbidden(region.points(region_shares))]
+            for region, region_shares in pairs
+        ]
 
     def sorted(self, shares: np.ndarray) -> np.ndarray:
         """Placements with exchangeable transducers in the order of their shares."""
-        parts = self.by_region(shares)
+        columns = self.by_region(shares)
         number = {region.name: place for place, region in enumerate(self.regions)}
         for group in self.groups:
             exchangeable = [number[name] for name in group if name in number]
             if len(exchangeable) < 2:
                 continue
-            together = np.stack([parts[place] for place in exchangeable], axis=1)
+            together = np.stack([columns[place] for place in exchangeable], axis=1)
             order = np.lexsort(np.moveaxis(together, -1, 0)[::-1], axis=1)
             ordered = np.take_along_axis(together, order[..., None], axis=1)
             for place, column in zip(exchangeable, np.moveaxis(ordered, 1, 0), strict=True):
-                parts[place] = column
-        return np.concatenate(parts, axis=1)
+                columns[place] = column
+        return np.concatenate(columns, axis=1)
 
     def trials(self, evaluation: Evaluation, shares: np.ndarray) -> Trials:
         """Try placements."""
         moved = [
-            region.candidates(self.experiment, part)
-            for region, part in zip(self.regions, self.by_region(shares), strict=True)
+            region.candidates(self.experiment, region_shares)
+            for region, region_shares in zip(self.regions, self.by_region(shares), strict=True)
         ]
         cells = np.repeat(np.arange(len(shares))[:, None], len(moved), axis=1)
         gain = gain_in_one_shape(evaluation, moved, cells, len(shares))

@@ -16,7 +16,7 @@ from .._candidates import Candidates, candidates, transducer
 
 
 class SearchRegion(NamedTuple):
-    """All places of a region with straight sides, one transducer's.
+    """Region with straight sides in which a transducer is placed.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ class SearchRegion(NamedTuple):
         return candidates(experiment, {self.name: places})[0]
 
 
-def search_region(experiment: Experiment, name: str, given: Any) -> SearchRegion:
-    """Where a transducer may be placed.
+def search_region(experiment: Experiment, name: str, places: Any) -> SearchRegion:
+    """Region in which a transducer may be placed.
 
     Parameters
     ----------
@@ -52,25 +52,25 @@ def search_region(experiment: Experiment, name: str, given: Any) -> SearchRegion
         The experiment.
     name
         The transducer.
-    given
+    places
         One region; or numbers on a line, between the least and the greatest of which it may be.
 
     Raises
     ------
     InputError
-        If it is nothing that one can move through.
+        If it cannot be searched continuously.
     """
     bounds = experiment.structure.modes.bounds()
-    region = given if isinstance(given, Tolerance) else _between(experiment, name, given)
+    region = places if isinstance(places, Tolerance) else _between(experiment, name, places)
     position = region.on(bounds)
     if isinstance(position, Uniform):
         low, high = float(position.low), float(position.high)
         return SearchRegion(name, np.array([low]), np.array([[high - low]]))
     if not isinstance(position, Straight):
         raise InputError(
-            f"{_in_words(experiment, name)} was to be moved through {type(region).__name__}; a "
-            "region with straight sides is needed: positions.Segment on a line, positions.Member, "
-            "Patch or Box in space."
+            f"{_kind_and_name(experiment, name)} was to be moved through {type(region).__name__}; "
+            "a region with straight sides is needed: positions.Segment on a line, "
+            "positions.Member, Patch or Box in space."
         )
     return _straight(name, position)
 
@@ -88,22 +88,22 @@ def _straight(name: str, position: Straight) -> SearchRegion:
     return SearchRegion(name, origin + low @ directions, sides)
 
 
-def _between(experiment: Experiment, name: str, given: Sequence[Any] | np.ndarray) -> Tolerance:
+def _between(experiment: Experiment, name: str, places: Sequence[Any] | np.ndarray) -> Tolerance:
     """Segment between the least and the greatest number of a list."""
     if not in_space(experiment.structure.modes.bounds()):
         try:
-            numbers = np.asarray(given, dtype=float)
+            numbers = np.asarray(places, dtype=float)
             low, high = numbers.min(), numbers.max()
             return Segment((low + high) / 2, within=(high - low) / 2)
         except (TypeError, ValueError):
             pass
     raise InputError(
-        f"{_in_words(experiment, name)} was given a list of places; design.Evolutionary needs a "
-        "region to move it through: one region (positions.Segment on a line, positions.Member, "
+        f"{_kind_and_name(experiment, name)} was given a list of places; design.Evolutionary needs "
+        "a region to move it through: one region (positions.Segment on a line, positions.Member, "
         "Patch or Box in space), or several numbers on a line, between which it may be. Give "
         f'{{"{name}": positions.Segment(0.5, within=0.45)}}, or search=design.Sequential().'
     )
 
 
-def _in_words(experiment: Experiment, name: str) -> str:
+def _kind_and_name(experiment: Experiment, name: str) -> str:
     return f'{transducer(experiment, name).kind} "{name}"'

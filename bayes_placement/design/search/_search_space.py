@@ -1,4 +1,4 @@
-"""What may be placed where: candidates, exchangeable transducers, and which may be left out."""
+"""Search space of a placement: candidates, exchangeable transducers, and optional ones."""
 
 import itertools
 from collections.abc import Collection, Mapping, Sequence
@@ -25,7 +25,7 @@ Selection: TypeAlias = tuple[str, ...]
 
 
 class SearchSpace(NamedTuple):
-    """What may be placed where.
+    """Transducers to be placed, with their candidates, rules and costs.
 
     Parameters
     ----------
@@ -34,9 +34,10 @@ class SearchSpace(NamedTuple):
     places
         Places to try, by the name of the transducer.
     rules
-        What a placement must keep to.
+        Rules for the placements.
     cost
-        What some transducers must teach to be placed [nat], by name; all others are placed.
+        Information gain that some transducers must add to be placed [nat], by name; all others are
+        always placed.
     """
 
     evaluation: Evaluation
@@ -45,20 +46,21 @@ class SearchSpace(NamedTuple):
     cost: Mapping[str, float]
 
     def checked(self) -> "SearchSpace":
-        """Return the search space, once its rules and costs are known to fit.
+        """Return the search space after a check of its rules and costs.
 
         Raises
         ------
         InputError
-            If a rule or a cost does not.
+            If a rule does not fit the structure, or a cost is negative or of no transducer to be
+            placed.
         """
         self.rules.checked(self.experiment)
         for name, cost in self.cost.items():
             if name not in self.places or not cost >= 0:
                 raise InputError(
                     f'A cost of {cost:g} nat of "{name}" was given; a cost that is not negative of '
-                    f"one of those to be placed ({', '.join(self.places)}) is needed, since it "
-                    f'tells whether that one is worth placing: cost={{"{next(iter(self.places))}": '
+                    f"a transducer to be placed ({', '.join(self.places)}) is needed, since it "
+                    f'decides whether that one is placed: cost={{"{next(iter(self.places))}": '
                     "0.2}."
                 )
         return self
@@ -70,7 +72,7 @@ class SearchSpace(NamedTuple):
 
     @property
     def mounted(self) -> list[str]:
-        """Names of those that stay where they are."""
+        """Names of the transducers that stay."""
         names = [*self.experiment.sensor, *self.experiment.actuator]
         return [name for name in names if name not in self.places]
 
@@ -87,14 +89,14 @@ class SearchSpace(NamedTuple):
     def groups(self, moved: Sequence[Candidates]) -> list[Group]:
         """Groups of exchangeable transducers among those to be placed."""
         groups: list[list[Candidates]] = []
-        for one in moved:
+        for transducer in moved:
             for group in groups:
-                if self._exchangeable(group[0], one):
-                    group.append(one)
+                if self._exchangeable(group[0], transducer):
+                    group.append(transducer)
                     break
             else:
-                groups.append([one])
-        return [tuple(one.name for one in group) for group in groups]
+                groups.append([transducer])
+        return [tuple(transducer.name for transducer in group) for group in groups]
 
     def _exchangeable(self, first: Candidates, second: Candidates) -> bool:
         return (
@@ -105,9 +107,9 @@ class SearchSpace(NamedTuple):
         )
 
     def selections(self, groups: Sequence[Group]) -> list[Selection]:
-        """All selections that can measure, the largest first; what has no cost is always placed.
+        """All selections that can measure, the largest first.
 
-        Of exchangeable transducers the first ones are taken.
+        Transducers without a cost are always placed; of exchangeable ones the first are taken.
         """
         counts = [
             range(len(group), -1, -1) if group[0] in self.cost else [len(group)] for group in groups
@@ -120,7 +122,7 @@ class SearchSpace(NamedTuple):
         return [selection for selection in selections if self.can_measure(selection)]
 
     def can_measure(self, selection: Collection[str]) -> bool:
-        """Tell whether a selection, with those mounted, has a sensor and an actuator."""
+        """Return whether a selection, with those mounted, has a sensor and an actuator."""
         present = {*self.mounted, *selection}
         sides = (self.experiment.sensor, self.experiment.actuator)
         return all(present & set(side) for side in sides)
@@ -132,12 +134,12 @@ class SearchSpace(NamedTuple):
         return self.evaluation._replace(experiment=present)
 
     def price(self, selection: Sequence[str]) -> float:
-        """What the transducers of a selection must teach [nat]."""
+        """Sum of the costs of a selection [nat]."""
         return float(sum(self.cost.get(name, 0.0) for name in selection))
 
 
 def differ_in_name_only(experiment: Experiment, first: str, second: str) -> bool:
-    """Tell whether two transducers differ in their name and place only."""
+    """Return whether two transducers differ only in their name and place."""
     for side, word in ((experiment.sensor, "sensors"), (experiment.actuator, "actuators")):
         if first not in side or second not in side:
             continue
@@ -155,16 +157,16 @@ def gain_in_one_shape(
     """Information gain at combinations of candidates [cell, transducer], all calls compiled once.
 
     Cells are repeated up to the size, and each candidate is listed once for each cell, so that all
-    calls with the same transducers differ in numbers only.
+    calls with the same transducers differ only in values.
     """
     padded = np.concatenate([cells, np.repeat(cells[-1:], max(size - len(cells), 0), axis=0)])
-    listed = [one.subset(column) for one, column in zip(moved, padded.T, strict=True)]
+    listed = [transducer.subset(column) for transducer, column in zip(moved, padded.T, strict=True)]
     diagonal = np.repeat(np.arange(len(padded))[:, None], len(moved), axis=1)
     return evaluation.at(listed, diagonal)[: len(cells)]
 
 
 def gain_as_mounted(evaluation: Evaluation) -> np.ndarray:
-    """Information gain [1, 1 + replicate] of the experiment where all stay."""
+    """Information gain [1, 1 + replicate] of the experiment with all transducers as they are."""
     name = next(iter(evaluation.experiment.sensor))
     stated = present_position(evaluation.experiment, name)
     return evaluation.at([stated], np.zeros((1, 1), int))

@@ -18,11 +18,11 @@ from .strategy import Search, Trials, trials_of_selections
 WIDTH = 0.25
 """Greatest standard deviation with which a population begins, as a share of each side."""
 
-NEAR = 0.1
+NEXT_TO_BEST = 0.1
 """Share of each side of a region within which a placement is taken as next to the best."""
 
 TRIES = 20
-"""How often a generation is drawn again where rules leave too few of it."""
+"""How often a generation is drawn again if the rules reject too much of it."""
 
 
 class Evolutionary(Search):
@@ -30,8 +30,8 @@ class Evolutionary(Search):
 
     Hansen (2016, arXiv 1604.00772), by the library `cmaes`. Placements scattered evenly come first.
     Populations begin at the best of them that are far from each other, so that they find several
-    maxima, such as mirror images; one that has converged begins again elsewhere, until each has
-    converged once. What rules forbid is drawn again, so no placement that is tried breaks them. A
+    maxima, such as mirror images; a population that has converged begins again elsewhere, until
+    each has converged once. Placements that rules forbid are drawn again and never evaluated. A
     generation of all populations is computed at once.
 
     Parameters
@@ -91,7 +91,7 @@ class Evolutionary(Search):
         shares = np.concatenate([shares for shares, _ in generations])
         trials = Trials.joined([trials for _, trials in generations])
         best = shares[np.argmax(trials.gain[:, 0])]
-        return trials._replace(near_best=np.abs(shares - best).max(axis=1) < NEAR)
+        return trials._replace(near_best=np.abs(shares - best).max(axis=1) < NEXT_TO_BEST)
 
     def _generations(
         self,
@@ -111,12 +111,12 @@ class Evolutionary(Search):
         populations = [starts.population(self.size) for _ in range(self.populations)]
         converged = np.zeros(self.populations, dtype=bool)
         for number in range(self.scattered, count):
-            drawn = [_drawn(population, space, even, random) for population in populations]
-            shares = space.sorted(np.concatenate(drawn))
+            proposals = [_generation(population, space, even, random) for population in populations]
+            shares = space.sorted(np.concatenate(proposals))
             trials = space.trials(evaluation.part(number, count), shares)
             yield shares, trials
             losses = np.split(_losses(trials.gain[:, 0]), self.populations)
-            for place, (members, loss) in enumerate(zip(drawn, losses, strict=True)):
+            for place, (members, loss) in enumerate(zip(proposals, losses, strict=True)):
                 populations[place].tell(list(zip(members, loss, strict=True)))
                 if self._has_converged(populations[place], members):
                     converged[place] = True
@@ -130,13 +130,13 @@ class Evolutionary(Search):
 
 
 def _losses(gain: np.ndarray) -> np.ndarray:
-    """What a population is to minimise; where nothing is told, more than anywhere else."""
+    """Losses that a population minimises; where the gain is not finite, above all others."""
     worst = np.max(-gain, where=np.isfinite(gain), initial=0.0) + 1.0
     return np.where(np.isfinite(gain), -gain, worst)
 
 
 class _Starts:
-    """Where populations begin: at the best scattered placements that are far from all before.
+    """Starting points of populations: the best scattered placements far from all earlier ones.
 
     Parameters
     ----------
@@ -151,35 +151,36 @@ class _Starts:
     def __init__(self, even: np.ndarray, gain: np.ndarray, random: np.random.Generator):
         self._even, self._gain, self._random = even, gain, random
         self._distance = np.full(len(even), np.inf)
-        self._width = min(WIDTH, len(even) ** (-1 / even.shape[1]))  # about that between them
+        spacing = len(even) ** (-1 / even.shape[1])
+        self._width = min(WIDTH, spacing)
 
     def population(self, size: int, ended: np.ndarray | None = None) -> cmaes.CMA:
         """Return a new population, far from where others began and the last one ended."""
         if ended is not None:
-            self._keep_away_from(ended)
-        far = self._distance > 2 * self._width
-        worth = np.where(far, self._gain, -np.inf) if far.any() else self._distance
+            self._exclude(ended)
+        distant = self._distance > 2 * self._width
+        worth = np.where(distant, self._gain, -np.inf) if distant.any() else self._distance
         mean = self._even[np.argmax(worth)]
-        self._keep_away_from(mean)
+        self._exclude(mean)
         seed = int(self._random.integers(2**31))
         return cmaes.CMA(mean, self._width, seed=seed, population_size=size)
 
-    def _keep_away_from(self, shares: np.ndarray) -> None:
+    def _exclude(self, shares: np.ndarray) -> None:
         self._distance = np.minimum(self._distance, np.abs(self._even - shares).max(axis=1))
 
 
-def _drawn(
+def _generation(
     population: cmaes.CMA, space: ContinuousSpace, even: np.ndarray, random: np.random.Generator
 ) -> np.ndarray:
-    """Draw a generation that keeps to the rules; from everywhere if it can hardly do so."""
+    """Draw a generation that keeps to the rules, filled up from the scattered ones if necessary."""
     size = population.population_size
-    drawn = np.zeros((0, even.shape[1]))
+    members = np.zeros((0, even.shape[1]))
     for _ in range(TRIES):
-        asked = np.stack([population.ask() for _ in range(size)])
-        drawn = np.concatenate([drawn, asked[space.allowed(asked)]])
-        if len(drawn) >= size:
-            return drawn[:size]
-    return np.concatenate([drawn, random.choice(even, size - len(drawn))])
+        proposed = np.stack([population.ask() for _ in range(size)])
+        members = np.concatenate([members, proposed[space.allowed(proposed)]])
+        if len(members) >= size:
+            return members[:size]
+    return np.concatenate([members, random.choice(even, size - len(members))])
 
 
 def _examples(experiment: Experiment, region: SearchRegion) -> Candidates:
@@ -195,7 +196,7 @@ def _examples(experiment: Experiment, region: SearchRegion) -> Candidates:
     if np.unique(examples.forms()).size == len(shares):
         raise InfeasibleError(
             f'The tolerance of "{region.name}" is a distribution of another form at each place, '
-            "which would be compiled by itself; one that differs in numbers only is needed. "
+            "which would be compiled by itself; one that differs only in values is needed. "
             "Declare at=positions.Box(...), or search a list of places by "
             "search=design.Exhaustive()."
         )

@@ -1,4 +1,4 @@
-"""Exhaustive search: all combinations of the places given."""
+"""Exhaustive search: all combinations of the places to try."""
 
 from .._candidates import combinations
 from ..running.evaluation import Evaluation
@@ -7,25 +7,25 @@ from .strategy import Search, Trials, recorded, trials_of_selections, without_ex
 
 
 class Exhaustive(Search):
-    """All combinations of the places given; sensors that are exchangeable are not tried twice."""
+    """All combinations of the places to try; exchangeable sensors are not tried twice."""
 
     def trials(self, space: SearchSpace) -> Trials:
-        """Try all that are allowed.
+        """Try all allowed combinations.
 
         Raises
         ------
         InputError
-            If none is.
+            If none is allowed.
         """
         candidates = space.candidates()
         groups = space.groups(candidates)
 
-        def all_combinations(evaluation: Evaluation, selection: Selection) -> Trials:
-            moved = [one for one in candidates if one.name in selection]
+        def try_combinations(evaluation: Evaluation, selection: Selection) -> Trials:
+            moved = [transducer for transducer in candidates if transducer.name in selection]
             cells = without_exchanges(groups, moved, combinations(moved))
             cells = cells[space.rules.allowed_cells(evaluation.experiment, moved, cells)]
             if not len(cells):
                 return Trials.none(evaluation)
             return Trials.of(recorded(moved, cells), evaluation.at(moved, cells))
 
-        return trials_of_selections(space, groups, all_combinations)
+        return trials_of_selections(space, groups, try_combinations)

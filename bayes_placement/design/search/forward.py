@@ -13,12 +13,12 @@ from .strategy import Search, Trials, recorded
 
 
 class _Step(NamedTuple):
-    """What was tried by adding some transducers, and the best of it.
+    """Trials with some added transducers, and the best of them.
 
     Parameters
     ----------
     trials
-        Placements with these.
+        Placements with all of these transducers.
     cell
         Candidate of each transducer that is placed, by name.
     net_gain
@@ -31,13 +31,13 @@ class _Step(NamedTuple):
 
 
 class Forward(Search):
-    """Forward sequential placement: one transducer after the other, where it teaches most.
+    """Forward sequential placement: one transducer after the other, where its gain is greatest.
 
-    It begins without those to be placed, adds the one that teaches most, then, those before kept
-    where they are, the next (Papadimitriou 2004, DOI 10.1177/1077546304041768). A sensor and an
-    actuator without which nothing can be measured are placed together. What has a cost comes last,
-    and only while it teaches more than it costs. For n sensors alike and m places it takes n m
-    evaluations, and may end at a local maximum.
+    It begins without the transducers to be placed, adds that of the greatest information gain,
+    then, with the earlier ones kept in place, the next (Papadimitriou 2004, DOI
+    10.1177/1077546304041768). A sensor and an actuator without which nothing can be measured are
+    placed together. Transducers with a cost come last, and only while they add more than they cost.
+    For n equal sensors and m places it takes n m evaluations, and may end at a local maximum.
     """
 
     def trials(self, space: SearchSpace) -> Trials:
@@ -48,28 +48,28 @@ class Forward(Search):
         InputError
             If none is allowed.
         """
-        candidates = {one.name: one for one in space.candidates()}
+        candidates = {transducer.name: transducer for transducer in space.candidates()}
         groups = space.groups(list(candidates.values()))
         current = _as_mounted(space)
-        parts = [current.trials]
+        trials = [current.trials]
         while options := _options(space, groups, current.cell):
             evaluations = _evaluations(space, current.cell, options)
             steps = [
                 _added(evaluation, space, candidates, current, added)
                 for evaluation, added in zip(evaluations, options, strict=True)
             ]
-            parts += [step.trials for step in steps]
+            trials += [step.trials for step in steps]
             best = max(steps, key=lambda step: step.net_gain)
             if _may_stop(space, current.cell) and best.net_gain <= current.net_gain:
                 break
             if not best.cell:
                 raise space.rules.none_allowed()
             current = best
-        return Trials.joined(parts)
+        return Trials.joined(trials)
 
 
 def _as_mounted(space: SearchSpace) -> _Step:
-    """What those that are mounted teach, where no other need be placed."""
+    """Information gain of the mounted transducers, if no other need be placed."""
     if not _may_stop(space, ()):
         return _Step(Trials.none(space.evaluation), {}, -np.inf)
     gain = gain_as_mounted(space.evaluation_of(()))
@@ -77,32 +77,32 @@ def _as_mounted(space: SearchSpace) -> _Step:
 
 
 def _may_stop(space: SearchSpace, placed: Collection[str]) -> bool:
-    """Whether those placed can measure, and all others may be left out."""
+    """Whether the placed transducers can measure, and all others may be left out."""
     return space.can_measure(placed) and set(space.places) <= {*space.cost, *placed}
 
 
 def _options(
     space: SearchSpace, groups: Sequence[Group], placed: Collection[str]
 ) -> list[Selection]:
-    """What may be added next: one of each group, first what is needed to measure at all."""
-    left = [
+    """Transducers that may be added next, one of each group; first those needed to measure."""
+    remaining = [
         next(name for name in group if name not in placed)
         for group in groups
         if not set(group) <= set(placed)
     ]
     present = {*space.mounted, *placed}
     lacking = [
-        _without_cost_first([name for name in left if name in side], space)
+        _without_cost_first([name for name in remaining if name in side], space)
         for side in (space.experiment.sensor, space.experiment.actuator)
         if not present & set(side)
     ]
     if lacking:
         return list(itertools.product(*lacking))
-    return [(name,) for name in _without_cost_first(left, space)]
+    return [(name,) for name in _without_cost_first(remaining, space)]
 
 
 def _without_cost_first(names: Sequence[str], space: SearchSpace) -> Sequence[str]:
-    """Those without a cost, as long as there are any."""
+    """Transducers without a cost, as long as there are any."""
     return [name for name in names if name not in space.cost] or names
 
 
@@ -122,12 +122,12 @@ def _added(
     current: _Step,
     added: Selection,
 ) -> _Step:
-    """Try all places of some more transducers, the others where they are."""
+    """Try all places of some added transducers, with the others in place."""
     names = [*current.cell, *added]
     moved = [candidates[name] for name in names]
     new = combinations([candidates[name] for name in added])
-    kept = np.tile([*current.cell.values()], (len(new), 1)).astype(int)
-    cells = np.concatenate([kept, new], axis=1)
+    previous = np.tile([*current.cell.values()], (len(new), 1)).astype(int)
+    cells = np.concatenate([previous, new], axis=1)
     cells = cells[space.rules.allowed_cells(evaluation.experiment, moved, cells)]
     if not len(cells):
         return _Step(Trials.none(evaluation), {}, -np.inf)

@@ -16,7 +16,7 @@ RecordedPositions = Mapping[str, np.ndarray]
 
 
 class PlacementRules(NamedTuple):
-    """What a placement must keep to.
+    """Rules for placements: forbidden regions and a least distance.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class PlacementRules(NamedTuple):
     least_distance: float = 0.0
 
     def checked(self, experiment: Experiment) -> "PlacementRules":
-        """Return the rules, once they are known to fit the structure.
+        """Return the rules after a check that they fit the structure.
 
         Raises
         ------
@@ -66,7 +66,7 @@ class PlacementRules(NamedTuple):
         positions
             Positions of some of its transducers.
         undecided
-            Names of those that do not count, since their place is not chosen yet.
+            Names of transducers to be ignored, since their place is not chosen yet.
         """
         count = len(next(iter(positions.values())))
         allowed = np.ones(count, dtype=bool)
@@ -74,7 +74,7 @@ class PlacementRules(NamedTuple):
             allowed &= ~self.in_forbidden(points)
         for side in (experiment.sensor, experiment.actuator):
             decided = {name: side[name] for name in side if name not in undecided}
-            allowed &= self._far_apart(decided, positions, count)
+            allowed &= self._separated(decided, positions, count)
         return allowed
 
     def allowed_cells(
@@ -86,7 +86,7 @@ class PlacementRules(NamedTuple):
     ) -> np.ndarray:
         """Which combinations of candidates [cell, transducer] are allowed [cell]."""
         columns = zip(moved, cells.T, strict=True)
-        positions = {one.name: one.points()[column] for one, column in columns}
+        positions = {transducer.name: transducer.points()[column] for transducer, column in columns}
         return self.allowed(experiment, positions, undecided)
 
     def none_allowed(self) -> InputError:
@@ -104,7 +104,7 @@ class PlacementRules(NamedTuple):
             inside |= np.all((points >= corners[0]) & (points <= corners[1]), axis=1)
         return inside
 
-    def _far_apart(
+    def _separated(
         self, side: Mapping[str, Any], positions: RecordedPositions, count: int
     ) -> np.ndarray:
         """Whether the transducers of one side are far enough from each other [placement]."""
@@ -112,8 +112,8 @@ class PlacementRules(NamedTuple):
             positions.get(name, np.tile(np.atleast_1d(transducer.recorded), (count, 1)))
             for name, transducer in side.items()
         ]
-        far = np.ones(count, dtype=bool)
-        for number, here in enumerate(points):
-            for before in points[:number]:
-                far &= np.linalg.norm(here - before, axis=1) >= self.least_distance
-        return far
+        separated = np.ones(count, dtype=bool)
+        for number, point in enumerate(points):
+            for previous in points[:number]:
+                separated &= np.linalg.norm(point - previous, axis=1) >= self.least_distance
+        return separated

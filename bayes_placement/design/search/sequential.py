@@ -1,4 +1,4 @@
-"""Sequential search: one transducer is moved after the other, until no move helps."""
+"""Sequential search: one transducer is moved after the other, until no move improves the gain."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,10 +13,10 @@ from .strategy import Search, Trials, recorded, trials_of_selections
 
 
 class Sequential(Search):
-    """One transducer at a time, the others where they are, until no move helps any more.
+    """One transducer at a time, with the others in place, until no move improves the gain.
 
-    It begins with the positions that the experiment states. For n transducers and m places each it
-    takes n m evaluations a round instead of m^n, and may end at a local maximum.
+    It begins with the positions that the experiment states. For n transducers with m places each
+    it takes n m evaluations a round instead of m^n, and may end at a local maximum.
 
     Parameters
     ----------
@@ -36,27 +36,28 @@ class Sequential(Search):
         """
         candidates = space.candidates()
 
-        def one_by_one(evaluation: Evaluation, selection: Selection) -> Trials:
-            moved = [one for one in candidates if one.name in selection]
+        def move_each(evaluation: Evaluation, selection: Selection) -> Trials:
+            moved = [transducer for transducer in candidates if transducer.name in selection]
             steps = self._steps(evaluation, moved, space.rules)
             return Trials.joined([Trials.none(evaluation), *steps])
 
-        return trials_of_selections(space, space.groups(candidates), one_by_one)
+        return trials_of_selections(space, space.groups(candidates), move_each)
 
     def _steps(
         self, evaluation: Evaluation, moved: Sequence[Candidates], rules: PlacementRules
     ) -> Iterator[Trials]:
-        counts = np.array([len(one.positions) for one in moved])
-        # The stated position comes behind all others; it is where moving begins, no answer.
+        counts = np.array([len(transducer.positions) for transducer in moved])
+        # The stated position comes last: the search starts there, but it is no candidate.
         extended = [
-            one.followed_by(present_position(evaluation.experiment, one.name)) for one in moved
+            transducer.followed_by(present_position(evaluation.experiment, transducer.name))
+            for transducer in moved
         ]
         current = counts.copy()
         for turn in range(self.rounds):
             before = current.copy()
             for column in range(len(moved)):
                 step = evaluation.part(turn * len(moved) + column, self.rounds * len(moved))
-                cells = _along(current, column, counts)
+                cells = _cells_of_column(current, column, counts)
                 cells = _allowed(rules, evaluation, extended, cells, counts)
                 if not len(cells):
                     return
@@ -70,8 +71,8 @@ class Sequential(Search):
                 return
 
 
-def _along(current: np.ndarray, column: int, counts: np.ndarray) -> np.ndarray:
-    """All places of one transducer, the others where they are [cell, transducer]."""
+def _cells_of_column(current: np.ndarray, column: int, counts: np.ndarray) -> np.ndarray:
+    """All places of one transducer, with the others in place [cell, transducer]."""
     cells = np.repeat(current[None], counts[column], axis=0)
     cells[:, column] = np.arange(counts[column])
     return cells
@@ -84,9 +85,10 @@ def _allowed(
     cells: np.ndarray,
     counts: np.ndarray,
 ) -> np.ndarray:
-    """Cells that are allowed; transducers that were not moved yet will be, and do not count."""
+    """Allowed cells; transducers that were not moved yet are ignored, since they will be."""
     decided = np.flatnonzero(np.min(cells < counts, axis=0))
     moved = [extended[int(column)] for column in decided]
-    undecided = {one.name for one in extended} - {one.name for one in moved}
+    all_names = {transducer.name for transducer in extended}
+    undecided = all_names - {transducer.name for transducer in moved}
     allowed = rules.allowed_cells(evaluation.experiment, moved, cells[:, decided], undecided)
     return cells[allowed]

@@ -1,4 +1,4 @@
-"""What all search strategies have in common: the placements that they try."""
+"""Search strategies: their interface, and the placements that they try."""
 
 import abc
 from collections.abc import Callable, Sequence
@@ -25,7 +25,7 @@ class Trials(NamedTuple):
     near_best
         Which placements are next to the best one [placement].
     evaluations
-        How many placements were evaluated on the way.
+        Number of placements that were evaluated, intermediate ones included.
     """
 
     positions: list[dict[str, Any]]
@@ -35,7 +35,7 @@ class Trials(NamedTuple):
 
     @staticmethod
     def of(positions: list[dict[str, Any]], gain: np.ndarray) -> "Trials":
-        """Placements none of which is next to another."""
+        """Trials of placements that are not next to each other."""
         return Trials(positions, gain, np.zeros(len(positions), dtype=bool), len(positions))
 
     @staticmethod
@@ -44,13 +44,13 @@ class Trials(NamedTuple):
         return Trials.of([], np.zeros((0, 1 + evaluation.estimator.replicates)))
 
     @staticmethod
-    def joined(parts: Sequence["Trials"]) -> "Trials":
-        """All of them in one list."""
+    def joined(batches: Sequence["Trials"]) -> "Trials":
+        """All trials as one."""
         return Trials(
-            [positions for trials in parts for positions in trials.positions],
-            np.concatenate([trials.gain for trials in parts]),
-            np.concatenate([trials.near_best for trials in parts]),
-            sum(trials.evaluations for trials in parts),
+            [positions for trials in batches for positions in trials.positions],
+            np.concatenate([trials.gain for trials in batches]),
+            np.concatenate([trials.near_best for trials in batches]),
+            sum(trials.evaluations for trials in batches),
         )
 
     def distinct(self) -> "Trials":
@@ -81,7 +81,7 @@ class Search(eqx.Module):
 def trials_of_selections(
     space: SearchSpace, groups: Sequence[Group], search: Callable[[Evaluation, Selection], Trials]
 ) -> Trials:
-    """Search with each selection of transducers by itself.
+    """Search with each selection of transducers separately.
 
     Raises
     ------
@@ -89,14 +89,14 @@ def trials_of_selections(
         If no placement is allowed.
     """
     selections = space.selections(groups)
-    parts = []
+    batches = []
     for number, selection in enumerate(selections):
         evaluation = space.evaluation_of(selection).part(number, len(selections))
         if selection:
-            parts.append(search(evaluation, selection))
+            batches.append(search(evaluation, selection))
         else:
-            parts.append(Trials.of([{}], gain_as_mounted(evaluation)))
-    trials = Trials.joined(parts)
+            batches.append(Trials.of([{}], gain_as_mounted(evaluation)))
+    trials = Trials.joined(batches)
     if not trials.positions:
         raise space.rules.none_allowed()
     return trials
@@ -105,7 +105,10 @@ def trials_of_selections(
 def recorded(moved: Sequence[Candidates], cells: np.ndarray) -> list[dict[str, Any]]:
     """Recorded position of each transducer at combinations of candidates [cell, transducer]."""
     return [
-        {one.name: one.recorded[number] for one, number in zip(moved, cell, strict=True)}
+        {
+            transducer.name: transducer.recorded[number]
+            for transducer, number in zip(moved, cell, strict=True)
+        }
         for cell in cells
     ]
 
@@ -113,8 +116,8 @@ def recorded(moved: Sequence[Candidates], cells: np.ndarray) -> list[dict[str, A
 def without_exchanges(
     groups: Sequence[Group], moved: Sequence[Candidates], cells: np.ndarray
 ) -> np.ndarray:
-    """Cells that remain when exchangeable transducers are tried in one order only."""
-    column = {one.name: number for number, one in enumerate(moved)}
+    """Cells with exchangeable transducers in one order only."""
+    column = {transducer.name: number for number, transducer in enumerate(moved)}
     ordered = np.ones(len(cells), dtype=bool)
     for group in groups:
         exchangeable = cells[:, [column[name] for name in group if name in column]]

@@ -177,7 +177,7 @@ def test_a_sensor_is_placed_only_while_it_teaches_more_than_it_costs(price):
 def test_costs_of_their_own_choose_the_cheaper_sensor():
     found = placed(TWO, cost={"s1": 3.0, "s2": 2.9}, sensors=TWO)
     assert found.omitted == ("s1",)
-    assert str(found).endswith("s1 is left out: it teaches less than it costs.")
+    assert str(found).endswith("s1 is left out: its information gain is less than its cost.")
 
 
 def test_none_may_be_worth_its_cost_beside_those_mounted():
@@ -186,7 +186,9 @@ def test_none_may_be_worth_its_cost_beside_those_mounted():
         assert found.positions == {} and found.omitted == ("s2", "s3")
         assert found.information_gain == pytest.approx(learnt([0.3])) and found.cost == 0
         assert "nothing placed" in str(found)
-        assert str(found).endswith("s2 and s3 are left out: they teach less than they cost.")
+        assert str(found).endswith(
+            "s2 and s3 are left out: their information gain is less than their cost."
+        )
         if search == design.Forward():
             assert found.evaluations == 1 + GRID.size  # as it is, and one more; then it stops
 
@@ -232,7 +234,7 @@ def test_rules_and_costs_that_do_not_fit_are_refused(settings, message):
 
 @pytest.mark.parametrize("search", [design.Exhaustive(), design.Sequential(), design.Forward()])
 def test_a_region_is_refused_where_places_are_needed(search):
-    with pytest.raises(ValueError, match=r"given Segment\(.*\), a region; here a list"):
+    with pytest.raises(ValueError, match=r"given Segment\(.*\), a region; a list of pl"):
         placed(("s1",), bp.positions.Segment(0.5, within=0.2), search=search)
 
 
