@@ -31,27 +31,30 @@ def tree():
 
 
 def test_names_are_paths_that_count_from_one():
-    names = [one.name for one in _sites.unknowns(tree())]
+    names = [unknown.name for unknown in _sites.unknowns(tree())]
     assert names == ["part.s10.mass", "part.s10.share.2", "part.s2.share.1", "plain"]
 
 
 def test_units_are_those_of_the_field_that_holds_them():
-    assert [one.unit for one in _sites.unknowns(tree())] == ["kg", "1", "1", ""]
+    assert [unknown.unit for unknown in _sites.unknowns(tree())] == ["kg", "1", "1", ""]
 
 
 def test_an_unknown_knows_its_owner_its_role_and_its_place_within():
     first, second, third, plain = _sites.unknowns(tree())
     assert first.owner == second.owner == _sites.Owner("part", "s10")
     assert third.owner == _sites.Owner("part", "s2")
-    assert [(one.field, one.component) for one in (first, second)] == [("mass", ""), ("share", "2")]
-    assert {one.role for one in (first, second, third)} == {_sites.Role.PLACEMENT}
+    assert [(unknown.field, unknown.component) for unknown in (first, second)] == [
+        ("mass", ""),
+        ("share", "2"),
+    ]
+    assert {unknown.role for unknown in (first, second, third)} == {_sites.Role.PLACEMENT}
     assert (plain.owner, plain.field, plain.role) == (("", ""), "plain", _sites.Role.PARAMETER)
-    assert [one.is_placement for one in (first, plain)] == [True, False]
+    assert [unknown.is_placement for unknown in (first, plain)] == [True, False]
 
 
 def test_an_owner_within_an_owner_is_the_nearer_one():
-    whole = Tree(part=OrderedDict(), plain=0.0, rest=tree())
-    mass, *_, plain = _sites.unknowns(whole)
+    outer = Tree(part=OrderedDict(), plain=0.0, rest=tree())
+    mass, *_, plain = _sites.unknowns(outer)
     assert (mass.name, mass.owner) == ("rest.part.s10.mass", ("part", "s10"))
     assert (plain.owner, plain.field, plain.role) == (
         ("rest", ""),
@@ -73,7 +76,7 @@ def test_names_can_be_a_word_of_a_name():
 def test_realise_samples_each_unknown_once_in_order():
     with handlers.trace() as sites, handlers.seed(rng_seed=3):
         real = _sites.realise(tree())
-    assert list(sites) == [one.name for one in _sites.unknowns(tree())]
+    assert list(sites) == [unknown.name for unknown in _sites.unknowns(tree())]
     assert not _sites.unknowns(real)
     assert real.part["s10"].mass == sites["part.s10.mass"]["value"]
     assert real.part["s10"].share == (0.1, sites["part.s10.share.2"]["value"])
@@ -85,15 +88,18 @@ def test_realise_leaves_what_it_is_not_asked_for():
     with handlers.trace() as sites, handlers.seed(rng_seed=3):
         real = _sites.realise(tree(), where=lambda unknown: unknown.owner.name == "s2")
     assert list(sites) == ["part.s2.share.1"]
-    left = [one.name for one in _sites.unknowns(real)]
-    assert left == ["part.s10.mass", "part.s10.share.2", "plain"]
+    remaining = [unsampled.name for unsampled in _sites.unknowns(real)]
+    assert remaining == ["part.s10.mass", "part.s10.share.2", "plain"]
 
 
 def test_substitute_puts_numbers_in_place():
     fixed = _sites.substitute(tree(), {"part.s10.share.2": -0.7, "plain": 2.0})
     assert fixed.part["s10"].share == (0.1, -0.7)
     assert fixed.plain == 2.0
-    assert [one.name for one in _sites.unknowns(fixed)] == ["part.s10.mass", "part.s2.share.1"]
+    assert [unknown.name for unknown in _sites.unknowns(fixed)] == [
+        "part.s10.mass",
+        "part.s2.share.1",
+    ]
 
 
 def test_substitute_serves_inside_jit_and_grad():

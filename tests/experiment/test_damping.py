@@ -1,4 +1,4 @@
-"""damping: which mode has which ratio, and what three laws have in common."""
+"""Damping laws: the ratio of each mode, and properties of all three laws."""
 
 import jax
 import jax.numpy as jnp
@@ -16,7 +16,7 @@ OMEGA = jnp.array([-400.0, 0.0, 250.0, 900.0, 2000.0])
 
 
 @pytest.mark.parametrize(
-    ("given", "rigid", "expected"),
+    ("ratio", "rigid", "expected"),
     [
         ([0.01, 0.02, 0.03, 0.04], 0, [0.01, 0.02, 0.03, 0.04]),
         ([0.01, 0.02], 0, [0.01, 0.02, 0.02, 0.02]),
@@ -28,8 +28,8 @@ OMEGA = jnp.array([-400.0, 0.0, 250.0, 900.0, 2000.0])
         (jnp.array([0.01, 0.03]), 1, [0.01, 0.01, 0.03, 0.03]),
     ],
 )
-def test_the_last_ratio_holds_for_all_further_elastic_modes(given, rigid, expected):
-    np.testing.assert_array_equal(damping.Modal(given).ratios(4, rigid), expected)
+def test_the_last_ratio_holds_for_all_further_elastic_modes(ratio, rigid, expected):
+    np.testing.assert_array_equal(damping.Modal(ratio).ratios(4, rigid), expected)
 
 
 def test_modal_loss_is_viscous():
@@ -79,19 +79,25 @@ def test_the_loss_has_gradients_in_each_ratio():
 
 
 def test_ratios_are_named_by_mode_counted_from_one():
-    law = damping.Modal([dist.Uniform(0.02, 0.06), 0.04, dist.LogNormal(-3.0, 0.5)])
-    assert [(one.name, one.unit) for one in unknowns(law)] == [("ratio.1", "1"), ("ratio.3", "1")]
+    modal = damping.Modal([dist.Uniform(0.02, 0.06), 0.04, dist.LogNormal(-3.0, 0.5)])
+    assert [(unknown.name, unknown.unit) for unknown in unknowns(modal)] == [
+        ("ratio.1", "1"),
+        ("ratio.3", "1"),
+    ]
 
 
 def test_units_of_rayleigh():
-    law = damping.Rayleigh(dist.HalfNormal(1.0), dist.HalfNormal(1e-5))
-    assert [(one.name, one.unit) for one in unknowns(law)] == [("mass", "1/s"), ("stiffness", "s")]
+    rayleigh = damping.Rayleigh(dist.HalfNormal(1.0), dist.HalfNormal(1e-5))
+    assert [(unknown.name, unknown.unit) for unknown in unknowns(rayleigh)] == [
+        ("mass", "1/s"),
+        ("stiffness", "s"),
+    ]
 
 
-@pytest.mark.parametrize("given", [[], ()])
-def test_no_ratio_is_refused(given):
+@pytest.mark.parametrize("ratio", [[], ()])
+def test_no_ratio_is_refused(ratio):
     with pytest.raises(ValueError, match=r"damping.Modal got no ratio.*damping.Modal\(\[0.04\]\)"):
-        damping.Modal(given)
+        damping.Modal(ratio)
 
 
 @pytest.mark.parametrize(
@@ -136,7 +142,7 @@ def test_distributions_above_zero_are_accepted(ratio):
 
 @pytest.mark.parametrize("law", [damping.Rayleigh(3.0, 2e-5), damping.Structural(0.2)])
 def test_damped_modes_left_out_are_in_the_static_part(law):
-    """Few modes and their static part beside very many, driven and read away from nodes."""
+    """Few modes with their static part against many modes, driven and read away from nodes."""
     omega = 2 * np.pi * np.linspace(20.0, 300.0, 7)
 
     def driven(count):
@@ -154,5 +160,5 @@ def test_damped_modes_left_out_are_in_the_static_part(law):
             jax.jit(lambda: frf.receptance(base, points, points, jnp.asarray(omega)))()
         )
 
-    few, many = driven(8), driven(60)
-    np.testing.assert_allclose(few, many, atol=3e-5 * np.abs(many).max())
+    corrected, converged = driven(8), driven(60)
+    np.testing.assert_allclose(corrected, converged, atol=3e-5 * np.abs(converged).max())

@@ -64,7 +64,7 @@ def measured():
 
 
 def test_unknowns_are_named_by_path():
-    named = [(one.name, one.unit) for one in experiment().unknowns]
+    named = [(unknown.name, unknown.unit) for unknown in experiment().unknowns]
     assert named == [
         ("structure.damping.ratio.1", "1"),
         ("structure.damping.ratio.2", "1"),
@@ -79,12 +79,14 @@ def test_unknowns_of_every_part_have_a_role():
         youngs_modulus=dist.LogNormal(25.0, 0.1), density=2700.0,
     )  # fmt: skip
     angles = (0.0, dist.Uniform(-0.2, 0.2), 0.0)
-    whole = small(
+    beam_experiment = small(
         structure=bp.Structure(beam, damping=bp.damping.Structural(dist.HalfNormal(0.05))),
         sensors=[bp.Sensor("tip", at=0.85, angles=angles)],
         noise=bp.noise.Gaussian(dist.HalfNormal(0.1)),
     )
-    assert [(one.name, one.unit, one.role.value) for one in whole.unknowns] == [
+    assert [
+        (unknown.name, unknown.unit, unknown.role.value) for unknown in beam_experiment.unknowns
+    ] == [
         ("structure.modes.length", "m", "parameter h"),
         ("structure.modes.youngs_modulus", "Pa", "parameter h"),
         ("structure.damping.loss_factor", "1", "parameter h"),
@@ -94,20 +96,20 @@ def test_unknowns_of_every_part_have_a_role():
 
 
 def test_nominal_outputs_are_those_of_the_reference():
-    found = experiment().nominal_measurement()
-    assert found.quantity == "mobility"
-    np.testing.assert_allclose(np.log10(np.abs(found.frf[0, 0])), Z_NOM, atol=1e-6)
+    nominal = experiment().nominal_measurement()
+    assert nominal.quantity == "mobility"
+    np.testing.assert_allclose(np.log10(np.abs(nominal.frf[0, 0])), Z_NOM, atol=1e-6)
 
 
 def test_fixed_outputs_are_those_of_the_reference():
-    known = {"structure.damping.ratio.1": 0.04, "structure.damping.ratio.2": 0.04}
+    ratios = {"structure.damping.ratio.1": 0.04, "structure.damping.ratio.2": 0.04}
     places = {"sensor.s1.position": 0.25, "actuator.a1.position": 0.25}
-    found = jax.jit(lambda: experiment().fix(known | places).predict())()
-    np.testing.assert_allclose(found[0, 0], Z_NOM, atol=1e-6)
+    outputs = jax.jit(lambda: experiment().fix(ratios | places).predict())()
+    np.testing.assert_allclose(outputs[0, 0], Z_NOM, atol=1e-6)
 
 
 def test_the_nominal_experiment_sits_where_it_was_recorded():
-    # Clipped at the end of the bar, the mean of the law is not the recorded place.
+    # Clipped at the end of the bar, the mean of the distribution is not the recorded position.
     sensor = bp.Sensor("s1", at=bp.positions.Segment(0.99, within=0.04))
     nominal = experiment(sensors=[sensor]).nominal()
     assert nominal.sensor["s1"].position == 0.99
@@ -135,29 +137,35 @@ def test_printing_lays_out_every_prior():
 def test_more_than_ten_sensors_keep_their_order():
     places = np.linspace(0.1, 0.9, 12)
     names = [f"s{number}" for number in range(1, 13)]
-    many = small(sensors=[bp.Sensor(n, at=p) for n, p in zip(names, places.tolist(), strict=True)])
-    assert [channel.name for channel in many.sensor_channels] == names
+    twelve = small(
+        sensors=[bp.Sensor(n, at=p) for n, p in zip(names, places.tolist(), strict=True)]
+    )
+    assert [channel.name for channel in twelve.sensor_channels] == names
     # Through JAX too, which sorts the keys of a plain dictionary: s10 before s2.
-    passed = jax.tree_util.tree_map(lambda leaf: leaf, many)
+    passed = jax.tree_util.tree_map(lambda leaf: leaf, twelve)
     assert [channel.name for channel in passed.sensor_channels] == names
-    found = jax.jit(lambda one: one.frf())(many)
-    alone = jax.jit(lambda one: one.frf())(small(sensors=[bp.Sensor("s2", at=places.tolist()[1])]))
-    np.testing.assert_allclose(found[1:2], alone, rtol=1e-12)
-    unknown = small(sensors=[bp.Sensor(n, at=dist.Uniform(0.1, 0.9)) for n in names])
-    assert [one.name for one in unknown.unknowns] == [f"sensor.{name}.position" for name in names]
+    frf = jax.jit(lambda tree: tree.frf())(twelve)
+    single = jax.jit(lambda tree: tree.frf())(
+        small(sensors=[bp.Sensor("s2", at=places.tolist()[1])])
+    )
+    np.testing.assert_allclose(frf[1:2], single, rtol=1e-12)
+    uncertain = small(sensors=[bp.Sensor(n, at=dist.Uniform(0.1, 0.9)) for n in names])
+    assert [unknown.name for unknown in uncertain.unknowns] == [
+        f"sensor.{name}.position" for name in names
+    ]
 
 
 def test_rows_are_sensors_and_columns_are_actuators():
     # Different numbers of each, or a swap would go unseen.
     actuators = [bp.Actuator("a1", at=0.65), bp.Actuator("a2", at=0.2), bp.Actuator("a3", at=1.0)]
-    found = jax.jit(lambda one: one.frf())(small(actuators=actuators))
-    assert found.shape == (2, 3, 5)
+    frf = jax.jit(lambda tree: tree.frf())(small(actuators=actuators))
+    assert frf.shape == (2, 3, 5)
     swapped = small(
         sensors=[bp.Sensor("s1", at=0.2)],
         actuators=[bp.Actuator("a1", at=0.4), bp.Actuator("a2", at=0.9)],
     )
-    back = jax.jit(lambda one: one.frf())(swapped)
-    np.testing.assert_allclose(back[0], found[:, 1], rtol=1e-12)  # reciprocity
+    reciprocal = jax.jit(lambda tree: tree.frf())(swapped)
+    np.testing.assert_allclose(reciprocal[0], frf[:, 1], rtol=1e-12)  # reciprocity
 
 
 def relabelled(measured, sensors):
@@ -185,8 +193,8 @@ def test_data_are_picked_by_name_not_by_place(measured):
 
 @pytest.mark.parametrize("quantity", ["receptance", "mobility"])
 def test_data_are_converted_to_what_is_observed(measured, quantity):
-    found = small().data(measured.converted(quantity)).z
-    np.testing.assert_allclose(found, small().data(measured).z, rtol=1e-12)
+    z = small().data(measured.converted(quantity)).z
+    np.testing.assert_allclose(z, small().data(measured).z, rtol=1e-12)
 
 
 def test_a_line_that_was_not_measured_is_refused(measured):
@@ -195,22 +203,22 @@ def test_a_line_that_was_not_measured_is_refused(measured):
 
 
 def test_a_sensor_that_was_not_measured_is_refused(measured):
-    other = small(sensors=[bp.Sensor("s3", at=0.5)])
+    third = small(sensors=[bp.Sensor("s3", at=0.5)])
     with pytest.raises(ValueError, match=r"sensor channel s3\+z was requested, but only s1\+z"):
-        other.data(measured)
+        third.data(measured)
 
 
-def joint(one, data, values=None):
-    density = jax.jit(lambda given: log_density(one.model, (data,), {}, given)[0])
+def joint(declared, data, values=None):
+    density = jax.jit(lambda parameters: log_density(declared.model, (data,), {}, parameters)[0])
     return density(values or {})
 
 
 def test_the_likelihood_is_gaussian_around_the_outputs(measured):
-    here = small(structure=small().structure, noise=bp.noise.Gaussian(0.05))
-    z = np.asarray(here.data(measured).z)
+    declared = small(structure=small().structure, noise=bp.noise.Gaussian(0.05))
+    z = np.asarray(declared.data(measured).z)
     shifted = bp.noise.Data(jnp.asarray(z + 0.02), np.ones(z.shape, dtype=bool))
     expected = stats.norm.logpdf(0.02, 0.0, 0.05) * z.size
-    np.testing.assert_allclose(joint(here, shifted), expected, rtol=1e-10)
+    np.testing.assert_allclose(joint(declared, shifted), expected, rtol=1e-10)
 
 
 def test_the_model_takes_a_measurement_or_its_outputs(measured):
@@ -218,41 +226,45 @@ def test_the_model_takes_a_measurement_or_its_outputs(measured):
 
 
 def test_the_prior_of_the_model_is_that_of_its_leaves():
-    one = experiment()
+    declared = experiment()
     values = {"structure.damping.ratio.1": 0.03, "structure.damping.ratio.2": 0.05}
     values |= {"sensor.s1.position": 0.27, "actuator.a1.position": 0.22}
     prior = 2 * np.log(1 / 0.04) + 2 * np.log(1 / 0.08)
-    z = one.data(one.nominal_measurement()).z
-    predicted = jax.jit(lambda: one.fix(values).predict())()
+    z = declared.data(declared.nominal_measurement()).z
+    predicted = jax.jit(lambda: declared.fix(values).predict())()
     likelihood = stats.norm.logpdf(z, predicted, 0.01).sum()
-    found = joint(one, one.nominal_measurement(), values)
-    np.testing.assert_allclose(found, prior + likelihood, rtol=1e-10)
+    density = joint(declared, declared.nominal_measurement(), values)
+    np.testing.assert_allclose(density, prior + likelihood, rtol=1e-10)
 
 
 @pytest.mark.parametrize("observe", [bp.observe.Complex, bp.observe.LogAmplitude])
 def test_pairs_that_were_not_measured_do_not_count(measured, observe):
-    one = small(observe=observe("acceleration"), noise=bp.noise.Gaussian(dist.HalfNormal(0.1)))
+    declared = small(observe=observe("acceleration"), noise=bp.noise.Gaussian(dist.HalfNormal(0.1)))
     frf = np.array(measured.frf) * 1.1
-    whole = bp.Measurement.from_arrays(
+    complete = bp.Measurement.from_arrays(
         frf[:1], measured.frequency, sensors=["s1"], actuators=["a1"], quantity="accelerance"
     )
     frf[1] = np.nan
     gap = bp.Measurement.from_arrays(
         frf, measured.frequency, sensors=["s1", "s2"], actuators=["a1"], quantity="accelerance"
     )
-    alone = small(sensors=[bp.Sensor("s1", at=0.4)], observe=one.observe, noise=one.noise)
+    single = small(
+        sensors=[bp.Sensor("s1", at=0.4)], observe=declared.observe, noise=declared.noise
+    )
     level = {"noise.sigma": 0.07}
-    np.testing.assert_allclose(joint(one, gap, level), joint(alone, whole, level), rtol=1e-12)
+    np.testing.assert_allclose(
+        joint(declared, gap, level), joint(single, complete, level), rtol=1e-12
+    )
 
     def density(sigma):
-        return log_density(one.model, (gap,), {}, {"noise.sigma": sigma})[0]
+        return log_density(declared.model, (gap,), {}, {"noise.sigma": sigma})[0]
 
     assert np.isfinite(jax.jit(jax.grad(density))(0.07))
 
 
 def test_coherence_and_averages_give_the_level_of_each_datum(measured):
     coherence = np.random.default_rng(1).uniform(0.8, 0.99, measured.frf.shape)
-    known = bp.Measurement.from_arrays(
+    estimated = bp.Measurement.from_arrays(
         measured.frf,
         measured.frequency,
         sensors=measured.sensors,
@@ -261,16 +273,16 @@ def test_coherence_and_averages_give_the_level_of_each_datum(measured):
         coherence=coherence,
         averages=8,
     )
-    data = small(noise=bp.noise.FromCoherence()).data(known)
+    data = small(noise=bp.noise.FromCoherence()).data(estimated)
     variance = np.abs(measured.frf) ** 2 * (1 - coherence) / (8 * coherence)
     for part in (0, 1):
         np.testing.assert_allclose(data.deviation[:, :, part], np.sqrt(variance / 2), rtol=1e-12)
-    assert small().data(known).deviation is None  # a stated level needs no coherence
+    assert small().data(estimated).deviation is None  # a stated level needs no coherence
 
 
-def sites_of(one):
+def sites_of(declared):
     with handlers.trace() as sites, handlers.seed(rng_seed=0):
-        jax.eval_shape(one.model)  # names need no numbers, so nothing is compiled
+        jax.eval_shape(declared.model)  # names need no values, so nothing is compiled
     return sites
 
 
@@ -288,10 +300,10 @@ def test_gaps_leave_the_gradient_in_the_level_finite(measured, observe):
         averages=8,
     )
     level = bp.noise.FromCoherence(dist.LogNormal(0.0, 0.5))
-    one = small(observe=observe("acceleration"), noise=level)
+    declared = small(observe=observe("acceleration"), noise=level)
 
     def density(factor):
-        return log_density(one.model, (gap,), {}, {"noise.factor": factor})[0]
+        return log_density(declared.model, (gap,), {}, {"noise.factor": factor})[0]
 
     assert np.all(np.isfinite(jax.jit(jax.value_and_grad(density))(1.2)))
 
@@ -336,8 +348,8 @@ def test_what_cannot_be_an_experiment_is_refused(changes, message):
 
 
 def test_a_sensor_and_an_actuator_may_share_a_name():
-    both = small(sensors=[bp.Sensor("p1", at=0.4)], actuators=[bp.Actuator("p1", at=0.4)])
-    assert both.sensor_channels == both.actuator_channels
+    collocated = small(sensors=[bp.Sensor("p1", at=0.4)], actuators=[bp.Actuator("p1", at=0.4)])
+    assert collocated.sensor_channels == collocated.actuator_channels
 
 
 @pytest.mark.parametrize("name", ["structure.damping.ratio.3", "sensor.s2.position", "ratio"])
@@ -348,7 +360,7 @@ def test_what_is_not_unknown_cannot_be_fixed(name):
 
 def test_only_what_was_fixed_is_known():
     fixed = experiment().fix({"sensor.s1.position": 0.26})
-    assert [one.name for one in fixed.unknowns] == [
+    assert [unknown.name for unknown in fixed.unknowns] == [
         "structure.damping.ratio.1",
         "structure.damping.ratio.2",
         "actuator.a1.position",
@@ -404,37 +416,37 @@ LEVELS = [0.5, 2.0]
 
 
 def test_force_levels_are_a_dimension_of_the_outputs():
-    several = small(force_levels=LEVELS)
-    channels = (len(several.sensor_channels), len(several.actuator_channels))
-    z = several.nominal().predict()
+    two_levels = small(force_levels=LEVELS)
+    channels = (len(two_levels.sensor_channels), len(two_levels.actuator_channels))
+    z = two_levels.nominal().predict()
     assert z.shape == (*channels, 2, 2, 5)
-    alone = small().nominal().predict()
-    assert alone.shape == (*channels, 2, 5)
+    no_level = small().nominal().predict()
+    assert no_level.shape == (*channels, 2, 5)
     for level in range(2):  # a linear structure does not feel the force
-        np.testing.assert_allclose(z[:, :, level], alone, rtol=1e-12)
+        np.testing.assert_allclose(z[:, :, level], no_level, rtol=1e-12)
 
 
 def test_each_force_level_has_its_measurement_in_any_order():
     spring = bp.effects.cubic_stiffness(0.9, 1e7)
-    several = small(force_levels=LEVELS) + spring
-    measurements = several.nominal_measurement()
-    assert [one.force_level for one in measurements] == LEVELS
-    alone = (small(force_levels=[2.0]) + spring).nominal_measurement()
-    np.testing.assert_allclose(measurements[1].frf, alone[0].frf, rtol=1e-10)
+    two_levels = small(force_levels=LEVELS) + spring
+    measurements = two_levels.nominal_measurement()
+    assert [measurement.force_level for measurement in measurements] == LEVELS
+    single = (small(force_levels=[2.0]) + spring).nominal_measurement()
+    np.testing.assert_allclose(measurements[1].frf, single[0].frf, rtol=1e-10)
     assert np.abs(measurements[0].frf / measurements[1].frf - 1).max() > 1e-3
-    data = several.data(measurements[::-1])
-    found = jax.jit(lambda: several.predict())()
-    np.testing.assert_allclose(data.z, found, rtol=1e-10)
-    assert data.measured.shape == found.shape == (2, 1, 2, 2, 5)
+    data = two_levels.data(measurements[::-1])
+    outputs = jax.jit(lambda: two_levels.predict())()
+    np.testing.assert_allclose(data.z, outputs, rtol=1e-10)
+    assert data.measured.shape == outputs.shape == (2, 1, 2, 2, 5)
 
 
 def test_levels_that_do_not_fit_are_refused(measured):
-    several = small(force_levels=LEVELS)
+    two_levels = small(force_levels=LEVELS)
     with pytest.raises(ValueError, match=r"force level 0.5 N, but .* none stated"):
-        several.data(measured)
-    first = several.nominal_measurement()[0]
+        two_levels.data(measured)
+    first = two_levels.nominal_measurement()[0]
     with pytest.raises(ValueError, match=r"level 2 N, but .* have 0.5 N. Give one .*force_level=2"):
-        several.data([first])
+        two_levels.data([first])
     with pytest.raises(ValueError, match=r"2 measurements were given .* without force levels"):
         small().data([measured, measured])
 
@@ -446,12 +458,12 @@ def test_force_levels_are_positive_and_each_once(levels):
 
 
 def test_sensors_are_roving_or_fixed():
-    with pytest.raises(ValueError, match=r"sensors_mounted='glued' .* 'roving'.*'fixed'"):
-        small(sensors_mounted="glued")
+    with pytest.raises(ValueError, match=r"sensors_mounted='loose' .* 'roving'.*'fixed'"):
+        small(sensors_mounted="loose")
     mass = bp.effects.sensor_mass(0.05)
     frf = {
-        word: np.asarray(jax.jit(lambda one=one: one.frf())())
-        for word, one in (
+        word: np.asarray(jax.jit(lambda declared=declared: declared.frf())())
+        for word, declared in (
             ("roving", small() + mass),
             ("fixed", small(sensors_mounted="fixed") + mass),
             ("alone", small(sensors=[bp.Sensor("s2", at=0.9)]) + mass),

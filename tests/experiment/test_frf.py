@@ -17,13 +17,13 @@ OMEGA = 2 * np.pi * FREQUENCY
 INNER = slice(0, 2)  # the last actuator sits at the end, where a sine series vanishes
 
 
-def along(places):
+def axial(places):
     return Points(jnp.asarray(places), np.ones((len(places), 1)))
 
 
 @jax.jit
 def between(structure, sensors, actuators, omega):
-    return receptance(structure, along(sensors), along(actuators), omega)
+    return receptance(structure, axial(sensors), axial(actuators), omega)
 
 
 def bar_by_waves(ends, omega):
@@ -34,21 +34,21 @@ def bar_by_waves(ends, omega):
     upper = LENGTH - np.maximum(SENSORS[:, None, None], ACTUATORS[None, :, None])
     left = np.sin(k * lower) if ends.startswith("fixed") else np.cos(k * lower)
     right = np.sin(k * upper) if ends.endswith("fixed") else np.cos(k * upper)
-    whole = {
+    characteristic = {
         "fixed-fixed": np.sin(k * LENGTH),
         "fixed-free": np.cos(k * LENGTH),
         "free-fixed": np.cos(k * LENGTH),
         "free-free": -np.sin(k * LENGTH),
     }[ends]
-    return left * right / (AREA * modulus * k * whole)
+    return left * right / (AREA * modulus * k * characteristic)
 
 
 def error(ends, modes, static_correction=False):
     bar = beams.bar(modes, **BAR, ends=ends, static_correction=static_correction)
     structure = Structure(bar, damping=damping.Structural(LOSS))
-    found = np.asarray(between(structure, SENSORS, ACTUATORS, OMEGA))
+    modal = np.asarray(between(structure, SENSORS, ACTUATORS, OMEGA))
     exact = bar_by_waves(ends, OMEGA)
-    return np.max(np.abs(found - exact)[:, INNER] / np.abs(exact)[:, INNER].max())
+    return np.max(np.abs(modal - exact)[:, INNER] / np.abs(exact)[:, INNER].max())
 
 
 @pytest.mark.parametrize("ends", ["fixed-fixed", "fixed-free", "free-fixed", "free-free"])
@@ -79,8 +79,8 @@ def test_a_pinned_beam_converges_to_its_wave_solution():
             static_correction=static_correction,
         )
         structure = Structure(beam, damping=damping.Structural(LOSS))
-        found = between(structure, SENSORS, ACTUATORS, OMEGA)[:, INNER]
-        return np.max(np.abs(found - exact) / np.abs(exact).max(axis=(0, 1)))
+        modal = between(structure, SENSORS, ACTUATORS, OMEGA)[:, INNER]
+        return np.max(np.abs(modal - exact) / np.abs(exact).max(axis=(0, 1)))
 
     fine = worst(60)
     assert fine < 2e-4
@@ -92,12 +92,12 @@ def test_a_pinned_beam_converges_to_its_wave_solution():
 def test_the_static_receptance_is_the_flexibility(modes):
     bar = beams.bar(modes, **BAR, ends="fixed-fixed", static_correction=modes == 2)
     structure = Structure(bar, damping=damping.Modal(0.02))
-    found = between(structure, SENSORS, ACTUATORS, jnp.zeros(1))[..., 0]
+    modal = between(structure, SENSORS, ACTUATORS, jnp.zeros(1))[..., 0]
     lower = np.minimum(SENSORS[:, None], ACTUATORS)
     upper = LENGTH - np.maximum(SENSORS[:, None], ACTUATORS)
     expected = lower * upper / (LENGTH * STIFFNESS * AREA)
     tolerance = 1e-4 if modes == 2000 else 1e-14
-    np.testing.assert_allclose(found, expected, atol=tolerance * expected.max())
+    np.testing.assert_allclose(modal, expected, atol=tolerance * expected.max())
 
 
 def test_a_free_bar_accelerates_as_its_mass():
@@ -113,12 +113,12 @@ def test_one_mode_is_one_oscillator():
     bar = beams.bar(1, **BAR, ends="fixed-fixed", static_correction=False)
     structure = Structure(bar, damping=damping.Modal([0.05]))
     natural = np.pi / LENGTH * np.sqrt(STIFFNESS / DENSITY)
-    found = between(structure, SENSORS, ACTUATORS, jnp.array([natural, 0.3 * natural]))
+    modal = between(structure, SENSORS, ACTUATORS, jnp.array([natural, 0.3 * natural]))
     residue = np.outer(np.sin(np.pi * SENSORS / LENGTH), np.sin(np.pi * ACTUATORS / LENGTH))
     residue *= 2 / (DENSITY * AREA * LENGTH)
     at_resonance, below = 1 / (2j * 0.05), 1 / (1 - 0.09 + 2j * 0.05 * 0.3)
     expected = residue[..., None] / natural**2 * np.array([at_resonance, below])
-    np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-20)
+    np.testing.assert_allclose(modal, expected, rtol=1e-10, atol=1e-20)
 
 
 def test_the_amplitude_at_half_power_gives_the_damping_ratio():

@@ -64,18 +64,18 @@ def test_a_name_that_reads_as_a_direction_is_refused():
 
 
 def test_a_single_pair_may_be_one_dimensional():
-    one = single(list(FRF[0, 0]), coherence=list(COHERENCE[0, 0]))
-    assert one.frf.shape == one.coherence.shape == (1, 1, 4)
-    assert one.sensors == (Channel("s1", 0),)
+    pair = single(list(FRF[0, 0]), coherence=list(COHERENCE[0, 0]))
+    assert pair.frf.shape == pair.coherence.shape == (1, 1, 4)
+    assert pair.sensors == (Channel("s1", 0),)
 
 
 def test_arrays_are_copied_and_read_only():
     values = FRF.copy()
-    kept = measurement(frf=values)
+    copied = measurement(frf=values)
     values[:] = 0
-    assert np.array_equal(kept.frf, FRF)
+    assert np.array_equal(copied.frf, FRF)
     with pytest.raises(ValueError, match="read-only"):
-        kept.frf[0] = 0
+        copied.frf[0] = 0
 
 
 @pytest.mark.parametrize(
@@ -158,11 +158,11 @@ def test_an_unknown_quantity_is_no_conversion():
 
 
 def test_band_and_its_complement_share_out_the_lines():
-    kept, left = measurement().band(10, 20), measurement().without(10, 20)
-    assert kept.frequency.tolist() == [10, 20]
-    assert left.frequency.tolist() == [5, 40]
-    assert np.array_equal(left.frf, FRF[..., [0, 3]])
-    assert np.array_equal(kept.coherence, COHERENCE[..., [1, 2]])
+    inside, outside = measurement().band(10, 20), measurement().without(10, 20)
+    assert inside.frequency.tolist() == [10, 20]
+    assert outside.frequency.tolist() == [5, 40]
+    assert np.array_equal(outside.frf, FRF[..., [0, 3]])
+    assert np.array_equal(inside.coherence, COHERENCE[..., [1, 2]])
 
 
 def test_an_empty_band_is_refused():
@@ -215,8 +215,8 @@ def test_an_opposite_direction_flips_the_sign():
 
 
 def test_the_recorded_direction_is_preferred_to_its_opposite():
-    both = measurement(sensors=["s1-x", "s1+x", "s2"])
-    assert np.array_equal(both.channels("s1+x", "a1-z").frf[0, 0], FRF[1, 0])
+    two_ways = measurement(sensors=["s1-x", "s1+x", "s2"])
+    assert np.array_equal(two_ways.channels("s1+x", "a1-z").frf[0, 0], FRF[1, 0])
 
 
 def test_an_unstated_direction_matches_the_only_channel():
@@ -254,11 +254,11 @@ def test_noise_variance_is_that_of_simulated_h1_estimates():
     motion = gain * force + noise * white(runs, averages)
     h1 = (motion * force.conj()).mean(1) / (abs(force) ** 2).mean(1)
     coherence = abs(gain) ** 2 / (abs(gain) ** 2 + noise**2)
-    one = single([gain], frequency=[1.0], coherence=[coherence], averages=averages)
-    found = np.mean(abs(h1 - gain) ** 2)
+    measured = single([gain], frequency=[1.0], coherence=[coherence], averages=averages)
+    variance = np.mean(abs(h1 - gain) ** 2)
     # E[1 / mean |force|^2] adds a share of 1 / (n - 1) that the first-order formula leaves out.
-    assert found == pytest.approx(
-        one.noise_variance()[0, 0, 0] * averages / (averages - 1), rel=0.04
+    assert variance == pytest.approx(
+        measured.noise_variance()[0, 0, 0] * averages / (averages - 1), rel=0.04
     )
 
 
@@ -320,6 +320,6 @@ def test_it_says_what_it_is():
 )
 def test_an_frf_and_its_motion_are_one_quantity(frf, motion):
     assert measurement(quantity=motion).quantity == frf
-    found, expected = (measurement().converted(word) for word in (motion, frf))
-    assert found.quantity == expected.quantity == frf
-    np.testing.assert_array_equal(found.frf, expected.frf)
+    actual, expected = (measurement().converted(word) for word in (motion, frf))
+    assert actual.quantity == expected.quantity == frf
+    np.testing.assert_array_equal(actual.frf, expected.frf)

@@ -1,4 +1,4 @@
-"""noise: laws of the output error against SciPy's, masks, and what a kernel adds."""
+"""Distributions of the output error against those of SciPy, masks, and the kernel variance."""
 
 import jax
 import jax.numpy as jnp
@@ -24,8 +24,8 @@ def data_for(predicted, deviation=None, gaps=()):
     return noise.Data(jnp.asarray(np.where(measured, z, 0.0)), measured, level)
 
 
-def log_density(law, predicted, data, kernel=0.0):
-    density = jax.jit(lambda centre, z: law.distribution(centre, data, kernel).log_prob(z))
+def log_density(error, predicted, data, kernel=0.0):
+    density = jax.jit(lambda centre, z: error.distribution(centre, data, kernel).log_prob(z))
     return np.asarray(density(predicted, data.z))
 
 
@@ -60,7 +60,7 @@ def test_a_level_for_each_part_is_kept_as_it_is():
 
 
 @pytest.mark.parametrize(
-    ("law", "names"),
+    ("error", "names"),
     [
         (noise.Gaussian(dist.HalfNormal(0.1)), [("sigma", "unit of z")]),
         (noise.Covariance(np.eye(4), scale=dist.LogNormal(0.0, 1.0)), [("scale", "1")]),
@@ -68,8 +68,8 @@ def test_a_level_for_each_part_is_kept_as_it_is():
         (noise.Gaussian(0.1), []),
     ],
 )
-def test_an_unknown_level_is_an_unknown(law, names):
-    assert [(one.name, one.unit) for one in unknowns(law)] == names
+def test_an_unknown_level_is_an_unknown(error, names):
+    assert [(unknown.name, unknown.unit) for unknown in unknowns(error)] == names
 
 
 def covariance():
@@ -78,11 +78,11 @@ def covariance():
 
 
 @pytest.mark.parametrize("predicted", [PREDICTED, PARTS], ids=["real", "complex"])
-def test_covariance_is_a_joint_normal_law_along_the_lines(predicted):
+def test_covariance_is_a_joint_normal_distribution_along_the_lines(predicted):
     data = data_for(predicted)
-    found = log_density(noise.Covariance(covariance(), scale=1.5), predicted, data)
+    density = log_density(noise.Covariance(covariance(), scale=1.5), predicted, data)
     joint = stats.multivariate_normal(np.zeros(4), 1.5**2 * covariance())
-    np.testing.assert_allclose(found, joint.logpdf(np.asarray(data.z) - predicted), rtol=1e-10)
+    np.testing.assert_allclose(density, joint.logpdf(np.asarray(data.z) - predicted), rtol=1e-10)
 
 
 def test_a_diagonal_covariance_is_gaussian():
@@ -101,8 +101,8 @@ def test_covariance_refuses_missing_pairs():
 def test_from_coherence_takes_each_level_from_the_data():
     deviation = GENERATOR.uniform(0.1, 0.5, PREDICTED.shape)
     data = data_for(PREDICTED, deviation)
-    found = log_density(noise.FromCoherence(2.0), PREDICTED, data)
-    np.testing.assert_allclose(found, stats.norm.logpdf(data.z, PREDICTED, 2 * deviation))
+    density = log_density(noise.FromCoherence(2.0), PREDICTED, data)
+    np.testing.assert_allclose(density, stats.norm.logpdf(data.z, PREDICTED, 2 * deviation))
 
 
 @pytest.mark.parametrize("data", [None, data_for(PREDICTED)], ids=["simulation", "no coherence"])
@@ -121,55 +121,55 @@ LEVEL = GENERATOR.uniform(0.1, 0.5, PREDICTED.shape)
 KERNEL = GENERATOR.uniform(0.01, 0.2, PREDICTED.shape)
 
 
-@pytest.mark.parametrize("law", [noise.Gaussian(LEVEL), noise.FromCoherence()])
-def test_a_kernel_adds_its_variance(law):
+@pytest.mark.parametrize("error", [noise.Gaussian(LEVEL), noise.FromCoherence()])
+def test_a_kernel_adds_its_variance(error):
     data = data_for(PREDICTED, LEVEL)
-    found = log_density(law, PREDICTED, data, jnp.asarray(KERNEL))
+    density = log_density(error, PREDICTED, data, jnp.asarray(KERNEL))
     expected = stats.norm.logpdf(data.z, PREDICTED, np.sqrt(LEVEL**2 + KERNEL))
-    np.testing.assert_allclose(found, expected)
+    np.testing.assert_allclose(density, expected)
 
 
 def test_a_kernel_adds_its_variance_to_a_covariance():
     data = data_for(PREDICTED)
-    found = log_density(noise.Covariance(covariance()), PREDICTED, data, jnp.asarray(KERNEL))
+    density = log_density(noise.Covariance(covariance()), PREDICTED, data, jnp.asarray(KERNEL))
     for pair in np.ndindex(2, 3):
         joint = stats.multivariate_normal(PREDICTED[pair], covariance() + np.diag(KERNEL[pair]))
-        np.testing.assert_allclose(found[pair], joint.logpdf(data.z[pair]), rtol=1e-10)
+        np.testing.assert_allclose(density[pair], joint.logpdf(data.z[pair]), rtol=1e-10)
 
 
-@pytest.mark.parametrize("law", [noise.Gaussian(LEVEL), noise.FromCoherence()])
-def test_what_was_not_measured_has_no_density(law):
+@pytest.mark.parametrize("error", [noise.Gaussian(LEVEL), noise.FromCoherence()])
+def test_what_was_not_measured_has_no_density(error):
     gaps = [(0, 1), (1, 2)]
     data = data_for(PREDICTED, LEVEL, gaps)
-    found = log_density(law, PREDICTED, data)
-    whole = log_density(law, PREDICTED, data_for(PREDICTED, LEVEL))
+    density = log_density(error, PREDICTED, data)
+    complete = log_density(error, PREDICTED, data_for(PREDICTED, LEVEL))
     for pair in np.ndindex(2, 3):
-        np.testing.assert_allclose(found[pair], 0.0 if pair in gaps else whole[pair])
+        np.testing.assert_allclose(density[pair], 0.0 if pair in gaps else complete[pair])
 
 
 def test_a_simulation_is_not_masked():
-    law = noise.Gaussian(0.2).distribution(jnp.asarray(PREDICTED), None)
-    assert isinstance(law, dist.Normal)
-    np.testing.assert_array_equal(law.loc, PREDICTED)
+    distribution = noise.Gaussian(0.2).distribution(jnp.asarray(PREDICTED), None)
+    assert isinstance(distribution, dist.Normal)
+    np.testing.assert_array_equal(distribution.loc, PREDICTED)
 
 
 def test_data_and_noise_of_some_channels_belong_together():
     data = data_for(PREDICTED, LEVEL, gaps=[(1, 0)])
-    some = {"sensors": slice(1, 2), "actuators": slice(0, 2)}
-    part = data.of(**some)
-    np.testing.assert_array_equal(part.z, data.z[1:2, 0:2])
-    np.testing.assert_array_equal(part.measured, data.measured[1:2, 0:2])
-    np.testing.assert_array_equal(part.deviation, LEVEL[1:2, 0:2])
-    for law in (noise.Gaussian(LEVEL), noise.Gaussian(0.3), noise.FromCoherence()):
-        whole = log_density(law, PREDICTED, data)
-        found = log_density(law.of(**some), PREDICTED[1:2, 0:2], part)
-        np.testing.assert_allclose(found, whole[1:2, 0:2])
+    channels = {"sensors": slice(1, 2), "actuators": slice(0, 2)}
+    chosen = data.of(**channels)
+    np.testing.assert_array_equal(chosen.z, data.z[1:2, 0:2])
+    np.testing.assert_array_equal(chosen.measured, data.measured[1:2, 0:2])
+    np.testing.assert_array_equal(chosen.deviation, LEVEL[1:2, 0:2])
+    for error in (noise.Gaussian(LEVEL), noise.Gaussian(0.3), noise.FromCoherence()):
+        complete = log_density(error, PREDICTED, data)
+        density = log_density(error.of(**channels), PREDICTED[1:2, 0:2], chosen)
+        np.testing.assert_allclose(density, complete[1:2, 0:2])
 
 
 def test_a_level_that_is_the_same_for_all_sensors_stays_so():
-    law = noise.Gaussian(np.array([0.1, 0.2, 0.3])[None, :, None])
-    part = law.of(sensors=slice(1, 2), actuators=slice(1, 2))
-    np.testing.assert_array_equal(part.sigma, np.full((1, 1, 1), 0.2))
+    error = noise.Gaussian(np.array([0.1, 0.2, 0.3])[None, :, None])
+    chosen = error.of(sensors=slice(1, 2), actuators=slice(1, 2))
+    np.testing.assert_array_equal(chosen.sigma, np.full((1, 1, 1), 0.2))
 
 
 @pytest.mark.parametrize("sigma", [0.0, -0.1, float("nan"), 0])

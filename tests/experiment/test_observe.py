@@ -19,20 +19,20 @@ QUANTITIES = {"displacement": 0, "velocity": 1, "acceleration": 2}
 @pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])
 @pytest.mark.parametrize(("quantity", "order"), QUANTITIES.items())
 def test_a_quantity_is_a_derivative_of_the_displacement(kind, quantity, order):
-    found = kind(quantity).frf(FRF, OMEGA)
-    np.testing.assert_allclose(found, FRF * (1j * np.asarray(OMEGA)) ** order, rtol=1e-14)
+    actual = kind(quantity).frf(FRF, OMEGA)
+    np.testing.assert_allclose(actual, FRF * (1j * np.asarray(OMEGA)) ** order, rtol=1e-14)
 
 
 def test_log_amplitude_is_the_decimal_logarithm_of_the_modulus():
-    found = observe.LogAmplitude("velocity").output(FRF)
-    np.testing.assert_allclose(found, np.log10(np.abs(FRF)), rtol=1e-13)
+    actual = observe.LogAmplitude("velocity").output(FRF)
+    np.testing.assert_allclose(actual, np.log10(np.abs(FRF)), rtol=1e-13)
 
 
 def test_complex_parts_stand_before_the_frequency():
-    found = observe.Complex("displacement").output(FRF)
-    assert found.shape == (2, 1, 2, 3)
-    np.testing.assert_array_equal(found[:, :, 0], FRF.real)
-    np.testing.assert_array_equal(found[:, :, 1], FRF.imag)
+    actual = observe.Complex("displacement").output(FRF)
+    assert actual.shape == (2, 1, 2, 3)
+    np.testing.assert_array_equal(actual[:, :, 0], FRF.real)
+    np.testing.assert_array_equal(actual[:, :, 1], FRF.imag)
 
 
 @pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])
@@ -41,12 +41,12 @@ def test_deviation_is_what_monte_carlo_finds(kind):
     share = np.broadcast_to([0.002, 0.01, 0.02], SHAPE)  # of |U|: small, as first order needs
     variance = (share * np.abs(FRF)) ** 2
     parts = GENERATOR.standard_normal((2, draws, *SHAPE)) * np.sqrt(variance / 2)
-    found = np.asarray(jax.jit(jax.vmap(observation.output))(FRF + parts[0] + 1j * parts[1]))
+    actual = np.asarray(jax.jit(jax.vmap(observation.output))(FRF + parts[0] + 1j * parts[1]))
     expected = np.asarray(observation.deviation(FRF, jnp.asarray(variance)))
-    assert expected.shape == found.shape[1:]
+    assert expected.shape == actual.shape[1:]
     # Standard error of a standard deviation: sigma / sqrt(2 n).
     error = expected / np.sqrt(2 * draws)
-    assert np.all(np.abs(found.std(axis=0) - expected) < 5 * error)
+    assert np.all(np.abs(actual.std(axis=0) - expected) < 5 * error)
 
 
 def measured(observation, receptance=FRF):
@@ -55,12 +55,12 @@ def measured(observation, receptance=FRF):
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_outputs_tell_the_receptance_whatever_was_observed(quantity):
-    amplitude, both = observe.LogAmplitude(quantity), observe.Complex(quantity)
+    amplitude, complex_parts = observe.LogAmplitude(quantity), observe.Complex(quantity)
     omega = np.asarray(OMEGA)
-    found = amplitude.receptance(measured(amplitude), omega)
-    np.testing.assert_allclose(found, np.abs(FRF), rtol=1e-12)
-    found = both.receptance(measured(both), omega)
-    np.testing.assert_allclose(found[:, :, 0] + 1j * found[:, :, 1], FRF, rtol=1e-12)
+    actual = amplitude.receptance(measured(amplitude), omega)
+    np.testing.assert_allclose(actual, np.abs(FRF), rtol=1e-12)
+    actual = complex_parts.receptance(measured(complex_parts), omega)
+    np.testing.assert_allclose(actual[:, :, 0] + 1j * actual[:, :, 1], FRF, rtol=1e-12)
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -72,8 +72,8 @@ def test_log_jacobian_of_the_log_amplitude_is_that_of_its_modulus(quantity):
         return observation.output(observation.frf(receptance, OMEGA)).ravel()
 
     matrix = jax.jit(jax.jacobian(output))(jnp.abs(FRF).ravel())
-    found = observation.log_jacobian(measured(observation), np.asarray(OMEGA))
-    np.testing.assert_allclose(found.ravel(), np.log(np.abs(np.diag(matrix))), rtol=1e-12)
+    actual = observation.log_jacobian(measured(observation), np.asarray(OMEGA))
+    np.testing.assert_allclose(actual.ravel(), np.log(np.abs(np.diag(matrix))), rtol=1e-12)
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -86,9 +86,9 @@ def test_log_jacobian_of_complex_outputs_is_that_of_both_parts_together(quantity
 
     matrix = jax.jit(jax.jacobian(output))(jnp.stack([FRF.real.ravel(), FRF.imag.ravel()]))
     _, expected = np.linalg.slogdet(matrix.reshape(12, 12))
-    found = observation.log_jacobian(measured(observation), np.asarray(OMEGA))
-    assert found.shape == (2, 1, 2, 3)
-    np.testing.assert_allclose(found.sum(), expected, rtol=1e-12, atol=1e-9)
+    actual = observation.log_jacobian(measured(observation), np.asarray(OMEGA))
+    assert actual.shape == (2, 1, 2, 3)
+    np.testing.assert_allclose(actual.sum(), expected, rtol=1e-12, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])
@@ -96,14 +96,17 @@ def test_what_was_not_measured_tells_nothing(kind):
     observation, omega = kind("velocity"), np.asarray(OMEGA)
     outputs = measured(observation).copy()
     outputs[0, ..., 1] = np.nan
-    for found in (observation.receptance(outputs, omega), observation.log_jacobian(outputs, omega)):
-        np.testing.assert_array_equal(np.isnan(found), np.isnan(outputs))
+    for actual in (
+        observation.receptance(outputs, omega),
+        observation.log_jacobian(outputs, omega),
+    ):
+        np.testing.assert_array_equal(np.isnan(actual), np.isnan(outputs))
 
 
 def test_the_displacement_at_0_hz_has_a_jacobian():
     outputs = np.ones((1, 1, 2, 2))
-    found = observe.Complex("displacement").log_jacobian(outputs, np.array([0.0, 10.0]))
-    np.testing.assert_array_equal(found, np.zeros((1, 1, 2, 2)))
+    actual = observe.Complex("displacement").log_jacobian(outputs, np.array([0.0, 10.0]))
+    np.testing.assert_array_equal(actual, np.zeros((1, 1, 2, 2)))
 
 
 @pytest.mark.parametrize("kind", [observe.LogAmplitude, observe.Complex])

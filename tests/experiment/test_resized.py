@@ -28,56 +28,58 @@ def experiment(noise, force_levels=None):
 
 @pytest.mark.parametrize("noise", [None, bp.noise.Gaussian(0.1)])
 def test_some_lines_are_taken_evenly_and_all_else_stays(noise):
-    given = experiment(noise)
-    found = with_lines(given, 5)
-    npt.assert_array_equal(found.frequency, LINES[1::2])
-    for field in dataclasses.fields(given):
+    full = experiment(noise)
+    resized = with_lines(full, 5)
+    npt.assert_array_equal(resized.frequency, LINES[1::2])
+    for field in dataclasses.fields(full):
         if field.name != "frequency":
-            assert eqx.tree_equal(getattr(found, field.name), getattr(given, field.name))
+            assert eqx.tree_equal(getattr(resized, field.name), getattr(full, field.name))
 
 
 @pytest.mark.parametrize("count", [10, 11, 1000])
 def test_no_more_lines_than_there_are(count):
-    given = experiment(bp.noise.Gaussian(0.1))
-    assert with_lines(given, count) is given
+    full = experiment(bp.noise.Gaussian(0.1))
+    assert with_lines(full, count) is full
 
 
 @pytest.mark.parametrize("count", range(1, 10))
 def test_no_line_is_taken_twice(count):
-    found = with_lines(experiment(None), count).frequency
-    assert len(set(found)) == count
-    assert found.mean() == pytest.approx(LINES.mean(), abs=0.5)
+    resized = with_lines(experiment(None), count).frequency
+    assert len(set(resized)) == count
+    assert resized.mean() == pytest.approx(LINES.mean(), abs=0.5)
 
 
 @pytest.mark.parametrize("shape", [(10,), (2, 1, 10)])
 def test_each_line_keeps_its_level_of_the_output_error(shape):
     sigma = 0.01 * np.broadcast_to(LINES, shape)
-    found = with_lines(experiment(bp.noise.Gaussian(sigma)), 3)
+    resized = with_lines(experiment(bp.noise.Gaussian(sigma)), 3)
     npt.assert_allclose(
-        found.noise.sigma, 0.01 * np.broadcast_to(found.frequency, (*shape[:-1], 3))
+        resized.noise.sigma, 0.01 * np.broadcast_to(resized.frequency, (*shape[:-1], 3))
     )
 
 
 def test_levels_of_channels_stay():
     sigma = np.array([0.1, 0.2]).reshape(2, 1, 1)
-    found = with_lines(experiment(bp.noise.Gaussian(sigma)), 3)
-    npt.assert_array_equal(found.noise.sigma, sigma)
+    resized = with_lines(experiment(bp.noise.Gaussian(sigma)), 3)
+    npt.assert_array_equal(resized.noise.sigma, sigma)
 
 
 def test_each_pair_of_lines_keeps_its_covariance():
-    found = with_lines(
+    resized = with_lines(
         experiment(bp.noise.Covariance(np.outer(LINES, LINES) + np.eye(10), scale=2.0)), 3
     )
-    npt.assert_allclose(found.noise.matrix, np.outer(found.frequency, found.frequency) + np.eye(3))
-    assert found.noise.scale == 2.0
+    npt.assert_allclose(
+        resized.noise.matrix, np.outer(resized.frequency, resized.frequency) + np.eye(3)
+    )
+    assert resized.noise.scale == 2.0
 
 
 def test_each_force_level_keeps_its_output_error():
     sigma = np.stack([LINES, 2 * LINES])
-    found = with_lines(experiment(bp.noise.Gaussian(sigma), force_levels=[1.0, 3.0]), 4)
-    kept = found.frequency
-    npt.assert_array_equal(found.noise.sigma, np.stack([kept, 2 * kept]))
-    assert kept.size == 4
+    resized = with_lines(experiment(bp.noise.Gaussian(sigma), force_levels=[1.0, 3.0]), 4)
+    lines = resized.frequency
+    npt.assert_array_equal(resized.noise.sigma, np.stack([lines, 2 * lines]))
+    assert lines.size == 4
 
 
 def test_a_sensor_that_remains_keeps_its_level_of_the_output_error():

@@ -1,4 +1,4 @@
-"""transducers: what a sensor reads where it sits and as it is rolled, and where it may sit."""
+"""Transducers: shapes read at a position and orientation, and tolerances of the position."""
 
 import equinox as eqx
 import jax
@@ -51,8 +51,8 @@ def test_a_sensor_without_directions_reads_along_the_motion():
 
 
 def test_recorded_directions_pick_axes_with_their_sign():
-    found = Sensor("s1", at=1.0, directions=(-3, 1, 2)).on(InSpace()).shapes(InSpace())
-    np.testing.assert_allclose(found, 2 * np.array([[-3.0, -5.0], [1.0, 2.0], [0.0, 0.0]]))
+    shapes = Sensor("s1", at=1.0, directions=(-3, 1, 2)).on(InSpace()).shapes(InSpace())
+    np.testing.assert_allclose(shapes, 2 * np.array([[-3.0, -5.0], [1.0, 2.0], [0.0, 0.0]]))
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_angles_have_gradients():
 def test_unknown_places_and_angles_are_named_and_sampled():
     angles = (0.0, dist.Uniform(-0.2, 0.2), 0.0)
     sensor = Sensor("s1", at=positions.Segment(0.7, within=0.05), angles=angles).on(BEAM)
-    named = [(one.name, one.unit) for one in unknowns(sensor)]
+    named = [(unknown.name, unknown.unit) for unknown in unknowns(sensor)]
     assert named == [("position", "m"), ("angles.2", "rad")]
     with handlers.seed(rng_seed=4):
         real = realise(sensor)
@@ -94,13 +94,13 @@ def test_unknown_places_and_angles_are_named_and_sampled():
     np.testing.assert_allclose(real.shapes(BEAM), expected, rtol=1e-12)
 
 
-def test_a_segment_becomes_a_uniform_law_on_the_structure():
-    law = Actuator("a1", at=positions.Segment(1.19, within=0.05)).on(BEAM).position
-    np.testing.assert_allclose([law.low, law.high], [1.14, 1.2])
+def test_a_segment_becomes_a_uniform_distribution_on_the_structure():
+    position = Actuator("a1", at=positions.Segment(1.19, within=0.05)).on(BEAM).position
+    np.testing.assert_allclose([position.low, position.high], [1.14, 1.2])
 
 
 @pytest.mark.parametrize(
-    ("at", "given", "recorded"),
+    ("at", "stated", "recorded"),
     [
         (0.3, None, 0.3),
         (positions.Segment(1.19, within=0.05), None, 1.19),
@@ -109,8 +109,8 @@ def test_a_segment_becomes_a_uniform_law_on_the_structure():
         (positions.Segment(0.3, within=0.1), 0.35, 0.35),
     ],
 )
-def test_the_record_is_kept_on_the_structure(at, given, recorded):
-    np.testing.assert_allclose(Sensor("s1", at=at, recorded=given).on(BEAM).recorded, recorded)
+def test_the_record_is_kept_on_the_structure(at, stated, recorded):
+    np.testing.assert_allclose(Sensor("s1", at=at, recorded=stated).on(BEAM).recorded, recorded)
 
 
 def test_channels_are_labelled_by_name_and_direction():
@@ -148,7 +148,7 @@ def read_along(directions, angles=(0.0, 0.0, 0.0)):
     """Shapes that channels see at PLACE, by SciPy's rotation and nothing of the package."""
     turned = Rotation.from_euler("XYZ", angles).as_matrix()
     signs = np.sign(directions)[:, None]
-    true = signs * np.stack([turned @ RECORDED[abs(one) - 1] for one in directions])
+    true = signs * np.stack([turned @ RECORDED[abs(direction) - 1] for direction in directions])
     return true @ in_space.shapes(PLACE)
 
 
@@ -156,21 +156,21 @@ def read_along(directions, angles=(0.0, 0.0, 0.0)):
 @pytest.mark.parametrize("directions", [(1, 2, 3), (-3,), (2,), (3, -1, -2)])
 def test_a_rolled_transducer_in_space_sees_along_its_true_axes(kind, directions):
     modes = in_space.Linear()
-    one = kind("t1", at=PLACE, directions=directions, angles=ANGLES).on(modes)
-    found = jax.jit(lambda: one.shapes(modes))()
-    np.testing.assert_allclose(found, read_along(directions, ANGLES), rtol=1e-12)
-    assert not np.allclose(found, read_along(directions), atol=0.01)
+    transducer = kind("t1", at=PLACE, directions=directions, angles=ANGLES).on(modes)
+    shapes = jax.jit(lambda: transducer.shapes(modes))()
+    np.testing.assert_allclose(shapes, read_along(directions, ANGLES), rtol=1e-12)
+    assert not np.allclose(shapes, read_along(directions), atol=0.01)
 
 
 @pytest.mark.parametrize("kind", [Sensor, Actuator])
 @pytest.mark.parametrize("directions", [(1, 2, 3), (-3,), (1,), (-2, 3)])
 def test_on_a_structure_that_moves_along_z_only_z_is_seen(kind, directions):
     modes = in_space.Linear(axes=(3,))
-    one = kind("t1", at=PLACE, directions=directions, angles=ANGLES).on(modes)
+    transducer = kind("t1", at=PLACE, directions=directions, angles=ANGLES).on(modes)
     turned = Rotation.from_euler("XYZ", ANGLES).as_matrix()
-    shares = [np.sign(one) * turned[2, abs(one) - 1] for one in directions]
+    shares = [np.sign(signed) * turned[2, abs(signed) - 1] for signed in directions]
     expected = np.outer(shares, in_space.shapes(PLACE)[2])
-    np.testing.assert_allclose(jax.jit(lambda: one.shapes(modes))(), expected, rtol=1e-12)
+    np.testing.assert_allclose(jax.jit(lambda: transducer.shapes(modes))(), expected, rtol=1e-12)
 
 
 def experiment_in_space(sensor, actuator):
@@ -189,7 +189,7 @@ def test_the_receptance_between_rolled_transducers_is_that_of_the_turned_axes():
         Sensor("s1", at=PLACE, directions=(1, -2, 3), angles=ANGLES),
         Actuator("a1", at=(0.1, 0.6, 0.3), directions=(-3,), angles=(-0.1, 0.25, 0.4)),
     )
-    found = jax.jit(lambda: experiment.receptance())()
+    receptance = jax.jit(lambda: experiment.receptance())()
     pushed = Rotation.from_euler("XYZ", (-0.1, 0.25, 0.4)).apply([0.0, 0.0, -1.0])
     driven = pushed @ in_space.shapes((0.1, 0.6, 0.3))
     omega = 2 * np.pi * np.array([30.0, 65.0, 100.0])
@@ -197,22 +197,22 @@ def test_the_receptance_between_rolled_transducers_is_that_of_the_turned_axes():
     ratio = np.array([0.02, 0.05, 0.03])[:, None]
     modal = 1 / (natural**2 - omega**2 + 2j * ratio * natural * omega)
     expected = (read_along((1, -2, 3), ANGLES) * driven) @ modal
-    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-10)
+    np.testing.assert_allclose(receptance[:, 0], expected, rtol=1e-10)
 
 
-def test_three_numbers_or_laws_are_a_place():
+def test_three_numbers_or_distributions_are_a_position():
     sensor = Sensor("s1", at=(0.7, dist.Uniform(0.1, 0.4), 0.4)).on(in_space.Linear())
-    assert [(one.name, one.unit) for one in unknowns(sensor)] == [("position.y", "m")]
+    assert [(unknown.name, unknown.unit) for unknown in unknowns(sensor)] == [("position.y", "m")]
     assert sensor.recorded == (0.7, 0.25, 0.4)
     assert sensor.directions == (1, 2, 3)
-    known = Sensor("s1", at=np.array(PLACE)).on(in_space.Linear())
-    np.testing.assert_allclose(places.coordinates(known.position), PLACE)
-    assert known.recorded == PLACE
+    exact = Sensor("s1", at=np.array(PLACE)).on(in_space.Linear())
+    np.testing.assert_allclose(places.coordinates(exact.position), PLACE)
+    assert exact.recorded == PLACE
 
 
-def test_a_law_of_three_coordinates_is_a_place():
-    law = dist.Normal(jnp.array(PLACE), 0.01).to_event(1)
-    experiment = experiment_in_space(Sensor("s1", at=law), Actuator("a1", at=(0.1, 0.6, 0.3)))
+def test_a_distribution_of_three_coordinates_is_a_position():
+    position = dist.Normal(jnp.array(PLACE), 0.01).to_event(1)
+    experiment = experiment_in_space(Sensor("s1", at=position), Actuator("a1", at=(0.1, 0.6, 0.3)))
     assert experiment.sensor["s1"].recorded == PLACE
     nominal = experiment.nominal().sensor["s1"]
     np.testing.assert_allclose(places.coordinates(nominal.position), PLACE)
@@ -220,7 +220,7 @@ def test_a_law_of_three_coordinates_is_a_place():
 
 CENTRE = (0.7, 0.2, 0.4)
 MESH = np.stack(np.meshgrid([0.6, 0.7, 0.8], [0.1, 0.3], [0.4, 0.6]), axis=-1).reshape(-1, 3)
-SUPPORTS = [
+TOLERANCES = [
     (positions.Box(CENTRE, within=(0.1, 0.05, 0.0)), ["x", "y"], CENTRE),
     (
         positions.Member((0.7, 0.2, 0.0), (0.7, 0.2, 0.6), centre=(0.71, 0.2, 0.4), within=0.1),
@@ -238,41 +238,43 @@ SUPPORTS = [
 
 
 @pytest.mark.parametrize(
-    ("support", "names", "place"), SUPPORTS, ids=lambda one: type(one).__name__
+    ("tolerance", "names", "place"), TOLERANCES, ids=lambda unknown: type(unknown).__name__
 )
-def test_the_nominal_transducer_sits_where_it_was_recorded(support, names, place):
-    moved = support.recorded if isinstance(support, positions.Nodes) else None
-    sensor = Sensor("s1", at=support, directions=(3,), recorded=None if moved is None else place)
-    experiment = experiment_in_space(sensor, Actuator("a1", at=support, directions=(1,)))
-    found = {one.name for one in experiment.unknowns}
+def test_the_nominal_transducer_sits_where_it_was_recorded(tolerance, names, place):
+    moved = tolerance.recorded if isinstance(tolerance, positions.Nodes) else None
+    sensor = Sensor("s1", at=tolerance, directions=(3,), recorded=None if moved is None else place)
+    experiment = experiment_in_space(sensor, Actuator("a1", at=tolerance, directions=(1,)))
+    names_of_unknowns = {unknown.name for unknown in experiment.unknowns}
     sides = ("sensor.s1", "actuator.a1")
-    assert found == {f"{side}.position.{name}" for side in sides for name in names}
+    assert names_of_unknowns == {f"{side}.position.{name}" for side in sides for name in names}
     position = jax.jit(lambda: places.coordinates(experiment.nominal().sensor["s1"].position))()
     np.testing.assert_allclose(position, place, atol=1e-9)
 
 
-def test_a_record_beside_the_clipped_support_goes_to_its_edge():
-    support = positions.Box((1.02, 0.2, 0.4), within=(0.04, 0.0, 0.0))
+def test_a_record_outside_the_clipped_tolerance_goes_to_its_edge():
+    tolerance = positions.Box((1.02, 0.2, 0.4), within=(0.04, 0.0, 0.0))
     experiment = experiment_in_space(
-        Sensor("s1", at=support), Actuator("a1", at=PLACE, recorded=(0.8, 0.2, 0.4))
+        Sensor("s1", at=tolerance), Actuator("a1", at=PLACE, recorded=(0.8, 0.2, 0.4))
     )
     nominal = experiment.nominal()
     np.testing.assert_allclose(places.coordinates(nominal.sensor["s1"].position), (1.0, 0.2, 0.4))
     assert nominal.actuator["a1"].recorded == (0.8, 0.2, 0.4)
 
 
-def test_every_support_has_finite_gradients_of_the_response():
-    for support, names, _ in SUPPORTS[:4]:
+def test_every_tolerance_has_finite_gradients_of_the_response():
+    for tolerance, names, _ in TOLERANCES[:4]:
         experiment = experiment_in_space(
-            Sensor("s1", at=support, directions=(3,)), Actuator("a1", at=PLACE, directions=(1,))
+            Sensor("s1", at=tolerance, directions=(3,)), Actuator("a1", at=PLACE, directions=(1,))
         )
-        laws = {one.name: one.distribution for one in experiment.unknowns}
-        assert len(laws) == len(names)
+        priors = {unknown.name: unknown.distribution for unknown in experiment.unknowns}
+        assert len(priors) == len(names)
 
         def size(values, experiment=experiment):
             return jnp.sum(jnp.abs(substitute(experiment, values).receptance()) ** 2)
 
-        middle = {name: law.low + 0.3 * (law.high - law.low) for name, law in laws.items()}
+        middle = {
+            name: prior.low + 0.3 * (prior.high - prior.low) for name, prior in priors.items()
+        }
         slope = jax.jit(jax.grad(size))(middle)
         step = 1e-6
         value = jax.jit(size)
@@ -311,15 +313,15 @@ def test_two_coordinates_are_no_place():
         Sensor("s1", at=(0.1, 0.2))
 
 
-def test_effects_sit_on_the_same_supports():
+def test_effects_have_the_same_tolerances():
     structure = experiment_in_space(Sensor("s1", at=PLACE), Actuator("a1", at=PLACE)).structure
-    for support, names, _ in SUPPORTS:
-        changed = structure + bp.effects.point_mass(at=support, mass=0.1)
-        found = [one.name for one in unknowns(changed)]
-        assert found == [f"effects.point_mass.at.{name}" for name in names]
+    for tolerance, names, _ in TOLERANCES:
+        changed = structure + bp.effects.point_mass(at=tolerance, mass=0.1)
+        names_of_unknowns = [unknown.name for unknown in unknowns(changed)]
+        assert names_of_unknowns == [f"effects.point_mass.at.{name}" for name in names]
     for at in (PLACE, places.Cartesian(*PLACE)):
         changed = structure + bp.effects.point_mass(at=at, mass=dist.Uniform(0.0, 1.0))
-        assert [one.name for one in unknowns(changed)] == ["effects.point_mass.mass"]
+        assert [unknown.name for unknown in unknowns(changed)] == ["effects.point_mass.mass"]
         points = changed.effects["point_mass"].points(structure.modes)
         np.testing.assert_allclose(points.position, [PLACE] * 3)
     with pytest.raises(ValueError, match=r'Effect "point_mass": place 0.3 was given, but'):
@@ -329,11 +331,11 @@ def test_effects_sit_on_the_same_supports():
 
 
 def test_an_effect_at_nodes_has_a_typical_node():
-    support = positions.Nodes(MESH, positions.Box((0.7, 0.3, 0.4), within=(0.06, 0.0, 0.0)))
+    tolerance = positions.Nodes(MESH, positions.Box((0.7, 0.3, 0.4), within=(0.06, 0.0, 0.0)))
     experiment = experiment_in_space(Sensor("s1", at=PLACE), Actuator("a1", at=PLACE))
-    changed = (experiment + bp.effects.point_mass(at=support, mass=0.1)).nominal()
-    found = changed.structure.effects["point_mass"].points(changed.structure.modes)
-    np.testing.assert_allclose(found.position, [(0.7, 0.3, 0.4)] * 3)
+    changed = (experiment + bp.effects.point_mass(at=tolerance, mass=0.1)).nominal()
+    points = changed.structure.effects["point_mass"].points(changed.structure.modes)
+    np.testing.assert_allclose(points.position, [(0.7, 0.3, 0.4)] * 3)
 
 
 @pytest.mark.parametrize("name", ["", "s.1"])
