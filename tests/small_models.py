@@ -1,6 +1,6 @@
-"""small_models: in, sizes; out, matrices of small models made by scikit-fem and by hand.
+"""Matrices of small models, made by scikit-fem and by hand.
 
-Not known here: bayes_placement.
+Independent of bayes_placement.
 """
 
 import numpy as np

@@ -1,1 +1,1 @@
-"""cli: the commands of `bayes-placement`, for engineers who write no Python."""
+"""Commands of `bayes-placement`, for engineers who write no Python."""

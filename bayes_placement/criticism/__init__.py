@@ -1,1 +1,1 @@
-"""criticism: where a fitted model fails, and which physical effect is missing."""
+"""Where a fitted model fails, and which physical effect it lacks."""

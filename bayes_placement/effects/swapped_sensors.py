@@ -49,7 +49,8 @@ class SwappedSensors(InstrumentEffect):
             raise InputError(
                 f'Effect "{self.name}": sensors "{first}" and "{second}" were given, but they have '
                 f"{counts[0]} and {counts[1]} channels; equally many are needed, since each "
-                "channel carries the signal of one of the other. Name two sensors alike."
+                "channel carries the signal of one of the other. Name two sensors with as many "
+                "channels."
             )
         return eqx.tree_at(lambda tree: (tree.sensor, tree.other), self, numbers)
 

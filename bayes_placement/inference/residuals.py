@@ -41,8 +41,8 @@ class Problem:
     def __init__(self, experiment: Experiment, data: Data, *, standard_normal: bool = True):
         if experiment.noise is None:
             raise InputError(
-                "The experiment has noise=None, so no residual has a size to be judged by. Give it "
-                "noise.Gaussian(sigma) or noise.FromCoherence()."
+                "The experiment has noise=None, so residuals cannot be compared with the noise. "
+                "Give it noise.Gaussian(sigma) or noise.FromCoherence()."
             )
         experiment.noise.check(data)
         self.experiment = experiment

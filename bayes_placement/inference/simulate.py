@@ -20,8 +20,8 @@ def sample_prior(experiment: Experiment, key: Key, draws: int = PRIOR_DRAWS) -> 
     """Draws [chain, draw, ...] of every unknown from its prior, by name."""
     keys = jax.random.split(key, max(1, len(experiment.unknowns)))
     return {
-        unknown.name: np.asarray(unknown.distribution.sample(own_key, (1, draws)))
-        for unknown, own_key in zip(experiment.unknowns, keys, strict=False)
+        unknown.name: np.asarray(unknown.distribution.sample(unknown_key, (1, draws)))
+        for unknown, unknown_key in zip(experiment.unknowns, keys, strict=False)
     }
 
 

@@ -126,7 +126,7 @@ class UnconstrainedModel(eqx.Module):
         """One draw from the prior."""
         keys = jax.random.split(key, len(self.names))
         pairs = zip(self.priors.items(), keys, strict=True)
-        return self.flatten({name: prior.sample(own_key) for (name, prior), own_key in pairs})
+        return self.flatten({name: prior.sample(prior_key) for (name, prior), prior_key in pairs})
 
     def prior_quadrature(
         self, nodes: int, box: list[tuple[float, float]] | None = None
@@ -162,6 +162,6 @@ def _check_continuous(priors: dict[str, Distribution]) -> None:
         if prior.support.is_discrete:
             raise InputError(
                 f'The unknown "{name}" has a discrete distribution, {type(prior).__name__}, which '
-                "the engines cannot move through. Sum over it by marginals.Enumeration(), give it "
+                "the engines cannot explore. Sum over it by marginals.Enumeration(), give it "
                 "a continuous distribution, or run NumPyro's DiscreteHMCGibbs on experiment.model."
             )

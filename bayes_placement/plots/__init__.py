@@ -1,4 +1,4 @@
-"""plots: figures of results, one kind of result a file; they compute nothing."""
+"""Figures of results; one file for each kind of result."""
 
 from . import ledger, misfit, placement, posterior, structure
 

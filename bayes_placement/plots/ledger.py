@@ -116,8 +116,8 @@ def _in_space(
     shown = [kind for kind in reversed(kinds) if kind in set(located["kind"])][:MOST_MAPS]
     view = structure_plots.view(structure_plots.extent(experiment, located))
     height = 1.4 * _height(kinds)
-    drawn = maps_and_bars(len(shown), axes, view.projection, MAP, height)
-    *maps, bars = drawn.axes.flat
+    layout = maps_and_bars(len(shown), axes, view.projection, MAP, height)
+    *maps, bars = layout.axes.flat
     label = f"{_SCORE}{' ' if view.projection else chr(10)}[standard deviations]"
     for panel, kind in zip(maps, shown, strict=True):
         if experiment is not None:
@@ -130,7 +130,7 @@ def _in_space(
         panel.set_title(f"suspicion of {kind}")
     _draw_greatest(bars, table, kinds)
     bars.set_yticks(range(len(kinds)), [_with_setting(table, kind) for kind in kinds])
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def _with_setting(table: pd.DataFrame, kind: str) -> str:
@@ -143,8 +143,8 @@ def _with_setting(table: pd.DataFrame, kind: str) -> str:
 def _on_a_line(
     table: pd.DataFrame, kinds: list[str], places: Mapping[str, Any], axes: Any
 ) -> Figure:
-    drawn = panels(1, 2, axes, size=(PANEL[0], _height(kinds)))
-    strips, bars = drawn.axes[0]
+    layout = panels(1, 2, axes, size=(PANEL[0], _height(kinds)))
+    strips, bars = layout.axes[0]
     _draw_strips(strips, table, kinds)
     _draw_greatest(bars, table, kinds)
     if places:
@@ -154,7 +154,7 @@ def _on_a_line(
         panel.set_ylim(-0.5, len(kinds) - 0.5)
     strips.set_yticks(range(len(kinds)), kinds)
     bars.set_yticks([])
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def _draw_strips(panel: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
@@ -203,8 +203,8 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
         Axes to draw in; None for a new figure.
     """
     share = pd.Series(result.probabilities).sort_values(kind="stable")
-    drawn = panels(1, 1, ax, size=(PANEL[0], 1.2 + BAR * len(share)))
-    panel = drawn.only
+    layout = panels(1, 1, ax, size=(PANEL[0], 1.2 + BAR * len(share)))
+    panel = layout.only
     panel.barh(range(len(share)), share, color=SUSPECT)
     for row, probability in enumerate(share):
         text = f"{probability:.3f}" if probability >= SMALLEST else f"< {SMALLEST:g}"
@@ -212,7 +212,7 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
     panel.set_yticks(range(len(share)), share.index)
     panel.set_xlim(0, 1.15)
     panel.set_xlabel("posterior probability [1]")
-    figure: Figure = drawn.figure
+    figure: Figure = layout.figure
     return figure
 
 
@@ -228,19 +228,19 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     """
     names = ["as given", *(f"+ {step.added}" for step in ledger.steps[1:])]
     misfit = [step.chi2_per_datum for step in ledger.steps]
-    drawn = panels(1, 1, ax)
-    panel = drawn.only
+    layout = panels(1, 1, ax)
+    panel = layout.only
     panel.plot(range(len(misfit)), misfit, "o-", color=SUSPECT, label="misfit of the best fit")
     for number, chi2 in enumerate(misfit):
         panel.annotate(_short(chi2), (number, chi2), (8, 4), textcoords="offset points")
-    panel.axhline(1.0, color=FLOOR, linestyle="--", label="noise floor: a right model gives 1")
+    panel.axhline(1.0, color=FLOOR, linestyle="--", label="noise floor of a correct model")
     panel.set_yscale("log")
     panel.set_ylim(0.5 * min(1.0, *misfit, 1.0), 2 * max(1.0, *misfit, 1.0))
     panel.set_xlim(-0.5, len(misfit) - 0.5)
     panel.set_xticks(range(len(names)), names)
     panel.set_xlabel("model [effects added one after the other]")
     panel.set_ylabel("chi2 per datum [1]")
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def before_and_after(
@@ -257,14 +257,14 @@ def before_and_after(
         Axes to draw in: for each sensor a row of responses, a column for each actuator and force
         level, and below it a row of errors; None for a new figure.
     """
-    drawn = channel_panels(next(iter(fits.values())), [1.0, 0.8], axes)
+    layout = channel_panels(next(iter(fits.values())), [1.0, 0.8], axes)
     colors = [BEFORE, AFTER] if len(fits) > 1 else [AFTER]
     for (name, fit), color in zip(fits.items(), colors, strict=True):
-        for panel, channel in channels(drawn.axes[::2], fit):
+        for panel, channel in channels(layout.axes[::2], fit):
             _draw_response(panel, channel, name, color)
-        for panel, channel in channels(drawn.axes[1::2], fit):
+        for panel, channel in channels(layout.axes[1::2], fit):
             _draw_error(panel, channel, name, color)
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def _draw_response(panel: Axes, channel: xr.Dataset, name: str, color: str) -> None:

@@ -29,10 +29,10 @@ def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = N
         Axes to draw in, one for each force level; None for a new figure.
     """
     levels = force_levels(misfit.response)
-    drawn = panels(len(levels), 1, axes)
+    layout = panels(len(levels), 1, axes)
     size = misfit.response["misfit"]
     norm = LogNorm(FAINTEST, max(BRIGHTEST, float(size.max())), clip=True)
-    for panel, (level, response) in zip(drawn.axes.flat, levels, strict=True):
+    for panel, (level, response) in zip(layout.axes.flat, levels, strict=True):
         pairs = response["misfit"].stack(pair=("sensor", "actuator"))
         names = [f"{sensor}, {actuator}" for sensor, actuator in pairs["pair"].values]
         lines, rows = response["frequency"].values, np.arange(len(names) + 1) - 0.5
@@ -43,8 +43,8 @@ def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = N
         panel.set_ylabel("channel [sensor, actuator]")
         panel.set_title(f"residual{level}")
     label = f"size of residual [{size.attrs['units']}]"
-    drawn.figure.colorbar(mesh, ax=drawn.axes.ravel().tolist(), label=label)
-    figure: Figure = drawn.figure
+    layout.figure.colorbar(mesh, ax=layout.axes.ravel().tolist(), label=label)
+    figure: Figure = layout.figure
     return figure
 
 
@@ -63,13 +63,13 @@ def discrepancy(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = No
     noise = misfit.response["residual"] / residual
     smooth = misfit.discrepancy[["mean", "low", "high"]] / noise
     dataset = smooth.assign(residual=residual)
-    drawn = channel_panels(dataset, [1.0], axes)
-    for panel, channel in channels(drawn.axes, dataset):
+    layout = channel_panels(dataset, [1.0], axes)
+    for panel, channel in channels(layout.axes, dataset):
         panel.axhline(0.0, color="k", linewidth=0.5)
         for (name, part), color in zip(_parts(channel), (FIRST_PART, SECOND_PART), strict=False):
             _draw_part(panel, part, name, color)
         panel.set_ylabel(f"discrepancy\n[{residual.attrs['units']}]")
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def _draw_part(panel: Axes, part: xr.Dataset, name: str, color: str) -> None:

@@ -49,10 +49,10 @@ def information(learnt: xr.Dataset, *, axes: Sequence[Axes] | np.ndarray | None 
     """
     pairs = _pairs(learnt, [str(name) for name in learnt[GAIN].dims])
     size = SQUARE if max(map(len, pairs)) > 1 else PANEL
-    drawn = panels(1, len(pairs), axes, size=size)
-    for panel, pair in zip(drawn.axes.flat, pairs, strict=True):
+    layout = panels(1, len(pairs), axes, size=size)
+    for panel, pair in zip(layout.axes.flat, pairs, strict=True):
         _draw(panel, learnt, pair)
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def tolerances(study: ToleranceStudy, *, axes: Sequence[Axes] | np.ndarray | None = None) -> Figure:
@@ -70,13 +70,13 @@ def tolerances(study: ToleranceStudy, *, axes: Sequence[Axes] | np.ndarray | Non
     gain = study.maps[GAIN]
     pair = _pairs(study.maps, [str(name) for name in gain.dims if name != FACTOR])[0]
     size = SQUARE if len(pair) > 1 else PANEL
-    drawn = panels(1, study.maps.sizes[FACTOR], axes, size=size)
+    layout = panels(1, study.maps.sizes[FACTOR], axes, size=size)
     scale = {"vmin": float(gain.min()), "vmax": float(gain.max())}
-    for number, panel in enumerate(drawn.axes.flat):
+    for number, panel in enumerate(layout.axes.flat):
         learnt = study.maps.isel({FACTOR: number})
         _draw(panel, learnt, pair, **scale)
         panel.set_title(f"{float(learnt[FACTOR]):g} times the tolerance")
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def placements(best: Placement, *, ax: Axes | None = None) -> Figure:
@@ -90,8 +90,8 @@ def placements(best: Placement, *, ax: Axes | None = None) -> Figure:
         Axes to draw in; None for a new figure.
     """
     shown = best.table.head(MOST_SHOWN)
-    drawn = panels(1, 1, ax)
-    panel, rank = drawn.only, np.arange(len(shown)) + 1
+    layout = panels(1, 1, ax)
+    panel, rank = layout.only, np.arange(len(shown)) + 1
     bars: dict[str, Any] = {"fmt": "o", "color": "C0", "markersize": 4, "capsize": 2}
     panel.errorbar(rank, shown[GAIN], SIGNIFICANT * shown[ERROR], label=_ERRORS, **bars)
     panel.plot(rank[:1], shown[GAIN][:1], label="best", zorder=4, **STAR)
@@ -99,7 +99,7 @@ def placements(best: Placement, *, ax: Axes | None = None) -> Figure:
     panel.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     panel.set_xlabel(f"rank among {len(best.table)} placements that were tried")
     panel.set_ylabel(_INFORMATION)
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def _pairs(learnt: xr.Dataset, names: list[str]) -> list[tuple[str, ...]]:

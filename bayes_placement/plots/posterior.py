@@ -50,15 +50,15 @@ def measured_against_band(
         level, and below it a row of differences; None for a new figure.
     """
     band = predictive_band(result)
-    drawn = channel_panels(band, [1.0, 0.7], axes)
+    layout = channel_panels(band, [1.0, 0.7], axes)
     unit = band.attrs["units"]
-    for panel, channel in channels(drawn.axes[::2], band):
+    for panel, channel in channels(layout.axes[::2], band):
         _draw_band(panel, channel, "posterior predictive")
         panel.set_ylabel(on_two_lines(unit))
-    for panel, channel in channels(drawn.axes[1::2], band - band["mean"]):
+    for panel, channel in channels(layout.axes[1::2], band - band["mean"]):
         _draw_band(panel, channel, "posterior predictive")
         panel.set_ylabel(f"difference from mean\n{_unit_of_difference(unit)}")
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def response_band(
@@ -84,11 +84,11 @@ def response_band(
     if reference is not None:
         draw = simulated["prior_predictive"].to_dataset()[RESPONSE].isel(chain=0, draw=0, drop=True)
         band["reference"] = labelled_amplitude(draw.copy(data=np.asarray(reference)))
-    drawn = channel_panels(band, [1.0], axes)
-    for panel, channel in channels(drawn.axes, band):
+    layout = channel_panels(band, [1.0], axes)
+    for panel, channel in channels(layout.axes, band):
         _draw_band(panel, channel, "random draws")
         panel.set_ylabel(on_two_lines(band.attrs["units"]))
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def parameters(
@@ -156,8 +156,8 @@ def pair(
     ax
         Axes to draw in; None for a new figure.
     """
-    drawn = panels(1, 1, ax, size=(6.4, 5.0))
-    panel = drawn.only
+    layout = panels(1, 1, ax, size=(6.4, 5.0))
+    panel = layout.only
     for group, color in (("prior", PRIOR), ("posterior", POSTERIOR)):
         draws = _scalars(result[group])
         across, up = draws[first].ravel(), draws[second].ravel()
@@ -167,7 +167,7 @@ def pair(
         panel.plot(truth[first], truth[second], "x", label="true value", **cross)
     panel.set_xlabel(_with_unit(result, first))
     panel.set_ylabel(_with_unit(result, second))
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def methods(
@@ -189,8 +189,8 @@ def methods(
     """
     first = next(iter(results.values()))
     names = _names(first, placement=False)
-    drawn = panels(max(1, len(names)), 1, axes)
-    for panel, name in zip(drawn.axes.flat, names, strict=False):
+    layout = panels(max(1, len(names)), 1, axes)
+    for panel, name in zip(layout.axes.flat, names, strict=False):
         draws = [_scalars(result["posterior"])[name].ravel() for result in results.values()]
         for number, (method, values) in enumerate(zip(results, draws, strict=True)):
             style: dict[str, Any] = {"color": f"C{number}", "linestyle": LINE_STYLES[number % 4]}
@@ -198,31 +198,31 @@ def methods(
         _true_value(panel, name, truth or {})
         _density_axis(panel, first, name)
         _limits(panel, _scalars(first["prior"])[name], np.concatenate(draws))
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def _marginals(
     result: xr.DataTree, rows: list[list[str]], truth: Mapping[str, float], axes: Any
 ) -> Figure:
     names = list(itertools.chain(*rows))
-    drawn = panels(1, max(1, len(names)), axes) if axes is not None else _ragged(rows)
-    for panel, name in zip(drawn.axes.flat, names, strict=False):
+    layout = panels(1, max(1, len(names)), axes) if axes is not None else _ragged(rows)
+    for panel, name in zip(layout.axes.flat, names, strict=False):
         _marginal(panel, result, name, truth)
-    return drawn.with_legend()
+    return layout.with_legend()
 
 
 def _ragged(rows: list[list[str]]) -> Panels:
     """Panels of a new figure, of which the last of a row are left out where it has fewer."""
     columns = max(map(len, rows), default=1)
     size = PANEL if columns == 1 else SMALL_PANEL
-    drawn = panels(max(1, len(rows)), columns, size=size)
+    layout = panels(max(1, len(rows)), columns, size=size)
     lengths = [len(row) for row in rows] or [1]
     kept = []
-    for row, length in zip(drawn.axes, lengths, strict=True):
+    for row, length in zip(layout.axes, lengths, strict=True):
         kept += list(row[:length])
         for unused in row[length:]:
             unused.remove()
-    return drawn._replace(axes=np.array([kept], dtype=object))
+    return layout._replace(axes=np.array([kept], dtype=object))
 
 
 def _marginal(panel: Axes, result: xr.DataTree, name: str, truth: Mapping[str, float]) -> None:

@@ -1,4 +1,4 @@
-"""conftest: results of inference whose posterior is known in closed form."""
+"""Results of inference whose posterior is known in closed form."""
 
 import numpy as np
 import pytest
@@ -100,6 +100,6 @@ def linear_gaussian(
 
 
 @pytest.fixture(scope="session")
-def right_model():
+def correct_model():
     """Return the function that makes such results."""
     return linear_gaussian

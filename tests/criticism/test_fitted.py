@@ -1,4 +1,4 @@
-"""_fitted: a model with values beside the data, and the error beside the noise."""
+"""Fitted model: predicted outputs beside the data, and the error beside the noise."""
 
 import jax
 import numpy as np
@@ -33,46 +33,48 @@ def experiment(observe):
 
 def named(values):
     """Values under the names that the unknowns bear."""
-    (ratios,) = [one.name for one in experiment(bp.observe.Complex("velocity")).unknowns][:1]
+    (ratios,) = [unknown.name for unknown in experiment(bp.observe.Complex("velocity")).unknowns][
+        :1
+    ]
     return {name.replace("structure.damping.ratios", ratios): x for name, x in values.items()}
 
 
 @pytest.mark.parametrize("observe", [bp.observe.Complex, bp.observe.LogAmplitude])
 def test_at_the_truth_nothing_is_left(observe):
-    one = experiment(observe("velocity"))
-    found = fitted(one, one.nominal_measurement(), named(VALUES))
-    np.testing.assert_allclose(found["predicted"], found["measured"], rtol=1e-12)
-    np.testing.assert_allclose(found["error"], 0.0, atol=1e-12)
-    frf = np.asarray(jax.jit(lambda: one.nominal().frf())())
-    np.testing.assert_allclose(found["measured"], np.log10(np.abs(frf)))
+    bar = experiment(observe("velocity"))
+    table = fitted(bar, bar.nominal_measurement(), named(VALUES))
+    np.testing.assert_allclose(table["predicted"], table["measured"], rtol=1e-12)
+    np.testing.assert_allclose(table["error"], 0.0, atol=1e-12)
+    frf = np.asarray(jax.jit(lambda: bar.nominal().frf())())
+    np.testing.assert_allclose(table["measured"], np.log10(np.abs(frf)))
 
 
 def test_the_error_of_a_complex_response_is_its_distance_in_the_plane():
-    one = experiment(bp.observe.Complex("velocity"))
-    other = named(VALUES | {"actuator.a1.position": 0.35})
-    found = fitted(one, one.nominal_measurement(), other)
-    moved = one.fix({"actuator.a1.position": 0.35}).nominal()
-    true, false = (np.asarray(jax.jit(lambda e=e: e.frf())()) for e in (one.nominal(), moved))
-    np.testing.assert_allclose(found["error"], np.abs(true - false))
+    bar = experiment(bp.observe.Complex("velocity"))
+    values = named(VALUES | {"actuator.a1.position": 0.35})
+    table = fitted(bar, bar.nominal_measurement(), values)
+    moved = bar.fix({"actuator.a1.position": 0.35}).nominal()
+    true, false = (np.asarray(jax.jit(lambda e=e: e.frf())()) for e in (bar.nominal(), moved))
+    np.testing.assert_allclose(table["error"], np.abs(true - false))
     # Two parts of deviation sigma each.
-    np.testing.assert_allclose(found["noise"], np.sqrt(2) * SIGMA)
-    assert found["error"].attrs["units"] == "velocity per force [(m/s)/N]"
-    assert found["predicted"].attrs["units"] == "log10 of velocity per force [(m/s)/N]"
+    np.testing.assert_allclose(table["noise"], np.sqrt(2) * SIGMA)
+    assert table["error"].attrs["units"] == "velocity per force [(m/s)/N]"
+    assert table["predicted"].attrs["units"] == "log10 of velocity per force [(m/s)/N]"
 
 
 def test_the_error_of_a_logarithm_is_in_its_own_unit():
-    one = experiment(bp.observe.LogAmplitude("velocity"))
-    other = named(VALUES | {"actuator.a1.position": 0.35})
-    found = fitted(one, one.nominal_measurement(), other)
-    np.testing.assert_allclose(found["error"], np.abs(found["measured"] - found["predicted"]))
-    np.testing.assert_allclose(found["noise"], SIGMA)
+    bar = experiment(bp.observe.LogAmplitude("velocity"))
+    values = named(VALUES | {"actuator.a1.position": 0.35})
+    table = fitted(bar, bar.nominal_measurement(), values)
+    np.testing.assert_allclose(table["error"], np.abs(table["measured"] - table["predicted"]))
+    np.testing.assert_allclose(table["noise"], SIGMA)
 
 
 def test_each_element_of_an_array_has_its_own_value():
-    one = experiment(bp.observe.Complex("velocity"))
-    measured = one.nominal_measurement()
+    bar = experiment(bp.observe.Complex("velocity"))
+    measured = bar.nominal_measurement()
     first, second = (
-        fitted(one, measured, named(VALUES | {f"structure.damping.ratios[{n}]": 0.035}))["error"]
+        fitted(bar, measured, named(VALUES | {f"structure.damping.ratios[{n}]": 0.035}))["error"]
         for n in range(2)
     )
     # At 166 Hz, the first resonance, the first ratio decides; the second hardly matters.
@@ -80,14 +82,14 @@ def test_each_element_of_an_array_has_its_own_value():
 
 
 def test_what_was_not_measured_is_left_blank():
-    one = experiment(bp.observe.Complex("velocity"))
-    whole = one.nominal_measurement()
-    frf = np.array(whole.frf)
+    bar = experiment(bp.observe.Complex("velocity"))
+    measurement = bar.nominal_measurement()
+    frf = np.array(measurement.frf)
     frf[1, 0] = np.nan
     gap = bp.Measurement.from_arrays(
-        frf, whole.frequency, sensors=["s1", "s2"], actuators=["a1"], quantity="mobility"
+        frf, measurement.frequency, sensors=["s1", "s2"], actuators=["a1"], quantity="mobility"
     )
-    found = fitted(one, gap, named(VALUES))
+    table = fitted(bar, gap, named(VALUES))
     for name in ("measured", "predicted", "error", "noise"):
-        blank = np.isnan(found[name].values)
+        blank = np.isnan(table[name].values)
         assert np.all(blank[1]) and not np.any(blank[0])

@@ -1,6 +1,6 @@
-"""landscapes: in, nothing; out, estimators whose information is a known function of the places.
+"""Estimators whose information is a known function of the placement.
 
-They compile at once, so that ways to search are tested by themselves.
+They compile at once, so that searches are tested alone.
 """
 
 import equinox as eqx

@@ -1,6 +1,6 @@
-"""models_in_space: in, a name; out, a finite element model, its modes, and its exact receptance.
+"""Finite element models in space with their modes and exact receptances.
 
-A skew frame and a plate made here; the portal and the plate that were handed over.
+A skew frame and a plate made here; a portal and a plate read from files of other programs.
 """
 
 import functools

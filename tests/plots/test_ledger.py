@@ -1,4 +1,4 @@
-"""ledger_plots: what is drawn is what was found, with units and a legend that says what is what."""
+"""Figures of a ledger and of a ranking: values, units and legends."""
 
 from dataclasses import replace
 
@@ -73,9 +73,9 @@ def step(added, chi2):
 
 
 def ledger(*steps):
-    found = steps or (step(None, 1234.0), step("point_mass", 7.5), step("gain_error", 1.04))
+    models = steps or (step(None, 1234.0), step("point_mass", 7.5), step("gain_error", 1.04))
     return Ledger(
-        steps=found,
+        steps=models,
         verdict=("gain_error", "point_mass"),
         probabilities=PROBABILITIES,
         confounded=(),
@@ -109,12 +109,12 @@ def fit(seed, parts=True, levels=1):
     if levels > 1:
         coordinates["force_level"] = [0.5, 2.0]
     arrays = {
-        name: (dims, np.abs(random.normal(size=size)) + 0.1, {"units": one})
-        for name, one in units.items()
+        name: (dims, np.abs(random.normal(size=size)) + 0.1, {"units": label})
+        for name, label in units.items()
     }
-    whole = xr.Dataset(arrays, coords=coordinates)
-    whole["measured"][0, 0, ..., 1] = np.nan  # nothing was measured there
-    return whole
+    dataset = xr.Dataset(arrays, coords=coordinates)
+    dataset["measured"][0, 0, ..., 1] = np.nan  # nothing was measured there
+    return dataset
 
 
 def fits(**case):
@@ -137,14 +137,14 @@ def tiny():
 
 EXPERIMENT = tiny()
 
-FOUND = {"point_mass": (0.3, 0.4, 0.5)}
+FITTED_PLACES = {"point_mass": (0.3, 0.4, 0.5)}
 FIGURES = {
     "suspicion": lambda: ledger_plots.suspicion(ranking(), places={"point_mass": 0.37}),
     "suspicion in space": lambda: ledger_plots.suspicion(
-        ranking(scores_in_space()), places=FOUND, experiment=in_space()
+        ranking(scores_in_space()), places=FITTED_PLACES, experiment=in_space()
     ),
     "suspicion in a plane": lambda: ledger_plots.suspicion(
-        ranking(scores_in_space(flat=True)), places=FOUND
+        ranking(scores_in_space(flat=True)), places=FITTED_PLACES
     ),
     "probabilities of a ranking": lambda: ledger_plots.probabilities(ranking()),
     "probabilities of a ledger": lambda: ledger_plots.probabilities(ledger()),
@@ -166,8 +166,8 @@ def labels(figure):
 
 
 def line(axis, label):
-    (one,) = [line for line in axis.lines if line.get_label() == label]
-    return one.get_ydata()
+    (curve,) = [line for line in axis.lines if line.get_label() == label]
+    return curve.get_ydata()
 
 
 def words(axis):
@@ -219,8 +219,8 @@ def test_bars_say_how_suspect_each_kind_is_and_whether_by_chance():
 
 
 def test_the_place_that_was_found_is_marked_on_its_strip():
-    found = {"point_mass": 0.37, "another": 0.9}
-    figure = ledger_plots.suspicion(ranking(), places=found)
+    places = {"point_mass": 0.37, "another": 0.9}
+    figure = ledger_plots.suspicion(ranking(), places=places)
     (star,) = figure.axes[0].lines
     assert (list(star.get_xdata()), list(star.get_ydata())) == ([0.37], [3])
     assert "place as fitted" in labels(figure)
@@ -233,7 +233,7 @@ def maps(figure):
 
 @pytest.mark.parametrize("flat", [False, True])
 def test_a_structure_in_space_has_a_map_of_each_of_the_most_suspect_kinds(flat):
-    figure = drawn(ledger_plots.suspicion(ranking(scores_in_space(flat)), places=FOUND))
+    figure = drawn(ledger_plots.suspicion(ranking(scores_in_space(flat)), places=FITTED_PLACES))
     assert [axis.get_title().removeprefix("suspicion of ") for axis in maps(figure)] == [
         "point_mass",
         "ground_spring",
@@ -247,7 +247,7 @@ def test_a_structure_in_space_has_a_map_of_each_of_the_most_suspect_kinds(flat):
 
 
 def test_only_the_map_of_a_kind_that_was_found_bears_its_place():
-    figure = ledger_plots.suspicion(ranking(scores_in_space(flat=True)), places=FOUND)
+    figure = ledger_plots.suspicion(ranking(scores_in_space(flat=True)), places=FITTED_PLACES)
     stars = [
         np.transpose(line.get_data()).tolist()
         for axis in maps(figure)
@@ -258,7 +258,9 @@ def test_only_the_map_of_a_kind_that_was_found_bears_its_place():
 
 
 def test_bars_beside_the_maps_show_all_kinds():
-    figure = ledger_plots.suspicion(ranking(scores_in_space()), places=FOUND, experiment=in_space())
+    figure = ledger_plots.suspicion(
+        ranking(scores_in_space()), places=FITTED_PLACES, experiment=in_space()
+    )
     (ranked,) = (axis for axis in figure.axes if axis.get_title() == "suspicion of each kind")
     assert names(ranked)[::-1] == [
         "time_delay",
@@ -285,9 +287,9 @@ def test_candidates_without_places_are_drawn_alone():
     assert words(figure.axes[0]) == ["no place"]
 
 
-@pytest.mark.parametrize("found", [ranking, ledger])
-def test_each_probability_has_a_bar_with_its_figure(found):
-    axis = ledger_plots.probabilities(found()).axes[0]
+@pytest.mark.parametrize("result", [ranking, ledger])
+def test_each_probability_has_a_bar_with_its_figure(result):
+    axis = ledger_plots.probabilities(result()).axes[0]
     assert names(axis)[::-1] == [
         "point_mass",
         "ground_spring",
@@ -304,7 +306,7 @@ def test_each_probability_has_a_bar_with_its_figure(found):
 def test_the_error_falls_step_by_step_to_the_noise():
     axis = ledger_plots.error_falls(ledger()).axes[0]
     np.testing.assert_array_equal(line(axis, "misfit of the best fit"), [1234.0, 7.5, 1.04])
-    assert set(line(axis, "noise floor: a right model gives 1")) == {1.0}
+    assert set(line(axis, "noise floor of a correct model")) == {1.0}
     assert [text.get_text() for text in axis.get_xticklabels()] == [
         "as given",
         "+ point_mass",
@@ -322,17 +324,17 @@ def test_a_model_that_lacks_nothing_is_a_single_point():
 
 
 def test_responses_and_errors_are_those_of_each_fit():
-    both = fits()
-    figure = ledger_plots.before_and_after(both)
+    datasets = fits()
+    figure = ledger_plots.before_and_after(datasets)
     assert len(figure.axes) == 4
     for sensor in range(2):
         upper, lower = figure.axes[2 * sensor : 2 * sensor + 2]
-        for name, one in both.items():
-            here = one.isel(sensor=sensor, actuator=0)
-            np.testing.assert_array_equal(line(upper, name), here["predicted"])
-            np.testing.assert_array_equal(line(lower, f"error, {name}"), here["error"])
-        noise = [one.get_ydata() for one in lower.lines if one.get_label() == "noise"]
-        np.testing.assert_array_equal(noise[0], both["as given"]["noise"][sensor, 0])
+        for name, dataset in datasets.items():
+            channel = dataset.isel(sensor=sensor, actuator=0)
+            np.testing.assert_array_equal(line(upper, name), channel["predicted"])
+            np.testing.assert_array_equal(line(lower, f"error, {name}"), channel["error"])
+        noise = [curve.get_ydata() for curve in lower.lines if curve.get_label() == "noise"]
+        np.testing.assert_array_equal(noise[0], datasets["as given"]["noise"][sensor, 0])
         assert upper.get_title() == lower.get_title() == f"sensor s{sensor + 1}, actuator a1"
         assert lower.get_ylabel() == "size of error\n[(m/s)/N]"
 

@@ -1,4 +1,4 @@
-"""misfit_plots: what is drawn is what was found, with units and a legend that says what is what."""
+"""Figures of a misfit: values, units and legends."""
 
 from dataclasses import replace
 
@@ -70,8 +70,8 @@ def labels(figure):
 
 
 def line(axis, label):
-    (one,) = [line for line in axis.lines if line.get_label() == label]
-    return one.get_ydata()
+    (curve,) = [line for line in axis.lines if line.get_label() == label]
+    return curve.get_ydata()
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -91,17 +91,17 @@ def test_each_entry_of_the_legend_stands_once(case):
 @pytest.mark.parametrize("case", CASES)
 def test_the_legend_lies_within_the_figure(case):
     figure = drawn(misfit_plots.discrepancy(misfit(**CASES[case])))
-    box, whole = figure.legends[0].get_window_extent(), figure.bbox
-    assert whole.x0 <= box.x0 and box.x1 <= whole.x1
+    box, frame = figure.legends[0].get_window_extent(), figure.bbox
+    assert frame.x0 <= box.x0 and box.x1 <= frame.x1
 
 
 def test_the_map_has_a_row_for_each_channel_and_a_column_for_each_line():
-    one = misfit()
-    figure = misfit_plots.residual_map(one)
+    result = misfit()
+    figure = misfit_plots.residual_map(result)
     axis, bar = figure.axes
     (mesh,) = axis.collections[:1]
     values = np.ma.filled(mesh.get_array().astype(float), np.nan)
-    np.testing.assert_array_equal(values, one.response["misfit"][:, 0])
+    np.testing.assert_array_equal(values, result.response["misfit"][:, 0])
     assert [text.get_text() for text in axis.get_yticklabels()] == ["s1+x, a1+x", "s2+x, a1+x"]
     edges = mesh.get_coordinates()[0, :, 0]
     assert np.all((edges[:-1] < LINES) & (edges[1:] > LINES))
@@ -109,56 +109,58 @@ def test_the_map_has_a_row_for_each_channel_and_a_column_for_each_line():
 
 
 def test_each_force_level_has_a_map_of_its_own():
-    one = misfit(levels=2)
-    first, second, _ = misfit_plots.residual_map(one).axes
+    result = misfit(levels=2)
+    first, second, _ = misfit_plots.residual_map(result).axes
     assert [first.get_title(), second.get_title()] == ["residual, 0.5 N", "residual, 2 N"]
     values = second.collections[0].get_array()
-    np.testing.assert_array_equal(values[0], one.response["misfit"][0, 0, 1])
+    np.testing.assert_array_equal(values[0], result.response["misfit"][0, 0, 1])
 
 
 def test_each_force_level_has_panels_of_its_own():
-    one = misfit(levels=2)
-    figure = misfit_plots.discrepancy(one)
+    result = misfit(levels=2)
+    figure = misfit_plots.discrepancy(result)
     titles = [axis.get_title() for axis in figure.axes]
     pairs = [f"sensor s{n}+x, actuator a1+x" for n in (1, 2)]
     assert titles == [f"{pair}, {level} N" for pair in pairs for level in ("0.5", "2")]
-    values = one.response["residual_over_noise"][1, 0, 1, :, 0]
+    values = result.response["residual_over_noise"][1, 0, 1, :, 0]
     np.testing.assert_array_equal(line(figure.axes[3], "residual, real part"), values)
 
 
 @pytest.mark.parametrize(("lines", "scale"), [([10, 20, 40, 80], "linear"), ([1, 2, 3, 80], "log")])
 def test_lines_that_crowd_at_the_lower_end_are_spread(lines, scale):
-    one = misfit()
+    result = misfit()
     at = {"frequency": ("frequency", np.array(lines, dtype=float), {"units": "Hz"})}
     moved = replace(
-        one, response=one.response.assign_coords(at), discrepancy=one.discrepancy.assign_coords(at)
+        result,
+        response=result.response.assign_coords(at),
+        discrepancy=result.discrepancy.assign_coords(at),
     )
     for name, figure in FIGURES.items():
         assert drawn(figure(moved)).axes[0].get_xscale() == scale, name
 
 
 def test_a_map_of_a_single_line_is_drawn():
-    one = misfit()
-    single = one.response.isel(frequency=[1])
+    result = misfit()
+    single = result.response.isel(frequency=[1])
     drawn(
         misfit_plots.residual_map(
-            Misfit(NOTHING, {}, single, NOTHING, NOTHING, one.discrepancy, 0.01, True)
+            Misfit(NOTHING, {}, single, NOTHING, NOTHING, result.discrepancy, 0.01, True)
         )
     )
 
 
 @pytest.mark.parametrize("parts", [True, False])
 def test_the_discrepancy_is_drawn_part_by_part_with_the_residuals(parts):
-    one = misfit(parts)
-    axis = misfit_plots.discrepancy(one).axes[1]
-    response = one.response.isel(sensor=1, actuator=0)
+    result = misfit(parts)
+    axis = misfit_plots.discrepancy(result).axes[1]
+    response = result.response.isel(sensor=1, actuator=0)
     noise = response["residual"] / response["residual_over_noise"]
     expected = {
-        "discrepancy": one.discrepancy["mean"].isel(sensor=1, actuator=0) / noise,
+        "discrepancy": result.discrepancy["mean"].isel(sensor=1, actuator=0) / noise,
         "residual": response["residual_over_noise"],
     }
     for number, part in enumerate([", real part", ", imaginary part"] if parts else [""]):
         for name, values in expected.items():
-            here = values[:, number] if parts else values
-            np.testing.assert_allclose(line(axis, f"{name}{part}"), here)
+            drawn_values = values[:, number] if parts else values
+            np.testing.assert_allclose(line(axis, f"{name}{part}"), drawn_values)
     assert axis.get_ylabel() == "discrepancy\n[noise deviations]"

@@ -1,4 +1,4 @@
-"""placement_plots: what is drawn is what was computed, with units, and the optimum is marked."""
+"""Figures of placements: values, units, and the marked optimum."""
 
 import numpy as np
 import numpy.testing as npt
@@ -95,8 +95,8 @@ def labels(figure):
 
 
 def line(axis, label):
-    (one,) = [line for line in axis.lines if line.get_label() == label]
-    return one.get_xdata(), one.get_ydata()
+    (curve,) = [line for line in axis.lines if line.get_label() == label]
+    return curve.get_xdata(), curve.get_ydata()
 
 
 def panels(figure):
@@ -122,25 +122,25 @@ def test_each_entry_of_the_legend_stands_once_and_within_the_figure(name):
     figure = drawn(FIGURES[name]())
     entries = labels(figure)
     assert len(entries) == len(set(entries)) >= 2 and "best" in entries
-    box, whole = figure.legends[0].get_window_extent(), figure.bbox
-    assert whole.x0 <= box.x0 and box.x1 <= whole.x1
+    box, frame = figure.legends[0].get_window_extent(), figure.bbox
+    assert frame.x0 <= box.x0 and box.x1 <= frame.x1
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_nothing_lies_above_the_star(name):
     for axis in panels(FIGURES[name]()):
-        stars = [one for one in axis.lines if one.get_label() == "best"]
+        stars = [artist for artist in axis.lines if artist.get_label() == "best"]
         assert len(stars) == 1
-        others = [one for one in [*axis.lines, *axis.collections] if one is not stars[0]]
-        drawn_later = [one for one in others if one.get_zorder() > stars[0].get_zorder()]
+        others = [artist for artist in [*axis.lines, *axis.collections] if artist is not stars[0]]
+        drawn_later = [artist for artist in others if artist.get_zorder() > stars[0].get_zorder()]
         assert not drawn_later
 
 
 def test_a_map_shows_its_values_with_the_star_at_the_greatest():
-    whole = hill("s1", "a1")
-    (axis,) = panels(placement_plots.information(whole))
+    gains = hill("s1", "a1")
+    (axis,) = panels(placement_plots.information(gains))
     mesh = axis.collections[0]
-    npt.assert_array_equal(mesh.get_array(), whole["information_gain"].T)
+    npt.assert_array_equal(mesh.get_array(), gains["information_gain"].T)
     corners = mesh.get_coordinates()
     npt.assert_allclose([corners[0, 0], corners[-1, -1]], [(0.05, 0.125), (0.95, 0.875)])
     assert axis.get_xlabel() == "position of s1 [m]"
@@ -149,80 +149,80 @@ def test_a_map_shows_its_values_with_the_star_at_the_greatest():
 
 
 def test_places_that_are_as_good_are_marked():
-    whole = hill("s1", "a1", error=0.05)
-    (axis,) = panels(placement_plots.information(whole))
+    gains = hill("s1", "a1", error=0.05)
+    (axis,) = panels(placement_plots.information(gains))
     x, y = line(axis, "no worse than the best within 2 standard errors")
-    assert 1 < len(x) < whole["information_gain"].size
-    best = float(whole["information_gain"].max())
+    assert 1 < len(x) < gains["information_gain"].size
+    best = float(gains["information_gain"].max())
     for s1, a1 in zip(x, y, strict=True):
-        assert best - float(whole["information_gain"].sel(s1=s1, a1=a1)) < 0.5
+        assert best - float(gains["information_gain"].sel(s1=s1, a1=a1)) < 0.5
 
 
 def test_a_curve_has_its_errors_and_the_star():
-    whole = hill("s1", error=0.02)
-    (axis,) = panels(placement_plots.information(whole))
-    npt.assert_array_equal(line(axis, "information"), [PLACES["s1"], whole["information_gain"]])
+    gains = hill("s1", error=0.02)
+    (axis,) = panels(placement_plots.information(gains))
+    npt.assert_array_equal(line(axis, "information"), [PLACES["s1"], gains["information_gain"]])
     npt.assert_allclose(np.ravel(line(axis, "best")), [0.3, 1.0])
     band = axis.collections[0].get_paths()[0].vertices[:, 1]
     assert band.max() == pytest.approx(
-        float((whole["information_gain"] + 2 * whole["information_gain_se"]).max())
+        float((gains["information_gain"] + 2 * gains["information_gain_se"]).max())
     )
     assert {"± 2 standard errors", "information", "best"} <= set(labels(axis.figure))
 
 
 def test_three_transducers_have_a_panel_for_each_pair_best_over_the_third():
-    whole = hill("s1", "a1", "s2")
-    found = panels(placement_plots.information(whole))
+    gains = hill("s1", "a1", "s2")
+    axes = panels(placement_plots.information(gains))
     pairs = [("s1", "a1"), ("s1", "s2"), ("a1", "s2")]
-    assert len(found) == 3
-    for axis, (across, up) in zip(found, pairs, strict=True):
+    assert len(axes) == 3
+    for axis, (across, up) in zip(axes, pairs, strict=True):
         assert axis.get_xlabel() == f"position of {across} [m]"
         assert axis.get_ylabel() == f"position of {up} [m]"
         (other,) = {"s1", "a1", "s2"} - {across, up}
-        best = whole["information_gain"].max(other).transpose(up, across)
+        best = gains["information_gain"].max(other).transpose(up, across)
         npt.assert_array_equal(axis.collections[0].get_array(), best)
         npt.assert_allclose(np.ravel(line(axis, "best")), [TOP[across], TOP[up]])
 
 
 @pytest.mark.parametrize(("names", "best"), [(("s1",), [4]), (("s1", "a1"), [4, 5])])
 def test_places_in_space_are_seen_where_they_differ(names, best):
-    whole = in_space(*names)
-    found = panels(placement_plots.information(whole))
-    assert len(found) == len(names)
-    for axis, name, number in zip(found, names, best, strict=True):
+    gains = in_space(*names)
+    axes = panels(placement_plots.information(gains))
+    assert len(axes) == len(names)
+    for axis, name, number in zip(axes, names, best, strict=True):
         assert (axis.get_xlabel(), axis.get_ylabel()) == (f"x of {name} [m]", f"z of {name} [m]")
-        at = [float(whole[f"{name}.{one}"][number]) for one in "xz"]
+        at = [float(gains[f"{name}.{coordinate}"][number]) for coordinate in "xz"]
         npt.assert_allclose(np.ravel(line(axis, "best")), at)
         others = [other for other in names if other != name]
         npt.assert_array_equal(
-            axis.collections[0].get_array(), whole["information_gain"].max(others)
+            axis.collections[0].get_array(), gains["information_gain"].max(others)
         )
 
 
 @pytest.mark.parametrize("names", [("s1", "a1"), ("s1", "a1", "s2")])
 def test_maps_of_all_tolerances_share_their_colours(names):
-    one = study(*names)
-    found = panels(placement_plots.tolerances(one))
-    assert [axis.get_title() for axis in found] == [
+    result = study(*names)
+    axes = panels(placement_plots.tolerances(result))
+    assert [axis.get_title() for axis in axes] == [
         "1 times the tolerance",
         "0.5 times the tolerance",
         "0.25 times the tolerance",
     ]
-    limits = {axis.collections[0].get_clim() for axis in found}
+    limits = {axis.collections[0].get_clim() for axis in axes}
     assert limits == {
-        (float(one.maps["information_gain"].min()), float(one.maps["information_gain"].max()))
+        (float(result.maps["information_gain"].min()), float(result.maps["information_gain"].max()))
     }
-    for number, axis in enumerate(found):
-        kl = one.maps["information_gain"].isel({FACTOR: number})
+    for number, axis in enumerate(axes):
+        kl = result.maps["information_gain"].isel({FACTOR: number})
         kl = kl.max("s2") if len(names) > 2 else kl
         npt.assert_array_equal(axis.collections[0].get_array(), kl.T)
-    levels = {tuple(axis.collections[1].levels) for axis in found}
+    levels = {tuple(axis.collections[1].levels) for axis in axes}
     assert len(levels) == 1 and len(*levels) == 6
 
 
 def test_curves_of_all_tolerances_share_their_axis():
-    one = study("s1")
-    limits = {axis.get_ylim() for axis in panels(placement_plots.tolerances(one))}
+    result = study("s1")
+    limits = {axis.get_ylim() for axis in panels(placement_plots.tolerances(result))}
     ((low, high),) = limits
     assert low == 0 and high > 1.6
 

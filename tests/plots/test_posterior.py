@@ -1,4 +1,4 @@
-"""plots: what is drawn is what was given, with units, and a legend that says what is what."""
+"""Figures of a posterior: values, units and legends."""
 
 import io
 
@@ -17,8 +17,8 @@ NOWHERE = {"role": "parameter h", "owner": "damping", "field": "ratio", "compone
 ON_A_LINE = {"role": "placement", "owner": "sensor s1", "field": "position", "component": ""}
 
 
-def draws(values, unit="1", **said):
-    attributes = NOWHERE | {"units": unit} | said
+def draws(values, unit="1", **overrides):
+    attributes = NOWHERE | {"units": unit} | overrides
     return ("chain", "draw"), np.asarray(values).reshape(1, -1), attributes
 
 
@@ -100,13 +100,13 @@ def labels(figure):
 
 
 def line(axis, label):
-    (one,) = [line for line in axis.lines if line.get_label() == label]
-    return one.get_ydata()
+    (curve,) = [line for line in axis.lines if line.get_label() == label]
+    return curve.get_ydata()
 
 
 def steps(axis, label):
-    (one,) = [patch for patch in axis.patches if patch.get_label() == label]
-    return one.get_data()
+    (histogram,) = [patch for patch in axis.patches if patch.get_label() == label]
+    return histogram.get_data()
 
 
 def drawn(figure):
@@ -146,8 +146,10 @@ def test_one_legend_stands_above_the_panels(name):
 
 def test_each_transducer_in_space_has_a_row_and_angles_say_about_what():
     figure = drawn(bp.plots.posterior.placement(result_in_space()))
-    said = {axis.get_xlabel(): axis.get_subplotspec() for axis in figure.axes}
-    assert {label: (one.rowspan.start, one.colspan.start) for label, one in said.items()} == {
+    positions = {axis.get_xlabel(): axis.get_subplotspec() for axis in figure.axes}
+    assert {
+        label: (cell.rowspan.start, cell.colspan.start) for label, cell in positions.items()
+    } == {
         "sensor.s1.position.x [m]": (0, 0),
         "sensor.s1.position.y [m]": (0, 1),
         "sensor.s1.angles.1 about x [rad]": (0, 2),
@@ -158,13 +160,13 @@ def test_each_transducer_in_space_has_a_row_and_angles_say_about_what():
 
 
 def test_measured_points_are_drawn_on_the_band_and_less_its_mean():
-    one = result()
-    one["observed_data"]["measured"][1, 0, 2] = np.nan  # a gap is left out
-    figure = bp.plots.posterior.measured_against_band(one)
+    tree = result()
+    tree["observed_data"]["measured"][1, 0, 2] = np.nan  # a gap is left out
+    figure = bp.plots.posterior.measured_against_band(tree)
     assert len(figure.axes) == 4
     for sensor in range(2):
-        measured = one["observed_data"]["measured"][sensor, 0]
-        mean = one["posterior_predictive"]["measured"][..., sensor, 0, :].mean(("chain", "draw"))
+        measured = tree["observed_data"]["measured"][sensor, 0]
+        mean = tree["posterior_predictive"]["measured"][..., sensor, 0, :].mean(("chain", "draw"))
         upper, lower = figure.axes[2 * sensor : 2 * sensor + 2]
         np.testing.assert_allclose(line(upper, "measured"), measured)
         np.testing.assert_allclose(line(upper, "posterior predictive, mean"), mean)
@@ -176,19 +178,19 @@ def test_measured_points_are_drawn_on_the_band_and_less_its_mean():
 
 
 def test_the_band_holds_nine_draws_in_ten():
-    one = result()
-    axis = bp.plots.posterior.measured_against_band(one).axes[0]
+    tree = result()
+    axis = bp.plots.posterior.measured_against_band(tree).axes[0]
     corners = axis.collections[0].get_paths()[0].vertices
-    predicted = one["posterior_predictive"]["measured"][0, :, 0, 0]
+    predicted = tree["posterior_predictive"]["measured"][0, :, 0, 0]
     at_first = corners[corners[:, 0] == FREQUENCY[0], 1]
     expected = predicted[:, 0].quantile([0.05, 0.95])
     np.testing.assert_allclose([at_first.min(), at_first.max()], expected)
 
 
 def test_complex_outputs_are_drawn_by_the_logarithm_of_their_amplitude():
-    one = result(parts=True)
-    axis = bp.plots.posterior.measured_against_band(one).axes[0]
-    real, imaginary = one["observed_data"]["measured"].values[0, 0]
+    tree = result(parts=True)
+    axis = bp.plots.posterior.measured_against_band(tree).axes[0]
+    real, imaginary = tree["observed_data"]["measured"].values[0, 0]
     np.testing.assert_allclose(line(axis, "measured"), np.log10(np.hypot(real, imaginary)))
     assert axis.get_ylabel() == "log10 of velocity\nper force [(m/s)/N]"
 
@@ -243,20 +245,20 @@ def test_many_channels_have_a_panel_each():
 
 
 def test_each_force_level_has_panels_of_its_own():
-    one = result()
+    tree = result()
     for group in ("posterior_predictive", "observed_data"):
-        first = one[group].to_dataset()
+        first = tree[group].to_dataset()
         second = first.isel(frequency=slice(None, None, -1)).assign_coords(
             frequency=first["frequency"]
         )
         both = [run.assign_coords(force_level=n) for run, n in ((first, 0.5), (second, 2.0))]
-        one[group] = xr.DataTree(xr.concat(both, "force_level"))
-    figure = bp.plots.posterior.measured_against_band(one)
+        tree[group] = xr.DataTree(xr.concat(both, "force_level"))
+    figure = bp.plots.posterior.measured_against_band(tree)
     pairs = [f"sensor s{n}+x, actuator a1+x" for n in (1, 2)]
     assert [axis.get_title() for axis in figure.axes] == [
         f"{pair}, {level} N" for pair in pairs for _ in range(2) for level in ("0.5", "2")
     ]
-    measured = one["observed_data"]["measured"].sel(force_level=2.0)[1, 0]
+    measured = tree["observed_data"]["measured"].sel(force_level=2.0)[1, 0]
     np.testing.assert_array_equal(line(figure.axes[5], "measured"), measured)
 
 
@@ -270,8 +272,8 @@ def test_nodes_of_a_grid_leave_no_gaps():
     node = 0.04 + 0.004 * np.linspace(-3, 3, 15) ** 3 / 9
     share = np.exp(-0.5 * ((node - 0.04) / 0.004) ** 2) * np.gradient(node)
     ratio = np.repeat(node, np.rint(1000 * share / share.sum()).astype(int))
-    one = result(ratio, place=np.full(ratio.size, 0.3))
-    density, _, _ = steps(bp.plots.posterior.parameters(one).axes[0], "posterior")
+    tree = result(ratio, place=np.full(ratio.size, 0.3))
+    density, _, _ = steps(bp.plots.posterior.parameters(tree).axes[0], "posterior")
     assert density.min() > 0
     # The nodes crowd in the middle; the density must not show it.
     middle = np.unique(ratio)
@@ -299,13 +301,13 @@ def test_true_values_are_marked_where_they_are_known():
 
 
 def test_each_element_of_an_array_has_a_panel():
-    one = result()
+    tree = result()
     for group in ("prior", "posterior"):
-        dataset = one[group].to_dataset()
-        several = (("chain", "draw", "i"), RNG.normal(size=(1, 100, 3)), NOWHERE | {"units": "kg"})
-        fresh = xr.Dataset({"structure.mass": several, POSITION: dataset[POSITION][:, :100]})
-        one[group] = xr.DataTree(fresh)
-    figure = drawn(bp.plots.posterior.parameters(one))
+        dataset = tree[group].to_dataset()
+        masses = (("chain", "draw", "i"), RNG.normal(size=(1, 100, 3)), NOWHERE | {"units": "kg"})
+        fresh = xr.Dataset({"structure.mass": masses, POSITION: dataset[POSITION][:, :100]})
+        tree[group] = xr.DataTree(fresh)
+    figure = drawn(bp.plots.posterior.parameters(tree))
     names = [f"structure.mass[{n}] [kg]" for n in range(3)]
     assert [axis.get_xlabel() for axis in figure.axes] == names
 

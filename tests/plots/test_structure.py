@@ -1,4 +1,4 @@
-"""structure_plots: a structure is drawn where it is, and a score where it belongs."""
+"""Figure of a structure: edges, transducers and scores at their places."""
 
 import numpy as np
 import pandas as pd
@@ -30,9 +30,9 @@ def modes(reading, position=CORNERS):
     return modes_from_shapes(handed_over, reading)
 
 
-def lines(found):
+def lines(outline):
     """Set of lines, each the set of its two ends."""
-    points, style = found
+    points, style = outline
     assert style == "-"
     parts = points.reshape(-1, 3, 3)
     assert np.isnan(parts[:, 2]).all()
@@ -40,8 +40,8 @@ def lines(found):
     return {frozenset(map(tuple, pair)) for pair in ends.tolist()}
 
 
-def pairs(*several):
-    return {frozenset(map(tuple, (CORNERS[i], CORNERS[j]))) for i, j in several}
+def pairs(*indices):
+    return {frozenset(map(tuple, (CORNERS[i], CORNERS[j]))) for i, j in indices}
 
 
 def elements(*corners):
@@ -65,13 +65,13 @@ def experiment(structure_modes, at=(0.0, 1.0, 0.0)):
 
 
 def test_lines_triangles_and_tetrahedra_are_drawn_by_their_edges():
-    whole = modes(elements([0, 1], [0, 3]))
-    assert lines(structure_plots.outline(whole)) == pairs((0, 1), (0, 3))
+    segments = modes(elements([0, 1], [0, 3]))
+    assert lines(structure_plots.outline(segments)) == pairs((0, 1), (0, 3))
     face = modes(elements([0, 1, 2]))
     assert lines(structure_plots.outline(face)) == pairs((0, 1), (0, 2), (1, 2))
     solid = modes(elements([0, 1, 2, 3]))
-    every = pairs((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
-    assert lines(structure_plots.outline(solid)) == every
+    edges = pairs((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+    assert lines(structure_plots.outline(solid)) == edges
 
 
 @pytest.mark.parametrize(
@@ -83,10 +83,10 @@ def test_lines_triangles_and_tetrahedra_are_drawn_by_their_edges():
     ids=["rectangles", "bricks"],
 )
 def test_rectangles_and_bricks_have_no_diagonals(mesh, element, count):
-    found = lines(structure_plots.outline(modes(boxes(mesh, element))))
-    assert len(found) == count
-    for one, other in found:
-        assert np.count_nonzero(np.subtract(one, other)) == 1
+    edges = lines(structure_plots.outline(modes(boxes(mesh, element))))
+    assert len(edges) == count
+    for start, end in edges:
+        assert np.count_nonzero(np.subtract(start, end)) == 1
 
 
 @pytest.mark.parametrize("read", [interpolation.nearest, interpolation.scattered])
@@ -99,15 +99,15 @@ def test_nodes_without_elements_are_dots(read):
 
 
 def test_modes_that_do_not_tell_their_nodes_are_a_box():
-    found = lines(structure_plots.outline(Linear()))
-    assert len(found) == 12
-    assert {end for line in found for end in line} >= set(BOUNDS)
+    edges = lines(structure_plots.outline(Linear()))
+    assert len(edges) == 12
+    assert {end for line in edges for end in line} >= set(BOUNDS)
 
 
 def test_of_a_large_mesh_some_lines_are_drawn(monkeypatch):
     monkeypatch.setattr(structure_plots, "MOST_LINES", 4)
-    whole = modes(elements([0, 1, 2, 3]))
-    assert len(lines(structure_plots.outline(whole))) == 3
+    solid = modes(elements([0, 1, 2, 3]))
+    assert len(lines(structure_plots.outline(solid))) == 3
 
 
 @pytest.mark.parametrize(
@@ -124,17 +124,17 @@ def test_of_a_large_mesh_some_lines_are_drawn(monkeypatch):
 )
 def test_what_lies_in_a_plane_is_seen_in_that_plane(size, axes, projection):
     corners = np.array([np.ones(3), 1 + np.array(size)])
-    seen = structure_plots.view(corners)
-    assert (seen.axes, seen.projection) == (axes, projection)
-    assert np.all(seen.low < corners[0])
-    assert np.all(seen.high > corners[1])
-    np.testing.assert_array_equal(seen.project(corners), corners[:, list(axes)].T)
+    shown = structure_plots.view(corners)
+    assert (shown.axes, shown.projection) == (axes, projection)
+    assert np.all(shown.low < corners[0])
+    assert np.all(shown.high > corners[1])
+    np.testing.assert_array_equal(shown.project(corners), corners[:, list(axes)].T)
 
 
 @pytest.fixture(scope="module")
 def frame():
     """Draw an L in the plane of x and z, and what is known of three places on it."""
-    whole = experiment(modes(elements([0, 1], [0, 3]), CORNERS[[0, 1, 3]]), at=(0.0, 0.0, 3.0))
+    bars = experiment(modes(elements([0, 1], [0, 3]), CORNERS[[0, 1, 3]]), at=(0.0, 0.0, 3.0))
     rows = pd.DataFrame(
         {
             "x": [0.0, 0.0, 1.0, 2.0],
@@ -145,25 +145,25 @@ def frame():
     )
     figure = Figure()
     axis = figure.subplots()
-    seen = structure_plots.view(structure_plots.extent(whole, rows))
-    structure_plots.draw_structure(axis, seen, whole)
-    structure_plots.draw_scores(axis, seen, rows, "score [1]")
-    structure_plots.mark_place(axis, seen, (1.5, 0.0, 0.0))
-    structure_plots.name_axes(axis, seen)
+    shown = structure_plots.view(structure_plots.extent(bars, rows))
+    structure_plots.draw_structure(axis, shown, bars)
+    structure_plots.draw_scores(axis, shown, rows, "score [1]")
+    structure_plots.mark_place(axis, shown, (1.5, 0.0, 0.0))
+    structure_plots.name_axes(axis, shown)
     figure.draw_without_rendering()
     return axis
 
 
 def marked(axis, label):
-    (line,) = [one for one in axis.lines if one.get_label() == label]
+    (line,) = [curve for curve in axis.lines if curve.get_label() == label]
     return np.transpose(line.get_data()).tolist()
 
 
 def test_a_place_has_the_colour_of_its_greatest_score(frame):
     (marks,) = frame.collections
     pairs = zip(marks.get_offsets().tolist(), marks.get_array(), strict=True)
-    found = {tuple(at): score for at, score in pairs}
-    assert found == {(0.0, 1.0): 7.0, (1.0, 0.0): 9.0, (2.0, 0.0): 4.0}
+    scores = {tuple(at): score for at, score in pairs}
+    assert scores == {(0.0, 1.0): 7.0, (1.0, 0.0): 9.0, (2.0, 0.0): 4.0}
     assert (marks.norm.vmin, marks.norm.vmax) == (0.0, 9.0)
     assert marked(frame, "greatest score") == [[1.0, 0.0]]
 

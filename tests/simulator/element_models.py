@@ -1,7 +1,4 @@
-"""element_models: in, a name or positions; out, nodes with degrees of freedom, and readings.
-
-Not known here: which interpolation is read.
-"""
+"""Nodes with degrees of freedom, and reference readings of their interpolation."""
 
 import json
 from types import SimpleNamespace

@@ -1,6 +1,6 @@
-"""fine_elements: in, a bar or beam and what is hidden in it; out, all modes of a fine mesh.
+"""All modes of a fine mesh of a bar or beam with hidden effects.
 
-Not known here: bayes_placement, instruments, attachments, noise.
+Independent of bayes_placement.
 
 SI units. A bar moves axially (quadratic elements), a beam in bending (Hermite cubic elements, or
 with shear those of Friedman and Kosmatka, 1993, doi:10.1016/0045-7949(93)90243-7).

@@ -1,6 +1,6 @@
-"""hermite_elements: in, two ends; out, a beam of cubic elements, whole or cut open at a node.
+"""Beams of cubic elements, continuous or with a jump at a node.
 
-Not known here: bayes_placement. Cubic elements are exact at their nodes for forces and jumps there.
+Cubic elements are exact at their nodes for forces and jumps there. Independent of bayes_placement.
 """
 
 import functools

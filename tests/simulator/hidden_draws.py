@@ -1,6 +1,6 @@
-"""hidden_draws: in, a seed and the name of an effect; out, a measured structure that hides it.
+"""Measurements of random structures that hide an effect, by seed and name of the effect.
 
-Not known here: bayes_placement, what a scene is made of.
+Independent of bayes_placement.
 """
 
 from collections.abc import Callable

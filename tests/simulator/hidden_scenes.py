@@ -1,7 +1,7 @@
-"""hidden_scenes: in, a key, an effect and its strength; out, a random structure that hides it.
+"""Random structures that hide an effect of a stated strength.
 
-Not known here: bayes_placement, noise. Bars and beams of random dimensions, material and ends, with
-instruments somewhat off their records; the same for every strength but for what it says.
+Bars and beams of random dimensions, material and ends, with instruments somewhat off their recorded
+positions; only the effect depends on the strength. Independent of bayes_placement.
 """
 
 from collections.abc import Callable

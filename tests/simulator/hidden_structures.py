@@ -1,6 +1,6 @@
-"""hidden_structures: in, a bar or beam, instruments, a hidden effect; out, what would be measured.
+"""Simulated measurements of a bar or beam with instruments and hidden effects.
 
-Not known here: bayes_placement. Every mode of a fine mesh is kept, so that their sum is the direct
+Independent of bayes_placement. Every mode of a fine mesh is kept, so that their sum is the direct
 solution of the mesh, without truncation.
 
 SI units; time convention exp(+i w t).

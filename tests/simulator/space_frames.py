@@ -1,6 +1,7 @@
-"""space_frames: in, nodes and straight members; out, matrices of Euler-Bernoulli elements.
+"""Matrices of straight Euler-Bernoulli members in space.
 
-Not known here: bayes_placement. A round section has no axes of its own, so neither has an element.
+The sections are round, so that an element needs no orientation about its axis. Independent of
+bayes_placement.
 """
 
 from dataclasses import dataclass

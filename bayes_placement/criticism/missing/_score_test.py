@@ -137,7 +137,7 @@ def _weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:
 
 
 def _corrected(unit: np.ndarray, score: np.ndarray) -> float:
-    """Probability that the greatest score of a right model is as large.
+    """Probability that the greatest score of a correct model is as large.
 
     Scores of near places are alike, so that many places count as few: as many as make the
     greatest of so many independent scores as large as that of correlated draws.

@@ -33,9 +33,9 @@ class FittedModel:
     parameters
         Every unknown with its uncertainty.
     chi2_per_datum
-        Mean of |measured - predicted|^2 over E|error|^2; a right model gives 1.
+        Mean of |measured - predicted|^2 over E|error|^2; a correct model gives 1.
     p_value
-        Probability that a right model leaves as much; NaN where it has as many unknowns as data.
+        Probability that a correct model leaves as much; NaN where it has as many unknowns as data.
     log_evidence
         Log of the evidence, by Laplace's method or confirmed by sampling.
     log_evidence_error

@@ -49,7 +49,7 @@ def improve(
     candidates
         `effects.library(experiment)` by default.
     level
-        Probability that a right model fails its check of chi2.
+        Probability that a correct model fails its check of chi2.
     most_effects
         Most effects that are added.
     progress

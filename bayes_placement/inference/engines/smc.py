@@ -74,8 +74,8 @@ class SMC(Engine):
         if self.populations < 2 or self.particles < 20 * self.populations:
             raise InputError(
                 f"engines.SMC(particles={self.particles}, populations={self.populations}) was "
-                "given; at least two populations of 20 particles are needed, since their spread "
-                "tells the error: SMC(particles=2000, populations=4)."
+                "given; at least two populations of 20 particles are needed, since the error "
+                "is estimated from their spread: SMC(particles=2000, populations=4)."
             )
 
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:

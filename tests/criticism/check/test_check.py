@@ -1,4 +1,4 @@
-"""check: a right model passes as often as it says, a wrong one does not, and the place is named."""
+"""Check of a fitted model: correct models pass at the stated level, and wrong ones are located."""
 
 import numpy as np
 import numpyro.distributions as dist
@@ -34,53 +34,53 @@ SETTINGS = {
 
 
 @pytest.fixture(scope="module", params=SETTINGS)
-def many(request, right_model):
-    """Statistics of many right models, of all their data and of the first sensor alone."""
-    trees = [right_model(seed, **SETTINGS[request.param]) for seed in SEEDS]
+def many(request, correct_model):
+    """Statistics of many correct models, of all their data and of the first sensor alone."""
+    trees = [correct_model(seed, **SETTINGS[request.param]) for seed in SEEDS]
     rows = [(statistics(tree), statistics(tree, 0)) for tree in trees]
     return [xr.Dataset({n: ("seed", [r[i][n] for r in rows]) for n in rows[0][0]}) for i in (0, 1)]
 
 
 @pytest.mark.parametrize("group", [0, 1], ids=["all data", "one sensor"])
 @pytest.mark.parametrize("name", ["p_value", "whiteness"])
-def test_p_values_of_right_models_are_uniform(many, name, group):
+def test_p_values_of_correct_models_are_uniform(many, name, group):
     values = many[group][name].values
     assert stats.kstest(values, "uniform").pvalue > 1e-3
     assert np.mean(values < 0.05) < 0.05 + 4 * np.sqrt(0.05 * 0.95 / len(SEEDS))
 
 
 @pytest.mark.parametrize("group", [0, 1], ids=["all data", "one sensor"])
-def test_chi2_of_right_models_has_the_expected_mean_and_spread(many, group):
-    found = many[group]
-    excess = (found["chi2_per_datum"] - found["expected"]) / found["spread"]
+def test_chi2_of_correct_models_has_the_expected_mean_and_spread(many, group):
+    sampled = many[group]
+    excess = (sampled["chi2_per_datum"] - sampled["expected"]) / sampled["spread"]
     assert abs(float(excess.mean())) < 5 / np.sqrt(len(SEEDS))
     # A variance of n normal numbers has a relative error of sqrt(2 / n).
     assert abs(float(excess.var()) - 1) < 5 * np.sqrt(2 / len(SEEDS))
 
 
-def test_predictive_p_values_of_right_models_are_not_extreme(many):
+def test_predictive_p_values_of_correct_models_are_not_extreme(many):
     values = many[0]["predictive"].values
     assert np.mean(values < 0.05) < 0.15
     assert abs(values.mean() - 0.5) < 5 / np.sqrt(12 * len(SEEDS))
 
 
-def test_the_fitted_parameters_are_counted_as_least_squares_does(right_model):
+def test_the_fitted_parameters_are_counted_as_least_squares_does(correct_model):
     # A flat prior: p parameters of 2 N numbers, by the law of least squares.
-    found = statistics(right_model(0, unknowns=8, prior=1e3, draws=4000))
+    row = statistics(correct_model(0, unknowns=8, prior=1e3, draws=4000))
     numbers = 3 * 2 * 2 * 60
-    assert found["data"] == numbers / 2
-    assert found["expected"] == pytest.approx(1 - 8 / numbers, abs=5 * np.sqrt(16 / 4000) / numbers)
-    assert found["spread"] == pytest.approx(np.sqrt(2 * (numbers - 8)) / numbers, rel=1e-3)
+    assert row["data"] == numbers / 2
+    assert row["expected"] == pytest.approx(1 - 8 / numbers, abs=5 * np.sqrt(16 / 4000) / numbers)
+    assert row["spread"] == pytest.approx(np.sqrt(2 * (numbers - 8)) / numbers, rel=1e-3)
 
 
-def test_parameters_that_the_data_do_not_move_are_not_counted(right_model):
-    found = statistics(right_model(0, unknowns=8, prior=1e-4))
-    assert found["expected"] == pytest.approx(1, abs=1e-4)
+def test_parameters_that_the_data_do_not_move_are_not_counted(correct_model):
+    row = statistics(correct_model(0, unknowns=8, prior=1e-4))
+    assert row["expected"] == pytest.approx(1, abs=1e-4)
 
 
-def test_two_answers_that_both_misfit_are_no_fit(right_model):
+def test_two_answers_that_both_misfit_are_no_fit(correct_model):
     # A posterior of two modes far apart has a large spread; it must not excuse the misfit.
-    tree = right_model(0, missing=3.0)
+    tree = correct_model(0, missing=3.0)
     response = tree["posterior_predictive"]["response"]
     response[:, ::2] += 5.0
     response[:, 1::2] -= 5.0
@@ -88,27 +88,27 @@ def test_two_answers_that_both_misfit_are_no_fit(right_model):
 
 
 @pytest.fixture(scope="module")
-def wrong(right_model):
+def wrong(correct_model):
     """A model that misses 5 noise deviations around 300 Hz, on the second sensor alone."""
     missing = np.zeros((3, 1, 1, 60))
     missing[1, 0, 0] = 5 * bump()
-    return check(right_model(1, missing=missing))
+    return check(correct_model(1, missing=missing))
 
 
 @pytest.fixture(scope="module")
-def right(right_model):
-    return check(right_model(2))
+def right(correct_model):
+    return check(correct_model(2))
 
 
 @pytest.fixture(scope="module")
-def unknown_noise(right_model):
+def unknown_noise(correct_model):
     """The same of a model whose noise level is not known, with two force levels."""
     missing = np.zeros((3, 1, 1, 120))
     missing[1, 0, 0, :60] = 5 * bump(width=25)
-    return check(right_model(3, missing=missing, known=False, levels=2))
+    return check(correct_model(3, missing=missing, known=False, levels=2))
 
 
-def test_a_right_model_passes_and_a_wrong_one_does_not(right, wrong):
+def test_a_correct_model_passes_and_a_wrong_one_does_not(right, wrong):
     assert right.passed
     assert right.words() == [right.words()[0]]
     assert right.words()[0].startswith("The model explains the data: chi2 per datum is ")
@@ -134,8 +134,8 @@ def test_groups_partition_the_data(wrong):
         assert float(mean) == pytest.approx(float(wrong.overall["chi2_per_datum"]))
 
 
-def test_chi2_is_the_mean_over_complex_data(right_model):
-    tree = right_model(1)
+def test_chi2_is_the_mean_over_complex_data(correct_model):
+    tree = correct_model(1)
     observed = tree["observed_data"]["measured"] - tree["posterior_predictive"]["response"].mean(
         ("chain", "draw")
     )
@@ -144,12 +144,12 @@ def test_chi2_is_the_mean_over_complex_data(right_model):
     assert statistics(tree)["chi2_per_datum"] == pytest.approx(float(expected))
 
 
-def test_without_a_noise_level_whiteness_decides(unknown_noise, right_model):
+def test_without_a_noise_level_whiteness_decides(unknown_noise, correct_model):
     assert not unknown_noise.passed
     assert np.isnan(unknown_noise.overall["chi2_per_datum"])
     assert unknown_noise.worst("sensor")["sensor"] == "s2"
     assert "The noise level is not known" in unknown_noise.words()[0]
-    assert check(right_model(4, known=False)).passed
+    assert check(correct_model(4, known=False)).passed
 
 
 def test_force_levels_are_told_apart(unknown_noise):
@@ -162,16 +162,16 @@ def test_force_levels_are_told_apart(unknown_noise):
     assert list(unknown_noise.discrepancy["force_level"]) == [2.0, 4.0]
 
 
-def test_lines_of_two_force_levels_are_no_neighbours(right_model):
+def test_lines_of_two_force_levels_are_no_neighbours(correct_model):
     # Each level ends far off, with opposite sign to the start of the next: no trend within one.
-    one = residuals(right_model(0, levels=2))
-    pairs = Statistics(one)._pairs(1)[1]
+    data = residuals(correct_model(0, levels=2))
+    pairs = Statistics(data)._pairs(1)[1]
     assert np.all(pairs[:, :, 59] == 0)
     assert np.all(pairs[:, :, [58, 60]] != 0)
 
 
-def test_lines_in_any_order_give_the_same(right_model):
-    tree = right_model(5, missing=bump())
+def test_lines_in_any_order_give_the_same(correct_model):
+    tree = correct_model(5, missing=bump())
     order = np.random.default_rng(0).permutation(60)
     shuffled = xr.DataTree.from_dict(
         {
@@ -183,51 +183,51 @@ def test_lines_in_any_order_give_the_same(right_model):
     assert first == pytest.approx(second)
 
 
-def test_what_was_not_measured_does_not_count(right_model):
-    tree = right_model(6)
-    whole = check(tree)
+def test_what_was_not_measured_does_not_count(correct_model):
+    tree = correct_model(6)
+    complete = check(tree)
     tree["observed_data"]["measured"][0, 0, :, :30] = np.nan
     tree["posterior_predictive"]["response"][..., 0, 0, :, :30] += 1e3
     gap = check(tree)
-    assert float(gap.overall["data"]) == float(whole.overall["data"]) - 30
+    assert float(gap.overall["data"]) == float(complete.overall["data"]) - 30
     assert gap.passed
     assert np.isnan(gap.response["residual"][0, 0, :30]).all()
-    np.testing.assert_allclose(gap.response["residual"][1], whole.response["residual"][1])
+    np.testing.assert_allclose(gap.response["residual"][1], complete.response["residual"][1])
 
 
-def test_whiteness_sees_a_smooth_misfit_below_the_noise(right_model):
+def test_whiteness_sees_a_smooth_misfit_below_the_noise(correct_model):
     # Less than a noise deviation over a third of the band, which chi2 hardly sees.
-    found = [statistics(right_model(seed, missing=0.8 * bump(width=50))) for seed in range(20)]
-    assert sum(one["whiteness"] < 0.01 for one in found) >= 16
-    assert sum(one["p_value"] < 0.01 for one in found) < 10
+    rows = [statistics(correct_model(seed, missing=0.8 * bump(width=50))) for seed in range(20)]
+    assert sum(row["whiteness"] < 0.01 for row in rows) >= 16
+    assert sum(row["p_value"] < 0.01 for row in rows) < 10
 
 
-def test_noise_that_is_stated_too_large_is_said(right_model):
-    tree = right_model(7)
+def test_noise_that_is_stated_too_large_is_said(correct_model):
+    tree = correct_model(7)
     tree["observed_data"]["deviation"] *= 1.5
     misfit = check(tree)
     assert misfit.passed
     assert misfit.words()[0].endswith("the stated noise is too large.")
 
 
-def test_too_few_lines_without_noise_cannot_be_judged(right_model):
-    misfit = check(right_model(8, shape=(1, 1, 1, 6), unknowns=2, known=False, noise=False))
+def test_too_few_lines_without_noise_cannot_be_judged(correct_model):
+    misfit = check(correct_model(8, shape=(1, 1, 1, 6), unknowns=2, known=False, noise=False))
     assert not misfit.passed
     assert "cannot be decided" in misfit.words()[0]
     assert "too few lines" in misfit.words()[0]
     assert np.isnan(misfit.overall["predictive"])
 
 
-def test_as_many_unknowns_as_data_cannot_be_judged(right_model):
-    tree = right_model(9, shape=(1, 1, 2, 2), unknowns=4, prior=1e3)
+def test_as_many_unknowns_as_data_cannot_be_judged(correct_model):
+    tree = correct_model(9, shape=(1, 1, 2, 2), unknowns=4, prior=1e3)
     tree["posterior_predictive"]["response"] *= 1.001  # as sampling error may leave it
     misfit = check(tree)
     assert not misfit.passed
     assert "as many unknowns as data" in misfit.words()[0]
 
 
-def test_a_smooth_misfit_below_the_noise_is_said(right_model):
-    misfit = check(right_model(7, missing=0.7 * bump(width=50)))
+def test_a_smooth_misfit_below_the_noise_is_said(correct_model):
+    misfit = check(correct_model(7, missing=0.7 * bump(width=50)))
     assert misfit.passed
     assert misfit.words()[1].startswith(
         "However, residuals of neighbouring lines are correlated (p"
@@ -240,8 +240,8 @@ def piled(at):
 
 
 @pytest.mark.parametrize(("at", "side"), [((1, 40), "lower"), ((40, 1), "upper"), ((5, 5), None)])
-def test_what_is_piled_up_at_the_edge_of_its_prior_is_named(right_model, at, side):
-    tree = right_model(10)
+def test_what_is_piled_up_at_the_edge_of_its_prior_is_named(correct_model, at, side):
+    tree = correct_model(10)
     tree["posterior"] = xr.DataTree(
         xr.Dataset({"sensor.s1.position": (("chain", "draw"), piled(at))})
     )
@@ -288,17 +288,17 @@ def test_correlations_lie_in_their_band(wrong):
         ({"bands": 0}, "bands=0 was given; at least 1 is needed"),
     ],
 )
-def test_settings_out_of_range_are_refused(right_model, change, message):
+def test_settings_out_of_range_are_refused(correct_model, change, message):
     with pytest.raises(ValueError, match=message):
-        check(right_model(0), **change)
+        check(correct_model(0), **change)
 
 
-def test_what_is_no_result_of_an_inference_is_refused(right_model):
-    tree = right_model(0)
+def test_what_is_no_result_of_an_inference_is_refused(correct_model):
+    tree = correct_model(0)
     del tree["observed_data"]
     with pytest.raises(ValueError, match="without the group observed_data was given"):
         check(tree)
-    single = right_model(0)
+    single = correct_model(0)
     predicted = single["posterior_predictive"].to_dataset().isel(draw=[0])
     single["posterior_predictive"] = xr.DataTree(predicted)
     with pytest.raises(ValueError, match="holds one draw of the response; at least two"):

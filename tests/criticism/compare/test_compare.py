@@ -1,4 +1,4 @@
-"""compare: evidence and leave-one-out against closed forms, whatever quantity was observed."""
+"""Evidence and PSIS-LOO against closed forms, for any observed quantity."""
 
 import warnings
 
@@ -67,7 +67,7 @@ class Linear:
 
     def equations(self, observation):
         """Matrix, right side and deviation of the outputs, one row for each, lines last."""
-        columns = [self.outputs(one, observation).ravel() for one in self.basis]
+        columns = [self.outputs(shape, observation).ravel() for shape in self.basis]
         scale = self.deviation * OMEGA**observation.derivative
         deviation = np.stack([scale, scale], axis=2)
         return np.array(columns).T, self.outputs(self.measured, observation), deviation
@@ -102,13 +102,13 @@ class Linear:
         number = np.arange(np.prod(SHAPE)).reshape(SHAPE)
         place = np.stack([number, number], axis=2).ravel()
         total = 0.0
-        for one in number.ravel():
-            out, kept = place == one, place != one
+        for datum in number.ravel():
+            out, kept = place == datum, place != datum
             mean, covariance = self.posterior(matrix[kept], z[kept], deviation[kept])
             unit = deviation[out][0]
             part = matrix[out] / unit
-            law = multivariate_normal(part @ mean, part @ covariance @ part.T + np.eye(2))
-            total += law.logpdf(z[out] / unit) - 2 * np.log(unit)
+            predictive = multivariate_normal(part @ mean, part @ covariance @ part.T + np.eye(2))
+            total += predictive.logpdf(z[out] / unit) - 2 * np.log(unit)
         return total
 
 
@@ -129,48 +129,50 @@ def poor(right):
 
 def test_log_bayes_factors_are_those_of_the_closed_form(right, wide, poor):
     models = {"poor": poor, "right": right, "wide": wide}
-    table = compare({name: one.result() for name, one in models.items()}).table
+    table = compare({name: model.result() for name, model in models.items()}).table
     observation = observe.Complex("displacement")
-    for name, one in models.items():
-        expected = one.evidence(observation) - right.evidence(observation)
+    for name, model in models.items():
+        expected = model.evidence(observation) - right.evidence(observation)
         assert table.loc[name, "log_bayes_factor"] == pytest.approx(expected, abs=1e-9)
-        assert table.loc[name, "log_evidence"] == pytest.approx(one.evidence(observation))
+        assert table.loc[name, "log_evidence"] == pytest.approx(model.evidence(observation))
     assert table.loc["wide", "log_bayes_factor"] < -3
     assert table.loc["poor", "log_bayes_factor"] < -10
 
 
 def test_elpd_is_that_of_refitting_without_each_datum(right, wide):
-    found = []
+    elpd = []
     for seed in range(8):
         results = {"right": right.result(seed=seed), "wide": wide.result(seed=seed + 100)}
-        found.append(compare(results).table["elpd_loo"])
-    found = pd.DataFrame(found)
-    for name, one in [("right", right), ("wide", wide)]:
-        error = found[name].std(ddof=1) / np.sqrt(8)
-        assert abs(found[name].mean() - one.left_out()) < 5 * error
+        elpd.append(compare(results).table["elpd_loo"])
+    elpd = pd.DataFrame(elpd)
+    for name, model in [("right", right), ("wide", wide)]:
+        error = elpd[name].std(ddof=1) / np.sqrt(8)
+        assert abs(elpd[name].mean() - model.left_out()) < 5 * error
         assert error < 0.1
 
 
 def test_figures_are_those_of_arviz(right, wide):
     results = {"wide": wide.result(), "right": right.result()}
     table = compare(results).table
-    whole = {}
+    loo = {}
     for name, result in results.items():
-        one = result["log_likelihood"]["measured"].sum("part")
-        together = xr.Dataset({"measured": one.drop_vars(list(one.coords))})
+        likelihood = result["log_likelihood"]["measured"].sum("part")
+        together = xr.Dataset({"measured": likelihood.drop_vars(list(likelihood.coords))})
         groups = {"/posterior": result["posterior"].to_dataset(), "/log_likelihood": together}
-        whole[name] = arviz_stats.loo(xr.DataTree.from_dict(groups), pointwise=True)
+        loo[name] = arviz_stats.loo(xr.DataTree.from_dict(groups), pointwise=True)
     with warnings.catch_warnings():  # its pandas is an older one
         warnings.simplefilter("ignore", pd.errors.Pandas4Warning)
-        other = arviz_stats.compare(whole, method="pseudo-BMA")
-    assert other.index[0] == table["elpd_loo"].idxmax()
-    behind = other.index[1]
-    np.testing.assert_allclose(table.loc[behind, "elpd_difference"], -other["elpd_diff"].iloc[1])
-    np.testing.assert_allclose(table.loc[behind, "elpd_difference_error"], other["dse"].iloc[1])
-    for name, expected in other.iterrows():
+        reference = arviz_stats.compare(loo, method="pseudo-BMA")
+    assert reference.index[0] == table["elpd_loo"].idxmax()
+    behind = reference.index[1]
+    np.testing.assert_allclose(
+        table.loc[behind, "elpd_difference"], -reference["elpd_diff"].iloc[1]
+    )
+    np.testing.assert_allclose(table.loc[behind, "elpd_difference_error"], reference["dse"].iloc[1])
+    for name, expected in reference.iterrows():
         np.testing.assert_allclose(table.loc[name, "p_loo"], expected["p"])
         np.testing.assert_allclose(table.loc[name, "elpd_loo_error"], expected["se"])
-        largest = float(whole[name].pareto_k.max())
+        largest = float(loo[name].pareto_k.max())
         assert table.loc[name, "pareto_k"] == pytest.approx(largest)
 
 
@@ -244,8 +246,8 @@ def test_channels_may_stand_in_another_order_and_some_be_absent(right):
     table = compare({"one": result, "turned": turned, "whole": result}).table
     np.testing.assert_allclose(table["elpd_loo"], table["elpd_loo"].iloc[0])
     np.testing.assert_array_equal(table["elpd_difference_error"], 0.0)
-    whole = compare({"one": right.result(), "other": right.result()}).table
-    assert table["elpd_loo"].iloc[0] != pytest.approx(whole["elpd_loo"].iloc[0])
+    complete = compare({"one": right.result(), "other": right.result()}).table
+    assert table["elpd_loo"].iloc[0] != pytest.approx(complete["elpd_loo"].iloc[0])
 
 
 def changed(result, **variables):
@@ -289,12 +291,12 @@ def bars():
 
 
 def test_inferences_of_two_quantities_are_one_and_the_same(bars):
-    found = compare(bars)
-    first, second = found.table.to_dict("records")
+    comparison = compare(bars)
+    first, second = comparison.table.to_dict("records")
     for name in ("log_evidence", "elpd_loo", "p_loo", "pareto_k"):
         assert second[name] == pytest.approx(first[name], rel=1e-6), name
-    assert 'PSIS-LOO does not separate "' in str(found)
-    raw = [float(one["estimates"]["log_evidence"]) for one in bars.values()]
+    assert 'PSIS-LOO does not separate "' in str(comparison)
+    raw = [float(result["estimates"]["log_evidence"]) for result in bars.values()]
     assert raw[0] == first["log_evidence"]
     assert abs(raw[1] - raw[0]) > 50
 
@@ -302,9 +304,11 @@ def test_inferences_of_two_quantities_are_one_and_the_same(bars):
 def row(evidence=(10.0, 0.1), factor=(0.0, 0.0), elpd=(0.0, 0.0), pareto=(0.4, 0.0)):
     names = ["log_evidence", "log_bayes_factor", "elpd_difference"]
     pairs = dict(zip(names, (evidence, factor, elpd), strict=True))
-    found = {n: v for n, (v, _) in pairs.items()} | {f"{n}_error": e for n, (_, e) in pairs.items()}
-    found |= {"elpd_loo": 100 + elpd[0], "elpd_loo_error": 5.0, "p_loo": 3.0}
-    return found | {"pareto_k": pareto[0], "pareto_k_bad": pareto[1]}
+    columns = {n: v for n, (v, _) in pairs.items()} | {
+        f"{n}_error": e for n, (_, e) in pairs.items()
+    }
+    columns |= {"elpd_loo": 100 + elpd[0], "elpd_loo_error": 5.0, "p_loo": 3.0}
+    return columns | {"pareto_k": pareto[0], "pareto_k_bad": pareto[1]}
 
 
 def words(**rows):
@@ -321,16 +325,16 @@ def words(**rows):
     ],
 )
 def test_words_name_the_strength_of_the_evidence(gap, strength):
-    found = words(a=row(), b=row((10 - gap, 0.1), (-gap, 0.14)))
+    sentences = words(a=row(), b=row((10 - gap, 0.1), (-gap, 0.14)))
     assert (
         f'The evidence prefers "a" to "b": log Bayes factor {gap:.1f} ± 0.14, {strength} on the '
         "scale of Kass and Raftery."
-    ) in found
+    ) in sentences
 
 
 def test_words_do_not_rank_within_the_sampling_error():
-    found = words(a=row(), b=row((9.0, 0.5), (-1.0, 0.55)))
-    assert any(line.startswith('The evidence does not separate "a" and "b"') for line in found)
+    sentences = words(a=row(), b=row((9.0, 0.5), (-1.0, 0.55)))
+    assert any(line.startswith('The evidence does not separate "a" and "b"') for line in sentences)
 
 
 @pytest.mark.parametrize(
@@ -342,14 +346,14 @@ def test_words_do_not_rank_within_the_sampling_error():
     ],
 )
 def test_words_say_what_loo_prefers(elpd, begins):
-    found = words(a=row(), b=row((5.0, 0.1), (-5.0, 0.14), elpd))
-    assert any(line.startswith(begins) for line in found)
+    sentences = words(a=row(), b=row((5.0, 0.1), (-5.0, 0.14), elpd))
+    assert any(line.startswith(begins) for line in sentences)
 
 
 def test_words_say_where_evidence_and_loo_disagree():
     sentence = 'Evidence and PSIS-LOO disagree: evidence prefers "a", PSIS-LOO prefers "b"'
-    found = words(a=row(elpd=(-20.0, 5.0)), b=row((5.0, 0.1), (-5.0, 0.14)))
-    assert any(line.startswith(sentence) for line in found)
+    sentences = words(a=row(elpd=(-20.0, 5.0)), b=row((5.0, 0.1), (-5.0, 0.14)))
+    assert any(line.startswith(sentence) for line in sentences)
     weak = words(a=row(elpd=(-3.0, 5.0)), b=row((5.0, 0.1), (-5.0, 0.14)))
     assert not any("disagree" in line for line in weak)
     unsure = words(a=row(elpd=(-20.0, 5.0)), b=row((5.0, 3.0), (-5.0, 4.0)))
@@ -359,8 +363,8 @@ def test_words_say_where_evidence_and_loo_disagree():
 
 
 def test_words_name_whose_loo_is_not_to_be_trusted():
-    found = words(a=row(), b=row((5.0, 0.1), (-5.0, 0.14), pareto=(1.25, 0.125)))
-    (line,) = [line for line in found if "Pareto k" in line]
+    sentences = words(a=row(), b=row((5.0, 0.1), (-5.0, 0.14), pareto=(1.25, 0.125)))
+    (line,) = [line for line in sentences if "Pareto k" in line]
     assert line.startswith('PSIS-LOO of "b" is unreliable: 12 % of its data have a Pareto k')
     assert "(largest 1.25)" in line
 
@@ -369,9 +373,9 @@ def test_a_datum_that_moves_the_posterior_has_a_large_pareto_k(right):
     result = right.result()
     # One datum whose likelihood alone spreads over many orders of magnitude.
     result["log_likelihood"]["measured"][0, :, 0, 0, 0, 5] = np.linspace(-80.0, 0.0, DRAWS) ** 3
-    found = compare({"spoilt": result, "right": right.result()})
-    assert found.table.loc["spoilt", "pareto_k_bad"] == pytest.approx(1 / np.prod(SHAPE))
-    assert any('PSIS-LOO of "spoilt" is unreliable' in line for line in found.words())
+    comparison = compare({"spoilt": result, "right": right.result()})
+    assert comparison.table.loc["spoilt", "pareto_k_bad"] == pytest.approx(1 / np.prod(SHAPE))
+    assert any('PSIS-LOO of "spoilt" is unreliable' in line for line in comparison.words())
 
 
 def test_the_text_holds_table_warnings_and_words(right, wide):
@@ -387,30 +391,31 @@ def test_the_text_holds_table_warnings_and_words(right, wide):
 def test_a_model_without_evidence_is_compared_by_loo_alone(right, poor):
     results = {"right": right.result(), "poor": poor.result()}
     results["poor"]["estimates"]["log_evidence"] = np.nan
-    found = compare(results).words()
-    assert '"poor" has no evidence; engines.SMC() computes it.' in found
-    assert any(line.startswith('PSIS-LOO prefers "right" to "poor"') for line in found)
-    assert not any("The evidence" in line for line in found)
+    sentences = compare(results).words()
+    assert '"poor" has no evidence; engines.SMC() computes it.' in sentences
+    assert any(line.startswith('PSIS-LOO prefers "right" to "poor"') for line in sentences)
+    assert not any("The evidence" in line for line in sentences)
 
 
 def test_a_model_without_likelihoods_of_each_datum_is_compared_by_evidence_alone(right, poor):
     results = {"right": right.result(), "poor": poor.result()}
-    whole = results["poor"]["log_likelihood"]["measured"].sum(
+    total = results["poor"]["log_likelihood"]["measured"].sum(
         ("sensor", "actuator", "part", "frequency")
     )
-    results["poor"]["log_likelihood"] = xr.Dataset({"measured": whole})
-    found = compare(results).words()
+    results["poor"]["log_likelihood"] = xr.Dataset({"measured": total})
+    sentences = compare(results).words()
     assert any(
-        line.startswith('"poor" has no PSIS-LOO, which needs 100 distinct draws') for line in found
+        line.startswith('"poor" has no PSIS-LOO, which needs 100 distinct draws')
+        for line in sentences
     )
-    assert any(line.startswith('The evidence prefers "right" to "poor"') for line in found)
-    assert not any("PSIS-LOO prefers" in line for line in found)
+    assert any(line.startswith('The evidence prefers "right" to "poor"') for line in sentences)
+    assert not any("PSIS-LOO prefers" in line for line in sentences)
 
 
 def test_without_either_figure_nothing_is_compared(right):
     results = {"a": right.result(draws=20), "b": right.result(draws=20)}
-    for one in results.values():
-        one["estimates"]["log_evidence"] = np.nan
+    for result in results.values():
+        result["estimates"]["log_evidence"] = np.nan
     with pytest.raises(ValueError, match=r"No two of these models have an evidence.*engines.SMC"):
         compare(results)
 

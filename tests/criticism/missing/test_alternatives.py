@@ -1,4 +1,4 @@
-"""alternatives: which explanations survive, with what odds, and their draws."""
+"""Alternative explanations: which are kept, with what odds, and their draws."""
 
 from types import SimpleNamespace
 
@@ -18,7 +18,7 @@ MASS, SPRING = effects.point_mass(0.3, 0.1), effects.ground_spring(0.3, 1e5)
 NAME = "structure.damping.ratio"
 
 
-def hypothesis(log_evidence, squares, *own):
+def hypothesis(log_evidence, squares, *added):
     """A fit of so many squares over 100 data, of one unknown."""
     problem = SimpleNamespace(
         experiment=experiment(),
@@ -28,39 +28,39 @@ def hypothesis(log_evidence, squares, *own):
     )
     gaussian = laplace(np.zeros(1), 100.0 * np.eye(1))
     fit = Fit(np.zeros(1), 0.0, squares, gaussian, log_evidence, 1)
-    return Hypothesis(own, problem, fit)
+    return Hypothesis(added, problem, fit)
 
 
-def found(*several):
-    pool = Comparison(list(several), {"point_mass": 1, "ground_spring": 1})
-    return alternatives(pool, several, {})
+def explanations(*hypotheses):
+    pool = Comparison(list(hypotheses), {"point_mass": 1, "ground_spring": 1})
+    return alternatives(pool, hypotheses, {})
 
 
 def test_nearly_as_probable_explanations_survive():
-    one, other = found(hypothesis(-50.0, 400.0, MASS), hypothesis(-51.0, 400.0, SPRING))
-    assert (one.name, other.name) == ("point_mass", "ground_spring")
-    assert (one.probability, other.probability) == pytest.approx((1.0, np.exp(-1.0)))
+    mass, spring = explanations(hypothesis(-50.0, 400.0, MASS), hypothesis(-51.0, 400.0, SPRING))
+    assert (mass.name, spring.name) == ("point_mass", "ground_spring")
+    assert (mass.probability, spring.probability) == pytest.approx((1.0, np.exp(-1.0)))
 
 
 def test_what_is_improbable_and_misfits_does_not_survive():
-    (one,) = found(hypothesis(-50.0, 100.0, MASS), hypothesis(-55.0, 300.0, SPRING))
-    assert one.name == "point_mass"
+    (mass,) = explanations(hypothesis(-50.0, 100.0, MASS), hypothesis(-55.0, 300.0, SPRING))
+    assert mass.name == "point_mass"
 
 
 def test_what_explains_the_data_down_to_the_noise_survives_with_the_least_odds():
-    several = found(hypothesis(-50.0, 100.0, MASS), hypothesis(-70.0, 101.0, SPRING))
-    assert [one.name for one in several] == ["point_mass", "ground_spring"]
-    assert several[1].probability == pytest.approx(np.exp(-STRONG))
+    survivors = explanations(hypothesis(-50.0, 100.0, MASS), hypothesis(-70.0, 101.0, SPRING))
+    assert [explanation.name for explanation in survivors] == ["point_mass", "ground_spring"]
+    assert survivors[1].probability == pytest.approx(np.exp(-STRONG))
 
 
 def test_one_effect_more_than_needed_is_no_explanation_besides():
-    assert len(found(hypothesis(-50.0, 100.0), hypothesis(-70.0, 99.0, MASS))) == 1
-    assert found(hypothesis(-50.0, 100.0))[0].name == "nothing_missing"
+    assert len(explanations(hypothesis(-50.0, 100.0), hypothesis(-70.0, 99.0, MASS))) == 1
+    assert explanations(hypothesis(-50.0, 100.0))[0].name == "nothing_missing"
 
 
 def test_draws_are_those_that_were_sampled_or_of_the_gaussian():
-    one, other = hypothesis(-50.0, 100.0, MASS), hypothesis(-50.1, 100.0, SPRING)
-    sampled = {id(one): SampledPosterior(np.full((7, 1), 3.0), -50.0, 0.1)}
-    first, second = alternatives(Comparison([one, other], {}), [one, other], sampled)
+    mass, spring = hypothesis(-50.0, 100.0, MASS), hypothesis(-50.1, 100.0, SPRING)
+    sampled = {id(mass): SampledPosterior(np.full((7, 1), 3.0), -50.0, 0.1)}
+    first, second = alternatives(Comparison([mass, spring], {}), [mass, spring], sampled)
     np.testing.assert_array_equal(first.draws[NAME], np.full(7, 3.0))
     assert second.draws[NAME].std() == pytest.approx(0.1, rel=0.1)

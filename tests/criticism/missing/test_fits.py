@@ -1,4 +1,4 @@
-"""Fits of an experiment: the truth is found, also of an unknown noise, and held-out data."""
+"""Fits of an experiment: the truth, an unknown noise level, and held-out data."""
 
 import dataclasses
 
@@ -18,8 +18,8 @@ from tests.criticism.small import TRUTH, experiment, measured, without_coherence
 
 @pytest.fixture(scope="module")
 def null():
-    one = experiment()
-    return null_hypothesis(one, one.data(measured()))
+    bar = experiment()
+    return null_hypothesis(bar, bar.data(measured()))
 
 
 def test_every_start_finds_the_truth(null):
@@ -36,8 +36,8 @@ def test_the_fit_is_where_another_optimiser_ends(null):
     def cost(point):
         return float(null.problem.squares.normal_equations(point[None]).cost[0])
 
-    found = minimize(cost, null.fit.point + 0.02, method="Powell", options={"xtol": 1e-6})
-    assert null.fit.cost < found.fun + 1e-3
+    reference = minimize(cost, null.fit.point + 0.02, method="Powell", options={"xtol": 1e-6})
+    assert null.fit.cost < reference.fun + 1e-3
 
 
 def test_slopes_are_those_of_autodiff(null):
@@ -48,26 +48,26 @@ def test_slopes_are_those_of_autodiff(null):
 
 
 def test_an_unknown_noise_level_is_fitted_too():
-    one = experiment()
+    bar = experiment()
     sigma = dist.LogUniform(1e-3, 1.0)
     noisy = bp.Experiment(
-        one.structure,
-        sensors=list(one.sensor.values()),
-        actuators=list(one.actuator.values()),
-        frequency=one.frequency,
+        bar.structure,
+        sensors=list(bar.sensor.values()),
+        actuators=list(bar.actuator.values()),
+        frequency=bar.frequency,
         observe=bp.observe.LogAmplitude("acceleration"),
         noise=bp.noise.Gaussian(sigma),
     )
     data = noisy.data(without_coherence(measured()))
-    found = null_hypothesis(noisy, data)
-    level = found.problem.coordinates.named(found.fit.point[None])["noise.sigma"][0]
+    hypothesis = null_hypothesis(noisy, data)
+    level = hypothesis.problem.coordinates.named(hypothesis.fit.point[None])["noise.sigma"][0]
     expected = np.sqrt((1 - 0.997) / 32 / 0.997 / 2) / np.log(10)
     assert level == pytest.approx(expected, rel=0.25)  # 120 data: 6 % standard error
-    assert found.chi2_per_datum == pytest.approx(1.0, abs=0.1)
+    assert hypothesis.chi2_per_datum == pytest.approx(1.0, abs=0.1)
 
 
 def test_held_out_data_are_predicted_as_well_as_the_noise_allows(null):
-    # A right model leaves unit residuals: -0.5 (1 + log 2 pi) less the logs of the deviations.
+    # A correct model leaves unit residuals: -0.5 (1 + log 2 pi) less the logs of the deviations.
     _, spread = null.problem.squares.residuals(null.fit.point[None])
     ideal = -0.5 * (1 + np.log(2 * np.pi)) - spread[0] / null.problem.count
     assert held_out(null) == pytest.approx(ideal, abs=0.2)

@@ -1,4 +1,4 @@
-"""improve: a hidden effect found, nothing found where nothing is, and what is said of it."""
+"""Improve: hidden effects are found, nothing is claimed where none is, and what the ledger says."""
 
 import dataclasses
 import json
@@ -47,9 +47,9 @@ def test_a_hidden_mass_is_named_and_the_error_falls_to_the_noise(with_mass):
 
 
 def test_the_true_mass_and_its_place_lie_in_their_intervals(with_mass):
-    found = with_mass.steps[-1].parameters
-    mass = found["structure.effects.point_mass.mass"]
-    place = found["structure.effects.point_mass.at"]
+    parameters = with_mass.steps[-1].parameters
+    mass = parameters["structure.effects.point_mass.mass"]
+    place = parameters["structure.effects.point_mass.at"]
     assert mass.low < MASS.mass < mass.high
     assert place.low < MASS.at < place.high
     assert mass.high - mass.low < 0.1 * MASS.mass
@@ -57,9 +57,9 @@ def test_the_true_mass_and_its_place_lie_in_their_intervals(with_mass):
 
 
 def test_the_suspicion_map_points_near_the_mass(with_mass):
-    one = with_mass.suspicion.query("kind == 'point_mass'")
-    assert one["p_value"].iloc[0] < 1e-6
-    assert one.loc[one["score"].abs().idxmax(), "at"] == pytest.approx(MASS.at, abs=0.1)
+    rows = with_mass.suspicion.query("kind == 'point_mass'")
+    assert rows["p_value"].iloc[0] < 1e-6
+    assert rows.loc[rows["score"].abs().idxmax(), "at"] == pytest.approx(MASS.at, abs=0.1)
 
 
 def test_two_effects_at_once_are_found(with_both):

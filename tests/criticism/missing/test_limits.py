@@ -1,4 +1,4 @@
-"""explain and improve where there are few data, unknown noise, effects already there, no fit."""
+"""Explain and improve with few data, unknown noise, known effects, or nothing to fit."""
 
 import json
 
@@ -108,5 +108,5 @@ def test_an_experiment_without_noise_is_refused():
         observe=bar.observe,
         noise=None,
     )
-    with pytest.raises(ValueError, match="noise=None, so no residual has a size"):
+    with pytest.raises(ValueError, match="noise=None, so residuals cannot be compared"):
         explain(quiet, measured(), candidates=effects.library(quiet, ["time_delay"]))

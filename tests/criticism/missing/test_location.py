@@ -1,4 +1,4 @@
-"""An effect is where it was declared to be, or where what it is about is."""
+"""Locations of effects: as declared, or of the part or sensor that the effect acts on."""
 
 import jax
 import numpy as np
@@ -64,38 +64,40 @@ SPACE, LINE = in_space(), on_a_line()
 
 def at(effect, experiment=SPACE, **values):
     """Places of an effect added to an experiment, given values of fields of its place."""
-    whole = experiment + effect
-    (own,) = whole.effects
-    where = "instrument_effects" if whole.instrument_effects else "structure.effects"
-    named = {f"{where}.{own.name}.{field}": one for field, one in values.items()}
-    return locations(own, whole, named, COUNT)
+    extended = experiment + effect
+    (added,) = extended.effects
+    where = "instrument_effects" if extended.instrument_effects else "structure.effects"
+    named = {f"{where}.{added.name}.{field}": value for field, value in values.items()}
+    return locations(added, extended, named, COUNT)
 
 
 def test_a_place_is_where_its_coordinates_say():
     support = positions.Box((0.5, 0.25, 0.125), within=(0.25, 0.0, 0.125))
     x, z = 0.3 + 0.1 * POINTS, 0.05 * POINTS
-    found = at(effects.point_mass(support, 0.1), **{"at.x": x, "at.z": z})
-    np.testing.assert_allclose(found, np.stack([x, np.full(COUNT, 0.25), z], axis=1))
+    located = at(effects.point_mass(support, 0.1), **{"at.x": x, "at.z": z})
+    np.testing.assert_allclose(located, np.stack([x, np.full(COUNT, 0.25), z], axis=1))
 
 
 def test_a_place_on_a_member_lies_along_it():
     start, end = np.array([0.1, 0.2, 0.3]), np.array([0.7, 0.2, 1.1 - 0.05])
     along = np.linspace(0.0, np.linalg.norm(end - start), COUNT)
-    found = at(effects.point_mass(positions.Member(start, end), 0.1), **{"at.along": along})
-    np.testing.assert_allclose(found, np.linspace(start, end, COUNT), atol=1e-12)
+    located = at(effects.point_mass(positions.Member(start, end), 0.1), **{"at.along": along})
+    np.testing.assert_allclose(located, np.linspace(start, end, COUNT), atol=1e-12)
 
 
 def test_any_other_place_says_itself_where_it_is():
     ball = positions.Ball((0.5, 0.5, 0.5), 0.2)
     shares = {f"at.share.{axis}": np.linspace(0.1, 0.9, COUNT) for axis in (1, 2, 3)}
-    found = at(effects.point_mass(ball, 0.1), **shares)
-    law = (SPACE + effects.point_mass(ball, 0.1)).structure.effects["point_mass"].at
-    own = jax.jit(
-        lambda *here: places.InBall(here, law.centre, law.radius, law.bounds).coordinates()
+    located = at(effects.point_mass(ball, 0.1), **shares)
+    distribution = (SPACE + effects.point_mass(ball, 0.1)).structure.effects["point_mass"].at
+    coordinates = jax.jit(
+        lambda *share: places.InBall(
+            share, distribution.centre, distribution.radius, distribution.bounds
+        ).coordinates()
     )
-    for place, here in zip(found, zip(*shares.values(), strict=True), strict=True):
-        np.testing.assert_allclose(place, own(*here))
-    assert np.all(np.linalg.norm(found - 0.5, axis=1) < 0.2)
+    for place, share in zip(located, zip(*shares.values(), strict=True), strict=True):
+        np.testing.assert_allclose(place, coordinates(*share))
+    assert np.all(np.linalg.norm(located - 0.5, axis=1) < 0.2)
 
 
 @pytest.mark.parametrize(
@@ -107,7 +109,7 @@ def test_any_other_place_says_itself_where_it_is():
         (effects.gain_error("s2", 0.1), RECORDED["s2"]),
         (effects.reversed_sensor("s1"), RECORDED["s1"]),
     ],
-    ids=lambda one: getattr(one, "name", None),
+    ids=lambda effect: getattr(effect, "name", None),
 )
 def test_what_has_no_place_of_its_own_sits_where_its_part_or_sensor_does(effect, place):
     np.testing.assert_allclose(at(effect), [place] * COUNT)
@@ -121,7 +123,7 @@ def test_what_has_no_place_of_its_own_sits_where_its_part_or_sensor_does(effect,
         effects.hysteretic_damping(0.1),
         effects.region_stiffness_loss("nowhere", 0.1),
     ],
-    ids=lambda one: one.name,
+    ids=lambda effect: effect.name,
 )
 def test_nothing_is_made_up_for_what_has_no_known_place(effect):
     assert np.isnan(at(effect)).all()
@@ -145,7 +147,7 @@ def test_regions_and_supports_of_matrices_sit_in_their_middle():
     assert set(middles) == {"left", "right edge"}
     np.testing.assert_allclose(middles["left"], (0.1, 0.15, 0.0))
     np.testing.assert_allclose(middles["right edge"], (0.4, 0.15, 0.0))
-    whole = bp.Experiment(
+    experiment = bp.Experiment(
         bp.Structure(modes, damping=bp.damping.Modal(0.02)),
         sensors=[bp.Sensor("s1", at=(0.1, 0.1, 0.0))],
         actuators=[bp.Actuator("a1", at=(0.3, 0.1, 0.0))],
@@ -153,7 +155,7 @@ def test_regions_and_supports_of_matrices_sit_in_their_middle():
         observe=bp.observe.Complex("acceleration"),
         noise=None,
     )
-    soft = at(effects.soft_support("right edge", 1e-6), whole)
+    soft = at(effects.soft_support("right edge", 1e-6), experiment)
     np.testing.assert_allclose(soft, [(0.4, 0.15, 0.0)] * COUNT)
 
 
@@ -173,16 +175,16 @@ def test_no_other_field_is_taken_for_a_coordinate():
 
 def test_places_found_are_those_at_the_means():
     support = positions.Box((0.5, 0.25, 0.125), within=(0.25, 0.0, 0.125))
-    whole = SPACE + effects.point_mass(support, 0.1) + effects.time_delay(1e-4)
-    whole = whole + effects.member_preload("strut", 10.0)
+    extended = SPACE + effects.point_mass(support, 0.1) + effects.time_delay(1e-4)
+    extended = extended + effects.member_preload("strut", 10.0)
     means = {"at.x": 0.31, "at.z": 0.2}
-    means = {f"structure.effects.point_mass.{name}": one for name, one in means.items()}
-    found = effect_locations(whole, means | {"sensor.s1.position": 0.1})
-    assert found == {"point_mass": (0.31, 0.25, 0.2), "axial_preload": MIDDLES["strut"]}
+    means = {f"structure.effects.point_mass.{name}": value for name, value in means.items()}
+    located = effect_locations(extended, means | {"sensor.s1.position": 0.1})
+    assert located == {"point_mass": (0.31, 0.25, 0.2), "axial_preload": MIDDLES["strut"]}
 
 
 def test_places_found_on_a_line_are_numbers():
-    whole = LINE + effects.point_mass(dist.Uniform(0, 1), 0.1)
-    assert effect_locations(whole, {"structure.effects.point_mass.at": 0.42}) == {
+    extended = LINE + effects.point_mass(dist.Uniform(0, 1), 0.1)
+    assert effect_locations(extended, {"structure.effects.point_mass.at": 0.42}) == {
         "point_mass": 0.42
     }

@@ -1,4 +1,4 @@
-"""Score test: the places of the table are those of the candidates, the scores those of chance."""
+"""Score test: places of the candidates, and scores of effects that are missing or not."""
 
 import jax
 import numpy as np
@@ -19,7 +19,9 @@ SEEDS = range(4)
 
 def table(experiment, measurement, candidates):
     null = null_hypothesis(experiment, experiment.data(measurement))
-    return suspicion(null, list(scanned([(null, one) for one in candidates], lambda: None)))
+    return suspicion(
+        null, list(scanned([(null, candidate) for candidate in candidates], lambda: None))
+    )
 
 
 def greatest(rows):
@@ -45,10 +47,10 @@ def test_on_a_line_x_is_the_place_along_it(on_a_line):
 
 
 def test_a_hidden_mass_is_most_suspect_where_it_sits(on_a_line):
-    found = greatest(on_a_line)
-    assert found["kind"] == "point_mass"
-    assert found["p_value"] < 1e-12
-    assert found["x"] == pytest.approx(small.MASS.at, abs=0.05)
+    row = greatest(on_a_line)
+    assert row["kind"] == "point_mass"
+    assert row["p_value"] < 1e-12
+    assert row["x"] == pytest.approx(small.MASS.at, abs=0.05)
 
 
 def test_an_instrument_is_suspected_where_it_was_recorded(on_a_line):
@@ -110,10 +112,10 @@ def test_in_space_each_point_of_a_surface_has_its_coordinates(spatial):
 
 
 def test_in_space_a_hidden_mass_is_most_suspect_where_it_sits(spatial):
-    found = greatest(spatial)
-    assert found["kind"] == "point_mass"
-    assert found["p_value"] < 1e-12
-    np.testing.assert_allclose(found[["x", "y"]].astype(float), PLACE[:2], atol=0.06)
+    row = greatest(spatial)
+    assert row["kind"] == "point_mass"
+    assert row["p_value"] < 1e-12
+    np.testing.assert_allclose(row[["x", "y"]].astype(float), PLACE[:2], atol=0.06)
 
 
 def test_in_space_an_instrument_is_suspected_where_it_was_recorded(spatial):
@@ -132,15 +134,15 @@ def chance():
 
 def test_a_score_is_standard_normal_where_nothing_is_missing(chance):
     # The gains of two sensors, whose signatures hardly overlap.
-    scores = np.concatenate([one.query("kind == 'gain_error'")["score"] for one in chance])
+    scores = np.concatenate([rows.query("kind == 'gain_error'")["score"] for rows in chance])
     assert 1e-3 < chi2.cdf(np.sum(scores**2), scores.size) < 1 - 1e-3
 
 
 def test_having_looked_in_many_places_is_corrected_for(chance):
-    found = [one.query("kind == 'point_mass'")["p_value"].iloc[0] for one in chance]
-    sizes = [one.query("kind == 'point_mass'")["score"].abs().max() for one in chance]
-    assert min(found) > 0.01 / len(SEEDS)
+    p_values = [rows.query("kind == 'point_mass'")["p_value"].iloc[0] for rows in chance]
+    sizes = [rows.query("kind == 'point_mass'")["score"].abs().max() for rows in chance]
+    assert min(p_values) > 0.01 / len(SEEDS)
     # Forty-one places along the bar count as many more than two, and as fewer than they are.
     alone_by_chance = 2 * norm.sf(sizes)
-    assert np.all(np.array(found) > -np.expm1(2 * np.log1p(-alone_by_chance)))
-    assert np.all(np.array(found) < -np.expm1(41 * np.log1p(-alone_by_chance)))
+    assert np.all(np.array(p_values) > -np.expm1(2 * np.log1p(-alone_by_chance)))
+    assert np.all(np.array(p_values) < -np.expm1(41 * np.log1p(-alone_by_chance)))
