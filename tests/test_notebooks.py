@@ -135,7 +135,7 @@ def test_the_hidden_effect_is_found_and_the_error_falls(tiny):
 @pytest.mark.long
 def test_an_effect_of_the_user_is_compared_with_the_others(tiny):
     text = printed(tiny["hidden_effect"])
-    assert "These data cannot tell point_mass from cable" in text
+    assert "These data do not distinguish point_mass from cable" in text
 
 
 @pytest.mark.long

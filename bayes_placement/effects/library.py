@@ -96,6 +96,6 @@ def _classes(kind: Kind) -> list[type[Effect]]:
         meant = f" Did you mean {close[0]!r}?" if close else ""
         raise InputError(
             f"There is no effect {kind!r}.{meant} The effects are {', '.join(EFFECTS)}; one of "
-            "your own goes in as a class: library(experiment, further=[MyEffect])."
+            "your own is given as a class: library(experiment, further=[MyEffect])."
         )
     return classes

@@ -1,4 +1,4 @@
-"""Hypotheses that a next measurement should tell apart."""
+"""Hypotheses that the next measurement should distinguish."""
 
 from collections.abc import Mapping, Sequence
 
@@ -16,18 +16,18 @@ def alternatives(
     hypotheses: Sequence[Hypothesis],
     sampled: Mapping[int, SampledPosterior],
 ) -> tuple[Alternative, ...]:
-    """Hypotheses that a next measurement should tell apart, by falling odds.
+    """Hypotheses that the next measurement should distinguish, in descending order of odds.
 
-    Those whose odds are within strong evidence of the best, and all of as many effects that
-    explain the data down to the noise: against these speaks no misfit. What is more than strong
-    evidence counts as strong evidence, so that none is excluded beforehand.
+    These are hypotheses whose odds differ from the best by less than strong evidence, and those of
+    as many effects that pass the test of chi2. Larger differences of odds are limited to strong
+    evidence, so that no hypothesis is practically excluded.
     """
     best = max(hypotheses, key=comparison.log_odds)
     greatest = comparison.log_odds(best)
 
     def survives(hypothesis: Hypothesis) -> bool:
-        as_many = len(hypothesis.effects) == len(best.effects)
-        explains = as_many and p_value(hypothesis) >= LEVEL
+        same_size = len(hypothesis.effects) == len(best.effects)
+        explains = same_size and p_value(hypothesis) >= LEVEL
         return bool(explains or comparison.log_odds(hypothesis) > greatest - STRONG)
 
     return tuple(

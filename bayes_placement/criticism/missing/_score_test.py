@@ -139,8 +139,8 @@ def _weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:
 def _corrected(unit: np.ndarray, score: np.ndarray) -> float:
     """Probability that the greatest score of a correct model is as large.
 
-    Scores of near places are alike, so that many places count as few: as many as make the
-    greatest of so many independent scores as large as that of correlated draws.
+    Scores of neighbouring places are correlated. The number of places is therefore replaced by the
+    number of independent scores whose greatest is as large as that of correlated draws.
     """
     greatest = float(np.max(np.abs(score)))
     rng = np.random.default_rng(0)

@@ -100,7 +100,7 @@ class FittedModel:
 
 
 def sampled_finalists(comparison: Comparison, hypotheses: Sequence[Hypothesis]) -> Sampled:
-    """Sample the posteriors of the hypotheses that the evidence hardly tells apart."""
+    """Sample the posteriors of the hypotheses whose evidence is similar."""
     least = max(map(comparison.log_odds, hypotheses)) - 3 * STRONG
     close = [hypothesis for hypothesis in hypotheses if comparison.log_odds(hypothesis) > least]
     return {

@@ -31,7 +31,7 @@ class Ledger:
     probabilities
         Posterior probability of each kind, of `nothing_missing` and of `none_of_these`.
     confounded
-        Pairs of kinds that these data cannot tell apart.
+        Pairs of kinds that these data do not distinguish.
     unexplained
         Whether the last model still fails its check.
     seconds
@@ -43,7 +43,7 @@ class Ledger:
     suspicion
         Score test of every candidate on the model as given; see `explain`.
     alternatives
-        Hypotheses that a next measurement should tell apart; see `explain`.
+        Hypotheses that the next measurement should distinguish; see `explain`.
     """
 
     steps: tuple[FittedModel, ...]
@@ -102,11 +102,13 @@ class Ledger:
             )
         if self.unexplained:
             return (
-                f"The model fails (chi2 per datum {last.chi2_per_datum:.3g} where 1 is right), and "
-                "no known effect explains it."
+                f"The model fails (chi2 per datum is {last.chi2_per_datum:.3g}; a correct model "
+                "has 1), and no candidate explains it."
             )
         if np.isnan(last.p_value):
-            return "Whether the model explains the data cannot be told: as many unknowns as data."
+            return (
+                "Whether the model explains the data cannot be decided: as many unknowns as data."
+            )
         return (
             "Nothing is claimed to be missing: the model as given passes its check (chi2 per datum "
             f"{last.chi2_per_datum:.3g}, p = {last.p_value:.2g})."
@@ -123,32 +125,32 @@ class Ledger:
         return f"{kind} ({', '.join([*settings, odds])})"
 
     def words(self) -> list[str]:
-        """Say the verdict, what cannot be told apart, and what remains."""
+        """The verdict, which effects the data do not distinguish, and what remains unexplained."""
         sentences = [self.sentence()]
         likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
         if not self.verdict and not self.unexplained and likely not in (NOTHING, NONE):
             sentences.append(
-                f"The evidence leans to {likely} (probability {self.probabilities[likely]:.2g}), "
-                "but nothing is claimed while the model as given passes its check. More averages "
-                "or lines would tell."
+                f"The evidence favours {likely} (probability {self.probabilities[likely]:.2g}), "
+                "but no effect is claimed, since the model as given passes its check. More "
+                "averages or lines would decide."
             )
         sentences += [confounded_sentence(*pair) for pair in self.confounded]
         if self.probabilities[NONE] > DOUBTED:
             sentences.append(
-                "None of the candidates explains the data down to the stated noise (probability "
-                f"{self.probabilities[NONE]:.2g}): add an effect of your own, or doubt the noise."
+                "None of the candidates explains the data within the stated noise (probability "
+                f"{self.probabilities[NONE]:.2g}): add an effect of your own, or check the noise."
             )
         return sentences
 
     def __str__(self) -> str:
-        """Lay out the steps and the words."""
+        """Table of the steps, then the sentences."""
         lines = self.table().to_string()
         return "\n".join([lines, "", *(f"- {line}" for line in self.words())])
 
 
 def confounded_sentence(kind: str, other: str) -> str:
-    """Say that two effects cannot be told apart."""
-    return f"These data cannot tell {kind} from {other}: either explains them down to the noise."
+    """Say that the data do not distinguish two effects."""
+    return f"These data do not distinguish {kind} from {other}: either of them explains the data."
 
 
 __all__ = ["NONE", "NOTHING", "FittedModel", "Ledger", "confounded_sentence"]

@@ -21,15 +21,15 @@ class Ranking:
     probabilities
         Posterior probability of each kind, of `nothing_missing` and of `none_of_these`.
     confounded
-        Pairs of kinds that these data cannot tell apart.
+        Pairs of kinds that these data do not distinguish.
     suspicion
         Score test of every candidate along its places: `kind`, `variant`, `setting` in words, `at`
         [m] along a line, `x`, `y`, `z` [m] in space, `score`, and `p_value` corrected for all the
         places that were tested.
     alternatives
-        Hypotheses that a next measurement should tell apart, with draws of their unknowns: those
-        of nearly the best odds and those that leave no more than the noise.
-        `information.Separation` tells where to measure.
+        Hypotheses that the next measurement should distinguish, with draws of their unknowns: those
+        of nearly the best odds and those that pass the test of chi2. `information.Separation`
+        finds where to measure.
     """
 
     steps: tuple[FittedModel, ...]
@@ -56,17 +56,17 @@ class Ranking:
         return pd.DataFrame(rows).set_index("effect")
 
     def words(self) -> list[str]:
-        """Say what is most probable, and what cannot be told apart."""
+        """The most probable effect, and which effects the data do not distinguish."""
         likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
         share = self.probabilities[likely]
         verdict = {
             NOTHING: f"Nothing is missing, with probability {share:.3g}.",
-            NONE: "Something is missing, but none of the candidates explains the data down to the "
-            f"stated noise (probability {share:.3g}). Two effects at once are tried by improve.",
+            NONE: "Something is missing, but none of the candidates explains the data within the "
+            f"stated noise (probability {share:.3g}). improve tries two effects at once.",
         }.get(likely, f"Missing is {likely}, with probability {share:.3g}.")
         return [verdict, *(confounded_sentence(*pair) for pair in self.confounded)]
 
     def __str__(self) -> str:
-        """Lay out the table and the words."""
+        """Table of the kinds, then the sentences."""
         lines = [f"- {line}" for line in self.words()]
         return "\n".join([self.table().to_string(), "", *lines])

@@ -69,7 +69,7 @@ def load(path: Path, data: int = FUNCTION) -> list[Dataset]:
     if numbers != [int(number) for number in file.get_set_types()]:
         # pyuff takes any line that ends in four blanks and -1 for the end of a dataset.
         raise MeasurementFileError(
-            f"{path} holds the datasets {numbers}, but pyuff tells them apart differently; a -1 at "
+            f"{path} holds the datasets {numbers}, but pyuff separates them differently; a -1 at "
             "the end of a line, such as a node colour of -1, is taken for the end of a dataset. "
             "Change that field and read again."
         )
@@ -86,7 +86,7 @@ def _decoded(file: Any, index: int, number: int, place: str) -> dict[str, Any]:
         fields = file.read_sets(index)
     except Exception as error:  # pyuff raises bare Exception for every malformed field
         raise MeasurementFileError(
-            f"{place} cannot be decoded ({error}); every field must stand in the columns that the "
+            f"{place} cannot be decoded ({error}); every field must be in the columns that the "
             "format gives it. Export the file again, or read the numbers yourself and give them "
             f"to {_FROM_ARRAYS.get(number, 'Measurement.from_arrays')}."
         ) from error
