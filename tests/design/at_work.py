@@ -14,18 +14,18 @@ import numpy as np
 import bayes_placement as bp
 
 
-def stop_once(marker, piece):
+def stop_once(marker, number):
     """Return ten times a number, but kill the worker that has the sixth, the first time."""
-    if piece == 5 and first(marker):
-        stop(piece)
-    return np.array([10 * piece])
+    if number == 5 and first(marker):
+        stop(number)
+    return np.array([10 * number])
 
 
 def first(marker):
     """Tell whether nobody asked before, and write down who did."""
     try:
-        with marker.open("x") as said:
-            said.write(str(os.getpid()))
+        with marker.open("x") as stream:
+            stream.write(str(os.getpid()))
     except FileExistsError:
         return False
     return True
@@ -38,8 +38,8 @@ def stop(_):
 
 def note(log):
     """Write down who this is."""
-    with log.open("a") as said:
-        said.write(f"{os.getpid()}\n")
+    with log.open("a") as stream:
+        stream.write(f"{os.getpid()}\n")
     time.sleep(0.5)
 
 

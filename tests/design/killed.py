@@ -58,12 +58,12 @@ def gone(worker):
     return state == "Z"  # ended, and nobody asked how
 
 
-def goes_on(folder, before, again, counted, twice=1):
+def goes_on(folder, before, run_again, counted, twice=1):
     """Check that a second run computes what is missing, and at most so many chunks twice."""
-    kept = {path: path.stat().st_mtime_ns for path in finished(folder / "store")}
-    assert CELLS // 3 <= len(kept) < CELLS
-    again()
-    assert len(counted) == CELLS - len(kept)
-    assert len(set(before)) == len(before) <= len(kept) + twice
-    assert all(path.stat().st_mtime_ns == time for path, time in kept.items())
+    stored = {path: path.stat().st_mtime_ns for path in finished(folder / "store")}
+    assert CELLS // 3 <= len(stored) < CELLS
+    run_again()
+    assert len(counted) == CELLS - len(stored)
+    assert len(set(before)) == len(before) <= len(stored) + twice
+    assert all(path.stat().st_mtime_ns == time for path, time in stored.items())
     assert len(finished(folder / "store")) == CELLS

@@ -16,7 +16,7 @@ TRACED: list[str] = []
 
 
 class Modal(Estimator):
-    """What sensors of unit noise tell of modal coordinates of unit variance, in closed form."""
+    """Information about modal coordinates by sensors, all of unit variance, in closed form."""
 
     modes: int = eqx.field(static=True, default=3)
     strength: float = eqx.field(static=True, default=10.0)
@@ -26,10 +26,10 @@ class Modal(Estimator):
         return {}
 
     def plan(self, experiment, seed, moved=()):
-        def plan(one, values):
+        def plan(at, values):
             TRACED.append("Modal")
-            force = sum(jnp.sin(np.pi * values[f"actuator.{a}.position"]) for a in one.actuator)
-            places = jnp.stack([values[f"sensor.{s}.position"] for s in one.sensor])
+            force = sum(jnp.sin(np.pi * values[f"actuator.{a}.position"]) for a in at.actuator)
+            places = jnp.stack([values[f"sensor.{s}.position"] for s in at.sensor])
             return _gain(_log_det(places, self.modes, self.strength * force))
 
         return plan
@@ -44,18 +44,18 @@ class Hills(Estimator):
         return {}
 
     def plan(self, experiment, seed, moved=()):
-        def plan(one, values):
+        def plan(at, values):
             TRACED.append("Hills")
-            at = jnp.stack([values["sensor.s1.position"], values["actuator.a1.position"]])
-            low = 0.8 * jnp.exp(-jnp.sum((at - jnp.array([0.45, 0.55])) ** 2) / 0.3**2)
-            high = jnp.exp(-jnp.sum((at - jnp.array([0.8, 0.15])) ** 2) / 0.12**2)
+            places = jnp.stack([values["sensor.s1.position"], values["actuator.a1.position"]])
+            low = 0.8 * jnp.exp(-jnp.sum((places - jnp.array([0.45, 0.55])) ** 2) / 0.3**2)
+            high = jnp.exp(-jnp.sum((places - jnp.array([0.8, 0.15])) ** 2) / 0.12**2)
             return _gain(low + high)
 
         return plan
 
 
 class Nearness(Estimator):
-    """The nearer s1 to a place in space, the more is learnt."""
+    """Gain that grows towards a place of s1 in space."""
 
     to: tuple[float, float, float] = eqx.field(static=True)
     replicates: int = eqx.field(static=True, default=2)
@@ -64,15 +64,15 @@ class Nearness(Estimator):
         return {}
 
     def plan(self, experiment, seed, moved=()):
-        def plan(one, values):
-            at = one.fix(values).sensor["s1"].points(one.structure.modes.axes).position[0]
-            return _gain(-jnp.linalg.norm(at - jnp.array(self.to)))
+        def plan(at, values):
+            place = at.fix(values).sensor["s1"].points(at.structure.modes.axes).position[0]
+            return _gain(-jnp.linalg.norm(place - jnp.array(self.to)))
 
         return plan
 
 
 def learnt(places, modes=3, strength=10.0, force=1.0):
-    """What `Modal` tells, by NumPy."""
+    """Information gain of `Modal`, by NumPy."""
     rows = np.sin(np.pi * np.outer(places, np.arange(1, modes + 1)))
     return 0.5 * np.linalg.slogdet(np.eye(modes) + strength * force * rows.T @ rows)[1]
 

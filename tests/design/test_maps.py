@@ -24,59 +24,66 @@ def experiment():
 
 
 @pytest.fixture(scope="module")
-def whole(experiment):
+def full_map(experiment):
     return bp.information_map(experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL, key=3)
 
 
-def test_a_map_is_labelled(whole):
-    assert whole["information_gain"].dims == ("s1", "a1")
-    np.testing.assert_array_equal(whole["s1"], GRID)
-    assert whole["a1"].attrs["units"] == "m" and whole["information_gain"].attrs["units"] == "nat"
-    assert whole.attrs["estimator"] == "KDE" and whole.attrs["draws"] == 128
-    assert np.isfinite(whole["information_gain"]).all() and (whole["information_gain_se"] > 0).all()
+def test_a_map_is_labelled(full_map):
+    assert full_map["information_gain"].dims == ("s1", "a1")
+    np.testing.assert_array_equal(full_map["s1"], GRID)
+    assert (
+        full_map["a1"].attrs["units"] == "m"
+        and full_map["information_gain"].attrs["units"] == "nat"
+    )
+    assert full_map.attrs["estimator"] == "KDE" and full_map.attrs["draws"] == 128
+    assert (
+        np.isfinite(full_map["information_gain"]).all()
+        and (full_map["information_gain_se"] > 0).all()
+    )
 
 
-def test_each_cell_is_the_estimate_of_the_experiment_there(experiment, whole):
-    there = bar.placed(0.4, 0.75, None)
-    plan = SMALL.plan(there, 3)
-    gain = jax.jit(lambda: plan(there, there.nominal_values()))()
-    cell = whole.sel(s1=0.4, a1=0.75)
+def test_each_cell_is_the_estimate_of_the_experiment_there(experiment, full_map):
+    moved = bar.placed(0.4, 0.75, None)
+    plan = SMALL.plan(moved, 3)
+    gain = jax.jit(lambda: plan(moved, moved.nominal_values()))()
+    cell = full_map.sel(s1=0.4, a1=0.75)
     assert float(gain.estimate) == pytest.approx(float(cell["information_gain"]), rel=1e-5)
     assert jackknife_error(np.asarray(gain.jackknife)) == pytest.approx(
         float(cell["information_gain_se"]), rel=1e-3
     )
 
 
-def test_the_order_of_names_is_of_no_consequence(experiment, whole):
+def test_the_order_of_names_is_of_no_consequence(experiment, full_map):
     places = {"a1": GRID[2:], "s1": GRID[:1]}
     key = jax.random.key(3)  # the seed 3
-    other = bp.information_map(experiment, places, estimator=SMALL, key=key)["information_gain"]
-    np.testing.assert_allclose(other.values.T, whole["information_gain"][:1, 2:], rtol=1e-5)
+    exchanged = bp.information_map(experiment, places, estimator=SMALL, key=key)["information_gain"]
+    np.testing.assert_allclose(exchanged.values.T, full_map["information_gain"][:1, 2:], rtol=1e-5)
 
 
-def test_the_map_is_symmetric_under_exchange_and_mirror(whole):
-    kl, error = whole["information_gain"].values, whole["information_gain_se"].values
-    for other in (kl.T, kl[::-1, ::-1]):
-        assert np.all(np.abs(kl - other) < 5 * np.sqrt(2) * error + 1e-3)
+def test_the_map_is_symmetric_under_exchange_and_mirror(full_map):
+    kl, error = full_map["information_gain"].values, full_map["information_gain_se"].values
+    for image in (kl.T, kl[::-1, ::-1]):
+        assert np.all(np.abs(kl - image) < 5 * np.sqrt(2) * error + 1e-3)
     assert kl.max() > 5 * kl.min()
 
 
-def test_the_lead_of_the_best_has_an_error_of_its_own(whole):
-    lead = maps.lead(whole)
+def test_the_lead_of_the_best_has_an_error_of_its_own(full_map):
+    lead = maps.lead(full_map)
     assert lead.difference == float(
-        np.sort(whole["information_gain"].values, axis=None)[-1:-3:-1] @ [1, -1]
+        np.sort(full_map["information_gain"].values, axis=None)[-1:-3:-1] @ [1, -1]
     )
-    far = maps.lead(whole, {"s1": 1, "a1": 1})
-    assert far.best == lead.best
-    assert far.difference > 5 * far.difference_se > 0
+    distant = maps.lead(full_map, {"s1": 1, "a1": 1})
+    assert distant.best == lead.best
+    assert distant.difference > 5 * distant.difference_se > 0
     # What is common to both placements does not count.
     apart = np.hypot(
-        whole["information_gain_se"].isel(far.best), whole["information_gain_se"].isel(far.other)
+        full_map["information_gain_se"].isel(distant.best),
+        full_map["information_gain_se"].isel(distant.other),
     )
-    assert far.difference_se < 1.5 * float(apart)
+    assert distant.difference_se < 1.5 * float(apart)
 
 
-def test_one_transducer_may_be_moved_alone(experiment, whole):
+def test_one_transducer_may_be_moved_alone(experiment, full_map):
     line = bp.information_map(experiment, {"a1": GRID}, estimator=SMALL, key=3)
     assert line["information_gain"].dims == ("a1",)
     mid = bp.information_map(experiment, {"a1": [0.6], "s1": [0.3]}, estimator=SMALL, key=3)
@@ -85,24 +92,24 @@ def test_one_transducer_may_be_moved_alone(experiment, whole):
     )
 
 
-def test_supports_may_be_tried_with_tolerances_of_their_own(experiment):
+def test_candidates_may_have_different_tolerances(experiment):
     wide, narrow = (bp.positions.Segment(0.25, within=within) for within in (0.04, 0.01))
-    found = bp.information_map(experiment, {"s1": [wide, narrow]}, estimator=SMALL)[
+    learnt = bp.information_map(experiment, {"s1": [wide, narrow]}, estimator=SMALL)[
         "information_gain"
     ]
-    assert float(found[1]) > float(found[0])
+    assert float(learnt[1]) > float(learnt[0])
 
 
 def test_nominal_values_may_be_given(experiment):
     name = "structure.damping.ratio.2"
     places = {"s1": [0.25], "a1": [0.25]}
-    one, other = (
+    low_ratio, high_ratio = (
         bp.information_map(experiment, places, estimator=SMALL, nominal={name: value})[
             "information_gain"
         ]
         for value in (0.025, 0.04)
     )
-    assert float(one[0, 0]) > float(other[0, 0]) + 0.1
+    assert float(low_ratio[0, 0]) > float(high_ratio[0, 0]) + 0.1
 
 
 def test_candidates_on_several_members_of_a_frame():
@@ -116,9 +123,9 @@ def test_candidates_on_several_members_of_a_frame():
         observe=bp.observe.LogAmplitude("acceleration"),
         noise=bp.noise.Gaussian(0.02),
     )
-    found = bp.information_map(experiment, {"s1": seats}, estimator=SMALL)
-    assert np.isfinite(found["information_gain"]).all() and found["information_gain"].std() > 0.01
-    np.testing.assert_allclose(found["s1.z"], [seat.centre[2] for seat in seats])
+    learnt = bp.information_map(experiment, {"s1": seats}, estimator=SMALL)
+    assert np.isfinite(learnt["information_gain"]).all() and learnt["information_gain"].std() > 0.01
+    np.testing.assert_allclose(learnt["s1.z"], [seat.centre[2] for seat in seats])
 
 
 def members(scene):
@@ -141,8 +148,8 @@ def test_places_that_cannot_be_tried_are_refused(experiment, places, message):
         bp.information_map(experiment, places, estimator=SMALL)
 
 
-def test_a_law_without_support_cannot_be_moved():
-    one = bp.Experiment(
+def test_a_distribution_without_tolerance_cannot_be_moved():
+    experiment = bp.Experiment(
         bar.bar(bar.PRIOR, 0.04),
         sensors=[bp.Sensor("s1", at=dist.Uniform(0.2, 0.3))],
         actuators=[bp.Actuator("a1", at=0.3)],
@@ -151,7 +158,7 @@ def test_a_law_without_support_cannot_be_moved():
         noise=None,
     )
     with pytest.raises(ValueError, match=r"a distribution that holds at its present place only"):
-        bp.information_map(one, {"s1": [0.5]}, estimator=SMALL)
+        bp.information_map(experiment, {"s1": [0.5]}, estimator=SMALL)
 
 
 def test_a_nominal_value_of_a_place_is_refused(experiment):
@@ -161,31 +168,31 @@ def test_a_nominal_value_of_a_place_is_refused(experiment):
         )
 
 
-def test_one_parameter_may_be_asked_about(experiment):
-    """Case 1 of the paper: the other damping ratio is held."""
+def test_one_parameter_may_be_of_interest(experiment):
+    """Case 1 of the paper: the other damping ratio is fixed."""
     name = "structure.damping.ratio.2"
     places = {"s1": [0.25], "a1": [0.25, 0.5]}
     alone = bar.placed(0.3, 0.3, None, structure=bar.bar(0.04, bar.PRIOR))
     want = bp.information_map(alone, places, estimator=SMALL)["information_gain"]
-    found = bp.information_map(experiment, places, estimator=SMALL, about=[name])[
+    learnt = bp.information_map(experiment, places, estimator=SMALL, about=[name])[
         "information_gain"
     ]
-    np.testing.assert_allclose(found, want, rtol=1e-5)
-    held = {"structure.damping.ratio.1": 0.03}
-    other = bp.information_map(experiment, places, estimator=SMALL, about=[name], nominal=held)
-    assert not np.allclose(other["information_gain"], want, rtol=1e-4)
+    np.testing.assert_allclose(learnt, want, rtol=1e-5)
+    fixed = {"structure.damping.ratio.1": 0.03}
+    shifted = bp.information_map(experiment, places, estimator=SMALL, about=[name], nominal=fixed)
+    assert not np.allclose(shifted["information_gain"], want, rtol=1e-4)
 
 
 @pytest.mark.parametrize("about", [[], ["structure.damping.ratio.3"], ["sensor.s1.position"]])
-def test_what_is_no_parameter_cannot_be_asked_about(experiment, about):
+def test_what_is_no_parameter_cannot_be_of_interest(experiment, about):
     with pytest.raises(ValueError, match=r"about=.* names of unknown parameters are needed"):
         bp.information_map(experiment, {"s1": [0.5]}, estimator=SMALL, about=about)
 
 
-def test_more_than_the_draws_can_tell_is_doubted():
+def test_a_gain_above_the_limit_of_the_draws_is_warned_of():
     sharp = bar.placed(0.3, 0.3, bp.noise.Gaussian(0.001))
-    few = information.ExpectedGain(draws=4, placement_draws=8, data_draws=8)
+    coarse = information.ExpectedGain(draws=4, placement_draws=8, data_draws=8)
     with pytest.warns(
         information.InformationWarning, match=r"draws=4 draws .* log draws = 1.4 nat"
     ):
-        bp.information_map(sharp, {"s1": [0.25]}, estimator=few)
+        bp.information_map(sharp, {"s1": [0.25]}, estimator=coarse)

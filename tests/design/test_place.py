@@ -20,46 +20,49 @@ def experiment():
 
 
 @pytest.fixture(scope="module")
-def whole(experiment):
+def full_grid(experiment):
     return bp.place(experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL)
 
 
-def test_the_best_of_a_grid_is_that_of_the_map(experiment, whole):
+def test_the_best_of_a_grid_is_that_of_the_map(experiment, full_grid):
     table = bp.information_map(experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL)
     lead = design.lead(table)
-    assert whole.positions == {name: GRID[place] for name, place in lead.best.items()}
-    assert set(whole.positions.values()) <= {0.25, 0.75}
-    assert whole.information_gain == pytest.approx(float(table["information_gain"].max()), rel=1e-5)
-    assert (whole.lead, whole.lead_se) == pytest.approx(
+    assert full_grid.positions == {name: GRID[place] for name, place in lead.best.items()}
+    assert set(full_grid.positions.values()) <= {0.25, 0.75}
+    assert full_grid.information_gain == pytest.approx(
+        float(table["information_gain"].max()), rel=1e-5
+    )
+    assert (full_grid.lead, full_grid.lead_se) == pytest.approx(
         (lead.difference, lead.difference_se), rel=1e-3
     )
     assert (
-        len(whole.table) == GRID.size**2 and whole.table["information_gain"].is_monotonic_decreasing
+        len(full_grid.table) == GRID.size**2
+        and full_grid.table["information_gain"].is_monotonic_decreasing
     )
 
 
-def test_one_at_a_time_finds_as_good_a_place_by_fewer_trials(experiment, whole):
-    found = bp.place(
+def test_one_at_a_time_finds_as_good_a_place_by_fewer_trials(experiment, full_grid):
+    placement = bp.place(
         experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL, search=design.Sequential()
     )
-    assert found.information_gain == pytest.approx(
-        whole.information_gain, abs=4 * whole.information_gain_se
+    assert placement.information_gain == pytest.approx(
+        full_grid.information_gain, abs=4 * full_grid.information_gain_se
     )
-    assert len(found.table) < len(whole.table)
-    assert list(found.table.columns) == list(whole.table.columns)
+    assert len(placement.table) < len(full_grid.table)
+    assert list(placement.table.columns) == list(full_grid.table.columns)
 
 
 def test_what_is_mounted_stays(experiment):
-    found = bp.place(experiment, {"s1": GRID}, estimator=SMALL)
-    assert set(found.positions) == {"s1"} and found.positions["s1"] in (0.25, 0.75)
+    placement = bp.place(experiment, {"s1": GRID}, estimator=SMALL)
+    assert set(placement.positions) == {"s1"} and placement.positions["s1"] in (0.25, 0.75)
 
 
-def test_nothing_sits_where_it_is_forbidden(experiment, whole):
-    found = bp.place(
+def test_nothing_sits_where_it_is_forbidden(experiment, full_grid):
+    placement = bp.place(
         experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL, forbidden=[(0.0, 0.3), (0.7, 0.8)]
     )
-    assert set(found.table["s1"]) == {0.4, 0.5, 0.62}
-    assert found.information_gain < whole.information_gain
+    assert set(placement.table["s1"]) == {0.4, 0.5, 0.62}
+    assert placement.information_gain < full_grid.information_gain
 
 
 def test_sensors_keep_their_distance():
@@ -76,16 +79,20 @@ def test_sensors_keep_their_distance():
         noise=None,
     )
     places = {"s1": GRID[:4], "s2": GRID[:4]}
-    found = bp.place(two, places, estimator=SMALL, least_distance=0.2)
-    assert np.all(np.abs(found.table["s1"] - found.table["s2"]) >= 0.2)
+    placement = bp.place(two, places, estimator=SMALL, least_distance=0.2)
+    assert np.all(np.abs(placement.table["s1"] - placement.table["s2"]) >= 0.2)
     alone = bp.place(two, {"s1": GRID}, estimator=SMALL, least_distance=0.2)
     assert np.all(np.abs(alone.table["s1"] - 0.7) >= 0.2)
 
 
-def test_the_result_says_what_it_took(whole):
-    assert whole.search == "Exhaustive" and whole.evaluations == GRID.size**2
-    assert whole.omitted == () and whole.cost == 0 and whole.net_gain == whole.information_gain
-    assert [*whole.table.columns] == [
+def test_the_result_says_what_it_took(full_grid):
+    assert full_grid.search == "Exhaustive" and full_grid.evaluations == GRID.size**2
+    assert (
+        full_grid.omitted == ()
+        and full_grid.cost == 0
+        and full_grid.net_gain == full_grid.information_gain
+    )
+    assert [*full_grid.table.columns] == [
         "s1",
         "a1",
         "information_gain",
@@ -95,30 +102,36 @@ def test_the_result_says_what_it_took(whole):
     ]
 
 
-def test_adding_one_at_a_time_begins_with_sensor_and_actuator_together(experiment, whole):
+def test_adding_one_at_a_time_begins_with_sensor_and_actuator_together(experiment, full_grid):
     places = {"s1": GRID, "a1": GRID}
-    found = bp.place(experiment, places, estimator=SMALL, search=design.Forward())
-    assert found.information_gain == whole.information_gain and found.positions == whole.positions
+    placement = bp.place(experiment, places, estimator=SMALL, search=design.Forward())
+    assert (
+        placement.information_gain == full_grid.information_gain
+        and placement.positions == full_grid.positions
+    )
 
 
 def test_one_place_has_no_second_best(experiment):
-    found = bp.place(experiment, {"s1": [0.25], "a1": [0.25]}, estimator=SMALL)
-    assert str(found).endswith("nat.") and np.isnan(found.lead_se)
+    placement = bp.place(experiment, {"s1": [0.25], "a1": [0.25]}, estimator=SMALL)
+    assert str(placement).endswith("nat.") and np.isnan(placement.lead_se)
 
 
-def test_it_says_where_and_how_sure(whole):
-    said = str(whole)
-    assert said.startswith("Best of 36 placements: s1 at 0.") and "more than the second" in said
+def test_it_says_where_and_how_sure(full_grid):
+    sentence = str(full_grid)
+    assert (
+        sentence.startswith("Best of 36 placements: s1 at 0.")
+        and "more than the second" in sentence
+    )
     # The bar is symmetric: its mirror image is as good.
-    assert said.endswith("which is not significant.")
+    assert sentence.endswith("which is not significant.")
 
 
 SEATS = [(0.1, 0.08, 0.0), (0.2, 0.15, 0.0), (0.2, 0.25, 0.0)]
 
 
-def on_plate(*supports):
+def on_plate(*positions):
     scene = models_in_space.plate()
-    sensors = [bp.Sensor(f"s{number}", at=at) for number, at in enumerate(supports, start=1)]
+    sensors = [bp.Sensor(f"s{number}", at=at) for number, at in enumerate(positions, start=1)]
     return bp.Experiment(
         bp.Structure(scene.modes, damping=bp.damping.Modal(bar.PRIOR)),
         sensors=sensors,
@@ -134,9 +147,9 @@ def box(seat, size=0.01):
 
 
 def test_a_place_in_space_has_three_coordinates():
-    found = bp.place(on_plate(box(SEATS[0])), {"s1": SEATS[:2]}, estimator=SMALL)
-    assert [*found.table.columns][:3] == ["s1.x", "s1.y", "s1.z"]
-    assert "s1 at (0." in str(found)
+    placement = bp.place(on_plate(box(SEATS[0])), {"s1": SEATS[:2]}, estimator=SMALL)
+    assert [*placement.table.columns][:3] == ["s1.x", "s1.y", "s1.z"]
+    assert "s1 at (0." in str(placement)
 
 
 def test_rules_hold_in_space():
@@ -150,7 +163,7 @@ def test_rules_hold_in_space():
     assert PlacementRules((), 0.099).allowed(two, pairs).tolist() == [True, True]
 
 
-def test_supports_on_several_members_are_candidates_as_well():
+def test_tolerances_on_several_members_are_candidates_as_well():
     scene = models_in_space.frame()
     start, corner = models_in_space.FEET["left foot"], models_in_space.CORNERS["left column"]
     end = models_in_space.CORNERS["beam"]
@@ -158,7 +171,7 @@ def test_supports_on_several_members_are_candidates_as_well():
         bp.positions.Member(low, high, centre=tuple(np.add(low, high) / 2), within=0.03)
         for low, high in ((start, corner), (corner, end))
     ]
-    one = bp.Experiment(
+    experiment = bp.Experiment(
         bp.Structure(scene.modes, damping=bp.damping.Modal(bar.PRIOR)),
         sensors=[bp.Sensor("s1", at=seats[0], directions=(2,))],
         actuators=[bp.Actuator("a1", at=tuple(scene.place), directions=(2,))],
@@ -166,13 +179,15 @@ def test_supports_on_several_members_are_candidates_as_well():
         observe=bp.observe.LogAmplitude("acceleration"),
         noise=bp.noise.Gaussian(0.02),
     )
-    found = [
-        bp.place(one, {"s1": seats}, estimator=SMALL, search=search)
+    placements = [
+        bp.place(experiment, {"s1": seats}, estimator=SMALL, search=search)
         for search in (design.Exhaustive(), design.Forward())
     ]
-    assert len({tuple(each.positions["s1"]) for each in found}) == 1
+    assert len({tuple(placement.positions["s1"]) for placement in placements}) == 1
     np.testing.assert_allclose(
-        [each.information_gain for each in found], found[0].information_gain, rtol=1e-5
+        [placement.information_gain for placement in placements],
+        placements[0].information_gain,
+        rtol=1e-5,
     )
 
 
@@ -194,11 +209,13 @@ def test_a_place_that_does_not_move_is_never_the_answer(experiment):
         observe=experiment.observe,
         noise=None,
     )
-    found = bp.place(exact, {"s1": [0.0, 0.25]}, estimator=SMALL)
-    assert found.positions == {"s1": 0.25} and np.isneginf(found.table["information_gain"][1])
-    whole = bp.information_map(exact, {"s1": [0.0, 0.25]}, estimator=SMALL)
-    assert np.isnan(whole["information_gain"][0]) and design.lead(whole).best == {"s1": 1}
-    assert list(design.rivals(whole).values) == [False, True]
+    placement = bp.place(exact, {"s1": [0.0, 0.25]}, estimator=SMALL)
+    assert placement.positions == {"s1": 0.25} and np.isneginf(
+        placement.table["information_gain"][1]
+    )
+    full_grid = bp.information_map(exact, {"s1": [0.0, 0.25]}, estimator=SMALL)
+    assert np.isnan(full_grid["information_gain"][0]) and design.lead(full_grid).best == {"s1": 1}
+    assert list(design.rivals(full_grid).values) == [False, True]
     for search in (bp.place, bp.information_map):
         with pytest.raises(ValueError, match=r"At none of 1 placements is the information finite"):
             told = search(exact, {"s1": [0.0]}, estimator=SMALL)

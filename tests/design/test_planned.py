@@ -49,63 +49,63 @@ def relative(coherence):
 
 @pytest.mark.parametrize("noise", [None, bp.noise.Gaussian(0.1)])
 def test_an_error_that_is_stated_stays(noise):
-    given = experiment(noise)
-    found = planned(given, measured())
-    assert bool(eqx.tree_equal(found.noise, noise)) and found.observe == given.observe
-    assert [one.name for one in found.unknowns] == ["structure.damping.ratio"]
+    stated = experiment(noise)
+    plan = planned(stated, measured())
+    assert bool(eqx.tree_equal(plan.noise, noise)) and plan.observe == stated.observe
+    assert [unknown.name for unknown in plan.unknowns] == ["structure.damping.ratio"]
 
 
 def test_an_unknown_level_becomes_its_mean_and_all_else_stays_unknown():
-    found = planned(experiment(bp.noise.Gaussian(dist.Uniform(0.1, 0.4)), COMPLEX))
-    assert float(found.noise.sigma) == pytest.approx(0.25)
-    assert found.observe == COMPLEX
-    assert [one.name for one in found.unknowns] == ["structure.damping.ratio"]
+    plan = planned(experiment(bp.noise.Gaussian(dist.Uniform(0.1, 0.4)), COMPLEX))
+    assert float(plan.noise.sigma) == pytest.approx(0.25)
+    assert plan.observe == COMPLEX
+    assert [unknown.name for unknown in plan.unknowns] == ["structure.damping.ratio"]
 
 
 @pytest.mark.parametrize("observe", [COMPLEX, LOGARITHM])
 def test_coherence_of_an_earlier_measurement_tells_the_relative_error(observe):
-    found = planned(experiment(bp.noise.FromCoherence(), observe), measured())
-    assert found.observe == LOGARITHM
-    assert type(found.noise) is bp.noise.Gaussian
-    assert found.noise.sigma == pytest.approx(relative(COHERENCE), rel=1e-9)
+    plan = planned(experiment(bp.noise.FromCoherence(), observe), measured())
+    assert plan.observe == LOGARITHM
+    assert type(plan.noise) is bp.noise.Gaussian
+    assert plan.noise.sigma == pytest.approx(relative(COHERENCE), rel=1e-9)
 
 
 @pytest.mark.parametrize("observe", [COMPLEX, LOGARITHM])
 def test_the_factor_on_the_coherence_counts(observe):
-    found = planned(experiment(bp.noise.FromCoherence(factor=3.0), observe), measured())
-    assert found.noise.sigma == pytest.approx(3 * relative(COHERENCE), rel=1e-9)
+    plan = planned(experiment(bp.noise.FromCoherence(factor=3.0), observe), measured())
+    assert plan.noise.sigma == pytest.approx(3 * relative(COHERENCE), rel=1e-9)
 
 
 @pytest.mark.parametrize("observe", [COMPLEX, LOGARITHM])
 def test_the_median_is_taken_over_lines_and_sensors(observe):
     """A few lines of poor coherence, at antiresonances, do not tell of the others."""
     coherence = np.array([[[0.2, 0.95, 0.95]], [[0.95, 0.999, 0.95]]])
-    found = planned(experiment(bp.noise.FromCoherence(), observe), measured(coherence))
-    assert found.noise.sigma == pytest.approx(relative(0.95), rel=1e-9)
+    plan = planned(experiment(bp.noise.FromCoherence(), observe), measured(coherence))
+    assert plan.noise.sigma == pytest.approx(relative(0.95), rel=1e-9)
 
 
 @pytest.mark.parametrize("observe", [COMPLEX, LOGARITHM])
 def test_what_was_not_measured_does_not_count(observe):
-    whole = measured(np.array([[[0.9, 0.9, 0.9]], [[0.99, 0.99, 0.99]]]))
-    frf = whole.frf.copy()
+    complete = measured(np.array([[[0.9, 0.9, 0.9]], [[0.99, 0.99, 0.99]]]))
+    frf = complete.frf.copy()
     frf[1] = np.nan
     partly = bp.Measurement.from_arrays(
         frf,
         LINES,
-        sensors=whole.sensors,
-        actuators=whole.actuators,
+        sensors=complete.sensors,
+        actuators=complete.actuators,
         quantity="mobility",
-        coherence=whole.coherence,
+        coherence=complete.coherence,
         averages=AVERAGES,
     )
-    found = planned(experiment(bp.noise.FromCoherence(), observe), partly)
-    assert found.noise.sigma == pytest.approx(relative(0.9), rel=1e-9)
+    plan = planned(experiment(bp.noise.FromCoherence(), observe), partly)
+    assert plan.noise.sigma == pytest.approx(relative(0.9), rel=1e-9)
 
 
 @pytest.mark.parametrize("noise", [None, bp.noise.FromCoherence(), bp.noise.Gaussian(0.1)])
 def test_a_standard_deviation_that_is_given_is_taken(noise):
-    found = planned(experiment(noise, COMPLEX), measured(), 0.02)
-    assert found.noise.sigma == 0.02 and found.observe == LOGARITHM
+    plan = planned(experiment(noise, COMPLEX), measured(), 0.02)
+    assert plan.noise.sigma == 0.02 and plan.observe == LOGARITHM
 
 
 def test_scatter_of_repeated_measurements_is_as_planned():
@@ -118,8 +118,8 @@ def test_scatter_of_repeated_measurements_is_as_planned():
 
 
 def test_what_is_planned_can_be_placed():
-    found = planned(experiment(bp.noise.FromCoherence(), COMPLEX), measured())
-    table = bp.information_map(found, {"s1": [0.25, 0.4]}, estimator=bp.information.Exact(draws=32))
+    plan = planned(experiment(bp.noise.FromCoherence(), COMPLEX), measured())
+    table = bp.information_map(plan, {"s1": [0.25, 0.4]}, estimator=bp.information.Exact(draws=32))
     assert np.isfinite(table["information_gain"]).all()
 
 

@@ -17,25 +17,27 @@ SMALL = information.KDE(draws=128, placement_draws=64)
 def study():
     experiment = bar.placed(0.3, 0.3, None, structure=bar.bar(0.04, bar.PRIOR))
     shares = []
-    found = design.tolerance_study(
+    result = design.tolerance_study(
         experiment, {"s1": PLACES, "a1": [0.25]}, estimator=SMALL, progress=shares.append
     )
     assert np.all(np.diff(shares) >= 0) and shares[-1] == 1
-    return found
+    return result
 
 
 def declared(factor):
     """The same map with the tolerance as it would be declared."""
-    one = bar.placed(0.3, 0.3, None, structure=bar.bar(0.04, bar.PRIOR))
+    experiment = bar.placed(0.3, 0.3, None, structure=bar.bar(0.04, bar.PRIOR))
     seats = [bp.positions.Segment(at, within=0.04 * factor) for at in PLACES]
     across = [bp.positions.Segment(0.25, within=0.04 * factor)]
-    return bp.information_map(one, {"s1": seats, "a1": across}, estimator=SMALL)
+    return bp.information_map(experiment, {"s1": seats, "a1": across}, estimator=SMALL)
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.25])
 def test_each_map_is_that_of_the_tolerance(study, factor):
-    found = study.maps["information_gain"].sel(tolerance_factor=factor)
-    np.testing.assert_allclose(found.values, declared(factor)["information_gain"].values, rtol=1e-5)
+    scaled = study.maps["information_gain"].sel(tolerance_factor=factor)
+    np.testing.assert_allclose(
+        scaled.values, declared(factor)["information_gain"].values, rtol=1e-5
+    )
 
 
 def test_the_table_says_what_a_jig_buys(study):
@@ -43,12 +45,12 @@ def test_the_table_says_what_a_jig_buys(study):
     assert list(table.index) == [1.0, 0.5, 0.25]
     home = int(np.argmax(kl.sel(tolerance_factor=1.0).values))
     for factor in table.index:
-        row, one = table.loc[factor], kl.sel(tolerance_factor=factor).values.ravel()
-        assert row["s1"] == PLACES[np.argmax(one)] and row["a1"] == 0.25
+        row, gains = table.loc[factor], kl.sel(tolerance_factor=factor).values.ravel()
+        assert row["s1"] == PLACES[np.argmax(gains)] and row["a1"] == 0.25
         assert row["improvement"] == pytest.approx(
-            one.max() - kl.sel(tolerance_factor=1.0).values.max()
+            gains.max() - kl.sel(tolerance_factor=1.0).values.max()
         )
-        assert row["relocation"] == pytest.approx(one.max() - one[home])
+        assert row["relocation"] == pytest.approx(gains.max() - gains[home])
     assert (
         table["improvement"][0.25]
         > table["improvement"][0.5]
@@ -61,12 +63,12 @@ def handmade(*kl):
     """A map over two places, with two replicates that differ by 0.1 and 0.3 nat."""
     kl = np.array(kl)
     without = kl[:, None] + np.array([[0.1, -0.1], [0.3, -0.3]])
-    whole = {
+    variables = {
         "information_gain": ("s1", kl),
         "information_gain_se": ("s1", kl),
         "information_gain_jackknife": (("s1", "replicate"), without),
     }
-    return xr.Dataset(whole, coords={"s1": [0.2, 0.3]})
+    return xr.Dataset(variables, coords={"s1": [0.2, 0.3]})
 
 
 def test_the_optimum_may_move():
@@ -94,13 +96,13 @@ def test_tolerances_are_positive(factors):
 
 
 def test_a_place_without_tolerance_has_none_to_change():
-    one = bar.placed(0.3, 0.3, None)
+    base = bar.placed(0.3, 0.3, None)
     exact = bp.Experiment(
-        one.structure,
+        base.structure,
         sensors=[bp.Sensor("s1", at=0.3)],
-        actuators=list(one.actuator.values()),
-        frequency=one.frequency,
-        observe=one.observe,
+        actuators=list(base.actuator.values()),
+        frequency=base.frequency,
+        observe=base.observe,
         noise=None,
     )
     with pytest.raises(ValueError, match=r'Sensor "s1" was to have 1 times its tolerance, but'):

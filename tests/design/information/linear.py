@@ -40,5 +40,5 @@ def linear_experiment(forms=FORMS, scales=SCALES, sigma=SIGMA):
         observe=bp.observe.Complex("displacement"),
         noise=bp.noise.Gaussian(sigma),
     )
-    law = dist.Normal(jnp.zeros(2), jnp.asarray(scales)).to_event(1)
-    return experiment + Offsets(law, forms)
+    prior = dist.Normal(jnp.zeros(2), jnp.asarray(scales)).to_event(1)
+    return experiment + Offsets(prior, forms)

@@ -41,13 +41,13 @@ def test_after_a_measurement_the_gain_is_that_of_its_posterior(linear):
     estimator = information.ExpectedGain(
         draws=1024, placement_draws=1, data_draws=512, replicates=8, after=after
     )
-    found, error = estimated(estimator, linear)
+    gain, error = estimated(estimator, linear)
     assert error < 0.03
-    assert abs(found - truth) < 4 * np.hypot(error, 0.01)  # and the draws are but 4000
+    assert abs(gain - truth) < 4 * np.hypot(error, 0.01)  # and the draws are but 4000
     before, _ = estimated(
         information.ExpectedGain(draws=512, placement_draws=1, data_draws=256), linear
     )
-    assert before > found + 0.1
+    assert before > gain + 0.1
 
 
 def test_draws_belong_together(linear):
@@ -81,27 +81,29 @@ def mutual_information(laws, count=400_000):
         multivariate_normal(mean @ ALONG, np.eye(3) + ALONG.T @ covariance @ ALONG)
         for mean, covariance, _ in [(np.array(m), c, w) for m, c, w in laws]
     ]
-    told = 0.0
-    for number, (law, weight) in enumerate(zip(exact, weights, strict=True)):
-        y = law.rvs(count, random_state=number)
-        densities = np.array([one.pdf(y) for one in exact])
-        told += weight * np.mean(np.log(densities[number] / (weights @ densities)))
-    return told
+    total = 0.0
+    for number, (distribution, weight) in enumerate(zip(exact, weights, strict=True)):
+        y = distribution.rvs(count, random_state=number)
+        densities = np.array([explanation.pdf(y) for explanation in exact])
+        total += weight * np.mean(np.log(densities[number] / (weights @ densities)))
+    return total
 
 
 def test_separation_is_the_mutual_information(linear):
-    laws, several = alternatives(linear)
+    laws, explanations = alternatives(linear)
     truth = mutual_information(laws)
-    found, error = estimated(information.Separation(several, draws=1024, data_draws=512), linear)
+    gain, error = estimated(
+        information.Separation(explanations, draws=1024, data_draws=512), linear
+    )
     assert 0.1 < truth < np.log(2)
     assert error < 0.02
-    assert abs(found - truth) < 4 * np.hypot(error, 0.005)
+    assert abs(gain - truth) < 4 * np.hypot(error, 0.005)
 
 
 def test_explanations_that_predict_alike_are_not_told_apart(linear):
-    _, several = alternatives(linear)
-    found, error = estimated(information.Separation([several[0], several[0]]), linear)
-    assert abs(found) < 4 * error + 1e-3
+    _, explanations = alternatives(linear)
+    gain, error = estimated(information.Separation([explanations[0], explanations[0]]), linear)
+    assert abs(gain) < 4 * error + 1e-3
 
 
 def test_a_structure_of_its_own_predicts_by_itself():
@@ -112,17 +114,17 @@ def test_a_structure_of_its_own_predicts_by_itself():
         stiffness=dist.Uniform(1e6, 2e6), at=0.35, name="spring"
     )
     rng = np.random.default_rng(0)
-    several = [
-        information.Alternative(name, 1.0, one, {unknown: rng.uniform(low, high, 200)})
-        for name, one, unknown, (low, high) in (
+    explanations = [
+        information.Alternative(name, 1.0, explained, {unknown: rng.uniform(low, high, 200)})
+        for name, explained, unknown, (low, high) in (
             ("mass", heavy, "structure.effects.mass.mass", (0.3, 0.5)),
             ("spring", light, "structure.effects.spring.stiffness", (1e6, 2e6)),
         )
     ]
-    estimator = information.Separation(several, draws=64, data_draws=64)
-    found = bp.information_map(base, {"s1": [0.06, 0.35]}, estimator=estimator)
-    assert np.all(found["information_gain"] < np.log(2) + 1e-9)
-    assert float(found["information_gain"].max()) > 0.3
+    estimator = information.Separation(explanations, draws=64, data_draws=64)
+    gain = bp.information_map(base, {"s1": [0.06, 0.35]}, estimator=estimator)
+    assert np.all(gain["information_gain"] < np.log(2) + 1e-9)
+    assert float(gain["information_gain"].max()) > 0.3
 
 
 def test_what_stays_mounted_is_known_by_the_measurement():
@@ -130,7 +132,8 @@ def test_what_stays_mounted_is_known_by_the_measurement():
     rng = np.random.default_rng(2)
     after = {name: rng.uniform(0.03, 0.05, 50) for name in RATIOS}
     after |= {
-        f"{one}.position": rng.normal(0.26, 0.001, 50) for one in ("sensor.s1", "actuator.a1")
+        f"{transducer}.position": rng.normal(0.26, 0.001, 50)
+        for transducer in ("sensor.s1", "actuator.a1")
     }
     assert prior_knowledge(experiment, after, ["s1"]).names == (*RATIOS, "actuator.a1.position")
     assert prior_knowledge(experiment, after, ["s1", "a1"]).names == RATIOS
@@ -148,16 +151,16 @@ def test_each_estimator_goes_on_from_a_posterior(estimator):
     sharp = {name: rng.normal(0.035, 1e-5, 50) for name in RATIOS}
     half = {RATIOS[0]: rng.uniform(0.02, 0.06, 50), RATIOS[1]: rng.normal(0.035, 1e-5, 50)}
     places = {"s1": [0.25], "a1": [0.25]}
-    told = [
-        float(bp.information_map(experiment, places, estimator=one)["information_gain"][0, 0])
-        for one in (
+    gains = [
+        float(bp.information_map(experiment, places, estimator=variant)["information_gain"][0, 0])
+        for variant in (
             estimator,
             type(estimator)(**(sizes(estimator) | {"after": half})),
             type(estimator)(**(sizes(estimator) | {"after": sharp})),
         )
     ]
-    assert told[0] > told[1] + 0.2 and told[1] > told[2]
-    assert abs(told[2]) < 1e-3
+    assert gains[0] > gains[1] + 0.2 and gains[1] > gains[2]
+    assert abs(gains[2]) < 1e-3
 
 
 def test_nominal_values_are_the_means_after_the_measurement():
@@ -167,13 +170,15 @@ def test_nominal_values_are_the_means_after_the_measurement():
     estimator = information.KDE(draws=64, placement_draws=64, after=after)
     means = {name: float(values.mean()) for name, values in after.items()}
     places = {"s1": [0.25], "a1": [0.25]}
-    found = bp.information_map(experiment, places, estimator=estimator)
-    same = bp.information_map(experiment, places, estimator=estimator, nominal=means)
-    other = bp.information_map(experiment, places, estimator=estimator, nominal={RATIOS[1]: 0.021})
-    assert float(found["information_gain"][0, 0]) == pytest.approx(
-        float(same["information_gain"][0, 0]), rel=1e-9
+    learnt = bp.information_map(experiment, places, estimator=estimator)
+    explicit = bp.information_map(experiment, places, estimator=estimator, nominal=means)
+    shifted = bp.information_map(
+        experiment, places, estimator=estimator, nominal={RATIOS[1]: 0.021}
     )
-    assert abs(float(found["information_gain"][0, 0] - other["information_gain"][0, 0])) > 0.01
+    assert float(learnt["information_gain"][0, 0]) == pytest.approx(
+        float(explicit["information_gain"][0, 0]), rel=1e-9
+    )
+    assert abs(float(learnt["information_gain"][0, 0] - shifted["information_gain"][0, 0])) > 0.01
 
 
 def sizes(estimator):
@@ -182,19 +187,19 @@ def sizes(estimator):
 
 def test_draws_that_lack_a_parameter_are_refused():
     experiment = bar.placed(0.25, 0.3, bp.noise.Gaussian(0.05))
-    one = information.KDE(after={RATIOS[0]: np.ones(4)})
+    estimator = information.KDE(after={RATIOS[0]: np.ones(4)})
     with pytest.raises(ValueError, match=r"Draws of .*ratio.1 were given, but .*ratio.2 as"):
-        one.plan(experiment, 0)
+        estimator.plan(experiment, 0)
 
 
 def test_one_explanation_is_not_told_apart(linear):
-    _, several = alternatives(linear)
+    _, explanations = alternatives(linear)
     with pytest.raises(ValueError, match=r"Separation was given 0; at least two explanations"):
-        information.Separation(several[:1])
+        information.Separation(explanations[:1])
 
 
 def test_separation_needs_the_output_error(linear):
-    _, several = alternatives(linear)
+    _, explanations = alternatives(linear)
     silent = bar.placed(0.25, 0.3, None)
     with pytest.raises(ValueError, match=r"information.Separation was given .*noise=None"):
-        information.Separation(several).plan(silent, 0)
+        information.Separation(explanations).plan(silent, 0)

@@ -40,10 +40,10 @@ def estimated(estimator, experiment, seed=0, **nominal):
 )
 def test_kde_has_the_numbers_of_the_paper(kernel, ratios, places, points):
     experiment = bar.placed(*places, noise=None, structure=bar.bar(*ratios))
-    found, error = estimated(information.KDE(kernel=kernel, sampling=points), experiment)
+    gain, error = estimated(information.KDE(kernel=kernel, sampling=points), experiment)
     mean, spread = TABLE[kernel, ratios, places]
     assert 0 < error < 2 * spread
-    assert abs(found - mean) < 4 * np.hypot(error, spread / np.sqrt(20))
+    assert abs(gain - mean) < 4 * np.hypot(error, spread / np.sqrt(20))
 
 
 def test_products_of_modes_are_the_responses():
@@ -61,9 +61,9 @@ def test_products_of_modes_are_the_responses():
 def test_exact_has_the_numbers_of_the_reference(row):
     sigma, places, expected = row
     experiment = bar.placed(*places, bp.noise.Gaussian(sigma))
-    found, error = estimated(information.Exact(draws=512, nodes=32), experiment)
+    gain, error = estimated(information.Exact(draws=512, nodes=32), experiment)
     assert 0 < error < 0.03
-    assert abs(found - expected[4]) < 4 * error + 1e-4
+    assert abs(gain - expected[4]) < 4 * error + 1e-4
 
 
 @pytest.fixture(scope="module")
@@ -80,9 +80,9 @@ def test_the_expected_gain_of_a_linear_experiment_is_the_closed_form(linear):
     estimator = information.ExpectedGain(
         draws=2048, placement_draws=1, data_draws=512, replicates=8
     )
-    found, error = estimated(estimator, linear)
+    gain, error = estimated(estimator, linear)
     assert error < 0.02
-    assert abs(found - closed_form()) < 3 * error
+    assert abs(gain - closed_form()) < 3 * error
 
 
 def test_its_bias_falls_like_one_over_the_draws(linear):
@@ -91,8 +91,8 @@ def test_its_bias_falls_like_one_over_the_draws(linear):
         estimator = information.ExpectedGain(
             draws=size, placement_draws=1, data_draws=256, sampling="plain", replicates=64
         )
-        found, error = estimated(estimator, linear)
-        biases.append(found - closed_form())
+        gain, error = estimated(estimator, linear)
+        biases.append(gain - closed_form())
         errors.append(error)
     assert biases[0] > 10 * errors[0]
     # Four times the draws: a fourth of the bias, but for what is of second order.
@@ -102,19 +102,19 @@ def test_its_bias_falls_like_one_over_the_draws(linear):
 
 def exact_divergences(experiment, count):
     """Divergence for data that the prior predicts, all integrals by Gauss quadrature."""
-    laws = placement_distributions(experiment)
-    nodes = nested_nodes(experiment, laws, 32)
+    priors = placement_distributions(experiment)
+    nodes = nested_nodes(experiment, priors, 32)
     node, weight = np.polynomial.legendre.leggauss(12)
-    first, second = (one.ravel() for one in np.meshgrid(0.04 + 0.02 * node, 0.04 + 0.02 * node))
+    first, second = (axis.ravel() for axis in np.meshgrid(0.04 + 0.02 * node, 0.04 + 0.02 * node))
     log_weight = np.log(np.outer(weight / 2, weight / 2).ravel())
 
     @jax.jit
     def likelihoods(z):
         integrated = NestedQuadrature(Data(z, np.ones(z.shape, dtype=bool)), nodes)
-        several = {RATIOS[0]: jnp.asarray(first), RATIOS[1]: jnp.asarray(second)}
+        grid = {RATIOS[0]: jnp.asarray(first), RATIOS[1]: jnp.asarray(second)}
         return jax.lax.map(
-            lambda one: integrated.log_likelihood(experiment.fix(one)),
-            several,
+            lambda values: integrated.log_likelihood(experiment.fix(values)),
+            grid,
             batch_size=16,
         )
 
@@ -122,7 +122,9 @@ def exact_divergences(experiment, count):
     random = np.random.default_rng(0)
     for _ in range(count):
         values = {name: random.uniform(0.02, 0.06) for name in RATIOS}
-        values |= {name: float(random.uniform(law.low, law.high)) for name, law in laws.items()}
+        values |= {
+            name: float(random.uniform(prior.low, prior.high)) for name, prior in priors.items()
+        }
         z = respond(values)
         z += SMALL_ERROR * random.standard_normal(z.shape)
         yield information.from_prior_draws(np.asarray(likelihoods(z)), log_weight).kl
@@ -135,15 +137,15 @@ def test_the_expected_gain_of_the_bar_is_the_mean_of_exact_divergences():
     truth, deviation = exact.mean(), exact.std(ddof=1) / 10
     assert deviation < 0.05 < truth / 20
     for places in (16, 64):
-        found, error = estimated(information.ExpectedGain(placement_draws=places), experiment)
-        assert abs(found - truth) < 3 * np.hypot(error, deviation)
+        gain, error = estimated(information.ExpectedGain(placement_draws=places), experiment)
+        assert abs(gain - truth) < 3 * np.hypot(error, deviation)
 
 
 def test_one_more_sensor_teaches_no_less():
     base = bar.placed(0.25, 0.25, bp.noise.Gaussian(SMALL_ERROR))
-    told = []
+    gains = []
     for count in (1, 2):
-        one = bp.Experiment(
+        experiment = bp.Experiment(
             base.structure,
             sensors=[
                 bp.Sensor(f"s{number}", at=bp.positions.Segment(at, within=0.04))
@@ -154,8 +156,8 @@ def test_one_more_sensor_teaches_no_less():
             observe=base.observe,
             noise=base.noise,
         )
-        told.append(estimated(information.ExpectedGain(placement_draws=16), one))
-    (fewer, first), (more, second) = told
+        gains.append(estimated(information.ExpectedGain(placement_draws=16), experiment))
+    (fewer, first), (more, second) = gains
     assert more - fewer > 3 * np.hypot(first, second)
 
 
@@ -170,9 +172,9 @@ def known():
 
 
 def certain(noise):
-    whole = bar.placed(*P2, noise)
-    places = {name: v for name, v in whole.nominal_values().items() if "position" in name}
-    return whole.fix(places)
+    uncertain = bar.placed(*P2, noise)
+    places = {name: v for name, v in uncertain.nominal_values().items() if "position" in name}
+    return uncertain.fix(places)
 
 
 @pytest.mark.parametrize(

@@ -59,9 +59,9 @@ def test_the_published_cantilever(published, measured):
     estimator = information.ExpectedGain(
         draws=2**18, placement_draws=1, data_draws=256, replicates=8
     )
-    found, error = estimated(estimator, experiment)
+    learnt, error = estimated(estimator, experiment)
     assert error < 0.03
-    assert abs(found - truth) < 3 * error
+    assert abs(learnt - truth) < 3 * error
 
 
 LAWS = {
@@ -74,7 +74,7 @@ PLACES, SIGMA = np.array([0.45, 0.8, 1.0]), 0.05
 def cantilever(place):
     """Our beam, read at a place."""
     section = {"length": 1.0, "area": 1e-3, "density": 2700.0, "second_moment": 2e-8}
-    youngs_modulus, ratio = (dist.Normal(*law) for law in LAWS.values())
+    youngs_modulus, ratio = (dist.Normal(*moments) for moments in LAWS.values())
     beam = bp.beams.beam(6, **section, youngs_modulus=youngs_modulus, ends="fixed-free")
     return bp.Experiment(
         bp.Structure(beam, damping=bp.damping.Modal(ratio)),
@@ -93,7 +93,7 @@ def by_pyapprox(experiment, backend, seeds=8):
     from pyapprox.probability.joint.independent import IndependentJoint
     from pyapprox.probability.univariate.gaussian import GaussianMarginal
 
-    known = experiment.frequency.size
+    outputs = experiment.frequency.size
 
     @jax.jit
     def responses(samples):
@@ -105,33 +105,35 @@ def by_pyapprox(experiment, backend, seeds=8):
     def respond(samples):
         return np.asarray(responses(samples))
 
-    prior = IndependentJoint([GaussianMarginal(*law, backend) for law in LAWS.values()], backend)
-    found = []
+    prior = IndependentJoint(
+        [GaussianMarginal(*moments, backend) for moments in LAWS.values()], backend
+    )
+    gains = []
     for seed in range(seeds):
         objective = create_kl_oed_objective(
             prior,
-            FunctionFromCallable(known, len(LAWS), respond, backend),
-            np.full(known, SIGMA**2),
+            FunctionFromCallable(outputs, len(LAWS), respond, backend),
+            np.full(outputs, SIGMA**2),
             backend,
             outer_sampler_type="mc",
             nouter_approx=1000,
             ninner_approx=2500,
             outer_seed=seed,
         )
-        found.append(objective.expected_information_gain(np.ones((known, 1))))
-    return np.mean(found), np.std(found, ddof=1) / np.sqrt(seeds)
+        gains.append(objective.expected_information_gain(np.ones((outputs, 1))))
+    return np.mean(gains), np.std(gains, ddof=1) / np.sqrt(seeds)
 
 
 def test_a_cantilever_of_ours(backend):
     estimator = information.ExpectedGain(
         draws=2048, placement_draws=1, data_draws=1024, replicates=8
     )
-    found = bp.information_map(cantilever(1.0), {"s1": PLACES}, estimator=estimator)
+    learnt = bp.information_map(cantilever(1.0), {"s1": PLACES}, estimator=estimator)
     for place in PLACES:
-        ours = found.sel(s1=place)
+        ours = learnt.sel(s1=place)
         theirs, error = by_pyapprox(cantilever(place), backend)
         assert theirs > 0.5 and error < 0.03 and float(ours["information_gain_se"]) < 0.03
         assert abs(float(ours["information_gain"]) - theirs) < 3 * np.hypot(
             float(ours["information_gain_se"]), error
         )
-    assert float(found["information_gain"].max()) > float(found["information_gain"].min()) + 0.3
+    assert float(learnt["information_gain"].max()) > float(learnt["information_gain"].min()) + 0.3

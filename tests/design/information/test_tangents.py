@@ -15,24 +15,24 @@ DATA = np.random.default_rng(0).normal(size=(6, 3)) * 2
 
 def log_density(respond, draws, data):
     """With the constant, which is left out there."""
-    found = jax.jit(lambda: TangentKernels.of(respond, draws).log_density(jnp.asarray(data)))()
-    return np.asarray(found) - 0.5 * data.shape[1] * np.log(2 * np.pi)
+    density = jax.jit(lambda: TangentKernels.of(respond, draws).log_density(jnp.asarray(data)))()
+    return np.asarray(density) - 0.5 * data.shape[1] * np.log(2 * np.pi)
 
 
 def scores(count, dimension):
     return jnp.asarray(ndtri(qmc.Sobol(dimension, rng=np.random.default_rng(1)).random(count)))
 
 
-def test_one_kernel_is_the_normal_law_of_a_linear_response():
-    found = log_density(lambda u: SHIFT + SLOPE @ u, jnp.ones((1, 2)), DATA)
-    law = multivariate_normal(SHIFT, np.eye(3) + SLOPE @ SLOPE.T)
-    np.testing.assert_allclose(found, law.logpdf(DATA), rtol=1e-6)
+def test_one_kernel_is_the_normal_distribution_of_a_linear_response():
+    density = log_density(lambda u: SHIFT + SLOPE @ u, jnp.ones((1, 2)), DATA)
+    normal = multivariate_normal(SHIFT, np.eye(3) + SLOPE @ SLOPE.T)
+    np.testing.assert_allclose(density, normal.logpdf(DATA), rtol=1e-6)
 
 
-def test_many_kernels_keep_the_law_of_a_linear_response():
-    found = log_density(lambda u: SHIFT + SLOPE @ u, scores(512, 2), DATA)
-    law = multivariate_normal(SHIFT, np.eye(3) + SLOPE @ SLOPE.T)
-    np.testing.assert_allclose(found, law.logpdf(DATA), atol=0.05)
+def test_many_kernels_keep_the_distribution_of_a_linear_response():
+    density = log_density(lambda u: SHIFT + SLOPE @ u, scores(512, 2), DATA)
+    normal = multivariate_normal(SHIFT, np.eye(3) + SLOPE @ SLOPE.T)
+    np.testing.assert_allclose(density, normal.logpdf(DATA), atol=0.05)
 
 
 def curved(u):
@@ -43,9 +43,9 @@ def test_a_curved_response_is_followed_the_closer_the_more_kernels():
     """The error falls with the square of the kernels' width, count^(-2/5) in one dimension."""
     data = np.array([[1.0, 0.8], [-3.0, 0.5], [2.0, 1.5]])
     node = np.linspace(-8, 8, 20001)
-    along = np.stack([3 * node, np.sin(3 * node)], axis=-1)
-    each = norm.logpdf(data[:, None] - along).sum(-1) + norm.logpdf(node)
-    exact = np.log(np.exp(each).sum(-1) * (node[1] - node[0]))
+    response = np.stack([3 * node, np.sin(3 * node)], axis=-1)
+    log_joint = norm.logpdf(data[:, None] - response).sum(-1) + norm.logpdf(node)
+    exact = np.log(np.exp(log_joint).sum(-1) * (node[1] - node[0]))
     errors = [
         np.abs(log_density(curved, scores(count, 1), data) - exact).max()
         for count in (64, 1024, 16384)
@@ -56,5 +56,5 @@ def test_a_curved_response_is_followed_the_closer_the_more_kernels():
 
 
 def test_nothing_unknown_leaves_the_errors():
-    found = log_density(lambda u: jnp.asarray(SHIFT), jnp.zeros((4, 0)), DATA)
-    np.testing.assert_allclose(found, multivariate_normal(SHIFT).logpdf(DATA), rtol=1e-12)
+    density = log_density(lambda u: jnp.asarray(SHIFT), jnp.zeros((4, 0)), DATA)
+    np.testing.assert_allclose(density, multivariate_normal(SHIFT).logpdf(DATA), rtol=1e-12)

@@ -48,8 +48,8 @@ def test_information_does_not_depend_on_the_unit(kind, unit):
 def test_sobol_points_go_on_as_independent_draws():
     scores = _sampling.scores("sobol", 1, 8, 21_203, 0)
     assert scores.shape == (1, 8, 21_203) and np.isfinite(scores).all()
-    few = _sampling.scores("sobol", 1, 8, 21_201, 0)
-    np.testing.assert_array_equal(scores[..., :21_201], few)
+    coarse = _sampling.scores("sobol", 1, 8, 21_201, 0)
+    np.testing.assert_array_equal(scores[..., :21_201], coarse)
     further = scores[..., 21_201:]
     assert len(np.unique(further)) == further.size and 0.3 < further.std() < 2
 

@@ -26,26 +26,26 @@ def cluster():
 
 
 @pytest.fixture(scope="module")
-def whole():
+def full_map():
     return small_maps.computed()
 
 
-def test_the_map_is_the_same_bit_for_bit(cluster, whole):
+def test_the_map_is_the_same_bit_for_bit(cluster, full_map):
     shares = []
-    assert small_maps.computed(executor=cluster, progress=shares.append).identical(whole)
+    assert small_maps.computed(executor=cluster, progress=shares.append).identical(full_map)
     np.testing.assert_allclose(shares, np.arange(13) / 12)
 
 
-def test_a_scheduler_is_found_by_its_address(cluster, whole):
+def test_a_scheduler_is_found_by_its_address(cluster, full_map):
     address = cluster._client.scheduler.address
     with bp.design.workers(dask=address) as executor:
-        assert small_maps.computed(executor=executor).identical(whole)
+        assert small_maps.computed(executor=executor).identical(full_map)
 
 
-def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, whole, tmp_path, monkeypatch):
+def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, full_map, tmp_path, monkeypatch):
     marker = tmp_path / "killed"
     monkeypatch.setattr(_dispatch, "compute_packed", partial(small_maps.stop_once, marker))
-    assert small_maps.computed(executor=cluster).identical(whole)
+    assert small_maps.computed(executor=cluster).identical(full_map)
     worker = int(marker.read_text())
     assert worker != os.getpid()
     killed.until(lambda: killed.gone(worker))
@@ -56,7 +56,7 @@ def test_an_error_arrives_in_words_and_leaves_nothing_waiting(cluster, monkeypat
     with pytest.raises(ValueError, match="Stiffness was given as zero"):
         small_maps.computed(executor=cluster)
     futures = cluster._client.futures
-    assert not [one for one in futures.values() if one.status == "pending"]
+    assert not [future for future in futures.values() if future.status == "pending"]
 
 
 def test_an_estimate_that_cannot_be_made_is_refused_by_its_own_words(cluster):
@@ -70,25 +70,27 @@ def test_an_estimate_that_cannot_be_made_is_refused_by_its_own_words(cluster):
 @pytest.mark.parametrize(
     "whose", [pytest.param("its own workers", marks=pytest.mark.long), "workers that live on"]
 )
-def test_a_run_that_is_killed_goes_on(whose, cluster, whole, tmp_path, monkeypatch):
+def test_a_run_that_is_killed_goes_on(whose, cluster, full_map, tmp_path, monkeypatch):
     client = cluster._client
-    own = whose == "its own workers"
-    before, workers = killed.killed_half_way(tmp_path, "local" if own else client.scheduler.address)
-    killed.until(lambda: not any(client.processing().values()))  # nothing is done for nobody
-    killed.until(lambda: not own or all(map(killed.gone, workers)))
+    is_local = whose == "its own workers"
+    before, workers = killed.killed_half_way(
+        tmp_path, "local" if is_local else client.scheduler.address
+    )
+    killed.until(lambda: not any(client.processing().values()))  # no abandoned chunk is computed
+    killed.until(lambda: not is_local or all(map(killed.gone, workers)))
     counted, packed = [], chunking.Chunk.packed
 
     def count(chunk):
         counted.append(chunk)
         return packed(chunk)
 
-    def again():
-        found = small_maps.computed(executor=cluster, store=tmp_path / "store")
-        assert found.identical(whole)
+    def run_again():
+        result = small_maps.computed(executor=cluster, store=tmp_path / "store")
+        assert result.identical(full_map)
 
     monkeypatch.setattr(chunking.Chunk, "packed", count)
-    # Workers that live on end what each has in hand, for nobody.
-    killed.goes_on(tmp_path, before, again, counted, twice=1 if own else 2)
+    # Workers that live on finish the chunk that each has begun.
+    killed.goes_on(tmp_path, before, run_again, counted, twice=1 if is_local else 2)
 
 
 def test_an_address_and_a_number_of_workers_are_refused():

@@ -24,7 +24,7 @@ from tests.design.small_maps import CELLS, computed
 
 
 @pytest.fixture(scope="module")
-def whole():
+def full_map():
     return computed()
 
 
@@ -35,16 +35,16 @@ def processes():
 
 
 @pytest.fixture(scope="module")
-def kept(tmp_path_factory, whole):
+def full_store(tmp_path_factory, full_map):
     folder = tmp_path_factory.mktemp("kept")
-    assert computed(store=folder).identical(whole)
+    assert computed(store=folder).identical(full_map)
     return folder
 
 
 @pytest.fixture
-def store(kept, tmp_path):
-    """A store of its own that holds the whole map."""
-    for path in kept.iterdir():
+def store(full_store, tmp_path):
+    """A store of its own that holds the full map."""
+    for path in full_store.iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())
     return tmp_path
 
@@ -52,38 +52,38 @@ def store(kept, tmp_path):
 @pytest.fixture
 def counted(monkeypatch):
     """Chunks that were computed here."""
-    computed_here = []
+    computed_chunks = []
 
     def count(chunk):
-        computed_here.append(chunk)
+        computed_chunks.append(chunk)
         return chunking.compute(chunk)
 
     monkeypatch.setattr(_dispatch, "compute", count)
-    return computed_here
+    return computed_chunks
 
 
 # Results in files.
 
 
-def test_only_what_is_missing_is_computed(store, whole, counted):
+def test_only_what_is_missing_is_computed(store, full_map, counted):
     names = sorted(store.iterdir())
     assert len(names) == CELLS
     shares = []
-    assert computed(store=store, progress=shares.append).identical(whole)
+    assert computed(store=store, progress=shares.append).identical(full_map)
     assert not counted and shares == [1.0]
     names[3].unlink()
-    assert computed(store=str(store), progress=shares.append).identical(whole)
+    assert computed(store=str(store), progress=shares.append).identical(full_map)
     assert len(counted) == 1 and shares[1:] == [11 / 12, 1.0]
 
 
-def test_a_file_says_by_itself_what_is_in_it(kept, whole):
+def test_a_file_says_by_itself_what_is_in_it(full_store, full_map):
     cells = []
-    for path in kept.iterdir():
+    for path in full_store.iterdir():
         with np.load(path) as arrays:
             assert "'estimator': 'KDE'" in str(arrays["settings"])
             assert "'draws': 128" in str(arrays["settings"])
             where = {name: float(arrays[f"recorded.{name}"][0]) for name in ("s1", "a1")}
-            cell = whole.sel(where)
+            cell = full_map.sel(where)
             assert arrays["information_gain"][0] == cell["information_gain"]
             jackknife = arrays["information_gain_jackknife"][0]
             np.testing.assert_array_equal(jackknife, cell["information_gain_jackknife"])
@@ -109,23 +109,25 @@ def foreign(content):
     return stream.getvalue()
 
 
-@pytest.mark.parametrize("harm", [lambda content: b"", cut, lambda one: one[:-1], flipped, foreign])
-def test_a_damaged_file_is_computed_anew_and_said(harm, store, whole, counted):
+@pytest.mark.parametrize(
+    "harm", [lambda content: b"", cut, lambda content: content[:-1], flipped, foreign]
+)
+def test_a_damaged_file_is_computed_anew_and_said(harm, store, full_map, counted):
     path = sorted(store.iterdir())[5]
     content = path.read_bytes()
     path.write_bytes(harm(content))
     assert path.read_bytes() != content
     with pytest.warns(UserWarning, match=rf"{path.name} is damaged \(.*computed again"):
-        assert computed(store=store).identical(whole)
+        assert computed(store=store).identical(full_map)
     assert len(counted) == 1
-    assert computed(store=store).identical(whole) and len(counted) == 1
+    assert computed(store=store).identical(full_map) and len(counted) == 1
 
 
-def test_what_a_killed_writer_left_is_of_no_consequence(store, whole, counted):
+def test_what_a_killed_writer_left_is_of_no_consequence(store, full_map, counted):
     for path in list(store.iterdir())[:2]:
         (store / f".{path.stem}-abc.npz").write_bytes(b"half")
         path.unlink()
-    assert computed(store=store).identical(whole) and len(counted) == 2
+    assert computed(store=store).identical(full_map) and len(counted) == 2
 
 
 def test_a_file_that_may_not_be_read_is_an_error(store, monkeypatch):
@@ -140,19 +142,19 @@ def test_a_file_that_may_not_be_read_is_an_error(store, monkeypatch):
 def test_two_runs_may_write_one_file_at_once(tmp_path):
     chunk = small_maps.chunks()[0]
     result = np.linspace(1, 2, 5)[None]
-    found = []
+    results = []
 
     def write():
         for _ in range(10):
             _store.Store(tmp_path).write(chunk, result)
-            found.append(_store.Store(tmp_path).read(chunk))
+            results.append(_store.Store(tmp_path).read(chunk))
 
     threads = [threading.Thread(target=write) for _ in range(2)]
-    for one in threads:
-        one.start()
-    for one in threads:
-        one.join()
-    np.testing.assert_array_equal(found, [result] * 20)
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    np.testing.assert_array_equal(results, [result] * 20)
     assert len(list(tmp_path.iterdir())) == 1
 
 
@@ -168,18 +170,18 @@ def test_a_file_in_the_place_of_a_folder_is_refused(tmp_path):
 
 def test_names_are_the_same_in_any_process(processes):
     structures = small_maps.structures()
-    there = processes.submit(small_maps.hashes, structures).result()
-    assert there == small_maps.hashes(structures) and len(set(there)) == 3
+    in_worker = processes.submit(small_maps.hashes, structures).result()
+    assert in_worker == small_maps.hashes(structures) and len(set(in_worker)) == 3
 
 
 def test_each_that_determines_a_result_is_in_its_name(monkeypatch, tmp_path):
     def name(chunk):
         return _store.Store(tmp_path)._path(tmp_path, chunk).name
 
-    first, *others = small_maps.chunks()
+    first, *further = small_maps.chunks()
     places = {"s1": small_maps.PLACES["s1"][:3], "a1": small_maps.PLACES["a1"]}
-    (pair, *_), several = small_maps.chunks(size=2), others
-    several += [
+    (pair, *_), variants = small_maps.chunks(size=2), further
+    variants += [
         small_maps.chunks(seed=1)[0],
         small_maps.chunks(information.KDE(draws=128, placement_draws=65))[0],
         small_maps.chunks(information.KDE(draws=128, placement_draws=64, sampling="plain"))[0],
@@ -187,8 +189,8 @@ def test_each_that_determines_a_result_is_in_its_name(monkeypatch, tmp_path):
         pair,
         pair._replace(cells=pair.cells[:1]),  # filled up: of another length
     ]
-    names = {name(one) for one in [first, *several]}
-    assert len(names) == 1 + len(several)
+    names = {name(variant) for variant in [first, *variants]}
+    assert len(names) == 1 + len(variants)
     assert name(small_maps.chunks()[0]) in names
     monkeypatch.setattr(_store, "VERSION", "0.0.0")
     assert name(first) not in names
@@ -200,8 +202,8 @@ def test_what_is_compiled_does_not_depend_on_where_candidates_are():
     moved = small_maps.chunks(places=places)[0].task
     fewer = small_maps.chunks(places={"s1": places["s1"][:2], "a1": places["a1"]})[0].task
     assert moved.program == first.program and moved.content != first.content
-    others = [fewer, small_maps.chunks(seed=1)[0].task]
-    assert len({one.program for one in [first, *others]}) == 3
+    different = [fewer, small_maps.chunks(seed=1)[0].task]
+    assert len({task.program for task in [first, *different]}) == 3
 
 
 LAWS = [
@@ -251,12 +253,12 @@ VALUES = [
 
 @pytest.mark.parametrize("values", [LAWS, VALUES])
 def test_content_that_differs_has_another_name(values):
-    names = [content_hash(one) for one in values]
+    names = [content_hash(value) for value in values]
     assert len(set(names)) == len(names)
-    assert names == [content_hash(one) for one in values]
+    assert names == [content_hash(value) for value in values]
 
 
-OWN = """
+USER_CLASS = """
 import equinox as eqx
 
 class Own(eqx.Module):
@@ -269,24 +271,26 @@ class Own(eqx.Module):
 
 def test_the_text_of_a_class_of_the_user_is_in_the_name(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
-    found = []
-    for number, text in enumerate([OWN, OWN.replace("2.0", "3.0"), OWN.replace("2.0", "4.0")]):
+    hashes = []
+    for number, text in enumerate(
+        [USER_CLASS, USER_CLASS.replace("2.0", "3.0"), USER_CLASS.replace("2.0", "4.0")]
+    ):
         (tmp_path / f"own_{number}.py").write_text(text)
-        one = __import__(f"own_{number}").Own
-        one.__module__ = "own"
+        user_class = __import__(f"own_{number}").Own
+        user_class.__module__ = "own"
         monkeypatch.setitem(sys.modules, "own", sys.modules[f"own_{number}"])
-        found.append(content_hash(one()))
-    assert len(set(found)) == 3
+        hashes.append(content_hash(user_class()))
+    assert len(set(hashes)) == 3
 
 
 # Executors.
 
 
-def test_threads_and_processes_find_the_same_bit_for_bit(whole, processes):
+def test_threads_and_processes_find_the_same_bit_for_bit(full_map, processes):
     with ThreadPoolExecutor(2) as threads:
-        assert computed(executor=threads).identical(whole)
+        assert computed(executor=threads).identical(full_map)
     shares = []
-    assert computed(executor=processes, progress=shares.append).identical(whole)
+    assert computed(executor=processes, progress=shares.append).identical(full_map)
     np.testing.assert_allclose(shares, np.arange(CELLS + 1) / CELLS)
 
 
@@ -298,28 +302,28 @@ def test_a_task_is_packed_once():
     assert chunking._unpacked(second.packed().task) is unpacked
 
 
-def test_few_chunks_are_handed_out_at_once(whole, monkeypatch):
+def test_few_chunks_are_submitted_at_once(full_map, monkeypatch):
     monkeypatch.setattr(_dispatch, "IN_FLIGHT", 3)
-    held, most = set(), []
+    submitted, running = set(), []
 
     class Few(Executor):
         def submit(self, fn, /, *args):
             future = threads.submit(fn, *args)
-            held.add(future)
-            most.append(sum(not one.done() for one in held))
+            submitted.add(future)
+            running.append(sum(not chunk.done() for chunk in submitted))
             return future
 
     with ThreadPoolExecutor(1) as threads:
-        assert computed(executor=Few()).identical(whole)
-    assert len(most) == CELLS and max(most) <= 3
+        assert computed(executor=Few()).identical(full_map)
+    assert len(running) == CELLS and max(running) <= 3
 
 
 def test_a_chunk_that_was_filled_up_is_cut(monkeypatch):
     monkeypatch.setattr(_dispatch, "compute_packed", lambda packed: packed.candidates)
-    pieces = small_maps.chunks(size=5)
-    for chunk, gain in _dispatch._by_executor(pieces, Breaking(9)):
+    chunks = small_maps.chunks(size=5)
+    for chunk, gain in _dispatch._by_executor(chunks, Breaking(9)):
         np.testing.assert_array_equal(gain, chunk.candidates[: len(chunk.cells)])
-    assert [len(chunk.cells) for chunk in pieces] == [5, 5, 2]
+    assert [len(chunk.cells) for chunk in chunks] == [5, 5, 2]
 
 
 class Stopped(BaseException):
@@ -342,8 +346,10 @@ def test_nothing_is_left_waiting_when_a_run_is_stopped(error, monkeypatch):
     with ThreadPoolExecutor(1) as threads:
         with pytest.raises(error):
             computed(executor=Noting(), progress=stop)
-        assert len(futures) == CELLS and all(one.cancelled() or one.done() for one in futures[3:])
-    assert sum(one.cancelled() for one in futures) >= CELLS - 4
+        assert len(futures) == CELLS and all(
+            future.cancelled() or future.done() for future in futures[3:]
+        )
+    assert sum(future.cancelled() for future in futures) >= CELLS - 4
 
 
 def test_an_error_in_a_worker_arrives_in_words(processes, tmp_path, monkeypatch):
@@ -431,9 +437,9 @@ def test_a_lost_worker_is_replaced(numbered, tmp_path, monkeypatch):
     marker = tmp_path / "killed"
     monkeypatch.setattr(_dispatch, "compute_packed", partial(at_work.stop_once, marker))
     with bp.design.workers(1) as executor:
-        found = list(_dispatch._by_executor(numbered, executor))
+        results = list(_dispatch._by_executor(numbered, executor))
         assert executor.submit(os.getpid).result() != int(marker.read_text())
-    assert sorted((int(chunk.cells[0]), int(ten[0])) for chunk, ten in found) == TENS
+    assert sorted((int(chunk.cells[0]), int(ten[0])) for chunk, ten in results) == TENS
 
 
 def test_workers_that_are_lost_again_and_again_are_given_up(numbered, monkeypatch):
@@ -445,29 +451,29 @@ def test_workers_that_are_lost_again_and_again_are_given_up(numbered, monkeypatc
 
     monkeypatch.setattr(executors.WorkerProcesses, "_new_pool", new)
     monkeypatch.setattr(_dispatch, "compute_packed", lambda number: np.array([number]))
-    found = []
+    results = []
     with (
         bp.design.workers(1) as executor,
         pytest.raises(RuntimeError, match=r"A worker was lost.* same store.*may lack memory"),
     ):
-        found.extend(_dispatch._by_executor(numbered, executor))
+        results.extend(_dispatch._by_executor(numbered, executor))
     assert len(begun) == 1 + executors.REPLACEMENTS
 
 
-def test_another_pool_that_breaks_leaves_what_was_finished(whole, tmp_path, counted):
+def test_another_pool_that_breaks_leaves_what_was_finished(full_map, tmp_path, counted):
     with pytest.raises(RuntimeError, match=r"A worker was lost.* same store"):
         computed(executor=Breaking(5), store=tmp_path)
     assert len(list(tmp_path.iterdir())) == 5
-    assert computed(store=tmp_path).identical(whole) and len(counted) == CELLS - 5
+    assert computed(store=tmp_path).identical(full_map) and len(counted) == CELLS - 5
 
 
-def test_a_run_that_is_killed_goes_on(whole, tmp_path, counted):
+def test_a_run_that_is_killed_goes_on(full_map, tmp_path, counted):
     before, _ = killed.killed_half_way(tmp_path)
 
-    def again():
-        assert computed(store=tmp_path / "store").identical(whole)
+    def run_again():
+        assert computed(store=tmp_path / "store").identical(full_map)
 
-    killed.goes_on(tmp_path, before, again, counted)
+    killed.goes_on(tmp_path, before, run_again, counted)
 
 
 def test_workers_end_with_the_process_that_began_them(tmp_path):

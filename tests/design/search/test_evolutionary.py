@@ -35,38 +35,40 @@ def placed(places, estimator, *, key=0, search=None, **settings):
     )
 
 
-def both(**settings):
+def two_places(**settings):
     return placed({"s1": ANYWHERE, "a1": ANYWHERE}, Hills(), **settings)
 
 
 @pytest.fixture(scope="module")
-def found():
-    return both()
+def placement():
+    return two_places()
 
 
-def on_the_narrow_hill(found):
-    npt.assert_allclose([found.positions["s1"], found.positions["a1"]], (0.8, 0.15), atol=0.01)
-    assert found.information_gain == found.table["information_gain"].max()
+def on_the_narrow_hill(placement):
+    npt.assert_allclose(
+        [placement.positions["s1"], placement.positions["a1"]], (0.8, 0.15), atol=0.01
+    )
+    assert placement.information_gain == placement.table["information_gain"].max()
     # The second best is the top of the other hill, not the next place on the same one.
-    assert found.information_gain - found.lead == pytest.approx(0.8, abs=2e-4)
+    assert placement.information_gain - placement.lead == pytest.approx(0.8, abs=2e-4)
     return True
 
 
-def test_the_narrow_high_hill_is_found_beside_the_broad_low_one(found):
-    assert on_the_narrow_hill(found)
+def test_the_narrow_high_hill_is_found_beside_the_broad_low_one(placement):
+    assert on_the_narrow_hill(placement)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("key", [1, 2])
 def test_it_is_found_with_any_seed(key):
-    assert on_the_narrow_hill(both(key=key))
+    assert on_the_narrow_hill(two_places(key=key))
 
 
-def test_it_is_the_best_of_a_fine_grid_by_fewer_trials(found):
+def test_it_is_the_best_of_a_fine_grid_by_fewer_trials(placement):
     fine = np.linspace(0.04, 0.96, 47)
     grid = placed({"s1": fine, "a1": fine}, Hills(), search=design.Exhaustive())
-    assert found.information_gain > grid.information_gain - 1e-3
-    assert found.evaluations < grid.evaluations / 2
+    assert placement.information_gain > grid.information_gain - 1e-3
+    assert placement.evaluations < grid.evaluations / 2
 
 
 @pytest.mark.parametrize(
@@ -76,103 +78,108 @@ def test_it_is_the_best_of_a_fine_grid_by_fewer_trials(found):
 )
 def test_the_bar_of_the_paper(ratios, best):
     """Both ratios have a local maximum at (0.5, 0.5), where the first alone has its best place."""
-    one = bar.placed(0.5, 0.5, None, structure=bar.bar(*ratios))
+    experiment = bar.placed(0.5, 0.5, None, structure=bar.bar(*ratios))
     places = {"s1": ANYWHERE, "a1": ANYWHERE}
-    found = bp.place(one, places, estimator=SMALL, search=design.Evolutionary(populations=2))
-    for place in found.positions.values():
-        assert min(abs(float(place) - one) for one in best) < 0.02
-    assert found.evaluations < 1000
+    placement = bp.place(
+        experiment, places, estimator=SMALL, search=design.Evolutionary(populations=2)
+    )
+    for place in placement.positions.values():
+        assert min(abs(float(place) - peak) for peak in best) < 0.02
+    assert placement.evaluations < 1000
 
 
 def test_three_sensors_are_placed_as_well_as_on_a_fine_grid():
     """The determinant is greatest at the zeros of a Legendre polynomial in the cosine."""
     names = ("s1", "s2", "s3")
     search = design.Evolutionary(populations=2)
-    found = placed(dict.fromkeys(names, ANYWHERE), Modal(strength=1e4), search=search)
+    placement = placed(dict.fromkeys(names, ANYWHERE), Modal(strength=1e4), search=search)
     zeros = np.sort(np.arccos(np.polynomial.legendre.leggauss(3)[0]) / np.pi)
-    here = [float(found.positions[name]) for name in names]
-    npt.assert_allclose(here, zeros, atol=0.01)  # those alike come in their order
-    assert found.information_gain > learnt(zeros, strength=1e4) - 0.01
+    sensors = [float(placement.positions[name]) for name in names]
+    npt.assert_allclose(sensors, zeros, atol=0.01)  # equal sensors are sorted
+    assert placement.information_gain > learnt(zeros, strength=1e4) - 0.01
 
 
 def test_the_same_seed_finds_the_same_and_another_one_does_not():
-    first, again, other = (both(key=key, search=SHORT) for key in (1, 1, 2))
-    assert first.table.equals(again.table)
-    assert not first.table.equals(other.table)
+    first, repeated, different = (two_places(key=key, search=SHORT) for key in (1, 1, 2))
+    assert first.table.equals(repeated.table)
+    assert not first.table.equals(different.table)
 
 
 def test_random_numbers_of_the_user_are_left_alone():
     np.random.seed(3)
     before = np.random.get_state()[1].copy()
-    both(search=SHORT)
+    two_places(search=SHORT)
     npt.assert_array_equal(before, np.random.get_state()[1])
 
 
 def test_all_generations_are_compiled_once():
     landscapes.TRACED.clear()
-    found = placed({"s1": ANYWHERE, "s2": ANYWHERE}, Modal(strength=12.0), search=SHORT)
-    assert len(landscapes.TRACED) == 1 and found.evaluations == 5 * 32
+    placement = placed({"s1": ANYWHERE, "s2": ANYWHERE}, Modal(strength=12.0), search=SHORT)
+    assert len(landscapes.TRACED) == 1 and placement.evaluations == 5 * 32
 
 
 def test_what_is_kept_is_not_computed_again_and_threads_find_the_same(tmp_path, monkeypatch):
-    first = both(store=tmp_path, search=SHORT)
+    first = two_places(store=tmp_path, search=SHORT)
     with ThreadPoolExecutor(2) as threads:
-        other = both(executor=threads, search=SHORT)
-    assert other.table.equals(first.table)
+        threaded = two_places(executor=threads, search=SHORT)
+    assert threaded.table.equals(first.table)
     monkeypatch.setattr(_dispatch, "compute", None)
-    assert both(store=tmp_path, search=SHORT).table.equals(first.table)
+    assert two_places(store=tmp_path, search=SHORT).table.equals(first.table)
 
 
 def test_nothing_that_is_forbidden_is_ever_tried():
     forbidden = [(0.7, 1.0), (0.0, 0.1)]
-    found = both(forbidden=forbidden, search=design.Evolutionary(populations=2))
+    placement = two_places(forbidden=forbidden, search=design.Evolutionary(populations=2))
     for name in ("s1", "a1"):
-        assert found.table[name].between(0.1, 0.7).all()
-    assert found.positions["s1"] > 0.3  # on the other hill
+        assert placement.table[name].between(0.1, 0.7).all()
+    assert placement.positions["s1"] > 0.3  # on the other hill
 
 
 def test_a_best_place_at_an_edge_of_what_is_allowed_is_found():
-    found = both(forbidden=[(0.78, 0.9)], search=design.Evolutionary(populations=2))
-    assert found.positions["s1"] == pytest.approx(0.78, abs=0.01) and found.positions["s1"] < 0.78
+    placement = two_places(forbidden=[(0.78, 0.9)], search=design.Evolutionary(populations=2))
+    assert (
+        placement.positions["s1"] == pytest.approx(0.78, abs=0.01)
+        and placement.positions["s1"] < 0.78
+    )
 
 
 def test_sensors_keep_their_distance_and_that_to_those_mounted():
-    one = landscapes.experiment(("s1", "s2", "s3"))  # the third at 0.5
+    experiment = landscapes.experiment(("s1", "s2", "s3"))  # the third at 0.5
     places = {"s1": ANYWHERE, "s2": ANYWHERE}
-    found = bp.place(one, places, estimator=Modal(), search=SHORT, least_distance=0.3)
-    several = found.table[["s1", "s2"]].assign(s3=0.5).to_numpy()
-    assert np.diff(np.sort(several, axis=1), axis=1).min() >= 0.3
+    placement = bp.place(experiment, places, estimator=Modal(), search=SHORT, least_distance=0.3)
+    positions = placement.table[["s1", "s2"]].assign(s3=0.5).to_numpy()
+    assert np.diff(np.sort(positions, axis=1), axis=1).min() >= 0.3
 
 
 def test_where_rules_leave_little_it_is_found_all_the_same():
-    found = both(forbidden=[(0.0, 0.6), (0.62, 1.0)], search=SHORT)
-    assert found.table["a1"].between(0.6, 0.62).all()
+    placement = two_places(forbidden=[(0.0, 0.6), (0.62, 1.0)], search=SHORT)
+    assert placement.table["a1"].between(0.6, 0.62).all()
 
 
 def test_only_sensors_worth_their_cost_are_placed():
     cost = {"s1": 1.2, "s2": 1.2}
     search = design.Evolutionary(populations=1)
-    found = placed({"s1": ANYWHERE, "s2": ANYWHERE}, Modal(modes=1), cost=cost, search=search)
-    assert found.omitted == ("s2",)
-    assert found.positions["s1"] == pytest.approx(0.5, abs=0.01)
-    assert found.net_gain == pytest.approx(learnt([0.5], modes=1) - 1.2, abs=1e-3)
+    placement = placed({"s1": ANYWHERE, "s2": ANYWHERE}, Modal(modes=1), cost=cost, search=search)
+    assert placement.omitted == ("s2",)
+    assert placement.positions["s1"] == pytest.approx(0.5, abs=0.01)
+    assert placement.net_gain == pytest.approx(learnt([0.5], modes=1) - 1.2, abs=1e-3)
 
 
 def test_numbers_on_a_line_are_a_region_from_the_least_to_the_greatest():
-    found = placed({"s1": [0.6, 0.7, 0.9]}, Modal(modes=1), search=SHORT)
-    assert found.table["s1"].between(0.6, 0.9).all()
-    assert found.positions["s1"] == pytest.approx(0.6, abs=0.01)
+    placement = placed({"s1": [0.6, 0.7, 0.9]}, Modal(modes=1), search=SHORT)
+    assert placement.table["s1"].between(0.6, 0.9).all()
+    assert placement.positions["s1"] == pytest.approx(0.6, abs=0.01)
 
 
 def test_a_region_is_clipped_to_the_structure():
     region = bp.positions.Segment(0.9, within=0.3)
-    found = placed({"s1": region}, Modal(modes=2), search=SHORT)
-    assert found.table["s1"].between(0.6, 1.0).all()
+    placement = placed({"s1": region}, Modal(modes=2), search=SHORT)
+    assert placement.table["s1"].between(0.6, 1.0).all()
 
 
 def test_progress_runs_from_nothing_to_all():
     shares = []
-    both(progress=shares.append, search=SHORT)
+    two_places(progress=shares.append, search=SHORT)
     assert shares[0] == 0 and shares[-1] == 1 and np.all(np.diff(shares) >= 0)
 
 
@@ -205,18 +212,18 @@ BALL = bp.positions.Ball((0.1, 0.08, 0.0), 0.01)
 )
 def test_regions_in_space(region, target):
     search = design.Evolutionary(populations=1)
-    found = bp.place(in_space(BOX), {"s1": region}, estimator=Nearness(target), search=search)
-    npt.assert_allclose(found.positions["s1"], target, atol=0.004)
+    placement = bp.place(in_space(BOX), {"s1": region}, estimator=Nearness(target), search=search)
+    npt.assert_allclose(placement.positions["s1"], target, atol=0.004)
 
 
 def test_places_on_a_plate_are_evaluated_as_such():
     region = bp.positions.Box((0.2, 0.15, 0.0), within=(0.1, 0.1, 0.0))
     search = design.Evolutionary(populations=1, scattered=1, generations=1)
-    found = bp.place(in_space(BOX), {"s1": region}, estimator=SMALL, search=search)
-    best = tuple(map(float, found.positions["s1"]))
-    again = bp.place(in_space(BOX), {"s1": [best]}, estimator=SMALL)
-    assert found.evaluations == 16 and again.information_gain == pytest.approx(
-        found.information_gain, rel=1e-5
+    placement = bp.place(in_space(BOX), {"s1": region}, estimator=SMALL, search=search)
+    best = tuple(map(float, placement.positions["s1"]))
+    repeated = bp.place(in_space(BOX), {"s1": [best]}, estimator=SMALL)
+    assert placement.evaluations == 16 and repeated.information_gain == pytest.approx(
+        placement.information_gain, rel=1e-5
     )
 
 
@@ -251,7 +258,7 @@ def test_settings_without_sense_are_refused(settings):
         design.Evolutionary(**settings)
 
 
-def test_where_nothing_is_told_is_worse_than_anywhere_else():
+def test_a_gain_that_is_not_finite_is_worse_than_any_other():
     losses = evolutionary._losses(np.array([2.0, -np.inf, -1.0]))
     np.testing.assert_array_equal(losses, [-2.0, 2.0, 1.0])
     assert np.isfinite(evolutionary._losses(np.array([-np.inf, -np.inf]))).all()
