@@ -104,6 +104,20 @@ def test_noise_by_draws_agrees_with_the_closed_form():
     assert log_likelihood(experiment, by_draws, data) == pytest.approx(closed, abs=0.03)
 
 
+def test_variances_of_kernel_and_noise_add():
+    sigma = 0.02
+    experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(sigma), frequency=[100.0, 300.0])
+    data = experiment.data(experiment.nominal_measurement())
+    density = kernel_density.KernelDensity(data, KEY, 20)
+    placed = at_ratios(experiment)
+    centres, variance = density._kernels(placed, density._placements(placed))
+    # Neither variance is negligible.
+    assert np.all((variance > sigma**2 / 4) & (variance < 4 * sigma**2))
+    terms = norm.logpdf(data.z, centres, np.sqrt(variance + sigma**2)).reshape(20, -1).sum(axis=1)
+    exact = logsumexp(terms) - np.log(20)
+    assert float(density.log_likelihood(placed)) == pytest.approx(exact, rel=1e-9)
+
+
 def test_soize_kernels_keep_mean_and_variance_of_the_draws():
     experiment = at_ratios(bar.placed(0.25, 0.30, None))
     data = experiment.data(experiment.nominal_measurement())
