@@ -6,7 +6,7 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from scipy.special import logsumexp
-from scipy.stats import norm
+from scipy.stats import gaussian_kde, norm
 
 import bayes_placement as bp
 from bayes_placement._sites import substitute
@@ -116,6 +116,12 @@ def test_variances_of_kernel_and_noise_add():
     terms = norm.logpdf(data.z, centres, np.sqrt(variance + sigma**2)).reshape(20, -1).sum(axis=1)
     exact = logsumexp(terms) - np.log(20)
     assert float(density.log_likelihood(placed)) == pytest.approx(exact, rel=1e-9)
+
+
+def test_the_width_of_kernels_is_that_of_scipy():
+    draws = np.random.default_rng(0).standard_normal((3, 50))
+    expected = gaussian_kde(draws, "silverman").factor
+    assert kernel_density.silverman_width(50, 3) == pytest.approx(expected, rel=1e-12)
 
 
 def test_soize_kernels_keep_mean_and_variance_of_the_draws():

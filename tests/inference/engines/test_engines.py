@@ -10,7 +10,7 @@ import pytest
 from bayes_placement import engines
 from bayes_placement._types import no_progress
 from bayes_placement.inference.engines.importance import pareto_k
-from bayes_placement.inference.engines.smc import _start
+from bayes_placement.inference.engines.smc import _start, evidence_error
 from bayes_placement.inference.unconstrained import UnconstrainedModel
 
 # y = a + 2 b + noise and y' = b + noise, with Gaussian priors of different means and scales: the
@@ -114,6 +114,13 @@ def test_the_same_key_gives_the_same_draws(engine):
     first, second, other = (run(engine, key=key)[1].position for key in (1, 1, 2))
     np.testing.assert_array_equal(first, second)
     assert np.any(np.asarray(first) != np.asarray(other))
+
+
+def test_the_genealogy_gives_an_error_where_populations_agree_by_chance():
+    # 1 - (4 / 3) (1 - 6 / 16) = 1 / 6 for each of two populations of four, by Lee and Whiteley.
+    lineage = np.array([[0, 0, 1, 2], [4, 5, 6, 6]])
+    error = evidence_error(np.zeros(2), lineage, [1, 1])
+    assert error == pytest.approx(np.sqrt(1 / 6 / 2), rel=1e-12)
 
 
 def test_smc_weighs_separate_modes():
