@@ -1,5 +1,7 @@
 """Check of a fitted model: correct models pass at the stated level, and wrong ones are located."""
 
+from dataclasses import replace
+
 import numpy as np
 import numpyro.distributions as dist
 import pytest
@@ -62,6 +64,22 @@ def test_predictive_p_values_of_correct_models_are_not_extreme(many):
     values = many[0]["predictive"].values
     assert np.mean(values < 0.05) < 0.15
     assert abs(values.mean() - 0.5) < 5 / np.sqrt(12 * len(SEEDS))
+
+
+def test_predictive_chi2_is_in_deviations_of_each_datum(correct_model):
+    data = residuals(correct_model(1))
+    measured, deviation = np.zeros_like(data.measured), np.ones_like(data.measured)
+    replicates = np.zeros_like(data.draws)
+    measured[0, 0, 0, 0], replicates[:, 0, 0, 1, 0], deviation[0, 0, 1, 0] = 2.0, 7.0, 10.0
+    data = replace(
+        data,
+        measured=measured,
+        draws=np.zeros_like(data.draws),
+        replicates=replicates,
+        deviation=deviation,
+    )
+    # 7 / 10 of a deviation is less than 2, in all draws.
+    assert Statistics(data).predictive(np.ones(measured.shape[:3], bool)) == 0.0
 
 
 def test_the_fitted_parameters_are_counted_as_least_squares_does(correct_model):
