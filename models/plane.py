@@ -71,7 +71,7 @@ MASS, SPREAD = 40.0, 0.7
 """Prior of the mass on which modal masses are based: median [kg], standard deviation of the log."""
 
 engine = bp.engines.MAP(starts=8, draws=256)
-"""Eight starts: a single start may end at another mode of the positions."""
+"""Eight starts: above mode 6, where the model fails, a single one ends at a lesser maximum."""
 
 
 class Plane(NamedTuple):

@@ -15,6 +15,9 @@ LARGEST = 5.0
 GAIN = 1e-3
 """Gain of log density of a step below which a descent has converged."""
 
+MOST_DAMPING = 1e2
+"""Damping above which a descent whose step was rejected ends, one of many starts."""
+
 SAME_MODE = 0.5
 """Difference of log density below which two descents end at the same mode."""
 
@@ -68,6 +71,7 @@ def minimise(
     steps: int,
     gain: float = GAIN,
     largest: float | np.ndarray = LARGEST,
+    most_damping: float = MOST_DAMPING,
 ) -> tuple[Points, NormalEquations]:
     """Final points of the descents from all starts, and the normal equations at these.
 
@@ -85,6 +89,8 @@ def minimise(
         Gain of log density of a step below which a descent has converged.
     largest
         Largest absolute value of a coordinate.
+    most_damping
+        Damping above which a descent whose step was rejected ends.
     """
     points = starts.copy()
     normal = NormalEquations(*(np.array(array) for array in normal_equations(points)))
@@ -101,8 +107,10 @@ def minimise(
         points[rows[accepted]] = trial[accepted]
         for array, trial_array in zip(normal, trial_normal, strict=True):
             array[rows[accepted]] = trial_array[accepted]
-        damping[rows] = np.clip(damping[rows] * np.where(accepted, 0.2, 5.0), 1e-9, 1e9)
-        active[rows] = ~((accepted & (decrease < gain)) | (~accepted & (damping[rows] > 1e2)))
+        damping[rows] = np.clip(damping[rows] * np.where(accepted, 0.2, 5.0), 1e-9, 1e12)
+        active[rows] = ~(
+            (accepted & (decrease < gain)) | (~accepted & (damping[rows] > most_damping))
+        )
         if not active.any():
             break
     return points, normal

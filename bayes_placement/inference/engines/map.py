@@ -26,6 +26,9 @@ SEARCHES = ("gradient", "evolutionary")
 NEAR, STEPS, GAIN = 10, 200, 1e-10
 """Steps along logarithmic residuals, those to the end, and the gain of log density that ends it."""
 
+MOST_DAMPING = 1e8
+"""Damping above which a descent ends: from a single start it must get past bends and ridges."""
+
 ALIKE = 0.1
 """Difference of log density below which two starts end at the same mode."""
 
@@ -69,11 +72,12 @@ class MAP(Engine):
         if self.search == "evolutionary":
             seed = int(jax.random.randint(start_key, (), 0, 2**31 - 1))
             starts = _evolved(cost, starts, seed)
-        ends, costs = _descend(posterior, starts)
+        near, ends, costs = _descend(posterior, starts)
         progress(0.9)
         best = int(np.argmin(costs))
         reached = int(np.sum(costs < costs[best] + ALIKE))
-        draws = self._laplace(posterior, cost, ends[best], draw_key, reached, len(costs))
+        modes = near[best], ends[best]
+        draws = self._laplace(posterior, cost, modes, draw_key, reached, len(costs))
         progress(1.0)
         return draws
 
@@ -81,16 +85,23 @@ class MAP(Engine):
         self,
         posterior: PosteriorDensity,
         cost: Objective,
-        mode: Any,
+        modes: tuple[Any, Any],
         key: Key,
         reached: int,
         of: int,
     ) -> EngineDraws:
+        near, mode = modes
+
         def height(flat: Any) -> Any:
             return posterior.log_prior(flat) + posterior.log_likelihood(flat)
 
         log_height, curvature = jax.jit(lambda flat: (height(flat), jax.hessian(cost)(flat)))(mode)
         gaussian = laplace(mode, np.asarray(curvature))
+        is_flat = gaussian.is_flat
+        if is_flat:
+            # Over the flat vector the prior is curved everywhere, so draws stay within it.
+            over_vector = jax.jit(jax.hessian(lambda flat: -height(flat)))(near)
+            gaussian = laplace(near, _positive(np.asarray(over_vector)))
         normal = np.asarray(jax.random.normal(key, (self.draws, mode.size)))
         position = jnp.asarray(gaussian.points(normal))
         evidence = float(log_height + gaussian.log_volume)
@@ -101,10 +112,10 @@ class MAP(Engine):
         return EngineDraws(
             position=position[None],
             log_likelihood=likelihood[None],
-            log_evidence=float("nan") if gaussian.is_flat else evidence,
+            log_evidence=float("nan") if is_flat else evidence,
             mode=jnp.asarray(mode),
             attributes={"starts": of, "starts_at_best": reached, "pareto_k": k},
-            warnings=_warnings(gaussian.is_flat, k, reached, of),
+            warnings=_warnings(is_flat, k, reached, of),
         )
 
     def settings(self) -> dict[str, Any]:
@@ -112,26 +123,27 @@ class MAP(Engine):
         return {"engine": "MAP", "starts": self.starts, "search": self.search, "draws": self.draws}
 
 
-def _descend(posterior: PosteriorDensity, starts: Points) -> tuple[Points, np.ndarray]:
-    """Ends of descents from all starts that have a finite density, and the cost there.
+def _descend(posterior: PosteriorDensity, starts: Points) -> tuple[Points, Points, np.ndarray]:
+    """Modes over the flat vector and of the named values, and the cost at the latter.
 
     The density over the flat vector comes first: it has a peak also where the density of the named
     values is greatest at the edge of a prior, and leads near to it.
     """
     largest = np.maximum(LARGEST, 3 * np.abs(starts).max(axis=0))
     over_vector, over_values = _equations(posterior)
+    descend = partial(minimise, largest=largest, most_damping=MOST_DAMPING)
     if posterior.least_squares() is not None:
         logarithmic = partial(over_vector, logarithmic=True)
-        starts, _ = minimise(logarithmic, starts, steps=NEAR, largest=largest)
-    near, _ = minimise(over_vector, starts, steps=STEPS, largest=largest)
-    ends, final = minimise(over_values, near, steps=STEPS, gain=GAIN, largest=largest)
+        starts, _ = descend(logarithmic, starts, steps=NEAR)
+    near, _ = descend(over_vector, starts, steps=STEPS)
+    ends, final = descend(over_values, near, steps=STEPS, gain=GAIN)
     finite = np.isfinite(final.cost)
     if not finite.any():
         raise InputError(
             "No start of engines.MAP reached a finite posterior density. Check the units of the "
             "measurement and the priors: print(experiment)."
         )
-    return ends[finite], final.cost[finite]
+    return near[finite], ends[finite], final.cost[finite]
 
 
 def _equations(posterior: PosteriorDensity) -> tuple[Equations, Equations]:
@@ -182,7 +194,7 @@ def _derivatives(function: Objective) -> Derivatives:
 def _positive(hessian: np.ndarray) -> np.ndarray:
     """Hessian with the absolute values of its eigenvalues; it leads away from saddles."""
     values, vectors = np.linalg.eigh(np.nan_to_num(hessian, posinf=0.0, neginf=0.0))
-    return np.einsum("bij,bj,bkj->bik", vectors, np.abs(values), vectors)
+    return np.einsum("...ij,...j,...kj->...ik", vectors, np.abs(values), vectors)
 
 
 def _evolved(cost: Objective, starts: np.ndarray, seed: int) -> np.ndarray:

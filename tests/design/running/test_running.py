@@ -346,9 +346,10 @@ def test_nothing_is_left_waiting_when_a_run_is_stopped(error, monkeypatch):
     with ThreadPoolExecutor(1) as threads:
         with pytest.raises(error):
             computed(executor=Noting(), progress=stop)
-        assert len(futures) == CELLS and all(
-            future.cancelled() or future.done() for future in futures[3:]
-        )
+        # The only thread may just have one in hand.
+        unfinished = [future for future in futures if not future.done()]
+        assert len(futures) == CELLS and len(unfinished) <= 1
+        assert all(future.running() for future in unfinished)
     assert sum(future.cancelled() for future in futures) >= CELLS - 4
 
 
