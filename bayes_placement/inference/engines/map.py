@@ -47,7 +47,7 @@ class MAP(Engine):
         `gradient`: Levenberg's and Marquardt's method from every start. `evolutionary`: SciPy's
         differential evolution, then the same from its best point.
     draws
-        EngineDraws from the Gaussian about the maximum.
+        Draws from the Gaussian about the maximum.
     """
 
     starts: int = eqx.field(static=True, default=32)
