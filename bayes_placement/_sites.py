@@ -20,6 +20,7 @@ class Role(enum.Enum):
 
     PARAMETER = "parameter h"
     PLACEMENT = "placement"
+    RECORDING = "recording"
     OUTPUT_ERROR = "output error"
 
 
@@ -73,6 +74,11 @@ class Unknown(NamedTuple):
         """Whether it says where a sensor or an actuator is, or how it is oriented."""
         return self.role is Role.PLACEMENT
 
+    @property
+    def is_of_transducer(self) -> bool:
+        """Whether it belongs to a sensor or an actuator: its placement, its gain or its delay."""
+        return self.role in (Role.PLACEMENT, Role.RECORDING)
+
 
 class _Steps(NamedTuple):
     """What is known of a leaf after some steps along its path."""
@@ -89,10 +95,11 @@ class _Steps(NamedTuple):
         word = _word(key)
         if self.awaits_name and isinstance(key, DictKey):
             return self._replace(owner=Owner(self.owner.kind, word), awaits_name=False)
-        role, unit = metadata.get("role", self.role), metadata.get("unit", self.unit)
+        unit = metadata.get("unit", self.unit)
         if "role" in metadata:
-            return _Steps(Owner(word), awaits_name=True, role=role, unit=unit)
-        return self._replace(within=(*self.within, word), awaits_name=False, unit=unit)
+            return _Steps(Owner(word), awaits_name=True, role=metadata["role"], unit=unit)
+        role = metadata.get("role_of_field", self.role)
+        return self._replace(within=(*self.within, word), awaits_name=False, role=role, unit=unit)
 
 
 def is_unknown(leaf: Any) -> bool:
@@ -106,9 +113,9 @@ def is_finite(distribution: Any) -> bool:
     return support is not None and support.is_discrete and distribution.has_enumerate_support
 
 
-def unit(word: str) -> dict[str, Any]:
-    """Metadata of a field of a tree whose value carries a unit."""
-    return {"unit": word}
+def unit(word: str, role: Role | None = None) -> dict[str, Any]:
+    """Metadata of a field of a tree whose value carries a unit, and a role unlike its owner's."""
+    return {"unit": word} | ({} if role is None else {"role_of_field": role})
 
 
 def owners(role: Role) -> dict[str, Any]:

@@ -82,7 +82,7 @@ def _is_position_of(unknown: Unknown, transducers: Sequence[str]) -> bool:
 
 
 def _refuse_unknown_names(nominal: Mapping[str, float], experiment: Experiment) -> None:
-    names = [unknown.name for unknown in experiment.unknowns if not unknown.is_placement]
+    names = [unknown.name for unknown in experiment.unknowns if not unknown.is_of_transducer]
     for name in nominal:
         if name not in names:
             raise InputError(

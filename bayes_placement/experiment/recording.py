@@ -1,7 +1,7 @@
 """The receptance of a structure as its instruments recorded it."""
 
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -55,8 +55,20 @@ def recorded(
     response = _Loaded(structure, instruments, instrument_effects, drive).response()
     for effect in instrument_effects:
         response = response + effect.added(drive.omega)
+    response = _amplified(response, instruments, drive.omega)
     for effect in instrument_effects:
         response = effect.recorded(response, drive.omega, instruments)
+    return response
+
+
+def _amplified(response: Receptance, instruments: Instruments, omega: Any) -> Receptance:
+    """Receptance with the gain and the delay of each channel, untouched where all are exact."""
+    for axis, side in enumerate((instruments.sensors, instruments.actuators)):
+        factors = [one.factor(omega) for one in side.values() for _ in one.channels]
+        if any(factor is not None for factor in factors):
+            exact = jnp.ones(omega.shape)
+            rows = jnp.stack([exact if factor is None else factor for factor in factors])
+            response = response * jnp.expand_dims(rows, 1 - axis)
     return response
 
 

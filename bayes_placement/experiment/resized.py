@@ -90,7 +90,7 @@ def with_more_sensors(experiment: Experiment, count: int) -> Experiment:
 
 def _like(sensor: Sensor, name: str) -> Sensor:
     at: Any = sensor.recorded if sensor.tolerance is None else sensor.tolerance
-    return Sensor(name, at=at, directions=sensor.directions, angles=sensor.angles)  # type: ignore[call-arg]
+    return sensor.like(name, at)
 
 
 def with_lines(experiment: Experiment, count: int) -> Experiment:

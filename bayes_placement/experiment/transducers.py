@@ -1,15 +1,17 @@
 """Sensors and actuators: positions, directions and orientations, and their tolerances."""
 
+import math
 from collections import OrderedDict
 from collections.abc import Sequence
 from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Inexact
 
-from .._sites import checked_name, is_unknown, unit, unknowns
+from .._sites import Role, checked_name, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes
 from ..modes.modes import Modes
 from ..modes.points import Points
@@ -46,6 +48,17 @@ class Transducer(eqx.Module):
     tolerance
         Tolerance of its position, which it keeps when it is moved; by default `at`, if that is a
         tolerance.
+    gain
+        Factor on every recorded FRF of its channels [1], a number or a distribution. Exactly 1, it
+        is kept as None and costs nothing.
+    delay
+        Time [s] by which every recorded FRF of its channels is delayed, a factor
+        exp(-i omega delay); a number or a distribution. Exactly 0, it is kept as None.
+
+    Raises
+    ------
+    InputError
+        For a direction that is no axis, other than three angles, or a gain of zero.
     """
 
     kind: eqx.AbstractClassVar[str]
@@ -55,6 +68,8 @@ class Transducer(eqx.Module):
     directions: tuple[int, ...] = eqx.field(static=True)
     recorded: Recorded = eqx.field(static=True)
     tolerance: Tolerance | None
+    gain: Parameter | None = eqx.field(metadata=unit("1", Role.RECORDING))
+    delay: Parameter | None = eqx.field(metadata=unit("s", Role.RECORDING))
 
     def __init__(
         self,
@@ -65,6 +80,8 @@ class Transducer(eqx.Module):
         angles: tuple[Parameter, ...] | None = None,
         recorded: float | int | Vector | None = None,
         tolerance: Tolerance | None = None,
+        gain: Parameter | None = 1.0,
+        delay: Parameter | None = 0.0,
     ):
         self.name = checked_name(f"{self.kind} of the name", name)
         self.position = as_place(at)
@@ -72,7 +89,9 @@ class Transducer(eqx.Module):
         self.angles = None if angles is None else tuple(angles)
         self.directions = tuple(directions)
         self.recorded = _middle(self.position) if recorded is None else _recorded(recorded)
+        self.gain, self.delay = _unless(1.0, gain), _unless(0.0, delay)
         self._check_directions()
+        self._check_recording()
 
     def _check_directions(self) -> None:
         if not set(self.directions) <= {-3, -2, -1, 1, 2, 3}:
@@ -84,6 +103,21 @@ class Transducer(eqx.Module):
             raise InputError(
                 f'{self.kind} "{self.name}": {len(self.angles)} angles were given; three Euler '
                 "angles [rad] about x, y and z are needed: angles=(0.0, 0.1, 0.0)."
+            )
+
+    def _check_recording(self) -> None:
+        gain, delay = _number(self.gain), _number(self.delay)
+        if not np.isfinite(gain) or gain == 0:
+            raise InputError(
+                f'{self.kind} "{self.name}": gain={gain:g} was given; a finite number other than 0 '
+                "is needed, or a distribution, since its FRFs are multiplied by it: "
+                "gain=dist.Normal(1, 0.01)."
+            )
+        if not np.isfinite(delay):
+            raise InputError(
+                f'{self.kind} "{self.name}": delay={delay:g} was given; a finite time [s] is '
+                "needed, or a distribution, since its FRFs are delayed by it: "
+                "delay=dist.Normal(0, 1e-6)."
             )
 
     @property
@@ -106,6 +140,8 @@ class Transducer(eqx.Module):
             angles=self.angles,
             recorded=self.recorded,
             tolerance=self.tolerance,
+            gain=self.gain,
+            delay=self.delay,
         )
 
     def moved(self: Self, place: Recorded | Tolerance, modes: Modes) -> Self:
@@ -134,7 +170,7 @@ class Transducer(eqx.Module):
                 "that can be moved. Declare "
                 "at=positions.Segment(0.25, within=0.04), or give tolerances as candidates."
             )
-        return type(self)(self.name, at, directions=self.directions, angles=self.angles).on(modes)
+        return self.like(self.name, at).on(modes)
 
     def mounted(self: Self, factor: float, modes: Modes) -> Self:
         """Return it mounted at the same place with `factor` times its tolerance.
@@ -150,13 +186,29 @@ class Transducer(eqx.Module):
                 "none; one is needed, since a distribution cannot be scaled. Declare "
                 "at=positions.Segment(0.25, within=0.04)."
             )
+        return self.like(self.name, self.tolerance.scaled(factor), self.recorded).on(modes)
+
+    def like(self: Self, name: str, at: At, recorded: Recorded | None = None) -> Self:
+        """Return a transducer like this one of another name, at another place [m].
+
+        Parameters
+        ----------
+        name
+            Its name.
+        at
+            Where it sits.
+        recorded
+            Recorded position [m]; by default the middle of `at`.
+        """
         return type(self)(
-            self.name,
-            self.tolerance.scaled(factor),
+            name,
+            at,
             directions=self.directions,
             angles=self.angles,
-            recorded=self.recorded,
-        ).on(modes)
+            recorded=recorded,
+            gain=self.gain,
+            delay=self.delay,
+        )
 
     def _is_uncertain(self) -> bool:
         return bool(unknowns(self.position))
@@ -177,6 +229,15 @@ class Transducer(eqx.Module):
         """Mode shapes read by its channels, the rows of [O][Phi] of Eq. (14)."""
         return self.points(modes.axes).shapes(modes)
 
+    def factor(self, omega: Inexact[Array, "frequency"]) -> Inexact[Array, "frequency"] | None:
+        """Factor of its gain and its delay on its FRFs [1]; None where both are exact."""
+        if self.gain is None and self.delay is None:
+            return None
+        gain = jnp.asarray(1.0 if self.gain is None else self.gain)
+        if self.delay is None:
+            return jnp.broadcast_to(gain, omega.shape)
+        return gain * jnp.exp(-1j * omega * self.delay)
+
     def _directions(self, axes: tuple[int, ...]) -> Float[Array | np.ndarray, "channel axis"]:
         vectors: Any = np.stack([unit_vector(direction) for direction in self.directions])
         if self.angles is not None:
@@ -190,6 +251,21 @@ def _middle(at: Position | Tolerance) -> Recorded:
     if isinstance(at, Place):
         return at.middle()
     return triple(at.mean) if is_unknown(at) and at.shape() == (3,) else mean(at)
+
+
+def _unless(exact: float, value: Parameter | None) -> Parameter | None:
+    """Return a number or distribution; None where it is exactly what changes nothing."""
+    if value is None or is_unknown(value) or isinstance(value, jax.core.Tracer):
+        return value
+    return None if np.ndim(value) == 0 and value == exact else value
+
+
+def _number(value: Any) -> float:
+    """Return a gain or a delay as a number, NaN for several; 1 where it is not known yet."""
+    known = isinstance(value, int | float | np.ndarray | np.generic | jax.Array)
+    if not known or isinstance(value, jax.core.Tracer):
+        return 1.0
+    return float(value) if np.ndim(value) == 0 else math.nan
 
 
 def _recorded(position: Any) -> Recorded:

@@ -63,7 +63,7 @@ def standard_methods(experiment: Experiment, engine: Engine | None = None) -> li
         name = f"latent {type(engine).__name__.lower()}"
         reported = reported._replace(name=name, engine=engine)
     latent = [reported, method("nuts", "latent")]
-    parameters = [unknown for unknown in experiment.unknowns if not unknown.is_placement]
+    parameters = [unknown for unknown in experiment.unknowns if not unknown.is_of_transducer]
     if len(parameters) == len(experiment.unknowns):
         return latent
     few = len(parameters) <= GRID_UNKNOWNS

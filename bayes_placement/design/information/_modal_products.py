@@ -20,11 +20,17 @@ def factorise(experiment: Experiment) -> bool:
     structure = experiment.structure
     if experiment.force_levels is not None or experiment.instrument_effects:
         return False
-    if structure.attachments or structure.cubic_attachments:
+    if structure.attachments or structure.cubic_attachments or _recording(experiment):
         return False
     moduli = [Owner("effects", modulus.name) for modulus in structure.of_kind(Modulus)]
-    owners = [unknown.owner for unknown in experiment.unknowns if not unknown.is_placement]
+    owners = [unknown.owner for unknown in experiment.unknowns if not unknown.is_of_transducer]
     return all(owner in (Owner("damping"), *moduli) for owner in owners)
+
+
+def _recording(experiment: Experiment) -> bool:
+    """Tell whether a gain or a delay of a transducer is not exact."""
+    transducers = [*experiment.sensor.values(), *experiment.actuator.values()]
+    return any(one.gain is not None or one.delay is not None for one in transducers)
 
 
 def residues(experiment: Experiment) -> Float[Array, "sensor actuator product"]:

@@ -102,7 +102,7 @@ def prior_knowledge(
     mounted = [
         unknown.name
         for unknown in unknowns
-        if unknown.is_placement and unknown.name in after and unknown.owner.name not in moved
+        if unknown.is_of_transducer and unknown.name in after and unknown.owner.name not in moved
     ]
     return PosteriorDraws({name: after[name] for name in [*priors, *mounted]})
 

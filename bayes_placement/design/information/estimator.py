@@ -84,7 +84,7 @@ def placement_distributions(experiment: Experiment, known: Collection[str] = ())
     return {
         unknown.name: unknown.distribution
         for unknown in experiment.unknowns
-        if unknown.is_placement and unknown.name not in known
+        if unknown.is_of_transducer and unknown.name not in known
     }
 
 

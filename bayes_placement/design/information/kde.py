@@ -95,7 +95,7 @@ class KDE(Estimator):
         sizes = (self.replicates, self.placement_draws, _sampling.dimension(placed))
         draws = _Draws(parameters, _sampling.scores(self.sampling, *sizes, seed + 1))
         unknown = experiment.unknown
-        no_position_known = not any(unknown[name].is_placement for name in knowledge.names)
+        no_position_known = not any(unknown[name].is_of_transducer for name in knowledge.names)
         if no_position_known and _modal_products.factorise(experiment):
             return self._by_products(experiment, draws)
         return self._by_responses(draws)

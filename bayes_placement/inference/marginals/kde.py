@@ -56,7 +56,7 @@ class KDE(Marginal):
 
     def integrates(self, unknown: Unknown) -> bool:
         """All placement is."""
-        return unknown.is_placement
+        return unknown.is_of_transducer
 
     def _estimate(self, experiment: Experiment, data: Data, key: Key) -> KernelDensity:
         if not integrated(self, experiment):

@@ -118,7 +118,7 @@ class KernelDensity(IntegratedLikelihood):
     def _placements(self, experiment: Experiment) -> dict[str, Any]:
         """Draws [draw, ...] of the placement, by name."""
         key = self.key if self.common else _key_of_parameters(self.key, experiment)
-        placement = [unknown for unknown in experiment.unknowns if unknown.is_placement]
+        placement = [unknown for unknown in experiment.unknowns if unknown.is_of_transducer]
         keys = jax.random.split(key, len(placement))
         return {
             unknown.name: unknown.distribution.sample(draw_key, (self.draws,))

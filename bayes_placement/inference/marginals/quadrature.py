@@ -30,7 +30,7 @@ class Quadrature(Marginal):
 
     def integrates(self, unknown: Unknown) -> bool:
         """All placement is."""
-        return unknown.is_placement
+        return unknown.is_of_transducer
 
     def _likelihood(self, experiment: Experiment, data: Data) -> NestedQuadrature:
         check(experiment, "Quadrature")

@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from numpyro.distributions import Uniform
+from numpyro.distributions import Normal, Uniform
 
 from ..._types import Parameter
 from ...positions.tolerances import Box, Segment
@@ -72,6 +72,26 @@ def angles(
     # moves along one of them, the roll of a transducer about that axis has no influence.
     roll_axis = abs(transducer.channels[0].direction or 0)
     return tuple(0.0 if axis == roll_axis else angle for axis in (1, 2, 3))
+
+
+def gain(transducer: RecordedTransducer) -> Parameter:
+    """Gain [1]: normal about 1 with the standard deviation that is stated, else exactly 1."""
+    return _about(1.0, transducer, "gain_tolerance", "1", 0.01)
+
+
+def delay(transducer: RecordedTransducer) -> Parameter:
+    """Delay [s]: normal about 0 with the standard deviation that is stated, else exactly 0."""
+    return _about(0.0, transducer, "delay_tolerance_s", "s", 1e-6)
+
+
+def _about(
+    exact: float, transducer: RecordedTransducer, field: str, unit: str, example: float
+) -> Parameter:
+    """Normal distribution about an exact value; the value where no tolerance is stated."""
+    if not transducer.fields.has(field):
+        return exact
+    deviation = float(transducer.fields.value(field, between(0.0, np.inf, unit, example)))
+    return Normal(exact, deviation) if deviation else exact
 
 
 def _are_directions(value: Any, axes: tuple[int, ...]) -> bool:

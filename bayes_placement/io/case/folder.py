@@ -13,7 +13,7 @@ from ..model import Study
 from ._json_fields import FieldRule, JsonObject, check_distinct, choice, integer, load
 from ._line import NominalStructure, nominal_structure, structure
 from ._measurement import RecordedTransducer, measurements, settings
-from ._transducers import angles, directions_rule, position, position_rule
+from ._transducers import angles, delay, directions_rule, gain, position, position_rule
 
 Transducer = TypeVar("Transducer", Sensor, Actuator)
 
@@ -36,7 +36,9 @@ def read(folder: str | Path) -> Study:
     - `nominal_fe_model`: null, or a folder with `nominal.npz` (nodes, degrees of freedom, elements,
       modes), `model.json`, `K.npz`, `M.npz` and `K_region_00.npz`, ...: a space frame or a plate.
     - `sensors`, `actuators`: lists with `id`, `uff_node`, `position_m`, `tolerance_m`,
-      `directions`, `angle_tolerance_rad`; tolerances are uniform, plus and minus.
+      `directions`, `angle_tolerance_rad`; tolerances are uniform, plus and minus. If wanted,
+      `gain_tolerance` and `delay_tolerance_s`: standard deviations of a gain about 1 and of a delay
+      about 0.
     - `uncertain_parameters`: a list with `name` (`youngs_modulus_Pa`, `density_kg_m3` or
       `modal_damping_ratio`) and `prior`: `type` `uniform` with `low` and `high`, `normal` with
       `mean` and `standard_deviation`, or `lognormal` with `median` and `log_standard_deviation`.
@@ -104,6 +106,8 @@ def _transducer(
         at=position(recorded, nominal),
         directions=tuple(channel.direction for channel in recorded.channels),
         angles=angles(recorded, nominal),
+        gain=gain(recorded),
+        delay=delay(recorded),
     )
 
 
