@@ -17,6 +17,7 @@ The measurement is not part of this project. Give the folder of `measured.npz` a
 
 import functools
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -28,7 +29,7 @@ from numpyro.distributions.transforms import AffineTransform
 from scipy.spatial import KDTree
 
 import bayes_placement as bp
-from bayes_placement.criticism.check import correlation
+from bayes_placement.effects.scales import Scales
 from bayes_placement.io.model import Study
 
 FOLDER = "PLANE_DATA"
@@ -230,7 +231,7 @@ class InexactShapes(bp.effects.InstrumentEffect):
         return frf * (1 + jnp.asarray(self.error) @ self.about)[:, None]
 
     @classmethod
-    def suggest(cls, experiment):
+    def suggest(cls, scales: Scales) -> Sequence["InexactShapes"]:
         """No variants: this effect belongs to this study."""
         return []
 
@@ -363,26 +364,6 @@ def beyond(plane, posterior):
     }
     modes = PAIRED + 3
     return experiment_of(plane, lines(modes), modes, MISS.max()).fix(positions)
-
-
-def assurance(plane):
-    """Modal assurance criterion of each measured deflection with each shape, [resonance, mode].
-
-    It is taken of the imaginary parts near a resonance, over all usable pairs of sensor and impact,
-    each sensor with a scale factor of its own. Shapes 1 to 6 have 0.86 to 1.00 with their own
-    resonance, shapes 7 to 9 less than 0.1, and no shape has more than 0.82 with resonances 7 to 10.
-    The usable impacts do not distinguish shapes 6, 11 and 13.
-    """
-    sign, usable, shape = signs(plane)[0], usable_frfs(plane), plane.shape_at_hits()
-    assured = np.zeros((len(RESONANCES), len(shape)))
-    for number, resonance in enumerate(RESONANCES):
-        near = np.abs(plane.frequency - resonance) < 0.3
-        peak = sign * np.sum(np.imag(plane.accelerance[..., near]), axis=-1)
-        parts = [(peak[n, hits, None], shape[:, hits].T) for n, hits in enumerate(usable)]
-        criterion = [correlation.mac(measured, computed)[0] for measured, computed in parts]
-        size = [np.sum(measured**2) for measured, _ in parts]
-        assured[number] = np.average(criterion, axis=0, weights=size)
-    return assured
 
 
 def by_mode(misfit):

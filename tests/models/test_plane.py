@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import least_squares
 
 import bayes_placement as bp
+from bayes_placement.criticism.check import correlation
 from bayes_placement.inference.infer import InferenceWarning
 from models import plane as study
 
@@ -231,8 +232,28 @@ def test_above_mode_6_the_check_fails_where_it_passes_below(plane, posterior, me
     assert chi2[study.PAIRED :].min() > 20
 
 
+def assurance(plane):
+    """Modal assurance criterion of each measured deflection with each shape, [resonance, mode].
+
+    It is taken of the imaginary parts near a resonance, over all usable pairs of sensor and impact,
+    each sensor with a scale factor of its own. Shapes 1 to 6 have 0.86 to 1.00 with their own
+    resonance, shapes 7 to 9 less than 0.1, and no shape has more than 0.82 with resonances 7 to 10.
+    The usable impacts do not distinguish shapes 6, 11 and 13.
+    """
+    sign, usable, shape = study.signs(plane)[0], study.usable_frfs(plane), plane.shape_at_hits()
+    assured = np.zeros((len(study.RESONANCES), len(shape)))
+    for number, resonance in enumerate(study.RESONANCES):
+        near = np.abs(plane.frequency - resonance) < 0.3
+        peak = sign * np.sum(np.imag(plane.accelerance[..., near]), axis=-1)
+        parts = [(peak[n, hits, None], shape[:, hits].T) for n, hits in enumerate(usable)]
+        criterion = [correlation.mac(measured, computed)[0] for measured, computed in parts]
+        size = [np.sum(measured**2) for measured, _ in parts]
+        assured[number] = np.average(criterion, axis=0, weights=size)
+    return assured
+
+
 def test_shapes_pair_with_resonances_up_to_mode_6(plane):
-    criterion = study.assurance(plane)
+    criterion = assurance(plane)
     diagonal = np.diag(criterion)
     assert diagonal[: study.PAIRED].min() > 0.85
     assert diagonal[study.PAIRED : 9].max() < 0.1

@@ -22,7 +22,7 @@ class Offsets(bp.effects.InstrumentEffect):
         return frf + jnp.asarray(self.factor) @ jnp.asarray(self.forms)
 
     @classmethod
-    def suggest(cls, experiment):
+    def suggest(cls, scales):
         return []
 
 

@@ -55,7 +55,7 @@ class OneSided(InstrumentEffect):
     name: str = "one_sided"
 
     @classmethod
-    def suggest(cls, experiment):
+    def suggest(cls, scales):
         return []
 
     def recorded(self, frf, omega, channels):
