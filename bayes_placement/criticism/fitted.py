@@ -9,7 +9,7 @@ import xarray as xr
 
 from .._compiled import compiled
 from .._types import Response
-from ..experiment.experiment import Experiment, Measurements
+from ..experiment.experiment import FORCE_LEVEL, Experiment, Measurements
 from ..experiment.noise import Data
 from ..inference.bands import amplitude
 from ..inference.results import outputs
@@ -56,7 +56,7 @@ def fitted(
     }
     present = np.asarray(data.measured)
     complete = present if part is None else np.all(present, axis=part)
-    levels = () if experiment.force_levels is None else ("force_level",)
+    levels = () if experiment.force_levels is None else (FORCE_LEVEL,)
     dimensions = ("sensor", "actuator", *levels, "frequency")
     variables = {
         name: (

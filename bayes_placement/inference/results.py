@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from .._sites import Unknown
-from ..experiment.experiment import Experiment
+from ..experiment.experiment import FORCE_LEVEL, Experiment
 
 WARNINGS = "warnings"
 """Attribute of a tree of results that holds what the inference warns of, a list of sentences."""
@@ -64,7 +64,7 @@ def outputs(
         Names of the dimensions before those of an output.
     """
     parts = ("part",) if experiment.observe.parts > 1 else ()
-    levels = () if experiment.force_levels is None else ("force_level",)
+    levels = () if experiment.force_levels is None else (FORCE_LEVEL,)
     dimensions = (*leading, "sensor", "actuator", *levels, *parts, "frequency")
     units = {"units": experiment.observe.label}
     dataset = xr.Dataset({n: (dimensions, np.asarray(v), units) for n, v in variables.items()})
@@ -75,7 +75,7 @@ def outputs(
     }
     if levels:
         amplitudes = np.asarray(experiment.force_levels)
-        coordinates["force_level"] = ("force_level", amplitudes, {"units": "N"})
+        coordinates[FORCE_LEVEL] = (FORCE_LEVEL, amplitudes, {"units": "N"})
     if parts:
         coordinates["part"] = ["real", "imaginary"]
     return dataset.assign_coords(coordinates)

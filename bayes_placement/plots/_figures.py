@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from .._types import InputError
+from ..experiment.experiment import FORCE_LEVEL
 
 PANEL = (6.4, 3.6)
 """Width and height of a panel [inch]."""
@@ -204,10 +205,10 @@ def channels(axes: np.ndarray, dataset: xr.Dataset) -> Iterator[tuple[Axes, xr.D
 
 def force_levels(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """Return the lines of each force level, with the end of a title."""
-    if "force_level" not in dataset.dims:
+    if FORCE_LEVEL not in dataset.dims:
         return [("", dataset)]
-    forces = enumerate(dataset["force_level"].values)
-    return [(f", {force:g} N", dataset.isel(force_level=number)) for number, force in forces]
+    forces = enumerate(dataset[FORCE_LEVEL].values)
+    return [(f", {force:g} N", dataset.isel({FORCE_LEVEL: number})) for number, force in forces]
 
 
 def frequency_axis(axes: Axes, lines: np.ndarray) -> None:

@@ -10,11 +10,8 @@ import xarray as xr
 from jaxtyping import Bool, Float, Int
 
 from ..._types import InputError
-from ...experiment.experiment import MEASURED, RESPONSE
+from ...experiment.experiment import FORCE_LEVEL, MEASURED, RESPONSE
 from ...inference.estimates import scalars
-
-FORCE_LEVEL = "force_level"
-"""Dimension of the force of each run [N], where it is known."""
 
 BAND = (0.05, 0.95)
 LINES_OF_BAND = 5

@@ -15,7 +15,8 @@ from scipy import stats
 from tinygp import GaussianProcess
 from tinygp.kernels import quasisep
 
-from ._residuals import FORCE_LEVEL, Residuals, residuals
+from ...experiment.experiment import FORCE_LEVEL
+from ._residuals import Residuals, residuals
 
 AMPLITUDES, LENGTHS = 24, 16
 _VARIANCE_NOT_MEASURED = 1e12

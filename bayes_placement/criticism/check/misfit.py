@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ...experiment.experiment import FORCE_LEVEL
 from . import _edges
-from ._residuals import FORCE_LEVEL
 
 _CORRELATED = "residuals of neighbouring lines are correlated"
 _ROWS = ("sensor", "actuator", FORCE_LEVEL, "band")

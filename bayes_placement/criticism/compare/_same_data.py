@@ -6,16 +6,13 @@ import numpy as np
 import xarray as xr
 
 from ..._types import InputError
-from ...experiment.experiment import MEASURED
+from ...experiment.experiment import FORCE_LEVEL, MEASURED
 
 RECEPTANCE = "receptance"
 """Variable of the observed data: receptance that follows from each output."""
 
 LOG_JACOBIAN = "log_jacobian"
 """Variable of the observed data: log of the derivative of each output by its receptance."""
-
-FORCE_LEVEL = "force_level"
-"""Dimension of the force levels, which outputs have where the experiment states them."""
 
 TOLERANCE = 1e-9
 """Relative difference up to which two values, converted to one quantity, are the same datum."""

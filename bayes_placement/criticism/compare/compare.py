@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from ..._types import InputError
-from ...experiment.experiment import MEASURED
+from ...experiment.experiment import FORCE_LEVEL, MEASURED
 from ...inference.results import warnings_of
 from ...inference.weights import GOOD_PARETO_K
 from ._same_data import log_jacobian
@@ -303,7 +303,7 @@ def _has_tail(likelihood: xr.DataArray) -> xr.DataArray:
 def _per_datum(outputs: xr.DataArray, jacobian: xr.DataArray) -> xr.DataArray:
     """Sum over the parts of a complex FRF, at the measured data alone."""
     summed = [name for name in ("part",) if name in outputs.dims]
-    levels = [name for name in ("force_level",) if name in outputs.dims]
+    levels = [name for name in (FORCE_LEVEL,) if name in outputs.dims]
     dimensions = ("sensor", "actuator", *levels, "frequency")
     flat = outputs.sum(summed, skipna=False).drop_vars(dimensions, errors="ignore")
     present = jacobian.notnull().all(summed).transpose(*dimensions).values.ravel()
