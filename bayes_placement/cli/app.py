@@ -161,9 +161,9 @@ def explain(
 ) -> None:
     """Say which physical effect a model lacks, with a probability for each."""
     with _prepared(model, no_cache, traceback):
-        from . import explain
+        from . import _missing_effects, explain
 
-        explain.run(model, data, _split(effects), out)
+        explain.run(_missing_effects.Request(model, data, _split(effects), out))
 
 
 @app.command()
@@ -177,9 +177,9 @@ def improve(
 ) -> None:
     """Add what a model lacks, effect by effect, until only the noise is left."""
     with _prepared(model, no_cache, traceback):
-        from . import improve
+        from . import _missing_effects, improve
 
-        improve.run(model, data, _split(effects), out)
+        improve.run(_missing_effects.Request(model, data, _split(effects), out))
 
 
 @app.command()
