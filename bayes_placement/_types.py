@@ -22,7 +22,11 @@ Progress = Callable[[float], None]
 """Called with the share of the work that is done, from 0 to 1."""
 
 
-class InputError(ValueError):
+class PackageError(Exception):
+    """An error that this package raises: its sentence says all that a user needs."""
+
+
+class InputError(PackageError, ValueError):
     """What was given, what is needed, why, and the line that fixes it."""
 
 
@@ -30,8 +34,16 @@ class InfeasibleError(InputError):
     """A method that cannot treat this experiment, where another one can."""
 
 
-class MissingExtraError(ImportError):
+class MissingExtraError(PackageError, ImportError):
     """A library that is not installed, and the extra of this package that brings it."""
+
+
+class NumericalError(PackageError, ArithmeticError):
+    """A factorisation or an iteration whose result cannot be trusted."""
+
+
+class WorkerError(PackageError, RuntimeError):
+    """A worker process that was lost, or that cannot read what it was sent."""
 
 
 def no_progress(share: float) -> None:

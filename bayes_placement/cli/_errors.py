@@ -45,9 +45,9 @@ def errors_in_words(model: Path, *, show_traceback: bool) -> Iterator[None]:
 
 
 def _is_ours(error: Exception, model: Path) -> bool:
-    from .._types import InputError, MissingExtraError
+    from .._types import PackageError
 
-    if isinstance(error, InputError | MissingExtraError):
+    if isinstance(error, PackageError):
         return True
     if not isinstance(error, OSError):
         return False

@@ -74,7 +74,7 @@ def information_map(
     InputError
         If a place is outside the structure, the estimator cannot treat the experiment, or it
         cannot be sent to another process.
-    RuntimeError
+    WorkerError
         If a worker was lost and the executor cannot continue, or a worker cannot unpack its chunk.
     """
     evaluation = Evaluation.of(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from bayes_placement._types import NumericalError, WorkerError
 from bayes_placement.cli import app as commands
 from bayes_placement.cli import check
 from bayes_placement.cli.app import app
@@ -76,6 +77,18 @@ def test_a_traceback_of_our_own_errors_is_shown_if_asked_for(tmp_path):
     assert "declares no `measurement`" in str(answer.exception)
 
 
+@pytest.mark.parametrize("kind", [NumericalError, WorkerError])
+def test_a_computation_that_cannot_go_on_is_one_sentence(tmp_path, monkeypatch, kind):
+    def broken(*arguments, **settings):
+        raise kind("A worker was lost.")
+
+    monkeypatch.setattr(check, "check", broken)
+    monkeypatch.setattr(check, "infer_posterior", lambda *arguments: None)
+    answer = run(tmp_path, EXPERIMENT + "measurement = experiment.nominal_measurement()\n")
+    assert answer.exit_code == 2
+    assert answer.output.splitlines()[-1] == "error: A worker was lost."
+
+
 def test_a_missing_extra_is_named_in_one_sentence(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     path = tmp_path / "study.py"
@@ -98,13 +111,14 @@ def test_warnings_of_numpy_are_shown_for_the_model_file_alone(tmp_path):
     assert [warning.category for warning in caught] == [RuntimeWarning]
 
 
-def test_errors_about_what_was_given_are_of_our_own_class():
+PLAIN = ("ValueError", "ImportError", "RuntimeError", "ArithmeticError")
+
+
+def test_errors_with_our_sentences_are_of_our_own_classes():
     offenders = [
         f"{path.relative_to(PACKAGE)}, line {node.lineno}"
         for path in PACKAGE.rglob("*.py")
         for node in ast.walk(ast.parse(path.read_text()))
-        if isinstance(node, ast.Call)
-        and isinstance(node.func, ast.Name)
-        and node.func.id in ("ValueError", "ImportError")
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in PLAIN
     ]
-    assert not offenders, "raise InputError or MissingExtraError, which the command line tells"
+    assert not offenders, "raise errors of `_types`, which the command line tells in one sentence"

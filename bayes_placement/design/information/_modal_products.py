@@ -18,7 +18,7 @@ from ...modes.points import Points, joined
 def factorise(experiment: Experiment) -> bool:
     """Return whether FRFs are such products: no attachments, and all modes known."""
     structure = experiment.structure
-    if experiment.force_levels is not None or experiment.instrument_effects:
+    if experiment.instrument_effects:
         return False
     if structure.attachments or structure.cubic_attachments or _recording(experiment):
         return False

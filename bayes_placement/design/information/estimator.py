@@ -16,6 +16,8 @@ from ..._sites import Role
 from ..._types import InfeasibleError
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Noise
+from ...inference.alternative_explanation import JointDraws, draws_of
+from ._prior_knowledge import posterior_means
 
 
 class InformationWarning(UserWarning):
@@ -43,9 +45,18 @@ Plan = Callable[[Experiment, dict[str, Any]], Gain]
 
 
 class Estimator(eqx.Module):
-    """An estimator of the information gain of an experiment about its parameters."""
+    """An estimator of the information gain of an experiment about its parameters.
 
-    replicates: eqx.AbstractVar[int]
+    Parameters
+    ----------
+    sampling
+        `sobol` (scrambled, in replicates) or `plain`: independent draws, as in the paper.
+    replicates
+        Independent sets of draws, whose spread is the error.
+    """
+
+    sampling: str = eqx.field(static=True, default="sobol", kw_only=True)
+    replicates: int = eqx.field(static=True, default=4, kw_only=True)
 
     @abc.abstractmethod
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
@@ -77,6 +88,25 @@ class Estimator(eqx.Module):
             name: value for name, value in fields.items() if isinstance(value, int | float | str)
         }
         return {"estimator": type(self).__name__} | plain
+
+
+class GainAboutParameters(Estimator):
+    """An estimator of the gain beyond the prior, or beyond the posterior of earlier data.
+
+    Parameters
+    ----------
+    sampling, replicates
+        See `Estimator`.
+    after
+        Result of `infer` for an earlier measurement: the map is then the gain by the next one. By
+        default only the prior is known.
+    """
+
+    after: JointDraws | None = eqx.field(default=None, converter=draws_of, kw_only=True)
+
+    def typical(self) -> dict[str, np.ndarray]:
+        """Means after the earlier measurement."""
+        return posterior_means(self.after)
 
 
 def placement_distributions(experiment: Experiment, known: Collection[str] = ()) -> dict[str, Any]:

@@ -11,17 +11,23 @@ from jaxtyping import Array, Float
 
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from ...inference.alternative_explanation import JointDraws, draws_of
-from ...inference.marginals.nested_quadrature import NestedQuadrature, nested_nodes
+from ...inference.marginals.nested_quadrature import NestedQuadrature, check, nested_nodes
 from . import _sampling
-from ._prior_knowledge import posterior_means, prior_knowledge
-from .estimator import Estimator, Gain, Plan, divergence, known_noise, placement_distributions
+from ._prior_knowledge import prior_knowledge
+from .estimator import (
+    Gain,
+    GainAboutParameters,
+    Plan,
+    divergence,
+    known_noise,
+    placement_distributions,
+)
 
 BATCH = 8
 """Draws of the parameters that are integrated at once."""
 
 
-class Exact(Estimator):
+class Exact(GainAboutParameters):
     """Divergence for the nominal response, the placement integrated by Gauss quadrature.
 
     The likelihood is that of `marginals.Quadrature`; the parameters are averaged over draws of
@@ -43,13 +49,6 @@ class Exact(Estimator):
 
     draws: int = eqx.field(static=True, default=1024)
     nodes: int = eqx.field(static=True, default=64)
-    sampling: str = eqx.field(static=True, default="sobol")
-    replicates: int = eqx.field(static=True, default=4)
-    after: JointDraws | None = eqx.field(default=None, converter=draws_of)
-
-    def typical(self) -> dict[str, np.ndarray]:
-        """Means after the earlier measurement."""
-        return posterior_means(self.after)
 
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
         """Draw all points and return the estimate.
@@ -57,10 +56,12 @@ class Exact(Estimator):
         Raises
         ------
         InputError
-            If there is no output error, or no parameter is unknown.
+            If there is no output error, no parameter is unknown, or an effect may couple the
+            instruments.
         """
         knowledge = prior_knowledge(experiment, self.after, moved)
         known_noise(experiment, "information.Exact")
+        check(experiment, "information.Exact")
         count = _sampling.draws_of_replicate(self.draws, self.replicates)
         sizes = (self.replicates, count, knowledge.dimension)
         parameters = knowledge.values(_sampling.scores(self.sampling, *sizes, seed))

@@ -6,18 +6,16 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
 from ...experiment.experiment import Experiment
-from ...inference.alternative_explanation import JointDraws, draws_of
 from . import _sampling
-from ._prior_knowledge import IndependentPriors, PosteriorDraws, posterior_means, prior_knowledge
+from ._prior_knowledge import IndependentPriors, PosteriorDraws, prior_knowledge
 from ._tangent_kernels import TangentKernels
 from .estimator import (
-    Estimator,
     Gain,
+    GainAboutParameters,
     Plan,
     known_noise,
     mean_over_replicates,
@@ -29,7 +27,7 @@ BATCH = 64
 """Draws of the parameters whose responses are computed at once."""
 
 
-class ExpectedGain(Estimator):
+class ExpectedGain(GainAboutParameters):
     """Expected information gain: the divergence averaged over data that the prior predicts.
 
     Nested Monte Carlo (Ryan 2003, DOI 10.1198/1061860032012): E{log p(y | h) - log p(y)} over
@@ -58,13 +56,6 @@ class ExpectedGain(Estimator):
     draws: int = eqx.field(static=True, default=256)
     placement_draws: int = eqx.field(static=True, default=64)
     data_draws: int = eqx.field(static=True, default=256)
-    sampling: str = eqx.field(static=True, default="sobol")
-    replicates: int = eqx.field(static=True, default=4)
-    after: JointDraws | None = eqx.field(default=None, converter=draws_of)
-
-    def typical(self) -> dict[str, np.ndarray]:
-        """Means after the earlier measurement."""
-        return posterior_means(self.after)
 
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
         """Draw all points and return the estimate.

@@ -11,12 +11,11 @@ from jaxtyping import Array, Float
 
 from ..._types import InfeasibleError, InputError
 from ...experiment.experiment import Experiment
-from ...inference.alternative_explanation import JointDraws, draws_of
 from ...inference.marginals.kernel_density import KERNELS, Kernel, kernel
 from . import _modal_products, _sampling
 from ._kernel_density import log_density
-from ._prior_knowledge import posterior_means, prior_knowledge
-from .estimator import Estimator, Gain, Plan, divergence, placement_distributions
+from ._prior_knowledge import prior_knowledge
+from .estimator import Gain, GainAboutParameters, Plan, divergence, placement_distributions
 
 BATCH = 25
 """Draws of the parameters whose responses are in memory at once."""
@@ -28,7 +27,7 @@ RANGE = 30
 """Powers of two up to which single precision needs no scale: squares of outputs do not overflow."""
 
 
-class KDE(Estimator):
+class KDE(GainAboutParameters):
     """Divergence for the nominal response, with a kernel density estimate over placements.
 
     Table 1 of the paper: the data are the response at nominal parameters and positions; the
@@ -58,9 +57,6 @@ class KDE(Estimator):
     draws: int = eqx.field(static=True, default=1000)
     placement_draws: int = eqx.field(static=True, default=800)
     kernel: str = eqx.field(static=True, default="soize")
-    sampling: str = eqx.field(static=True, default="sobol")
-    replicates: int = eqx.field(static=True, default=4)
-    after: JointDraws | None = eqx.field(default=None, converter=draws_of)
 
     def __check_init__(self) -> None:
         if self.kernel not in KERNELS:
@@ -68,10 +64,6 @@ class KDE(Estimator):
                 f"information.KDE has no kernel {self.kernel!r}. The kernels are "
                 f"{' and '.join(KERNELS)}: KDE(kernel='soize')."
             )
-
-    def typical(self) -> dict[str, np.ndarray]:
-        """Means after the earlier measurement."""
-        return posterior_means(self.after)
 
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
         """Draw all points and return the estimate.
@@ -212,10 +204,16 @@ def _log_likelihoods(
             constant_part + _summed(part(spectrum), changed)
             for constant_part, part in zip(base, (jnp.real, jnp.imag), strict=True)
         )
-        frf = jax.lax.complex(real, imaginary)
+        frf = _at_force_levels(experiment, jax.lax.complex(real, imaginary))
         return log_density(jax.vmap(experiment.observe.output, -1, -1)(frf), *target)
 
     return jax.lax.map(likelihood, varying, batch_size=BATCH)
+
+
+def _at_force_levels(experiment: Experiment, frf: Array) -> Array:
+    """FRF with an axis of force levels, where these are stated: it is the same at all of them."""
+    levels = experiment.force_levels
+    return frf if levels is None else jnp.repeat(frf[:, :, None], len(levels), axis=2)
 
 
 def _summed(

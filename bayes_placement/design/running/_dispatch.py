@@ -16,7 +16,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..._types import Progress
+from ..._types import Progress, WorkerError
 from ._store import Store
 from .chunks import Chunk, compute, compute_packed
 from .executors import WorkerProcesses
@@ -68,7 +68,7 @@ def _by_executor(chunks: Sequence[Chunk], executor: Executor) -> Generator[Compu
 
     Raises
     ------
-    RuntimeError
+    WorkerError
         If the executor cannot continue.
     """
     missing = dict(enumerate(chunks))
@@ -80,7 +80,7 @@ def _by_executor(chunks: Sequence[Chunk], executor: Executor) -> Generator[Compu
                     yield chunk, gain[: len(chunk.cells)]
         except (BrokenExecutor, CancelledError) as error:
             if not (isinstance(executor, WorkerProcesses) and executor.replace()):
-                raise RuntimeError(
+                raise WorkerError(
                     "A worker was lost, and its executor cannot go on. Chunks that were finished "
                     "are in the store, if one was given: run again with the same store=... and a "
                     "new executor, and only what is missing is computed. Where every worker is "

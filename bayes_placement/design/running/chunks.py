@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..._types import InputError
+from ..._types import InputError, WorkerError
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates, placed
 from ..information.estimator import Estimator
@@ -192,7 +192,7 @@ def _unpacked(packed: bytes) -> Task:
     try:
         return Task(*pickle.loads(packed))
     except (ImportError, AttributeError) as error:
-        raise RuntimeError(
+        raise WorkerError(
             f"A worker cannot read the experiment that it was sent: {error}. Classes of your own "
             "must be in a module that every worker can import, since only their names are sent: "
             "move them to a file of their own, and start the workers where that file is found."

@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import signal
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
@@ -91,7 +92,7 @@ class WorkerProcesses(Executor):
             self._count,
             mp_context=multiprocessing.get_context("spawn"),
             initializer=_start_worker,
-            initargs=(_thread_limits(self._count),),
+            initargs=(_thread_limits(self._count), _warning_filters()),
         )
 
 
@@ -102,10 +103,32 @@ def _thread_limits(count: int) -> dict[str, str]:
     return dict.fromkeys(names, threads)
 
 
-def _start_worker(environment: dict[str, str]) -> None:
+def _warning_filters() -> list[Any]:
+    """Filters of warnings of this process, without those of classes that must be imported first."""
+    return [
+        (action, _pattern(message), category, _pattern(module), line)
+        for action, message, category, module, line in warnings.filters
+        if category.__module__ == "builtins"
+    ]
+
+
+def _pattern(text: Any) -> str:
+    """Regular expression of a filter, which keeps it compiled, as a string, or as None."""
+    return getattr(text, "pattern", text) or ""
+
+
+def _start_worker(environment: dict[str, str], filters: list[Any]) -> None:
     os.environ.update(environment)
+    _filter_warnings(filters)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
     threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _filter_warnings(filters: list[Any]) -> None:
+    """Treat warnings in this worker as they are treated in the process that started it."""
+    warnings.resetwarnings()
+    for settings in reversed(filters):  # the last one that is set comes first
+        warnings.filterwarnings(*settings)
 
 
 def _end_with_parent() -> None:

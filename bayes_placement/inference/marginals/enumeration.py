@@ -32,7 +32,7 @@ class Enumeration(Marginal):
                 "one, at=positions.Nodes(positions, positions.Box(...)), or use "
                 "marginals.Latent()."
             )
-        check(experiment, "Enumeration")
+        check(experiment, "marginals.Enumeration")
         return NestedQuadrature(data, nested_nodes(experiment, distributions, 1))
 
     def model(self, experiment: Experiment, data: Data, key: Key) -> Model:

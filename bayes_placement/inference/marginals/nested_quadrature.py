@@ -78,7 +78,7 @@ class NestedNodes(NamedTuple):
     inner_side: str
 
 
-def check(experiment: Experiment, marginal: str) -> None:
+def check(experiment: Experiment, method: str) -> None:
     """Refuse an experiment whose likelihood is no product over transducers.
 
     Raises
@@ -88,13 +88,13 @@ def check(experiment: Experiment, marginal: str) -> None:
     """
     if experiment.noise is None:
         raise InfeasibleError(
-            f"marginals.{marginal} integrates a density of the measured outputs, which noise=None "
-            "lacks. Give noise.Gaussian(sigma), or use marginals.KDE(), whose kernel is a density."
+            f"{method} integrates a density of the measured outputs, which noise=None lacks. Give "
+            "noise.Gaussian(sigma), or use marginals.KDE(), whose kernel is a density."
         )
     effect = next(iter(experiment.instrument_effects), None)
     if effect is not None:
         raise InfeasibleError(
-            f"marginals.{marginal} was given an experiment with the effect "
+            f"{method} was given an experiment with the effect "
             f'"{effect}" on its instruments, but it needs sensors that are '
             "independent of each other once the actuators are placed, and such an effect may "
             "couple them. Use marginals.Latent()."

@@ -33,7 +33,7 @@ class Quadrature(Marginal):
         return unknown.is_of_transducer
 
     def _likelihood(self, experiment: Experiment, data: Data) -> NestedQuadrature:
-        check(experiment, "Quadrature")
+        check(experiment, "marginals.Quadrature")
         nodes = nested_nodes(experiment, integrated(self, experiment), self.nodes)
         return NestedQuadrature(data, nodes)
 

@@ -9,6 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import information
+from bayes_placement.design.information._modal_products import factorise
 from bayes_placement.design.information.estimator import jackknife_error, placement_distributions
 from bayes_placement.experiment.noise import Data
 from bayes_placement.inference.marginals.nested_quadrature import NestedQuadrature, nested_nodes
@@ -55,6 +56,26 @@ def test_products_of_modes_are_the_responses():
         patch.setattr(information.kde._modal_products, "factorise", lambda _: False)
         long, _ = estimated(estimator, experiment)
     assert short == pytest.approx(long, rel=1e-4)
+
+
+def test_products_serve_all_force_levels_of_a_linear_structure():
+    base = bar.placed(*P2, noise=bp.noise.Gaussian(0.02))
+    experiment = bp.Experiment(
+        base.structure,
+        sensors=list(base.sensor.values()),
+        actuators=list(base.actuator.values()),
+        frequency=base.frequency,
+        observe=base.observe,
+        noise=base.noise,
+        force_levels=[0.1, 1.0],
+    )
+    assert factorise(experiment)
+    estimator = information.KDE(draws=64, placement_draws=100)
+    by_products, _ = estimated(estimator, experiment)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(information.kde._modal_products, "factorise", lambda _: False)
+        by_responses, _ = estimated(estimator, experiment)
+    assert by_products == pytest.approx(by_responses, rel=1e-4)
 
 
 @pytest.mark.parametrize("row", [EXACT_TABLE[0], EXACT_TABLE[1], EXACT_TABLE[5]])
@@ -184,6 +205,11 @@ def certain(noise):
         (information.KDE(), lambda: certain(None), r"no position or angle is a distribution"),
         (information.Exact(), lambda: bar.placed(*P2, None), r"noise=None; the output error"),
         (information.ExpectedGain(), lambda: certain(None), r"ExpectedGain was given .*noise=None"),
+        (
+            information.Exact(),
+            lambda: bar.placed(*P2, bp.noise.Gaussian(0.01)) + bp.effects.gain_error("s1", 0.1),
+            r"information.Exact was given an experiment with the effect \"gain_error\" on its inst",
+        ),
         (
             information.Exact(),
             lambda: bar.placed(*P2, bp.noise.Gaussian(dist.HalfNormal(0.1))),

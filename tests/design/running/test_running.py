@@ -14,6 +14,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import information
+from bayes_placement.design.information.estimator import Estimator
 from bayes_placement.design.running import _dispatch, _store, executors
 from bayes_placement.design.running import chunks as chunking
 from bayes_placement.design.running._content_hash import content_hash
@@ -361,7 +362,7 @@ def test_an_error_in_a_worker_arrives_in_words(processes, tmp_path, monkeypatch)
 
 
 def test_what_cannot_travel_is_refused(processes):
-    class Inner(information.KDE.__base__):
+    class Inner(Estimator):
         replicates: int = 4
 
         def typical(self):
@@ -380,9 +381,10 @@ MODEL = """
 import equinox as eqx
 import numpy as np
 from bayes_placement.design.information import KDE
+from bayes_placement.design.information.estimator import Estimator
 from models import bar
 
-class Mine(KDE.__base__):
+class Mine(Estimator):
     replicates: int = eqx.field(static=True, default=4)
 
     def typical(self):
@@ -497,6 +499,11 @@ def test_none_is_this_process():
 def test_each_worker_takes_its_share_of_the_cores(processes):
     threads = processes.submit(os.getenv, "PJRT_NPROC").result()
     assert int(threads) == max(1, os.cpu_count() // 2)
+
+
+def test_workers_treat_warnings_as_the_process_that_started_them(processes):
+    with pytest.raises(RuntimeWarning, match="divide by zero"):  # here warnings are errors
+        processes.submit(np.log, 0.0).result()
 
 
 def test_less_than_one_worker_is_refused():

@@ -9,7 +9,7 @@ from scipy.linalg import eigh, null_space
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from ...._types import InputError
+from ...._types import InputError, NumericalError
 from ._static_flexibility import StaticFlexibility, with_sign
 from ._symmetric_factor import factorised, start_vector
 
@@ -60,7 +60,7 @@ def modes_below(flexibility: StaticFlexibility, eigenvalue: float) -> int:
 
     Raises
     ------
-    ArithmeticError
+    NumericalError
         If no factor nearby can be trusted.
     """
     for relative in SHIFTS:
@@ -68,7 +68,7 @@ def modes_below(flexibility: StaticFlexibility, eigenvalue: float) -> int:
         factor = factorised(csc_array(flexibility.stiffness - shift * flexibility.mass))
         if factor.trustworthy():
             return factor.negative_pivots()
-    raise ArithmeticError(
+    raise NumericalError(
         f"K - omega^2 M cannot be factorised near {np.sqrt(eigenvalue) / (2 * np.pi):g} Hz without "
         "exchanging rows, so the modes below cannot be counted. Use another frequency."
     )
@@ -91,7 +91,7 @@ def _checked(
             return Eigenmodes(modes.eigenvalues[:count], modes.shape[:, :count])
         if flexibility.factor.negative_pivots():
             raise _indefinite()
-    raise ArithmeticError(
+    raise NumericalError(
         f"Lanczos iteration missed modes among the lowest {count} in {ATTEMPTS} attempts, as the "
         "inertia of the shifted stiffness shows. Ask for a few modes more: modes(count=...)."
     )
