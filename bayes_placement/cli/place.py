@@ -151,7 +151,7 @@ def _planned(study: Study, earlier: Measurements | None, options: Options) -> Ex
         options.noise is None
         and measurement is None
         and noise is not None
-        and noise.reads_coherence
+        and noise.reads_measurement
     ):
         raise InputError(
             f"The model declares noise.{type(noise).__name__}(), which reads the output error from "

@@ -37,7 +37,7 @@ def planned(
     noise = experiment.noise
     if sigma is not None:
         return _with_logarithmic_error(experiment, sigma)
-    if noise is None or not noise.reads_coherence:
+    if noise is None or not noise.reads_measurement:
         typical = experiment.nominal_values()
         levels = [
             unknown.name for unknown in experiment.unknowns if unknown.role is Role.OUTPUT_ERROR
@@ -69,7 +69,7 @@ def _logarithmic_error(experiment: Experiment, measurement: Measurements) -> flo
     deviation = experiment.noise.deviation(data)
     if deviation is None:
         raise InputError(
-            "The size of the output error is unknown even with the measurement: its factor is a "
+            "The size of the output error is unknown even with the measurement: part of it is a "
             "distribution. Give the standard deviation of log10 of the amplitude: sigma=0.01."
         )
     sigma, measured = np.asarray(deviation), np.asarray(data.measured)

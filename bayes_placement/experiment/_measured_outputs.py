@@ -11,7 +11,9 @@ from .noise import Data
 from .observe import Observation
 
 
-def measured_outputs(observe: Observation, frf: Any, variance: Any = None) -> Data:
+def measured_outputs(
+    observe: Observation, frf: Any, variance: Any = None, *, amplitude: bool = False
+) -> Data:
     """Turn measured FRFs into outputs.
 
     Parameters
@@ -24,6 +26,8 @@ def measured_outputs(observe: Observation, frf: Any, variance: Any = None) -> Da
     variance
         E|error|^2 of each FRF value [unit of the FRF squared], NaN where nothing was measured;
         None where the level of the output error comes from elsewhere.
+    amplitude
+        Whether the level of the output error depends on the amplitude of the FRFs.
     """
     measured = np.isfinite(frf)
     filled = jnp.asarray(np.where(measured, frf, 1.0))
@@ -33,11 +37,24 @@ def measured_outputs(observe: Observation, frf: Any, variance: Any = None) -> Da
     # A level where nothing was measured is never used, but it must not be NaN in a gradient.
     level = None if variance is None else jnp.where(jnp.isnan(variance), 1.0, variance)
     deviation = None if level is None else compiled(_deviation)(observe, filled, level)
-    return Data(jnp.where(measured, z, 0.0), measured, deviation)
+    levels = compiled(_unit_deviations)(observe, filled) if amplitude else (None, None)
+    return Data(jnp.where(measured, z, 0.0), measured, deviation, *levels)
+
+
+def simulated_outputs(observe: Observation, frf: Any) -> Data:
+    """Turn predicted FRFs into the data of a measurement without error, all of it measured."""
+    z = observe.output(frf)
+    return Data(z, np.ones(z.shape, dtype=bool), None, *_unit_deviations(observe, frf))
 
 
 def _output(observe: Observation, frf: Any) -> Response:
     return observe.output(frf)
+
+
+def _unit_deviations(observe: Observation, frf: Any) -> tuple[Response, Response]:
+    """Deviations of the outputs for E|error|^2 = |H|^2 and for E|error|^2 = 1."""
+    square = jnp.abs(frf) ** 2
+    return observe.deviation(frf, square), observe.deviation(frf, jnp.ones_like(square))
 
 
 def _deviation(observe: Observation, frf: Any, variance: Any) -> Response:

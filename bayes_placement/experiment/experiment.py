@@ -20,7 +20,7 @@ from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
 from ..positions.places import typical
 from . import _experiment_checks
-from ._measured_outputs import measured_outputs
+from ._measured_outputs import measured_outputs, simulated_outputs
 from ._prior_table import prior_table
 from .measurement import Channel, Measurement, at_levels
 from .noise import Data, Noise
@@ -249,7 +249,8 @@ class Experiment(eqx.Module):
         )
         reads_coherence = self.noise is not None and self.noise.reads_coherence
         variance = chosen.noise_variance() if reads_coherence else None
-        return measured_outputs(self.observe, chosen.frf, variance)
+        amplitude = self.noise is not None and self.noise.reads_amplitude
+        return measured_outputs(self.observe, chosen.frf, variance, amplitude=amplitude)
 
     def model(self, measurement: Measurements | Data | None = None) -> None:
         """Run the NumPyro model: prior on h, latent placement, Gaussian output error.
@@ -260,7 +261,8 @@ class Experiment(eqx.Module):
             What was measured; None to simulate.
         """
         concrete = _sites.realise(self)
-        predicted = concrete.predict()
+        frf = concrete.frf()
+        predicted = self.observe.output(frf)
         data = measurement if isinstance(measurement, Data | None) else self.data(measurement)
         if data is None:
             numpyro.deterministic(RESPONSE, predicted)
@@ -268,6 +270,8 @@ class Experiment(eqx.Module):
             _refuse_data_without_noise(data)
             return
         observed = None if data is None else data.z
+        if data is None and concrete.noise.reads_amplitude:
+            data = simulated_outputs(self.observe, frf)
         numpyro.sample(MEASURED, concrete.noise.distribution(predicted, data), obs=observed)
 
     def nominal_measurement(self) -> Measurement | tuple[Measurement, ...]:

@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import equinox as eqx
 import jax
@@ -29,11 +29,16 @@ class Data(eqx.Module):
         Where something was measured.
     deviation
         Standard deviation of each output known from coherence and averages, or None.
+    relative, absolute
+        Standard deviation of each output for E|error|^2 = |H|^2, |H| being the measured amplitude,
+        and for E|error|^2 = 1; None where the noise does not need them.
     """
 
     z: Response
     measured: Bool[np.ndarray, "sensor actuator *level_and_part frequency"]
     deviation: Response | None = None
+    relative: Response | None = None
+    absolute: Response | None = None
 
     def of(self, sensors: Any = slice(None), actuators: Any = slice(None)) -> "Data":
         """Return the data of some sensor and actuator channels."""
@@ -41,7 +46,7 @@ class Data(eqx.Module):
         def pick(values: Any) -> Any:
             return None if values is None else values[sensors][:, actuators]
 
-        return Data(pick(self.z), pick(self.measured), pick(self.deviation))
+        return Data(*(pick(getattr(self, name)) for name in _FIELDS))
 
     @staticmethod
     def at_levels(runs: "Sequence[Data]") -> "Data":
@@ -51,14 +56,32 @@ class Data(eqx.Module):
             xp = np if isinstance(values[0], np.ndarray) else jnp
             return None if values[0] is None else xp.stack(values, axis=2)
 
-        names = ("z", "measured", "deviation")
-        return Data(*(stacked([getattr(run, name) for run in runs]) for name in names))
+        return Data(*(stacked([getattr(run, name) for run in runs]) for name in _FIELDS))
+
+
+_FIELDS = ("z", "measured", "deviation", "relative", "absolute")
 
 
 class Noise(eqx.Module):
-    """Distribution of the output error N in Z_obs = Z + N."""
+    """Distribution of the output error N in Z_obs = Z + N.
 
-    reads_coherence: eqx.AbstractClassVar[bool]
+    Attributes
+    ----------
+    reads_amplitude
+        Whether its level is read from the amplitude of the measured FRFs.
+    """
+
+    reads_amplitude: ClassVar[bool] = False
+
+    @property
+    @abc.abstractmethod
+    def reads_coherence(self) -> bool:
+        """Whether its level is read from the coherence of a measurement."""
+
+    @property
+    def reads_measurement(self) -> bool:
+        """Whether its level is read from a measurement."""
+        return self.reads_coherence or self.reads_amplitude
 
     @abc.abstractmethod
     def distribution(
@@ -107,7 +130,7 @@ class Gaussian(Noise):
         that broadcasts to all outputs, or a distribution.
     """
 
-    reads_coherence = False
+    reads_coherence: ClassVar[bool] = False
     sigma: Parameter = eqx.field(metadata=unit("unit of z"))
 
     def __init__(self, sigma: Parameter):
@@ -143,7 +166,7 @@ class Covariance(Noise):
         Factor on the standard deviation [1], a number or a distribution.
     """
 
-    reads_coherence = False
+    reads_coherence: ClassVar[bool] = False
     matrix: Parameter = eqx.field(metadata=unit("(unit of z)^2"))
     scale: Parameter = eqx.field(metadata=unit("1"))
 
@@ -183,7 +206,7 @@ class FromCoherence(Noise):
         contain all errors.
     """
 
-    reads_coherence = True
+    reads_coherence: ClassVar[bool] = True
     factor: Parameter = eqx.field(metadata=unit("1"))
 
     def __init__(self, factor: Parameter = 1.0):
@@ -207,6 +230,99 @@ class FromCoherence(Noise):
         if is_unknown(self.factor) or data.deviation is None:
             return None
         return data.deviation * jnp.asarray(self.factor)
+
+
+class Relative(Noise):
+    """Independent errors in proportion to the measured amplitude, above a floor.
+
+    E|error|^2 = (ratio |H|)^2 + floor^2 + (coherence factor)^2 E|error|^2 of the coherence, for an
+    FRF H of the observed quantity; as by `FromCoherence`, half of it is in the real and half in the
+    imaginary part. |H| is the measured amplitude, so that the noise does not depend on the
+    parameters; in a simulation it is the predicted one. Where the error exceeds |H|, so does a part
+    of what is measured: a ratio near 1 would explain any scatter there. Bound an unknown ratio well
+    below 1.
+
+    Parameters
+    ----------
+    ratio
+        Root mean square of |error| over |H| [1], a number or a distribution.
+    floor
+        Root mean square of |error| where H vanishes [unit of the FRF], a number or a distribution.
+    coherence
+        Factor on the standard deviation known from coherence and averages [1], a number or a
+        distribution; None where the coherence is not read.
+
+    Raises
+    ------
+    InputError
+        For a ratio that is not positive, a negative floor or a factor that is not positive.
+    """
+
+    reads_amplitude: ClassVar[bool] = True
+    ratio: Parameter = eqx.field(metadata=unit("1"))
+    floor: Parameter = eqx.field(metadata=unit("unit of the FRF"))
+    coherence: Parameter | None = eqx.field(metadata=unit("1"))
+
+    def __init__(
+        self, ratio: Parameter, floor: Parameter = 0.0, *, coherence: Parameter | None = None
+    ):
+        self.ratio = _positive("noise.Relative(ratio, floor)", "ratio", ratio)
+        self.floor = _not_negative("noise.Relative(ratio, floor)", "floor", floor)
+        self.coherence = (
+            None
+            if coherence is None
+            else _positive("noise.Relative(ratio, coherence=)", "coherence factor", coherence)
+        )
+
+    @property
+    def reads_coherence(self) -> bool:
+        """Whether a factor on the level of the coherence is given."""
+        return self.coherence is not None
+
+    def distribution(
+        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+    ) -> Distribution:
+        """Independent normal distribution of every output."""
+        deviation = self._deviation(data)
+        return _masked(Normal(predicted, jnp.sqrt(deviation**2 + kernel)), data)
+
+    def deviation(self, data: Data) -> Response | None:
+        """Deviation of every output; None where a number of it is a distribution."""
+        known = not any(map(is_unknown, (self.ratio, self.floor, self.coherence)))
+        return self._deviation(data) if known else None
+
+    def _deviation(self, data: Data | None) -> Response:
+        if data is None or data.relative is None or data.absolute is None:
+            raise InputError(
+                "noise.Relative reads its level from the amplitude of measured FRFs, and none is "
+                "given here. Give the data of an experiment that has this noise, "
+                "experiment.data(measurement), or use noise.Gaussian(sigma)."
+            )
+        relative = data.relative * jnp.asarray(self.ratio)
+        absolute = data.absolute * jnp.asarray(self.floor)
+        variance = relative**2 + absolute**2
+        if self.coherence is None:
+            return jnp.sqrt(variance)
+        if data.deviation is None:
+            raise InputError(
+                "noise.Relative(coherence=) reads a part of its level from the coherence and the "
+                "averages of a measurement, and none is given here. Give a measurement with both, "
+                "or leave coherence out."
+            )
+        return jnp.sqrt(variance + (data.deviation * jnp.asarray(self.coherence)) ** 2)
+
+
+def _not_negative(call: str, word: str, value: Parameter) -> Parameter:
+    """Return a standard deviation that may vanish, if it is not negative."""
+    if is_unknown(value) or isinstance(value, jax.core.Tracer):
+        return value
+    wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) >= 0))]
+    if wrong.size:
+        raise InputError(
+            f"{call} was given a {word} of {wrong[0]:g}; the {word} must not be negative, since it "
+            "is a standard deviation. Give 0 for none."
+        )
+    return value
 
 
 def _positive(call: str, word: str, value: Parameter) -> Parameter:

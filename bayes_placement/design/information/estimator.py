@@ -165,7 +165,7 @@ def known_noise(experiment: Experiment, estimator: str) -> Noise:
     """
     noise = experiment.noise
     is_unknown = any(unknown.role is Role.OUTPUT_ERROR for unknown in experiment.unknowns)
-    if noise is None or is_unknown or noise.reads_coherence:
+    if noise is None or is_unknown or noise.reads_measurement:
         stated = "noise=None" if noise is None else f"noise.{type(noise).__name__} of unknown level"
         raise InfeasibleError(
             f"{estimator} was given an experiment with {stated}; the output error of a "

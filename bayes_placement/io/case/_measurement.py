@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...experiment.measurement import LINE_TOLERANCE, Measurement
+from ...experiment.noise import Noise
 from ...experiment.quantities import QUANTITIES
 from ...positions.channel import Channel
 from .. import uff
@@ -20,6 +21,7 @@ from ._json_fields import (
     is_number,
     numbers,
 )
+from ._noise import noise
 
 UNITS = {quantity.frf: quantity.ascii_unit for quantity in reversed(QUANTITIES)}
 _COORDINATE_PRECISION = 1e-5  # of the greatest coordinate; universal files may keep six digits
@@ -71,6 +73,8 @@ class MeasurementSettings(NamedTuple):
         First and last line [Hz].
     lines
         Number of lines in the band.
+    noise
+        Output error.
     """
 
     file: Path
@@ -81,6 +85,7 @@ class MeasurementSettings(NamedTuple):
     force_levels: tuple[float, ...] | None
     band: tuple[float, float]
     lines: int
+    noise: Noise
 
 
 def settings(
@@ -110,6 +115,7 @@ def settings(
         force_levels=_levels(stated.value("force_levels_N", _LEVELS)),
         band=(float(low), float(high)),
         lines=axis.value("n_lines", integer(1, 400)),
+        noise=noise(stated),
     )
 
 
@@ -150,7 +156,8 @@ def _measurement(file: Path, settings: MeasurementSettings, level: float | None)
     chosen = recorded.channels(_channels(settings.sensors), _channels(settings.actuators))
     in_band = _in_band(file, settings, chosen)
     measurement = dataclasses.replace(in_band, averages=settings.averages, force_level=level)
-    _check_noise(file, measurement)
+    if settings.noise.reads_coherence:
+        _check_noise(file, measurement)
     return measurement
 
 

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ...experiment.experiment import Experiment
-from ...experiment.noise import FromCoherence
 from ...experiment.observe import Complex
 from ...experiment.transducers import Actuator, Sensor
 from ...positions.channel import Channel, checked
@@ -44,7 +43,9 @@ def read(folder: str | Path) -> Study:
       `mean` and `standard_deviation`, or `lognormal` with `median` and `log_standard_deviation`.
     - `frequency`: `band_hz`, `n_lines`, the lines of the files that are used.
     - `measurement`: `quantity`, `units`, `convention`, `estimator`, `n_averages`, `out_channels`,
-      `in_channels`, `sensor_setup`, `force_levels_N` (null, or one amplitude [N] for each file).
+      `in_channels`, `sensor_setup`, `force_levels_N` (null, or one amplitude [N] for each file). If
+      wanted, `noise_level`: `ratio` and `floor` of `noise.Relative`, `coherence_factor` on what the
+      coherence states; each a number, or [low, high] of a log-uniform distribution.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def read(folder: str | Path) -> Study:
         actuators=[_transducer(Actuator, actuator, nominal) for actuator in actuators],
         frequency=measured[0].frequency,
         observe=Complex(stated.quantity),
-        noise=FromCoherence(),
+        noise=stated.noise,
         force_levels=stated.force_levels,
         sensors_mounted=_SENSOR_SETUPS[sensor_setup],
     )

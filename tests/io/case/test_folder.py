@@ -665,3 +665,43 @@ def test_shared_cases(shared_data, name, first, size, levels, mounted, unknowns)
     assert list(experiment.structure.effects) == springs
     runs = () if levels is None else (len(levels),)
     assert experiment.data(study.measurement).z.shape == (*size[:2], *runs, 2, size[2])
+
+
+def test_a_case_without_coherence_states_its_noise(tmp_path):
+    stated = {"ratio": [1e-3, 0.1], "floor": 1e-4}
+    content = changed("measurement.noise_level", stated)
+    study = case.read(written(tmp_path, content, measured=measured(coherence=None)))
+    noise = study.experiment.noise
+    assert (noise.ratio.low, noise.ratio.high, noise.floor) == (1e-3, 0.1, 1e-4)
+    assert noise.coherence is None
+    assert study.experiment.data(study.measurement).relative is not None
+
+
+def test_a_factor_on_the_coherence_may_be_stated_alone_and_beside_a_ratio(tmp_path):
+    content = changed("measurement.noise_level", {"coherence_factor": [0.5, 5.0]})
+    noise = case.read(written(tmp_path, content)).experiment.noise
+    assert isinstance(noise, bp.noise.FromCoherence)
+    assert (noise.factor.low, noise.factor.high) == (0.5, 5.0)
+    content = changed("measurement.noise_level", {"ratio": 0.01, "coherence_factor": 2})
+    noise = case.read(written(tmp_path, content)).experiment.noise
+    assert (noise.ratio, noise.coherence, noise.floor) == (0.01, 2.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        (
+            {"floor": 1.0},
+            r"has neither measurement.noise_level.ratio nor measurement.noise_level.coherence_f",
+        ),
+        ({"ratio": -0.1}, r"measurement.noise_level.ratio is -0.1; a positive number"),
+        (
+            {"ratio": [0.1, 0.01]},
+            r"measurement.noise_level.ratio is \[0.1, 0.01\]; a positive number",
+        ),
+        (3, r"measurement.noise_level is 3; an object"),
+    ],
+)
+def test_noise_that_is_none_is_refused(tmp_path, stated, words):
+    with pytest.raises(case.CaseError, match=words):
+        case.read(written(tmp_path, changed("measurement.noise_level", stated)))

@@ -1,0 +1,50 @@
+"""Output error of a case: what the coherence states, or a ratio and a floor."""
+
+from typing import Any
+
+from numpyro.distributions import LogUniform
+
+from ..._types import Parameter
+from ...experiment.noise import FromCoherence, Noise, Relative
+from ._json_fields import CaseError, FieldRule, JsonObject, is_number
+
+
+def noise(measurement: JsonObject) -> Noise:
+    """Read the field `noise_level` of a measurement; the coherence as it is without the field.
+
+    Raises
+    ------
+    CaseError
+        If it states nothing, or a level that is no level.
+    """
+    if not measurement.has("noise_level"):
+        return FromCoherence()
+    stated = measurement.object("noise_level")
+    factor = _level(stated, "coherence_factor", 1.0) if stated.has("coherence_factor") else None
+    if stated.has("ratio"):
+        floor = _level(stated, "floor", 1e-3) if stated.has("floor") else 0.0
+        return Relative(_level(stated, "ratio", 0.03), floor, coherence=factor)
+    if factor is None:
+        raise CaseError(
+            f"{stated.file} has neither {stated.dotted_path('ratio')} nor "
+            f"{stated.dotted_path('coherence_factor')}; one of them is needed, since a likelihood "
+            'needs the size of the error. Write "noise_level": {"ratio": [0.001, 0.1]}.'
+        )
+    return FromCoherence(factor)
+
+
+def _level(stated: JsonObject, name: str, example: float) -> Parameter:
+    """Return a level, or the log-uniform distribution between two."""
+    rule = FieldRule(
+        "a positive number, or two increasing ones between which it is log-uniform,",
+        [example / 10, example * 10],
+        _is_level,
+    )
+    value = stated.value(name, rule)
+    return LogUniform(*map(float, value)) if isinstance(value, list) else float(value)
+
+
+def _is_level(value: Any) -> bool:
+    if isinstance(value, list):
+        return len(value) == 2 and all(map(is_number, value)) and 0 < value[0] < value[1]
+    return is_number(value) and value > 0
