@@ -13,8 +13,9 @@ from ..experiment.experiment import Experiment, Measurements
 from ..inference import cross_check
 from ..inference.infer import InferenceWarning, infer
 from ..io import case, formats, model
+from ._lines import choose_lines
 from ._result_files import make_folder
-from ._terminal import print_text
+from ._terminal import print_list, print_text
 
 
 class Inputs(NamedTuple):
@@ -28,11 +29,14 @@ class Inputs(NamedTuple):
         The model file or case folder, read.
     measurement
         What was measured.
+    data_faults
+        Faults of the measurement that were printed, a sentence each.
     """
 
     console: Console
     study: model.Study
     measurement: Measurements
+    data_faults: list[str]
 
     @property
     def experiment(self) -> Experiment:
@@ -40,8 +44,12 @@ class Inputs(NamedTuple):
         return self.study.experiment
 
 
-def read_inputs(path: Path, data: Path | None, command: str, out: Path) -> Inputs:
-    """Read study and measurement, make the folder of the results, and print the experiment.
+def read_inputs(
+    path: Path, data: Path | None, command: str, out: Path, most_lines: int | None
+) -> Inputs:
+    """Read study and measurement, make the folder of the results, and print what is begun with.
+
+    That is the experiment, which lines are taken and why, and what is wrong with the data.
 
     Parameters
     ----------
@@ -53,6 +61,8 @@ def read_inputs(path: Path, data: Path | None, command: str, out: Path) -> Input
         Name of the command, for messages.
     out
         Folder of the results.
+    most_lines
+        Most lines that are taken; None for all, as long as there are not too many values.
 
     Raises
     ------
@@ -65,8 +75,19 @@ def read_inputs(path: Path, data: Path | None, command: str, out: Path) -> Input
     study = read_study(path)
     measurement = read_measurement(study, data, path, command)
     make_folder(out)
+    lines = choose_lines(study.experiment, measurement, most_lines)
+    study = study._replace(experiment=lines.experiment)
     print_text(console, f"{study.experiment}\n")
-    return Inputs(console, study, measurement)
+    print_text(console, lines.sentence)
+    return Inputs(console, study, measurement, print_data_faults(console, study, measurement))
+
+
+def print_data_faults(console: Console, study: model.Study, measurement: Measurements) -> list[str]:
+    """Print what the checks of the data say, and return the faults."""
+    checks = study.experiment.check_data(measurement)
+    print_list(console, checks.words())
+    print_text(console, "")
+    return checks.sentences()
 
 
 def read_study(path: Path) -> model.Study:

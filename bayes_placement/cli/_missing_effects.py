@@ -26,16 +26,19 @@ class Request:
         Kinds of effects to try; None for all that apply.
     out
         Folder of the results.
+    most_lines
+        Most lines that are taken; None for all, unless there are too many values.
     """
 
     path: Path
     data: Path | None
     kinds: list[str] | None
     out: Path
+    most_lines: int | None
 
     def search(self, command: str, function: Callable[..., Result]) -> tuple[Inputs, Result]:
         """Read the inputs, and return them and the result of `explain` or `improve`."""
-        inputs = read_inputs(self.path, self.data, command, self.out)
+        inputs = read_inputs(self.path, self.data, command, self.out, self.most_lines)
         settings: dict[str, Any] = {"candidates": library(inputs.experiment, self.kinds)}
         with progress_bars(inputs.console, [command]) as begin:
             settings["progress"] = begin(command)

@@ -75,6 +75,15 @@ Lines = Annotated[
         help="Frequency lines to use, evenly over the band, where the model has more.", min=1
     ),
 ]
+MostLines = Annotated[
+    int | None,
+    typer.Option(
+        "--lines",
+        help="Most lines to take, dense where the FRFs change most. Default: all that the model "
+        "declares, up to 50,000 values.",
+        min=1,
+    ),
+]
 EarlierData = Annotated[
     Path | None,
     typer.Option(
@@ -138,6 +147,7 @@ def check(
     model: Study,
     data: Data = None,
     engine: FitEngine = "map",
+    lines: MostLines = None,
     out: Out = RESULTS,
     seed: Seed = 0,
     no_cache: NoCache = False,
@@ -147,7 +157,7 @@ def check(
     with _prepared(model, no_cache, traceback):
         from . import check
 
-        check.run(model, data, engine, out, seed)
+        check.run(model, data, engine, out, seed, lines)
 
 
 @app.command()
@@ -155,6 +165,7 @@ def explain(
     model: Study,
     data: Data = None,
     effects: Effects = None,
+    lines: MostLines = None,
     out: Out = RESULTS,
     no_cache: NoCache = False,
     traceback: Traceback = False,
@@ -163,7 +174,7 @@ def explain(
     with _prepared(model, no_cache, traceback):
         from . import _missing_effects, explain
 
-        explain.run(_missing_effects.Request(model, data, _split(effects), out))
+        explain.run(_missing_effects.Request(model, data, _split(effects), out, lines))
 
 
 @app.command()
@@ -171,6 +182,7 @@ def improve(
     model: Study,
     data: Data = None,
     effects: Effects = None,
+    lines: MostLines = None,
     out: Out = RESULTS,
     no_cache: NoCache = False,
     traceback: Traceback = False,
@@ -179,7 +191,7 @@ def improve(
     with _prepared(model, no_cache, traceback):
         from . import _missing_effects, improve
 
-        improve.run(_missing_effects.Request(model, data, _split(effects), out))
+        improve.run(_missing_effects.Request(model, data, _split(effects), out, lines))
 
 
 @app.command()

@@ -15,7 +15,9 @@ from ._result_files import write_figures, write_report, write_table
 from ._terminal import print_list, print_text, terminal_table
 
 
-def run(path: Path, data: Path | None, engine: str, out: Path, seed: int) -> None:
+def run(
+    path: Path, data: Path | None, engine: str, out: Path, seed: int, most_lines: int | None
+) -> None:
     """Check a model against the data, and write tables and figures.
 
     Parameters
@@ -30,8 +32,10 @@ def run(path: Path, data: Path | None, engine: str, out: Path, seed: int) -> Non
         Folder of the results.
     seed
         Seed of the engine.
+    most_lines
+        Most lines that are taken; None for all, unless there are too many values.
     """
-    inputs = read_inputs(path, data, "check", out)
+    inputs = read_inputs(path, data, "check", out, most_lines)
     method = named_method(inputs.study, engine, "latent")
     with progress_bars(inputs.console, ["posterior", "check"]) as begin:
         posterior = infer_posterior(
@@ -41,7 +45,7 @@ def run(path: Path, data: Path | None, engine: str, out: Path, seed: int) -> Non
         misfit = check(posterior)
     sentences = [*misfit.words(), *warnings_of(posterior)]
     inputs.console.print(terminal_table(misfit.table(), "group"))
-    print_list(inputs.console, sentences)
+    print_list(inputs.console, [line for line in sentences if line not in inputs.data_faults])
     _write(posterior, misfit, sentences, out)
     print_text(inputs.console, f"Tables and figures are in {out}/")
 

@@ -16,7 +16,13 @@ from ..inference.report import Report, report
 from ..io import netcdf
 from ..io.model import Study
 from ..plots import posterior as plots
-from ._inputs import infer_posterior, named_method, read_measurement, read_study
+from ._inputs import (
+    infer_posterior,
+    named_method,
+    print_data_faults,
+    read_measurement,
+    read_study,
+)
 from ._result_files import make_folder, write_figures, write_table, write_text
 from ._terminal import print_list, print_text
 
@@ -53,6 +59,7 @@ def run(
     measurement = read_measurement(study, data, path, "update")
     make_folder(out)
     print_text(console, f"{study.experiment}\n")
+    print_data_faults(console, study, measurement)
     with progress_bars(console, [method.name for method in chosen]) as begin:
         results = {
             method.name: infer_posterior(

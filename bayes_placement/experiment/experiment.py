@@ -22,7 +22,9 @@ from ..positions.places import typical
 from . import _experiment_checks
 from ._measured_outputs import measured_outputs, simulated_outputs
 from ._prior_table import prior_table
-from .measurement import Channel, Measurement, at_levels
+from .data_checks import DataChecks, check_data
+from .force_levels import at_levels
+from .measurement import Channel, Measurement
 from .noise import Data, Noise
 from .observe import Observation
 from .recording import Drive, recorded
@@ -240,6 +242,21 @@ class Experiment(eqx.Module):
         """
         runs = [self._data(run) for run in at_levels(measurement, self.force_levels)]
         return runs[0] if self.force_levels is None else Data.at_levels(runs)
+
+    def check_data(self, measurement: Measurements) -> DataChecks:
+        """Look for faults of a measurement that no model explains, before any inference.
+
+        Parameters
+        ----------
+        measurement
+            One measurement, or one for each force level.
+
+        Raises
+        ------
+        ValueError
+            If a channel or a force level of the experiment was not measured.
+        """
+        return check_data(self, measurement)
 
     def _data(self, measurement: Measurement) -> Data:
         chosen = (

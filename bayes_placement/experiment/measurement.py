@@ -10,7 +10,7 @@ import xarray as xr
 from .._types import InputError
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
 from . import _measurement_checks as checks
-from . import _measurement_dataset
+from . import _measurement_dataset, line_choice
 from .quantities import converted, frf_name, quantity_of
 
 __all__ = ["Channel", "Channels", "Measurement"]
@@ -224,6 +224,61 @@ class Measurement:
             actuators=tuple(column.channel for column in columns),
         )
 
+    def around_resonances(
+        self,
+        *,
+        lines_per_bandwidth: float | int = 4,
+        bandwidths: float | int = 5,
+        together: Sequence["Measurement"] = (),
+    ) -> "Measurement":
+        """Return the lines around the resonances, where FRFs tell most of modes and damping.
+
+        Resonances are the peaks of the sum of the squared mobilities of all pairs, each over its
+        mean, that stand 3 dB above the valley beside them and out of the noise, which is known
+        from coherence and averages, or else from the scatter of the lines. A structure is also
+        known by what lies between its resonances (antiresonances): `thinned` keeps lines there.
+
+        Parameters
+        ----------
+        lines_per_bandwidth
+            Lines in each half-power bandwidth, as far as measured.
+        bandwidths
+            Half-power bandwidths to either side of a resonance.
+        together
+            Runs at other force levels on the same lines, whose resonances count as well:
+            `frequency = runs[0].around_resonances(together=runs[1:]).frequency`.
+
+        Raises
+        ------
+        ValueError
+            If a number is not positive, the lines of the runs differ, or there is no resonance.
+        """
+        chosen = line_choice.around_resonances(
+            (self, *together), lines_per_bandwidth=lines_per_bandwidth, bandwidths=bandwidths
+        )
+        return self._at(chosen)
+
+    def thinned(self, most: int, *, together: Sequence["Measurement"] = ()) -> "Measurement":
+        """Return at most `most` of the lines, dense where the FRFs change most against their noise.
+
+        Lines are spread evenly along the curve that all FRFs draw, in deviations of their noise
+        (from coherence and averages, or else from the scatter of the lines), and three of ten
+        evenly over the lines, so that no stretch is left without any.
+
+        Parameters
+        ----------
+        most
+            Greatest number of lines.
+        together
+            Runs at other force levels on the same lines, which count as well.
+
+        Raises
+        ------
+        ValueError
+            If `most` is less than 1, or the lines of the runs differ.
+        """
+        return self._at(line_choice.thinned((self, *together), most))
+
     def noise_variance(self) -> np.ndarray:
         """Variance E|error|^2 of each FRF value, known from coherence and averages.
 
@@ -291,44 +346,6 @@ class Measurement:
         return replace(
             self, frf=self.frf[..., index], frequency=self.frequency[index], coherence=coherence
         )
-
-
-def at_levels(
-    measurements: "Measurement | Sequence[Measurement]", levels: Sequence[float] | None
-) -> list["Measurement"]:
-    """Measurements in the order of some force levels [N].
-
-    Parameters
-    ----------
-    measurements
-        One measurement, or one for each level, in any order.
-    levels
-        Force levels [N]; None for a single measurement at whatever level.
-
-    Raises
-    ------
-    InputError
-        If a level was not measured, or several measurements are given and no level.
-    """
-    runs = [measurements] if isinstance(measurements, Measurement) else list(measurements)
-    if levels is None:
-        if len(runs) != 1:
-            raise InputError(
-                f"{len(runs)} measurements were given to an experiment without force levels, "
-                "which has one. Say how hard each was driven: "
-                "Experiment(..., force_levels=[0.1, 1.0])."
-            )
-        return runs
-    by_level = {run.force_level: run for run in runs}
-    missing = [level for level in levels if level not in by_level]
-    if missing:
-        stated = ", ".join("none stated" if level is None else f"{level:g} N" for level in by_level)
-        raise InputError(
-            f"The experiment has the force level {missing[0]:g} N, but the measurements given have "
-            f"{stated}. Give one measurement for each level: Measurement.from_arrays(..., "
-            f"force_level={missing[0]:g})."
-        )
-    return [by_level[level] for level in levels]
 
 
 def _frozen(values: Any, dtype: type) -> np.ndarray:

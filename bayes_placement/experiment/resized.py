@@ -103,10 +103,15 @@ def with_lines(experiment: Experiment, count: int) -> Experiment:
     count
         Number of lines, at least 1.
     """
-    lines = np.asarray(experiment.frequency)
-    if lines.size <= count:
+    size = np.size(experiment.frequency)
+    if size <= count:
         return experiment
-    chosen = ((np.arange(count) + 0.5) * lines.size / count).astype(int)
+    return with_lines_at(experiment, ((np.arange(count) + 0.5) * size / count).astype(int))
+
+
+def with_lines_at(experiment: Experiment, chosen: np.ndarray) -> Experiment:
+    """Return the experiment with some of its lines, by their numbers, and their noise."""
+    lines = np.asarray(experiment.frequency)
     noise = _noise_at(experiment.noise, chosen, lines.size)
     return eqx.tree_at(
         lambda tree: (tree.frequency, tree.noise),

@@ -21,7 +21,7 @@ from .engines.least_squares import LeastSquares
 from .estimates import Weighting, standard_error
 from .marginals.marginal import DrawPlacement, Marginal
 from .names import of_name
-from .results import WARNINGS
+from .results import DATA_FAULTS, WARNINGS
 from .simulate import sample_prior
 from .symmetries import Values, symmetries
 from .unconstrained import UnconstrainedModel
@@ -68,8 +68,8 @@ def infer(
     xarray.DataTree
         Groups `posterior`, `sample_stats`, `log_likelihood`, `posterior_predictive`,
         `observed_data`, `prior` as ArviZ has them, and `estimates`: figures with standard errors,
-        divergence from the prior, log evidence. The attributes carry versions, seed, settings and
-        `warnings`, a list of sentences.
+        divergence from the prior, log evidence. The attributes carry versions, seed, settings,
+        and two lists of sentences: `warnings`, and `data_faults` of the measurement.
 
     Raises
     ------
@@ -85,9 +85,9 @@ def infer(
     began = time.perf_counter()
     method = _engine(engine), _marginal(marginal)
     _check(experiment)
-    inference = _inference(
-        experiment, experiment.data(measurement), *method, jax_key(key), progress
-    )
+    data = experiment.data(measurement)
+    faults = experiment.check_data(measurement).sentences()
+    inference = _inference(experiment, data, *method, jax_key(key), progress)
     sentences = [*inference.draws.warnings, *_unresolved(inference.stats)]
     for sentence in sentences:
         warnings.warn(sentence, InferenceWarning, stacklevel=2)
@@ -97,6 +97,7 @@ def infer(
         "experiment": str(experiment),
         "seed": recorded_seed(key),
         WARNINGS: sentences,
+        DATA_FAULTS: faults,
         "seconds": time.perf_counter() - began,
     }
     return tree(inference, record)

@@ -12,12 +12,26 @@ WARNINGS = "warnings"
 """Attribute of a tree of results that holds what the inference warns of, a list of sentences."""
 
 
+DATA_FAULTS = "data_faults"
+"""Attribute of a tree of results that holds the faults of the measurement, a list of sentences."""
+
+
+def data_faults_of(result: xr.DataTree) -> list[str]:
+    """Sentences on faults of the measurement that was given; empty where there are none."""
+    return _sentences(result, DATA_FAULTS)
+
+
 def warnings_of(result: xr.DataTree) -> list[str]:
-    """Sentences in which an inference warns of itself; empty where it has nothing to warn of.
+    """Sentences in which an inference warns of itself; empty where it has nothing to warn of."""
+    return _sentences(result, WARNINGS)
+
+
+def _sentences(result: xr.DataTree, attribute: str) -> list[str]:
+    """Sentences of an attribute.
 
     netCDF keeps a list of one string as a string, and an empty list as an array of no numbers.
     """
-    return [str(sentence) for sentence in np.atleast_1d(result.attrs.get(WARNINGS, []))]
+    return [str(sentence) for sentence in np.atleast_1d(result.attrs.get(attribute, []))]
 
 
 def named_draws(experiment: Experiment, values: dict[str, Any]) -> xr.Dataset:

@@ -250,3 +250,37 @@ def test_an_unknown_engine_is_answered_with_the_known_ones(hidden):
     message = refused("check", hidden[0] / "study.py", "--engine", "guess")
     assert "'guess' is not one of" in message
     assert "nuts" in message
+
+
+def test_commands_say_which_lines_they_take_and_what_the_data_checks_say(hidden):
+    for output in hidden[1].values():
+        assert "Lines: all 20 of the experiment, from 100 to 670 Hz." in output
+        assert "- The data pass their checks: repeated records, overload." in output
+
+
+REPEATED = """
+import dataclasses
+measurement = dataclasses.replace(measurement, frf=measurement.frf[[0, 0]])
+"""
+
+
+def test_faults_of_the_data_are_told_once_before_any_work(tmp_path):
+    model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT, REPEATED)
+    done = run("check", model, "--out", tmp_path / "out", "--lines", 12)
+    assert done.exit_code == 0, (done.output, done.exception)
+    sentence = "s1 / a1 and s2 / a1 hold the same record to six digits"
+    assert done.output.count("hold the same record to six digits") == 1
+    assert done.output.index("hold the same record") < done.output.index("chi2 per datum")
+    assert "hold the same record" in (tmp_path / "out" / "misfit.txt").read_text(), sentence
+    assert "Lines: 12 of 20, from" in done.output
+    assert "dense where the FRFs change most against their noise, since --lines 12" in done.output
+    assert "12 lines from" in done.output  # as the table of the experiment says
+
+
+def test_lines_of_a_large_measurement_are_thinned_and_the_reason_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr("bayes_placement.cli._lines.MOST_VALUES", 31)
+    model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT)
+    done = run("check", model, "--out", tmp_path / "out")
+    assert done.exit_code == 0, (done.output, done.exception)
+    assert "Lines: 15 of 20, from" in done.output
+    assert "since 40 values take long (--lines 20 takes all)." in done.output

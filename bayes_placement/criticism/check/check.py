@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from ..._types import InputError
+from ...inference.results import data_faults_of
 from . import _edges, correlation, discrepancy
 from ._residuals import Grouping, Residuals, groupings, residuals
 from ._statistics import Statistics
@@ -68,6 +69,7 @@ def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Mi
         discrepancy=discrepancy.of(data),
         level=level,
         noise_known=noise_known,
+        data_faults=tuple(data_faults_of(posterior)),
     )
 
 

@@ -53,6 +53,8 @@ class Misfit:
         Probability that a correct model does not pass.
     noise_known
         Whether the noise level is known. If so, chi2 decides; otherwise whiteness does.
+    data_faults
+        Faults of the measurement that were seen before the inference, `Experiment.check_data`.
     """
 
     overall: xr.Dataset
@@ -63,6 +65,7 @@ class Misfit:
     discrepancy: xr.Dataset
     level: float
     noise_known: bool
+    data_faults: tuple[str, ...] = ()
 
     @property
     def p_value(self) -> float:
@@ -81,8 +84,9 @@ class Misfit:
         return stacked.isel(group=int(np.argmin(_severity(stacked, self.noise_known))))
 
     def words(self) -> list[str]:
-        """Say whether the model fails, in which groups, and which priors are too narrow."""
+        """Say what is wrong with the data, whether and where the model fails, and of priors."""
         return [
+            *self.data_faults,
             self._verdict(),
             *self._whiteness_words(),
             *(self._worst_words(kind) for kind in _ROWS if self._some_fail(kind)),

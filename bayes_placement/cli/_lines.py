@@ -1,0 +1,67 @@
+"""Which lines a command takes, and why."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..experiment.experiment import Experiment, Measurements
+from ..experiment.force_levels import at_levels
+from ..experiment.resized import with_lines_at
+
+MOST_VALUES = 50_000
+"""Most values of FRFs that are taken where no number of lines is asked for."""
+
+
+class ChosenLines(NamedTuple):
+    """The experiment at the lines that are taken, and a sentence that says which and why."""
+
+    experiment: Experiment
+    sentence: str
+
+
+def choose_lines(
+    experiment: Experiment, measurement: Measurements, most: int | None
+) -> ChosenLines:
+    """Take at most some lines of an experiment, those at which its measurement changes most.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    measurement
+        What was measured.
+    most
+        Most lines; None for as many as make 50,000 values.
+
+    Raises
+    ------
+    InputError
+        If a line, channel or force level of the experiment was not measured.
+    """
+    channels = experiment.sensor_channels, experiment.actuator_channels
+    runs = [
+        run.lines(np.asarray(experiment.frequency)).channels(*channels)
+        for run in at_levels(measurement, experiment.force_levels)
+    ]
+    pairs = sum(int(run.measured.sum()) for run in runs)
+    limit = most if most is not None else max(1, MOST_VALUES // pairs)
+    lines = runs[0].frequency
+    if lines.size <= limit:
+        return ChosenLines(
+            experiment, f"Lines: all {lines.size} of the experiment, {_span(lines)}."
+        )
+    kept = runs[0].thinned(limit, together=runs[1:]).frequency
+    reason = (
+        f"--lines {most} was given"
+        if most is not None
+        else f"{lines.size * pairs} values take long (--lines {lines.size} takes all)"
+    )
+    return ChosenLines(
+        with_lines_at(experiment, np.searchsorted(lines, kept)),
+        f"Lines: {kept.size} of {lines.size}, {_span(kept)}, dense where the FRFs change most "
+        f"against their noise, since {reason}.",
+    )
+
+
+def _span(lines: np.ndarray) -> str:
+    return f"from {lines[0]:.4g} to {lines[-1]:.4g} Hz"

@@ -1,0 +1,139 @@
+"""Every check of a measurement before any inference, and what they say."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import pandas as pd
+
+from ..force_levels import at_levels
+from ..measurement import Measurement
+from . import (
+    driving_points,
+    full_coherence,
+    overload,
+    reciprocity,
+    repeated_records,
+    rigid_body_line,
+)
+from .record import Fault, Record
+
+if TYPE_CHECKING:
+    from ..experiment import Experiment
+
+
+class DataCheck(NamedTuple):
+    """A check of the data.
+
+    Parameters
+    ----------
+    name
+        What it is about.
+    can_check
+        Whether a record allows it.
+    check
+        The faults that it finds in a record.
+    """
+
+    name: str
+    can_check: Callable[[Record], bool]
+    check: Callable[[Record], Iterator[Fault]]
+
+
+CHECKS = tuple(
+    DataCheck(name, module.can_check, module.check)
+    for name, module in (
+        ("repeated records", repeated_records),
+        ("overload", overload),
+        ("coherence of 1", full_coherence),
+        ("driving points", driving_points),
+        ("reciprocity", reciprocity),
+        ("rigid-body line", rigid_body_line),
+    )
+)
+"""Every check, in the order in which they are done."""
+
+
+@dataclass(frozen=True)
+class DataChecks:
+    """What the checks of a measurement found.
+
+    Parameters
+    ----------
+    faults
+        Faults by the name of the check that found them; empty lists where it found none. A check
+        that the measurement does not allow is not in it.
+    """
+
+    faults: dict[str, list[Fault]]
+
+    @property
+    def passed(self) -> bool:
+        """Whether no check found a fault."""
+        return not any(self.faults.values())
+
+    def sentences(self) -> list[str]:
+        """One sentence for each fault."""
+        return [fault.sentence for faults in self.faults.values() for fault in faults]
+
+    def words(self) -> list[str]:
+        """One sentence for each fault; one that names the checks where there is none."""
+        if not self.passed or not self.faults:
+            return self.sentences()
+        return [f"The data pass their checks: {', '.join(self.faults)}."]
+
+    def table(self) -> pd.DataFrame:
+        """One row for each fault."""
+        rows = [
+            {"check": name, **fault._asdict()}
+            for name, faults in self.faults.items()
+            for fault in faults
+        ]
+        return pd.DataFrame(rows, columns=["check", *Fault._fields])
+
+    def __str__(self) -> str:
+        """Write the sentences as a list."""
+        return "\n".join(f"- {sentence}" for sentence in self.words())
+
+
+def check_data(
+    experiment: "Experiment", measurement: Measurement | Sequence[Measurement]
+) -> DataChecks:
+    """Look for faults of a measurement that no model explains, before any inference.
+
+    Records that stand twice, clipped or flat ones, a coherence of 1 everywhere; driving points
+    that give energy back, pairs that are not reciprocal, and free structures off their rigid-body
+    line. Lines outside those of the experiment count as well.
+
+    Parameters
+    ----------
+    experiment
+        The experiment: which channels there are, where they are recorded and how sure that is.
+    measurement
+        One measurement, or one for each force level.
+
+    Raises
+    ------
+    InputError
+        If a channel or a force level of the experiment was not measured.
+    """
+    runs = at_levels(measurement, experiment.force_levels)
+    channels = experiment.sensor_channels, experiment.actuator_channels
+    records = [Record(experiment, run.channels(*channels), n) for n, run in enumerate(runs)]
+    faults: dict[str, list[Fault]] = {}
+    for check in CHECKS:
+        for record in records:
+            if check.can_check(record):
+                faults.setdefault(check.name, []).extend(_labelled(check.check(record), record))
+    return DataChecks(faults)
+
+
+def _labelled(faults: Iterator[Fault], record: Record) -> Iterator[Fault]:
+    """Say which force level a fault belongs to, where there are several."""
+    if record.experiment.force_levels is None:
+        yield from faults
+        return
+    force = record.experiment.force_levels[record.level]
+    for fault in faults:
+        sentence = f"At {force:g} N: {fault.sentence[0].lower()}{fault.sentence[1:]}"
+        yield fault._replace(sentence=sentence)

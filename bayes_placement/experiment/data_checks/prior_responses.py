@@ -1,0 +1,65 @@
+"""What the model can answer before any data: FRFs at draws from the priors."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import equinox as eqx
+import jax
+import numpy as np
+from jaxtyping import Complex, Float
+
+from ..._compiled import compiled
+from ..._types import Receptance
+from ..quantities import quantity_of
+
+if TYPE_CHECKING:
+    from ..experiment import Experiment
+from .record import Record
+
+DRAWS = 20
+"""Draws from the priors: the greatest of a statistic over them is exceeded in 1 of 21 cases."""
+
+Response = Complex[np.ndarray, "sensor actuator frequency"]
+
+
+def prior_responses(
+    record: Record, frequency: Float[np.ndarray, "frequency"]
+) -> tuple[Response, Sequence[Response]]:
+    """FRFs of the measured quantity [m/N, (m/s)/N or (m/s²)/N] of the nominal model, and at draws.
+
+    Parameters
+    ----------
+    record
+        A run, whose experiment is asked.
+    frequency
+        Lines [Hz], above 0.
+    """
+    derivative = quantity_of(record.measurement.quantity).derivative
+    power = (2j * np.pi * frequency) ** derivative
+
+    def response(values: dict[str, Any]) -> Response:
+        at_lines = eqx.tree_at(
+            lambda tree: tree.frequency, record.experiment.fix(values), frequency
+        )
+        receptance = np.asarray(compiled(_receptance)(at_lines))
+        flat = receptance if receptance.ndim == 3 else receptance[:, :, record.level]
+        return np.asarray(flat * power)
+
+    nominal = response(record.experiment.nominal_values())
+    return nominal, [response(values) for values in _prior_values(record.experiment)]
+
+
+def _prior_values(experiment: "Experiment") -> list[dict[str, Any]]:
+    unknowns = experiment.unknowns
+    keys = jax.random.split(jax.random.key(0), (DRAWS, max(1, len(unknowns))))
+    return [
+        {
+            unknown.name: unknown.distribution.sample(key)
+            for unknown, key in zip(unknowns, row, strict=False)
+        }
+        for row in keys
+    ]
+
+
+def _receptance(experiment: "Experiment") -> Receptance:
+    return experiment.receptance()

@@ -1,0 +1,133 @@
+"""One run of a measurement in the channels of an experiment, with the noise of each FRF."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float
+
+from ...positions.channel import Channel
+from ...positions.vectors import Recorded
+from .._noise_level import noise_variance
+from ..measurement import Measurement
+
+if TYPE_CHECKING:
+    from ..experiment import Experiment
+
+PLACE_PRECISION = 1e-3
+"""Distance within which two recorded places are one, of the greatest size of the structure."""
+
+
+class Fault(NamedTuple):
+    """A fault of a record.
+
+    Parameters
+    ----------
+    sensor, actuator
+        Channels that it was seen in.
+    value, threshold
+        The statistic, and what it may be at most.
+    sentence
+        What is wrong, and what to do.
+    """
+
+    sensor: str
+    actuator: str
+    value: float
+    threshold: float
+    sentence: str
+
+
+class Pair(NamedTuple):
+    """Numbers of a sensor channel and of an actuator channel."""
+
+    sensor: int
+    actuator: int
+
+
+@dataclass(frozen=True)
+class Record:
+    """One run of a measurement at all its lines, in the channels of an experiment.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    measurement
+        What was measured, with the channels of the experiment.
+    level
+        Number of its force level.
+    """
+
+    experiment: "Experiment"
+    measurement: Measurement
+    level: int
+
+    @property
+    def frf(self) -> Complex[np.ndarray, "sensor actuator frequency"]:
+        """Measured FRFs; NaN where nothing was measured."""
+        return self.measurement.frf
+
+    @property
+    def frequency(self) -> Float[np.ndarray, "frequency"]:
+        """Lines [Hz]."""
+        return self.measurement.frequency
+
+    @property
+    def measured(self) -> Bool[np.ndarray, "sensor actuator"]:
+        """Which pairs were measured."""
+        return self.measurement.measured
+
+    @property
+    def pairs(self) -> Iterator[Pair]:
+        """Pairs that were measured."""
+        return (Pair(*map(int, numbers)) for numbers in np.argwhere(self.measured))
+
+    @cached_property
+    def noise_variance(self) -> Float[np.ndarray, "sensor actuator frequency"]:
+        """Variance E|error|^2 of each FRF value [unit of the FRF squared]."""
+        return noise_variance(self.measurement)
+
+    def label(self, pair: Pair) -> str:
+        """Name of a pair: sensor channel / actuator channel."""
+        sensor = self.measurement.sensors[pair.sensor].label
+        return f"{sensor} / {self.measurement.actuators[pair.actuator].label}"
+
+    def fault(self, pair: Pair, value: float, threshold: float, sentence: str) -> Fault:
+        """Return a fault that was seen in a pair."""
+        sensor = self.measurement.sensors[pair.sensor].label
+        actuator = self.measurement.actuators[pair.actuator].label
+        return Fault(sensor, actuator, value, threshold, sentence)
+
+    @cached_property
+    def driving_points(self) -> dict[Pair, int]:
+        """Pairs whose sensor and actuator share place and axis, with the sign between them."""
+        sensors, actuators = self.measurement.sensors, self.measurement.actuators
+        return {
+            Pair(row, column): int(np.sign(sensor.direction * actuator.direction))
+            for row, sensor in enumerate(sensors)
+            for column, actuator in enumerate(actuators)
+            if abs(sensor.direction) == abs(actuator.direction) and self._together(sensor, actuator)
+        }
+
+    def _together(self, sensor: Channel, actuator: Channel) -> bool:
+        experiment = self.experiment
+        apart = _distance(
+            experiment.sensor[sensor.name].recorded, experiment.actuator[actuator.name].recorded
+        )
+        low, high = experiment.structure.modes.bounds()
+        return apart <= PLACE_PRECISION * _distance(low, high)
+
+    def exact(self, pair: Pair) -> bool:
+        """Tell whether nothing of the placement of a pair is unknown."""
+        names = {
+            ("sensor", self.measurement.sensors[pair.sensor].name),
+            ("actuator", self.measurement.actuators[pair.actuator].name),
+        }
+        return not any(tuple(unknown.owner) in names for unknown in self.experiment.unknowns)
+
+
+def _distance(one: Recorded, other: Recorded) -> float:
+    return float(np.linalg.norm(np.atleast_1d(one) - np.atleast_1d(other)))

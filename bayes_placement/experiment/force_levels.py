@@ -1,0 +1,44 @@
+"""Measurements in the order of the force levels of an experiment."""
+
+from collections.abc import Sequence
+
+from .._types import InputError
+from .measurement import Measurement
+
+
+def at_levels(
+    measurements: Measurement | Sequence[Measurement], levels: Sequence[float] | None
+) -> list[Measurement]:
+    """Measurements in the order of some force levels [N].
+
+    Parameters
+    ----------
+    measurements
+        One measurement, or one for each level, in any order.
+    levels
+        Force levels [N]; None for a single measurement at whatever level.
+
+    Raises
+    ------
+    InputError
+        If a level was not measured, or several measurements are given and no level.
+    """
+    runs = [measurements] if isinstance(measurements, Measurement) else list(measurements)
+    if levels is None:
+        if len(runs) != 1:
+            raise InputError(
+                f"{len(runs)} measurements were given to an experiment without force levels, "
+                "which has one. Say how hard each was driven: "
+                "Experiment(..., force_levels=[0.1, 1.0])."
+            )
+        return runs
+    by_level = {run.force_level: run for run in runs}
+    missing = [level for level in levels if level not in by_level]
+    if missing:
+        stated = ", ".join("none stated" if level is None else f"{level:g} N" for level in by_level)
+        raise InputError(
+            f"The experiment has the force level {missing[0]:g} N, but the measurements given have "
+            f"{stated}. Give one measurement for each level: Measurement.from_arrays(..., "
+            f"force_level={missing[0]:g})."
+        )
+    return [by_level[level] for level in levels]

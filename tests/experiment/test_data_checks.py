@@ -1,0 +1,334 @@
+"""Checks of the data before any inference: each with its flaw, and silent without it."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import jax
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement.experiment.data_checks import CHECKS
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+LINES = np.linspace(20.0, 900.0, 250)
+FREE_LINES = np.linspace(4.0, 300.0, 250)
+
+
+def bar(sensors, actuators, ends="fixed-fixed"):
+    modes = bp.beams.bar(12, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0, ends=ends)
+    return bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(dist.Uniform(0.01, 0.03))),
+        sensors=sensors,
+        actuators=actuators,
+        frequency=LINES,
+        observe=bp.observe.Complex("acceleration"),
+        noise=bp.noise.FromCoherence(),
+    )
+
+
+def exchanged():
+    """Two places, each with a sensor and an actuator, the second along the other direction."""
+    sensors = [bp.Sensor("s1", at=0.23), bp.Sensor("s2", at=0.61, directions=(-1,))]
+    return bar(sensors, [bp.Actuator("a1", at=0.23), bp.Actuator("a2", at=0.61)])
+
+
+def free_beam():
+    modes = bp.beams.beam(
+        12,
+        length=1.0,
+        area=3e-4,
+        second_moment=2.5e-9,
+        youngs_modulus=dist.Uniform(2.0e11, 2.2e11),
+        density=7850.0,
+        ends="free-free",
+    )
+    return bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(0.01)),
+        sensors=[
+            bp.Sensor("s1", at=bp.positions.Segment(0.05, within=0.01)),
+            bp.Sensor("s2", at=0.45),
+        ],
+        actuators=[bp.Actuator("a1", at=bp.positions.Segment(0.95, within=0.01))],
+        frequency=FREE_LINES,
+        observe=bp.observe.Complex("acceleration"),
+        noise=bp.noise.FromCoherence(),
+    )
+
+
+def measured(experiment, *, seed=0, averages=20, quantity="accelerance"):
+    """Measurement of the nominal experiment, with noise as its coherence says."""
+    exact = np.asarray(jax.jit(lambda: experiment.nominal().frf())())
+    random = np.random.default_rng(seed)
+    coherence = random.uniform(0.97, 0.999, exact.shape)
+    deviation = np.abs(exact) * np.sqrt((1 - coherence) / (2 * averages * coherence))
+    noise = random.standard_normal((2, *exact.shape)) * deviation
+    return bp.Measurement.from_arrays(
+        exact + noise[0] + 1j * noise[1],
+        experiment.frequency,
+        sensors=experiment.sensor_channels,
+        actuators=experiment.actuator_channels,
+        quantity="accelerance",
+        coherence=coherence,
+        averages=averages,
+    ).converted(quantity)
+
+
+def changed(measurement, factor, row=0, column=0):
+    """The measurement with one pair multiplied by a factor, or by one for each line."""
+    frf = np.array(measurement.frf)
+    frf[row, column] *= factor
+    return dataclasses.replace(measurement, frf=frf)
+
+
+def kinds(checks):
+    return [name for name, faults in checks.faults.items() if faults]
+
+
+@pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
+@pytest.mark.parametrize("coherence", [True, False])
+def test_good_data_pass_all_checks(quantity, coherence):
+    for experiment in (exchanged(), free_beam()):
+        for seed in range(5):
+            data = measured(experiment, seed=seed, quantity=quantity)
+            if not coherence:
+                data = dataclasses.replace(data, coherence=None, averages=None)
+            checks = experiment.check_data(data)
+            assert checks.passed, checks
+            assert checks.words() == [f"The data pass their checks: {', '.join(checks.faults)}."]
+
+
+def test_the_two_simulated_experiments_allow_every_check():
+    faults = exchanged().check_data(measured(exchanged())).faults
+    faults |= free_beam().check_data(measured(free_beam())).faults
+    assert set(faults) == {check.name for check in CHECKS}
+
+
+@pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
+def test_reversed_polarity_shows_at_the_driving_point(quantity):
+    data = changed(measured(exchanged(), quantity=quantity), -1.0)
+    checks = exchanged().check_data(data)
+    assert kinds(checks) == ["driving points"]
+    (sentence,) = checks.words()
+    assert sentence.startswith("The driving point s1+x / a1+x has the wrong sign at 6")
+    assert sentence.endswith("its polarity reversed: turn its direction round.")
+    part = "real part must not be negative" if quantity == "mobility" else "imaginary part must"
+    assert part in sentence
+
+
+def test_opposite_directions_at_a_driving_point_are_told():
+    checks = exchanged().check_data(changed(measured(exchanged()), -1.0, 1, 1))
+    assert "with the opposite directions of the two, minus its imaginary part" in str(checks)
+
+
+def test_a_lag_shows_at_the_driving_point():
+    lag = np.exp(-2j * np.pi * LINES * 2e-4)
+    checks = exchanged().check_data(changed(measured(exchanged()), lag))
+    assert "driving points" in kinds(checks)
+    assert "one of them lags" in checks.words()[0]
+
+
+def test_the_wrong_lines_of_a_driving_point_are_counted():
+    data = measured(exchanged())
+    apart = np.abs(LINES - 1e9**0.5 / 9000**0.5 / 2)  # from the first natural frequency [Hz]
+    few, more = (np.where(apart < width, -1.0, 1.0) for width in (5.0, 15.0))
+    assert 2 <= np.sum(few < 0) <= 5
+    assert exchanged().check_data(changed(data, few)).passed
+    (fault,) = exchanged().check_data(changed(data, more)).faults["driving points"]
+    assert fault.value == pytest.approx(np.mean(more < 0))
+    assert fault.threshold == pytest.approx(0.02)
+    assert (fault.sensor, fault.actuator) == ("s1+x", "a1+x")
+
+
+def test_a_driving_point_that_may_sit_apart_excuses_what_its_tolerance_explains():
+    def experiment(within):
+        at = bp.positions.Segment(0.23, within=within)
+        return bar([bp.Sensor("s1", at=at)], [bp.Actuator("a1", at=0.23)])
+
+    apart = bar([bp.Sensor("s1", at=0.31)], [bp.Actuator("a1", at=0.23)])
+    data = measured(apart)
+    assert not experiment(0.001).check_data(data).passed
+    assert experiment(0.15).check_data(data).passed
+
+
+def test_a_gain_breaks_reciprocity():
+    checks = exchanged().check_data(changed(measured(exchanged()), 1.3, 0, 1))
+    assert kinds(checks) == ["reciprocity"]
+    (sentence,) = checks.words()
+    assert sentence.startswith("s1+x / a2+x and s2-x / a1+x differ by 26 %")
+    assert "(the first is 1.29 times the second)" in sentence
+
+
+def test_reciprocity_allows_gains_of_a_few_percent():
+    assert exchanged().check_data(changed(measured(exchanged()), 1.08, 0, 1)).passed
+
+
+def test_reversed_polarity_breaks_reciprocity():
+    (sentence,) = exchanged().check_data(changed(measured(exchanged()), -1.0, 0, 1)).words()
+    assert "(the first is minus 0.995 times the second)" in sentence
+
+
+def test_noise_excuses_a_difference_of_reciprocal_pairs():
+    random = np.random.default_rng(3)
+    data = measured(exchanged())
+    error = 1 + 0.25 * random.standard_normal(LINES.size)
+    noisy = changed(data, error, 0, 1)
+    assert kinds(exchanged().check_data(noisy)) == ["reciprocity"]
+    known = dataclasses.replace(noisy, coherence=np.full(data.frf.shape, 0.6), averages=10)
+    assert exchanged().check_data(known).passed
+
+
+@pytest.mark.parametrize(
+    "factor, words",
+    [
+        (1 / 9.80665, "a factor of 0.102, as of the unit g in the place of m/s²"),
+        (-1.0, "a factor of -0.999, of reversed polarity"),
+        (1000.0, "as of millimetres in the place of metres"),
+        (2.5, "a factor of 2.5)"),
+        (np.exp(1j), "no common factor"),
+    ],
+)
+def test_free_structures_must_follow_their_rigid_body_line(factor, words):
+    checks = free_beam().check_data(changed(measured(free_beam()), factor))
+    assert kinds(checks) == ["rigid-body line"]
+    (sentence,) = checks.words()
+    assert sentence.startswith("s1+z / a1+z does not follow the rigid-body line")
+    assert words in sentence
+
+
+def test_a_high_pass_filter_leaves_the_rigid_body_line_at_low_frequencies():
+    cut = 1 / (1 - 1j * 8.0 / FREE_LINES)
+    (fault,) = free_beam().check_data(changed(measured(free_beam()), cut)).faults["rigid-body line"]
+    assert "from 4 to 1" in fault.sentence
+
+
+def test_missing_mass_is_no_fault_of_the_data():
+    heavier = free_beam() + bp.effects.point_mass(0.7, 0.1 * 7850 * 3e-4)
+    assert free_beam().check_data(measured(heavier)).passed
+
+
+def test_held_structures_have_no_rigid_body_line():
+    assert "rigid-body line" not in exchanged().check_data(measured(exchanged())).faults
+
+
+def test_a_coherence_of_one_says_nothing():
+    data = measured(exchanged())
+    one = dataclasses.replace(data, coherence=np.ones(data.frf.shape), averages=1)
+    checks = exchanged().check_data(one)
+    assert kinds(checks) == ["coherence of 1"]
+    (sentence,) = checks.words()
+    assert sentence.startswith("The coherence of all pairs (first s1+x / a1+x) is 1 at 100 %")
+    partly = np.array(data.coherence)
+    partly[1, 0] = 1.0
+    assert "1 of 4 pairs (first s2-x / a1+x)" in str(
+        exchanged().check_data(dataclasses.replace(data, coherence=partly))
+    )
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_record_that_stands_twice_is_found(sign):
+    data = measured(exchanged())
+    frf = np.array(data.frf)
+    frf[1, 1] = sign * frf[0, 1] * (1 + 2e-8)
+    checks = exchanged().check_data(dataclasses.replace(data, frf=frf))
+    (fault,) = checks.faults["repeated records"]
+    assert "s1+x / a2+x and s2-x / a2+x hold the same record" in fault.sentence
+
+
+def test_two_measurements_of_one_place_are_no_copies():
+    sensors = [bp.Sensor("s1", at=0.23), bp.Sensor("s2", at=0.23)]
+    experiment = bar(sensors, [bp.Actuator("a1", at=0.61)])
+    assert not kinds(experiment.check_data(measured(experiment)))
+
+
+@pytest.mark.parametrize("part", ["amplitude", "real part", "imaginary part"])
+def test_a_clipped_record_is_found(part):
+    data = measured(exchanged())
+    frf = np.array(data.frf)
+    limit = 0.3 * np.abs(frf[0, 1]).max()
+    values = frf[0, 1]
+    if part == "amplitude":
+        frf[0, 1] = np.where(np.abs(values) > limit, limit * values / np.abs(values), values)
+    elif part == "real part":
+        frf[0, 1].real = np.clip(values.real, -limit, limit)
+    else:
+        frf[0, 1].imag = np.clip(values.imag, -limit, limit)
+    checks = exchanged().check_data(dataclasses.replace(data, frf=frf))
+    (fault,) = checks.faults["overload"]
+    assert fault.sentence.startswith(f"The {part} of s1+x / a2+x is clipped: it stays at")
+
+
+def test_a_flat_record_is_found():
+    data = measured(exchanged())
+    frf = np.array(data.frf)
+    frf[0, 1] = 3.0
+    checks = exchanged().check_data(dataclasses.replace(data, frf=frf))
+    (fault,) = checks.faults["overload"]
+    assert "s1+x / a2+x is flat: it has one value at 100 % of its lines" in fault.sentence
+
+
+def test_pairs_that_were_not_measured_are_left_out():
+    data = changed(measured(exchanged()), np.nan, 0, 0)
+    assert exchanged().check_data(data).passed
+
+
+def test_force_levels_are_named():
+    experiment = exchanged()
+    sensors, actuators = list(experiment.sensor.values()), list(experiment.actuator.values())
+    levels = bp.Experiment(
+        experiment.structure,
+        sensors=sensors,
+        actuators=actuators,
+        frequency=LINES,
+        observe=experiment.observe,
+        noise=experiment.noise,
+        force_levels=[0.1, 1.0],
+    )
+    data = measured(experiment)
+    good = dataclasses.replace(data, force_level=0.1)
+    bad = dataclasses.replace(changed(data, -1.0), force_level=1.0)
+    checks = levels.check_data([bad, good])
+    assert checks.words()[0].startswith("At 1 N: the driving point s1+x / a1+x")
+    assert len(checks.words()) == 1
+
+
+def test_the_table_has_a_row_for_each_fault():
+    table = exchanged().check_data(changed(measured(exchanged()), -1.0)).table()
+    assert table["check"].tolist() == ["driving points"]
+    assert table.loc[0, "value"] > table.loc[0, "threshold"]
+
+
+@pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")
+def test_the_result_of_an_inference_and_its_check_tell_the_faults():
+    experiment = exchanged()
+    data = changed(measured(experiment), -1.0)
+    engine = bp.engines.MAP(starts=2, draws=20)
+    posterior = bp.infer(experiment, data, engine=engine)
+    sentences = experiment.check_data(data).sentences()
+    assert posterior.attrs["data_faults"] == sentences
+    assert bp.check(posterior).words()[: len(sentences)] == sentences
+    assert bp.check(bp.infer(experiment, measured(experiment), engine=engine)).data_faults == ()
+
+
+def cases():
+    """Folders of the cases; models of a plate take a while to read."""
+    folders = [*DATA.glob("cases/*/case.json"), *DATA.glob("imperfect/*/case.json")]
+    for path in sorted(folders):
+        marks = [pytest.mark.long] if "plate" in path.parent.name else []
+        yield pytest.param(path.parent, id=path.parent.name, marks=marks)
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="the measured cases are outside the repository")
+@pytest.mark.parametrize("folder", list(cases()))
+def test_no_false_alarm_on_the_cases(folder):
+    study = bp.io.case.read(folder)
+    checks = study.experiment.check_data(study.measurement)
+    truth = json.loads((folder.parent / "truth" / f"{folder.name}.json").read_text())
+    hidden = {effect["name"]: effect["parameters"] for effect in truth["effects"]}
+    if "misplaced_sensor" in hidden and not checks.passed:  # its record is at fault indeed
+        (fault,) = checks.faults["rigid-body line"]
+        assert fault.sensor.startswith(hidden["misplaced_sensor"]["sensor"])
+    else:
+        assert checks.passed, checks
