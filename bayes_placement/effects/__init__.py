@@ -10,6 +10,7 @@ from .effect import (
 )
 from .instrument_effect import InstrumentEffect
 from .library import EFFECTS, Library, library
+from .on_transducer import OnTransducer
 from .registry import *  # noqa: F403
 from .scales import Scales
 
@@ -23,6 +24,7 @@ __all__ = [
     "InstrumentEffect",
     "Library",
     "Modulus",
+    "OnTransducer",
     "Scales",
     "library",
 ]

@@ -1,7 +1,7 @@
 """What every effect is, by the place where it enters the response of a structure."""
 
 import abc
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
 import equinox as eqx
@@ -102,6 +102,16 @@ class Effect(eqx.Module):
             Modes of the structure.
         instruments
             Sensors and actuators of the experiment.
+        """
+        return ""
+
+    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
+        """Say what estimates of its numbers mean; mostly nothing.
+
+        Parameters
+        ----------
+        estimates
+            Mean and standard deviation of its unknowns, by field.
         """
         return ""
 

@@ -1,5 +1,6 @@
 """What an effect on the instruments of an experiment is: its places, its loads, its record."""
 
+from collections.abc import Callable
 from typing import ClassVar, TypeVar
 
 import jax.numpy as jnp
@@ -17,8 +18,9 @@ class InstrumentEffect(Effect):
     """An effect that belongs to the measurement: added by `experiment + effect`.
 
     It may act on sensors, on actuators, or on both: on their places (`moved`), on the dynamic
-    stiffness that they add to the structure (`loads`, `load`), on the receptance (`added`) and
-    on the record (`recorded`). A method that is not overridden changes nothing.
+    stiffness that they add to the structure (`loads`, `load`), on the receptance (`evaluated`,
+    `added`) and on the record (`laplace`, `recorded`). A method that is not overridden changes
+    nothing.
 
     Attributes
     ----------
@@ -55,6 +57,26 @@ class InstrumentEffect(Effect):
             Angular frequencies [rad/s].
         """
         return jnp.zeros(omega.shape)
+
+    def laplace(self, omega: Omega) -> Omega:
+        """Variable s / i at which the record is evaluated, in the place of omega [rad/s]."""
+        return omega
+
+    def evaluated(
+        self, respond: Callable[[Omega], Receptance], omega: Omega, instruments: Instruments
+    ) -> Receptance:
+        """Receptance [m/N] that the structure had while it was recorded.
+
+        Parameters
+        ----------
+        respond
+            Receptance without this effect at any angular frequencies.
+        omega
+            Angular frequencies [rad/s].
+        instruments
+            Sensors and actuators.
+        """
+        return respond(omega)
 
     def added(self, omega: Omega) -> Float[Array, "#sensor #actuator #frequency"]:
         """Receptance [m/N] that the structure has besides that of its modes."""

@@ -59,6 +59,24 @@ class Instruments(NamedTuple):
         transducers = self.side(side).values()
         return [channel for transducer in transducers for channel in transducer.channels]
 
+    def side_of(self, transducer: Number) -> str:
+        """Side of a transducer of this name, sensors first; of a number, `sensor`.
+
+        Raises
+        ------
+        InputError
+            If there is no transducer of this name.
+        """
+        if not isinstance(transducer, str) or transducer in self.sensors:
+            return "sensor"
+        if transducer in self.actuators:
+            return "actuator"
+        raise InputError(
+            f'An effect on "{transducer}" was added, but the experiment has the sensors '
+            f"{', '.join(self.sensors)} and the actuators {', '.join(self.actuators)}. Name one of "
+            f'them: "{next(iter(self.sensors))}".'
+        )
+
     def name(self, transducer: Number, side: str = "sensor") -> str:
         """Name of a transducer, from its name or number."""
         return transducer if isinstance(transducer, str) else [*self.side(side)][int(transducer)]

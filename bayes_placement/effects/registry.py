@@ -17,9 +17,17 @@ from .shear_and_rotary_inertia import shear_and_rotary_inertia
 from .cubic_stiffness import cubic_stiffness
 from .residual_modes import residual_modes
 from .sensor_mass import sensor_mass
+from .actuator_mass import actuator_mass
+from .stinger import stinger
+from .exponential_window import exponential_window
 from .time_delay import time_delay
+from .channel_delay import channel_delay
 from .gain_error import gain_error
 from .mount_resonance import mount_resonance
 from .misplaced_sensor import misplaced_sensor
+from .misplaced_actuator import misplaced_actuator
 from .reversed_sensor import reversed_sensor
+from .reversed_channel import reversed_channel
 from .swapped_sensors import swapped_sensors
+from .swapped_actuators import swapped_actuators
+from .frequency_drift import frequency_drift

@@ -56,6 +56,10 @@ class Setup(Protocol):
     def force_levels(self) -> tuple[float, ...] | None:
         """Force amplitudes [N]; None where they are not known."""
 
+    @property
+    def sensors_mounted(self) -> str:
+        """`roving`, each sensor in a run of its own, or `fixed`."""
+
     def nominal(self) -> Any:
         """The same with a typical number in the place of each unknown."""
 
@@ -86,6 +90,19 @@ class Scales:
     def instruments(self) -> Instruments:
         """Sensors and actuators."""
         return Instruments(self.setup.sensor, self.setup.actuator)
+
+    @property
+    def sensors_roved(self) -> bool:
+        """Whether each sensor is mounted in a run of its own."""
+        return self.setup.sensors_mounted == "roving"
+
+    @property
+    def exciters_may_be_mounted(self) -> bool:
+        """Whether actuators may be exciters that stay mounted: no more of them than sensors.
+
+        Where there are more they are taken for the hits of a roved hammer, which hold nothing.
+        """
+        return len(self.setup.actuator) <= len(self.setup.sensor)
 
     def places(self) -> list[Any]:
         """Uniform priors of a place [m], one for each piece of the structure."""

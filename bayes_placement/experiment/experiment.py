@@ -27,7 +27,7 @@ from .force_levels import at_levels
 from .measurement import Channel, Measurement
 from .noise import Data, Noise
 from .observe import Observation
-from .recording import Drive, recorded
+from .recording import Drive, recorded, recorded_frequency
 from .structure import Structure, added
 from .transducers import Actuator, Sensor, Transducer, by_name
 
@@ -221,7 +221,8 @@ class Experiment(eqx.Module):
 
     def frf(self) -> Receptance:
         """FRF of the observed quantity, once no structure or placement is unknown, Eq. (18)."""
-        return self.observe.frf(self.receptance(), self._omega())
+        effects = self.instrument_effects.values()
+        return self.observe.frf(self.receptance(), recorded_frequency(effects, self._omega()))
 
     def predict(self) -> Response:
         """Outputs z without output error, Eq. (20)."""

@@ -62,7 +62,7 @@ class Observation(eqx.Module):
     def label(self) -> str:
         """Name and unit of the outputs for an axis."""
 
-    def frf(self, receptance: Receptance, omega: Float[Array, "frequency"]) -> Receptance:
+    def frf(self, receptance: Receptance, omega: Inexact[Array, "frequency"]) -> Receptance:
         """Turn a receptance into the FRF of the observed quantity."""
         return receptance * (1j * omega) ** self.derivative
 

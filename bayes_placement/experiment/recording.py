@@ -1,6 +1,7 @@
 """The receptance of a structure as its instruments recorded it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import jax
@@ -8,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
 from .._types import Receptance
+from ..effects.effect import Omega
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
 from ..modes.points import Points, along_axes, joined
@@ -52,13 +54,28 @@ def recorded(
     """
     for effect in instrument_effects:
         instruments = effect.moved(instruments, structure.modes)
-    response = _Loaded(structure, instruments, instrument_effects, drive).response()
+    drive = drive._replace(omega=recorded_frequency(instrument_effects, drive.omega))
+
+    def respond(omega: Omega) -> Receptance:
+        at = drive._replace(omega=omega)
+        return _Loaded(structure, instruments, instrument_effects, at).response()
+
+    for effect in instrument_effects:
+        respond = partial(effect.evaluated, respond, instruments=instruments)
+    response = respond(drive.omega)
     for effect in instrument_effects:
         response = response + effect.added(drive.omega)
     response = _amplified(response, instruments, drive.omega)
     for effect in instrument_effects:
         response = effect.recorded(response, drive.omega, instruments)
     return response
+
+
+def recorded_frequency(instrument_effects: Iterable[InstrumentEffect], omega: Omega) -> Omega:
+    """Variable s / i at which the record is evaluated, omega [rad/s] but for a window."""
+    for effect in instrument_effects:
+        omega = effect.laplace(omega)
+    return omega
 
 
 def _amplified(response: Receptance, instruments: Instruments, omega: Any) -> Receptance:

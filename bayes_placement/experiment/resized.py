@@ -138,7 +138,8 @@ def channel_numbers(side: Mapping[str, Any], names: Collection[str]) -> np.ndarr
 
 def _refuse_numbered_sensors(experiment: Experiment) -> None:
     for effect in experiment.instrument_effects.values():
-        if "sensor" in {field.name for field in dataclasses.fields(effect)}:
+        fields = {field.name for field in dataclasses.fields(effect)}
+        if fields & {"sensor", "actuator", "transducer"}:
             raise InputError(
                 f'The effect "{effect.name}" is about one sensor, by its number, but sensors are '
                 "to be left out, which changes the numbers. Leave the effect out: "

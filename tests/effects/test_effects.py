@@ -70,7 +70,7 @@ def suggested():
 
 
 def test_every_effect_is_suggested_where_it_can_act(suggested):
-    assert len(suggested) == 19
+    assert len(suggested) == 26
     free = effects.library(experiment(ends="free-free"))
     assert not {"compliant_support", "cubic_stiffness"} & set(free.kinds)
     bar = effects.library(experiment("bar", "fixed-fixed"))
@@ -108,8 +108,9 @@ def test_tension_reaches_towards_buckling(suggested):
 
 
 def test_each_sensor_and_each_support_is_a_candidate(suggested):
-    for kind in ("gain_error", "misplaced_sensor", "reversed_sensor"):
+    for kind in ("misplaced_sensor", "reversed_sensor"):
         assert [one.sensor for one in suggested[kind]] == ["s1", "s2"]
+    assert [one.transducer for one in suggested["gain_error"]] == ["s1", "s2", "a1"]
     shift = suggested["misplaced_sensor"][0].shift
     np.testing.assert_allclose([shift.low, shift.high], [-0.3, 1.0])
     assert [(one.sensor, one.other) for one in suggested["swapped_sensors"]] == [("s1", "s2")]
@@ -199,7 +200,7 @@ def test_effects_in_wrong_places_are_refused():
 
 def test_effects_on_what_the_experiment_has_not_are_refused():
     base = experiment()
-    with refused(r'on sensor "s9" was added, but the experiment has the sensors s1, s2'):
+    with refused(r'on "s9" was added, but the experiment has the sensors s1, s2 and'):
         base + effects.gain_error("s9", 0.1)
     with refused(r'on sensor "s9"'):
         base + effects.mount_resonance("s9", 100.0, 0.1)

@@ -46,6 +46,8 @@ class FittedModel:
         Kind of the effect that was added; empty for the model as it was given.
     setting
         Which sensor or part of the structure the added effect is about, in words.
+    remark
+        What its estimates mean, in words: a known wrong factor; mostly empty.
     """
 
     added: str | None
@@ -58,6 +60,7 @@ class FittedModel:
     held_out: float
     kind: str = ""
     setting: str = ""
+    remark: str = ""
 
     def description(self) -> str:
         """Say what was added: which sensor or part it is about, and its parameters."""
@@ -65,7 +68,7 @@ class FittedModel:
             return ""
         parameters = self.parameters_of_added().values()
         words = [f"{estimate.word} {estimate}" for estimate in parameters]
-        return ", ".join([*([self.setting] if self.setting else []), *words])
+        return ", ".join(filter(None, [self.setting, *words, self.remark]))
 
     def parameters_of_added(self) -> dict[str, Estimate]:
         """Unknowns of the effect that was added; of the model, where none was."""
@@ -91,6 +94,7 @@ class FittedModel:
         return {
             "added": self.added,
             "setting": self.setting,
+            "remark": self.remark,
             "parameters": parameters,
             "chi2_per_datum": number_or_none(self.chi2_per_datum),
             "p_value": number_or_none(self.p_value),
@@ -122,6 +126,7 @@ def fitted_model(hypothesis: Hypothesis, sampled: Sampled, added: str | None = N
         Name of the effect that is new in it; the last of its effects by default.
     """
     posterior = sampled.get(id(hypothesis))
+    parameters = estimates(hypothesis, None if posterior is None else posterior.points)
     experiment = hypothesis.problem.experiment
     names = [effect.name for effect in hypothesis.effects]
     name = added or (names[-1] if names else None)
@@ -129,7 +134,7 @@ def fitted_model(hypothesis: Hypothesis, sampled: Sampled, added: str | None = N
     return FittedModel(
         added=name,
         effects=tuple(names),
-        parameters=estimates(hypothesis, None if posterior is None else posterior.points),
+        parameters=parameters,
         chi2_per_datum=hypothesis.chi2_per_datum,
         p_value=p_value(hypothesis),
         log_evidence=float((posterior or hypothesis.fit).log_evidence),
@@ -139,7 +144,17 @@ def fitted_model(hypothesis: Hypothesis, sampled: Sampled, added: str | None = N
         setting=""
         if effect is None
         else effect.setting(experiment.structure.modes, experiment.instruments),
+        remark="" if effect is None else effect.remark(_of_effect(effect.name, parameters)),
     )
+
+
+def _of_effect(name: str, parameters: Mapping[str, Estimate]) -> dict[str, tuple[float, float]]:
+    """Mean and standard deviation of the unknowns of an effect, by field."""
+    return {
+        estimate.word: (estimate.mean, estimate.standard_deviation)
+        for estimate in parameters.values()
+        if estimate.effect == name
+    }
 
 
 def number_or_none(value: float) -> float | None:

@@ -116,7 +116,8 @@ class Ledger:
 
     def _with_odds(self, kind: str) -> str:
         """Name an effect: which part it is about, and its probability where the noise is right."""
-        settings = [step.setting for step in self.steps if step.kind == kind and step.setting]
+        steps = [step for step in self.steps if step.kind == kind]
+        settings = [word for step in steps for word in (step.setting, step.remark) if word]
         odds = (
             "the best of the candidates"
             if self.probabilities[NONE] > DOUBTED

@@ -1,0 +1,46 @@
+"""Mass that each exciter adds to the structure where it drives."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from .effect import Omega, Stiffness
+from .instrument_effect import InstrumentEffect
+from .scales import Scales
+
+
+class ActuatorMass(InstrumentEffect):
+    """A mass between the force gauge of an exciter and the structure, which moves with it.
+
+    The gauge records the force that the mass takes as well: H is that of the structure with the
+    mass at the point of drive. Each exciter is mounted in its own runs only. McConnell and Cappa,
+    Mechanical Systems and Signal Processing 14 (2000) 625, doi:10.1006/mssp.1999.1283.
+
+    Parameters
+    ----------
+    mass
+        Mass of each exciter beyond its gauge [kg].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
+    loads: ClassVar[tuple[str, ...]] = ("actuator",)
+    mass: Parameter = eqx.field(metadata=unit("kg"))
+    name: str = eqx.field(static=True, default="actuator_mass", kw_only=True)
+
+    def load(self, side: str, number: int, omega: Omega) -> Stiffness:
+        """Dynamic stiffness -omega^2 m [N/m], the same for every exciter."""
+        return -(omega**2) * self.mass
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["ActuatorMass"]:
+        """A mass of 0.003 % to 30 % of the structure's, where exciters may stay mounted."""
+        if not scales.exciters_may_be_mounted:
+            return []
+        return [cls(LogUniform(3e-5 * scales.mass, 0.3 * scales.mass))]
+
+
+actuator_mass = ActuatorMass

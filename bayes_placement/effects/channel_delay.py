@@ -1,0 +1,61 @@
+"""A delay of one sensor or actuator against all others."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from numpyro.distributions import Uniform
+
+from .._sites import unit
+from .._types import Parameter, Receptance
+from .effect import Omega
+from .instruments import Instruments, Number
+from .on_transducer import OnTransducer
+from .scales import Scales
+
+
+class ChannelDelay(OnTransducer):
+    """A delay of one sensor or actuator, a factor exp(-i omega tau) on its FRFs.
+
+    Of multiplexed sampling and of filters that differ: Ewins, Modal Testing (2000), ch. 3.
+
+    Parameters
+    ----------
+    transducer
+        Name of the sensor or actuator.
+    delay
+        Delay tau of its FRFs [s].
+    side
+        `sensor` or `actuator`; by default the name tells.
+    direction
+        Recorded direction of the only channel that is delayed; None for all of the transducer.
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("delay", 0.0)
+    transducer: Number
+    delay: Parameter = eqx.field(metadata=unit("s"))
+    side: str = eqx.field(static=True, default="", kw_only=True)
+    direction: Number | None = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="channel_delay", kw_only=True)
+
+    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
+        """FRF whose delayed channels are multiplied by exp(-i omega tau)."""
+        return frf * jnp.exp(-1j * omega * (self.affected(instruments) * self.delay))
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["ChannelDelay"]:
+        """Up to half a period at the top of the band, either way, where there are others.
+
+        A delay of the only sensor is `time_delay`.
+        """
+        longest = 0.5 / scales.band[1]
+        return [
+            cls(name, Uniform(-longest, longest), side=side)
+            for side in ("sensor", "actuator")
+            for name in scales.instruments.side(side)
+            if len(scales.instruments.side(side)) > 1
+        ]
+
+
+channel_delay = ChannelDelay

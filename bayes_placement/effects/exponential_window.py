@@ -1,0 +1,44 @@
+"""The exponential window of an impact test, which adds damping to every mode."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from .effect import Omega
+from .instrument_effect import InstrumentEffect
+from .scales import Scales
+
+
+class ExponentialWindow(InstrumentEffect):
+    """A window exp(-t / tau) on force and response, whose effect was not taken out again.
+
+    The windowed signals have their transforms at s = i omega + 1 / tau, and so has the FRF: each
+    damping ratio grows by 1 / (tau omega_n). Fladung and Rost, Mechanical Systems and Signal
+    Processing 11 (1997) 23.
+
+    Parameters
+    ----------
+    rate
+        Inverse of the time constant tau [1/s].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("rate", 0.0)
+    rate: Parameter = eqx.field(metadata=unit("1/s"))
+    name: str = eqx.field(static=True, default="exponential_window", kw_only=True)
+
+    def laplace(self, omega: Omega) -> Omega:
+        """Return s / i = omega - i / tau."""
+        return omega - 1j * self.rate
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["ExponentialWindow"]:
+        """A window that adds 0.003 % to 10 % to a damping ratio in the middle of the band."""
+        middle = scales.angular_frequency
+        return [cls(LogUniform(3e-5 * middle, 0.1 * middle))]
+
+
+exponential_window = ExponentialWindow

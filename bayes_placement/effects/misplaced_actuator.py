@@ -1,0 +1,36 @@
+"""An actuator or a hit of a hammer that sat elsewhere than recorded, beyond its tolerance."""
+
+from typing import Any, ClassVar
+
+import equinox as eqx
+
+from .._sites import unit
+from .._types import Parameter
+from .instruments import Number
+from .misplaced import Misplaced
+
+
+class MisplacedActuator(Misplaced):
+    """An actuator or a hit of a hammer shifted from its recorded place, far beyond its tolerance.
+
+    Parameters
+    ----------
+    actuator
+        Name of the actuator or hammer hit.
+    shift
+        Distance from its recorded place and tolerance [m].
+    towards
+        In space: the direction of the shift, or two directions at right angles on a surface.
+    bearing
+        Angle of the shift from the first of two directions to the second [rad].
+    """
+
+    side: ClassVar[str] = "actuator"
+    actuator: Number
+    shift: Parameter = eqx.field(metadata=unit("m"))
+    towards: tuple[Any, ...] = eqx.field(default=(), kw_only=True)
+    bearing: Parameter = eqx.field(metadata=unit("rad"), default=0.0, kw_only=True)
+    name: str = eqx.field(static=True, default="misplaced_actuator", kw_only=True)
+
+
+misplaced_actuator = MisplacedActuator

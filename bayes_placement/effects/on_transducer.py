@@ -1,0 +1,96 @@
+"""What effects on a single sensor or actuator, or on one of its channels, have in common."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._types import InputError
+from ..modes.modes import Modes
+from . import _setting_words
+from .effect import Location
+from .instrument_effect import InstrumentEffect
+from .instruments import Instruments, Number
+
+Self = TypeVar("Self", bound="OnTransducer")
+
+
+class OnTransducer(InstrumentEffect):
+    """An effect on one sensor or actuator, or on one of its channels.
+
+    Attributes
+    ----------
+    transducer
+        Name of the sensor or actuator.
+    side
+        `sensor` or `actuator`; empty where the name tells, sensors first.
+    direction
+        Recorded direction of the only channel that it is about; None for all of the transducer.
+    """
+
+    transducer: eqx.AbstractVar[Number]
+    side: eqx.AbstractVar[str]
+    direction: eqx.AbstractVar[Number | None]
+
+    def numbered(self: Self, instruments: Instruments) -> Self:
+        """Return the effect with its transducer by number, and the direction as an array.
+
+        Raises
+        ------
+        InputError
+            If the experiment has no such transducer, or this no such channel.
+        """
+        side = self.side or instruments.side_of(self.transducer)
+        number: Any = instruments.number(self.transducer, side)
+        direction = self.direction
+        if direction is not None:
+            self._check_direction(instruments, number, side)
+            direction = np.asarray(direction)
+        return dataclasses.replace(self, transducer=number, side=side, direction=direction)
+
+    def _check_direction(self, instruments: Instruments, number: Number, side: str) -> None:
+        channels = instruments.side(side)[instruments.name(number, side)].channels
+        if self.direction not in [channel.direction for channel in channels]:
+            raise InputError(
+                f'Effect "{self.name}": the direction {self.direction} was given, but the {side} '
+                f"has the channels {', '.join(channel.label for channel in channels)}. Give the "
+                f"direction of one of them: direction={channels[0].direction}."
+            )
+
+    def affected(self, instruments: Instruments) -> Float[Array, "#sensor #actuator 1"]:
+        """1 on the FRFs of the transducer or of its only channel that counts, 0 on all others."""
+        rows = instruments.of(self.transducer, self.side)
+        if self.direction is not None:
+            directions = [channel.direction for channel in instruments.channels(self.side)]
+            rows *= np.array(directions) == self.direction
+        return rows[:, None, None] if self.side == "sensor" else rows[None, :, None]
+
+    def location(self, modes: Modes, instruments: Instruments) -> Location:
+        """Where the transducer was recorded [m]."""
+        return instruments.recorded(self.transducer, self.side)
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Name of the transducer, and its channel if only one counts."""
+        transducer = f"{self.side} {instruments.name(self.transducer, self.side)}"
+        return _setting_words.joined(transducer, _setting_words.channel(self.direction))
+
+
+def channels(instruments: Instruments, side: str) -> Sequence[tuple[str, int | None]]:
+    """Every channel of a side: its transducer, and its direction where that has several."""
+    return [
+        (name, direction if len(transducer.directions) > 1 else None)
+        for name, transducer in instruments.side(side).items()
+        for direction in transducer.directions
+    ]
+
+
+def sides_that_differ(instruments: Instruments) -> Sequence[str]:
+    """Sides of which a change of a channel is not that of all FRFs, but sensors in any case.
+
+    With one channel on either side, a factor on either is the same.
+    """
+    single = all(len(instruments.channels(side)) == 1 for side in ("sensor", "actuator"))
+    return ("sensor",) if single else ("sensor", "actuator")

@@ -1,0 +1,53 @@
+"""A hit, an exciter or a single channel whose axis points the other way."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+
+from .._sites import unit
+from .._types import Parameter, Receptance
+from .effect import Omega
+from .instruments import Instruments, Number
+from .on_transducer import OnTransducer, channels, sides_that_differ
+from .scales import Scales
+
+
+class ReversedChannel(OnTransducer):
+    """A sensor or actuator of reversed polarity, a factor 1 - 2 share on its FRFs.
+
+    Parameters
+    ----------
+    transducer
+        Name of the sensor or actuator.
+    share
+        1 where its axis points the other way, 0 where it points as recorded; between, a mixture.
+    side
+        `sensor` or `actuator`; by default the name tells.
+    direction
+        Recorded direction of the only channel that is reversed; None for all of the transducer.
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    transducer: Number
+    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
+    side: str = eqx.field(static=True, default="", kw_only=True)
+    direction: Number | None = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="reversed_channel", kw_only=True)
+
+    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
+        """FRF with the sign of the reversed channels changed."""
+        return frf * (1 - 2 * self.affected(instruments) * self.share)
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["ReversedChannel"]:
+        """Each channel of an actuator, and of a sensor with several: `reversed_sensor` has all."""
+        return [
+            cls(name, side=side, direction=direction)
+            for side in sides_that_differ(scales.instruments)
+            for name, direction in channels(scales.instruments, side)
+            if side == "actuator" or direction is not None
+        ]
+
+
+reversed_channel = ReversedChannel

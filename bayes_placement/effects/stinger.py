@@ -1,0 +1,61 @@
+"""A stinger that holds the structure where an exciter drives it."""
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from .effect import Omega, Stiffness
+from .instrument_effect import InstrumentEffect
+from .scales import Scales
+
+
+class Stinger(InstrumentEffect):
+    """Spring, dashpot and mass between an exciter at rest and the point of drive.
+
+    The structure feels k + i omega c - omega^2 m there, as of a stinger and the armature of a
+    shaker whose force is not measured at the structure; each exciter is mounted in its own runs
+    only. Varoto and de Oliveira, Sound and Vibration 36, October 2002, 20.
+
+    Parameters
+    ----------
+    stiffness
+        Stiffness k [N/m].
+    frequency
+        Natural frequency of the mass on the spring, sqrt(k / m) / (2 pi) [Hz].
+    damping_ratio
+        Damping ratio of the mass on the spring, c / (2 sqrt(k m)) [1].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    loads: ClassVar[tuple[str, ...]] = ("actuator",)
+    stiffness: Parameter = eqx.field(metadata=unit("N/m"))
+    frequency: Parameter = eqx.field(metadata=unit("Hz"))
+    damping_ratio: Parameter = eqx.field(metadata=unit("1"))
+    name: str = eqx.field(static=True, default="stinger", kw_only=True)
+
+    def load(self, side: str, number: int, omega: Omega) -> Stiffness:
+        """Dynamic stiffness k + i omega c - omega^2 m [N/m], the same for every exciter."""
+        ratio = omega / (2 * jnp.pi * jnp.asarray(self.frequency))
+        return self.stiffness * (1 + 2j * self.damping_ratio * ratio - ratio**2)
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["Stinger"]:
+        """A spring of 1e-5 to 10 times the modal stiffness, resonant in the band or above.
+
+        Below the band it would act as its mass alone, which is `actuator_mass`.
+        """
+        if not scales.exciters_may_be_mounted:
+            return []
+        low, high = scales.band
+        stiffness = LogUniform(1e-5 * scales.stiffness, 10 * scales.stiffness)
+        middle = math.sqrt(low * high)
+        return [cls(stiffness, LogUniform(middle, 10 * high), LogUniform(0.003, 0.5))]
+
+
+stinger = Stinger

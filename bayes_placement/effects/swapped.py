@@ -1,0 +1,99 @@
+"""Two sensors, or two actuators, whose records are swapped."""
+
+import itertools
+from collections.abc import Sequence
+from typing import ClassVar, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Int
+
+from .._types import InputError, Parameter, Receptance
+from ..modes.modes import Modes
+from .effect import Location, Omega
+from .instrument_effect import InstrumentEffect
+from .instruments import Instruments, Number
+from .scales import Scales
+
+Self = TypeVar("Self", bound="Swapped")
+
+
+class Swapped(InstrumentEffect):
+    """Two transducers of a side of which each has its record on the channels of the other.
+
+    Attributes
+    ----------
+    side
+        Their side, `sensor` or `actuator`, which is the field that holds the name of the first.
+    other
+        Name of the second, which has as many channels.
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    side: eqx.AbstractClassVar[str]
+    other: eqx.AbstractVar[Number]
+
+    @property
+    def pair(self) -> tuple[Number, Number]:
+        """Names or numbers of the two."""
+        return getattr(self, self.side), self.other
+
+    def numbered(self: Self, instruments: Instruments) -> Self:
+        """Return the effect with its transducers by number.
+
+        Raises
+        ------
+        InputError
+            If the experiment does not have them, or one has more channels than the other.
+        """
+        side = self.side
+        numbers = tuple(instruments.number(transducer, side) for transducer in self.pair)
+        counts = [len(instruments.rows(number, side)) for number in numbers]
+        if counts[0] != counts[1]:
+            first, second = (instruments.name(number, side) for number in numbers)
+            raise InputError(
+                f'Effect "{self.name}": {side}s "{first}" and "{second}" were given, but they have '
+                f"{counts[0]} and {counts[1]} channels; equally many are needed, since each "
+                f"channel carries the signal of one of the other. Name two {side}s with as many "
+                "channels."
+            )
+        return eqx.tree_at(lambda tree: (getattr(tree, side), tree.other), self, numbers)
+
+    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
+        """FRF with the channels of the two exchanged."""
+        unchanged = jnp.eye(len(instruments.channels(self.side)))
+        share: Parameter = getattr(self, self.absent[0])
+        rows = unchanged + share * (unchanged[self._rows(instruments)] - unchanged)
+        # By a product, since a compiler that gathers rows may round the FRF in another way.
+        indices = "rs,saf->raf" if self.side == "sensor" else "ba,saf->sbf"
+        return jnp.einsum(indices, rows.astype(frf.dtype), frf)
+
+    def _rows(self, instruments: Instruments) -> Int[Array, "channel"]:
+        """Row whose signal each row records, where the numbers may be traced."""
+        side = self.side
+        count = len(instruments.side(side))
+        by_transducer = [instruments.rows(number, side) for number in range(count)]
+        most = max(map(len, by_transducer))
+        table = jnp.array([[*rows, *rows[:1] * (most - len(rows))] for rows in by_transducer])
+        order = jnp.arange(len(instruments.channels(side)))
+        first, second = (instruments.number(transducer, side) for transducer in self.pair)
+        return order.at[table[first]].set(table[second]).at[table[second]].set(table[first])
+
+    def location(self, modes: Modes, instruments: Instruments) -> Location:
+        """Where the first of them was recorded [m]."""
+        return instruments.recorded(self.pair[0], self.side)
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Names of the two."""
+        first, second = (instruments.name(number, self.side) for number in self.pair)
+        return f"{self.side}s {first} and {second}"
+
+    @classmethod
+    def suggest(cls: type[Self], scales: Scales) -> Sequence[Self]:
+        """Each two transducers swapped that have as many channels."""
+        transducers = scales.instruments.side(cls.side)
+        return [
+            cls(first, second)  # type: ignore[call-arg]
+            for first, second in itertools.combinations(transducers, 2)
+            if len(transducers[first].channels) == len(transducers[second].channels)
+        ]

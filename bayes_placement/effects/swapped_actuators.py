@@ -1,0 +1,31 @@
+"""Two actuators, or two hits of a hammer, whose records are swapped."""
+
+from typing import ClassVar
+
+import equinox as eqx
+
+from .._sites import unit
+from .._types import Parameter
+from .instruments import Number
+from .swapped import Swapped
+
+
+class SwappedActuators(Swapped):
+    """Two actuators or hits of which each has its runs recorded under the name of the other.
+
+    Parameters
+    ----------
+    actuator, other
+        Names of the two actuators, which have equally many channels.
+    share
+        1 where the two are swapped, 0 where they are not; between, a mixture.
+    """
+
+    side: ClassVar[str] = "actuator"
+    actuator: Number
+    other: Number
+    share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
+    name: str = eqx.field(static=True, default="swapped_actuators", kw_only=True)
+
+
+swapped_actuators = SwappedActuators
