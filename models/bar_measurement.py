@@ -102,7 +102,8 @@ def solved(
     values = []
     for omega in 2 * np.pi * frequency:
         dynamic_stiffness = stiffness + 1j * omega * losses - omega**2 * mass
-        displacement = scipy.linalg.solve(dynamic_stiffness, actuator, assume_a="sym")
+        # Twice as fast as the solver of complex symmetric matrices.
+        displacement = scipy.linalg.solve(dynamic_stiffness, actuator, assume_a="gen")
         values.append(-(omega**2) * (sensors @ displacement))
     return np.array(values)
 

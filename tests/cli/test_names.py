@@ -32,7 +32,7 @@ def kebab_case(kind):
 def test_every_class_of_a_room_has_its_name_on_the_command_line(names, registry, room, base):
     kinds = [
         kind
-        for kind in map(vars(room).get, room.__all__)
+        for kind in (getattr(room, name) for name in room.__all__)
         if inspect.isclass(kind) and issubclass(kind, base)
     ]
     assert registry == {kebab_case(kind): kind for kind in kinds}

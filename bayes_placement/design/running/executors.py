@@ -1,7 +1,4 @@
-"""Worker processes on this machine, or those of a Dask cluster.
-
-Nothing heavy is imported, since each worker process imports this module first.
-"""
+"""Worker processes on this machine, or those of a Dask cluster."""
 
 import multiprocessing
 import os
@@ -88,12 +85,16 @@ class WorkerProcesses(Executor):
         self._pool.shutdown(wait, cancel_futures=cancel_futures)
 
     def _new_pool(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(
+        pool = ProcessPoolExecutor(
             self._count,
             mp_context=multiprocessing.get_context("spawn"),
             initializer=_start_worker,
-            initargs=(_thread_limits(self._count), _warning_filters()),
+            initargs=(_warning_filters(),),
         )
+        # Libraries read their number of threads when they are imported, before any initializer.
+        with _environment(_thread_limits(self._count)):
+            pool.submit(os.getpid)  # starts all processes
+        return pool
 
 
 def _thread_limits(count: int) -> dict[str, str]:
@@ -117,8 +118,22 @@ def _pattern(text: Any) -> str:
     return getattr(text, "pattern", text) or ""
 
 
-def _start_worker(environment: dict[str, str], filters: list[Any]) -> None:
-    os.environ.update(environment)
+@contextmanager
+def _environment(variables: dict[str, str]) -> Iterator[None]:
+    """Environment that processes inherit which are started meanwhile."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _start_worker(filters: list[Any]) -> None:
     _filter_warnings(filters)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends it
     threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 import numpyro.distributions as dist
 import pytest
+from threadpoolctl import threadpool_info
 
 import bayes_placement as bp
 from bayes_placement import information
@@ -497,8 +498,11 @@ def test_none_is_this_process():
 
 
 def test_each_worker_takes_its_share_of_the_cores(processes):
-    threads = processes.submit(os.getenv, "PJRT_NPROC").result()
-    assert int(threads) == max(1, os.cpu_count() // 2)
+    share = max(1, os.cpu_count() // 2)
+    assert int(processes.submit(os.getenv, "PJRT_NPROC").result()) == share
+    libraries = processes.submit(threadpool_info).result()
+    assert libraries and {library["num_threads"] for library in libraries} == {share}
+    assert os.getenv("PJRT_NPROC") != str(share)  # here nothing has changed
 
 
 def test_workers_treat_warnings_as_the_process_that_started_them(processes):
