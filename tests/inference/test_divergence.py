@@ -116,9 +116,10 @@ def test_posterior_draws_give_the_divergence_within_their_error(dimension, most)
     deviation = (found[:, 0] - truth) / found[:, 1]
     assert np.max(np.abs(deviation)) < 5
     assert np.sqrt(np.mean(deviation**2)) < most
-    # An error that were far too large would pass the above.
+    # Nor is it too large: it is scatter and bias together, of which 60 repetitions show 10 %.
+    scatter, bias = np.std(found[:, 0]), np.mean(found[:, 0]) - truth
+    assert np.mean(found[:, 1]) == pytest.approx(np.hypot(scatter, bias), rel=0.25)
     assert np.mean(found[:, 1]) < 0.1 < truth
-    assert np.sqrt(np.mean(deviation**2)) > 0.3
 
 
 def test_repeated_draws_count_once():

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import differential_evolution
 
+from ..._compiled import compiled
 from ..._types import InputError, Key, Progress
 from ..weights import GOOD_PARETO_K, pareto_k
 from .engine import Engine, EngineDraws, PosteriorDensity
@@ -17,7 +18,7 @@ from .laplace import laplace
 from .least_squares import NormalEquations, Points, Terms
 from .levenberg_marquardt import LARGEST, minimise
 
-Objective = Callable[[Any], Any]
+Objective = Callable[[PosteriorDensity, Any], Any]
 Derivatives = Callable[[Points], Terms]
 Equations = Callable[..., NormalEquations]
 
@@ -65,49 +66,39 @@ class MAP(Engine):
         """Search from many starts and draw from the Gaussian about the best point."""
         start_key, draw_key = jax.random.split(key)
 
-        def cost(flat: Any) -> Any:
-            return _prior_cost(posterior, flat) - posterior.log_likelihood(flat)
-
         starts = np.asarray(posterior.sample_prior(start_key, self.starts))
         if self.search == "evolutionary":
             seed = int(jax.random.randint(start_key, (), 0, 2**31 - 1))
-            starts = _evolved(cost, starts, seed)
+            starts = _evolved(posterior, starts, seed)
         near, ends, costs = _descend(posterior, starts)
         progress(0.9)
         best = int(np.argmin(costs))
         reached = int(np.sum(costs < costs[best] + ALIKE))
         modes = near[best], ends[best]
-        draws = self._laplace(posterior, cost, modes, draw_key, reached, len(costs))
+        draws = self._laplace(posterior, modes, draw_key, reached, len(costs))
         progress(1.0)
         return draws
 
     def _laplace(
         self,
         posterior: PosteriorDensity,
-        cost: Objective,
         modes: tuple[Any, Any],
         key: Key,
         reached: int,
         of: int,
     ) -> EngineDraws:
         near, mode = modes
-
-        def height(flat: Any) -> Any:
-            return posterior.log_prior(flat) + posterior.log_likelihood(flat)
-
-        log_height, curvature = jax.jit(lambda flat: (height(flat), jax.hessian(cost)(flat)))(mode)
+        log_height, curvature = compiled(_height_and_curvature)(posterior, mode)
         gaussian = laplace(mode, np.asarray(curvature))
         is_flat = gaussian.is_flat
         if is_flat:
             # Over the flat vector the prior is curved everywhere, so draws stay within it.
-            over_vector = jax.jit(jax.hessian(lambda flat: -height(flat)))(near)
+            over_vector = compiled(_curvature_over_vector)(posterior, near)
             gaussian = laplace(near, _positive(np.asarray(over_vector)))
         normal = np.asarray(jax.random.normal(key, (self.draws, mode.size)))
         position = jnp.asarray(gaussian.points(normal))
         evidence = float(log_height + gaussian.log_volume)
-        density, likelihood = jax.jit(
-            jax.vmap(lambda flat: (height(flat), posterior.log_likelihood(flat)))
-        )(position)
+        density, likelihood = compiled(_densities)(posterior, position)
         k = pareto_k(np.asarray(density) - gaussian.log_density(normal))
         return EngineDraws(
             position=position[None],
@@ -148,16 +139,15 @@ def _descend(posterior: PosteriorDensity, starts: Points) -> tuple[Points, Point
 
 def _equations(posterior: PosteriorDensity) -> tuple[Equations, Equations]:
     """Normal equations of the density over the flat vector, and of that of the named values."""
-    priors = (lambda flat: -posterior.log_prior(flat), partial(_prior_cost, posterior))
+    priors = [_derivatives(cost, posterior) for cost in (_vector_prior_cost, _prior_cost)]
     problem = posterior.least_squares()
     if problem is not None:
         first, second = (
-            partial(problem.normal_equations, prior=partial(_convex, _derivatives(prior)))
-            for prior in priors
+            partial(problem.normal_equations, prior=partial(_convex, prior)) for prior in priors
         )
         return first, second
-    newton = _derivatives(lambda flat: -posterior.log_likelihood(flat))
-    first, second = (partial(_newton, newton, _derivatives(prior)) for prior in priors)
+    likelihood = _derivatives(_likelihood_cost, posterior)
+    first, second = (partial(_newton, likelihood, prior) for prior in priors)
     return first, second
 
 
@@ -180,9 +170,54 @@ def _prior_cost(posterior: PosteriorDensity, flat: Any) -> Any:
     return posterior.log_jacobian(flat) - posterior.log_prior(flat)
 
 
-def _derivatives(function: Objective) -> Derivatives:
+def _vector_prior_cost(posterior: PosteriorDensity, flat: Any) -> Any:
+    """Minus log prior density over the flat vector."""
+    return -posterior.log_prior(flat)
+
+
+def _likelihood_cost(posterior: PosteriorDensity, flat: Any) -> Any:
+    return -posterior.log_likelihood(flat)
+
+
+def _cost(posterior: PosteriorDensity, flat: Any) -> Any:
+    """Minus log posterior density of the named values."""
+    return _prior_cost(posterior, flat) - posterior.log_likelihood(flat)
+
+
+def _costs(posterior: PosteriorDensity, points: Any) -> Any:
+    return jax.vmap(lambda flat: _cost(posterior, flat))(points)
+
+
+def _height(posterior: PosteriorDensity, flat: Any) -> Any:
+    """Log posterior density over the flat vector."""
+    return posterior.log_prior(flat) + posterior.log_likelihood(flat)
+
+
+def _densities(posterior: PosteriorDensity, points: Any) -> Any:
+    """Log posterior density over the flat vector, and log likelihood, at points."""
+    return jax.vmap(lambda flat: (_height(posterior, flat), posterior.log_likelihood(flat)))(points)
+
+
+def _height_and_curvature(posterior: PosteriorDensity, flat: Any) -> Any:
+    return _height(posterior, flat), _expansion(_cost, posterior, flat)[2]
+
+
+def _curvature_over_vector(posterior: PosteriorDensity, flat: Any) -> Any:
+    return -_expansion(_height, posterior, flat)[2]
+
+
+def _expansion(function: Objective, posterior: PosteriorDensity, flat: Any) -> Any:
+    """Value, gradient and Hessian of a function at a point."""
+
+    def at(flat: Any) -> Any:
+        return function(posterior, flat)
+
+    return (*jax.value_and_grad(at)(flat), jax.hessian(at)(flat))
+
+
+def _derivatives(function: Objective, posterior: PosteriorDensity) -> Derivatives:
     """Value, gradient and Hessian of a function at points."""
-    at = jax.jit(lambda flat: (*jax.value_and_grad(function)(flat), jax.hessian(function)(flat)))
+    at = compiled(_expansion).bound(function, posterior)
 
     def derivatives(points: Points) -> Terms:
         parts = zip(*(jax.device_get(at(point)) for point in points), strict=True)
@@ -197,9 +232,9 @@ def _positive(hessian: np.ndarray) -> np.ndarray:
     return np.einsum("...ij,...j,...kj->...ik", vectors, np.abs(values), vectors)
 
 
-def _evolved(cost: Objective, starts: np.ndarray, seed: int) -> np.ndarray:
+def _evolved(posterior: PosteriorDensity, starts: np.ndarray, seed: int) -> np.ndarray:
     """Best point of a differential evolution that begins at draws from the prior."""
-    many = jax.jit(jax.vmap(cost))
+    many = compiled(_costs).bound(posterior)
 
     def costs(vectors: np.ndarray) -> np.ndarray:
         return np.nan_to_num(np.asarray(many(jnp.asarray(vectors.T))), nan=np.inf)

@@ -94,15 +94,18 @@ def test_an_exact_evidence_is_exact(engine, error):
 
 
 @pytest.mark.parametrize(
-    "engine",
-    [engines.Importance(draws=20_000), engines.SMC(particles=1000)],
+    ("engine", "runs"),
+    [(engines.Importance(draws=2000), 40), (engines.SMC(particles=200), 20)],
     ids=["importance", "smc"],
 )
-def test_an_estimated_evidence_knows_its_error(engine):
-    found = [run(engine, key=key)[1] for key in range(3)]
-    deviation = [(one.log_evidence - LOG_EVIDENCE) / one.log_evidence_error for one in found]
+def test_an_estimated_evidence_knows_its_error(engine, runs):
+    results = [run(engine, key=key)[1] for key in range(runs)]
+    deviation = [
+        (result.log_evidence - LOG_EVIDENCE) / result.log_evidence_error for result in results
+    ]
     assert np.all(np.abs(deviation) < 5)
-    assert np.mean(np.square(deviation)) < 4
+    # Neither too small nor too large: so many runs show their scatter to 11 and to 16 %.
+    assert 0.6 < np.sqrt(np.mean(np.square(deviation))) < 1.6
 
 
 @pytest.mark.parametrize(
