@@ -2,13 +2,15 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import scipy.io
 import scipy.sparse
 
 from .._types import InputError
+from . import _matrix_market, _sparse_archive
+from ._gate import check_plausible, existing, reading
+from ._npz_archive import NpzArchive
 
 _ROUND_OFF = 1e-8  # of the largest entry: asymmetry that the order of assembly leaves
 
@@ -100,24 +102,16 @@ def system_matrices(
 
 
 def _read_matrix(path: Path) -> scipy.sparse.csc_array:
-    if not path.is_file():
-        raise FileNotFoundError(
-            f"There is no file {path}; a sparse matrix (.npz by SciPy, or .mtx) is needed. "
-            "Check the folder: Path(...).resolve()."
-        )
-    try:
-        matrix = _load(path)
-    except (ValueError, OSError, EOFError, StopIteration) as error:
-        raise InputError(
-            f"{path} cannot be read as a sparse matrix ({error}); a file that "
-            "scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz) wrote is needed. "
-            "Write the matrix with one of these."
-        ) from error
-    return scipy.sparse.csc_array(matrix)
-
-
-def _load(path: Path) -> Any:
-    return scipy.sparse.load_npz(path) if path.suffix == ".npz" else scipy.io.mmread(path)
+    existing(path, "a sparse matrix (.npz by SciPy, or .mtx)")
+    remedy = "Write it with scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz)."
+    with reading(path, "a sparse matrix", remedy):
+        if path.suffix == ".npz":
+            held = _sparse_archive.matrix(NpzArchive(path, "a matrix"))
+        else:
+            held = _matrix_market.matrix(path)
+        matrix = scipy.sparse.csc_array(held)
+        check_plausible(path, values=matrix.data)
+    return matrix
 
 
 def _symmetric(matrix: scipy.sparse.csc_array, place: str) -> scipy.sparse.csc_array:
@@ -126,6 +120,8 @@ def _symmetric(matrix: scipy.sparse.csc_array, place: str) -> scipy.sparse.csc_a
         raise _refused(place, f"a {_size(matrix)} matrix of {matrix.dtype.name}")
     if not np.isfinite(matrix.data).all():
         raise _refused(place, "values that are not finite")
+    if (matrix.diagonal() < 0).any():
+        raise _refused(place, "a negative value on its diagonal")
     complete = _completed(matrix.astype(float))
     largest = abs(complete).max()
     if largest == 0:
@@ -145,8 +141,9 @@ def _completed(matrix: scipy.sparse.csc_array) -> scipy.sparse.csc_array:
 
 def _refused(place: str, contents: str) -> InputError:
     return InputError(
-        f"{place} holds {contents}; a real, finite, square and symmetric matrix is needed, since "
-        "stiffness and mass of an undamped structure are such. Export it without damping, "
+        f"{place} holds {contents}; a real, finite, square and symmetric matrix with a "
+        "diagonal that is not negative is needed, since stiffness and mass of an undamped "
+        "structure are such. Export it without damping, "
         "follower loads and rotor terms, as a full matrix or as a triangle."
     )
 

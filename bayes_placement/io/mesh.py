@@ -1,17 +1,28 @@
 """Meshes of many formats, by meshio: nodes, elements and named sets of nodes."""
 
-import contextlib
-import io
+import importlib.util
+import json
+import subprocess
+import sys
+import tempfile
 import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from .._types import InputError, MissingExtraError
 from ..modes.finite_elements.modal_model import ModalModel
+from ._gate import check_plausible, existing, reading
+from ._npz_archive import NpzArchive
+
+SECONDS, SECONDS_PER_MEGABYTE = 10.0, 2.0
+"""Time that reading a mesh may take: at least, and for each megabyte."""
+
+_CHILD = Path(__file__).with_name("_mesh_process.py")
+_REMEDY = "Convert it, or give node numbers and coordinates as arrays."
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,78 +111,83 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
     UserWarning
         If meshio left something out, such as the end of a truncated file.
     """
-    content = _read_by_meshio(Path(path))
-    position = np.zeros((len(content.points), 3))
-    position[:, : content.points.shape[1]] = content.points * length_unit
-    elements: dict[str, list[np.ndarray]] = {}
-    for block in content.cells:
-        elements.setdefault(block.type, []).append(_numbers(block.data))
-    return Mesh(
-        node=np.arange(1, len(position) + 1),
-        position=position,
-        elements={name: np.concatenate(blocks) for name, blocks in elements.items()},
-        node_sets=_node_sets(content),
-    )
-
-
-def _read_by_meshio(path: Path) -> Any:
-    try:
-        import meshio
-    except ImportError as error:
+    file = Path(path)
+    if importlib.util.find_spec("meshio") is None:
         raise MissingExtraError(
             f"{path} cannot be read, since meshio is not installed, which knows the formats of "
             'meshes. Install it: pip install "bayes_placement[mesh]".'
-        ) from error
-    if not path.is_file():
-        raise FileNotFoundError(
-            f"There is no file {path}; a mesh is needed. Check the folder: Path(...).resolve()."
         )
-    complaints = io.StringIO()
-    try:
-        with contextlib.redirect_stderr(complaints):  # where meshio reports what it cannot read
-            content = meshio.read(path)
-    except (Exception, SystemExit) as error:  # its readers raise any exception, or exit
-        raise InputError(
-            f"{path} cannot be read by meshio ({error or type(error).__name__}); a mesh in a "
-            "format that it tells by the suffix is needed. Convert it, or give node numbers and "
-            "coordinates as arrays."
-        ) from error
-    if complaints.getvalue().strip():
+    with reading(file, "a mesh", _REMEDY):
+        content = _contents_of(existing(file, "a mesh"))
+        mesh = _mesh(file, content, length_unit)
+    if content.complaints:
         warnings.warn(
-            f"{path} was read, but meshio says: {' '.join(complaints.getvalue().split())} Check "
-            "the "
-            "number of nodes and elements, or convert the file.",
-            stacklevel=3,
+            f"{path} was read, but meshio says: {content.complaints} Check the number of nodes "
+            "and elements, or convert the file.",
+            stacklevel=2,
         )
-    return content
+    return mesh
 
 
-def _node_sets(content: Any) -> dict[str, np.ndarray]:
-    sets = {name: np.unique(_numbers(points)) for name, points in content.point_sets.items()}
-    element_sets = {**_physical_groups(content), **content.cell_sets}
-    for name, cells in element_sets.items():
-        corners = [
-            block.data[np.asarray(rows, dtype=int)].ravel()
-            for block, rows in zip(content.cells, cells, strict=True)
-            if rows is not None and len(rows)
-        ]
-        if corners and not name.startswith("gmsh:"):
-            sets[name] = np.unique(_numbers(np.concatenate(corners)))
-    return sets
+class _Contents(NamedTuple):
+    """What meshio read: points, elements by type, named sets of nodes from 0, its complaints."""
+
+    points: np.ndarray
+    elements: dict[str, np.ndarray]
+    node_sets: dict[str, np.ndarray]
+    complaints: str
 
 
-def _physical_groups(content: Any) -> dict[str, list[np.ndarray]]:
-    """Elements of each physical group of Gmsh, which meshio gives as tags."""
-    tags = content.cell_data.get("gmsh:physical")
-    if tags is None:
-        return {}
-    return {
-        name: [
-            np.flatnonzero(tag == group) if block.dim == dimension else np.zeros(0, dtype=int)
-            for block, tag in zip(content.cells, tags, strict=True)
-        ]
-        for name, (group, dimension) in content.field_data.items()
+def _contents_of(path: Path) -> _Contents:
+    """Run meshio in a process of its own, whose time and memory are limited."""
+    path.open("rb").close()  # whoever may not read it is told so, not that a process failed
+    allowed = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
+    with tempfile.TemporaryDirectory() as folder:
+        result = Path(folder) / "mesh.npz"
+        command = [sys.executable, "-P", str(_CHILD), str(path.absolute()), str(result)]
+        try:
+            done = subprocess.run(command, capture_output=True, timeout=allowed, check=False)
+        except subprocess.TimeoutExpired as error:
+            raise _refused(path, f"it did not end within {allowed:.0f} s") from error
+        said = " ".join(done.stderr.decode("utf-8", "replace").split())
+        if done.returncode or not result.is_file():
+            raise _refused(path, said[-300:] or f"its process ended with {done.returncode}")
+        return _unpacked(NpzArchive(result, "a mesh"), said)
+
+
+def _unpacked(archive: NpzArchive, said: str) -> _Contents:
+    """Arrays of the child by what they are; their names are `elements NAME` and `set NAME`."""
+    names = json.loads(str(archive.array("names")))
+    arrays = {
+        kind: {name: archive.array(f"{kind} {number}") for number, name in enumerate(listed)}
+        for kind, listed in names.items()
     }
+    return _Contents(archive.array("points"), arrays["elements"], arrays["set"], said)
+
+
+def _mesh(path: Path, content: _Contents, length_unit: float) -> Mesh:
+    count = len(content.points)
+    if not count:
+        raise _refused(path, "it holds no node")
+    position = np.zeros((count, 3))
+    position[:, : content.points.shape[1]] = content.points * length_unit
+    check_plausible(path, coordinates=position)
+    for name, nodes in (*content.elements.items(), *content.node_sets.items()):
+        if nodes.size and not (nodes.min() >= 0 and nodes.max() < count):
+            raise _refused(path, f"{name} has a node that is not among its {count}")
+    return Mesh(
+        node=np.arange(1, count + 1),
+        position=position,
+        elements={name: _numbers(nodes) for name, nodes in content.elements.items()},
+        node_sets={name: _numbers(nodes) for name, nodes in content.node_sets.items()},
+    )
+
+
+def _refused(path: Path, reason: str) -> InputError:
+    return InputError(
+        f"{path} cannot be read by meshio ({reason}); a mesh in a format that it tells by the "
+        f"suffix is needed. {_REMEDY}"
+    )
 
 
 def _numbers(points: np.ndarray) -> np.ndarray:

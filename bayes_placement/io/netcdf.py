@@ -1,5 +1,6 @@
-"""Results as netCDF files, written and read."""
+"""Results as netCDF files with a checksum, written and read."""
 
+import hashlib
 from pathlib import Path
 
 import xarray as xr
@@ -7,10 +8,17 @@ import xarray as xr
 from .._files import write_atomically
 from .._types import InputError
 from ..inference.results import WARNINGS, warnings_of
+from ._gate import reading
+
+_SEAL = b"\nbayes_placement result, sha256 "
+_SEAL_BYTES = len(_SEAL) + 64 + 1
+_CHUNK = 1 << 20
 
 
 def write(result: xr.DataTree, path: str | Path) -> Path:
     """Write a tree of results as netCDF; the file is complete before it replaces an earlier one.
+
+    A checksum of the file stands behind its last byte, where other readers of netCDF ignore it.
 
     Parameters
     ----------
@@ -19,32 +27,72 @@ def write(result: xr.DataTree, path: str | Path) -> Path:
     path
         The file, usually `result.nc`.
     """
-    return write_atomically(path, lambda temporary: result.to_netcdf(temporary, engine="h5netcdf"))
+    return write_atomically(path, lambda temporary: _write_sealed(result, temporary))
 
 
 def read(path: str | Path) -> xr.DataTree:
     """Read a tree of results into memory.
+
+    Only files that `write` wrote and nobody changed since are opened: HDF5, in which netCDF is
+    stored, ends the interpreter on some damaged files, and attributes of others say anything.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
     ValueError
-        If the file is damaged or holds something else.
+        If the file is damaged, was changed, or holds something else.
     """
     if not Path(path).is_file():
         raise FileNotFoundError(
             f"There is no file {path}. Results are written by io.netcdf.write(result, "
             f"{str(path)!r}) or by `bayes-placement update MODEL --out DIR`."
         )
-    try:
+    with reading(Path(path), "netCDF", "Write it again, or take another copy."):
+        _check_seal(Path(path))
         with xr.open_datatree(path, engine="h5netcdf") as tree:
             result = tree.load()
-    except OSError as error:
-        raise InputError(
-            f"{path} cannot be read as netCDF: {error}. A complete file of results is needed; "
-            "write it again, or take another copy."
-        ) from error
     if WARNINGS in result.attrs:
         result.attrs[WARNINGS] = warnings_of(result)
     return result
+
+
+def _write_sealed(result: xr.DataTree, path: Path) -> None:
+    result.to_netcdf(path, engine="h5netcdf")
+    seal = _SEAL + _checksum(path, path.stat().st_size) + b"\n"
+    with path.open("ab") as file:
+        file.write(seal)
+
+
+def _check_seal(path: Path) -> None:
+    """Refuse a file without the checksum that `write` puts behind it, or with another one."""
+    size = path.stat().st_size - _SEAL_BYTES
+    seal = b""
+    if size > 0:
+        with path.open("rb") as file:
+            file.seek(size)
+            seal = file.read()
+    if not seal.startswith(_SEAL):
+        raise InputError(
+            f"{path} cannot be read as netCDF: it does not end with the checksum that results "
+            "carry; a complete file of results is needed, as io.netcdf.write wrote it, since "
+            "damaged ones of another origin can end the interpreter. Write it again, take another "
+            "copy, or open it by xarray.open_datatree(path)."
+        )
+    if seal[len(_SEAL) : -1] != _checksum(path, size):
+        raise InputError(
+            f"{path} cannot be read as netCDF: it was changed since it was written, as its "
+            "checksum tells; a complete file of results is needed, since nothing in a changed one "
+            "can be believed. Write it again, or take another copy."
+        )
+
+
+def _checksum(path: Path, size: int) -> bytes:
+    """Hexadecimal SHA-256 of the first bytes of a file."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while size > 0:
+            chunk = file.read(min(_CHUNK, size))
+            digest.update(chunk)
+            size = size - len(chunk) if chunk else 0
+    return digest.hexdigest().encode()

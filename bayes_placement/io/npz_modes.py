@@ -16,11 +16,8 @@ The layout: one array for each name; `read` also understands the names in bracke
 ===================  ================  ============================================================
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -29,6 +26,8 @@ from numpy.typing import ArrayLike
 from .._files import write_atomically
 from .._types import InputError
 from ..modes.finite_elements.modal_model import ModalModel
+from ._gate import check_plausible, reading
+from ._npz_archive import NpzArchive
 
 _NAMES = {
     "position": ("position", "nodes", "coordinates", "node_position_m"),
@@ -42,6 +41,7 @@ _NAMES = {
     "element": ("element", "elements"),
 }
 _REQUIRED = ("position", "shape", "natural_frequency")
+_REMEDY = "Write it with numpy.savez(path, position=..., shape=..., ...)."
 _MODAL = (*_REQUIRED, "modal_mass", "node", "dof", "damping_ratio")
 
 
@@ -86,11 +86,13 @@ def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None)
     ValueError
         If it is not such a file, lacks an array, or its arrays do not make a modal model.
     """
-    with _opened(Path(path)) as file:
-        arrays: dict[str, Any] = _arrays(file, Path(path), _MODAL, required=_REQUIRED)
-    if modal_mass is not None:
-        arrays["modal_mass"] = np.asarray(modal_mass)
-    return ModalModel.from_arrays(**arrays)
+    with reading(Path(path), "a modal model", _REMEDY):
+        arrays: dict[str, Any] = _arrays(Path(path), _MODAL, required=_REQUIRED)
+        if modal_mass is not None:
+            arrays["modal_mass"] = np.asarray(modal_mass)
+        model = ModalModel.from_arrays(**arrays)
+        check_plausible(Path(path), **{"mass-normalised shape": model.shape})
+        return model
 
 
 def read_nodes(path: str | Path) -> ModelNodes:
@@ -103,17 +105,59 @@ def read_nodes(path: str | Path) -> ModelNodes:
     ValueError
         If it is not such a file or lacks an array.
     """
-    with _opened(Path(path)) as file:
+    with reading(Path(path), "nodes of a model", _REMEDY):
         wanted = ("position", "node", "dof", "fixed", "element")
-        arrays = _arrays(file, Path(path), wanted, required=("position", "dof"))
-    count = len(arrays["position"])
-    return ModelNodes(
-        node=arrays.get("node", np.arange(1, count + 1)),
-        position=arrays["position"].astype(float),
-        dof=arrays["dof"],
-        fixed=arrays.get("fixed", np.zeros(0, dtype=int)),
-        element=arrays.get("element"),
+        return _model_nodes(Path(path), _arrays(Path(path), wanted, ("position", "dof")))
+
+
+def _model_nodes(path: Path, arrays: dict[str, Any]) -> ModelNodes:
+    """Nodes and degrees of freedom, once they refer to each other."""
+    count, element = len(arrays["position"]), arrays.get("element")
+    nodes = ModelNodes(
+        node=_whole(path, "node", arrays.get("node", np.arange(1, count + 1)), (count,)),
+        position=_shaped(path, "position", arrays["position"].astype(float), (count, 3)),
+        dof=_whole(path, "dof", arrays["dof"], (len(arrays["dof"]), 2)),
+        fixed=_whole(path, "fixed", arrays.get("fixed", np.zeros(0, dtype=int)), (-1,)),
+        element=None if element is None else _whole(path, "element", element, (-1, -1)),
     )
+    known = {
+        "node": np.unique(nodes.node).size == count and count > 0,
+        "dof": np.isin(nodes.dof[:, 0], nodes.node).all() and _between(nodes.dof[:, 1], 1, 7),
+        "fixed": _between(nodes.fixed, 0, len(nodes.dof) - 1),
+        "element": nodes.element is None or np.isin(nodes.element, nodes.node).all(),
+    }
+    for name, right in known.items():
+        if not right:
+            raise InputError(
+                f"{path}: the array {name} refers to what is not there, or twice to one thing; "
+                "node numbers, each once, directions 1 to 7, rows of dof and corners among the "
+                "nodes are needed, since they say what belongs together. Export the model again."
+            )
+    return nodes
+
+
+def _whole(path: Path, name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    if values.dtype.kind not in "iu" and not np.array_equal(values, np.round(values)):
+        raise InputError(
+            f"{path}: the array {name} holds {values.dtype}, not whole numbers; these are needed, "
+            f"since they count. Write it with numpy.savez(path, {name}=...)."
+        )
+    return _shaped(path, name, values.astype(np.int64), shape)
+
+
+def _shaped(path: Path, name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return an array of a shape, in which -1 is any length."""
+    same = values.ndim == len(shape)
+    if not same or any(n not in (-1, m) for n, m in zip(shape, values.shape, strict=True)):
+        raise InputError(
+            f"{path}: the array {name} has the shape {values.shape}; {shape} is needed (-1: any), "
+            f"since its rows are counted. Write it with numpy.savez(path, {name}=...)."
+        )
+    return values
+
+
+def _between(values: np.ndarray, low: int, high: int) -> bool:
+    return bool(np.all((values >= low) & (values <= high)))
 
 
 def write(path: str | Path, model: ModalModel) -> Path:
@@ -144,48 +188,24 @@ def write(path: str | Path, model: ModalModel) -> Path:
     return write_atomically(path, lambda temporary: np.savez(temporary, **arrays))
 
 
-@contextmanager
-def _opened(path: Path) -> Iterator[np.lib.npyio.NpzFile]:
-    if not path.is_file():
-        raise FileNotFoundError(
-            f"There is no file {path}; a .npz file of nodes and modes is needed. Check the folder: "
-            "Path(...).resolve()."
-        )
-    with path.open("rb") as handle:
-        try:
-            file = np.load(handle, allow_pickle=False)
-        except (ValueError, EOFError, BadZipFile) as error:
-            raise _not_npz(path, str(error)) from error
-        if not isinstance(file, np.lib.npyio.NpzFile):
-            raise _not_npz(path, "it is a single array")
-        yield file
-
-
-def _not_npz(path: Path, reason: str) -> InputError:
-    return InputError(
-        f"{path} cannot be read as .npz ({reason}); named arrays are needed, positions of nodes "
-        "and shapes among them. Write it with numpy.savez(path, position=..., shape=..., ...)."
-    )
-
-
-def _arrays(
-    file: np.lib.npyio.NpzFile, path: Path, wanted: tuple[str, ...], required: tuple[str, ...]
-) -> dict[str, Any]:
+def _arrays(path: Path, wanted: tuple[str, ...], required: tuple[str, ...]) -> dict[str, Any]:
     """Arrays of a file by the first of their names, whatever name they have in the file."""
-    aliases = {name: [alias for alias in _NAMES[name] if alias in file.files] for name in wanted}
+    archive = NpzArchive(path, "nodes and modes")
+    aliases = {name: [alias for alias in _NAMES[name] if alias in archive.names] for name in wanted}
     for name in wanted:
         if len(aliases[name]) > 1 or (name in required and not aliases[name]):
             contents = "both " + " and ".join(aliases[name]) if aliases[name] else f"no {name}"
             raise InputError(
-                f"{path} holds {contents}, among {', '.join(file.files)}; one array named "
+                f"{path} holds {contents}, among {', '.join(archive.names)}; one array named "
                 f"{' or '.join(_NAMES[name])} is needed, since a model has its {name} once. Write "
                 f"it with numpy.savez(path, {name}=..., ...), in SI."
             )
-    return {name: _member(file, names[0], path) for name, names in aliases.items() if names}
-
-
-def _member(file: np.lib.npyio.NpzFile, name: str, path: Path) -> np.ndarray:
-    try:
-        return file[name]
-    except (ValueError, EOFError, BadZipFile) as error:
-        raise _not_npz(path, f"array {name}: {error}") from error
+    arrays = {name: archive.array(names[0]) for name, names in aliases.items() if names}
+    for name, values in arrays.items():
+        if values.dtype.kind not in "iuf":
+            raise InputError(
+                f"{path} holds {values.dtype} as {aliases[name][0]}; real numbers are needed, "
+                f"since it is the {name} of a model. Write it with numpy.savez(path, {name}=...)."
+            )
+    check_plausible(path, **arrays)
+    return arrays

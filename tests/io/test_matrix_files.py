@@ -68,7 +68,7 @@ GAP[2, 2] = np.nan
         (SKEW, r"K.npz holds a matrix that is not symmetric; a real, finite, square"),
         (CHAIN * 1j, r"holds a 7 x 7 matrix of complex128; .*Export it without damping"),
         (CHAIN.tocsr()[:3], r"holds a 3 x 7 matrix of float64"),
-        (GAP, r"holds values that are not finite"),
+        (GAP, r"holds nan as values; finite numbers"),
         (CHAIN * 0.0, r"holds zeros only"),
     ],
 )

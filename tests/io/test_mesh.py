@@ -104,7 +104,7 @@ def test_what_is_refused(tmp_path, monkeypatch):
     with pytest.raises(FileNotFoundError, match=r"There is no file .*none.msh; a mesh is needed"):
         mesh.read(tmp_path / "none.msh")
     (tmp_path / "text.stranger").write_text("nodes")
-    with pytest.raises(ValueError, match=r"cannot be read by meshio \(Could not deduce"):
+    with pytest.raises(ValueError, match=r"cannot be read by meshio \(ReadError: Could not deduce"):
         mesh.read(tmp_path / "text.stranger")
     (tmp_path / "cut.msh").write_text(GMSH[:140])
     with pytest.raises(ValueError, match=r"cut.msh cannot be read by meshio .*Convert it"):
@@ -119,3 +119,79 @@ def test_what_meshio_prints_is_a_warning(tmp_path, capfd):
     with pytest.warns(UserWarning, match=r"meshio says: Warning: \$Elements not closed"):
         mesh.read(tmp_path / "cut.msh")
     assert not capfd.readouterr().err
+
+
+ABAQUS = """*HEADING
+part
+*NODE
+1, 0.0, 0.0, 0.0
+2, 1.0, 0.0, 0.0
+3, 1.0, 1.0, 0.0
+*ELEMENT, TYPE=S3, ELSET=skin
+1, 1, 2, 3
+*END
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("2, 1.0, 0.0", "2, nan, 0.0", "holds nan as coordinates"),
+        ("2, 1.0, 0.0", "2, 1e300, 0.0", r"holds 1e\+300 as coordinates"),
+        ("1, 1, 2, 3", "1, 1, 2, 9", "cannot be read by meshio"),
+        ("*NODE\n1, 0.0, 0.0, 0.0\n2, 1.0, 0.0, 0.0\n3, 1.0, 1.0, 0.0\n", "", "meshio"),
+    ],
+)
+def test_damaged_meshes_are_refused(tmp_path, old, new, message):
+    path = tmp_path / "part.inp"
+    path.write_text(ABAQUS)
+    assert mesh.read(path).elements["triangle"].tolist() == [[1, 2, 3]]
+    assert old in ABAQUS
+    path.write_text(ABAQUS.replace(old, new))
+    with pytest.raises(ValueError, match=message) as caught:
+        mesh.read(path)
+    assert "part.inp" in str(caught.value)
+
+
+VTK = """# vtk DataFile Version 4.2
+part
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 3 double
+0 0 0 1 0 0 1 1 0
+CELLS 1 4
+3 0 1 2
+CELL_TYPES 1
+5
+"""
+
+
+def test_elements_of_nodes_that_are_not_there_are_refused(tmp_path):
+    path = tmp_path / "part.vtk"
+    path.write_text(VTK)
+    assert mesh.read(path).elements["triangle"].tolist() == [[1, 2, 3]]
+    for number in ("7", "-1"):
+        path.write_text(VTK.replace("3 0 1 2", f"3 0 1 {number}"))
+        with pytest.raises(ValueError, match="triangle has a node that is not among its 3"):
+            mesh.read(path)
+
+
+def test_a_mesh_that_never_ends_is_given_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(mesh, "SECONDS", 4.0)
+    path = tmp_path / "part.ply"
+    path.write_text("ply\nformat ascii 1.0\nelement vertex 3\n")  # whose header has no end
+    with pytest.raises(
+        ValueError, match=r"part\.ply cannot be read by meshio \(it did not end with"
+    ):
+        mesh.read(path)
+
+
+def test_a_file_that_may_not_be_read_is_named(tmp_path, monkeypatch):
+    def forbidden(path, *mode):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    path = tmp_path / "part.inp"
+    path.write_text(ABAQUS)
+    monkeypatch.setattr(mesh.Path, "open", forbidden)
+    with pytest.raises(PermissionError, match=r"part\.inp"):
+        mesh.read(path)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -94,3 +95,35 @@ def test_a_damaged_file_is_refused(tmp_path):
         path.write_bytes(content)
         with pytest.raises(ValueError, match=r"result\.nc cannot be read as netCDF.*complete file"):
             netcdf.read(path)
+
+
+def test_a_single_changed_byte_is_told(tmp_path):
+    path = netcdf.write(tree(), tmp_path / "result.nc")
+    content = path.read_bytes()
+    for place in range(0, len(content), len(content) // 40):
+        damaged = bytearray(content)
+        damaged[place] ^= 1
+        path.write_bytes(damaged)
+        with pytest.raises(ValueError, match=r"result\.nc .*(changed since|does not end with)"):
+            netcdf.read(path)
+
+
+def test_a_changed_attribute_is_told(tmp_path):
+    path = netcdf.write(tree(), tmp_path / "result.nc")
+    with h5py.File(path, "r+") as file:
+        file.attrs["engine"] = "another"
+    with pytest.raises(ValueError, match=r"result\.nc cannot be read .*(changed|does not end)"):
+        netcdf.read(path)
+
+
+def test_hdf5_files_of_others_are_not_opened(tmp_path):
+    path = tmp_path / "result.nc"
+    tree().to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(ValueError, match=r"does not end with the checksum .*open_datatree\(path\)"):
+        netcdf.read(path)
+
+
+def test_other_readers_of_netcdf_read_our_results(tmp_path):
+    path = netcdf.write(tree(), tmp_path / "result.nc")
+    with xr.open_datatree(path, engine="h5netcdf") as other:
+        assert other["posterior"]["sensor.s1.position"][0, 0] == 1.5

@@ -58,8 +58,7 @@ class FiniteElementStructure:
     def __init__(self, case: JsonObject):
         self.fields = case.object("structure")
         self.kind = _MODEL_KINDS[self.fields.value("type", choice(*_MODEL_KINDS))]
-        rule = FieldRule("a folder, relative to that of the case,", "../models/plate", _is_text)
-        self.folder = (case.file.parent / case.value("nominal_fe_model", rule)).resolve()
+        self.folder = _model_folder(case)
         self.nodes = npz_modes.read_nodes(self.folder / "nominal.npz")
         self.pieces = self.kind.pieces(self.fields)
         self._check_structure()
@@ -136,11 +135,17 @@ class FiniteElementStructure:
         return order[np.minimum(place, len(order) - 1)]
 
     def _region_files(self) -> dict[str, Path]:
-        described = load(self.folder / "model.json").content.get("regions", [])
-        return {
-            str(name): self.folder / f"K_region_{number:02d}.npz"
-            for number, name in enumerate(described)
-        }
+        model = load(self.folder / "model.json")
+        names = model.value("regions", _REGIONS) if model.has("regions") else []
+        files = {name: self.folder / f"K_region_{n:02d}.npz" for n, name in enumerate(names)}
+        for name, file in files.items():
+            if not file.is_file():
+                raise CaseError(
+                    f'{model.file} names the region "{name}", but there is no file {file}; the '
+                    "stiffness of each region is needed, in the order of their names. Export it, "
+                    "or leave the region out."
+                )
+        return files
 
     def _members(self) -> dict[str, Any]:
         """Geometric stiffness of each member."""
@@ -186,6 +191,21 @@ class FiniteElementStructure:
                 f"but nominal.npz states {stated[mode]:.6g} Hz; both must agree, since "
                 "either could be meant. Export both from the same model."
             )
+
+
+def _model_folder(case: JsonObject) -> Path:
+    """Folder of the model, among those of the cases: a file says nothing of the other folders."""
+    cases = case.file.resolve().parents[1]
+    rule = FieldRule(
+        f"a folder in {cases}, relative to that of the case,",
+        "../models/plate",
+        lambda value: (
+            _is_text(value)
+            and "\0" not in value
+            and (case.file.resolve().parent / value).resolve().is_relative_to(cases)
+        ),
+    )
+    return (case.file.resolve().parent / case.value("nominal_fe_model", rule)).resolve()
 
 
 def _frame_members(fields: JsonObject) -> dict[str, Tolerance]:
@@ -248,6 +268,13 @@ def _is_text(value: Any) -> bool:
     return isinstance(value, str) and bool(value.strip())
 
 
+_REGIONS = FieldRule(
+    "a list of names, each once",
+    ["crossbar", "left column"],
+    lambda value: (
+        isinstance(value, list) and all(map(_is_text, value)) and len(set(value)) == len(value)
+    ),
+)
 _NAME = FieldRule("a name", "crossbar", _is_text)
 _MODEL_KINDS = {
     "space frame, Euler-Bernoulli members (axial, two bendings, torsion)": _ModelKind(

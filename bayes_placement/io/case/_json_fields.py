@@ -3,11 +3,16 @@
 import difflib
 import json
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError
+from .._gate import reading
+
+_MOST_BYTES = 16 << 20
+_DEEPEST = 30
 
 
 class CaseError(InputError):
@@ -114,8 +119,27 @@ def load(file: Path) -> JsonObject:
             f"There is no file {file}. A case is a folder with case.json and measured.uff; give "
             "that folder."
         )
+    with reading(file, "JSON", "Copy it again."):
+        content = _parsed(file)
+    if not isinstance(content, dict):
+        raise CaseError(
+            f"{file} holds {_shown(content)}; one object {{...}} with the fields of a case is "
+            'needed: {"structure": {...}, "sensors": [...], ...}.'
+        )
+    return JsonObject(content, file)
+
+
+def _parsed(file: Path) -> Any:
+    """Content of a JSON file, once it is not too large or too deep."""
+    if file.stat().st_size > _MOST_BYTES:
+        raise CaseError(
+            f"{file} has {file.stat().st_size} bytes; a case has at most {_MOST_BYTES}, since "
+            "measured values stand in universal files. Give the file of the case."
+        )
     try:
-        content = json.loads(file.read_text("utf-8-sig"), object_pairs_hook=_without_duplicates)
+        text = file.read_text("utf-8-sig")
+        _check_depth(text)
+        return json.loads(text, object_pairs_hook=_without_duplicates)
     except json.JSONDecodeError as error:
         raise CaseError(
             f"{file} is not JSON: {error.msg} in line {error.lineno}, column {error.colno}. "
@@ -123,12 +147,18 @@ def load(file: Path) -> JsonObject:
         ) from error
     except ValueError as error:  # a duplicate field, or bytes that are not UTF-8
         raise CaseError(f"{file} cannot be read: {error}. Correct it there.") from error
-    if not isinstance(content, dict):
-        raise CaseError(
-            f"{file} holds {_shown(content)}; one object {{...}} with the fields of a case is "
-            'needed: {"structure": {...}, "sensors": [...], ...}.'
-        )
-    return JsonObject(content, file)
+
+
+def _check_depth(text: str) -> None:
+    """Refuse objects in objects in objects; brackets in texts do not count."""
+    depth = 0
+    for bracket in re.findall(r"[\[\]{}]", re.sub(r'"(?:[^"\\]|\\.)*"', "", text)):
+        depth += 1 if bracket in "[{" else -1
+        if depth > _DEEPEST:
+            raise InputError(
+                f"objects and lists stand in each other more than {_DEEPEST} deep, and a case has "
+                "no such fields"
+            )
 
 
 def check_distinct(name: str, objects: list[JsonObject]) -> None:

@@ -10,6 +10,7 @@ from ...experiment.transducers import Actuator, Sensor
 from ...positions.channel import Channel, checked
 from ..model import Study
 from ._json_fields import FieldRule, JsonObject, check_distinct, choice, integer, load
+from ._known_fields import check_known
 from ._line import NominalStructure, nominal_structure, structure
 from ._measurement import RecordedTransducer, measurements, settings
 from ._transducers import angles, delay, directions_rule, gain, position, position_rule
@@ -25,8 +26,8 @@ _SENSOR_SETUPS = {
 def read(folder: str | Path) -> Study:
     """Read a case: the nominal structure, its uncertainties and the measured FRFs.
 
-    The folder holds `case.json` (SI units; fields that are not listed here are ignored) and
-    `measured.uff`, with a further `measured_level2.uff`, ... for each further force level.
+    The folder holds `case.json` (SI units) and `measured.uff`, with `measured_level2.uff` and so on
+    for each further force level.
 
     - `structure`: `type` (`axial bar`, or `Euler-Bernoulli beam, bending`), `length_m`, `area_m2`
       of a bar or `width_m` and `height_m` of a rectangular beam, `boundary_conditions`, `motion`,
@@ -66,6 +67,7 @@ def read(folder: str | Path) -> Study:
         (A ValueError.) If a field is missing or wrong, or the files contradict it.
     """
     case = load(Path(folder) / "case.json")
+    check_known(case)
     nominal = nominal_structure(case)
     sensors, actuators = (_recorded(case, side, nominal) for side in ("sensors", "actuators"))
     _check_distinct(sensors, actuators)

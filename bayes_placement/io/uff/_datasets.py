@@ -5,15 +5,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError
+from .._gate import existing
+from ._gate import HEAD_LINES, LAYOUT, faults
 
 NODES, UNITS, FUNCTION, DATA_AT_NODES = (15, 2411), 164, 58, 55
 
 _DELIMITER = re.compile(rb"^ {4}-1 *\r?$", re.MULTILINE)
 _DELIMITER_AFTER_BINARY = re.compile(rb" {4}-1 *\r?$", re.MULTILINE)
-_LINES_BEFORE_VALUES = 11
-
-# Bytes of one number and numbers of one ordinate, by the ordinate data type of dataset 58.
-_LAYOUT = {2: (4, 1), 4: (8, 1), 5: (4, 2), 6: (8, 2)}
+_NOTHING = b"\x1a \0\r\n\t"  # an end of file of old systems, and blanks
 
 _FROM_ARRAYS = {DATA_AT_NODES: "ModalModel.from_arrays"}
 
@@ -59,13 +58,17 @@ def load(path: Path, data: int = FUNCTION) -> list[Dataset]:
     """
     import pyuff
 
-    if not path.is_file():
-        raise FileNotFoundError(
-            f"There is no file {path}; a universal file (.uff, .unv) is needed. Check the folder: "
-            "Path(...).resolve()."
-        )
-    numbers = _dataset_numbers(path)
+    blocks = _blocks(existing(path, "a universal file (.uff, .unv)"))
+    wanted = {*NODES, UNITS, data}
+    places = {
+        index: f"{path}, block {index + 1} (dataset {block.number})"
+        for index, block in enumerate(blocks)
+        if block.number in wanted
+    }
+    for index, place in places.items():
+        _check_block(blocks[index], place)
     file = pyuff.UFF(str(path))
+    numbers = [block.number for block in blocks]
     if numbers != [int(number) for number in file.get_set_types()]:
         # pyuff takes any line that ends in four blanks and -1 for the end of a dataset.
         raise MeasurementFileError(
@@ -73,24 +76,22 @@ def load(path: Path, data: int = FUNCTION) -> list[Dataset]:
             "the end of a line, such as a node colour of -1, is taken for the end of a dataset. "
             "Change that field and read again."
         )
-    wanted = {*NODES, UNITS, data}
     return [
-        Dataset(place, number, _decoded(file, index, number, place))
-        for index, number in enumerate(numbers)
-        if number in wanted and (place := f"{path}, block {index + 1} (dataset {number})")
+        Dataset(place, numbers[index], _decoded(file, index, numbers[index], place))
+        for index, place in places.items()
     ]
 
 
 def _decoded(file: Any, index: int, number: int, place: str) -> dict[str, Any]:
     try:
-        fields = file.read_sets(index)
+        fields: dict[str, Any] = dict(file.read_sets(index))
     except Exception as error:  # pyuff raises bare Exception for every malformed field
         raise MeasurementFileError(
             f"{place} cannot be decoded ({error}); every field must be in the columns that the "
             "format gives it. Export the file again, or read the numbers yourself and give them "
             f"to {_FROM_ARRAYS.get(number, 'Measurement.from_arrays')}."
         ) from error
-    if fields["type"] == FUNCTION:
+    if number == FUNCTION:
         _check_length(fields, place)
     return fields
 
@@ -104,28 +105,79 @@ def _check_length(fields: dict[str, Any], place: str) -> None:
         )
 
 
-def _dataset_numbers(path: Path) -> list[int]:
-    """Numbers of all datasets by their delimiters; refuses a truncated file before decoding."""
+class _Block(NamedTuple):
+    """A dataset as bytes: its number, the line with it, and the lines after that as text."""
+
+    number: int
+    identity: bytes
+    lines: list[str]
+
+    @property
+    def binary(self) -> bool:
+        """Whether its values are binary; its lines are then those before the values."""
+        return self.identity[6:7].lower() == b"b"
+
+
+def _blocks(path: Path) -> list[_Block]:
+    """All datasets by their delimiters; refuses a truncated file before decoding."""
     data = path.read_bytes()
-    numbers: list[int] = []
-    opening = _DELIMITER.search(data)
-    while opening:
-        place = f"{path}, block {len(numbers) + 1}"
+    blocks: list[_Block] = []
+    end = 0
+    while opening := _DELIMITER.search(data, end):
+        _check_nothing_between(data[end : opening.start()], path, len(blocks))
+        place = f"{path}, block {len(blocks) + 1}"
         identity, start = _line(data, opening.end() + 1)
-        numbers.append(_number(identity, place))
-        binary = identity[6:7].lower() == b"b"
-        end = _end_of_binary(data, start, place) if binary else start
-        closing = (_DELIMITER_AFTER_BINARY if binary else _DELIMITER).search(data, end)
+        number, binary = _number(identity, place), identity[6:7].lower() == b"b"
+        values_end = _end_of_binary(data, start, place) if binary else start
+        closing = (_DELIMITER_AFTER_BINARY if binary else _DELIMITER).search(data, values_end)
         if closing is None:
             raise _truncated(place)
-        opening = _DELIMITER.search(data, closing.end())
-    if not numbers:
+        lines = _text_lines(data[start : closing.start()], HEAD_LINES if binary else None)
+        blocks.append(_Block(number, identity, lines))
+        end = closing.end()
+    if not blocks:
         raise MeasurementFileError(
             f"{path} is not a universal file: its {len(data)} bytes hold no line with -1 in "
             "columns 5 and 6, which must open and close every dataset. Give the file that "
             "was exported as UFF (universal file format, dataset 55 for modes, 58 for FRFs)."
         )
-    return numbers
+    _check_nothing_between(data[end:], path, len(blocks))
+    return blocks
+
+
+def _text_lines(content: bytes, most: int | None) -> list[str]:
+    pieces = content.split(b"\n", -1 if most is None else most)
+    lines = pieces[:-1] if most is None else pieces[:most]
+    return [line.rstrip(b"\r").decode("latin-1") for line in lines]
+
+
+def _check_nothing_between(content: bytes, path: Path, blocks: int) -> None:
+    stray = content.strip(_NOTHING)
+    if stray:
+        raise MeasurementFileError(
+            f"{path} holds {stray[:40]!r} outside of its datasets, after {blocks} of them; nothing "
+            "may stand there, since a delimiter (-1 in columns 5 and 6) is missing and a dataset "
+            "would be skipped. Export the file again."
+        )
+
+
+def _check_block(block: _Block, place: str) -> None:
+    """Refuse a dataset with a field that is not in its columns, or in binary of another kind."""
+    if block.binary:
+        order, form = block.identity[7:13].strip(), block.identity[13:19].strip()
+        if order not in (b"1", b"2") or form != b"2":
+            raise MeasurementFileError(
+                f"{place} has the byte order {order!r} and the floating point format {form!r}; 1 "
+                "or 2, and 2 (IEEE 754) are needed, since they say how to read the values. Export "
+                "it again, or as text."
+            )
+    for fault in faults(block.number, block.lines, binary=block.binary):
+        raise MeasurementFileError(
+            f"{place} cannot be decoded: in line {fault.line} after the one with its number, "
+            f"{fault.what}; every field must be in the columns that the format gives it, since a "
+            "shifted one is another number. Export the file again, or give the arrays to "
+            f"{_FROM_ARRAYS.get(block.number, 'Measurement.from_arrays')}."
+        )
 
 
 def _line(data: bytes, start: int) -> tuple[bytes, int]:
@@ -136,15 +188,15 @@ def _line(data: bytes, start: int) -> tuple[bytes, int]:
 
 
 def _number(identity: bytes, place: str) -> int:
-    try:
-        return int(identity[:6])
-    except ValueError as error:
-        if not identity.strip():
-            raise _truncated(place) from error
-        raise MeasurementFileError(
-            f"{place} opens with {identity[:20]!r}; the number of its dataset is needed in the "
-            "first six columns, since it says how to read the rest. Export the file again."
-        ) from error
+    digits, rest = identity[:6].strip(), identity[6:].strip()
+    if digits.isdigit() and (not rest or rest[:1].lower() == b"b"):
+        return int(digits)
+    if not identity.strip():
+        raise _truncated(place)
+    raise MeasurementFileError(
+        f"{place} opens with {identity[:20]!r}; the number of its dataset is needed in the "
+        "first six columns, since it says how to read the rest. Export the file again."
+    )
 
 
 def _end_of_binary(data: bytes, start: int, place: str) -> int:
@@ -154,13 +206,13 @@ def _end_of_binary(data: bytes, start: int, place: str) -> int:
     count of real numbers of one part there.
     """
     records = []
-    for _ in range(_LINES_BEFORE_VALUES):
+    for _ in range(HEAD_LINES):
         record, start = _line(data, start)
         records.append(record)
     data_form = records[6]
     try:
         data_type, count, even = (int(data_form[column : column + 10]) for column in (0, 10, 20))
-        size, parts = _LAYOUT[data_type]
+        size, parts = LAYOUT[data_type]
     except (KeyError, ValueError) as error:
         if start > len(data):
             raise _truncated(place) from error
@@ -169,7 +221,10 @@ def _end_of_binary(data: bytes, start: int, place: str) -> int:
             "and a spacing are needed there, since they say how to read the values. Export it "
             "again."
         ) from error
-    return start + count * size * (parts + (even == 0))
+    end = start + count * size * (parts + (even == 0))
+    if count < 1 or end > len(data):
+        raise _truncated(place)
+    return end
 
 
 def _truncated(place: str) -> MeasurementFileError:

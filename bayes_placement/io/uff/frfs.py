@@ -1,7 +1,7 @@
 """FRFs of a universal file (datasets 15, 58, 58b, 164, 2411) as a measurement in SI."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -9,11 +9,13 @@ import numpy as np
 
 from ...experiment.measurement import Channel, Measurement, Position
 from ...experiment.quantities import converted
+from .._gate import check_plausible, reading
 from ._datasets import FUNCTION, Dataset, MeasurementFileError, load
 from ._nodes import node_positions
 from ._units import FileUnits, check_abscissa, file_units, quantity_of, scale
 
 _FRF, _COHERENCE = 4, 6
+_DECADES = 1e40
 _Node = tuple[int, int]  # number and direction
 
 
@@ -71,12 +73,27 @@ def read(
     MeasurementFileError
         (A ValueError.) If the file is malformed, or holds no single, unambiguous measurement.
     """
-    datasets = load(Path(path))
-    units = file_units(datasets)
-    frfs = _frfs(datasets, units, Path(path))
-    transducers = _names(frfs, names or {})
-    positions = _positions(datasets, units, transducers, require_positions)
-    return _assembled(datasets, frfs, transducers, positions, averages, quantity)
+    with reading(Path(path), "a universal file", "Export it again."):
+        datasets = load(Path(path))
+        units = file_units(datasets)
+        frfs = _frfs(datasets, units, Path(path))
+        transducers = _names(frfs, names or {})
+        positions = _positions(datasets, units, transducers, require_positions)
+        measurement = _assembled(datasets, frfs, transducers, positions, averages, quantity)
+        _check_values(Path(path), measurement)
+        return measurement
+
+
+def _check_values(path: Path, measurement: Measurement) -> None:
+    """Refuse values that no structure and no instrument can have."""
+    measured = measurement.frf[measurement.measured]
+    check_plausible(path, frf=measured, coordinates=list(measurement.positions.values()))
+    sizes = np.abs(measured[measured != 0])
+    if sizes.size and sizes.min() < sizes.max() / _DECADES:
+        raise MeasurementFileError(
+            f"{path} holds FRFs from {sizes.min():.3g} to {sizes.max():.3g}; less than 40 decades "
+            "are needed, since no instrument has more: an exponent is damaged. Export it again."
+        )
 
 
 def _assembled(
@@ -161,9 +178,38 @@ def _note(dataset: Dataset, line: str) -> dict[str, Any]:
     text = dataset.fields[line].strip()
     try:
         note = json.loads(text) if text.startswith("{") else {}
-    except json.JSONDecodeError:
+    except (json.JSONDecodeError, RecursionError):
         return {}  # other programs write any text there
+    _check_note(dataset, line, note)
     return note
+
+
+def _check_note(dataset: Dataset, line: str, note: dict[str, Any]) -> None:
+    """Refuse a note that `write` does not make: a changed one names the wrong channels."""
+    for name, value in note.items():
+        if name in _NOTES and not _NOTES[name](value):
+            raise MeasurementFileError(
+                f"{dataset.place} records {name}={value!r} in {line.upper()}; the note that "
+                "io.uff.write makes has two names, a whole number of averages and a force above 0, "
+                "since it says what the format has no field for. Correct it or clear that line."
+            )
+
+
+def _are_names(value: Any) -> bool:
+    is_pair = isinstance(value, list) and len(value) == 2
+    return is_pair and all(isinstance(name, str) and name.strip() for name in value)
+
+
+def _is_force(value: Any) -> bool:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return value is None or (is_number and 0 < value < np.inf)
+
+
+_NOTES: dict[str, Callable[[Any], bool]] = {
+    "names": _are_names,
+    "averages": lambda value: value is None or (type(value) is int and value >= 1),
+    "force_level": _is_force,
+}
 
 
 def _noted(frfs: list[_Function], key: str) -> Any:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...modes.finite_elements.modal_model import ModalModel
+from .._gate import check_plausible, reading
 from ._datasets import DATA_AT_NODES, Dataset, MeasurementFileError, load
 from ._nodes import node_positions
 from ._units import FileUnits, file_units
@@ -73,8 +74,13 @@ def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None)
     ValueError
         If modal masses are missing, or the arrays do not make a modal model.
     """
-    datasets = load(Path(path), DATA_AT_NODES)
-    modes = sorted(_normal_modes(datasets, Path(path)), key=lambda mode: mode.frequency)
+    with reading(Path(path), "normal modes of a universal file", "Export it again."):
+        return _model(Path(path), modal_mass)
+
+
+def _model(path: Path, modal_mass: ArrayLike | float | int | None) -> ModalModel:
+    datasets = load(path, DATA_AT_NODES)
+    modes = sorted(_normal_modes(datasets, path), key=lambda mode: mode.frequency)
     _check_one_set(modes)
     units = file_units(datasets)
     node = np.unique(np.concatenate([mode.node for mode in modes]))
@@ -89,6 +95,7 @@ def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None)
         length_unit=units.length,
         mass_unit=units.force / units.length,
     )
+    check_plausible(path, coordinates=model.position, shapes=model.shape)
     return model.without_unused_directions()
 
 

@@ -341,10 +341,33 @@ def test_a_file_that_knows_less_is_enough(tmp_path):
     assert [channel.label for channel in study.measurement.sensors] == ["s1+x", "s2-x"]
 
 
-def test_fields_that_are_not_known_are_ignored(tmp_path):
+def test_hints_and_notes_may_say_anything(tmp_path):
     content = changed("hints", {"n_modes_recommended": 200})
-    content["sensors"][0]["serial_number"] = 17
+    content["sensors"][0]["note"] = "serial number 17"
     assert case.read(written(tmp_path, content)).experiment.sensor["s1"].name == "s1"
+
+
+@pytest.mark.parametrize(
+    ("path", "nearest"),
+    [
+        ("nominal_fe_modell", "nominal_fe_model"),
+        ("structure.lenght_m", "length_m"),
+        ("structure.damping.ratoi", "ratio"),
+        ("measurement.force_level_N", "force_levels_N"),
+        ("measurement.noise_levels", "noise_level"),
+    ],
+)
+def test_fields_that_are_not_known_are_refused_with_the_nearest_known_one(tmp_path, path, nearest):
+    message = rf'case\.json: the field {path} is not known; the nearest known one is "{nearest}"'
+    with pytest.raises(case.CaseError, match=message):
+        case.read(written(tmp_path, changed(path, None)))
+
+
+def test_fields_of_listed_objects_must_be_known(tmp_path):
+    content = changed("hints", {})
+    content["sensors"][0]["tolerance"] = [0.01, 0.0, 0.0]
+    with pytest.raises(case.CaseError, match=r'sensors\[0\]\.tolerance of "s1" is not known.*_m"'):
+        case.read(written(tmp_path, content))
 
 
 NUMBER_M = r"a positive number \[m\] is needed"
@@ -449,7 +472,7 @@ def test_a_missing_field_is_named_with_its_file_and_what_is_needed(tmp_path, pat
 def test_a_misspelt_field_is_recognised(tmp_path):
     content = changed("structure.length_m", MISSING)
     content["structure"]["lenght_m"] = 1.0
-    with pytest.raises(case.CaseError, match=r'no field structure\.length_m;.*Is "lenght_m" it, m'):
+    with pytest.raises(case.CaseError, match=r'structure\.lenght_m is not known; .* "length_m"'):
         case.read(written(tmp_path, content))
 
 

@@ -420,7 +420,7 @@ def test_every_truncation_is_refused(tmp_path, binary):
 
 def test_missing_values_are_counted(tmp_path):
     path = hand_typed(tmp_path, ("  7.00000e+00  8.00000e+00\n", ""))
-    with pytest.raises(uff.MeasurementFileError, match="announces 4 values and holds 3"):
+    with pytest.raises(uff.MeasurementFileError, match="8 numbers are announced and 6 are there"):
         uff.read(path)
 
 

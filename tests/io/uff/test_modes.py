@@ -207,7 +207,7 @@ def test_what_is_refused(tmp_path, sets, message):
         ([("         2         3\n", "         2         2\n")], r"with 2 values of each node"),
         (
             [("2         8         2         3\n", "3         8         2         6\n")],
-            r"holds 6 v",
+            r"6 numbers of a node are announced",
         ),
         ([("  1.25000e+01", "  1.25000D+01")], r"cannot be decoded .*ModalModel.from_arrays"),
         ([(" -8.00000e-01\n    -1\n", " -8.00000e-01\n")], r"the file ends inside this dataset"),

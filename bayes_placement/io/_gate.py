@@ -1,0 +1,102 @@
+"""What every reader does first: look at the file, and turn errors of libraries into ours."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._types import InputError, MissingExtraError
+
+LARGEST = 1e30
+"""Greatest number that is read: no quantity in SI is as large, and its square must be finite."""
+
+MOST_BYTES = 8 << 30
+"""Largest file that is read into memory [bytes]."""
+
+
+@contextmanager
+def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
+    """Turn what goes wrong while a file is read into an error that names the file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    contents
+        What it is read as, such as `a universal file`.
+    remedy
+        What to do, a sentence.
+
+    Raises
+    ------
+    InputError
+        In the place of any error of a library. Errors of this package keep their type.
+    """
+    try:
+        yield
+    except MissingExtraError:
+        raise
+    except InputError as error:
+        if path.name in str(error):
+            raise
+        raise type(error)(f"{path}: {error}") from error
+    except OSError as error:
+        if error.filename is not None or isinstance(error, FileNotFoundError):
+            raise
+        raise _unreadable(path, contents, remedy, error) from error
+    except Exception as error:  # libraries raise any exception for a damaged file
+        raise _unreadable(path, contents, remedy, error) from error
+
+
+def existing(path: Path, contents: str) -> Path:
+    """Return the path of a file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it is larger than what is read into memory.
+    """
+    if not path.is_file():
+        raise FileNotFoundError(
+            f"There is no file {path}; {contents} is needed. Check the folder: Path(...).resolve()."
+        )
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise InputError(
+            f"{path} has {size} bytes; at most {MOST_BYTES} are read, since the file is held in "
+            "memory. Export fewer lines, modes or channels."
+        )
+    return path
+
+
+def check_plausible(path: Path, **arrays: Any) -> None:
+    """Refuse numbers that are not finite, or larger than any quantity in SI.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for name, values in arrays.items():
+        array = np.asarray(values)
+        if array.dtype.kind not in "fc" or not array.size:
+            continue
+        wrong = ~(np.abs(array) <= LARGEST)
+        if wrong.any():
+            raise InputError(
+                f"{path} holds {array[wrong].flat[0]:g} as {name}; finite numbers up to "
+                f"{LARGEST:g} are needed, since no quantity in SI is larger. The file is damaged "
+                "or in another unit: export it again."
+            )
+
+
+def _unreadable(path: Path, contents: str, remedy: str, error: Exception) -> InputError:
+    reason = " ".join(str(error).split())[:300] or "no reason is given"
+    return InputError(
+        f"{path} cannot be read as {contents} ({type(error).__name__}: {reason}); a complete file "
+        f"is needed. {remedy}"
+    )

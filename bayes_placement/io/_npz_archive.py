@@ -1,0 +1,125 @@
+"""Arrays of an .npz file, none of which is believed before its bytes are counted; no pickles."""
+
+import zipfile
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.lib import format as npy
+
+from .._types import InputError
+from ._gate import existing
+
+_PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_ENCRYPTED, _PATCHED, _STRONG = 0x1, 0x20, 0x40
+_GREATEST_RATIO = 1100  # deflate packs 1032 bytes into one at most
+_KINDS = "biufcSU"  # numbers and texts; objects are pickles
+
+
+class NpzArchive:
+    """An .npz file: named arrays, read one at a time.
+
+    Parameters
+    ----------
+    path
+        The file.
+    contents
+        What it should hold, for the errors.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it is no archive of arrays, or one of its members is packed in another way than NumPy
+        packs, is encrypted, stands twice or announces more bytes than it can hold.
+    """
+
+    def __init__(self, path: Path, contents: str):
+        self.path, self.contents = existing(path, f"a .npz file of {contents}"), contents
+        with path.open("rb") as handle:
+            self._members = {_array_name(member): member for member in self._directory(handle)}
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the arrays."""
+        return list(self._members)
+
+    def array(self, name: str) -> np.ndarray:
+        """Read an array.
+
+        Raises
+        ------
+        InputError
+            If it is no array of numbers or text, or has other bytes than it announces.
+        """
+        try:
+            with zipfile.ZipFile(self.path) as archive, archive.open(self._members[name]) as stream:
+                return _array(stream, self._members[name].file_size)
+        except Exception as error:  # damaged archives raise any exception
+            raise self._refused(f"array {name}: {error}") from error
+
+    def _directory(self, handle: BinaryIO) -> list[zipfile.ZipInfo]:
+        if handle.read(6) == npy.MAGIC_PREFIX:
+            raise self._refused("it is a single array")
+        try:
+            with zipfile.ZipFile(handle) as archive:
+                members = archive.infolist()
+        except Exception as error:  # damaged archives raise any exception
+            raise self._refused(str(error)) from error
+        for member in members:
+            reason = _fault(member)
+            if reason:
+                raise self._refused(f"its member {member.filename!r} {reason}")
+        names = [member.filename for member in members]
+        if len(set(names)) < len(names):
+            raise self._refused("one of its members stands twice, and either could be meant")
+        return members
+
+    def _refused(self, reason: str) -> InputError:
+        return InputError(
+            f"{self.path} cannot be read as .npz ({reason}); named arrays are needed, for "
+            f"{self.contents}. Write them again with numpy.savez, or copy the file once more."
+        )
+
+
+def _array_name(member: zipfile.ZipInfo) -> str:
+    return member.filename.removesuffix(".npy")
+
+
+def _fault(member: zipfile.ZipInfo) -> str:
+    """Why a member is not read; empty where it is."""
+    if not member.filename.endswith(".npy") or set("/\\") & set(member.filename):
+        return "is no array (.npy)"
+    if member.compress_type not in _PACKINGS:
+        return "is packed in a way that numpy does not use"
+    if member.flag_bits & (_ENCRYPTED | _PATCHED | _STRONG):
+        return "is encrypted or patched"
+    if member.file_size > _GREATEST_RATIO * (member.compress_size + 1):
+        return f"announces {member.file_size} bytes in {member.compress_size} packed ones"
+    return ""
+
+
+def _array(stream: Any, size: int) -> np.ndarray:
+    """Read an array, once its header and its bytes agree."""
+    version = npy.read_magic(stream)
+    read_header = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+    if version not in read_header:
+        raise ValueError(f"version {version} of its header is not known")
+    shape, fortran, kind = read_header[version](stream)
+    if kind.kind not in _KINDS:
+        what = "pickled objects" if kind.kind == "O" else str(kind)
+        raise ValueError(f"it holds {what}, which are neither numbers nor text")
+    if any(type(length) is not int or length < 0 for length in shape):
+        raise ValueError(f"its shape is {shape}")
+    count = 1
+    for length in shape:
+        count *= length
+    announced = count * kind.itemsize
+    if announced > size:
+        raise ValueError(f"it announces {announced} bytes and holds less than {size}")
+    content = stream.read(announced + 1)  # to the end, where the checksum is compared
+    if len(content) != announced:
+        raise ValueError(f"it announces {announced} bytes and holds {len(content)} or more")
+    flat = np.frombuffer(content, dtype=kind, count=count)
+    return flat.reshape(shape, order="F" if fortran else "C").copy(order="K")

@@ -1,0 +1,245 @@
+"""The letter of a universal file: every field of the datasets that are read, by its columns."""
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from itertools import accumulate, pairwise
+from typing import NamedTuple
+
+INTEGER = re.compile(r"\s*[+-]?\d+\s*|\s*")
+"""A whole number in its columns, or blanks, which stand for zero."""
+
+NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?\s*")
+"""A real number in its columns."""
+
+_WHOLE = re.compile(r"[+-]?\d+")
+_LONGEST_WHOLE = 18  # digits, which an integer of 64 bits has
+
+HEAD_LINES = 11
+REAL = 2
+_VALUES_OF_A_NODE = (3, 6)
+_FUNCTION_FIELDS = {
+    "function type": (0, 5),
+    "function number": (5, 15),
+    "version": (15, 20),
+    "load case": (20, 30),
+    "response node": (41, 51),
+    "response direction": (51, 55),
+    "reference node": (66, 76),
+    "reference direction": (76, 80),
+}
+_STATED_FIELDS = (
+    "function type",
+    "response node",
+    "response direction",
+    "reference node",
+    "reference direction",
+)
+_BLANK_COLUMNS = (30, 55)
+_FORM_FIELDS = {"ordinate type": (0, 10), "count": (10, 20), "spacing": (20, 30)}
+_FORM_NUMBERS = {"first abscissa": (30, 43), "abscissa step": (43, 56)}
+_AXES = {7: "abscissa", 8: "ordinate", 9: "ordinate denominator"}
+_AXIS_WIDTHS = (10, 5, 5, 5)
+
+LAYOUT = {2: (4, 1), 4: (8, 1), 5: (4, 2), 6: (8, 2)}
+"""Bytes of a number and numbers of an ordinate, by the ordinate data type of dataset 58."""
+
+
+class Fault(NamedTuple):
+    """What is against the format: the line of the dataset, from 1, and a sentence without end."""
+
+    line: int
+    what: str
+
+
+def faults(number: int, lines: Sequence[str], *, binary: bool = False) -> Iterator[Fault]:
+    """Faults of one dataset.
+
+    Parameters
+    ----------
+    number
+        Its number, such as 58.
+    lines
+        Its lines without the one with the number; of a binary one the first eleven.
+    binary
+        Whether the values are binary.
+    """
+    if number == 58 and binary:
+        return _function_head(lines)
+    return _CHECKS[number](lines)
+
+
+def _fields(line: str, widths: Sequence[int]) -> list[str]:
+    edges = [0, *accumulate(widths)]
+    return [line[low:high] for low, high in pairwise(edges)]
+
+
+def _function_head(lines: Sequence[str]) -> Iterator[Fault]:
+    """Faults of the eleven lines before the values of dataset 58."""
+    if len(lines) < HEAD_LINES:
+        yield Fault(len(lines), "its head has less than eleven lines")
+        return
+    yield from _wrong_fields(lines, 5, _FUNCTION_FIELDS, INTEGER, "whole number")
+    yield from _blank_fields(lines[5].ljust(80))
+    yield from _wrong_fields(lines, 6, _FORM_FIELDS, INTEGER, "whole number")
+    yield from _wrong_fields(lines, 6, _FORM_NUMBERS, NUMBER, "number")
+    for number, name in _AXES.items():
+        columns = _fields(lines[number].ljust(80), _AXIS_WIDTHS)
+        wrong = [text for text in columns if not INTEGER.fullmatch(text)]
+        if wrong:
+            yield Fault(number + 1, f"a type or unit exponent of the {name} is {wrong[0]!r}")
+
+
+def _blank_fields(line: str) -> Iterator[Fault]:
+    """Faults of record 6 that a shift by a column makes: its numbers then end in the gaps."""
+    for name in _STATED_FIELDS:
+        low, high = _FUNCTION_FIELDS[name]
+        if not line[low:high].strip():
+            yield Fault(6, f"the {name} (columns {low + 1} to {high}) is blank")
+        elif line[high - 1].isspace():
+            yield Fault(6, f"the {name} (columns {low + 1} to {high}) ends before its columns do")
+    if line[80:].strip():
+        yield Fault(6, f"{line[80:].strip()!r} stands behind its last field")
+    for column in _BLANK_COLUMNS:
+        if line[column].strip():
+            yield Fault(6, f"column {column + 1} between two fields holds {line[column]!r}")
+
+
+def _wrong_fields(
+    lines: Sequence[str],
+    number: int,
+    fields: dict[str, tuple[int, int]],
+    rule: re.Pattern[str],
+    noun: str,
+) -> Iterator[Fault]:
+    line = lines[number].ljust(80)
+    for name, (low, high) in fields.items():
+        if not rule.fullmatch(line[low:high]):
+            what = f"the {name} (columns {low + 1} to {high}) is {line[low:high]!r}, no {noun}"
+            yield Fault(number + 1, what)
+
+
+def _function(lines: Sequence[str]) -> Iterator[Fault]:
+    """Faults of dataset 58 with values as text."""
+    head = list(_function_head(lines))
+    yield from head
+    if head:
+        return
+    kind, count, even = (int(text or 0) for text in _form(lines[6]))
+    if kind not in LAYOUT or even not in (0, 1) or count < 1:
+        yield Fault(7, f"type {kind}, count {count} and spacing {even} are not those of values")
+        return
+    found = 0
+    widths = _value_widths(kind, even)
+    for number, line in enumerate(lines[HEAD_LINES:], start=HEAD_LINES + 1):
+        values = [text for text in _fields(line, widths) if text.strip()]
+        wrong = [text for text in values if not NUMBER.fullmatch(text)]
+        rest = line[sum(widths) :].strip()
+        if wrong or rest or _is_cut(line, widths):
+            what = (
+                f"{wrong[0]!r} is no number in its columns"
+                if wrong
+                else f"{rest!r} stands behind them"
+            )
+            yield Fault(number, what if wrong or rest else "its last number is cut off")
+            return
+        found += len(values)
+    announced = count * (LAYOUT[kind][1] + (even == 0))
+    if found != announced:
+        yield Fault(7, f"{announced} numbers are announced and {found} are there")
+
+
+def _is_cut(line: str, widths: Sequence[int]) -> bool:
+    """Whether a line ends inside the columns of a number."""
+    return len(line.rstrip()) not in (0, *accumulate(widths))
+
+
+def _form(line: str) -> list[str]:
+    return [text.strip() for text in _fields(line.ljust(80), (10, 10, 10))]
+
+
+def _value_widths(kind: int, even: int) -> tuple[int, ...]:
+    """Columns of the numbers of a line, by ordinate type and spacing."""
+    if kind in (2, 5):
+        return (13,) * 6
+    if even:
+        return (20,) * 4
+    return (13, 20, 20) if kind == 6 else (13, 20, 13, 20)
+
+
+def _nodes_15(lines: Sequence[str]) -> Iterator[Fault]:
+    for number, line in enumerate(lines, start=1):
+        words = line.split()
+        if words:
+            yield from _counted(number, words, 4, 3)
+
+
+def _nodes_2411(lines: Sequence[str]) -> Iterator[Fault]:
+    stated = [(number, line.split()) for number, line in enumerate(lines, 1) if line.strip()]
+    if len(stated) % 2:
+        yield Fault(stated[-1][0], "a node has no line of coordinates")
+    for index, (number, words) in enumerate(stated):
+        yield from _counted(number, words, *((4, 0) if index % 2 == 0 else (0, 3)))
+
+
+def _units_164(lines: Sequence[str]) -> Iterator[Fault]:
+    if not lines or not INTEGER.fullmatch(lines[0][:10]):
+        yield Fault(1, "the code of the units is no whole number")
+    words = " ".join(lines[1:]).split()
+    yield from _counted(2, words, 0, 4)
+
+
+def _counted(number: int, words: Sequence[str], whole: int, real: int) -> Iterator[Fault]:
+    """Fault of a line in free columns: so many whole numbers, then so many real ones."""
+    if len(words) != whole + real:
+        yield Fault(number, f"{whole + real} numbers are needed and {len(words)} are there")
+        return
+    for place, word in enumerate(words):
+        is_whole = place < whole
+        right = _WHOLE.fullmatch(word) if is_whole else NUMBER.fullmatch(word)
+        if not right or (is_whole and len(word) > _LONGEST_WHOLE):
+            yield Fault(number, f"{word!r} is no {'whole ' if is_whole else ''}number")
+            return
+
+
+def _mode(lines: Sequence[str]) -> Iterator[Fault]:
+    """Faults of dataset 55; only those of its kinds where it holds no mode."""
+    if len(lines) < 8:
+        yield Fault(len(lines), "its head has less than eight lines")
+        return
+    kinds = _fields(lines[5].ljust(80), (10,) * 6)
+    if not all(map(INTEGER.fullmatch, kinds)):
+        yield Fault(6, "a kind of its data is no whole number")
+        return
+    if kinds[1].strip() != "2":
+        return
+    whole, real = _fields(lines[6].ljust(80), (10,) * 4), _fields(lines[7].ljust(80), (13,) * 3)
+    if not all(map(INTEGER.fullmatch, whole)):
+        yield Fault(7, "the load case or the number of the mode is no whole number")
+    if not all(map(NUMBER.fullmatch, real)):
+        yield Fault(8, "the frequency, modal mass or damping is no number")
+    data_type, each = (int(text.strip() or 0) for text in kinds[4:])
+    if data_type == REAL and each in _VALUES_OF_A_NODE:  # others are refused by their kind
+        yield from _records(lines[8:], each)
+
+
+def _records(lines: Sequence[str], each: int) -> Iterator[Fault]:
+    """Faults of the records of the nodes: a line with the number, and one with its values."""
+    for index in range(0, len(lines), 2):
+        node = lines[index]
+        if not node.strip() or not INTEGER.fullmatch(node):
+            yield Fault(index + 9, f"{node.strip()!r} is no number of a node")
+            return
+        values = lines[index + 1] if index + 1 < len(lines) else ""
+        words = [text for text in _fields(values, (13,) * 6) if text.strip()]
+        if len(words) != each or values[78:].strip() or not all(map(NUMBER.fullmatch, words)):
+            yield Fault(index + 10, f"{each} numbers of a node are announced, not {values!r}")
+            return
+
+
+_CHECKS: dict[int, Callable[[Sequence[str]], Iterator[Fault]]] = {
+    15: _nodes_15,
+    2411: _nodes_2411,
+    164: _units_164,
+    58: _function,
+    55: _mode,
+}

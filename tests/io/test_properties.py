@@ -1,0 +1,440 @@
+"""Properties of every reader: what is written comes back, and a damaged file is told.
+
+A damaged file is refused by a ValueError or an OSError of ours that names it, or what is read of it
+is what it could be: the same numbers where a checksum protects them, finite ones of the same
+layout where the format has none, since a changed digit is another number.
+"""
+
+import dataclasses
+import gzip
+import json
+import math
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse
+import xarray as xr
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import bayes_placement as bp
+from bayes_placement._types import InputError
+from bayes_placement.io import case, matrix_files, mesh, netcdf, npz_modes, uff
+
+QUIET = {
+    "deadline": None,
+    "database": None,
+    "derandomize": True,
+    "suppress_health_check": list(HealthCheck),
+}
+SHORT, LONG = 60, 3000
+
+# beartype looks at random entries of lists, which Hypothesis takes for a mistake
+pytestmark = pytest.mark.filterwarnings("ignore:Do not use the `random` module inside strategies")
+
+
+# ------------------------------------------------------------------------------------ round trips
+
+FINITE = st.floats(-1e6, 1e6, allow_nan=False).filter(lambda x: x == 0 or abs(x) > 1e-6)
+NAMES = st.text(st.characters(codec="ascii", categories=("L", "N")), min_size=1, max_size=6)
+
+
+@st.composite
+def measurements(draw):
+    rows, columns, lines = (draw(st.integers(1, n)) for n in (2, 2, 4))
+    names = draw(st.lists(NAMES, min_size=rows + columns, max_size=rows + columns, unique=True))
+    directions = st.sampled_from([-3, -2, -1, 1, 2, 3])
+    channels = [bp.Channel(name, draw(directions)) for name in names]
+    count = rows * columns * lines
+    real, imaginary = (draw(st.lists(FINITE, min_size=count, max_size=count)) for _ in "ab")
+    frf = (np.array(real) + 1j * np.array(imaginary) + 1.0).reshape(rows, columns, lines)
+    first, step = draw(st.floats(0.5, 50)), draw(st.floats(0.1, 10))
+    return bp.Measurement.from_arrays(
+        frf,
+        np.round(first + step * np.arange(lines), 3),
+        sensors=channels[:rows],
+        actuators=channels[rows:],
+        quantity=draw(st.sampled_from(["receptance", "mobility", "accelerance"])),
+        averages=draw(st.none() | st.integers(1, 999)),
+        force_level=draw(st.none() | st.floats(0.01, 100)),
+    )
+
+
+def check_measurement_comes_back(folder, measurement, binary):
+    uff.write(folder / "measured.uff", measurement, binary=binary)
+    back = uff.read(folder / "measured.uff", require_positions=False)
+    np.testing.assert_allclose(back.frf, measurement.frf, rtol=1e-11)
+    np.testing.assert_allclose(back.frequency, measurement.frequency, rtol=1e-9)
+    assert (back.sensors, back.actuators) == (measurement.sensors, measurement.actuators)
+    assert (back.averages, back.force_level) == (measurement.averages, measurement.force_level)
+
+
+@settings(max_examples=30, **QUIET)
+@given(measurement=measurements(), binary=st.booleans())
+def test_measurements_come_back_from_universal_files(tmp_path_factory, measurement, binary):
+    check_measurement_comes_back(tmp_path_factory.mktemp("uff"), measurement, binary)
+
+
+@pytest.mark.long
+@settings(max_examples=1000, **QUIET)
+@given(measurement=measurements(), binary=st.booleans())
+def test_many_measurements_come_back_from_universal_files(tmp_path_factory, measurement, binary):
+    check_measurement_comes_back(tmp_path_factory.mktemp("uff"), measurement, binary)
+
+
+@st.composite
+def symmetric_matrices(draw):
+    size = draw(st.integers(1, 5))
+    values = draw(st.lists(FINITE, min_size=size * size, max_size=size * size))
+    lower = np.tril(np.reshape(values, (size, size)), -1)
+    diagonal = np.abs(np.diag(np.reshape(values, (size, size)))) + 1.0
+    return lower + lower.T + np.diag(diagonal)
+
+
+@settings(max_examples=60, **QUIET)
+@given(
+    matrix=symmetric_matrices(),
+    form=st.sampled_from(["csr", "csc", "coo", "bsr", "dia", "mtx", "mtx.gz"]),
+)
+def test_matrices_come_back_from_any_file(tmp_path_factory, matrix, form):
+    folder = tmp_path_factory.mktemp("matrix")
+    if form.startswith("mtx"):
+        path = folder / f"K.{form}"
+        scipy.io.mmwrite(folder / "K.mtx", scipy.sparse.coo_array(matrix), precision=17)
+        if form.endswith("gz"):
+            path.write_bytes(gzip.compress((folder / "K.mtx").read_bytes()))
+    else:
+        path = folder / "K.npz"
+        scipy.sparse.save_npz(path, scipy.sparse.coo_array(matrix).asformat(form))
+    read = matrix_files.read(path, path)
+    np.testing.assert_allclose(read.stiffness.toarray(), matrix, rtol=1e-15)
+
+
+# ------------------------------------------------------------------------------------ damaged files
+
+
+@dataclasses.dataclass(repr=False)
+class Reader:
+    """A reader with a valid file.
+
+    Parameters
+    ----------
+    name
+        Name of the damaged file.
+    content
+        Its valid content.
+    read
+        Reads the file in a folder.
+    summary
+        Arrays of what is read.
+    exact
+        Whether a damaged file is refused or reads the same, to the last digit.
+    """
+
+    name: str
+    content: bytes
+    read: Callable[[Path], Any]
+    summary: Callable[[Any], dict[str, np.ndarray]]
+    exact: bool = False
+
+
+def measurement():
+    random = np.random.default_rng(7)
+    frf = random.standard_normal((2, 1, 6)) + 1j * random.standard_normal((2, 1, 6))
+    return bp.Measurement.from_arrays(
+        frf,
+        np.arange(5.0, 11.0),
+        sensors=["s1+x", "s2-y"],
+        actuators=["a1+x"],
+        quantity="accelerance",
+        coherence=random.uniform(0.3, 1.0, frf.shape),
+        averages=8,
+        positions={"s1": (0.1, 0.0, 0.0), "a1": (0.5, 0.0, 0.0)},
+    )
+
+
+def of_measurement(read):
+    known = {} if read.coherence is None else {"coherence": read.coherence}
+    return {"frf": read.frf[read.measured], "frequency": read.frequency, **known}
+
+
+def of_model(read):
+    return {name: getattr(read, name) for name in ("position", "shape", "natural_frequency")}
+
+
+def of_matrices(read):
+    return {"stiffness": read.stiffness.toarray(), "mass": read.mass.toarray()}
+
+
+def of_tree(read):
+    return {
+        f"{group.path}/{name}": np.asarray(values)
+        for group in read.subtree
+        for name, values in group.variables.items()
+    }
+
+
+def of_case(study):
+    return of_measurement(study.measurement)
+
+
+def of_mesh(read):
+    corners = {name: nodes.astype(float) for name, nodes in read.elements.items()}
+    return {"position": read.position, **corners}
+
+
+def written(path, write):
+    write(path)
+    return path.read_bytes()
+
+
+MODES = b"""    -1
+    15
+         1         0         0        11  0.00000e+00  0.00000e+00  0.00000e+00
+         2         0         0        11  1.00000e+00  0.00000e+00  0.00000e+00
+    -1
+    -1
+    55
+NONE
+NONE
+NONE
+NONE
+NONE
+         1         2         2         8         2         3
+         2         4         1         1
+  1.25000e+01  1.00000e+00  2.00000e-02  0.00000e+00
+         1
+  1.00000e+00  0.00000e+00  5.00000e-01
+         2
+ -2.00000e+00  0.00000e+00  2.50000e-01
+    -1
+"""
+
+CASE = {
+    "structure": {
+        "type": "axial bar",
+        "length_m": 1.0,
+        "area_m2": 1e-3,
+        "boundary_conditions": "fixed at x=0 and x=L",
+        "motion": "axial displacement u(x), direction 1",
+        "youngs_modulus_Pa": 1e9,
+        "density_kg_m3": 9000.0,
+        "damping": {"model": "modal viscous, the same ratio for every mode", "ratio": 0.04},
+    },
+    "nominal_fe_model": None,
+    "sensors": [
+        {
+            "id": "s1",
+            "uff_node": 1,
+            "position_m": [0.25, 0.0, 0.0],
+            "tolerance_m": [0.04, 0.0, 0.0],
+            "directions": [1],
+            "angle_tolerance_rad": 0.0,
+        }
+    ],
+    "actuators": [
+        {
+            "id": "a1",
+            "uff_node": 101,
+            "position_m": [0.5, 0.0, 0.0],
+            "tolerance_m": [0.0, 0.0, 0.0],
+            "directions": [1],
+            "angle_tolerance_rad": 0.0,
+        }
+    ],
+    "uncertain_parameters": [
+        {
+            "name": "modal_damping_ratio",
+            "nominal": 0.04,
+            "prior": {"type": "uniform", "low": 0.02, "high": 0.06},
+        }
+    ],
+    "frequency": {"band_hz": [5.0, 10.0], "n_lines": 6},
+    "measurement": {
+        "quantity": "accelerance",
+        "units": "(m/s^2)/N",
+        "convention": "exp(+i w t)",
+        "estimator": "H1",
+        "n_averages": 8,
+        "out_channels": [["s1", 1]],
+        "in_channels": [["a1", 1]],
+        "sensor_setup": "all sensors mounted all the time",
+        "force_levels_N": None,
+    },
+}
+
+
+def bar_measurement():
+    whole = measurement()
+    return dataclasses.replace(
+        whole.channels(["s1+x"], ["a1+x"]),
+        positions={"s1": (0.25, 0.0, 0.0), "a1": (0.5, 0.0, 0.0)},
+    )
+
+
+def read_case(path):
+    uff.write(path.parent / "measured.uff", bar_measurement())
+    return case.read(path.parent)
+
+
+def tree():
+    draws = (("chain", "draw"), np.linspace(0, 1, 12).reshape(2, 6), {"units": "m"})
+    posterior = xr.Dataset({"sensor.s1.position": draws})
+    return xr.DataTree.from_dict({"/posterior": posterior, "/prior": posterior})
+
+
+class Readers(dict):
+    """Readers by name, which print briefly where a test fails."""
+
+    def __repr__(self):
+        return f"Readers({list(self)})"
+
+
+@pytest.fixture(scope="module")
+def readers(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("valid")
+    matrix = scipy.sparse.csc_array(np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0, -1, 1.0]]))
+    model = {
+        "position": np.arange(6.0).reshape(2, 3),
+        "shape": np.array([[[1.0], [0.5], [0.0]], [[0.2], [0.0], [1.0]]]),
+        "natural_frequency": np.array([12.0]),
+        "modal_mass": np.array([1.0]),
+    }
+
+    def read_matrices(path):
+        return matrix_files.read(path, path)
+
+    listed = {
+        "uff": Reader(
+            "measured.uff",
+            written(folder / "a.uff", lambda path: uff.write(path, measurement())),
+            lambda path: uff.read(path, require_positions=False),
+            of_measurement,
+        ),
+        "uff binary": Reader(
+            "measured.uff",
+            written(folder / "b.uff", lambda path: uff.write(path, measurement(), binary=True)),
+            lambda path: uff.read(path, require_positions=False),
+            of_measurement,
+        ),
+        "uff modes": Reader("modes.unv", MODES, uff.read_modes, of_model),
+        "npz modes": Reader(
+            "modes.npz",
+            written(folder / "m.npz", lambda path: np.savez_compressed(path, **model)),
+            npz_modes.read,
+            of_model,
+        ),
+        "npz matrices": Reader(
+            "K.npz",
+            written(folder / "K.npz", lambda path: scipy.sparse.save_npz(path, matrix)),
+            read_matrices,
+            of_matrices,
+        ),
+        "mtx": Reader(
+            "K.mtx",
+            written(folder / "K.mtx", lambda path: scipy.io.mmwrite(path, matrix)),
+            read_matrices,
+            of_matrices,
+        ),
+        "netcdf": Reader(
+            "result.nc",
+            written(folder / "r.nc", lambda path: netcdf.write(tree(), path)),
+            netcdf.read,
+            of_tree,
+            exact=True,
+        ),
+        "case": Reader("case.json", json.dumps(CASE, indent=1).encode(), read_case, of_case),
+        "mesh": Reader(
+            "part.vtk",
+            b"# vtk DataFile Version 4.2\npart\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 double\n"
+            b"0 0 0 1 0 0 1 1 0\nCELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\n",
+            mesh.read,
+            of_mesh,
+        ),
+    }
+    return Readers((name, (reader, valid(folder, reader))) for name, reader in listed.items())
+
+
+def valid(folder, reader):
+    """Summary of the whole file."""
+    (folder / "whole").mkdir(exist_ok=True)
+    path = folder / "whole" / reader.name
+    path.write_bytes(reader.content)
+    return reader.summary(reader.read(path))
+
+
+PIECES = st.sampled_from(
+    [b" ", b"-", b"\n", b"    -1\n", b"0", b"9" * 12, b"nan", b"1e300", b"x", b"\0", b"{", b"1,5"]
+) | st.binary(min_size=1, max_size=8)
+
+
+@st.composite
+def edits(draw):
+    """A change at a share of the length: what is left out there, and what is put in its place."""
+    place = draw(st.floats(0, 1, exclude_max=True))
+    removed = draw(st.sampled_from([0, 0, 1, 1, 2, 8, 80, 10**9]))
+    return place, removed, draw(PIECES | st.just(b""))
+
+
+def damaged(content, changes):
+    for place, removed, put in changes:
+        start = math.floor(place * len(content))
+        content = content[:start] + put + content[start + removed :]
+    return content
+
+
+def check_damage_is_told(folder, reader, whole, changes):
+    content = damaged(reader.content, changes)
+    path = folder / reader.name
+    path.write_bytes(content)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a mesh that is read as far as it goes
+            read = reader.summary(reader.read(path))
+    except (InputError, FileNotFoundError) as error:
+        assert str(folder) in str(error), "an error names the file"
+        return
+    if reader.exact or content == reader.content:
+        assert read.keys() == whole.keys()
+        for name, values in whole.items():
+            np.testing.assert_array_equal(read[name], values)
+    for name, values in read.items():
+        assert np.all(np.isfinite(values) | np.isnan(whole.get(name, np.nan)).any())
+        assert np.all(np.abs(values) <= 1e30)
+
+
+CHANGES = st.lists(edits(), min_size=1, max_size=3)
+FAST = ("uff", "uff binary", "uff modes", "npz modes", "npz matrices", "mtx", "netcdf", "case")
+
+
+@pytest.mark.parametrize("name", FAST)
+@settings(max_examples=SHORT, **QUIET)
+@given(changes=CHANGES)
+def test_damage_is_told(readers, tmp_path_factory, name, changes):
+    check_damage_is_told(tmp_path_factory.mktemp("damaged"), *readers[name], changes)
+
+
+@settings(max_examples=6, **QUIET)  # each starts a process
+@given(changes=CHANGES)
+def test_damage_of_a_mesh_is_told(readers, tmp_path_factory, changes):
+    check_damage_is_told(tmp_path_factory.mktemp("damaged"), *readers["mesh"], changes)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", FAST)
+@settings(max_examples=LONG, **QUIET)
+@given(changes=CHANGES)
+def test_much_damage_is_told(readers, tmp_path_factory, name, changes):
+    check_damage_is_told(tmp_path_factory.mktemp("damaged"), *readers[name], changes)
+
+
+@pytest.mark.long
+@settings(max_examples=300, **QUIET)
+@given(changes=CHANGES)
+def test_much_damage_of_a_mesh_is_told(readers, tmp_path_factory, changes):
+    check_damage_is_told(tmp_path_factory.mktemp("damaged"), *readers["mesh"], changes)
