@@ -83,15 +83,21 @@ def check_plausible(path: Path, **arrays: Any) -> None:
     """
     for name, values in arrays.items():
         array = np.asarray(values)
-        if array.dtype.kind not in "fc" or not array.size:
+        if array.dtype.kind not in "fc" or not array.size or _within(array):
             continue
-        wrong = ~(np.abs(array) <= LARGEST)
-        if wrong.any():
-            raise InputError(
-                f"{path} holds {array[wrong].flat[0]:g} as {name}; finite numbers up to "
-                f"{LARGEST:g} are needed, since no quantity in SI is larger. The file is damaged "
-                "or in another unit: export it again."
-            )
+        wrong = array[~(np.abs(array) <= LARGEST)]
+        raise InputError(
+            f"{path} holds {wrong.flat[0]:g} as {name}; finite numbers up to {LARGEST:g} are "
+            "needed, since no quantity in SI is larger. The file is damaged or in another unit: "
+            "export it again."
+        )
+
+
+def _within(array: np.ndarray) -> bool:
+    """Whether all numbers are in range, without a copy of them; NaN is not."""
+    parts = (array.real, array.imag) if array.dtype.kind == "c" else (array,)
+    with np.errstate(invalid="ignore"):
+        return all(part.max() <= LARGEST and part.min() >= -LARGEST for part in parts)
 
 
 def _unreadable(path: Path, contents: str, remedy: str, error: Exception) -> InputError:

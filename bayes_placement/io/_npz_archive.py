@@ -13,6 +13,7 @@ from ._gate import existing
 _PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED, _PATCHED, _STRONG = 0x1, 0x20, 0x40
 _GREATEST_RATIO = 1100  # deflate packs 1032 bytes into one at most
+_CHUNK = 1 << 20
 _KINDS = "biufcSU"  # numbers and texts; objects are pickles
 
 
@@ -118,8 +119,19 @@ def _array(stream: Any, size: int) -> np.ndarray:
     announced = count * kind.itemsize
     if announced > size:
         raise ValueError(f"it announces {announced} bytes and holds less than {size}")
-    content = stream.read(announced + 1)  # to the end, where the checksum is compared
-    if len(content) != announced:
-        raise ValueError(f"it announces {announced} bytes and holds {len(content)} or more")
-    flat = np.frombuffer(content, dtype=kind, count=count)
-    return flat.reshape(shape, order="F" if fortran else "C").copy(order="K")
+    flat = np.empty(count, dtype=kind)
+    held = _filled(flat.view(np.uint8), stream) if announced else 0
+    if held < announced or stream.read(1):  # at the end of the member its checksum is compared
+        raise ValueError(f"it announces {announced} bytes and holds {held} or more")
+    return flat.reshape(shape, order="F" if fortran else "C")
+
+
+def _filled(content: np.ndarray, stream: Any) -> int:
+    """Read bytes into an array, and return how many there were."""
+    view, held = memoryview(content), 0  # type: ignore[arg-type]
+    while held < len(view):
+        count = stream.readinto(view[held : held + _CHUNK])
+        if not count:
+            break
+        held += count
+    return held
