@@ -1,4 +1,4 @@
-"""laws: one table, structures by damping laws, and what must hold for every pair of them."""
+"""Structures by damping laws in one table, and what must hold for every pair of them."""
 
 import dataclasses
 import functools

@@ -1,4 +1,4 @@
-"""sites: unknowns are named by their path, sampled in order, and replaced by numbers."""
+"""Unknowns are named by their path, sampled in order, and replaced by numbers."""
 
 from collections import OrderedDict
 

@@ -1,4 +1,4 @@
-"""missing_effects: in, a draw of the independent simulator; out, the experiment and its data."""
+"""Experiments and their data from draws of the independent simulator."""
 
 import numpyro.distributions as dist
 

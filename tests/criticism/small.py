@@ -1,4 +1,4 @@
-"""small: a bar of few modes and lines, with and without hidden effects, that compiles fast."""
+"""A bar of few modes and lines, with and without hidden effects, that compiles fast."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""maps: labels, symmetries, and what cannot be tried."""
+"""Labels and symmetries of maps of information, and places that cannot be tried."""
 
 import itertools
 

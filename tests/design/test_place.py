@@ -1,4 +1,4 @@
-"""place: the best of a grid, one at a time, what is forbidden, and how sure the best is."""
+"""The best placement of a grid, forbidden places, and the significance of its lead."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""planned: the output error of what is still to be measured, as stated or as measured before."""
+"""The output error of a planned measurement, as stated or as measured before."""
 
 import equinox as eqx
 import jax

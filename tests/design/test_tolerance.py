@@ -1,4 +1,4 @@
-"""tolerance: what is learnt with better jigs, and what the same places give."""
+"""Information gained by smaller tolerances, at the best places and at the same places."""
 
 import numpy as np
 import pytest

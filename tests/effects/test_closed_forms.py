@@ -1,4 +1,4 @@
-"""effects beside closed forms: frequency equations, fixed points, exact waves."""
+"""Effects compared with closed forms: frequency equations, fixed points, exact waves."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""effect laws: every effect of the registry by every law, on a cantilever at its default priors."""
+"""Every effect of the registry by every law, on a cantilever at its default priors."""
 
 import dataclasses
 import functools

@@ -1,4 +1,4 @@
-"""effects: default priors, what cannot act, what is refused, an effect of one's own."""
+"""Default priors of effects, effects that cannot act or are refused, an effect of the user."""
 
 from collections.abc import Sequence
 from typing import Any, ClassVar

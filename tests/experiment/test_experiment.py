@@ -1,4 +1,4 @@
-"""experiment: names by path, the paper's nominal outputs, data that fit, models by hand."""
+"""Names by path, the paper's nominal outputs, data that fit, models written by hand."""
 
 import jax
 import jax.numpy as jnp

@@ -1,4 +1,4 @@
-"""frf: the modal sum converges to exact solutions by travelling waves."""
+"""The modal sum converges to exact solutions by travelling waves."""
 
 import jax
 import jax.numpy as jnp

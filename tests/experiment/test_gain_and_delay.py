@@ -1,4 +1,4 @@
-"""gain and delay of a transducer: factors on its FRFs, unknowns as all others, free where exact."""
+"""Gain and delay of a transducer: factors of its FRFs, unknowns like others, exact by default."""
 
 import equinox as eqx
 import jax

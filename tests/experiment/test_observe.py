@@ -1,4 +1,4 @@
-"""observe: outputs, how an error of the FRF becomes one of z, and the Jacobian between the two."""
+"""Observed outputs, the error that one of the FRF gives them, and the Jacobian between the two."""
 
 import jax
 import jax.numpy as jnp

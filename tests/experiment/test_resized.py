@@ -1,4 +1,4 @@
-"""resized: lines that are left out, with the output error of those that stay."""
+"""Experiments with fewer lines, and the output error of the lines that stay."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""coordinates: values at quantiles of every law, and what a law without an inverse says."""
+"""Values at quantiles of every distribution, and the refusal of one that has no inverse."""
 
 import jax
 import jax.numpy as jnp

@@ -1,4 +1,4 @@
-"""information: divergences meet the closed form of Gaussians within the errors they state."""
+"""Divergences meet the closed form of Gaussians within the errors they state."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""estimates: figures are right, and their standard errors are the scatter seen on repetition."""
+"""Estimates are right, and their standard errors are the scatter on repetition."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""infer: one layout of results whatever the method, reproducible, honest about itself."""
+"""Results of one layout whatever the method, reproducible, with their diagnostics."""
 
 import numpy as np
 import numpyro.distributions as dist

@@ -1,4 +1,4 @@
-"""_quadrature: Gauss nodes over a law, and sums over finitely many values."""
+"""Gauss nodes of a distribution, and sums over finitely many values."""
 
 import sys
 

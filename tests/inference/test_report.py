@@ -1,4 +1,4 @@
-"""report: methods that agree are let alone, those that do not are named, and by how much."""
+"""Methods that disagree are named, with the difference; methods that agree are not."""
 
 import numpy as np
 import pytest

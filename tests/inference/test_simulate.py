@@ -1,4 +1,4 @@
-"""simulate: what Figure 2 of the paper shows, and that a seed says it all."""
+"""Simulations show what Figure 2 of the paper shows, and are determined by their seed."""
 
 import jax
 import jax.numpy as jnp

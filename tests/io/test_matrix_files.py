@@ -1,4 +1,4 @@
-"""matrix_files: what SciPy wrote comes back whole and symmetric, and nothing else passes."""
+"""Matrices that SciPy wrote are read complete and symmetric; other files are refused."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""mesh: what meshio wrote or others did, as numbers of nodes in metres."""
+"""Meshes that meshio or other programs wrote, as numbers of nodes and positions in metres."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""model: what a model file may declare, and what is said where it does not."""
+"""Declarations of a model file, and the errors where they are wrong."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""nastran: files that Nastran and pyyeti wrote, against Nastran's printout and rigid motions."""
+"""Files of Nastran and pyyeti, compared with Nastran's printout and rigid motions."""
 
 import re
 import sys

@@ -1,4 +1,4 @@
-"""netcdf: what is written comes back, and a broken write leaves what was there."""
+"""Results are read as they were written, and a broken write leaves the earlier file."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""npz_modes: our own layout, there and back, and files that name their arrays otherwise."""
+"""The package's layout of modes, written and read, and files with other names of arrays."""
 
 import tracemalloc
 

@@ -1,4 +1,4 @@
-"""eigenpairs: derivatives beside finite differences and direct solutions, for repeated ones too."""
+"""Derivatives of eigenpairs, also repeated ones, compared with differences and direct solutions."""
 
 import jax
 import jax.numpy as jnp

@@ -1,4 +1,4 @@
-"""places: coordinates in space from numbers and laws, and the uniform law of a cut ball."""
+"""Coordinates in space from numbers and distributions, and uniform positions in a cut ball."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""supports: the uniform law of a glued position, clipped to the structure; nearest nodes."""
+"""Uniform positions within tolerances, clipped to the structure; nearest nodes."""
 
 import numpy as np
 import numpyro.distributions as dist

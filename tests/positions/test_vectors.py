@@ -1,4 +1,4 @@
-"""orientation: a proper rotation, against SciPy's."""
+"""Rotations are proper, and those of SciPy."""
 
 import jax
 import jax.numpy as jnp

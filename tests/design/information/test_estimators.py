@@ -1,4 +1,4 @@
-"""estimators: the paper's numbers, exact integrals, and a linear experiment in closed form."""
+"""Information gains: the paper's numbers, exact integrals, a linear experiment in closed form."""
 
 import equinox as eqx
 import jax

@@ -1,4 +1,4 @@
-"""tangents: densities of linear responses in closed form, and of curved ones by quadrature."""
+"""Densities of linear responses in closed form, and of curved responses by quadrature."""
 
 import jax
 import jax.numpy as jnp

@@ -1,4 +1,4 @@
-"""running: chunks kept in files, computed by any executor, lost workers, runs that are killed."""
+"""Chunks kept in files, computed by any executor; lost workers; runs that are killed."""
 
 import io
 import os

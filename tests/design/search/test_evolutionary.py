@@ -1,4 +1,4 @@
-"""evolutionary: the highest of several hills, rules kept, one program, the same by its seed."""
+"""The evolutionary search finds the highest of several hills, by the rules and by its seed."""
 
 from concurrent.futures import ThreadPoolExecutor
 

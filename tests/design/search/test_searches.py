@@ -1,4 +1,4 @@
-"""searches: all combinations, one moved at a time, one added at a time, who is worth its cost."""
+"""Searches over all combinations, by moves and by additions; sensors that are worth their cost."""
 
 import itertools
 

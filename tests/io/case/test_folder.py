@@ -1,4 +1,4 @@
-"""case: a folder becomes an experiment and its measurement, and each wrong field is named."""
+"""A case folder becomes an experiment and its measurement, and each wrong field is named."""
 
 import copy
 import json

@@ -1,4 +1,4 @@
-"""beam statics: textbook deflections and finite elements beside the closed forms."""
+"""Closed forms of static deflections compared with textbooks and finite elements."""
 
 import functools
 import itertools

@@ -1,4 +1,4 @@
-"""beams: published wave numbers, closed forms, sixty modes, and finite elements beside them."""
+"""Modes of beams compared with published wave numbers, closed forms and finite elements."""
 
 import functools
 import itertools

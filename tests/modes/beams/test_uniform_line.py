@@ -1,4 +1,4 @@
-"""uniform lines: statics against long modal sums and exact receptances, under compilation."""
+"""Statics of uniform lines compared with long modal sums and exact receptances."""
 
 import functools
 

@@ -1,4 +1,4 @@
-"""affine modes: parameters of matrices beside full solutions, with gradients of repeated modes."""
+"""Parameters of matrices compared with full solutions, with gradients of repeated modes."""
 
 import functools
 

@@ -1,4 +1,4 @@
-"""frame_geometric_stiffness: columns buckle at Euler's loads, in any direction."""
+"""Columns buckle at Euler's loads, in any direction."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""scikit_fem: the shape functions of a basis are read as scikit-fem itself reads them."""
+"""Shape functions of a basis are evaluated as scikit-fem itself evaluates them."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""matrices: closed forms, dense solutions, and models as a finite element code hands them over."""
+"""Matrices compared with closed forms, dense solutions, and models of a finite element code."""
 
 import numpy as np
 import pytest

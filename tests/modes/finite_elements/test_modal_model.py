@@ -1,4 +1,4 @@
-"""modal_model: what a finite element code hands over, normalised once, or refused in a sentence."""
+"""Modal models of finite element codes, normalised once, or refused in a sentence."""
 
 import tracemalloc
 

@@ -1,4 +1,4 @@
-"""nodal modes: scaled, moved and renumbered models beside those solved anew; free structures."""
+"""Scaled, moved and renumbered models compared with those solved anew; free structures."""
 
 import dataclasses
 import functools

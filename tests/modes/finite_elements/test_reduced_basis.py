@@ -1,4 +1,4 @@
-"""reduced basis: full solutions beside it, also where modes repeat and where nothing holds."""
+"""Reduced bases compared with full solutions, also for repeated modes and free structures."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""soft_supports: beams and plates on springs in closed form, patterns of edges, and refusals."""
+"""Beams and plates on springs in closed form, patterns of edges, and refusals."""
 
 import jax
 import numpy as np
