@@ -1,20 +1,24 @@
 """A spring between one place of the structure and the ground."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import LogUniform
+import numpy as np
+from numpyro.distributions import Distribution, LogUniform
 
 from .._sites import unit
 from .._types import Parameter
 from .effect import Attachment, Direction, Omega, Place, Stiffness
 from .scales import Scales
+from .signed import negative_log_uniform
 
 
 class GroundSpring(Attachment):
     """A spring between one place and the ground, felt as k at every frequency.
+
+    Negative, it is what a spring of the model has too much.
 
     Parameters
     ----------
@@ -36,12 +40,31 @@ class GroundSpring(Attachment):
         """Dynamic stiffness k [N/m]."""
         return jnp.broadcast_to(jnp.asarray(self.stiffness), omega.shape)
 
+    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
+        """Say that a spring of the model is too stiff, where the estimate is negative."""
+        return "less than assumed" if estimates.get("stiffness", (0.0, 0.0))[0] < 0 else ""
+
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["GroundSpring"]:
-        """A spring of 1e-5 to 100 times the modal stiffness in the middle of the band."""
-        stiffness = LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness)
-        places = scales.places_and_directions()
-        return [cls(place, stiffness, direction=direction) for place, direction in places]
+        """A spring of 1e-5 to 100 times the modal stiffness in the middle of the band.
+
+        Where the structure has springs to the ground, they may be softer than assumed: a part of
+        their stiffness is missing, at the most all of it.
+        """
+        least = 1e-5 * scales.stiffness
+        priors: list[Distribution] = [LogUniform(least, 1e2 * scales.stiffness)]
+        assumed = sum(
+            float(np.max(effect.stiffness))
+            for effect in scales.nominal_effects
+            if isinstance(effect, GroundSpring)
+        )
+        if assumed > least:
+            priors.append(negative_log_uniform(least, assumed))
+        return [
+            cls(place, prior, direction=direction)
+            for prior in priors
+            for place, direction in scales.places_and_directions()
+        ]
 
 
 ground_spring = GroundSpring

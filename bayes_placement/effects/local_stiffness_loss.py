@@ -1,12 +1,12 @@
 """A stretch of a uniform bar or beam that has lost stiffness: a crack, a notch."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import LogUniform
+from numpyro.distributions import LogUniform, Uniform
 
 from .._sites import unit
 from .._types import Parameter
@@ -18,6 +18,7 @@ from . import _setting_words
 from .effect import Hinged, Location, Place, placed
 from .instruments import Instruments
 from .scales import Scales
+from .signed import negative_log_uniform
 
 
 class LocalStiffnessLoss(Hinged):
@@ -34,7 +35,7 @@ class LocalStiffnessLoss(Hinged):
     extent
         Its length [m].
     loss
-        Share of the stiffness that is lost [1].
+        Share of the stiffness that is lost [1]; negative where the stretch is stiffer.
     """
 
     absent: ClassVar[tuple[str, float]] = ("loss", 0.0)
@@ -73,14 +74,28 @@ class LocalStiffnessLoss(Hinged):
         """Where it is, if that is known."""
         return _setting_words.place(self.at, modes.bounds())
 
+    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
+        """Say that stiffness was added, where the loss is negative."""
+        return "stiffer, not softer" if estimates.get("loss", (0.0, 0.0))[0] < 0 else ""
+
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["LocalStiffnessLoss"]:
-        """A loss of 0.3 % to 95 % along 1 % to 10 % of a uniform bar or beam."""
+        """0.3 % to 95 % lost along 1 % to 10 % of a uniform bar or beam, or up to 100 % added.
+
+        What is added is shorter than a third of the least half-wave and not at an end: hinges of
+        negative compliance have no natural frequencies else.
+        """
         if not isinstance(scales.modes, UniformLine):
             return []
         length: Any = scales.modes.bounds()[1]
         extent, loss = LogUniform(0.01 * length, 0.1 * length), LogUniform(0.003, 0.95)
-        return [cls(place, extent, loss) for place in scales.places()]
+        nominal: Any = scales.nominal_modes.bounds()[1]
+        line_length = float(nominal)
+        half_wave = line_length / scales.nominal_modes.angular_frequency().size
+        longest = min(half_wave / 3, 0.1 * line_length)
+        inside = Uniform(longest, line_length - longest)
+        short, gain = LogUniform(0.2 * longest, longest), negative_log_uniform(0.003, 1.0)
+        return [*(cls(place, extent, loss) for place in scales.places()), cls(inside, short, gain)]
 
 
 local_stiffness_loss = LocalStiffnessLoss

@@ -1,6 +1,6 @@
 """A mass fixed to one place of the structure."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import equinox as eqx
@@ -10,10 +10,11 @@ from .._sites import unit
 from .._types import Parameter
 from .effect import Attachment, Omega, Place, Stiffness
 from .scales import Scales
+from .signed import negative_log_uniform
 
 
 class PointMass(Attachment):
-    """A mass fixed to one place, felt as -omega^2 m in every direction.
+    """A mass fixed to one place, felt as -omega^2 m in every direction; negative where removed.
 
     Blevins, Formulas for Dynamics, Acoustics and Vibration, ch. 4.
 
@@ -34,11 +35,16 @@ class PointMass(Attachment):
         """Dynamic stiffness -omega^2 m [N/m]."""
         return -(omega**2) * self.mass
 
+    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
+        """Say that a mass was removed, where the estimate is negative."""
+        return "removed" if estimates.get("mass", (0.0, 0.0))[0] < 0 else ""
+
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["PointMass"]:
-        """A mass of 0.01 % to 100 % of the structure's, anywhere on it."""
-        mass = LogUniform(1e-4 * scales.mass, scales.mass)
-        return [cls(place, mass) for place in scales.places()]
+        """0.01 % to 100 % of the structure's mass, or up to 10 % of it removed, anywhere on it."""
+        mass = scales.mass
+        priors = LogUniform(1e-4 * mass, mass), negative_log_uniform(1e-4 * mass, 0.1 * mass)
+        return [cls(place, prior) for prior in priors for place in scales.places()]
 
 
 point_mass = PointMass

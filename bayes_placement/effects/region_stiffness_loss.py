@@ -1,6 +1,6 @@
 """A region of a finite element model that has lost stiffness."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import equinox as eqx
@@ -18,6 +18,7 @@ from ._parts import centre, name_of
 from .effect import Hinged, Location
 from .instruments import Instruments
 from .scales import Scales
+from .signed import negative_log_uniform
 
 
 class RegionStiffnessLoss(Hinged):
@@ -32,7 +33,7 @@ class RegionStiffnessLoss(Hinged):
     region
         Name of the region, or its number from 0.
     loss
-        Share of its stiffness that is lost, less than 1 [1].
+        Share of its stiffness that is lost, less than 1 [1]; negative where it is stiffer.
     """
 
     absent: ClassVar[tuple[str, float]] = ("loss", 0.0)
@@ -68,12 +69,17 @@ class RegionStiffnessLoss(Hinged):
     def _name(self, modes: Modes) -> str:
         return name_of(self.region, underlying_nodal_modes(modes).regions.names)
 
+    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
+        """Say that stiffness was added, where the loss is negative."""
+        return "stiffer, not softer" if estimates.get("loss", (0.0, 0.0))[0] < 0 else ""
+
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["RegionStiffnessLoss"]:
-        """A loss of 0.3 % to 95 % in each region of a finite element model."""
+        """0.3 % to 95 % lost, or 0.3 % to 200 % added, in each region of a finite element model."""
         nodal = nodal_of(scales.modes)
         count = 0 if nodal is None else len(nodal.regions.names)
-        return [cls(np.asarray(number), LogUniform(0.003, 0.95)) for number in range(count)]
+        losses = LogUniform(0.003, 0.95), negative_log_uniform(0.003, 2.0)
+        return [cls(np.asarray(number), loss) for loss in losses for number in range(count)]
 
 
 region_stiffness_loss = RegionStiffnessLoss

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol, TypeAlias, runtime_checkable
@@ -30,6 +30,10 @@ class HasModes(Protocol):
     @property
     def modes(self) -> Modes:
         """Natural frequencies and mode shapes."""
+
+    @property
+    def effects(self) -> Mapping[str, Any]:
+        """Effects that the structure has, by name."""
 
 
 @runtime_checkable
@@ -90,6 +94,11 @@ class Scales:
     def instruments(self) -> Instruments:
         """Sensors and actuators."""
         return Instruments(self.setup.sensor, self.setup.actuator)
+
+    @property
+    def nominal_effects(self) -> Sequence[Any]:
+        """Effects that the structure has, at typical values of what is unknown."""
+        return [*self.setup.nominal().structure.effects.values()]
 
     @property
     def sensors_roved(self) -> bool:

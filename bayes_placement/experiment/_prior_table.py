@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpyro.distributions import TransformedDistribution
+from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from .._sites import Unknown
 
@@ -18,11 +20,26 @@ def prior_table(unknowns: Sequence[Unknown]) -> list[str]:
 
 
 def _described(distribution: Any) -> str:
-    """Write a distribution as its name and arguments: Uniform(0.02, 0.06)."""
+    """Write a distribution as its name and arguments, Uniform(0.02, 0.06), or as it was made."""
+    if type(distribution) is TransformedDistribution:
+        words = _described(distribution.base_dist)
+        for transform in distribution.transforms:
+            words = _transformed(transform, words)
+        return words
     values = [getattr(distribution, name, None) for name in distribution.arg_constraints]
     return (
         f"{type(distribution).__name__}({', '.join(_number(v) for v in values if v is not None)})"
     )
+
+
+def _transformed(transform: Any, words: str) -> str:
+    """Write a transform of what is described by words: -1 + exp(Normal(0, 1.5))."""
+    if isinstance(transform, ExpTransform):
+        return f"exp({words})"
+    if isinstance(transform, AffineTransform):
+        scaled = words if transform.scale == 1 else f"{_number(transform.scale)} {words}"
+        return scaled if transform.loc == 0 else f"{_number(transform.loc)} + {scaled}"
+    return f"{type(transform).__name__}({words})"
 
 
 def _number(value: Any) -> str:

@@ -80,8 +80,9 @@ def test_every_effect_is_suggested_where_it_can_act(suggested):
 
 
 def test_masses_are_shares_of_the_mass(suggested):
-    [one] = suggested["point_mass"]
+    one, removed = suggested["point_mass"]
     np.testing.assert_allclose([one.mass.low, one.mass.high], [1e-4 * MASS, MASS], rtol=0.02)
+    assert float(removed.mass.icdf(0.0)) == pytest.approx(-0.1 * MASS, rel=0.02)
     assert (one.at.low, one.at.high) == (0.0, LENGTH)
     assert suggested["sensor_mass"][0].mass.high < 0.31 * MASS
     assert suggested["tuned_absorber"][0].frequency.low == pytest.approx(5.0)

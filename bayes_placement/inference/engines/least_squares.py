@@ -99,7 +99,7 @@ class LeastSquares:
         """Residuals [point, datum] and sums of logs [point] at points."""
         count = len(points)
         padded = np.concatenate([points, np.repeat(points[-1:], -count % BATCH, axis=0)])
-        batches = padded.reshape(-1, BATCH, self.dimension)
+        batches = padded.reshape(len(padded) // BATCH, BATCH, self.dimension)
         parts = [self.evaluate(batch, logarithmic) for batch in batches]
         residual = np.concatenate([np.asarray(part[0]) for part in parts])
         log_scale = np.concatenate([np.asarray(part[1]) for part in parts])
@@ -192,7 +192,7 @@ class LeastSquares:
     def _differences(self, points: Points, directions: np.ndarray, logarithmic: bool) -> Jacobian:
         """Residuals and sums of logs at points, and their slopes along directions."""
         steps = np.concatenate([np.zeros((1, self.dimension)), STEP * directions])
-        around = (points[:, None] + steps).reshape(-1, self.dimension)
+        around = (points[:, None] + steps).reshape(len(points) * len(steps), self.dimension)
         residual, log_scale = self.residuals(around, logarithmic)
         residual = residual.reshape(len(points), len(steps), -1)
         log_scale = log_scale.reshape(len(points), len(steps))

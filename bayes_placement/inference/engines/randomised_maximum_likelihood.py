@@ -92,7 +92,9 @@ def _solved(image: _Image, mode: np.ndarray, target: np.ndarray) -> Weighted:
             break
         points = image.chord(points, state, target)
         state = image.at(points)
-    volume = np.linalg.slogdet(state.slopes)[1] - 0.5 * target.shape[1] * np.log(2 * np.pi)
+    with np.errstate(invalid="ignore"):  # where the model is not finite no draw has arrived
+        log_slope = np.linalg.slogdet(state.slopes)[1]
+    volume = log_slope - 0.5 * target.shape[1] * np.log(2 * np.pi)
     log_density = volume - 0.5 * np.einsum("bi,bi->b", state.image, state.image)
     arrived = np.isfinite(state.log_posterior) & (_distance(state, target) < ARRIVED)
     return Weighted(points, np.where(arrived, state.log_posterior - log_density, -np.inf))

@@ -73,6 +73,17 @@ def test_an_unknown_factor_on_the_noise_is_fitted_beside_each_effect():
     assert factor.low < 1 < factor.high
 
 
+def test_a_model_without_any_unknown_is_searched_as_any_other():
+    known = experiment(["s1"], LINES[::6]).fix(
+        {name: value for name, value in small.TRUTH.items() if name != "sensor.s2.position"}
+    )
+    assert known.unknowns == []
+    candidates = effects.library(known, ["time_delay"])
+    assert improve(known, measured(), candidates=candidates).verdict == ()
+    late = improve(known, measured(effects.time_delay(1e-4)), candidates=candidates)
+    assert late.verdict == ("time_delay",)
+
+
 def test_a_second_effect_of_one_kind_is_numbered():
     light = effects.point_mass(0.8, dist.Uniform(0.05, 0.15))
     known = experiment(effect=light)

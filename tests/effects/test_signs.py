@@ -1,0 +1,185 @@
+"""Changes of either sign: what is removed undoes what was added, and is found as such."""
+
+import jax
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+from numpy.testing import assert_allclose
+
+import bayes_placement as bp
+from bayes_placement import effects
+from bayes_placement.effects.signed import negative_log_uniform
+from tests.criticism import small
+from tests.effects import models_in_space
+
+LINES = np.array([7.0, 21.0, 40.0, 63.0, 88.0])
+AT = 0.37
+
+
+def experiment(*several, ratio=0.02):
+    beam = bp.beams.beam(
+        8, length=1.0, area=1e-3, second_moment=1e-8, youngs_modulus=7e10, density=2700.0
+    )
+    structure = bp.Structure(beam, damping=bp.damping.Modal(ratio))
+    for one in several:
+        structure = structure + one
+    return bp.Experiment(
+        structure,
+        sensors=[bp.Sensor("s1", at=0.8)],
+        actuators=[bp.Actuator("a1", at=0.6)],
+        frequency=LINES,
+        observe=bp.observe.Complex("acceleration"),
+        noise=bp.noise.Gaussian(0.1),
+    )
+
+
+def frf(one):
+    return np.asarray(one.frf())
+
+
+@pytest.mark.parametrize(
+    ("added", "removed"),
+    [
+        (effects.point_mass(AT, 0.2), effects.point_mass(AT, -0.2, name="hole")),
+        (effects.ground_spring(AT, 3e4), effects.ground_spring(AT, -3e4, name="softer")),
+        (
+            effects.local_stiffness_loss(AT, 0.05, 0.4),
+            # Flexibility grows by loss / (1 - loss) and falls by gain / (1 + gain).
+            effects.local_stiffness_loss(AT, 0.05, -2.0, name="patch"),
+        ),
+    ],
+    ids=["mass", "spring", "stiffness"],
+)
+def test_what_is_removed_undoes_what_was_added(added, removed):
+    plain, changed = frf(experiment()), frf(experiment(added))
+    assert np.abs(changed / plain - 1).max() > 0.02
+    assert_allclose(frf(experiment(added, removed)), plain, rtol=1e-9)
+
+
+def test_a_stiffer_stretch_raises_natural_frequencies():
+    base, patched = (
+        np.asarray(experiment(*several).structure.proper_modes().angular_frequency())
+        for several in ((), (effects.local_stiffness_loss(AT, 0.05, -1.0),))
+    )
+    assert np.all(patched > base * (1 - 1e-12))
+    assert patched[0] > 1.001 * base[0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "ends"), [("beam", "free-free"), ("beam", "fixed-free"), ("bar", "fixed-free")]
+)
+@pytest.mark.parametrize("modes", [3, 8, 20, 40])
+def test_the_stiffest_stretch_that_is_tried_has_natural_frequencies(modes, kind, ends):
+    second = {"second_moment": 1e-8} if kind == "beam" else {}
+    line = getattr(bp.beams, kind)(
+        modes, length=1.7, area=1e-3, youngs_modulus=7e10, density=2700.0, ends=ends, **second
+    )
+    one = bp.Experiment(
+        bp.Structure(line, damping=bp.damping.Modal(0.02)),
+        sensors=[bp.Sensor("s1", at=0.8)],
+        actuators=[bp.Actuator("a1", at=0.6)],
+        frequency=LINES,
+        observe=bp.observe.Complex("acceleration"),
+        noise=bp.noise.Gaussian(0.1),
+    )
+    _, stiffer = effects.library(one, ["local_stiffness_loss"]).effects
+    extent, loss = float(stiffer.extent.icdf(1.0)), float(stiffer.loss.icdf(0.0))
+    assert loss == pytest.approx(-1.0)
+
+    def natural(at):
+        whole = one.structure + effects.local_stiffness_loss(at, extent, loss)
+        return whole.proper_modes().angular_frequency()
+
+    places = np.linspace(float(stiffer.at.low), float(stiffer.at.high), 41)
+    found = np.asarray(jax.jit(jax.vmap(natural))(places))
+    base = np.asarray(line.angular_frequency())
+    assert np.all(found >= base * (1 - 1e-9))
+    assert np.all(found.max(axis=0)[-1] > 1.001 * base[-1])
+
+
+def test_a_stiffer_region_is_minus_a_loss():
+    scene = models_in_space.plate()
+    plain = scene.experiment()
+    region = effects.library(plain, ["region_stiffness_loss"]).effects
+    half = len(region) // 2
+    assert half >= 1
+    assert [int(one.region) for one in region[:half]] == [int(one.region) for one in region[half:]]
+    stiffer = plain.structure + effects.region_stiffness_loss(np.asarray(0), -0.5)
+    softer = plain.structure + effects.region_stiffness_loss(np.asarray(0), 0.5)
+    changes = [
+        np.asarray(whole.proper_modes().angular_frequency())
+        / np.asarray(plain.nominal().structure.proper_modes().angular_frequency())
+        for whole in (stiffer, softer)
+    ]
+    assert np.all(changes[0] > 1 - 1e-9)
+    assert np.all(changes[1] < 1 + 1e-9)
+
+
+def test_a_negative_prior_is_that_of_minus_the_number():
+    prior, positive = negative_log_uniform(0.01, 0.3), dist.LogUniform(0.01, 0.3)
+    values = np.array([-0.29, -0.1, -0.011])
+    assert_allclose(prior.log_prob(values), positive.log_prob(-values))
+    drawn = np.asarray(prior.sample(jax.random.PRNGKey(1), (1000,)))
+    assert drawn.min() > -0.3
+    assert drawn.max() < -0.01
+
+
+def test_springs_may_be_softer_than_assumed_where_there_are_some():
+    assert len(effects.library(experiment(), ["ground_spring"]).effects) == 1
+    held = experiment(
+        effects.ground_spring(0.1, 400.0), effects.ground_spring(0.9, 600.0, name="b")
+    )
+    _, softer = effects.library(held, ["ground_spring"]).effects
+    assert float(softer.stiffness.icdf(0.0)) == pytest.approx(-1000.0)
+
+
+def test_a_removed_mass_is_found_and_said():
+    one = small.experiment()
+    library = effects.library(one, ["point_mass", "ground_spring", "local_stiffness_loss"])
+    hole = bp.improve(one, small.measured(effects.point_mass(0.313, -0.3)), candidates=library)
+    assert hole.verdict == ("point_mass",)
+    assert "point_mass (removed, probability" in hole.sentence()
+    mass = hole.steps[-1].parameters["structure.effects.point_mass.mass"]
+    assert mass.low < -0.3 < mass.high
+
+
+def test_added_stiffness_is_found_and_said():
+    lines = np.linspace(8.0, 400.0, 60)
+
+    def beam(noise, *several):
+        base = experiment(*several, ratio=0.02 if noise is None else dist.Uniform(0.01, 0.03))
+        return bp.Experiment(
+            base.structure,
+            sensors=[bp.Sensor("s1", at=0.83), bp.Sensor("s2", at=0.22)],
+            actuators=[bp.Actuator("a1", at=0.61)],
+            frequency=lines,
+            observe=base.observe,
+            noise=noise,
+        )
+
+    true = beam(None, effects.local_stiffness_loss(0.313, 0.03, -0.8))
+    exact = np.asarray(true.frf())
+    random = np.random.default_rng(1)
+    size = 0.003 * np.abs(exact) / np.sqrt(2)
+    error = random.standard_normal(exact.shape) + 1j * random.standard_normal(exact.shape)
+    measured = bp.Measurement.from_arrays(
+        exact + size * error,
+        lines,
+        sensors=true.sensor_channels,
+        actuators=true.actuator_channels,
+        quantity="accelerance",
+    )
+    one = beam(bp.noise.Relative(0.003))
+    library = effects.library(one, ["point_mass", "ground_spring", "local_stiffness_loss"])
+    ledger = bp.improve(one, measured, candidates=library)
+    assert ledger.verdict == ("local_stiffness_loss",)
+    assert "stiffer, not softer" in ledger.sentence()
+    place = ledger.steps[-1].parameters["structure.effects.local_stiffness_loss.at"]
+    assert place.low < 0.313 < place.high
+
+
+def test_a_prior_is_printed_as_it_was_made():
+    one = experiment() + effects.library(experiment(), ["gain_error"]).effects[0]
+    assert "-1 + exp(Normal(0, 1.5))" in str(one)
+    one = experiment(effects.point_mass(AT, negative_log_uniform(1.0, np.e)))
+    assert "-1 exp(Uniform(0, 1))" in str(one)
