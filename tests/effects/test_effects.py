@@ -273,7 +273,7 @@ def test_an_effect_of_ones_own_is_a_class_of_two_short_methods():
     base = experiment()
     library = effects.library(base, ["point_mass"], further=[Inerter])
     assert library.kinds == ["point_mass", "inerter"]
-    whole = base + library.effects[1]
+    whole = base + library.effects[-1]
     names = [one.name for one in whole.unknowns if "inerter" in one.name]
     assert names == [
         f"structure.effects.inerter.{word}" for word in ("at", "inertance", "stiffness")
