@@ -12,6 +12,8 @@ _TRANSDUCER = {
     "tolerance_m": None,
     "directions": None,
     "angle_tolerance_rad": None,
+    "gain_tolerance": None,
+    "delay_tolerance_s": None,
     "note": None,
 }
 _STRUCTURE = {

@@ -12,6 +12,7 @@ from numpyro.distributions import LogNormal, Normal, Uniform
 
 import bayes_placement as bp
 from bayes_placement.io import case
+from bayes_placement.io.case._known_fields import KNOWN
 
 LINES = np.linspace(20.0, 120.0, 6)
 MISSING = object()
@@ -728,3 +729,18 @@ def test_a_factor_on_the_coherence_may_be_stated_alone_and_beside_a_ratio(tmp_pa
 def test_noise_that_is_none_is_refused(tmp_path, stated, words):
     with pytest.raises(case.CaseError, match=words):
         case.read(written(tmp_path, changed("measurement.noise_level", stated)))
+
+
+def names_of(known):
+    """Names of fields, and of the fields of their objects."""
+    for name, inner in known.items():
+        yield name
+        yield from names_of(inner) if isinstance(inner, dict) else ()
+
+
+def test_every_field_that_the_reader_documents_is_known():
+    bullets = case.read.__doc__.split("\n    - ", 1)[1].split("Parameters\n")[0]
+    documented = {word for word in re.findall(r"`([a-z]+(?:_\w+)+)`", bullets)}
+    values = {"modal_damping_ratio", "youngs_modulus_Pa", "density_kg_m3"}
+    assert len(documented) > 25
+    assert documented - values <= set(names_of(KNOWN))
