@@ -52,12 +52,24 @@ class Laplace(NamedTuple):
 
 
 def laplace(
-    mode: Float[np.ndarray, "unknown"], curvature: Float[np.ndarray, "unknown unknown"]
+    mode: Float[np.ndarray, "unknown"],
+    curvature: Float[np.ndarray, "unknown unknown"],
+    least_share: float = LEAST_CURVATURE,
 ) -> Laplace:
-    """Gaussian of the curvature of minus the log posterior density at its mode."""
+    """Gaussian of the curvature of minus the log posterior density at its mode.
+
+    Parameters
+    ----------
+    mode
+        The mode.
+    curvature
+        The curvature there.
+    least_share
+        Least curvature, over the greatest, that is more than rounding.
+    """
     if not np.isfinite(curvature).all():
         return Laplace(mode, np.full(curvature.shape, np.nan), True)
     values, vectors = np.linalg.eigh(curvature)
-    least = LEAST_CURVATURE * values.max(initial=0.0)
+    least = least_share * values.max(initial=0.0)
     covariance = (vectors / np.maximum(values, least)) @ vectors.T
     return Laplace(mode, np.linalg.cholesky(covariance), bool(np.any(values < least)))

@@ -18,6 +18,19 @@ GAIN = 1e-3
 MOST_DAMPING = 1e2
 """Damping above which a descent whose step was rejected ends, one of many starts."""
 
+LONGEST = 2.0
+"""Greatest change of a coordinate in a step: beyond, that of a uniform prior has no slope left."""
+
+HELD_ROUNDS = 4
+"""Greatest number of times that coordinates are held at their limits."""
+
+RIGHT, WRONG = 0.6, 0.1
+"""Decrease over the predicted one above which the damping falls, and below which it grows."""
+
+ROUNDING = 1e-13
+"""Rounding of a curvature over the greatest. A direction that the data leave to a standard normal
+prior has a curvature of 1, however large that of others is."""
+
 SAME_MODE = 0.5
 """Difference of log density below which two descents end at the same mode."""
 
@@ -98,16 +111,18 @@ def minimise(
     active = np.ones(len(points), dtype=bool)
     for _ in range(steps):
         rows = np.flatnonzero(active)
-        step = _steps(NormalEquations(*(array[rows] for array in normal)), damping[rows])
-        trial = np.clip(points[rows] + step, -largest, largest)
+        near = NormalEquations(*(array[rows] for array in normal))
+        step = _steps(near, damping[rows], *_limits(points[rows], largest))
+        trial = points[rows] + step
         trial_normal = normal_equations(trial)
         cost = np.nan_to_num(normal.cost[rows], nan=np.inf)
         accepted = np.nan_to_num(trial_normal.cost, nan=np.inf) < cost
         decrease = np.where(accepted, cost - trial_normal.cost, 0.0)
+        predicted = _predicted_decrease(near, step)
         points[rows[accepted]] = trial[accepted]
         for array, trial_array in zip(normal, trial_normal, strict=True):
             array[rows[accepted]] = trial_array[accepted]
-        damping[rows] = np.clip(damping[rows] * np.where(accepted, 0.2, 5.0), 1e-9, 1e12)
+        damping[rows] = np.clip(damping[rows] * _change_of_damping(decrease, predicted), 1e-9, 1e12)
         active[rows] = ~(
             (accepted & (decrease < gain)) | (~accepted & (damping[rows] > most_damping))
         )
@@ -116,13 +131,47 @@ def minimise(
     return points, normal
 
 
-def _steps(normal: NormalEquations, damping: np.ndarray) -> np.ndarray:
-    """Step of each descent; curvatures and gradients that are not finite count as zero."""
+def _limits(points: Points, largest: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest step along each coordinate."""
+    return np.maximum(-LONGEST, -largest - points), np.minimum(LONGEST, largest - points)
+
+
+def _steps(
+    normal: NormalEquations, damping: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Step of each descent; curvatures and gradients that are not finite count as zero.
+
+    Where a coordinate would leave its limits it goes as far as it may, and the others take the
+    best step beside it.
+    """
     diagonal = np.einsum("bii->bi", normal.curvature)
     identity = np.eye(diagonal.shape[1])
     curvature = normal.curvature + damping[:, None, None] * identity * diagonal[:, None]
     finite = np.nan_to_num(curvature, nan=0.0, posinf=0.0, neginf=0.0) + 1e-12 * identity
-    return -np.linalg.solve(finite, np.nan_to_num(normal.gradient)[..., None])[..., 0]
+    downhill = -np.nan_to_num(normal.gradient)
+    step = np.linalg.solve(finite, downhill[..., None])[..., 0]
+    held = np.zeros(step.shape, dtype=bool)
+    for _ in range(HELD_ROUNDS):
+        outside = (step < low) | (step > high)
+        if not (outside & ~held).any():
+            break
+        held |= outside
+        matrix = np.where(held[:, :, None], identity, finite)
+        target = np.where(held, np.clip(step, low, high), downhill)
+        step = np.linalg.solve(matrix, target[..., None])[..., 0]
+    return np.clip(step, low, high)
+
+
+def _predicted_decrease(normal: NormalEquations, step: np.ndarray) -> np.ndarray:
+    """Decrease of the cost that the normal equations predict."""
+    curved = np.einsum("bi,bij,bj->b", step, normal.curvature, step)
+    return -np.einsum("bi,bi->b", normal.gradient, step) - 0.5 * curved
+
+
+def _change_of_damping(decrease: np.ndarray, predicted: np.ndarray) -> np.ndarray:
+    """Factor on the damping: less where the prediction was right, more where it was wrong."""
+    ratio = decrease / np.where(predicted > 0, predicted, np.inf)
+    return np.select([ratio > RIGHT, ratio > WRONG], [0.2, 1.0], 5.0)
 
 
 def best_fit(points: Points, normal: NormalEquations, count: int) -> Fit:
@@ -139,7 +188,7 @@ def best_fit(points: Points, normal: NormalEquations, count: int) -> Fit:
     """
     costs = np.nan_to_num(normal.cost, nan=np.inf)
     best = int(np.argmin(costs))
-    gaussian = laplace(points[best], normal.curvature[best])
+    gaussian = laplace(points[best], normal.curvature[best], ROUNDING)
     constant = -0.5 * (count + len(points[best])) * np.log(2 * np.pi)
     return Fit(
         point=points[best],

@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal
 from bayes_placement.inference.engines import about_mode
 from bayes_placement.inference.engines.about_mode import sampled_about
 from bayes_placement.inference.engines.laplace import laplace
-from bayes_placement.inference.engines.least_squares import LeastSquares
+from bayes_placement.inference.engines.least_squares import LeastSquares, NormalEquations
 from bayes_placement.inference.engines.levenberg_marquardt import (
     best_fit,
     minimise,
@@ -162,3 +162,12 @@ def test_starts_are_the_middle_and_draws_of_the_prior():
     assert drawn.shape == (33, 3)
     assert np.all(np.abs(drawn[1:].mean(0)) < 0.15)
     assert sobol_starts(0, 5, seed=0).shape == (1, 0)
+
+
+def test_the_evidence_of_precise_data_keeps_the_volume_of_what_only_the_prior_knows():
+    """Of two unknowns the data tell one to 1e-6; the other one keeps its prior, of volume 1."""
+    curvature = np.diag([1e12, 1.0])
+    normal = NormalEquations(np.zeros(1), np.zeros((1, 2)), curvature[None], np.zeros(1))
+    fit = best_fit(np.zeros((1, 2)), normal, 1)
+    closed_form = -0.5 * 3 * np.log(2 * np.pi) + np.log(2 * np.pi) - 0.5 * np.log(1e12)
+    assert fit.log_evidence == pytest.approx(closed_form, abs=1e-9)
