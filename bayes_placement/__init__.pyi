@@ -18,6 +18,7 @@ from .experiment import (
     Sensor,
     Structure,
     damping,
+    model_error,
     noise,
     observe,
 )
@@ -51,6 +52,7 @@ __all__ = [
     "information_map",
     "io",
     "marginals",
+    "model_error",
     "modes",
     "noise",
     "observe",

@@ -22,6 +22,7 @@ class Role(enum.Enum):
     PLACEMENT = "placement"
     RECORDING = "recording"
     OUTPUT_ERROR = "output error"
+    MODEL_ERROR = "model error"
 
 
 class Owner(NamedTuple):

@@ -1,7 +1,7 @@
 """experiment: a structure, what excites and reads it, and the output error: one NumPyro model."""
 
 from ..positions.channel import Channel
-from . import damping, noise, observe
+from . import damping, model_error, noise, observe
 from .experiment import Experiment
 from .measurement import Measurement
 from .structure import Structure
@@ -15,6 +15,7 @@ __all__ = [
     "Sensor",
     "Structure",
     "damping",
+    "model_error",
     "noise",
     "observe",
 ]

@@ -18,6 +18,7 @@ from .._types import InputError, Receptance, Response
 from ..effects.effect import Effect
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
+from ..effects.scales import Scales
 from ..positions.places import typical
 from . import _experiment_checks
 from ._measured_outputs import measured_outputs, simulated_outputs
@@ -25,6 +26,7 @@ from ._prior_table import prior_table
 from .data_checks import DataChecks, check_data
 from .force_levels import at_levels
 from .measurement import Channel, Measurement
+from .model_error import Modal, ModalErrors
 from .noise import Data, Noise
 from .observe import Observation
 from .recording import Drive, recorded, recorded_frequency
@@ -64,6 +66,9 @@ class Experiment(eqx.Module):
         Output error; None for the paper's case of no output error.
     force_levels
         Amplitudes of the force [N], each measured once; needed where the structure is nonlinear.
+    model_error
+        By how much the modes and channels differ from the model, `model_error.Modal()`; None where
+        the model is exact.
     sensors_mounted
         `roving`, each sensor alone in its run, or `fixed`, all mounted all the time.
 
@@ -83,6 +88,7 @@ class Experiment(eqx.Module):
     instrument_effects: OrderedDict[str, InstrumentEffect] = eqx.field(
         metadata=owners(Role.PARAMETER)
     )
+    model_error: ModalErrors | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     force_levels: tuple[float, ...] | None = eqx.field(static=True)
     sensors_mounted: str = eqx.field(static=True)
 
@@ -95,6 +101,7 @@ class Experiment(eqx.Module):
         frequency: Any,
         observe: Observation,
         noise: Noise | None,
+        model_error: Modal | None = None,
         force_levels: Sequence[float] | None = None,
         sensors_mounted: str = "roving",
     ):
@@ -109,6 +116,8 @@ class Experiment(eqx.Module):
         self.force_levels = _experiment_checks.levels(force_levels)
         self.sensors_mounted = _experiment_checks.mounting(sensors_mounted)
         observe.check(self.frequency)
+        self.model_error = None
+        self.model_error = None if model_error is None else model_error.on(Scales(self))
 
     def __add__(self, effect: Effect) -> "Experiment":
         """Return the experiment with one more effect, on its structure or its instruments.
@@ -133,6 +142,19 @@ class Experiment(eqx.Module):
     def effects(self) -> list[Effect]:
         """Every effect on the structure and the instruments."""
         return [*self.structure.effects.values(), *self.instrument_effects.values()]
+
+    def with_model_error(self, model_error: Modal | None) -> "Experiment":
+        """Return the experiment with another model error, or with none."""
+        return self.with_errors(None if model_error is None else model_error.on(Scales(self)))
+
+    def with_errors(self, errors: ModalErrors | None) -> "Experiment":
+        """Return the experiment with the errors of its own modes and channels, or with none."""
+        return eqx.tree_at(
+            lambda tree: tree.model_error,
+            self,
+            errors,
+            is_leaf=lambda leaf: leaf is None or isinstance(leaf, ModalErrors),
+        )
 
     def without(self, name: str) -> "Experiment":
         """Return the experiment without one of its effects.
@@ -214,7 +236,7 @@ class Experiment(eqx.Module):
         force = None if level is None else jnp.broadcast_to(level, omega.shape)
         drive = Drive(omega, force, self.sensors_mounted)
         effects = [effect for _, effect in sorted(self.instrument_effects.items())]
-        return recorded(self.structure, self.instruments, effects, drive)
+        return recorded(self.structure, self.instruments, effects, drive, self.model_error)
 
     def _omega(self) -> Float[Array, "frequency"]:
         return 2 * jnp.pi * jnp.asarray(self.frequency)

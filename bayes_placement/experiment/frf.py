@@ -35,6 +35,7 @@ def receptance(
     *,
     ports: Sequence[PortStiffness] = (),
     force: Float[Array, "frequency"] | None = None,
+    mode_error: "ModeError | None" = None,
 ) -> Receptance:
     r"""Receptance between points of a structure with all its effects, Eqs. (6), (7) and (18).
 
@@ -53,6 +54,8 @@ def receptance(
         Further linear attachments, those of the instruments.
     force
         Amplitude [N] of the force at each frequency; only cubic attachments need it.
+    mode_error
+        By what natural frequencies and damping differ; None where they are exact.
 
     Returns
     -------
@@ -73,13 +76,14 @@ def receptance(
     cubic = structure.cubic_attachments
     at_ports = [port.points for port in attached] + [spring.points(modes) for spring in cubic]
     response, reference = ShapesAtPoints.of(sensors, modes), ShapesAtPoints.of(actuators, modes)
-    matrix = elastic(structure, modes, response, reference, omega)
+    matrix = elastic(structure, modes, response, reference, omega, mode_error)
     if not at_ports:
         return matrix
     inner = ShapesAtPoints.of(joined(at_ports), modes)
     # Apart, since sums of other sizes may round otherwise: what is between sensors and actuators
     # must not change by a single bit where nothing is attached to a port.
-    with_ports = elastic(structure, modes, response.joined(inner), reference.joined(inner), omega)
+    sides = response.joined(inner), reference.joined(inner)
+    with_ports = elastic(structure, modes, *sides, omega, mode_error)
     matrix = with_ports.at[: matrix.shape[0], : matrix.shape[1]].set(matrix)
     rows, columns = (side.position.shape[0] for side in (sensors, actuators))
     port = 0
@@ -93,20 +97,41 @@ def receptance(
 
 
 class ShapesAtPoints(NamedTuple):
-    """Points, and the mode shapes along them, which are computed once."""
+    """Points, and the mode shapes along them, which are computed once: with errors, and exact."""
 
     points: Points
     shapes: Float[Array, "point mode"]
+    exact: Float[Array, "point mode"]
 
     @classmethod
     def of(cls, points: Points, modes: Modes) -> "ShapesAtPoints":
         """Read the shapes."""
-        return cls(points, points.shapes(modes))
+        exact = points.exact_shapes(modes)
+        return cls(points, points.with_error(exact), exact)
 
     def joined(self, other: "ShapesAtPoints") -> "ShapesAtPoints":
         """These points followed by others."""
         shapes = jnp.concatenate([self.shapes, other.shapes])
-        return ShapesAtPoints(joined([self.points, other.points]), shapes)
+        exact = jnp.concatenate([self.exact, other.exact])
+        return ShapesAtPoints(joined([self.points, other.points]), shapes, exact)
+
+
+class ModeError(NamedTuple):
+    """By what the first modes differ from those of the model.
+
+    Parameters
+    ----------
+    frequency, damping
+        Factors on natural frequencies and on what the damping law says of them [1].
+    """
+
+    frequency: Float[Array, "erroneous"]
+    damping: Float[Array, "erroneous"]
+
+    def over(self, modes: int) -> "ModeError":
+        """Return the factors of all modes, one for those that are exact."""
+        ones = jnp.ones(modes)
+        return ModeError(*(ones.at[: factor.size].set(factor) for factor in self))
 
 
 class ModalReceptance(NamedTuple):
@@ -127,7 +152,9 @@ class ModalReceptance(NamedTuple):
     relative_modulus: Inexact[Array, "frequency"]
 
 
-def modal_receptance(structure: Structure, modes: Modes, omega: Omega) -> ModalReceptance:
+def modal_receptance(
+    structure: Structure, modes: Modes, omega: Omega, mode_error: ModeError | None = None
+) -> ModalReceptance:
     """Receptance of each mode of unit shape, with and without its static part.
 
     The static flexibility is that of the modulus as drawn; damped, it is divided by the modulus
@@ -135,10 +162,13 @@ def modal_receptance(structure: Structure, modes: Modes, omega: Omega) -> ModalR
     """
     modulus = structure.relative_modulus(omega)
     natural, rigid = modes.angular_frequency(), modes.rigid_body_modes
+    eigenvalues = jnp.concatenate([jnp.full(rigid, jnp.inf), natural[rigid:] ** 2])
+    factor = None if mode_error is None else mode_error.over(natural.size)
+    natural = natural if factor is None else natural * factor.frequency
     loss = structure.damping.loss(natural, omega, rigid)
+    loss = loss if factor is None else loss * factor.damping[:, None]
     stiffness_less_inertia = (natural**2)[:, None] * modulus - omega**2
     modal = 1 / (stiffness_less_inertia + loss * structure.kept_damping())
-    eigenvalues = jnp.concatenate([jnp.full(rigid, jnp.inf), natural[rigid:] ** 2])
     lossy = modulus + structure.damping.static_loss(omega) * structure.kept_damping()
     return ModalReceptance(modal, modal - 1 / (eigenvalues[:, None] * lossy), lossy)
 
@@ -149,15 +179,28 @@ def elastic(
     response: ShapesAtPoints,
     reference: ShapesAtPoints,
     omega: Omega,
+    mode_error: ModeError | None = None,
 ) -> Matrix:
     """Receptance [m/N] of the structure proper, static where modes are left out."""
-    factors = modal_receptance(structure, modes, omega)
+    factors = modal_receptance(structure, modes, omega, mode_error)
     coupled = _coupled(structure, modes, (response, reference), factors.modal, omega)
     static = response.points.static_flexibility(modes, reference.points)
     if static is None:
         return _modal_sum(response, reference, factors.modal) + coupled
+    if mode_error is not None:
+        # What the kept modes leave out is that of the exact ones.
+        left_out = static - (response.exact * _flexibility(modes)) @ reference.exact.T
+        dynamic = _modal_sum(response, reference, factors.modal)
+        return dynamic + left_out[..., None] / factors.relative_modulus + coupled
     beyond = _modal_sum(response, reference, factors.beyond_static)
     return beyond + static[..., None] / factors.relative_modulus + coupled
+
+
+def _flexibility(modes: Modes) -> Float[Array, "mode"]:
+    """Static flexibility of each mode of unit shape; none of rigid-body modes."""
+    rigid = modes.rigid_body_modes
+    elastic_modes = modes.angular_frequency()[rigid:]
+    return jnp.concatenate([jnp.zeros(rigid), 1 / elastic_modes**2])
 
 
 def _modal_sum(

@@ -31,6 +31,10 @@ class Observation(eqx.Module):
         """Standard deviation of each output, given E|error|^2 of the FRF."""
 
     @abc.abstractmethod
+    def relative(self, outputs: Measured) -> Measured:
+        """Standard deviation of each output for an FRF with a relative error of 1."""
+
+    @abc.abstractmethod
     def receptance(self, measured: Measured, omega: Lines) -> Measured:
         """Return the receptance [m/N], or its amplitude, by outputs of any observed quantity.
 
@@ -101,6 +105,10 @@ class LogAmplitude(Observation):
         """First-order error of log10 |U|: only the part of the error along U counts."""
         return jnp.sqrt(variance / 2) / (jnp.abs(frf) * jnp.log(10.0))
 
+    def relative(self, outputs: Measured) -> Measured:
+        """Only the part of the error along U counts, half of the variance."""
+        return np.full(outputs.shape, 1 / (np.sqrt(2) * np.log(10.0)))
+
     def receptance(self, measured: Measured, omega: Lines) -> Measured:
         """Amplitude of the receptance |H| [m/N]; z does not contain the phase."""
         return 10.0**measured / omega**self.derivative
@@ -135,6 +143,11 @@ class Complex(Observation):
     def deviation(self, frf: FRF, variance: Variance) -> Response:
         """Half of the variance lies in each part of a circular error."""
         return jnp.sqrt(jnp.stack([variance, variance], axis=-2) / 2)
+
+    def relative(self, outputs: Measured) -> Measured:
+        """Half of the variance |U|^2 lies in each part."""
+        squares = np.sum(np.asarray(outputs) ** 2, axis=-2, keepdims=True)
+        return np.broadcast_to(np.sqrt(squares / 2), outputs.shape)
 
     def receptance(self, measured: Measured, omega: Lines) -> Measured:
         """Real and imaginary part of the receptance [m/N]."""

@@ -15,6 +15,7 @@ from ..effects.instruments import Instruments
 from ..modes.points import Points, along_axes, joined
 from ..positions.places import coordinates
 from .frf import PortStiffness, receptance
+from .model_error import SIDES, ModalErrors
 from .structure import Structure
 
 MOUNTINGS = ("roving", "fixed")
@@ -46,6 +47,7 @@ def recorded(
     instruments: Instruments,
     instrument_effects: Sequence[InstrumentEffect],
     drive: Drive,
+    model_error: ModalErrors | None = None,
 ) -> Receptance:
     """Receptance [m/N] as the instruments recorded it.
 
@@ -58,11 +60,14 @@ def recorded(
 
     def respond(omega: Omega) -> Receptance:
         at = drive._replace(omega=omega)
-        return _Loaded(structure, instruments, instrument_effects, at).response()
+        return _Loaded(structure, instruments, instrument_effects, at, model_error).response()
 
     for effect in instrument_effects:
         respond = partial(effect.evaluated, respond, instruments=instruments)
     response = respond(drive.omega)
+    if model_error is not None:
+        sensor, actuator = (model_error.gain_factors(instruments, side) for side in SIDES)
+        response = response * (sensor[:, None] * actuator)[..., None]
     for effect in instrument_effects:
         response = response + effect.added(drive.omega)
     response = _amplified(response, instruments, drive.omega)
@@ -96,6 +101,7 @@ class _Loaded(NamedTuple):
     instruments: Instruments
     instrument_effects: Sequence[InstrumentEffect]
     drive: Drive
+    model_error: ModalErrors | None
 
     def response(self) -> Receptance:
         """Receptance between all channels; an actuator is mounted only in its runs."""
@@ -130,12 +136,19 @@ class _Loaded(NamedTuple):
 
     def _between(self, read: Points, driven: Points, ports: Sequence[PortStiffness]) -> Receptance:
         omega, force, _ = self.drive
-        return receptance(self.structure, read, driven, omega, ports=ports, force=force)
+        mode_error = None if self.model_error is None else self.model_error.mode_error()
+        return receptance(
+            self.structure, read, driven, omega, ports=ports, force=force, mode_error=mode_error
+        )
 
     def _points(self, side: str) -> Points:
         axes = self.structure.modes.axes
         transducers = self.instruments.side(side).values()
-        return joined([transducer.points(axes) for transducer in transducers])
+        points = joined([transducer.points(axes) for transducer in transducers])
+        if self.model_error is None:
+            return points
+        error = self.model_error.shape_error(self.instruments, side)
+        return Points(points.position, points.direction, error)
 
     def _loading(self, side: str) -> list[InstrumentEffect]:
         """Effects that load the structure at the positions of the transducers of a side."""

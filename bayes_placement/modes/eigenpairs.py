@@ -50,7 +50,12 @@ def eigenpairs(matrix: Float[Array, "mode mode"]) -> Eigenpairs:
 
 @jax.custom_jvp
 def _eigh(matrix: Float[Array, "mode mode"]) -> tuple[Any, Any, Any]:
-    return (*jnp.linalg.eigh(matrix), jnp.zeros(matrix.shape))
+    values, vectors = jnp.linalg.eigh(matrix)
+    # Of the two signs the one that makes the largest component positive: what is added to a shape
+    # must keep its meaning while parameters change.
+    largest = jnp.argmax(jnp.abs(vectors), axis=0)
+    signs = jnp.sign(jnp.take_along_axis(vectors, largest[None], axis=0))
+    return values, vectors * signs, jnp.zeros(matrix.shape)
 
 
 @_eigh.defjvp

@@ -21,14 +21,27 @@ class Points(eqx.Module):
         Positions [m].
     direction
         Unit vectors, in the axes of the structure [1].
+    shape_error
+        What is added to the shapes of the first modes there [kg^-1/2]; None where they are exact.
     """
 
     position: Float[Array, "point *coordinate"]
     direction: Float[Array | np.ndarray, "point axis"]
+    shape_error: Float[Array, "point erroneous"] | None = None
 
     def shapes(self, modes: Modes) -> Float[Array, "point mode"]:
         """Mass-normalised mode shapes [kg^-1/2] along the directions."""
+        return self.with_error(self.exact_shapes(modes))
+
+    def exact_shapes(self, modes: Modes) -> Float[Array, "point mode"]:
+        """Mass-normalised mode shapes [kg^-1/2] of the model, without error."""
         return jnp.einsum("pa,pam->pm", self.direction, jax.vmap(modes.shapes)(self.position))
+
+    def with_error(self, exact: Float[Array, "point mode"]) -> Float[Array, "point mode"]:
+        """Shapes with their error added."""
+        if self.shape_error is None:
+            return exact
+        return exact.at[:, : self.shape_error.shape[1]].add(self.shape_error)
 
     def static_flexibility(
         self, modes: Modes, other: "Points"
@@ -49,7 +62,22 @@ def joined(groups: Sequence[Points]) -> Points:
     return Points(
         jnp.concatenate([points.position for points in groups]),
         concatenate([points.direction for points in groups]),
+        _joined_errors(groups),
     )
+
+
+def _joined_errors(groups: Sequence[Points]) -> Float[Array, "point erroneous"] | None:
+    """Shape errors of all points, zero for those whose shapes are exact."""
+    widths = [points.shape_error.shape[1] for points in groups if points.shape_error is not None]
+    if not widths:
+        return None
+    errors = [
+        jnp.zeros((points.position.shape[0], widths[0]))
+        if points.shape_error is None
+        else points.shape_error
+        for points in groups
+    ]
+    return jnp.concatenate(errors)
 
 
 def along_axes(position: Float[Array, "*coordinate"], modes: Modes) -> Points:

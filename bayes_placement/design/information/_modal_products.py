@@ -20,6 +20,8 @@ def factorise(experiment: Experiment) -> bool:
     structure = experiment.structure
     if experiment.instrument_effects:
         return False
+    if experiment.model_error is not None:
+        return False
     if structure.attachments or structure.cubic_attachments or _recording(experiment):
         return False
     moduli = [Owner("effects", modulus.name) for modulus in structure.of_kind(Modulus)]

@@ -1,0 +1,242 @@
+"""Model error: each mode and channel differs from the model, by sizes that are unknown.
+
+An embedded, hierarchical discrepancy: it enters where the physics does, so that a predicted FRF
+stays one of a structure. Kennedy and O'Hagan (2001, doi:10.1111/1467-9868.00294); Soize (2005,
+doi:10.1016/j.jsv.2005.07.009); Sargsyan, Huan and Najm (2019,
+doi:10.1615/Int.J.UncertaintyQuantification.2019027384).
+"""
+
+import math
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from numpyro.distributions import LogUniform, Normal
+
+from .._compiled import compiled
+from .._sites import Role, is_unknown, owners, unit
+from .._types import InputError, Parameter
+from ..effects.instruments import Instruments
+from ..effects.scales import Scales
+from .frf import ModeError
+
+MARGIN = 1.3
+"""Natural frequency over the greatest line up to which a mode is erroneous: those above matter
+little, and their static flexibility is that of the model."""
+
+SIDES = ("sensor", "actuator")
+SIZES = ("frequency", "damping", "shape", "gain")
+
+Size: TypeAlias = Parameter | None
+"""Common size of errors, a number or a distribution; None where there are none."""
+
+
+class ErrorsOfModes(eqx.Module):
+    """Errors of modes.
+
+    Parameters
+    ----------
+    size
+        Their common size.
+    standard
+        Errors over it, standard normal [mode].
+    """
+
+    size: Parameter = eqx.field(metadata=unit("1"))
+    standard: Parameter = eqx.field(metadata=unit("1"))
+
+    def values(self) -> Float[Array, "mode"]:
+        """Errors [1]."""
+        return jnp.asarray(self.size) * jnp.asarray(self.standard)
+
+
+class StandardOfChannels(eqx.Module):
+    """Errors of channels over their size, standard normal, by the name of the transducer."""
+
+    sensor: OrderedDict[str, Parameter]
+    actuator: OrderedDict[str, Parameter]
+
+
+class ErrorsOfChannels(eqx.Module):
+    """Errors of channels.
+
+    Parameters
+    ----------
+    size
+        Their common size.
+    standard
+        Errors over it.
+    """
+
+    size: Parameter = eqx.field(metadata=unit("1"))
+    standard: StandardOfChannels = eqx.field(metadata=unit("1"))
+
+    def values(self, instruments: Instruments, side: str) -> Float[Array, "channel ..."]:
+        """Errors of the channels of a side, in their order [1]."""
+        standard = getattr(self.standard, side)
+        rows = [jnp.asarray(_of(standard, name)) for name in instruments.side(side)]
+        return jnp.asarray(self.size) * jnp.concatenate(rows)
+
+
+@dataclass(frozen=True)
+class Modal:
+    """Natural frequencies, damping, shapes and gains that differ from those of the model.
+
+    The natural frequency of a mode is that of the model times exp(frequency * e), its damping that
+    of the model times exp(damping * e'), its shape at a channel that of the model plus
+    shape * rms * e'', rms being the root mean square of a mass-normalised shape, and a channel
+    records 1 + gain * e''' times the motion. All e are standard normal and independent.
+
+    The sizes are unknown as a rule. Their joint mode with the errors lies at zero and means
+    nothing; `improve` and `explain` find them with the errors integrated out.
+
+    Parameters
+    ----------
+    frequency, damping
+        Standard deviation of the logarithm of natural frequencies and of damping [1].
+    shape
+        Standard deviation of shapes over their root mean square [1].
+    gain
+        Relative standard deviation of the sensitivity of channels [1].
+    modes
+        Number of elastic modes with errors; by default those up to 1.3 times the greatest line.
+
+    Raises
+    ------
+    InputError
+        If a size is not positive, or there is no mode.
+    """
+
+    frequency: Size = field(default_factory=lambda: LogUniform(1e-5, 0.1))
+    damping: Size = field(default_factory=lambda: LogUniform(1e-3, 1.0))
+    shape: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
+    gain: Size = field(default_factory=lambda: LogUniform(1e-4, 0.1))
+    modes: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check the sizes."""
+        for word in SIZES:
+            _check_size(word, getattr(self, word))
+        _check_modes(self.modes)
+
+    def on(self, scales: Scales) -> "ModalErrors":
+        """Return an error for each mode and channel of an experiment."""
+        modes = scales.setup.nominal().structure.proper_modes()
+        rigid = modes.rigid_body_modes
+        natural = np.asarray(compiled(_natural_frequency)(modes))[rigid:]
+        below = int(np.sum(natural < MARGIN * scales.band[1]))
+        count = min(natural.size, max(1, below) if self.modes is None else self.modes)
+        return ModalErrors(
+            frequency=_of_modes(self.frequency, count),
+            damping=_of_modes(self.damping, count),
+            shape=_of_channels(self.shape, scales.instruments, count),
+            gain=_of_channels(self.gain, scales.instruments),
+            rms_shape=1 / math.sqrt(scales.mass),
+            modes=count,
+            rigid_body_modes=rigid,
+        )
+
+
+class ModalErrors(eqx.Module):
+    """Errors of the modes and channels of an experiment; made of `Modal` by the experiment.
+
+    Parameters
+    ----------
+    frequency, damping, shape, gain
+        Errors of each, None where there are none.
+    rms_shape
+        Root mean square of a mass-normalised shape [kg^-1/2].
+    modes
+        Number of elastic modes with errors.
+    rigid_body_modes
+        Number of rigid-body modes before them.
+    """
+
+    frequency: ErrorsOfModes | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    damping: ErrorsOfModes | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    shape: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    gain: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    rms_shape: float
+    modes: int = eqx.field(static=True)
+    rigid_body_modes: int = eqx.field(static=True)
+
+    def mode_error(self) -> ModeError:
+        """Factors on natural frequencies and damping of rigid-body modes and those with errors."""
+        factors = (
+            jnp.ones(self.modes) if errors is None else jnp.exp(errors.values())
+            for errors in (self.frequency, self.damping)
+        )
+        return ModeError(*(jnp.concatenate([jnp.ones(self.rigid_body_modes), f]) for f in factors))
+
+    def shape_error(
+        self, instruments: Instruments, side: str
+    ) -> Float[Array, "channel mode"] | None:
+        """What is added to the shapes at the channels of a side [kg^-1/2]."""
+        if self.shape is None:
+            return None
+        errors = self.rms_shape * self.shape.values(instruments, side)
+        return jnp.pad(errors, [(0, 0), (self.rigid_body_modes, 0)])
+
+    def gain_factors(self, instruments: Instruments, side: str) -> Float[Array, "channel"]:
+        """Factor on what each channel of a side records [1]."""
+        if self.gain is None:
+            return jnp.ones(len(instruments.channels(side)))
+        return 1 + self.gain.values(instruments, side)
+
+
+def _of_modes(size: Size, count: int) -> ErrorsOfModes | None:
+    return None if size is None else ErrorsOfModes(size, _standard_normal(count))
+
+
+def _of_channels(size: Size, instruments: Instruments, *shape: int) -> ErrorsOfChannels | None:
+    if size is None:
+        return None
+    sides = (
+        OrderedDict(
+            (name, _standard_normal(len(item.channels), *shape))
+            for name, item in instruments.side(side).items()
+        )
+        for side in SIDES
+    )
+    return ErrorsOfChannels(size, StandardOfChannels(*sides))
+
+
+def _natural_frequency(modes: Any) -> Float[Array, "mode"]:
+    return modes.natural_frequency
+
+
+def _standard_normal(*shape: int) -> Any:
+    return Normal(np.zeros(shape), np.ones(shape))
+
+
+def _of(errors: Mapping[str, Parameter], name: str) -> Parameter:
+    if name not in errors:
+        raise InputError(
+            f'The experiment has a transducer "{name}" that its model error does not know, since '
+            "it was made for others. Declare the model error once more: "
+            "experiment.with_model_error(bp.model_error.Modal())."
+        )
+    return errors[name]
+
+
+def _check_size(word: str, size: Size) -> None:
+    if size is None or is_unknown(size):
+        return
+    if not (np.ndim(size) == 0 and np.isfinite(size) and size > 0):  # type: ignore[operator]
+        raise InputError(
+            f"model_error.Modal({word}={size!r}) was given; a positive number, a distribution of "
+            f"one, or None for no such error is needed: {word}=dist.LogUniform(1e-4, 0.1)."
+        )
+
+
+def _check_modes(modes: int | None) -> None:
+    if modes is not None and modes < 1:
+        raise InputError(
+            f"model_error.Modal(modes={modes}) was given; at least one mode must have errors. "
+            "Without model error: model_error=None."
+        )

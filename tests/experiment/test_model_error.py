@@ -1,0 +1,135 @@
+"""Model error: the identity at zero, the law of each error, and what is refused."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro
+import pytest
+from numpyro.infer.util import log_density
+
+import bayes_placement as bp
+from bayes_placement._sites import Role
+from bayes_placement.experiment.resized import with_more_sensors
+from tests.criticism.small import TRUTH, experiment, measured
+
+SIZES = {
+    "model_error.frequency.size": 0.01,
+    "model_error.damping.size": 0.2,
+    "model_error.shape.size": 0.05,
+    "model_error.gain.size": 0.02,
+}
+
+
+@pytest.fixture(scope="module")
+def erroneous():
+    return experiment().fix(TRUTH).with_model_error(bp.model_error.Modal()).fix(SIZES)
+
+
+def errors(erroneous, seed=None):
+    """Standard errors of all modes and channels: zero, or drawn."""
+    random = np.random.default_rng(seed)
+    return {
+        unknown.name: random.standard_normal(unknown.distribution.shape()) * (seed is not None)
+        for unknown in erroneous.unknowns
+    }
+
+
+def frf(concrete):
+    return np.asarray(jax.jit(lambda: concrete.frf())())
+
+
+def test_errors_of_zero_are_the_exact_model(erroneous):
+    exact = frf(experiment().fix(TRUTH))
+    np.testing.assert_allclose(frf(erroneous.fix(errors(erroneous))), exact, rtol=1e-13)
+
+
+def modal(natural, ratio, omega):
+    """Receptance of modes of unit shape [mode, line]."""
+    squares = natural[:, None] ** 2 - omega**2
+    return 1 / (squares + 2j * ratio[:, None] * natural[:, None] * omega)
+
+
+def test_the_response_is_the_modal_sum_of_the_erroneous_modes(erroneous):
+    """In plain NumPy; modes beyond those that are kept stay as they are."""
+    values = errors(erroneous, seed=3)
+    concrete = erroneous.fix(values)
+    modes, count = concrete.structure.proper_modes(), concrete.model_error.modes
+    omega = 2 * np.pi * np.asarray(concrete.frequency)
+    natural = np.array(modes.angular_frequency())
+    ratio = np.full(natural.size, TRUTH["structure.damping.ratio"])
+
+    def side(name, with_errors):
+        rows = []
+        for key, item in concrete.instruments.side(name).items():
+            row = np.array(item.shapes(modes))[0]
+            standard = values[f"model_error.shape.standard.{name}.{key}"][0]
+            row[:count] += with_errors * 0.05 * concrete.model_error.rms_shape * standard
+            rows.append(row)
+        return np.array(rows)
+
+    def gains(name):
+        return np.array(
+            [
+                1 + 0.02 * values[f"model_error.gain.standard.{name}.{key}"][0]
+                for key in concrete.instruments.side(name)
+            ]
+        )
+
+    kept = [side("sensor", False), side("actuator", False), modal(natural, ratio, omega)]
+    exact = frf(experiment().fix(TRUTH)) / -(omega**2)
+    left_out = exact - np.einsum("sr,ar,rf->saf", *kept)
+    natural[:count] *= np.exp(0.01 * values["model_error.frequency.standard"])
+    ratio[:count] *= np.exp(0.2 * values["model_error.damping.standard"])
+    shifted = [side("sensor", True), side("actuator", True), modal(natural, ratio, omega)]
+    both = np.multiply.outer(gains("sensor"), gains("actuator"))[..., None]
+    expected = both * (np.einsum("sr,ar,rf->saf", *shifted) + left_out)
+    np.testing.assert_allclose(frf(concrete) / -(omega**2), expected, rtol=1e-9)
+
+
+def test_the_unit_of_shapes_is_their_root_mean_square(erroneous):
+    assert erroneous.model_error.rms_shape == pytest.approx(9.0**-0.5, rel=0.05)  # a bar of 9 kg
+
+
+def test_modes_above_the_band_are_exact(erroneous):
+    natural = np.asarray(erroneous.structure.modes.natural_frequency)
+    count = erroneous.model_error.modes
+    assert natural[count - 1] < 1.3 * 700.0 <= natural[count]
+
+
+def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
+    with_errors = experiment().with_model_error(bp.model_error.Modal())
+    rows = [unknown for unknown in with_errors.unknowns if unknown.role is Role.MODEL_ERROR]
+    assert {unknown.owner.kind for unknown in rows} == {"frequency", "damping", "shape", "gain"}
+    assert "model_error.frequency.size" in str(with_errors)
+    values = {
+        unknown.name: numpyro.distributions.biject_to(unknown.distribution.support)(
+            jnp.full(unknown.distribution.shape(), 0.3)
+        )
+        for unknown in with_errors.unknowns
+    }
+    density, _ = log_density(with_errors.model, (measured(),), {}, values)
+    exact = {name: value for name, value in values.items() if not name.startswith("model_error")}
+    without, _ = log_density(experiment().model, (measured(),), {}, exact)
+    assert np.isfinite(density) and density != pytest.approx(float(without))
+
+
+def test_a_size_of_none_leaves_no_unknowns():
+    only = bp.model_error.Modal(damping=None, shape=None, gain=None)
+    with_errors = experiment().with_model_error(only)
+    kinds = {u.owner.kind for u in with_errors.unknowns if u.role is Role.MODEL_ERROR}
+    assert kinds == {"frequency"}
+    exact = [unknown.name for unknown in with_errors.with_model_error(None).unknowns]
+    assert exact == [unknown.name for unknown in experiment().unknowns]
+
+
+@pytest.mark.parametrize("size", [0.0, -0.1, np.inf])
+def test_a_size_that_is_not_positive_is_refused(size):
+    with pytest.raises(ValueError, match="positive"):
+        bp.model_error.Modal(frequency=size)
+
+
+def test_a_transducer_that_the_errors_do_not_know_is_named(erroneous):
+    more = with_more_sensors(experiment().fix(TRUTH).with_model_error(bp.model_error.Modal()), 1)
+    concrete = more.fix(more.nominal_values())
+    with pytest.raises(ValueError, match="with_model_error"):
+        concrete.frf()
