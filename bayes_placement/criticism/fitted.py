@@ -15,7 +15,6 @@ from ..inference.bands import amplitude
 from ..inference.results import outputs
 from ..positions.vectors import Recorded
 from .missing._location import effect_locations
-from .missing.fitted_model import FittedModel
 from .missing.ledger import Ledger
 
 
@@ -90,10 +89,10 @@ def fitted_steps(
         By a name for each model, what `fitted` returns at the means of its unknowns.
     """
     first, last = ledger.steps[0], ledger.steps[-1]
-    fits = {"as given": fitted(experiment, measurement, _means(first))}
+    fits = {"as given": fitted(first.experiment or experiment, measurement, first.values)}
     if last.effects:
         name = f"with {' and '.join(last.effects)}"
-        fits[name] = fitted(ledger.experiment, measurement, _means(last))
+        fits[name] = fitted(last.experiment or ledger.experiment, measurement, last.values)
     return fits
 
 
@@ -105,11 +104,7 @@ def effect_places(ledger: Ledger) -> dict[str, Recorded]:
     ledger
         What `improve` returned.
     """
-    return effect_locations(ledger.experiment, _means(ledger.steps[-1]))
-
-
-def _means(step: FittedModel) -> dict[str, float]:
-    return {name: estimate.mean for name, estimate in step.parameters.items()}
+    return effect_locations(ledger.experiment, ledger.steps[-1].values)
 
 
 def _prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:

@@ -1,5 +1,6 @@
 """An experiment with data as a problem of least squares over standard normal coordinates."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import jax
@@ -9,8 +10,10 @@ from jaxtyping import Array, Float
 from numpyro.distributions import MaskedDistribution, MultivariateNormal
 
 from .._compiled import Bound, compiled
+from .._sites import Role, Unknown
 from .._types import InputError
 from ..experiment.experiment import Experiment
+from ..experiment.model_error import ModalErrors
 from ..experiment.noise import Data
 from ..experiment.observe import Complex
 from .coordinates import Coordinates
@@ -31,14 +34,29 @@ class Problem:
         Measured outputs.
     standard_normal
         Whether the prior has to be standard normal in the coordinates.
+    sizes
+        Sizes of the model error by name, where they are unknown: their joint mode with the errors
+        means nothing, so that they are no coordinates but numbers. By default the medians of their
+        priors.
+    rival
+        Model error that the experiment does not have: it is held at zero. One compiled function
+        then serves the experiment with it and without it.
 
     Raises
     ------
     InfeasibleError
-        If it has to be, and a prior has no inverse distribution function.
+        If the prior has to be standard normal, and has no inverse distribution function.
     """
 
-    def __init__(self, experiment: Experiment, data: Data, *, standard_normal: bool = True):
+    def __init__(
+        self,
+        experiment: Experiment,
+        data: Data,
+        *,
+        standard_normal: bool = True,
+        sizes: Mapping[str, float] | None = None,
+        rival: ModalErrors | None = None,
+    ):
         if experiment.noise is None:
             raise InputError(
                 "The experiment has noise=None, so residuals cannot be compared with the noise. "
@@ -47,10 +65,30 @@ class Problem:
         experiment.noise.check(data)
         self.experiment = experiment
         self.data = data
-        self.coordinates = coordinates_of(experiment, standard_normal=standard_normal)
-        self._evaluate: Bound[tuple[Array, Array]] = compiled(_residuals).bound(experiment, data)
+        self.rival = rival
+        self.unknown_sizes: Sequence[Unknown] = sizes_of(experiment)
+        self.sizes = dict(sizes or _medians(self.unknown_sizes))
+        self.at_fixed_sizes = experiment.fix(self.sizes)
+        self.coordinates = coordinates_of(self.at_fixed_sizes, standard_normal=standard_normal)
+        form = self._form()
+        self._size = coordinates_of(form, standard_normal=standard_normal).dimension
+        self._evaluate: Bound[tuple[Array, Array]] = compiled(_residuals).bound(form, data)
         self.squares = LeastSquares(
-            self._evaluate, self.dimension, int(np.sum(np.asarray(data.measured)))
+            self._padded, self.dimension, int(np.sum(np.asarray(data.measured)))
+        )
+
+    def _form(self) -> Experiment:
+        """The experiment with the model error that is held at zero."""
+        if self.rival is None:
+            return self.at_fixed_sizes
+        form = self.at_fixed_sizes.with_errors(self.rival)
+        return form.fix(_medians(sizes_of(form)))
+
+    def _padded(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
+        """Residuals with errors of zero; these are the last unknowns of an experiment."""
+        width = self._size - self.dimension
+        return self._evaluate(
+            jnp.pad(points, ((0, 0), (0, width))) if width else points, logarithmic
         )
 
     @property
@@ -63,9 +101,56 @@ class Problem:
         """Number of data."""
         return self.squares.count
 
+    def at_sizes(self, sizes: Mapping[str, float]) -> "Problem":
+        """Return the problem at other sizes of the model error."""
+        problem = Problem(self.experiment, self.data, sizes=sizes)
+        problem.squares.take_structure(self.squares)
+        return problem
+
+    def weight(self, relative_error: float) -> np.ndarray | None:
+        """Weight of each residual once FRFs have a further relative error.
+
+        None without such an error, and where the noise is unknown, which takes it up by itself.
+        """
+        noise = self.experiment.noise
+        deviation = None if noise is None else noise.deviation(self.data)
+        if relative_error == 0 or deviation is None:
+            return None
+        known = np.asarray(deviation)
+        further = relative_error * self.experiment.observe.relative(np.asarray(self.data.z))
+        return np.ravel(known / np.hypot(known, further))
+
+    def errors_of(self, size: Unknown) -> np.ndarray:
+        """Places of the errors that have a size, among the coordinates."""
+        places = [
+            np.arange(place.start, place.stop)
+            for unknown in self.experiment.unknowns
+            if unknown.owner == size.owner and unknown.name in self.coordinates.places
+            for place in [self.coordinates.places[unknown.name]]
+        ]
+        return np.concatenate(places)
+
     def prepare(self) -> None:
         """Compile the residuals, unless that is done. Any thread may."""
-        self._evaluate.prepare(np.zeros((BATCH, self.dimension)), False)
+        self._evaluate.prepare(np.zeros((BATCH, self._size)), False)
+
+
+def sizes_of(experiment: Experiment) -> tuple[Unknown, ...]:
+    """Sizes of the model error that are unknown."""
+    return tuple(
+        unknown
+        for unknown in experiment.unknowns
+        if unknown.role is Role.MODEL_ERROR and unknown.field == "size"
+    )
+
+
+def _medians(unknowns: Sequence[Unknown]) -> dict[str, float]:
+    priors = {unknown.name: unknown.distribution for unknown in unknowns}
+    coordinates = Coordinates(priors)
+    return {
+        name: float(value[0])
+        for name, value in coordinates.named(np.zeros((1, coordinates.dimension))).items()
+    }
 
 
 def coordinates_of(experiment: Experiment, *, standard_normal: bool = True) -> Coordinates:

@@ -34,7 +34,7 @@ def alternatives(
         Alternative(
             name=" + ".join(hypothesis.kinds) or NOTHING,
             probability=float(np.exp(max(comparison.log_odds(hypothesis) - greatest, -STRONG))),
-            experiment=hypothesis.problem.experiment,
+            experiment=hypothesis.problem.at_fixed_sizes,
             draws=hypothesis.problem.coordinates.named(
                 sampled[id(hypothesis)].points if id(hypothesis) in sampled else laplace(hypothesis)
             ),

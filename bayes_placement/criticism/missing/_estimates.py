@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._sites import Unknown
+from ..._sites import Role, Unknown
 from ...inference.estimates import scalars
 from ._hypotheses import Hypothesis
 
@@ -62,7 +62,33 @@ def estimates(hypothesis: Hypothesis, points: np.ndarray | None = None) -> dict[
     return {
         name: estimate
         for unknown in problem.experiment.unknowns
+        if unknown.role is not Role.MODEL_ERROR
         for name, estimate in _of_unknown(unknown, values[unknown.name], sides[unknown.name])
+    }
+
+
+def sizes(hypothesis: Hypothesis) -> dict[str, Estimate]:
+    """Unknown sizes of the model error, by what they are the size of."""
+    return {
+        size.owner.kind: _log_normal(value, hypothesis.deviations[size.name])
+        for size in hypothesis.problem.unknown_sizes
+        for value in [hypothesis.problem.sizes[size.name]]
+    }
+
+
+def _log_normal(median: float, deviation: float) -> Estimate:
+    low, high = (float(median * np.exp(side * OUTER * deviation)) for side in (-1, 1))
+    return Estimate(median, median * deviation, low, high, "1", None, "size")
+
+
+def errors(hypothesis: Hypothesis) -> dict[str, float]:
+    """Fitted standard errors of the model error, elements of arrays one by one."""
+    values = hypothesis.problem.coordinates.named(hypothesis.fit.point[None])
+    return {
+        name: float(np.ravel(value)[0])
+        for unknown in hypothesis.problem.at_fixed_sizes.unknowns
+        if unknown.role is Role.MODEL_ERROR
+        for name, value in scalars(unknown.name, values[unknown.name][None])
     }
 
 

@@ -28,7 +28,8 @@ def held_out(hypothesis: Hypothesis) -> float:
     """
     measured = np.asarray(hypothesis.problem.data.measured).ravel()
     folds = [held & measured for held in _folds(hypothesis.problem)]
-    scores = [_score(hypothesis, held) for held in folds if held.any() and (measured & ~held).any()]
+    score = _evidence_ratio if hypothesis.has_errors else _score
+    scores = [score(hypothesis, held) for held in folds if held.any() and (measured & ~held).any()]
     return float(np.mean(scores)) if scores else float("nan")
 
 
@@ -44,6 +45,22 @@ def _folds(problem: Problem) -> Iterator[np.ndarray]:
         held = np.zeros(shape, dtype=bool)
         held[..., lines] = True
         yield held.ravel()
+
+
+def _evidence_ratio(hypothesis: Hypothesis, held: np.ndarray) -> float:
+    """Evidence of all data over that of the rest, each by Laplace's method about its own fit.
+
+    Errors of what is held out go back to their prior, much farther than slopes hold.
+    """
+    problem, fit = hypothesis.problem, hypothesis.fit
+    training = partial(problem.squares.normal_equations, weight=(~held).astype(float))
+    _, normal = minimise(training, fit.point[None], steps=2 * STEPS)
+    log_evidence = -normal.cost[0] - 0.5 * np.linalg.slogdet(normal.curvature[0])[1]
+    _, log_scale = problem.squares.residuals(fit.point[None])
+    all_data = -fit.cost + fit.gaussian.log_volume - 0.5 * problem.dimension * np.log(2 * np.pi)
+    count = int(held.sum())
+    level = log_scale[0] / problem.count
+    return float((all_data - log_evidence) / count - 0.5 * np.log(2 * np.pi) - level)
 
 
 def _score(hypothesis: Hypothesis, held: np.ndarray) -> float:

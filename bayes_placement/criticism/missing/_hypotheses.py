@@ -1,8 +1,9 @@
 """An experiment with none, one or several effects that may be missing, each fitted."""
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,9 @@ import numpy as np
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
+from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
+from ...inference.engines.empirical_bayes import fitted_with_sizes
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ._candidates import numbered
@@ -38,14 +41,23 @@ class Hypothesis(NamedTuple):
         The least-squares problem.
     fit
         Its best fit.
+    near
+        Ends of descents along logarithmic residuals [start, unknown], of the exact model.
     scan
         The last effect scanned, None without effects.
+    deviations
+        Standard deviation of the log of each unknown size of the model error, by name.
+    has_errors
+        Whether a model error is fitted.
     """
 
     effects: tuple[Effect, ...]
     problem: Problem
     fit: Fit
+    near: np.ndarray = np.zeros((0, 0))
     scan: Scan | None = None
+    deviations: Mapping[str, float] = MappingProxyType({})
+    has_errors: bool = False
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -63,10 +75,46 @@ def fields_of(effect: Effect, problem: Problem) -> dict[str, str]:
     return {unknown.name: unknown.field for unknown in problem.experiment.unknowns_of(effect)}
 
 
-def null_hypothesis(experiment: Experiment, data: Data) -> Hypothesis:
-    """Fit the experiment as it is given."""
-    problem = Problem(experiment, data)
-    return Hypothesis((), problem, fit_alone(problem))
+def null_hypothesis(
+    experiment: Experiment, data: Data, rival: ModalErrors | None = None
+) -> Hypothesis:
+    """Fit the experiment as it is given.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    data
+        Measured outputs.
+    rival
+        Model error that it does not have but may be given later.
+    """
+    problem = Problem(experiment, data, rival=rival)
+    return Hypothesis((), problem, *fit_alone(problem))
+
+
+def with_errors(exact: Hypothesis, errors: ModalErrors, rival: float = -np.inf) -> Hypothesis:
+    """Fit a hypothesis once more, with a model error.
+
+    Errors begin at zero, where the exact model follows the data best on a logarithmic scale: a fit
+    whose errors have already taken up what an effect does would keep them.
+
+    Parameters
+    ----------
+    exact
+        The hypothesis without model error.
+    errors
+        The errors.
+    rival
+        Log evidence of another hypothesis; where this one stays far behind it is left as it is.
+    """
+    problem = Problem(exact.problem.experiment.with_errors(errors), exact.problem.data)
+    starts = np.zeros((len(exact.near), problem.dimension))
+    starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
+    sized = fitted_with_sizes(problem, starts, rival=rival)
+    return exact._replace(
+        problem=sized.problem, fit=sized.fit, deviations=sized.deviations, has_errors=True
+    )
 
 
 class ScannedCandidate(NamedTuple):
@@ -135,7 +183,8 @@ def _compiled_ahead(pool: ThreadPoolExecutor, pairs: Iterable[Pair]) -> Iterator
     for base, candidate in pairs:
         experiment = base.problem.experiment
         effect = numbered(candidate, {present.name for present in experiment.effects})
-        problem = Problem(experiment + effect, base.problem.data)
+        before = base.problem
+        problem = Problem(experiment + effect, before.data, rival=before.rival)
         waiting.append((base, effect, problem, pool.submit(problem.prepare)))
         if len(waiting) > AHEAD:
             yield waiting.popleft()
@@ -146,8 +195,7 @@ def fitted(candidate: ScannedCandidate) -> Hypothesis:
     """Fit a candidate that was scanned."""
     base, effect, problem, scan = candidate
     weak = _weak_start(effect, problem, base.fit.point)
-    fit = fit_grown(problem, scan, weak[None])
-    return Hypothesis((*base.effects, effect), problem, fit, scan)
+    return Hypothesis((*base.effects, effect), problem, *fit_grown(problem, scan, weak[None]), scan)
 
 
 def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarray:

@@ -50,7 +50,19 @@ class Comparison(NamedTuple):
         return self._replace(hypotheses=[*self.hypotheses, *hypotheses])
 
     def log_odds(self, hypothesis: Hypothesis) -> float:
-        """Log evidence plus log prior probability of its effects."""
+        """Log evidence plus log prior probability of its effects.
+
+        A model error may not have the form of the true one. Beside it, the error may therefore be
+        larger than stated: differences of evidence then count less.
+        """
+        log_odds = self._log_odds_as_stated(hypothesis)
+        if not hypothesis.has_errors:
+            return log_odds
+        larger = _gain_of_larger_error(hypothesis) + np.log(PRIOR_OF_NONE)
+        return float(log_odds + np.logaddexp(np.log1p(-PRIOR_OF_NONE), larger))
+
+    def _log_odds_as_stated(self, hypothesis: Hypothesis) -> float:
+        """The same, the error being as stated."""
         return hypothesis.fit.log_evidence + self.log_prior(hypothesis)
 
     def log_prior(self, hypothesis: Hypothesis) -> float:
@@ -84,7 +96,7 @@ class Comparison(NamedTuple):
 
     def probabilities(self) -> dict[str, float]:
         """Posterior probability of each kind, of nothing missing and of none of these."""
-        log_odds = np.array([self.log_odds(hypothesis) for hypothesis in self.hypotheses])
+        log_odds = np.array([self._log_odds_as_stated(h) for h in self.hypotheses])
         stated = log_odds + np.log1p(-PRIOR_OF_NONE)
         gains = np.array([_gain_of_larger_error(hypothesis) for hypothesis in self.hypotheses])
         larger = log_odds + gains + np.log(PRIOR_OF_NONE)
@@ -113,6 +125,13 @@ class Comparison(NamedTuple):
                 if similar_odds or min(p_value(best), p_value(hypothesis)) >= LEVEL:
                     pairs.append((next(iter(replaced)), next(iter(replacing))))
         return pairs
+
+
+def passes(hypothesis: Hypothesis, level: float) -> bool:
+    """Whether a hypothesis passes its check; where the noise is unknown, no check is possible."""
+    noise = hypothesis.problem.experiment.noise
+    known = noise is not None and noise.deviation(hypothesis.problem.data) is not None
+    return known and not p_value(hypothesis) < level
 
 
 def p_value(hypothesis: Hypothesis) -> float:

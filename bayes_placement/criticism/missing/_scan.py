@@ -39,12 +39,28 @@ class Scan(NamedTuple):
     predicted_cost: np.ndarray
 
 
-def fit_alone(problem: Problem, seed: int = 0) -> Fit:
+class Fitted(NamedTuple):
+    """A best fit, and the ends of descents along logarithmic residuals before it.
+
+    Parameters
+    ----------
+    fit
+        The fit.
+    near
+        The ends, those of least cost [start, unknown].
+    """
+
+    fit: Fit
+    near: np.ndarray
+
+
+def fit_alone(problem: Problem, seed: int = 0) -> Fitted:
     """Best fit of an experiment whose unknowns are all treated alike."""
-    return _followed(problem, sobol_starts(problem.dimension, 16, seed))
+    near = _near(problem, sobol_starts(problem.dimension, 16, seed))
+    return Fitted(_followed(problem, near), near)
 
 
-def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fit:
+def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
     """Best fit of an experiment with one more effect, from the best places of a scan.
 
     Parameters
@@ -57,7 +73,8 @@ def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fit:
         Further starts [start, unknown], followed to the end as they are.
     """
     order = np.argsort(np.nan_to_num(scan.predicted_cost, nan=np.inf))[:FOLLOWED]
-    return _followed(problem, scan.points[order], further)
+    near = _near(problem, scan.points[order])
+    return Fitted(_followed(problem, np.concatenate([near, further])), near)
 
 
 def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) -> Scan:
@@ -94,13 +111,16 @@ def others(problem: Problem, names: list[str]) -> np.ndarray:
     return np.setdiff1d(np.arange(problem.dimension), named)
 
 
-def _followed(problem: Problem, points: np.ndarray, further: np.ndarray | None = None) -> Fit:
-    equations = problem.squares.normal_equations
-    near, normal = minimise(partial(equations, logarithmic=True), points, steps=10)
-    near = near[np.argsort(np.nan_to_num(normal.cost, nan=np.inf))[:FINISHED]]
-    last = near if further is None else np.concatenate([near, further])
-    ends, final = minimise(equations, last, steps=40)
+def _followed(problem: Problem, starts: np.ndarray) -> Fit:
+    ends, final = minimise(problem.squares.normal_equations, starts, steps=40)
     return best_fit(ends, final, problem.count)
+
+
+def _near(problem: Problem, points: np.ndarray) -> np.ndarray:
+    """The best ends of descents along logarithmic residuals."""
+    equations = partial(problem.squares.normal_equations, logarithmic=True)
+    ends, normal = minimise(equations, points, steps=10)
+    return ends[np.argsort(np.nan_to_num(normal.cost, nan=np.inf))[:FINISHED]]
 
 
 def _grid(problem: Problem, counts: dict[str, int], most: int) -> np.ndarray:

@@ -6,6 +6,7 @@ removed again and replaced.
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +18,15 @@ from ._posterior_odds import Comparison
 VARIANTS = 4
 """Variants of one kind that are fitted, such as a mass on one member or another."""
 
-BRANCHES, KINDS = 4, 5
-"""Hypotheses that are extended, and the kinds of effects that are tried on each of them."""
+
+class Breadth(NamedTuple):
+    """Hypotheses that are extended, and the kinds of effects that are tried on each of them."""
+
+    branches: int = 4
+    kinds: int = 5
+
+
+ALL = Breadth()
 
 Tick = Callable[[], None]
 
@@ -43,15 +51,21 @@ def _promising(candidates: Sequence[ScannedCandidate]) -> list[ScannedCandidate]
     return promising
 
 
-def one_more_effect(comparison: Comparison, depth: int, tick: Tick) -> Comparison:
+def one_more_effect(
+    comparison: Comparison, depth: int, tick: Tick, breadth: Breadth = ALL
+) -> Comparison:
     """Try one more effect on the best hypotheses of so many, then replace those of the best."""
     best = [hypothesis for hypothesis in comparison.distinct() if len(hypothesis.effects) == depth]
-    deeper = comparison.with_hypotheses(extended(_pairs(comparison, best[:BRANCHES]), tick))
-    replaced = extended(_pairs(deeper, _subsets_of_best(deeper, depth)), tick)
+    deeper = comparison.with_hypotheses(
+        extended(_pairs(comparison, best[: breadth.branches], breadth.kinds), tick)
+    )
+    replaced = extended(
+        _pairs(deeper, _subsets_of_best(deeper, depth, breadth.kinds), breadth.kinds), tick
+    )
     return deeper.with_hypotheses(replaced)
 
 
-def _subsets_of_best(comparison: Comparison, depth: int) -> list[Hypothesis]:
+def _subsets_of_best(comparison: Comparison, depth: int, most: int) -> list[Hypothesis]:
     """What is left of the best hypothesis without one of its effects, if not yet extended."""
     best = comparison.distinct()[0]
     if len(best.effects) != depth + 1:
@@ -65,13 +79,13 @@ def _subsets_of_best(comparison: Comparison, depth: int) -> list[Hypothesis]:
     for hypothesis in comparison.distinct():
         is_part = len(hypothesis.effects) == depth and set(hypothesis.kinds) <= set(best.kinds)
         extensions = sum(set(hypothesis.kinds) <= set(kinds) for kinds in tried)
-        if is_part and extensions < KINDS:
+        if is_part and extensions < most:
             subsets.append(hypothesis)
     return subsets
 
 
 def _pairs(
-    comparison: Comparison, branches: Sequence[Hypothesis]
+    comparison: Comparison, branches: Sequence[Hypothesis], most: int
 ) -> list[tuple[Hypothesis, Effect]]:
     """Hypotheses to extend and the effects to extend them by, each set of kinds once."""
     null = next(hypothesis for hypothesis in comparison.hypotheses if not hypothesis.effects)
@@ -83,7 +97,7 @@ def _pairs(
             kind = kind_of(candidate.effect)
             extension = tuple(sorted((*branch.kinds, kind)))
             is_new = kind not in branch.kinds and extension not in tried
-            if is_new and len(kinds) < KINDS:
+            if is_new and len(kinds) < most:
                 kinds.append(kind)
                 tried.add(extension)
                 pairs.append((branch, candidate.effect))

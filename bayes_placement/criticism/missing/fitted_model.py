@@ -1,14 +1,15 @@
 """A fitted model for the record: its parameters, its misfit, its evidence."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ...effects.library import kind_of
+from ...experiment.experiment import Experiment
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
-from ._estimates import Estimate, estimates
+from ._estimates import Estimate, errors, estimates, sizes
 from ._held_out import held_out
 from ._hypotheses import Hypothesis
 from ._posterior_odds import STRONG, Comparison, p_value
@@ -48,6 +49,15 @@ class FittedModel:
         Which sensor or part of the structure the added effect is about, in words.
     remark
         What its estimates mean, in words: a known wrong factor; mostly empty.
+    model_error
+        Sizes of the model error that it needs, by what they are the size of; empty for an exact
+        model.
+    errors
+        Errors over their sizes at the best fit, by name.
+    chi2_when_exact
+        Chi2 per datum of the best fit without model error; NaN where there is none.
+    experiment
+        The experiment, its model error of the sizes above.
     """
 
     added: str | None
@@ -61,6 +71,16 @@ class FittedModel:
     kind: str = ""
     setting: str = ""
     remark: str = ""
+    model_error: Mapping[str, Estimate] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=dict, repr=False)
+    chi2_when_exact: float = float("nan")
+    experiment: Experiment | None = field(default=None, repr=False)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Mean of each unknown, elements of arrays one by one."""
+        means = {name: estimate.mean for name, estimate in self.parameters.items()}
+        return means | dict(self.errors)
 
     def description(self) -> str:
         """Say what was added: which sensor or part it is about, and its parameters."""
@@ -100,6 +120,11 @@ class FittedModel:
             "p_value": number_or_none(self.p_value),
             "log_evidence": number_or_none(self.log_evidence),
             "held_out": number_or_none(self.held_out),
+            "model_error": {
+                word: [number_or_none(value) for value in (size.mean, size.low, size.high)]
+                for word, size in self.model_error.items()
+            },
+            "chi2_per_datum_when_exact": number_or_none(self.chi2_when_exact),
         }
 
 
@@ -110,10 +135,16 @@ def sampled_finalists(comparison: Comparison, hypotheses: Sequence[Hypothesis]) 
     return {
         id(hypothesis): sampled_about(hypothesis.problem.squares, hypothesis.fit)
         for hypothesis in close[:FINALISTS]
+        if not hypothesis.has_errors  # too many unknowns to sample; Laplace's method stands
     }
 
 
-def fitted_model(hypothesis: Hypothesis, sampled: Sampled, added: str | None = None) -> FittedModel:
+def fitted_model(
+    hypothesis: Hypothesis,
+    sampled: Sampled,
+    added: str | None = None,
+    exact: Comparison | None = None,
+) -> FittedModel:
     """Lay out a hypothesis for the record.
 
     Parameters
@@ -124,6 +155,8 @@ def fitted_model(hypothesis: Hypothesis, sampled: Sampled, added: str | None = N
         Hypotheses that were sampled.
     added
         Name of the effect that is new in it; the last of its effects by default.
+    exact
+        Hypotheses without model error, where this one has some.
     """
     posterior = sampled.get(id(hypothesis))
     parameters = estimates(hypothesis, None if posterior is None else posterior.points)
@@ -145,6 +178,10 @@ def fitted_model(hypothesis: Hypothesis, sampled: Sampled, added: str | None = N
         if effect is None
         else effect.setting(experiment.structure.modes, experiment.instruments),
         remark="" if effect is None else effect.remark(_of_effect(effect.name, parameters)),
+        model_error=sizes(hypothesis),
+        errors=errors(hypothesis),
+        chi2_when_exact=_chi2_when_exact(hypothesis, exact),
+        experiment=hypothesis.problem.at_fixed_sizes,
     )
 
 
@@ -155,6 +192,13 @@ def _of_effect(name: str, parameters: Mapping[str, Estimate]) -> dict[str, tuple
         for estimate in parameters.values()
         if estimate.effect == name
     }
+
+
+def _chi2_when_exact(hypothesis: Hypothesis, exact: Comparison | None) -> float:
+    if not hypothesis.has_errors or exact is None:
+        return float("nan")
+    alike = (other for other in exact.hypotheses if other.effects is hypothesis.effects)
+    return next((other.chi2_per_datum for other in alike), float("nan"))
 
 
 def number_or_none(value: float) -> float | None:

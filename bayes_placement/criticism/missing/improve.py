@@ -11,12 +11,14 @@ from threadpoolctl import threadpool_limits
 from ..._types import Progress, no_progress
 from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
+from ...experiment.model_error import Modal
 from ._alternatives import alternatives
 from ._candidates import candidates_of
-from ._hypotheses import Hypothesis, null_hypothesis
-from ._posterior_odds import LEVEL, Comparison, p_value, steps_to
+from ._held_out import held_out
+from ._hypotheses import Hypothesis
+from ._posterior_odds import LEVEL, Comparison, p_value, passes, steps_to
 from ._score_test import suspicion
-from ._search import one_more_effect, single_effects
+from ._with_errors import Question, answered
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
 from .ledger import Ledger
 
@@ -31,6 +33,7 @@ def improve(
     candidates: Library | None = None,
     level: float = LEVEL,
     most_effects: int = MOST_EFFECTS,
+    model_error: Modal | None = Modal(),  # noqa: B008  it never changes
     progress: Progress = no_progress,
 ) -> Ledger:
     """Add the effects that a model lacks, until it passes its check or nothing pays any more.
@@ -52,6 +55,9 @@ def improve(
         Probability that a correct model fails its check of chi2.
     most_effects
         Most effects that are added.
+    model_error
+        Model error that is a rival of the candidates where the experiment has none and no candidate
+        reaches the noise; None where the model must be taken for exact.
     progress
         Called with the share of the work done.
 
@@ -65,17 +71,16 @@ def improve(
     began = time.perf_counter()
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
-    null = null_hypothesis(experiment, data)
-    comparison = single_effects(null, effects, _ticks(progress, len(effects), (0.02, 0.6)))
-    if p_value(null) < level:
-        comparison = _deepened(comparison, level, most_effects, progress)
-        best = comparison.best()
-    else:
-        best = null
+    question = Question.of(
+        experiment, data, effects, model_error, level=level, most_effects=most_effects
+    )
+    ticks = _ticks(progress, 2 * len(effects) + 20, (0.02, 0.9))
+    null, comparison, exact = answered(question, ticks)
+    best = comparison.hypotheses[0] if passes(null, level) else _confirmed(comparison)
     progress(0.9)
     sampled = sampled_finalists(comparison, [best])
     progress(0.97)
-    steps = _steps(comparison, best, sampled)
+    steps = _steps(comparison, best, sampled, exact)
     progress(1.0)
     return Ledger(
         steps=steps,
@@ -91,14 +96,18 @@ def improve(
     )
 
 
-def _deepened(comparison: Comparison, level: float, most: int, progress: Progress) -> Comparison:
-    for depth in range(1, most):
-        best = comparison.best()
-        if p_value(best) >= level or len(best.effects) < depth:
+def _confirmed(comparison: Comparison) -> Hypothesis:
+    """The best hypothesis; beside a model error, if it predicts held-out data better than less.
+
+    The form of a model error is assumed, so that evidence alone does not suffice.
+    """
+    best = comparison.best()
+    while best.has_errors and best.effects:
+        before = comparison.of(steps_to(comparison, best)[-2])
+        if held_out(best) > held_out(before):
             break
-        share = (0.6 + 0.3 * (depth - 1) / most, 0.6 + 0.3 * depth / most)
-        comparison = one_more_effect(comparison, depth, _ticks(progress, 20, share))
-    return comparison
+        best = before
+    return best
 
 
 def _ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callable[[], None]:
@@ -113,15 +122,17 @@ def _ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callab
     return tick
 
 
-def _steps(comparison: Comparison, best: Hypothesis, sampled: Sampled) -> tuple[FittedModel, ...]:
+def _steps(
+    comparison: Comparison, best: Hypothesis, sampled: Sampled, exact: Comparison
+) -> tuple[FittedModel, ...]:
     """The way from the model as given to the best hypothesis, one effect a step."""
     way = steps_to(comparison, best)
     hypotheses = [comparison.of(kinds) for kinds in way[:-1]] + [best] if best.effects else [best]
-    steps = [fitted_model(hypotheses[0], sampled)]
+    steps = [fitted_model(hypotheses[0], sampled, exact=exact)]
     for before, after in itertools.pairwise(hypotheses):
         new = Counter(after.kinds) - Counter(before.kinds)
         added = next(effect.name for effect in after.effects if kind_of(effect) in new)
-        steps.append(fitted_model(after, sampled, added))
+        steps.append(fitted_model(after, sampled, added, exact))
     return tuple(steps)
 
 

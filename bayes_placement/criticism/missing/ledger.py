@@ -84,6 +84,7 @@ class Ledger:
                 "p": number_or_blank(step.p_value, ".2g"),
                 "log evidence": number_or_blank(step.log_evidence, ".1f"),
                 "held out": number_or_blank(step.held_out, ".3f"),
+                **_model_error_columns(step),
                 "parameters": step.description(),
             }
             for step in self.steps
@@ -93,6 +94,8 @@ class Ledger:
     def sentence(self) -> str:
         """Say the verdict in one sentence."""
         first, last = self.steps[0], self.steps[-1]
+        if last.model_error:
+            return self._sentence_beside_model_error(first, last)
         if self.verdict:
             missing = " and ".join(self._with_odds(kind) for kind in self.verdict)
             rest = " Something else is still missing." if self.unexplained else ""
@@ -112,6 +115,26 @@ class Ledger:
         return (
             "Nothing is claimed to be missing: the model as given passes its check (chi2 per datum "
             f"{last.chi2_per_datum:.3g}, p = {last.p_value:.2g})."
+        )
+
+    def _sentence_beside_model_error(self, first: FittedModel, last: FittedModel) -> str:
+        """Say the verdict where a model error is the rival of every effect."""
+        if not self.verdict:
+            return (
+                f"Nothing is claimed to be missing: a model error explains the data better than "
+                f"any candidate. {sizes_in_words(last)}"
+            )
+        missing = " and ".join(self._with_odds(kind) for kind in self.verdict)
+        rest = " Something else is still missing." if self.unexplained else ""
+        before, after = first.chi2_when_exact, last.chi2_when_exact
+        falls = (
+            f" Without model error chi2 per datum falls from {before:.3g} to {after:.3g}."
+            if np.isfinite(before) and np.isfinite(after)
+            else ""
+        )
+        return (
+            f"Missing: {missing}, which explains the data better than a larger model error."
+            f"{falls} {sizes_in_words(last, first)}{rest}"
         )
 
     def _with_odds(self, kind: str) -> str:
@@ -147,6 +170,27 @@ class Ledger:
         """Table of the steps, then the sentences."""
         lines = self.table().to_string()
         return "\n".join([lines, "", *(f"- {line}" for line in self.words())])
+
+
+def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
+    """Say how much model error a model needs, and how much it needed before."""
+    words = {"frequency": "natural frequencies", "shape": "mode shapes", "gain": "sensitivities"}
+    parts = []
+    for kind, size in step.model_error.items():
+        was = "" if before is None else f" (before: {_percent(before.model_error[kind].mean)})"
+        parts.append(f"{words.get(kind, kind)} by {_percent(size.mean)}{was}")
+    return f"The model needs to err: {', '.join(parts)}."
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"
+
+
+def _model_error_columns(step: FittedModel) -> dict[str, str]:
+    if not step.model_error:
+        return {}
+    exact = {"exact chi2": number_or_blank(step.chi2_when_exact, ".4g")}
+    return exact | {kind: _percent(size.mean) for kind, size in step.model_error.items()}
 
 
 def confounded_sentence(kind: str, other: str) -> str:

@@ -165,6 +165,10 @@ class LeastSquares:
         """Whether the cost is half a sum of squares but for a constant."""
         return not self._changes[1].any()
 
+    def take_structure(self, other: "LeastSquares") -> None:
+        """Take over what is known of which datum depends on which unknown, to save its search."""
+        self._changes = other._changes
+
     @functools.cached_property
     def column_groups(self) -> ColumnGroups:
         """Unknowns that change different data."""

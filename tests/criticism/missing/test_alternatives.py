@@ -22,6 +22,7 @@ def hypothesis(log_evidence, squares, *added):
     """A fit of so many squares over 100 data, of one unknown."""
     problem = SimpleNamespace(
         experiment=experiment(),
+        at_fixed_sizes=experiment(),
         dimension=1,
         count=100,
         coordinates=SimpleNamespace(named=lambda points: {NAME: points[:, 0]}),

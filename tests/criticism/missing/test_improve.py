@@ -91,10 +91,19 @@ def test_where_the_noise_is_in_doubt_no_effect_is_called_improbable(with_mass):
 
 def test_what_no_candidate_explains_is_said_to_be_unexplained():
     few = effects.library(experiment(), ["time_delay"])
-    ledger = improve(experiment(), measured(MASS, seed=4), candidates=few)
+    ledger = improve(experiment(), measured(MASS, seed=4), candidates=few, model_error=None)
     assert ledger.unexplained
     assert ledger.probabilities["none_of_these"] > 0.9
     assert any("None of the candidates" in line for line in ledger.words())
+
+
+def test_model_error_is_a_rival_of_what_no_candidate_explains():
+    few = effects.library(experiment(), ["time_delay"])
+    ledger = improve(experiment(), measured(MASS, seed=4), candidates=few)
+    assert ledger.verdict == ()
+    assert set(ledger.steps[0].model_error) == {"frequency", "damping", "shape", "gain"}
+    assert ledger.steps[0].chi2_when_exact > 2
+    assert "a model error explains the data better than any candidate" in ledger.sentence()
 
 
 def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):

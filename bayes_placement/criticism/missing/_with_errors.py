@@ -1,0 +1,164 @@
+"""The same hypotheses with and without model error: which of the two the data ask for."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...effects.effect import Effect
+from ...experiment.experiment import Experiment
+from ...experiment.model_error import Modal, ModalErrors
+from ...experiment.noise import Data
+from ._hypotheses import Hypothesis, finite, null_hypothesis, with_errors
+from ._posterior_odds import Comparison, passes
+from ._search import Breadth, one_more_effect, single_effects
+
+Tick = Callable[[], None]
+
+NARROW = Breadth(branches=2, kinds=3)
+"""Hypotheses that are extended where a model error already explains the data."""
+
+
+class Question(NamedTuple):
+    """The question which of some effects an experiment lacks.
+
+    Parameters
+    ----------
+    experiment
+        The experiment without model error.
+    data
+        Measured outputs.
+    effects
+        The candidates.
+    errors
+        The model error; None where the model is exact.
+    declared
+        Whether the experiment was given with it; else it is a rival of all candidates.
+    level
+        Probability that a correct model fails its check.
+    most_effects
+        Most effects that are added.
+    """
+
+    experiment: Experiment
+    data: Data
+    effects: Sequence[Effect]
+    errors: ModalErrors | None
+    declared: bool
+    level: float
+    most_effects: int = 1
+
+    @classmethod
+    def of(
+        cls,
+        experiment: Experiment,
+        data: Data,
+        effects: Sequence[Effect],
+        rival: Modal | None,
+        **settings: Any,
+    ) -> "Question":
+        """Return the question, the rival being the model error where the experiment has none."""
+        declared = experiment.model_error is not None
+        errors = experiment.model_error
+        if not declared and rival is not None:
+            errors = experiment.with_model_error(rival).model_error
+        return cls(experiment.with_errors(None), data, effects, errors, declared, **settings)
+
+
+class Answer(NamedTuple):
+    """Hypotheses compared.
+
+    Parameters
+    ----------
+    null
+        The model as given, exact.
+    comparison
+        Those of the world, exact or with model error, that the data ask for.
+    exact
+        Those without model error.
+    """
+
+    null: Hypothesis
+    comparison: Comparison
+    exact: Comparison
+
+
+def answered(question: Question, tick: Tick) -> Answer:
+    """Compare hypotheses without model error, and with it where none of them reaches the noise.
+
+    A declared model error is always fitted.
+    """
+    null = null_hypothesis(question.experiment, question.data, question.errors)
+    exact = single_effects(null, question.effects, tick)
+    if question.declared:
+        return Answer(null, _deepened_with_errors(question, exact, tick), exact)
+    if passes(null, question.level):
+        return Answer(null, exact, exact)
+    erroneous = _erroneous(question, exact, tick)
+    explained = erroneous is not None and passes(erroneous.best(), question.level)
+    exact = _deepened(question, exact, NARROW if explained else Breadth(), tick)
+    if erroneous is None or _odds(exact) > _odds(erroneous):
+        return Answer(null, exact, exact)
+    return Answer(null, erroneous, exact)
+
+
+def _odds(comparison: Comparison) -> float:
+    return comparison.log_odds(comparison.best())
+
+
+def _erroneous(question: Question, exact: Comparison, tick: Tick) -> Comparison | None:
+    """The hypotheses with model error; None where it explains less than the best of the others."""
+    best = exact.best()
+    if question.errors is None or passes(best, question.level):
+        return None
+    null = with_errors(exact.hypotheses[0], question.errors)
+    if exact.log_odds(null) < exact.log_odds(best):
+        return None
+    return _deepened_with_errors(question, exact, tick)
+
+
+def _deepened(
+    question: Question, comparison: Comparison, breadth: Breadth, tick: Tick
+) -> Comparison:
+    for depth in range(1, question.most_effects):
+        best = comparison.best()
+        if passes(best, question.level) or len(best.effects) < depth:
+            break
+        comparison = one_more_effect(comparison, depth, tick, breadth)
+    return comparison
+
+
+def _deepened_with_errors(question: Question, exact: Comparison, tick: Tick) -> Comparison:
+    assert question.errors is not None
+    comparison = _refitted(exact, exact.hypotheses, question.errors, tick)
+    for depth in range(1, question.most_effects):
+        best = comparison.best()
+        if passes(best, question.level) or len(best.effects) < depth:
+            break
+        branches = [h for h in comparison.distinct() if len(h.effects) == depth]
+        kinds = {hypothesis.kinds for hypothesis in branches[: NARROW.branches]}
+        alike = [h for h in exact.distinct() if h.kinds in kinds]
+        deeper = one_more_effect(
+            exact._replace(hypotheses=[exact.hypotheses[0], *alike]), depth, tick, NARROW
+        )
+        further = [h for h in deeper.hypotheses if len(h.effects) == depth + 1]
+        refitted = _refitted(deeper, further, question.errors, tick)
+        comparison = comparison.with_hypotheses(refitted.hypotheses)
+    return comparison
+
+
+def _promise(hypothesis: Hypothesis) -> tuple[bool, float]:
+    """The model as given first, then the better of the exact ones."""
+    return not hypothesis.effects, hypothesis.fit.log_evidence
+
+
+def _refitted(
+    exact: Comparison, hypotheses: Sequence[Hypothesis], errors: ModalErrors, tick: Tick
+) -> Comparison:
+    refitted: list[Hypothesis] = []
+    best = -np.inf
+    for hypothesis in sorted(hypotheses, key=_promise, reverse=True):
+        refitted.append(with_errors(hypothesis, errors, best))
+        best = max(best, refitted[-1].fit.log_evidence)
+        tick()
+    return exact._replace(hypotheses=finite(refitted))

@@ -1,0 +1,211 @@
+"""Sizes of errors by the evidence, the errors themselves integrated out by Laplace's method.
+
+MacKay (1992, doi:10.1162/neco.1992.4.3.415). The joint mode over errors and their sizes lies at
+sizes of zero and means nothing; the evidence as a function of the sizes has a maximum that does.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Generic, Protocol, TypeVar, runtime_checkable
+
+import numpy as np
+
+from ..._sites import Unknown
+from .least_squares import LeastSquares, Points
+from .levenberg_marquardt import Fit, best_fit, minimise
+
+ROUNDS = 6
+"""Greatest number of estimates of the sizes."""
+
+SETTLED = 1.0
+"""Gain of log evidence below which the sizes are settled."""
+
+SOFTENING = (0.3, 0.1, 0.03, 0.01)
+"""Relative errors that FRFs have besides, at first: a resonance that is off by more than its
+bandwidth leaves the plain residual flat."""
+
+FAR_BEHIND = 0.1
+"""Log evidence a datum behind a rival at which a fit is given up: later steps never gained it."""
+
+SOFT_STEPS, FOLLOWED = 8, 2
+"""Steps with each of these, and descents that are followed to the next."""
+
+LARGEST_STEP = np.log(4.0)
+"""Greatest change of the log of a size in one round."""
+
+STEPS = 40
+
+
+Kind = TypeVar("Kind", bound="Hierarchy")
+
+
+@runtime_checkable
+class Hierarchy(Protocol):
+    """A problem of least squares whose errors have unknown sizes."""
+
+    sizes: dict[str, float]
+    squares: LeastSquares
+
+    @property
+    def unknown_sizes(self) -> Sequence[Unknown]:
+        """Sizes that are unknown."""
+
+    @property
+    def count(self) -> int:
+        """Number of data."""
+
+    def at_sizes(self: Kind, sizes: Mapping[str, float]) -> Kind:
+        """Return the problem at other sizes."""
+
+    def errors_of(self, size: Unknown) -> np.ndarray:
+        """Places of the errors of a size among the coordinates."""
+
+    def weight(self, relative_error: float) -> np.ndarray | None:
+        """Weight of each residual once FRFs have a further relative error."""
+
+
+@dataclass(frozen=True)
+class Sized(Generic[Kind]):
+    """A fit, and the problem at the sizes that were found for it.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    fit
+        Its fit; the evidence is that of the model with unknown sizes.
+    deviations
+        Standard deviation of the log of each size, by name.
+    """
+
+    problem: Kind
+    fit: Fit
+    deviations: dict[str, float]
+
+
+def fitted_with_sizes(
+    problem: Kind,
+    starts: Points,
+    softening: Sequence[float] = SOFTENING,
+    rival: float = -np.inf,
+) -> Sized[Kind]:
+    """Best fit from some starts, errors having the sizes of greatest evidence.
+
+    Parameters
+    ----------
+    problem
+        The problem at the sizes to begin with.
+    starts
+        Starts [start, unknown].
+    softening
+        Relative errors that FRFs have besides, one after the other, before they have none.
+    rival
+        Log evidence of another model. A fit that is far behind it is not followed to the end.
+    """
+    for relative_error in softening:
+        ends, fit = _fit(problem, starts, relative_error, SOFT_STEPS)
+        problem, (starts,) = _at_better_sizes(problem, fit, (ends[:FOLLOWED],))
+    return _settled(problem, starts, rival - FAR_BEHIND * problem.count)
+
+
+def _settled(problem: Kind, starts: Points, least: float) -> Sized[Kind]:
+    """Estimate the sizes until the evidence no longer grows, or stays below what is needed."""
+    ends, fit = _fit(problem, starts, steps=SOFT_STEPS)
+    if fit.log_evidence > least:
+        _, fit = _fit(problem, ends)
+    best = Sized(problem, *_integrated(problem, fit))
+    if fit.log_evidence < least:
+        return best
+    for _ in range(ROUNDS if problem.unknown_sizes else 0):
+        problem, (point,) = _at_better_sizes(problem, fit, (fit.point,))
+        _, fit = _fit(problem, point[None])
+        sized = Sized(problem, *_integrated(problem, fit))
+        gain = sized.fit.log_evidence - best.fit.log_evidence
+        best = sized if gain > 0 else best
+        if gain < SETTLED:
+            break
+    return best
+
+
+def _at_better_sizes(
+    problem: Kind, fit: Fit, points: Sequence[np.ndarray]
+) -> tuple[Kind, list[np.ndarray]]:
+    """The problem at better sizes, and points of the same errors there."""
+    sizes = {size.name: _better(problem, fit, size) for size in problem.unknown_sizes}
+    moved = [_rescaled(problem, point, sizes) for point in points]
+    return (problem.at_sizes(sizes) if sizes else problem), moved
+
+
+def _fit(
+    problem: Hierarchy, starts: Points, relative_error: float = 0.0, steps: int = STEPS
+) -> tuple[Points, Fit]:
+    """Final points of the descents, the best first, and the best fit."""
+    weight = problem.weight(relative_error)
+    equations = partial(problem.squares.normal_equations, weight=weight)
+    ends, normal = minimise(equations, starts, steps=steps)
+    order = np.argsort(np.nan_to_num(normal.cost, nan=np.inf))
+    return ends[order], best_fit(ends, normal, problem.count)
+
+
+def _determined(problem: Hierarchy, fit: Fit, size: Unknown) -> tuple[float, float]:
+    """Sum of the squared errors of a size, and how many of them the data determine."""
+    places = problem.errors_of(size)
+    variance = np.diag(fit.gaussian.covariance)[places]
+    squares = float(np.sum(fit.point[places] ** 2))
+    return squares, float(np.sum(np.clip(1 - variance, 0.0, 1.0)))
+
+
+def _better(problem: Hierarchy, fit: Fit, size: Unknown) -> float:
+    """Fixed-point step: at the greatest evidence the squares sum up to the number determined."""
+    squares, determined = _determined(problem, fit, size)
+    pull = _slope_of_log_prior(size, problem.sizes[size.name])
+    ratio = (squares + max(pull, 0.0)) / max(determined - min(pull, 0.0), 1e-3)
+    step = np.clip(0.5 * np.log(max(ratio, 1e-12)), -LARGEST_STEP, LARGEST_STEP)
+    return _within(size, problem.sizes[size.name] * float(np.exp(step)))
+
+
+def _within(size: Unknown, value: float) -> float:
+    """Size within the support of its prior."""
+    support = size.distribution.support
+    low = float(getattr(support, "lower_bound", 0.0))
+    high = float(getattr(support, "upper_bound", np.inf))
+    return float(np.clip(value, max(low, 1e-12), high))
+
+
+def _log_density(size: Unknown, value: float) -> float:
+    """Log prior density of the log of a size."""
+    return float(size.distribution.log_prob(value)) + float(np.log(value))
+
+
+def _slope_of_log_prior(size: Unknown, value: float) -> float:
+    step = 1e-3
+    ends = [_within(size, value * np.exp(side * step)) for side in (-1, 1)]
+    densities = [_log_density(size, end) for end in ends]
+    return (densities[1] - densities[0]) / max(float(np.log(ends[1] / ends[0])), 1e-9)
+
+
+def _rescaled(problem: Hierarchy, point: np.ndarray, sizes: Mapping[str, float]) -> np.ndarray:
+    """Point of the same errors at other sizes."""
+    moved = point.copy()
+    for size in problem.unknown_sizes:
+        moved[..., problem.errors_of(size)] *= problem.sizes[size.name] / sizes[size.name]
+    return moved
+
+
+def _integrated(problem: Hierarchy, fit: Fit) -> tuple[Fit, dict[str, float]]:
+    """Fit with the evidence integrated over the sizes, and how well these are known.
+
+    About its maximum the log evidence falls as the number of determined errors times the square of
+    the change of the log of a size. Where few are determined it falls on one side only, and the
+    prior of the size limits the width.
+    """
+    log_evidence, deviations = fit.log_evidence, {}
+    for size in problem.unknown_sizes:
+        _, determined = _determined(problem, fit, size)
+        deviation = 1 / np.sqrt(2 * max(determined, 0.5))
+        width = np.sqrt(2 * np.pi) * deviation
+        density = _log_density(size, problem.sizes[size.name])
+        log_evidence += min(0.0, density + float(np.log(width)))
+        deviations[size.name] = float(deviation)
+    return fit._replace(log_evidence=log_evidence), deviations
