@@ -45,18 +45,9 @@ Plan = Callable[[Experiment, dict[str, Any]], Gain]
 
 
 class Estimator(eqx.Module):
-    """An estimator of the information gain of an experiment about its parameters.
+    """An estimator of the information gain of an experiment about its parameters."""
 
-    Parameters
-    ----------
-    sampling
-        `sobol` (scrambled, in replicates) or `plain`: independent draws, as in the paper.
-    replicates
-        Independent sets of draws, whose spread is the error.
-    """
-
-    sampling: str = eqx.field(static=True, default="sobol", kw_only=True)
-    replicates: int = eqx.field(static=True, default=4, kw_only=True)
+    replicates: eqx.AbstractVar[int]
 
     @abc.abstractmethod
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:
@@ -95,13 +86,17 @@ class GainAboutParameters(Estimator):
 
     Parameters
     ----------
-    sampling, replicates
-        See `Estimator`.
+    sampling
+        `sobol` (scrambled, in replicates) or `plain`: independent draws, as in the paper.
+    replicates
+        Independent sets of draws, whose spread is the error.
     after
         Result of `infer` for an earlier measurement: the map is then the gain by the next one. By
         default only the prior is known.
     """
 
+    sampling: str = eqx.field(static=True, default="sobol", kw_only=True)
+    replicates: int = eqx.field(static=True, default=4, kw_only=True)
     after: JointDraws | None = eqx.field(default=None, converter=draws_of, kw_only=True)
 
     def typical(self) -> dict[str, np.ndarray]:

@@ -58,6 +58,8 @@ class Separation(Estimator):
     alternatives: tuple[Alternative, ...] = eqx.field(default=(), converter=tuple)
     draws: int = eqx.field(static=True, default=64)
     data_draws: int = eqx.field(static=True, default=64)
+    sampling: str = eqx.field(static=True, default="sobol")
+    replicates: int = eqx.field(static=True, default=4)
 
     def __check_init__(self) -> None:
         if len(self.alternatives) < 2:
