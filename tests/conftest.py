@@ -18,9 +18,9 @@ os.environ.setdefault(
 )
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.2")
 
-# Without the emitters of fused loops a function compiles in half of the time; compiled in one piece,
-# functions that differ by what is zero round alike. A compiler that does not know a flag ends the
-# process, so that the flags are given only to that with which they were tried.
+# Without the emitters of fused loops a function compiles in half of the time; compiled in one
+# piece, functions that differ by what is zero round alike. A compiler that does not know a flag
+# ends the process, so that the flags are given only to that with which they were tried.
 if version("jaxlib").startswith("0.10."):
     flags = "--xla_cpu_use_fusion_emitters=false --xla_cpu_parallel_codegen_split_count=1"
     os.environ.setdefault("XLA_FLAGS", flags)
