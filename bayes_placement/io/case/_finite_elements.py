@@ -194,18 +194,20 @@ class FiniteElementStructure:
 
 
 def _model_folder(case: JsonObject) -> Path:
-    """Folder of the model, among those of the cases: a file says nothing of the other folders."""
-    cases = case.file.resolve().parents[1]
+    """Folder of the model, among the folders beside the case: a file opens nothing else."""
+    start = case.file.resolve().parent
+    beside = start.parents[min(1, len(start.parents) - 1)]
     rule = FieldRule(
-        f"a folder in {cases}, relative to that of the case,",
+        f"a folder in {beside}, relative to that of the case,",
         "../models/plate",
         lambda value: (
             _is_text(value)
             and "\0" not in value
-            and (case.file.resolve().parent / value).resolve().is_relative_to(cases)
+            and not Path(value).is_absolute()
+            and (start / value).resolve().is_relative_to(beside)
         ),
     )
-    return (case.file.resolve().parent / case.value("nominal_fe_model", rule)).resolve()
+    return (start / case.value("nominal_fe_model", rule)).resolve()
 
 
 def _frame_members(fields: JsonObject) -> dict[str, Tolerance]:

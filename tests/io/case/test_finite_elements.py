@@ -160,3 +160,14 @@ def test_a_direction_in_which_a_plate_does_not_move_is_refused(folder):
         case.CaseError, match=r"directions of \"s1\" is \[1\]; a list of directions"
     ):
         case.read(folder)
+
+
+@pytest.mark.parametrize("path", ["/etc", "../../../../etc", "..\0", "", 3])
+def test_a_model_elsewhere_is_not_opened(folder, path):
+    rewritten(folder / "case.json", lambda content: content.update(nominal_fe_model=path))
+    with pytest.raises(case.CaseError, match="nominal_fe_model is .*; a folder in .*, relative to"):
+        case.read(folder)
+
+
+def test_a_model_beside_the_folder_of_the_cases_is_opened(shared_data):
+    assert case.read(shared_data / "imperfect" / "54_portal").experiment.force_levels is None
