@@ -16,6 +16,7 @@ from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from . import divergence, engines, marginals
 from ._results_tree import Inference, equal_draws, pick, tree
+from .engines.empirical_bayes import Hierarchy
 from .engines.engine import Engine, EngineDraws
 from .engines.least_squares import LeastSquares
 from .estimates import Weighting, standard_error
@@ -136,6 +137,7 @@ def _inference(
         priors,
         moves,
         jax.tree_util.Partial(_least_squares, marginal, experiment, data),
+        jax.tree_util.Partial(_hierarchy, marginal, experiment, data),
     )
     draws = engine.run(posterior, engine_key, progress)
     parents = equal_draws(draws)
@@ -160,6 +162,10 @@ def _inference(
 
 def _least_squares(marginal: Marginal, experiment: Experiment, data: Data) -> LeastSquares | None:
     return marginal.least_squares(experiment, data)
+
+
+def _hierarchy(marginal: Marginal, experiment: Experiment, data: Data) -> Hierarchy | None:
+    return marginal.hierarchy(experiment, data)
 
 
 def _predictions(

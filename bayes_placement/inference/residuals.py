@@ -130,6 +130,25 @@ class Problem:
         ]
         return np.concatenate(places)
 
+    def with_sizes(self, points: np.ndarray, sizes: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Coordinates of all unknowns of the experiment, from those here and sizes by name."""
+        everything = coordinates_of(self.experiment)
+        vectors = np.zeros((len(points), everything.dimension))
+        for name, place in everything.places.items():
+            if name in self.coordinates.places:
+                vectors[:, place] = points[:, self.coordinates.places[name]]
+        for size in self.unknown_sizes:
+            score = Coordinates({size.name: size.distribution}).vector
+            scores = jax.vmap(lambda value, n=size.name, f=score: f({n: value}))(sizes[size.name])
+            vectors[:, everything.places[size.name]] = np.asarray(scores)
+        return vectors
+
+    def without_sizes(self, points: np.ndarray) -> np.ndarray:
+        """Coordinates here, from those of all unknowns of the experiment."""
+        everything = coordinates_of(self.experiment)
+        kept = [points[:, everything.places[name]] for name in self.coordinates.places]
+        return np.concatenate(kept, axis=1)
+
     def prepare(self) -> None:
         """Compile the residuals, unless that is done. Any thread may."""
         self._evaluate.prepare(np.zeros((BATCH, self._size)), False)

@@ -14,13 +14,14 @@ from .._compiled import compiled
 from .._types import InputError, Key
 from ._quadrature_rules import product_rule
 from .coordinates import Coordinates
+from .engines.empirical_bayes import Hierarchy
 from .engines.least_squares import LeastSquares
 from .symmetries import Move, Values
 
 Flat = Float[Array, "unknown"]
 
 
-def _no_least_squares() -> None:
+def _unknown() -> None:
     """Likelihood of which nothing is known."""
 
 
@@ -41,6 +42,8 @@ class UnconstrainedModel(eqx.Module):
         is its own inverse.
     least_squares
         Called for the likelihood as a problem of least squares, None where it is none.
+    hierarchy
+        Called for the same where errors have unknown sizes, None where none have.
 
     Raises
     ------
@@ -53,13 +56,15 @@ class UnconstrainedModel(eqx.Module):
     distributions: tuple[Distribution, ...]
     moves: tuple[Move, ...]
     find_least_squares: Callable[[], LeastSquares | None]
+    find_hierarchy: Callable[[], Hierarchy | None]
 
     def __init__(
         self,
         model: Callable[[], None],
         priors: dict[str, Distribution],
         moves: tuple[Move, ...] = (),
-        least_squares: Callable[[], LeastSquares | None] = _no_least_squares,
+        least_squares: Callable[[], LeastSquares | None] = _unknown,
+        hierarchy: Callable[[], Hierarchy | None] = _unknown,
     ):
         _check_continuous(priors)
         self.model = model
@@ -67,6 +72,7 @@ class UnconstrainedModel(eqx.Module):
         self.names, self.distributions = tuple(priors), tuple(priors.values())
         self.moves = moves
         self.find_least_squares = least_squares
+        self.find_hierarchy = hierarchy
 
     @property
     def priors(self) -> dict[str, Distribution]:
@@ -86,6 +92,10 @@ class UnconstrainedModel(eqx.Module):
     def least_squares(self) -> LeastSquares | None:
         """Likelihood as a problem of least squares over the flat vector."""
         return self.find_least_squares()
+
+    def hierarchy(self) -> Hierarchy | None:
+        """The same problem where errors have unknown sizes."""
+        return self.find_hierarchy()
 
     def flatten(self, values: Values) -> Flat:
         """Flat vector of values by name; not finite where a prior excludes a value."""

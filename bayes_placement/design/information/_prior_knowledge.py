@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import ndtr
 
-from ..._sites import Role
+from ..._sites import Role, Unknown
 from ..._types import InputError
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import JointDraws
@@ -73,7 +73,7 @@ def prior_knowledge(
     """Prior knowledge of the parameters and, after a measurement, of positions that stay.
 
     A transducer that stays mounted keeps its position, of which the measurement has informed
-    together with the parameters, and of which the next one informs as well.
+    together with the parameters, and of which the next one informs as well. So does a model error.
 
     Raises
     ------
@@ -100,11 +100,16 @@ def prior_knowledge(
             "after=bp.infer(experiment, measured)."
         )
     mounted = [
-        unknown.name
-        for unknown in unknowns
-        if unknown.is_of_transducer and unknown.name in after and unknown.owner.name not in moved
+        unknown.name for unknown in unknowns if unknown.name in after and _stays(unknown, moved)
     ]
     return PosteriorDraws({name: after[name] for name in [*priors, *mounted]})
+
+
+def _stays(unknown: Unknown, moved: Sequence[str]) -> bool:
+    """Whether a placement or a model error is the same in the next measurement."""
+    if unknown.role is Role.MODEL_ERROR:
+        return unknown.component.rpartition(".")[2] not in moved
+    return unknown.is_of_transducer and unknown.owner.name not in moved
 
 
 def posterior_means(after: JointDraws | None) -> dict[str, np.ndarray]:

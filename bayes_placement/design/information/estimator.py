@@ -105,12 +105,35 @@ class GainAboutParameters(Estimator):
 
 
 def placement_distributions(experiment: Experiment, known: Collection[str] = ()) -> dict[str, Any]:
-    """Distribution of each coordinate and angle of the placement that is not known, by name."""
+    """Distribution of what is no parameter and not known, by name.
+
+    That is each coordinate and angle of the placement, and the model error.
+    """
     return {
         unknown.name: unknown.distribution
         for unknown in experiment.unknowns
-        if unknown.is_of_transducer and unknown.name not in known
+        if unknown.is_of_transducer or unknown.role is Role.MODEL_ERROR
+        if unknown.name not in known
     }
+
+
+def refuse_model_error(experiment: Experiment, known: Collection[str], estimator: str) -> None:
+    """Refuse a model error that is not known, which is no product over transducers, nor small.
+
+    Raises
+    ------
+    InfeasibleError
+        If there is one.
+    """
+    errors = [unknown.name for unknown in experiment.unknowns if unknown.role is Role.MODEL_ERROR]
+    strange = [name for name in errors if name not in known]
+    if strange:
+        raise InfeasibleError(
+            f"{estimator} was given an experiment with a model error ({strange[0]} is unknown); "
+            "an exact model is needed, since this estimate integrates over the placement alone. "
+            "Use information.KDE(), which draws the errors as well, or "
+            "experiment.with_model_error(None)."
+        )
 
 
 def divergence(log_likelihood: Float[Array, "replicate draw"]) -> Gain:

@@ -21,6 +21,7 @@ from .estimator import (
     divergence,
     known_noise,
     placement_distributions,
+    refuse_model_error,
 )
 
 BATCH = 8
@@ -62,6 +63,7 @@ class Exact(GainAboutParameters):
         knowledge = prior_knowledge(experiment, self.after, moved)
         known_noise(experiment, "information.Exact")
         check(experiment, "information.Exact")
+        refuse_model_error(experiment, knowledge.names, "information.Exact")
         count = _sampling.draws_of_replicate(self.draws, self.replicates)
         sizes = (self.replicates, count, knowledge.dimension)
         parameters = knowledge.values(_sampling.scores(self.sampling, *sizes, seed))

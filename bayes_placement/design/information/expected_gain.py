@@ -21,6 +21,7 @@ from .estimator import (
     mean_over_replicates,
     output_deviation,
     placement_distributions,
+    refuse_model_error,
 )
 
 BATCH = 64
@@ -67,6 +68,7 @@ class ExpectedGain(GainAboutParameters):
         """
         known_noise(experiment, "information.ExpectedGain")
         knowledge = prior_knowledge(experiment, self.after, moved)
+        refuse_model_error(experiment, knowledge.names, "information.ExpectedGain")
         # The draws that simulate data must not be among those of their density.
         data_knowledge = density_knowledge = knowledge
         if isinstance(knowledge, PosteriorDraws):

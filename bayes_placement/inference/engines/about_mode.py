@@ -44,6 +44,10 @@ class Reference:
         """Not over the Gaussian."""
         return
 
+    def hierarchy(self) -> None:
+        """Sizes of errors are numbers here."""
+        return
+
     def __init__(self, problem: LeastSquares, gaussian: Laplace):
         self.problem = problem
         self.dimension = problem.dimension

@@ -36,6 +36,8 @@ LARGEST_STEP = np.log(4.0)
 
 STEPS = 40
 
+LEAST_SIZE = 1e-12
+"""Least size of an error."""
 
 Kind = TypeVar("Kind", bound="Hierarchy")
 
@@ -60,6 +62,12 @@ class Hierarchy(Protocol):
 
     def errors_of(self, size: Unknown) -> np.ndarray:
         """Places of the errors of a size among the coordinates."""
+
+    def with_sizes(self, points: np.ndarray, sizes: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Coordinates of all unknowns, from those of the problem and sizes by name."""
+
+    def without_sizes(self, points: np.ndarray) -> np.ndarray:
+        """Coordinates of the problem among those of all unknowns."""
 
     def weight(self, relative_error: float) -> np.ndarray | None:
         """Weight of each residual once FRFs have a further relative error."""
@@ -167,13 +175,18 @@ def _better(problem: Hierarchy, fit: Fit, size: Unknown) -> float:
 
 def _within(size: Unknown, value: float) -> float:
     """Size within the support of its prior."""
+    low, high = bounds_of_log(size)
+    return float(np.clip(value, np.exp(low), np.exp(high)))
+
+
+def bounds_of_log(size: Unknown) -> tuple[float, float]:
+    """Least and greatest log of a size in the support of its prior."""
     support = size.distribution.support
-    low = float(getattr(support, "lower_bound", 0.0))
-    high = float(getattr(support, "upper_bound", np.inf))
-    return float(np.clip(value, max(low, 1e-12), high))
+    low = max(float(getattr(support, "lower_bound", 0.0)), LEAST_SIZE)
+    return float(np.log(low)), float(np.log(getattr(support, "upper_bound", np.inf)))
 
 
-def _log_density(size: Unknown, value: float) -> float:
+def log_density(size: Unknown, value: float) -> float:
     """Log prior density of the log of a size."""
     return float(size.distribution.log_prob(value)) + float(np.log(value))
 
@@ -181,7 +194,7 @@ def _log_density(size: Unknown, value: float) -> float:
 def _slope_of_log_prior(size: Unknown, value: float) -> float:
     step = 1e-3
     ends = [_within(size, value * np.exp(side * step)) for side in (-1, 1)]
-    densities = [_log_density(size, end) for end in ends]
+    densities = [log_density(size, end) for end in ends]
     return (densities[1] - densities[0]) / max(float(np.log(ends[1] / ends[0])), 1e-9)
 
 
@@ -205,7 +218,7 @@ def _integrated(problem: Hierarchy, fit: Fit) -> tuple[Fit, dict[str, float]]:
         _, determined = _determined(problem, fit, size)
         deviation = 1 / np.sqrt(2 * max(determined, 0.5))
         width = np.sqrt(2 * np.pi) * deviation
-        density = _log_density(size, problem.sizes[size.name])
+        density = log_density(size, problem.sizes[size.name])
         log_evidence += min(0.0, density + float(np.log(width)))
         deviations[size.name] = float(deviation)
     return fit._replace(log_evidence=log_evidence), deviations

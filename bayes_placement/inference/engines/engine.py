@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from ..._compiled import compiled
 from ..._types import Key, Progress
+from .empirical_bayes import Hierarchy
 from .least_squares import LeastSquares
 
 Flat = Float[Array, "unknown"]
@@ -27,6 +28,9 @@ class PosteriorDensity(Protocol):
 
     def least_squares(self) -> LeastSquares | None:
         """Likelihood as a problem of least squares; None where it is none."""
+
+    def hierarchy(self) -> Hierarchy | None:
+        """The same where errors have unknown sizes, whose joint mode with these means nothing."""
 
     def log_prior(self, flat: Flat) -> Scalar:
         """Log prior density."""

@@ -13,10 +13,12 @@ from scipy.optimize import differential_evolution
 from ..._compiled import compiled
 from ..._types import InputError, Key, Progress
 from ..weights import GOOD_PARETO_K, pareto_k
+from .empirical_bayes import Hierarchy
 from .engine import Engine, EngineDraws, PosteriorDensity
 from .laplace import laplace
 from .least_squares import NormalEquations, Points, Terms
 from .levenberg_marquardt import LARGEST, minimise
+from .mode_with_sizes import mode_with_sizes
 
 Objective = Callable[[PosteriorDensity, Any], Any]
 Derivatives = Callable[[Points], Terms]
@@ -38,7 +40,8 @@ class MAP(Engine):
     """Maximum of the posterior density of the named values, Eq. (26), with Laplace covariance.
 
     Where the model is one of least squares (placement latent, Gaussian noise), the curvature is
-    that of Gauss and Newton; else it is the Hessian, with its eigenvalues made positive.
+    that of Gauss and Newton; else it is the Hessian, with its eigenvalues made positive. Where
+    errors have unknown sizes (`model_error.Modal`), these are the sizes of greatest evidence.
 
     Parameters
     ----------
@@ -65,7 +68,9 @@ class MAP(Engine):
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Search from many starts and draw from the Gaussian about the best point."""
         start_key, draw_key = jax.random.split(key)
-
+        hierarchy = posterior.hierarchy()
+        if hierarchy is not None:
+            return self._with_sizes(posterior, hierarchy, start_key, progress)
         starts = np.asarray(posterior.sample_prior(start_key, self.starts))
         if self.search == "evolutionary":
             seed = int(jax.random.randint(start_key, (), 0, 2**31 - 1))
@@ -78,6 +83,27 @@ class MAP(Engine):
         draws = self._laplace(posterior, modes, draw_key, reached, len(costs))
         progress(1.0)
         return draws
+
+    def _with_sizes(
+        self, posterior: PosteriorDensity, problem: Hierarchy, key: Key, progress: Progress
+    ) -> EngineDraws:
+        """Mode at sizes of greatest evidence; the joint mode with the errors means nothing."""
+        starts = np.asarray(posterior.sample_prior(key, self.starts))
+        seed = int(jax.random.randint(key, (), 0, 2**31 - 1))
+        sized = mode_with_sizes(problem, starts, self.draws, seed)
+        progress(0.9)
+        position = jnp.asarray(sized.points)
+        density, likelihood = compiled(_densities)(posterior, position)
+        k = pareto_k(np.asarray(density) - sized.log_density)
+        progress(1.0)
+        return EngineDraws(
+            position=position[None],
+            log_likelihood=likelihood[None],
+            log_evidence=sized.log_evidence,
+            mode=jnp.asarray(sized.mode),
+            attributes={"pareto_k": k},
+            warnings=_warnings(sized.is_flat, k, 0, 0),
+        )
 
     def _laplace(
         self,

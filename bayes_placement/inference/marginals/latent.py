@@ -8,8 +8,9 @@ from ..._sites import Unknown
 from ..._types import Key
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
+from ..engines.empirical_bayes import Hierarchy
 from ..engines.least_squares import LeastSquares
-from ..residuals import Problem
+from ..residuals import Problem, sizes_of
 from .marginal import Marginal, Model
 
 
@@ -39,9 +40,13 @@ class Latent(Marginal):
 
     def least_squares(self, experiment: Experiment, data: Data) -> LeastSquares | None:
         """Return the residuals of the experiment, whose noise is Gaussian."""
-        if experiment.noise is None:
+        if experiment.noise is None or sizes_of(experiment):
             return None
         return Problem(experiment, data, standard_normal=False).squares
+
+    def hierarchy(self, experiment: Experiment, data: Data) -> Hierarchy | None:
+        """Return the same where the model error has unknown sizes."""
+        return Problem(experiment, data) if sizes_of(experiment) else None
 
     def placement(self, experiment: Experiment, data: Data, key: Key) -> None:
         """Nothing was integrated."""

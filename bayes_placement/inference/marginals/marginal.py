@@ -10,10 +10,12 @@ from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
 from ..._sites import Unknown, realise
-from ..._types import Key
+from ..._types import InfeasibleError, Key
 from ...experiment.experiment import MEASURED, Experiment
 from ...experiment.noise import Data
+from ..engines.empirical_bayes import Hierarchy
 from ..engines.least_squares import LeastSquares
+from ..residuals import sizes_of
 
 Model = Callable[[], None]
 
@@ -48,6 +50,23 @@ class Marginal(eqx.Module):
 
     def least_squares(self, experiment: Experiment, data: Data) -> LeastSquares | None:
         """Return the likelihood as a problem of least squares; None where it is none."""
+        return None
+
+    def hierarchy(self, experiment: Experiment, data: Data) -> Hierarchy | None:
+        """Return the same where errors have unknown sizes; None where none have.
+
+        Raises
+        ------
+        InfeasibleError
+            If they have, and the likelihood is no such problem.
+        """
+        if sizes_of(experiment):
+            raise InfeasibleError(
+                f"engines.MAP with marginals.{type(self).__name__} was given a model error of "
+                "unknown sizes. Their joint mode with the errors lies at zero and means nothing, "
+                "and sizes of greatest evidence need Gaussian noise and a sampled placement: use "
+                "marginals.Latent(), or engines.SMC()."
+            )
         return None
 
     @abc.abstractmethod

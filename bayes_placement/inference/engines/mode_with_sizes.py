@@ -1,0 +1,104 @@
+"""Mode and draws of a posterior whose errors have unknown sizes: these by the evidence.
+
+The joint mode over errors and their sizes lies at sizes of zero and means nothing.
+"""
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from scipy.stats import norm, truncnorm
+
+from ..._sites import Unknown
+from ..coordinates import Coordinates
+from .empirical_bayes import Hierarchy, Sized, bounds_of_log, fitted_with_sizes, log_density
+from .levenberg_marquardt import minimise
+
+NEAR, FOLLOWED = 10, 6
+"""Steps along logarithmic residuals, and descents that are followed."""
+
+
+class ModeWithSizes(NamedTuple):
+    """A mode at the sizes of greatest evidence, and draws about it.
+
+    Parameters
+    ----------
+    mode
+        Coordinates of all unknowns, sizes among them [unknown].
+    points
+        Draws of these [draw, unknown].
+    log_density
+        Log density by which the draws were made [draw].
+    log_evidence
+        Log evidence by Laplace's method.
+    is_flat
+        Whether the posterior is flat along some direction.
+    """
+
+    mode: np.ndarray
+    points: np.ndarray
+    log_density: np.ndarray
+    log_evidence: float
+    is_flat: bool
+
+
+def mode_with_sizes(problem: Hierarchy, starts: np.ndarray, draws: int, seed: int) -> ModeWithSizes:
+    """Find the mode from some starts [start, unknown] and draw about it."""
+    begin = _near(problem, problem.without_sizes(starts))
+    sized = fitted_with_sizes(problem, begin)
+    points, log_density = _drawn(sized, draws, np.random.default_rng(seed))
+    at_mode = {name: np.array([size]) for name, size in sized.problem.sizes.items()}
+    return ModeWithSizes(
+        mode=problem.with_sizes(sized.fit.point[None], at_mode)[0],
+        points=points,
+        log_density=log_density,
+        log_evidence=sized.fit.log_evidence,
+        is_flat=sized.fit.gaussian.is_flat,
+    )
+
+
+def _near(problem: Hierarchy, starts: np.ndarray) -> np.ndarray:
+    """The best ends of descents along logarithmic residuals, which find resonances from afar."""
+    equations = partial(problem.squares.normal_equations, logarithmic=True)
+    ends, normal = minimise(equations, starts, steps=NEAR)
+    return ends[np.argsort(np.nan_to_num(normal.cost, nan=np.inf))[:FOLLOWED]]
+
+
+def _drawn(sized: Sized, draws: int, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Draws of all unknowns, and the log density by which they were made.
+
+    What the data determine of an error is its product with the size; what they do not, is standard
+    normal. The draws of a size move the errors accordingly.
+    """
+    problem, gaussian = sized.problem, sized.fit.gaussian
+    normal = random.standard_normal((draws, gaussian.mode.size))
+    points, log_density = gaussian.points(normal), gaussian.log_density(normal)
+    sizes = {}
+    for size in problem.unknown_sizes:
+        log_size, of_size = _log_sizes(sized, size, draws, random)
+        places = problem.errors_of(size)
+        share = np.clip(1 - np.diag(gaussian.covariance)[places], 0.0, 1.0)
+        change = (np.log(problem.sizes[size.name]) - log_size)[:, None] * share
+        points[:, places] *= np.exp(change)
+        sizes[size.name] = np.exp(log_size)
+        log_density += of_size - change.sum(axis=1)
+    return problem.with_sizes(points, sizes), log_density
+
+
+def _log_sizes(
+    sized: Sized, size: Unknown, draws: int, random: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draws of the log of a size within its prior, and their log density by its coordinate."""
+    middle, deviation = np.log(sized.problem.sizes[size.name]), sized.deviations[size.name]
+    ends = (np.array(bounds_of_log(size)) - middle) / deviation
+    proposal = truncnorm(*ends, loc=middle, scale=deviation)
+    drawn = proposal.rvs(draws, random_state=random)
+    score = np.asarray(jax.vmap(partial(_score, size))(np.exp(drawn)))
+    prior = np.array([log_density(size, float(np.exp(value))) for value in drawn])
+    return drawn, proposal.logpdf(drawn) - prior + norm.logpdf(score)
+
+
+def _score(size: Unknown, value: Any) -> Any:
+    """Standard normal coordinate of a size."""
+    return Coordinates({size.name: size.distribution}).vector({size.name: value})[0]
