@@ -12,7 +12,7 @@ from ..experiment.noise import Data
 from .divergence import Divergence
 from .engines.engine import EngineDraws
 from .estimates import Figures, Weighting, figures, scalars
-from .results import named_draws, numbered, outputs
+from .results import RESPONSE_WHEN_EXACT, named_draws, numbered, outputs
 from .symmetries import Values
 
 PACKAGES = ("bayes_placement", "numpyro", "jax", "numpy", "blackjax", "arviz-base")
@@ -135,7 +135,7 @@ def _log_likelihood(inference: Inference) -> xr.Dataset:
 
 
 def _predictive(inference: Inference) -> xr.Dataset:
-    names = {RESPONSE: "response", MEASURED: "replicate"}
+    names = {RESPONSE: "response", MEASURED: "replicate", RESPONSE_WHEN_EXACT: RESPONSE_WHEN_EXACT}
     predictions = inference.predictions
     arrays = {new: predictions[old] for new, old in names.items() if old in predictions}
     shape = arrays[RESPONSE].shape

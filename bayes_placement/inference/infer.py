@@ -22,7 +22,7 @@ from .engines.least_squares import LeastSquares
 from .estimates import Weighting, standard_error
 from .marginals.marginal import DrawPlacement, Marginal
 from .names import of_name
-from .results import DATA_FAULTS, WARNINGS
+from .results import DATA_FAULTS, RESPONSE_WHEN_EXACT, WARNINGS
 from .simulate import sample_prior
 from .symmetries import Values, symmetries
 from .unconstrained import UnconstrainedModel
@@ -211,8 +211,11 @@ def _outputs(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:
     response = experiment.predict()
     if experiment.noise is None:
         return {"response": response}
+    exact = {}
+    if experiment.model_error is not None:
+        exact = {RESPONSE_WHEN_EXACT: experiment.with_errors(None).predict()}
     distribution = experiment.noise.distribution(response, data)
-    return {
+    return exact | {
         "response": response,
         "replicate": distribution.sample(key),
         "log_likelihood": distribution.log_prob(data.z),

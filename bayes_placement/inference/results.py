@@ -11,6 +11,8 @@ from ..experiment.experiment import FORCE_LEVEL, Experiment
 WARNINGS = "warnings"
 """Attribute of a tree of results that holds what the inference warns of, a list of sentences."""
 
+RESPONSE_WHEN_EXACT = "response_when_exact"
+"""Name of the outputs without the errors of the model, where it has some."""
 
 DATA_FAULTS = "data_faults"
 """Attribute of a tree of results that holds the faults of the measurement, a list of sentences."""

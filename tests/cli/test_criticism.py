@@ -172,6 +172,8 @@ def test_improve_writes_the_ledger(hidden):
         "verdict",
         "probabilities",
         "confounded",
+        "cautions",
+        "cautions",
         "unexplained",
         "wall_seconds",
     }

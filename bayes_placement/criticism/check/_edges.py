@@ -48,14 +48,20 @@ def edges(posterior: xr.DataTree) -> xr.Dataset:
 def sentences(table: xr.Dataset) -> list[str]:
     """One sentence for each edge at which a posterior piles up."""
     return [
-        f"{unknown} is piled up at the {side} edge of its prior: "
-        f"{100 * float(edge['share']):.0f} % of its posterior lies in the outermost "
-        f"{100 * float(edge['prior_share']):.1f} % of the prior."
+        sentence(unknown, side, float(edge["share"]), float(edge["prior_share"]))
         for unknown in table["unknown"].values
         for side in _SIDES
         for edge in [table.sel(unknown=unknown, side=side)]
         if bool(edge["piled_up"])
     ]
+
+
+def sentence(unknown: str, side: str, share: float, prior_share: float) -> str:
+    """Say how much of the posterior of an unknown lies at an edge of its prior."""
+    return (
+        f"{unknown} is piled up at the {side} edge of its prior: {100 * share:.0f} % of its "
+        f"posterior lies in the outermost {100 * prior_share:.1f} % of the prior."
+    )
 
 
 def _scalar_draws(draws: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:

@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float, Int
 from ..._types import InputError
 from ...experiment.experiment import FORCE_LEVEL, MEASURED, RESPONSE
 from ...inference.estimates import scalars
+from ...inference.results import RESPONSE_WHEN_EXACT
 
 BAND = (0.05, 0.95)
 LINES_OF_BAND = 5
@@ -146,6 +147,16 @@ def residuals(posterior: xr.DataTree) -> Residuals:
         force_level=_levels(template)[1],
         unknowns=sum(len(scalars("", v.values)) for v in posterior["posterior"].data_vars.values()),
     )
+
+
+def response_when_exact(posterior: xr.DataTree) -> Values | None:
+    """Mean response without the errors of the model; None where it has none."""
+    predicted = posterior["posterior_predictive"].to_dataset()
+    if RESPONSE_WHEN_EXACT not in predicted:
+        return None
+    ordered = _in_order(predicted)
+    mean: Values = _flat_draws(ordered[RESPONSE_WHEN_EXACT]).mean(axis=0)
+    return mean
 
 
 def groupings(data: Residuals, bands: int) -> dict[str, Grouping]:

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy import stats
 
+from ._noise import scatter_of
 from ._residuals import Chosen, Draws, Residuals, Values
 
 LAGS = 5
@@ -32,7 +33,13 @@ class Statistics:
         """All statistics of one group."""
         p_values = {"whiteness": self.whiteness(group), "predictive": self.predictive(group)}
         count = float(np.sum(self.data.present[..., 0] & group))
-        return {"data": count} | self.chi2(group) | p_values
+        return {"data": count} | self.chi2(group) | p_values | self.scatter(group)
+
+    def scatter(self, group: Chosen) -> dict[str, float]:
+        """Residuals over the scatter of neighbouring lines, where the noise is not known."""
+        known = self.data.deviation is not None
+        ratio, p_value = (float("nan"),) * 2 if known else scatter_of(self.data, group)
+        return {"over_scatter": ratio, "p_scatter": p_value}
 
     def chi2(self, group: Chosen) -> dict[str, float]:
         """Chi2 per datum at the posterior mean response, with its distribution for a correct model.

@@ -5,8 +5,8 @@ import xarray as xr
 
 from ..._types import InputError
 from ...inference.results import data_faults_of
-from . import _edges, correlation, discrepancy
-from ._residuals import Grouping, Residuals, groupings, residuals
+from . import _edges, _model_error, _noise, correlation, discrepancy
+from ._residuals import Grouping, Residuals, groupings, residuals, response_when_exact
 from ._statistics import Statistics
 from .misfit import Misfit, decides
 
@@ -70,6 +70,9 @@ def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Mi
         level=level,
         noise_known=noise_known,
         data_faults=tuple(data_faults_of(posterior)),
+        model_error=_model_error.model_error(posterior),
+        noise_needed=_noise.noise_needed(data, posterior),
+        chi2_without_errors=_chi2_without_errors(data, posterior),
     )
 
 
@@ -100,6 +103,15 @@ def _combined(overall: xr.DataArray, channels: xr.DataArray) -> xr.DataArray:
 def _corrected(table: xr.Dataset, noise_known: bool) -> xr.Dataset:
     value = table[decides(noise_known)]
     return table.assign(corrected=(value * value.count()).clip(max=1.0))
+
+
+def _chi2_without_errors(data: Residuals, posterior: xr.DataTree) -> float:
+    """Chi2 per datum of the response without the errors of the model; NaN where it has none."""
+    exact = response_when_exact(posterior)
+    if exact is None or data.deviation is None:
+        return float("nan")
+    relative = (data.measured - exact) / data.deviation
+    return float(np.mean(relative[data.present] ** 2))
 
 
 def _response(data: Residuals) -> xr.Dataset:

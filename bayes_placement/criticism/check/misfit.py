@@ -1,5 +1,6 @@
 """Misfit of a fitted model: statistics, a verdict and sentences."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,8 @@ import pandas as pd
 import xarray as xr
 
 from ...experiment.experiment import FORCE_LEVEL
-from . import _edges
+from ..noise_needed import NoiseNeeded
+from . import _edges, _model_error
 
 _CORRELATED = "residuals of neighbouring lines are correlated"
 _ROWS = ("sensor", "actuator", FORCE_LEVEL, "band")
@@ -19,7 +21,11 @@ _COLUMNS = {
     "p_value": "p",
     "whiteness": "p of whiteness",
     "predictive": "predictive p",
+    "over_scatter": "residual / scatter",
 }
+_HIDDEN = {True: ("over_scatter",), False: ("chi2_per_datum", "expected", "spread", "p_value")}
+"""Columns that say nothing, by whether the noise is known."""
+
 _TOO_FEW = "the noise is not known, and there are too few lines to test residuals for correlation."
 
 
@@ -55,6 +61,12 @@ class Misfit:
         Whether the noise level is known. If so, chi2 decides; otherwise whiteness does.
     data_faults
         Faults of the measurement that were seen before the inference, `Experiment.check_data`.
+    model_error
+        How large the errors of the model had to be, and where they are largest; by kind.
+    noise_needed
+        Noise that the model needs; None where it is known.
+    chi2_without_errors
+        Chi2 per datum against the known noise without the errors of the model; NaN without either.
     """
 
     overall: xr.Dataset
@@ -66,11 +78,19 @@ class Misfit:
     level: float
     noise_known: bool
     data_faults: tuple[str, ...] = ()
+    model_error: tuple[_model_error.Errors, ...] = ()
+    noise_needed: NoiseNeeded | None = None
+    chi2_without_errors: float = float("nan")
 
     @property
     def p_value(self) -> float:
-        """p-value of chi2 where the noise is known, else of whiteness; NaN where undefined."""
-        return float(self.overall[decides(self.noise_known)])
+        """p-value of chi2 where the noise is known; NaN where undefined.
+
+        Else the smaller p-value of whiteness and of the scatter of neighbouring lines (Bonferroni).
+        """
+        value = float(self.overall[decides(self.noise_known)])
+        scatter = np.nan if self.noise_needed is None else self.noise_needed.p_value
+        return value if np.isnan(scatter) else float(min(1.0, 2 * np.fmin(value, scatter)))
 
     @property
     def passed(self) -> bool:
@@ -88,6 +108,7 @@ class Misfit:
         return [
             *self.data_faults,
             self._verdict(),
+            *self._model_error_words(),
             *self._whiteness_words(),
             *(self._worst_words(kind) for kind in _ROWS if self._some_fail(kind)),
             *self._predictive_words(),
@@ -107,7 +128,8 @@ class Misfit:
             for kind, table in tables.items()
             for group in _split(table)
         }
-        cells = {name: _cells(group) for name, group in rows.items()}
+        columns = {n: word for n, word in _COLUMNS.items() if n not in _HIDDEN[self.noise_known]}
+        cells = {name: _cells(group, columns) for name, group in rows.items()}
         return pd.DataFrame.from_dict(cells, "index")
 
     def _shown(self) -> list[str]:
@@ -125,11 +147,13 @@ class Misfit:
                 "it has as many unknowns as data." if self.noise_known else _TOO_FEW
             )
         verdict = "explains the data" if self.passed else "fails"
+        verdict += ", given its model error" if self.passed and self.model_error else ""
         if not self.noise_known:
             correlation = "not significantly correlated" if self.passed else "correlated"
             return (
                 f"The model {verdict}: residuals of neighbouring lines are {correlation} "
-                f"({_p(self.p_value)}). The noise level is not known, so chi2 cannot be used."
+                f"({_p(self.p_value)}). The noise level is not known, so chi2 cannot be used; the "
+                f"model needs noise of {self.noise_needed}."
             )
         low = self.p_value > 1 - self.level / 2
         return (
@@ -140,6 +164,11 @@ class Misfit:
                 else ""
             )
         )
+
+    def _model_error_words(self) -> list[str]:
+        without = self.chi2_without_errors
+        chi2 = [f"Without these errors chi2 per datum is {without:.3g}."]
+        return _model_error.sentences(self.model_error) + (chi2 if np.isfinite(without) else [])
 
     def _worst_words(self, kind: str) -> str:
         worst, table = self.worst(kind), self.groups[kind]
@@ -212,9 +241,9 @@ def _name(group: xr.Dataset, kind: str) -> str:
     return f"{value:g} N" if kind == FORCE_LEVEL else str(value)
 
 
-def _cells(group: xr.Dataset) -> dict[str, str]:
-    numbers = {name: float(group[name]) for name in _COLUMNS}
-    return {_COLUMNS[name]: "-" if np.isnan(x) else f"{x:.3g}" for name, x in numbers.items()}
+def _cells(group: xr.Dataset, columns: Mapping[str, str]) -> dict[str, str]:
+    numbers = {name: float(group[name]) for name in columns}
+    return {columns[name]: "-" if np.isnan(x) else f"{x:.3g}" for name, x in numbers.items()}
 
 
 def _chi2(group: xr.Dataset) -> str:

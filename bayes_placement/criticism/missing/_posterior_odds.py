@@ -9,6 +9,7 @@ from scipy.special import logsumexp
 from scipy.stats import chi2
 
 from ._hypotheses import Hypothesis, ScannedCandidate
+from ._unknown_noise import is_noise_known, scatter
 
 NOTHING, NONE = "nothing_missing", "none_of_these"
 
@@ -112,33 +113,32 @@ class Comparison(NamedTuple):
     def confounded(self) -> list[tuple[str, str]]:
         """Pairs of kinds that can replace each other in the best hypothesis.
 
-        Their odds differ by less than strong evidence, or both pass the test of chi2, so that the
-        misfit excludes neither.
+        Their odds differ by less than strong evidence.
         """
         best, pairs = self.best(), []
         for hypothesis in self.distinct():
             replaced = set(best.kinds) - set(hypothesis.kinds)
             replacing = set(hypothesis.kinds) - set(best.kinds)
             same_size = len(best.effects) == len(hypothesis.effects)
-            if len(replaced) == len(replacing) == 1 and same_size:
-                similar_odds = self.log_odds(best) - self.log_odds(hypothesis) < STRONG
-                if similar_odds or min(p_value(best), p_value(hypothesis)) >= LEVEL:
-                    pairs.append((next(iter(replaced)), next(iter(replacing))))
+            similar_odds = self.log_odds(best) - self.log_odds(hypothesis) < STRONG
+            if len(replaced) == len(replacing) == 1 and same_size and similar_odds:
+                pairs.append((next(iter(replaced)), next(iter(replacing))))
         return pairs
 
 
 def passes(hypothesis: Hypothesis, level: float) -> bool:
     """Whether a hypothesis passes its check; where the noise is unknown, no check is possible."""
-    noise = hypothesis.problem.experiment.noise
-    known = noise is not None and noise.deviation(hypothesis.problem.data) is not None
-    return known and not p_value(hypothesis) < level
+    return is_noise_known(hypothesis) and not p_value(hypothesis) < level
 
 
 def p_value(hypothesis: Hypothesis) -> float:
     """Probability that a correct model has at least as large a sum of squares.
 
-    NaN where the data determine as many unknowns as there are data.
+    NaN where the data determine as many unknowns as there are data. Where the noise is not known,
+    that its residuals exceed the scatter of neighbouring lines as much.
     """
+    if not is_noise_known(hypothesis):
+        return scatter(hypothesis)[1]
     degrees_of_freedom = hypothesis.problem.count - hypothesis.fit.determined
     if degrees_of_freedom <= 0:
         return float("nan")

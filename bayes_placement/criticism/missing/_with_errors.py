@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..._types import Progress
 from ...effects.effect import Effect
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import Modal, ModalErrors
@@ -100,6 +101,18 @@ def answered(question: Question, tick: Tick) -> Answer:
     if erroneous is None or _odds(exact) > _odds(erroneous):
         return Answer(null, exact, exact)
     return Answer(null, erroneous, exact)
+
+
+def ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callable[[], None]:
+    """Report one of several equal parts of a share of the work at each call."""
+    done = 0
+
+    def tick() -> None:
+        nonlocal done
+        done = min(done + 1, count)
+        progress(share[0] + (share[1] - share[0]) * done / max(1, count))
+
+    return tick
 
 
 def _odds(comparison: Comparison) -> float:

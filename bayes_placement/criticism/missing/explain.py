@@ -5,13 +5,17 @@ from threadpoolctl import threadpool_limits
 from ..._types import Progress, no_progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
+from ...experiment.model_error import Modal
 from ._alternatives import alternatives
 from ._candidates import candidates_of
-from ._hypotheses import null_hypothesis
+from ._posterior_odds import LEVEL
 from ._score_test import suspicion
-from ._search import single_effects
+from ._with_errors import Question, answered, ticks
 from .fitted_model import fitted_model, sampled_finalists
 from .ranking import Ranking
+
+LEADING = 6
+"""Hypotheses of the greatest odds of which everything is said."""
 
 
 @threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
@@ -20,6 +24,7 @@ def explain(
     measurement: Measurements,
     *,
     candidates: Library[Experiment] | None = None,
+    model_error: Modal | None = Modal(),  # noqa: B008  it never changes
     progress: Progress = no_progress,
 ) -> Ranking:
     """Say which effect is missing from a model, if any.
@@ -36,6 +41,9 @@ def explain(
         What was measured: one measurement, or one for each force level.
     candidates
         `effects.library(experiment)` by default.
+    model_error
+        Model error that is a rival of the candidates where the experiment has none and no candidate
+        reaches the noise; None where the model must be taken for exact.
     progress
         Called with the share of the work done.
 
@@ -48,12 +56,15 @@ def explain(
     """
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
-    count, done = len(effects) + 2, iter(range(1, len(effects) + 2))
-    null = null_hypothesis(experiment, data)
-    comparison = single_effects(null, effects, lambda: progress(next(done) / count))
+    question = Question.of(experiment, data, effects, model_error, level=LEVEL)
+    null, comparison, exact = answered(question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9)))
     shown = comparison.distinct()
     sampled = sampled_finalists(comparison, shown)
-    steps = tuple(fitted_model(hypothesis, sampled) for hypothesis in shown)
+    leading = {id(hypothesis) for hypothesis in [*shown[:LEADING], comparison.hypotheses[0]]}
+    steps = tuple(
+        fitted_model(hypothesis, sampled, exact=exact, in_full=id(hypothesis) in leading)
+        for hypothesis in shown
+    )
     progress(1.0)
     return Ranking(
         steps=steps,

@@ -9,10 +9,12 @@ import numpy as np
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
+from ..noise_needed import NoiseNeeded
 from ._estimates import Estimate, errors, estimates, sizes
 from ._held_out import held_out
 from ._hypotheses import Hypothesis
 from ._posterior_odds import STRONG, Comparison, p_value
+from ._unknown_noise import noise_needed
 
 FINALISTS = 3
 """Hypotheses, at most, whose evidence is computed by sampling."""
@@ -58,6 +60,8 @@ class FittedModel:
         Chi2 per datum of the best fit without model error; NaN where there is none.
     experiment
         The experiment, its model error of the sizes above.
+    noise_needed
+        Noise that it needs, where the noise is not known; None where it is.
     """
 
     added: str | None
@@ -75,6 +79,7 @@ class FittedModel:
     errors: Mapping[str, float] = field(default_factory=dict, repr=False)
     chi2_when_exact: float = float("nan")
     experiment: Experiment | None = field(default=None, repr=False)
+    noise_needed: NoiseNeeded | None = None
 
     @property
     def values(self) -> dict[str, float]:
@@ -125,6 +130,7 @@ class FittedModel:
                 for word, size in self.model_error.items()
             },
             "chi2_per_datum_when_exact": number_or_none(self.chi2_when_exact),
+            "noise_needed": None if self.noise_needed is None else self.noise_needed.to_json(),
         }
 
 
@@ -144,6 +150,7 @@ def fitted_model(
     sampled: Sampled,
     added: str | None = None,
     exact: Comparison | None = None,
+    in_full: bool = True,
 ) -> FittedModel:
     """Lay out a hypothesis for the record.
 
@@ -157,6 +164,8 @@ def fitted_model(
         Name of the effect that is new in it; the last of its effects by default.
     exact
         Hypotheses without model error, where this one has some.
+    in_full
+        Whether to say how well it predicts held-out data and what noise it needs, which takes time.
     """
     posterior = sampled.get(id(hypothesis))
     parameters = estimates(hypothesis, None if posterior is None else posterior.points)
@@ -172,7 +181,7 @@ def fitted_model(
         p_value=p_value(hypothesis),
         log_evidence=float((posterior or hypothesis.fit).log_evidence),
         log_evidence_error=None if posterior is None else posterior.log_evidence_error,
-        held_out=held_out(hypothesis),
+        held_out=held_out(hypothesis) if in_full else float("nan"),
         kind="" if effect is None else kind_of(effect),
         setting=""
         if effect is None
@@ -182,6 +191,7 @@ def fitted_model(
         errors=errors(hypothesis),
         chi2_when_exact=_chi2_when_exact(hypothesis, exact),
         experiment=hypothesis.problem.at_fixed_sizes,
+        noise_needed=noise_needed(hypothesis) if in_full else None,
     )
 
 

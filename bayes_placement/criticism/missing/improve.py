@@ -3,7 +3,6 @@
 import itertools
 import time
 from collections import Counter
-from collections.abc import Callable
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -14,11 +13,12 @@ from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ._alternatives import alternatives
 from ._candidates import candidates_of
+from ._cautions import cautions
 from ._held_out import held_out
 from ._hypotheses import Hypothesis
 from ._posterior_odds import LEVEL, Comparison, p_value, passes, steps_to
 from ._score_test import suspicion
-from ._with_errors import Question, answered
+from ._with_errors import Question, answered, ticks
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
 from .ledger import Ledger
 
@@ -74,8 +74,8 @@ def improve(
     question = Question.of(
         experiment, data, effects, model_error, level=level, most_effects=most_effects
     )
-    ticks = _ticks(progress, 2 * len(effects) + 20, (0.02, 0.9))
-    null, comparison, exact = answered(question, ticks)
+    tick = ticks(progress, 2 * len(effects) + 20, (0.02, 0.9))
+    null, comparison, exact = answered(question, tick)
     best = comparison.hypotheses[0] if passes(null, level) else _confirmed(comparison)
     progress(0.9)
     sampled = sampled_finalists(comparison, [best])
@@ -93,6 +93,7 @@ def improve(
         compared=_compared(comparison),
         suspicion=suspicion(null, comparison.candidates),
         alternatives=alternatives(comparison, comparison.distinct(), sampled),
+        cautions=cautions(best, sampled.get(id(best))),
     )
 
 
@@ -108,18 +109,6 @@ def _confirmed(comparison: Comparison) -> Hypothesis:
             break
         best = before
     return best
-
-
-def _ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callable[[], None]:
-    """Report one of several equal parts of a share of the work at each call."""
-    done = 0
-
-    def tick() -> None:
-        nonlocal done
-        done = min(done + 1, count)
-        progress(share[0] + (share[1] - share[0]) * done / max(1, count))
-
-    return tick
 
 
 def _steps(

@@ -44,6 +44,8 @@ class Ledger:
         Score test of every candidate on the model as given; see `explain`.
     alternatives
         Hypotheses that the next measurement should distinguish; see `explain`.
+    cautions
+        What to doubt in the last step: priors piled up at an edge, a fit reached from one start.
     """
 
     steps: tuple[FittedModel, ...]
@@ -56,6 +58,7 @@ class Ledger:
     compared: pd.DataFrame = field(repr=False)
     suspicion: pd.DataFrame = field(repr=False)
     alternatives: tuple[Alternative, ...] = field(repr=False)
+    cautions: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the ledger as numbers and words for a file."""
@@ -67,6 +70,7 @@ class Ledger:
             },
             "confounded": [list(pair) for pair in self.confounded],
             "unexplained": self.unexplained,
+            "cautions": list(self.cautions),
             "wall_seconds": self.seconds,
         }
 
@@ -80,7 +84,7 @@ class Ledger:
         rows = [
             {
                 "added": step.added or "as given",
-                "chi2 per datum": number_or_blank(step.chi2_per_datum, ".4g"),
+                **misfit_columns(step),
                 "p": number_or_blank(step.p_value, ".2g"),
                 "log evidence": number_or_blank(step.log_evidence, ".1f"),
                 "held out": number_or_blank(step.held_out, ".3f"),
@@ -97,11 +101,14 @@ class Ledger:
         if last.model_error:
             return self._sentence_beside_model_error(first, last)
         if self.verdict:
-            missing = " and ".join(self._with_odds(kind) for kind in self.verdict)
             rest = " Something else is still missing." if self.unexplained else ""
+            return f"{self._claims()}; {_fall(first, last)}.{rest}"
+        if last.noise_needed is not None:
+            fails = " That is more than independent errors need: the model fails, and no candidate "
             return (
-                f"Missing: {missing}; chi2 per datum falls from {first.chi2_per_datum:.3g} to "
-                f"{last.chi2_per_datum:.3g}.{rest}"
+                "Nothing is claimed to be missing. The noise is not known, so that chi2 decides "
+                f"nothing; the model needs noise of {last.noise_needed}."
+                + (f"{fails}explains it." if self.unexplained else "")
             )
         if self.unexplained:
             return (
@@ -117,6 +124,15 @@ class Ledger:
             f"{last.chi2_per_datum:.3g}, p = {last.p_value:.2g})."
         )
 
+    def _claims(self) -> str:
+        """Say which effects are missing, and which are only the best of several."""
+        claimed = [kind for kind in self.verdict if self.probabilities[kind] >= DOUBTED]
+        others = [kind for kind in self.verdict if kind not in claimed]
+        missing = " and ".join(map(self._with_odds, claimed))
+        reducing = " and ".join(map(self._with_odds, others))
+        parts = [f"Missing: {missing}"] if claimed else []
+        return "; ".join(parts + ([f"{reducing} also reduces the misfit"] if others else []))
+
     def _sentence_beside_model_error(self, first: FittedModel, last: FittedModel) -> str:
         """Say the verdict where a model error is the rival of every effect."""
         if not self.verdict:
@@ -124,7 +140,6 @@ class Ledger:
                 f"Nothing is claimed to be missing: a model error explains the data better than "
                 f"any candidate. {sizes_in_words(last)}"
             )
-        missing = " and ".join(self._with_odds(kind) for kind in self.verdict)
         rest = " Something else is still missing." if self.unexplained else ""
         before, after = first.chi2_when_exact, last.chi2_when_exact
         falls = (
@@ -133,7 +148,7 @@ class Ledger:
             else ""
         )
         return (
-            f"Missing: {missing}, which explains the data better than a larger model error."
+            f"{self._claims()}, which explains the data better than a larger model error."
             f"{falls} {sizes_in_words(last, first)}{rest}"
         )
 
@@ -164,7 +179,7 @@ class Ledger:
                 "None of the candidates explains the data within the stated noise (probability "
                 f"{self.probabilities[NONE]:.2g}): add an effect of your own, or check the noise."
             )
-        return sentences
+        return [*sentences, *self.cautions]
 
     def __str__(self) -> str:
         """Table of the steps, then the sentences."""
@@ -180,6 +195,26 @@ def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
         was = "" if before is None else f" (before: {_percent(before.model_error[kind].mean)})"
         parts.append(f"{words.get(kind, kind)} by {_percent(size.mean)}{was}")
     return f"The model needs to err: {', '.join(parts)}."
+
+
+def _fall(first: FittedModel, last: FittedModel) -> str:
+    """Say how the misfit falls: chi2, or where the noise is not known, the noise that is needed."""
+    if last.noise_needed is None:
+        before, after = first.chi2_per_datum, last.chi2_per_datum
+        return f"chi2 per datum falls from {before:.3g} to {after:.3g}"
+    return f"the noise that the model needs is {last.noise_needed} (before: {first.noise_needed})"
+
+
+def misfit_columns(step: FittedModel) -> dict[str, str]:
+    """Chi2, or where the noise is not known, the noise that is needed and its comparisons."""
+    noise = step.noise_needed
+    if noise is None:
+        return {"chi2 per datum": number_or_blank(step.chi2_per_datum, ".4g")}
+    return {
+        "noise needed": _percent(noise.relative),
+        "over coherence": number_or_blank(noise.over_coherence, ".2g"),
+        "over scatter": number_or_blank(noise.over_scatter, ".2g"),
+    }
 
 
 def _percent(share: float) -> str:

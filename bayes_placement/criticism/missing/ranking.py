@@ -7,7 +7,7 @@ import pandas as pd
 from ...inference.alternative_explanation import Alternative
 from ._posterior_odds import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank
-from .ledger import confounded_sentence
+from .ledger import DOUBTED, confounded_sentence, misfit_columns, sizes_in_words
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Ranking:
             {
                 "effect": step.kind or NOTHING,
                 "probability": f"{self.probabilities[step.kind or NOTHING]:.3g}",
-                "chi2 per datum": number_or_blank(step.chi2_per_datum, ".4g"),
+                **misfit_columns(step),
                 "log evidence": number_or_blank(step.log_evidence, ".1f"),
                 "held out": number_or_blank(step.held_out, ".3f"),
                 "p of score": number_or_blank(p_values.get(step.kind, float("nan")), ".2g"),
@@ -58,13 +58,24 @@ class Ranking:
     def words(self) -> list[str]:
         """The most probable effect, and which effects the data do not distinguish."""
         likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
-        share = self.probabilities[likely]
+        share, best = self.probabilities[likely], self.steps[0]
         verdict = {
             NOTHING: f"Nothing is missing, with probability {share:.3g}.",
             NONE: "Something is missing, but none of the candidates explains the data within the "
             f"stated noise (probability {share:.3g}). improve tries two effects at once.",
         }.get(likely, f"Missing is {likely}, with probability {share:.3g}.")
-        return [verdict, *(confounded_sentence(*pair) for pair in self.confounded)]
+        if best.kind and self.probabilities[best.kind] < DOUBTED:
+            verdict = "" if likely == best.kind else verdict
+            verdict += f" {best.kind} also reduces the misfit"
+            verdict += f" (probability {self.probabilities[best.kind]:.2g})."
+        noise = best.noise_needed
+        sentences = [
+            verdict.strip(),
+            "" if noise is None else f"The noise is not known; the best needs noise of {noise}.",
+            sizes_in_words(best) if best.model_error else "",
+            *(confounded_sentence(*pair) for pair in self.confounded),
+        ]
+        return [sentence for sentence in sentences if sentence]
 
     def __str__(self) -> str:
         """Table of the kinds, then the sentences."""

@@ -85,7 +85,8 @@ def test_where_nothing_is_missing_nothing_is_claimed(with_nothing):
 def test_where_the_noise_is_in_doubt_no_effect_is_called_improbable(with_mass):
     doubted = with_mass.probabilities | {"point_mass": 1e-9, "none_of_these": 0.999}
     ledger = dataclasses.replace(with_mass, probabilities=doubted, unexplained=True)
-    assert "Missing: point_mass (the best of the candidates);" in ledger.sentence()
+    assert "point_mass (the best of the candidates) also reduces the misfit" in ledger.sentence()
+    assert "Missing" not in ledger.sentence()
     assert "Something else is still missing." in ledger.sentence()
 
 
@@ -115,6 +116,7 @@ def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
         "probabilities",
         "confounded",
         "unexplained",
+        "cautions",
         "wall_seconds",
     }
     assert read["verdict"] == list(with_both.verdict)

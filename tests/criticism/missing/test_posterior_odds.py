@@ -32,7 +32,9 @@ def hypothesis(kinds, evidence, squares=COUNT, dimension=4):
     """A hypothesis without an experiment: odds need nothing of it."""
     certain = laplace(np.zeros(dimension), 1e12 * np.eye(dimension))
     fit = Fit(np.zeros(dimension), 0.0, float(squares), certain, float(evidence), 1)
-    problem = SimpleNamespace(count=COUNT, dimension=dimension)
+    noise = SimpleNamespace(deviation=lambda data: 1.0)
+    experiment = SimpleNamespace(noise=noise)
+    problem = SimpleNamespace(count=COUNT, dimension=dimension, experiment=experiment, data=None)
     return Hypothesis(tuple(EFFECTS[kind] for kind in kinds), problem, fit)
 
 
@@ -89,10 +91,10 @@ def test_data_that_are_explained_leave_little_for_none_of_these():
     assert probabilities["point_mass"] > 0.95
 
 
-def test_what_explains_the_data_down_to_the_noise_is_named_as_confounded():
+def test_only_what_has_odds_close_to_the_best_is_confounded_with_it():
     best = hypothesis(["point_mass"], 500.0)
-    alike = hypothesis(["gain_error"], 480.0, COUNT + 8)
-    other = hypothesis(["local_stiffness_loss"], 480.0, 1.3 * COUNT)
+    alike = hypothesis(["gain_error"], 499.0, COUNT + 8)
+    other = hypothesis(["local_stiffness_loss"], 480.0, COUNT + 8)
     pairs = comparison(
         hypothesis([], 0.0), best, alike, other, point_mass=1, gain_error=1, local_stiffness_loss=1
     ).confounded()

@@ -1,0 +1,95 @@
+"""How large the model error of a fitted model had to be, and where it is largest."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..._sites import Role
+
+OF_WHAT = {
+    "frequency": "natural frequencies",
+    "damping": "damping",
+    "shape": "mode shapes",
+    "gain": "sensitivities",
+}
+"""What errors of each kind are of."""
+
+
+class Errors(NamedTuple):
+    """Errors of one kind.
+
+    Parameters
+    ----------
+    kind
+        What they are errors of, `frequency` for example.
+    low, size, high
+        Median of their size, and its 90 % interval [1]; NaN where it was not unknown.
+    largest
+        Greatest of the errors at the posterior mean [1]; over its size where that was known.
+    where
+        Its mode or channel, in words.
+    """
+
+    kind: str
+    low: float
+    size: float
+    high: float
+    largest: float
+    where: str
+
+    def words(self) -> str:
+        """Say how large the errors are and where the largest is."""
+        of_what = OF_WHAT.get(self.kind, self.kind)
+        if np.isnan(self.size):
+            return f"{of_what} by at most {abs(self.largest):.2g} times its size ({self.where})"
+        return (
+            f"{of_what} by {_percent(self.size)} (90 %: {_percent(self.low)} to "
+            f"{_percent(self.high)}; {self.where}: {_percent(self.largest)})"
+        )
+
+
+def model_error(posterior: xr.DataTree) -> tuple[Errors, ...]:
+    """Errors of each kind that a result of `infer` holds."""
+    draws = {
+        str(name): array
+        for name, array in posterior["posterior"].data_vars.items()
+        if array.attrs.get("role") == Role.MODEL_ERROR.value
+    }
+    kinds = dict.fromkeys(array.attrs["owner"] for array in draws.values())
+    return tuple(_of_kind(kind, draws) for kind in kinds)
+
+
+def sentences(errors: tuple[Errors, ...]) -> list[str]:
+    """One sentence on the errors of all kinds."""
+    if not errors:
+        return []
+    return [f"The model errs: {', '.join(error.words() for error in errors)}."]
+
+
+def _of_kind(kind: str, draws: dict[str, xr.DataArray]) -> Errors:
+    of_kind = [array for array in draws.values() if array.attrs["owner"] == kind]
+    sizes = [array.values for array in of_kind if array.attrs["field"] == "size"]
+    quantiles = np.quantile(sizes[0], [0.05, 0.5, 0.95]) if sizes else np.full(3, np.nan)
+    factor = sizes[0] if sizes else np.ones(())
+    standard = [array for array in of_kind if array.attrs["field"] == "standard"]
+    named = [pair for array in standard for pair in _means(array, factor)]
+    where, largest = max(named, key=lambda pair: abs(pair[1]))
+    low, size, high = map(float, quantiles)
+    return Errors(kind, low, size, high, largest, where)
+
+
+def _means(array: xr.DataArray, size: np.ndarray) -> Iterator[tuple[str, float]]:
+    """Place of each error in words, and its posterior mean."""
+    product = array.values * np.reshape(size, size.shape + (1,) * (array.ndim - size.ndim))
+    means = np.mean(product, axis=(0, 1))
+    of_modes = array.attrs["owner"] in ("frequency", "damping")
+    transducer = array.attrs["component"].replace(".", " ")
+    for index, mean in np.ndenumerate(means):
+        mode = f"mode {index[-1] + 1}" if of_modes or array.attrs["owner"] == "shape" else ""
+        yield ", ".join(filter(None, [transducer, mode])), float(mean)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"

@@ -1,0 +1,54 @@
+"""What to doubt in a fitted hypothesis: priors piled up at an edge, a fit reached only once."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.special import ndtri
+
+from ..._sites import Role
+from ...inference.engines.about_mode import SampledPosterior
+from ...inference.estimates import scalars
+from ..check._edges import EDGE, PILED, sentence
+from ._estimates import laplace
+from ._hypotheses import Hypothesis
+
+
+def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[str, ...]:
+    """Return one sentence for each doubt, as `check` and `engines.MAP` have them.
+
+    Parameters
+    ----------
+    hypothesis
+        The hypothesis.
+    sampled
+        Draws of its posterior; None where it was not sampled.
+    """
+    draws = laplace(hypothesis) if sampled is None else sampled.points
+    return (*_piled_up(hypothesis, draws), *_reached_once(hypothesis))
+
+
+def _piled_up(hypothesis: Hypothesis, draws: np.ndarray) -> Iterator[str]:
+    """Unknowns of which much of the posterior lies at an edge of the prior."""
+    limit = -float(ndtri(EDGE))
+    problem = hypothesis.problem
+    for unknown in problem.at_fixed_sizes.unknowns:
+        if unknown.role is Role.MODEL_ERROR:
+            continue
+        coordinates = draws[None, :, problem.coordinates.places[unknown.name]]
+        shape = (1, len(draws), *unknown.distribution.shape())
+        for name, drawn in scalars(unknown.name, coordinates.reshape(shape)):
+            for side, share in (
+                ("lower", float(np.mean(drawn < -limit))),
+                ("upper", float(np.mean(drawn > limit))),
+            ):
+                if share >= PILED * EDGE:
+                    yield sentence(name, side, share, EDGE)
+
+
+def _reached_once(hypothesis: Hypothesis) -> Iterator[str]:
+    """Say so where only one of several starts ended at the best fit; sizes are found from one."""
+    if hypothesis.fit.reached == 1 and len(hypothesis.near) > 1 and not hypothesis.has_errors:
+        yield (
+            f"Only one of {len(hypothesis.near)} starts reached the best fit, so a better one may "
+            "exist; check(infer(..., engine=bp.engines.MAP(starts=128))) begins at more."
+        )

@@ -1,0 +1,126 @@
+"""How much noise a model needs to explain its data, where the noise is not known.
+
+Unknown noise takes up any misfit, so that chi2 is 1 for every model. What it may not exceed is the
+scatter of neighbouring lines, which no smooth misfit adds to.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.stats import norm
+
+FEWEST = 16.0
+"""Fewest effective data for which the scatter of neighbouring lines is compared."""
+
+SECOND_DIFFERENCE = np.array([-0.5, 1.0, -0.5])
+"""A line less the mean of its neighbours."""
+
+VARIANCE = 1.5
+"""Variance of a second difference of independent errors of variance 1."""
+
+VARIANCE_OF_RATIO = 2 * (4.375 / VARIANCE**2 - 1)
+"""Variance of von Neumann's ratio times the number of independent errors.
+
+4.375 is the sum of the squared autocovariances 1.5, -1 and .25 of a second difference.
+"""
+
+Rows = Float[np.ndarray, "row line"]
+
+
+@dataclass(frozen=True)
+class NoiseNeeded:
+    """Noise that a model needs, and what it is compared with.
+
+    Parameters
+    ----------
+    relative
+        Its median over the amplitude [1].
+    over_scatter
+        Root mean square of the residuals over that of the scatter of neighbouring lines; NaN for
+        too few lines.
+    p_value
+        Probability that it is as large for a correct model.
+    over_coherence
+        Fitted factor on what the coherence says [1]; NaN where the coherence is not read.
+    """
+
+    relative: float
+    over_scatter: float
+    p_value: float
+    over_coherence: float = float("nan")
+
+    def __str__(self) -> str:
+        """Say how much it is."""
+        amount = (
+            f"{100 * self.relative:.2g} % of the amplitude"
+            if self.relative < 0.2
+            else f"a factor of {1 + self.relative:.2g} in amplitude"
+        )
+        times = [
+            f"{value:.2g} times {what}"
+            for value, what in (
+                (self.over_coherence, "what the coherence says"),
+                (self.over_scatter, "the scatter of neighbouring lines"),
+            )
+            if np.isfinite(value)
+        ]
+        return ", ".join([amount, " and ".join(times)]) if times else amount
+
+    def to_json(self) -> Mapping[str, float | None]:
+        """Return it as numbers for a file; None for what is not known."""
+        fields = ("relative", "over_scatter", "p_value", "over_coherence")
+        values = {name: getattr(self, name) for name in fields}
+        return {name: float(x) if np.isfinite(x) else None for name, x in values.items()}
+
+
+def over_scatter(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple[float, float]:
+    """Residuals over the scatter of neighbouring lines, and the p-value of a correct model.
+
+    The mean square of second differences over that of the residuals themselves is von Neumann's
+    ratio (1941, doi:10.1214/aoms/1177731677): 1 for independent errors, and less the smoother a
+    misfit is. Its variance is 1.889 over the number of data of equal size that would have the same
+    fourth moment. NaN where that is less than 16.
+
+    Parameters
+    ----------
+    residual
+        Residuals over the deviation of the noise, real and imaginary parts as rows of their own.
+    present
+        Where something was measured.
+    """
+    if residual.shape[-1] < SECOND_DIFFERENCE.size:
+        return float("nan"), float("nan")
+    known = present[:, :-2] & present[:, 1:-1] & present[:, 2:]
+    middle = np.where(known, residual[:, 1:-1], 0.0)
+    around = (residual[:, :-2] + residual[:, 2:]) / 2
+    apart = np.where(known, residual[:, 1:-1] - around, 0.0)
+    squares, scatter = float(np.sum(middle**2)), float(np.sum(apart**2)) / VARIANCE
+    if squares == 0 or scatter == 0:
+        return float("nan"), float("nan")
+    count = 3 * squares**2 / float(np.sum(middle**4))
+    if count < FEWEST:
+        return float("nan"), float("nan")
+    score = (scatter / squares - 1) * np.sqrt(count / VARIANCE_OF_RATIO)
+    return float(np.sqrt(squares / scatter)), float(norm.cdf(score))
+
+
+def relative_size(deviation: Any, measured: Any, part: int | None) -> float:
+    """Median deviation of the noise over the amplitude [1].
+
+    Parameters
+    ----------
+    deviation
+        Deviation of each output; where outputs are log10 of the amplitude, 10 to its power less 1.
+    measured
+        Measured outputs, zero where nothing was measured.
+    part
+        Axis of the real and imaginary parts; None for log10 of the amplitude.
+    """
+    if part is None:
+        return float(10 ** np.median(deviation) - 1)
+    size = np.sqrt(np.sum(np.square(measured), axis=part))
+    error = np.sqrt(np.sum(np.broadcast_to(np.square(deviation), measured.shape), axis=part))
+    return float(np.median(error[size > 0] / size[size > 0]))

@@ -1,0 +1,91 @@
+"""Noise that a model needs against the scatter of neighbouring lines, by simulation."""
+
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement.criticism.noise_needed import NoiseNeeded, over_scatter, relative_size
+from bayes_placement.inference.engines.map import MAP
+from tests.criticism.small import MASS, experiment, measured
+
+RUNS, ROWS, LINES = 400, 6, 80
+
+
+def simulated(seed, misfit=0.0, weight=1.0):
+    noise = np.random.default_rng(seed).standard_normal((ROWS, LINES)) * weight
+    return noise + misfit * np.sin(np.linspace(0, 12, LINES)) * weight
+
+
+def p_values(misfit, weight=1.0):
+    present = np.ones((ROWS, LINES), dtype=bool)
+    return np.array(
+        [over_scatter(simulated(seed, misfit, weight), present)[1] for seed in range(RUNS)]
+    )
+
+
+@pytest.mark.parametrize("weight", [1.0, np.exp(np.sin(np.linspace(0, 20, LINES)))])
+def test_a_correct_model_fails_as_often_as_stated(weight):
+    share = np.mean(p_values(0.0, weight) < 0.1)
+    assert share == pytest.approx(0.1, abs=5 * np.sqrt(0.09 / RUNS))
+
+
+def test_a_smooth_misfit_is_measured_in_scatters():
+    ratios = [
+        over_scatter(simulated(seed, 5.0), np.ones((ROWS, LINES), dtype=bool))[0]
+        for seed in range(50)
+    ]
+    assert np.mean(ratios) == pytest.approx(np.sqrt(1 + 12.5), rel=0.03)
+    assert p_values(0.5).max() < 0.9 and np.median(p_values(0.7)) < 0.01
+
+
+def test_gaps_are_left_out_and_few_lines_decide_nothing():
+    present = np.ones((ROWS, LINES), dtype=bool)
+    present[:, 40] = False
+    residual = simulated(0)
+    residual[:, 40] = 1e6
+    assert 0.8 < over_scatter(residual, present)[0] < 1.2
+    assert np.isnan(over_scatter(residual[:1, :5], present[:1, :5])).all()
+    assert np.isnan(over_scatter(residual[:, :2], present[:, :2])).all()
+
+
+def test_sizes_are_shares_of_the_amplitude():
+    parts = np.array([[3.0, 0.0], [4.0, 0.0]])  # real and imaginary, of a line and a gap
+    assert relative_size(np.full((2, 2), 0.5), parts, -2) == pytest.approx(0.5 * np.sqrt(2) / 5)
+    assert relative_size(np.full(5, np.log10(1.4)), np.zeros(5), None) == pytest.approx(0.4)
+    words = str(NoiseNeeded(0.4, 2.5, 0.0, 3.8))
+    assert words == (
+        "a factor of 1.4 in amplitude, 3.8 times what the coherence says and 2.5 times the scatter "
+        "of neighbouring lines"
+    )
+
+
+@pytest.fixture(scope="module")
+def of_unknown_noise():
+    given = experiment()
+    return bp.Experiment(
+        given.structure,
+        sensors=list(given.sensor.values()),
+        actuators=list(given.actuator.values()),
+        frequency=given.frequency,
+        observe=given.observe,
+        noise=bp.noise.FromCoherence(dist.LogUniform(0.1, 100.0)),
+    )
+
+
+@pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")
+def test_unknown_noise_that_takes_up_a_misfit_is_no_explanation(of_unknown_noise):
+    misfit = bp.check(bp.infer(of_unknown_noise, measured(MASS), engine=MAP(starts=8)))
+    assert misfit.noise_needed.over_coherence > 3
+    assert "times what the coherence says" in str(misfit)
+    assert "chi2 per datum" not in misfit.table().columns
+
+
+def test_explain_says_how_much_noise_the_best_needs(of_unknown_noise):
+    few = bp.effects.library(of_unknown_noise, ["point_mass", "gain_error"])
+    ranking = bp.explain(of_unknown_noise, measured(MASS), candidates=few)
+    assert ranking.steps[0].kind == "point_mass"
+    assert ranking.steps[0].noise_needed.over_coherence == pytest.approx(1.0, rel=0.3)
+    null = next(step for step in ranking.steps if not step.kind)
+    assert null.noise_needed.over_coherence > 3
+    assert not ranking.confounded
