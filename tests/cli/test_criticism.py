@@ -173,7 +173,6 @@ def test_improve_writes_the_ledger(hidden):
         "probabilities",
         "confounded",
         "cautions",
-        "cautions",
         "unexplained",
         "wall_seconds",
     }
