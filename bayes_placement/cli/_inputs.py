@@ -10,6 +10,7 @@ from rich.console import Console
 from .._progress import terminal_console
 from .._types import InputError, Progress
 from ..experiment.experiment import Experiment, Measurements
+from ..experiment.model_error import Modal
 from ..inference import cross_check
 from ..inference.infer import InferenceWarning, infer
 from ..io import case, formats, model
@@ -45,7 +46,12 @@ class Inputs(NamedTuple):
 
 
 def read_inputs(
-    path: Path, data: Path | None, command: str, out: Path, most_lines: int | None
+    path: Path,
+    data: Path | None,
+    command: str,
+    out: Path,
+    most_lines: int | None,
+    model_error: bool = False,
 ) -> Inputs:
     """Read study and measurement, make the folder of the results, and print what is begun with.
 
@@ -63,6 +69,9 @@ def read_inputs(
         Folder of the results.
     most_lines
         Most lines that are taken; None for all, as long as there are not too many values.
+    model_error
+        Whether the modes and channels of the study differ from the model by unknown sizes; a model
+        error that it declares stays.
 
     Raises
     ------
@@ -73,6 +82,8 @@ def read_inputs(
     """
     console = terminal_console()
     study = read_study(path)
+    if model_error and study.experiment.model_error is None:
+        study = study._replace(experiment=study.experiment.with_model_error(Modal()))
     measurement = read_measurement(study, data, path, command)
     make_folder(out)
     lines = choose_lines(study.experiment, measurement, most_lines)

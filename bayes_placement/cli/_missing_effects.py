@@ -28,6 +28,8 @@ class Request:
         Folder of the results.
     most_lines
         Most lines that are taken; None for all, unless there are too many values.
+    model_error
+        Whether a model error is declared.
     """
 
     path: Path
@@ -35,10 +37,13 @@ class Request:
     kinds: list[str] | None
     out: Path
     most_lines: int | None
+    model_error: bool = False
 
     def search(self, command: str, function: Callable[..., Result]) -> tuple[Inputs, Result]:
         """Read the inputs, and return them and the result of `explain` or `improve`."""
-        inputs = read_inputs(self.path, self.data, command, self.out, self.most_lines)
+        inputs = read_inputs(
+            self.path, self.data, command, self.out, self.most_lines, self.model_error
+        )
         settings: dict[str, Any] = {"candidates": library(inputs.experiment, self.kinds)}
         with progress_bars(inputs.console, [command]) as begin:
             settings["progress"] = begin(command)

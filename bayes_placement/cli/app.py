@@ -84,6 +84,14 @@ MostLines = Annotated[
         min=1,
     ),
 ]
+ModelError = Annotated[
+    bool,
+    typer.Option(
+        "--model-error",
+        help="Declare that modes and channels differ from the model a little, by unknown sizes, "
+        "as those of any real structure do.",
+    ),
+]
 EarlierData = Annotated[
     Path | None,
     typer.Option(
@@ -148,6 +156,7 @@ def check(
     data: Data = None,
     engine: FitEngine = "map",
     lines: MostLines = None,
+    model_error: ModelError = False,
     out: Out = RESULTS,
     seed: Seed = 0,
     no_cache: NoCache = False,
@@ -157,7 +166,7 @@ def check(
     with _prepared(model, no_cache, traceback):
         from . import check
 
-        check.run(model, data, engine, out, seed, lines)
+        check.run(model, data, engine, out, seed, lines, model_error)
 
 
 @app.command()
@@ -166,6 +175,7 @@ def explain(
     data: Data = None,
     effects: Effects = None,
     lines: MostLines = None,
+    model_error: ModelError = False,
     out: Out = RESULTS,
     no_cache: NoCache = False,
     traceback: Traceback = False,
@@ -174,7 +184,8 @@ def explain(
     with _prepared(model, no_cache, traceback):
         from . import _missing_effects, explain
 
-        explain.run(_missing_effects.Request(model, data, _split(effects), out, lines))
+        kinds = _split(effects)
+        explain.run(_missing_effects.Request(model, data, kinds, out, lines, model_error))
 
 
 @app.command()
@@ -183,6 +194,7 @@ def improve(
     data: Data = None,
     effects: Effects = None,
     lines: MostLines = None,
+    model_error: ModelError = False,
     out: Out = RESULTS,
     no_cache: NoCache = False,
     traceback: Traceback = False,
@@ -191,7 +203,8 @@ def improve(
     with _prepared(model, no_cache, traceback):
         from . import _missing_effects, improve
 
-        improve.run(_missing_effects.Request(model, data, _split(effects), out, lines))
+        kinds = _split(effects)
+        improve.run(_missing_effects.Request(model, data, kinds, out, lines, model_error))
 
 
 @app.command()

@@ -16,7 +16,13 @@ from ._terminal import print_list, print_text, terminal_table
 
 
 def run(
-    path: Path, data: Path | None, engine: str, out: Path, seed: int, most_lines: int | None
+    path: Path,
+    data: Path | None,
+    engine: str,
+    out: Path,
+    seed: int,
+    most_lines: int | None,
+    model_error: bool,
 ) -> None:
     """Check a model against the data, and write tables and figures.
 
@@ -34,8 +40,10 @@ def run(
         Seed of the engine.
     most_lines
         Most lines that are taken; None for all, unless there are too many values.
+    model_error
+        Whether a model error is declared.
     """
-    inputs = read_inputs(path, data, "check", out, most_lines)
+    inputs = read_inputs(path, data, "check", out, most_lines, model_error)
     method = named_method(inputs.study, engine, "latent")
     with progress_bars(inputs.console, ["posterior", "check"]) as begin:
         posterior = infer_posterior(

@@ -7,16 +7,28 @@ import numpy as np
 from numpyro.distributions import TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
-from .._sites import Unknown
+from .._sites import Role, Unknown
 
 
 def prior_table(unknowns: Sequence[Unknown]) -> list[str]:
-    """Return the lines of the table: column headings, then one line for each unknown."""
+    """Return the lines of the table: column headings, then one line for each unknown.
+
+    The standard errors of a model error are one line, since there are many.
+    """
     rows = [
         (unknown.name, _described(unknown.distribution), unknown.unit, unknown.role.value)
         for unknown in unknowns
+        if not _is_standard_error(unknown)
     ]
+    errors = [unknown for unknown in unknowns if _is_standard_error(unknown)]
+    count = sum(int(np.prod(unknown.distribution.shape())) for unknown in errors)
+    if count:
+        rows.append(("model_error.*.standard", f"{count} Normal(0, 1)", "1", errors[0].role.value))
     return _table([("unknown", "prior", "unit", "role"), *rows])
+
+
+def _is_standard_error(unknown: Unknown) -> bool:
+    return unknown.role is Role.MODEL_ERROR and unknown.field == "standard"
 
 
 def _described(distribution: Any) -> str:

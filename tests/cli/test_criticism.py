@@ -285,3 +285,12 @@ def test_lines_of_a_large_measurement_are_thinned_and_the_reason_is_told(tmp_pat
     assert done.exit_code == 0, (done.output, done.exception)
     assert "Lines: 15 of 20, from" in done.output
     assert "since 40 values take long (--lines 20 takes all)." in done.output
+
+
+def test_a_model_error_can_be_declared_for_a_command(tmp_path):
+    folder = tmp_path / "declared"
+    (tmp_path / "model.py").write_text(MODEL + NOTHING + MEASUREMENT)
+    result = run("check", tmp_path / "model.py", "--model-error", "--out", folder)
+    assert result.exit_code == 0, result.output
+    assert "model_error.frequency.size" in result.output
+    assert "The model errs: natural frequencies by" in (folder / "misfit.txt").read_text()

@@ -100,7 +100,10 @@ def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
     with_errors = experiment().with_model_error(bp.model_error.Modal())
     rows = [unknown for unknown in with_errors.unknowns if unknown.role is Role.MODEL_ERROR]
     assert {unknown.owner.kind for unknown in rows} == {"frequency", "damping", "shape", "gain"}
-    assert "model_error.frequency.size" in str(with_errors)
+    table = str(with_errors)
+    assert all(f"model_error.{kind}.size" in table for kind in ("frequency", "shape", "gain"))
+    standard = sum(int(np.prod(row.distribution.shape())) for row in rows) - 4
+    assert table.count("standard") == 1 and f"{standard} Normal(0, 1)" in table
     values = {
         unknown.name: numpyro.distributions.biject_to(unknown.distribution.support)(
             jnp.full(unknown.distribution.shape(), 0.3)

@@ -72,4 +72,5 @@ def explain(
         confounded=tuple(comparison.confounded()),
         suspicion=suspicion(null, comparison.candidates),
         alternatives=alternatives(comparison, shown, sampled),
+        claimed=comparison.best().kinds,
     )

@@ -126,7 +126,7 @@ class Ledger:
 
     def _claims(self) -> str:
         """Say which effects are missing, and which are only the best of several."""
-        claimed = [kind for kind in self.verdict if self.probabilities[kind] >= DOUBTED]
+        claimed = [kind for kind in self.verdict if self._is_claimed(kind)]
         others = [kind for kind in self.verdict if kind not in claimed]
         missing = " and ".join(map(self._with_odds, claimed))
         reducing = " and ".join(map(self._with_odds, others))
@@ -142,6 +142,9 @@ class Ledger:
             )
         rest = " Something else is still missing." if self.unexplained else ""
         before, after = first.chi2_when_exact, last.chi2_when_exact
+        if last.noise_needed is not None:
+            before, after = float("nan"), float("nan")
+            rest = f" {_fall(first, last).capitalize()}.{rest}"
         falls = (
             f" Without model error chi2 per datum falls from {before:.3g} to {after:.3g}."
             if np.isfinite(before) and np.isfinite(after)
@@ -152,16 +155,25 @@ class Ledger:
             f"{falls} {sizes_in_words(last, first)}{rest}"
         )
 
+    def _is_claimed(self, kind: str) -> bool:
+        """Whether an effect is more than the best of several.
+
+        Beside a model error it is: held-out data confirm it, and that the error may be larger than
+        stated counts already. The same holds where the noise is not known.
+        """
+        last = self.steps[-1]
+        decided = bool(last.model_error) or last.noise_needed is not None
+        return decided or self.probabilities[kind] >= DOUBTED
+
     def _with_odds(self, kind: str) -> str:
         """Name an effect: which part it is about, and its probability where the noise is right."""
         steps = [step for step in self.steps if step.kind == kind]
         settings = [word for step in steps for word in (step.setting, step.remark) if word]
-        odds = (
-            "the best of the candidates"
-            if self.probabilities[NONE] > DOUBTED
-            else f"probability {self.probabilities[kind]:.3g}"
-        )
-        return f"{kind} ({', '.join([*settings, odds])})"
+        if self.probabilities[NONE] <= DOUBTED:
+            settings.append(f"probability {self.probabilities[kind]:.3g}")
+        elif not self._is_claimed(kind):
+            settings.append("the best of the candidates")
+        return f"{kind} ({', '.join(settings)})" if settings else kind
 
     def words(self) -> list[str]:
         """The verdict, which effects the data do not distinguish, and what remains unexplained."""
@@ -174,7 +186,7 @@ class Ledger:
                 "averages or lines would decide."
             )
         sentences += [confounded_sentence(*pair) for pair in self.confounded]
-        if self.probabilities[NONE] > DOUBTED:
+        if self.probabilities[NONE] > DOUBTED and self.steps[-1].noise_needed is None:
             sentences.append(
                 "None of the candidates explains the data within the stated noise (probability "
                 f"{self.probabilities[NONE]:.2g}): add an effect of your own, or check the noise."

@@ -30,6 +30,8 @@ class Ranking:
         Hypotheses that the next measurement should distinguish, with draws of their unknowns: those
         of nearly the best odds and those that pass the test of chi2. `information.Separation`
         finds where to measure.
+    claimed
+        The effect for which the evidence is strong, if any.
     """
 
     steps: tuple[FittedModel, ...]
@@ -37,6 +39,7 @@ class Ranking:
     confounded: tuple[tuple[str, str], ...]
     suspicion: pd.DataFrame = field(repr=False)
     alternatives: tuple[Alternative, ...] = field(repr=False)
+    claimed: tuple[str, ...] = ()
 
     def table(self) -> pd.DataFrame:
         """One row for each kind, the most probable first."""
@@ -57,25 +60,33 @@ class Ranking:
 
     def words(self) -> list[str]:
         """The most probable effect, and which effects the data do not distinguish."""
-        likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
-        share, best = self.probabilities[likely], self.steps[0]
-        verdict = {
-            NOTHING: f"Nothing is missing, with probability {share:.3g}.",
-            NONE: "Something is missing, but none of the candidates explains the data within the "
-            f"stated noise (probability {share:.3g}). improve tries two effects at once.",
-        }.get(likely, f"Missing is {likely}, with probability {share:.3g}.")
-        if best.kind and self.probabilities[best.kind] < DOUBTED:
-            verdict = "" if likely == best.kind else verdict
-            verdict += f" {best.kind} also reduces the misfit"
-            verdict += f" (probability {self.probabilities[best.kind]:.2g})."
+        best = self.steps[0]
         noise = best.noise_needed
         sentences = [
-            verdict.strip(),
+            self._verdict(best),
             "" if noise is None else f"The noise is not known; the best needs noise of {noise}.",
             sizes_in_words(best) if best.model_error else "",
             *(confounded_sentence(*pair) for pair in self.confounded),
         ]
         return [sentence for sentence in sentences if sentence]
+
+    def _verdict(self, best: FittedModel) -> str:
+        """Name an effect where the evidence is strong, and else the best of several."""
+        likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
+        share = self.probabilities[likely]
+        if best.kind and best.kind in self.claimed and (best.model_error or best.noise_needed):
+            return f"Missing is {best.kind}, which explains the data better than a larger error."
+        if likely not in (NOTHING, NONE) and share >= DOUBTED:
+            return f"Missing is {likely}, with probability {share:.3g}."
+        if likely == NOTHING and share >= DOUBTED:
+            return f"Nothing is missing, with probability {share:.3g}."
+        also = f" {best.kind} also reduces the misfit." if best.kind else ""
+        if likely == NONE and not best.noise_needed:
+            return (
+                "Something is missing, but none of the candidates explains the data within the "
+                f"stated noise (probability {share:.3g}).{also} improve tries two effects at once."
+            )
+        return f"No effect is clearly missing.{also}"
 
     def __str__(self) -> str:
         """Table of the kinds, then the sentences."""

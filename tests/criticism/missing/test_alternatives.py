@@ -23,6 +23,7 @@ def hypothesis(log_evidence, squares, *added):
     problem = SimpleNamespace(
         experiment=experiment(),
         at_fixed_sizes=experiment(),
+        data=SimpleNamespace(deviation=np.ones(1)),
         dimension=1,
         count=100,
         coordinates=SimpleNamespace(named=lambda points: {NAME: points[:, 0]}),
