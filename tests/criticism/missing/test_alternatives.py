@@ -12,10 +12,11 @@ from bayes_placement.criticism.missing._posterior_odds import STRONG, Comparison
 from bayes_placement.inference.engines.about_mode import SampledPosterior
 from bayes_placement.inference.engines.laplace import laplace
 from bayes_placement.inference.engines.levenberg_marquardt import Fit
-from tests.criticism.small import experiment
+from tests.criticism.small import experiment, measured
 
 MASS, SPRING = effects.point_mass(0.3, 0.1), effects.ground_spring(0.3, 1e5)
 NAME = "structure.damping.ratio"
+DATA = experiment().data(measured())
 
 
 def hypothesis(log_evidence, squares, *added):
@@ -23,7 +24,7 @@ def hypothesis(log_evidence, squares, *added):
     problem = SimpleNamespace(
         experiment=experiment(),
         at_fixed_sizes=experiment(),
-        data=SimpleNamespace(deviation=np.ones(1)),
+        data=DATA,
         dimension=1,
         count=100,
         coordinates=SimpleNamespace(named=lambda points: {NAME: points[:, 0]}),
