@@ -6,13 +6,17 @@ from typing import Any, NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
+import numpy as np
 import numpyro
 from jax.tree_util import DictKey, GetAttrKey, SequenceKey
-from numpyro.distributions import Distribution
+from numpyro.distributions import Delta, Distribution, LogUniform, Uniform, constraints
 
-from ._types import InputError
+from ._types import InputError, check_kind
 
 Tree = TypeVar("Tree")
+
+IMPOSSIBLE = 1e-6
+"""Probability that a prior may give to values that cannot be."""
 
 
 class Role(enum.Enum):
@@ -79,6 +83,24 @@ class Unknown(NamedTuple):
     def is_of_transducer(self) -> bool:
         """Whether it belongs to a sensor or an actuator: its placement, its gain or its delay."""
         return self.role in (Role.PLACEMENT, Role.RECORDING)
+
+
+class Leaf(NamedTuple):
+    """A number or a distribution in a tree.
+
+    Parameters
+    ----------
+    owner, field, name, unit
+        As of an `Unknown`.
+    value
+        The number or the distribution.
+    """
+
+    owner: Owner
+    field: str
+    name: str
+    unit: str
+    value: Any
 
 
 class _Steps(NamedTuple):
@@ -169,11 +191,24 @@ def substitute(tree: Tree, values: Mapping[str, Any]) -> Tree:
         If a name is not an unknown of the tree.
     """
     names = [unknown.name for unknown in unknowns(tree)]
+    check_kind(
+        "values",
+        values,
+        Mapping,
+        "values by the names of unknowns are needed, since each has a name",
+        "experiment.fix({'structure.damping.ratio': 0.04})",
+    )
     strange = [name for name in values if name not in names]
     if strange:
         raise InputError(
             f"There is no unknown {strange[0]!r} to give a value to. "
             f"The unknowns are {', '.join(names) or 'none'}."
+        )
+    texts = [name for name, value in values.items() if isinstance(value, str | None)]
+    if texts:
+        raise InputError(
+            f"{texts[0]}={values[texts[0]]!r} was given; a number is needed, since it takes the "
+            f"place of a distribution: experiment.fix({{{texts[0]!r}: 0.04}})."
         )
     return _mapped(tree, lambda unknown: values.get(unknown.name, unknown.distribution))
 
@@ -182,6 +217,43 @@ def unknowns(tree: Any) -> list[Unknown]:
     """List the distributions of a tree in the order in which they are sampled."""
     leaves = jax.tree_util.tree_flatten_with_path(tree, is_leaf=is_unknown)[0]
     return [_unknown(tree, path, leaf) for path, leaf in leaves if is_unknown(leaf)]
+
+
+def leaves_with_unit(tree: Any) -> list[Leaf]:
+    """List numbers and distributions of a tree whose fields have a unit, with their paths."""
+    leaves = jax.tree_util.tree_flatten_with_path(tree, is_leaf=is_unknown)[0]
+    listed = [_leaf(tree, path, leaf) for path, leaf in leaves]
+    return [leaf for leaf in listed if leaf.unit]
+
+
+def described(prior: Distribution) -> str:
+    """Write a distribution with its numbers."""
+    numbers = [getattr(prior, name) for name in type(prior).arg_constraints]
+    words = ", ".join(f"{np.asarray(value).flat[0]:g}" for value in numbers if np.size(value))
+    return f"{type(prior).__name__}({words})"
+
+
+def reach(prior: Distribution) -> tuple[float, float]:
+    """Least and greatest value of a prior, tails of a probability of 1e-6 left out."""
+    if isinstance(prior, Delta):
+        return float(np.min(prior.v)), float(np.max(prior.v))
+    if isinstance(prior, Uniform | LogUniform):
+        return float(np.min(prior.low)), float(np.max(prior.high))
+    support = prior.support
+    if isinstance(support, constraints.independent):
+        support = support.base_constraint
+    low = float(np.min(getattr(support, "lower_bound", -np.inf)))
+    high = float(np.max(getattr(support, "upper_bound", np.inf)))
+    if low == -np.inf:
+        low = _quantile(prior, IMPOSSIBLE, low)
+    return low, _quantile(prior, 1 - IMPOSSIBLE, high) if high == np.inf else high
+
+
+def _quantile(prior: Distribution, probability: float, unknown: float) -> float:
+    try:
+        return float(np.asarray(prior.icdf(probability)).flat[0])
+    except NotImplementedError:
+        return unknown
 
 
 def _mapped(tree: Tree, function: Callable[[Unknown], Any]) -> Tree:
@@ -194,13 +266,25 @@ def _mapped(tree: Tree, function: Callable[[Unknown], Any]) -> Tree:
 
 
 def _unknown(tree: Any, path: tuple[Any, ...], leaf: Distribution) -> Unknown:
+    steps = _steps(tree, path)
+    field, *components = steps.within or ("",)
+    name = ".".join(_word(key) for key in path)
+    return Unknown(steps.owner, field, steps.role, leaf, steps.unit, name, ".".join(components))
+
+
+def _leaf(tree: Any, path: tuple[Any, ...], leaf: Any) -> Leaf:
+    steps = _steps(tree, path)
+    name = ".".join(_word(key) for key in path)
+    return Leaf(steps.owner, (steps.within or ("",))[0], name, steps.unit, leaf)
+
+
+def _steps(tree: Any, path: tuple[Any, ...]) -> _Steps:
+    """What is known of a leaf at the end of its path."""
     node, steps = tree, _Steps()
     for key in path:
         steps = steps.step(node, key)
         node = _child(node, key)
-    field, *components = steps.within or ("",)
-    name = ".".join(_word(key) for key in path)
-    return Unknown(steps.owner, field, steps.role, leaf, steps.unit, name, ".".join(components))
+    return steps
 
 
 def _metadata(node: Any, key: Any) -> Mapping[str, Any]:

@@ -46,5 +46,76 @@ class WorkerError(PackageError, RuntimeError):
     """A worker process that was lost, or that cannot read what it was sent."""
 
 
+def check_kind(
+    argument: str, value: Any, kinds: type | tuple[type, ...], needed: str, instead: str
+) -> None:
+    """Refuse an argument of another kind.
+
+    Parameters
+    ----------
+    argument
+        What was given it as, such as `noise`.
+    value
+        What was given.
+    kinds
+        Classes that it may be of.
+    needed
+        What is needed and why, after `; `.
+    instead
+        The line that fixes it.
+
+    Raises
+    ------
+    InputError
+        If it is of another kind.
+    """
+    if not isinstance(value, kinds):
+        raise InputError(f"{argument}={shown(value)} was given; {needed}: {instead}.")
+
+
+def check_count(argument: str, value: Any, least: int, instead: str) -> None:
+    """Refuse what is no whole number, or is below a least one.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not (whole and value >= least):
+        raise InputError(
+            f"{argument}={shown(value)} was given; a whole number of at least {least} is needed, "
+            f"since it counts: {instead}."
+        )
+
+
+def finite_number(argument: str, value: Any, instead: str) -> float:
+    """Return one finite number.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    number = np.asarray(value)
+    if number.dtype.kind not in "iuf" or number.ndim or not np.isfinite(number):
+        raise InputError(
+            f"{argument}={shown(value)} was given; one finite number is needed, in SI units: "
+            f"{instead}."
+        )
+    return float(number)
+
+
+def shown(value: Any) -> str:
+    """Write what was given briefly: a text or a number itself, all else by its kind."""
+    if isinstance(value, str | int | float | type(None)):
+        return repr(value)
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    if isinstance(value, list | tuple | dict | set):
+        return f"{type(value).__name__} of {len(value)}"
+    return f"an object of {type(value).__name__}"
+
+
 def no_progress(share: float) -> None:
     """Report nothing."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .._types import InfeasibleError, Key, Progress, no_progress
+from .._types import InfeasibleError, Key, Progress, check_kind, no_progress
 from ..experiment.experiment import Experiment
 from ._candidates import Candidates, candidates, combinations
 from .information.estimator import Estimator, jackknife_error
@@ -77,6 +77,20 @@ def information_map(
     WorkerError
         If a worker was lost and the executor cannot continue, or a worker cannot unpack its chunk.
     """
+    check_kind(
+        "experiment",
+        experiment,
+        Experiment,
+        "an experiment is needed, with structure, instruments and lines",
+        "information_map(experiment, ...)",
+    )
+    check_kind(
+        "places",
+        places,
+        Mapping,
+        "positions by the name of the transducer are needed, since each is tried there",
+        'information_map(experiment, {"s1": [0.2, 0.3, 0.4]})',
+    )
     evaluation = Evaluation.of(
         experiment,
         estimator=estimator,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .._types import Key, Progress, no_progress
+from .._types import Key, Progress, check_kind, no_progress
 from ..experiment.experiment import Experiment
 from ..positions.bounds import position_text
 from ..positions.vectors import Recorded
@@ -145,6 +145,20 @@ def place(
         If no placement is allowed, none has a finite information gain, or the estimator cannot
         treat the experiment.
     """
+    check_kind(
+        "experiment",
+        experiment,
+        Experiment,
+        "an experiment is needed, with structure, instruments and lines",
+        "place(experiment, ...)",
+    )
+    check_kind(
+        "places",
+        places,
+        Mapping,
+        "positions by the name of the transducer are needed, since each is tried there",
+        'place(experiment, {"s1": [0.2, 0.3, 0.4]})',
+    )
     evaluation = Evaluation.of(
         experiment,
         estimator=estimator,

@@ -6,9 +6,55 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._types import InputError
+from .._types import InputError, check_kind, shown
 from ..modes.modes import Modes
+from .noise import Noise
+from .observe import Observation
 from .recording import MOUNTINGS
+from .structure import Structure
+from .transducers import Actuator, Sensor, Transducer
+
+
+def kinds(structure: Any, sensors: Any, actuators: Any, observe: Any, noise: Any) -> None:
+    """Refuse arguments of an experiment of another kind.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    check_kind(
+        "structure",
+        structure,
+        Structure,
+        "a structure is needed, which has modes and damping",
+        "Structure(beams.bar(...), damping=damping.Modal(0.04))",
+    )
+    _check_transducers("sensors", sensors, Sensor, 'sensors=[bp.Sensor("s1", at=0.25)]')
+    _check_transducers("actuators", actuators, Actuator, 'actuators=[bp.Actuator("a1", at=0.3)]')
+    check_kind(
+        "observe",
+        observe,
+        Observation,
+        "an observation is needed, since it says which numbers are compared",
+        'observe=observe.Complex("acceleration")',
+    )
+    if noise is not None:
+        check_kind(
+            "noise",
+            noise,
+            Noise,
+            "an output error is needed, since a number does not say of what",
+            "noise=noise.Gaussian(0.01)",
+        )
+
+
+def _check_transducers(argument: str, given: Any, kind: type[Transducer], instead: str) -> None:
+    """Refuse what is no list of sensors, or of actuators."""
+    needed = f"a list of objects of {kind.__name__} is needed, since names and places belong to it"
+    check_kind(argument, given, Sequence, needed, instead)
+    for transducer in given:
+        check_kind(f"an entry of {argument}", transducer, kind, needed, instead)
 
 
 def lines(frequency: Any) -> Any:
@@ -21,11 +67,24 @@ def lines(frequency: Any) -> Any:
     """
     if isinstance(frequency, jax.core.Tracer):
         return frequency
-    array = np.asarray(frequency, dtype=float)
+    given = np.asarray(frequency)
+    if given.dtype.kind not in "iuf":
+        raise InputError(
+            f"frequency={shown(frequency)} was given; a list of real numbers [Hz] is needed, since "
+            "these are the lines: frequency=[21.65, 64.95]."
+        )
+    array = given.astype(float)
     if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array)) or np.any(array < 0):
         raise InputError(
             f"frequency of shape {array.shape} was given; a list of lines [Hz], finite and not "
             "negative, is needed: frequency=[21.65, 64.95]."
+        )
+    lines_of_it, counts = np.unique(array, return_counts=True)
+    if counts.max() > 1:
+        raise InputError(
+            f"frequency has the line {lines_of_it[np.argmax(counts)]:g} Hz {counts.max()} times; "
+            "each line is needed once, since one that counts twice makes the answer too certain: "
+            "frequency=np.unique(frequency)."
         )
     return array
 
@@ -58,6 +117,13 @@ def levels(amplitudes: Sequence[float] | None) -> tuple[float, ...] | None:
     """
     if amplitudes is None:
         return None
+    check_kind(
+        "force_levels",
+        amplitudes,
+        (Sequence, np.ndarray),
+        "a list of force amplitudes [N] is needed, since each is measured once",
+        "force_levels=[0.1, 1.0]",
+    )
     forces = tuple(float(amplitude) for amplitude in amplitudes)
     positive = all(0 < force < np.inf for force in forces)
     if not forces or not positive or len(set(forces)) < len(forces):

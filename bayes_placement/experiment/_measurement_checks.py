@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from .._types import InputError
+from .._types import InputError, finite_number, shown
 
 PairLabel = Callable[[int, int], str]
 
@@ -72,6 +72,8 @@ def coherence(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
 
 def averages(count: float | int | None) -> None:
     """Refuse a number of averages that is no positive integer."""
+    if count is not None:
+        finite_number("averages", count, "averages=16")
     if count is not None and not (count >= 1 and count == int(count)):
         raise InputError(
             f"averages={count} was given; a whole number of at least 1 is needed, since it divides "
@@ -81,6 +83,8 @@ def averages(count: float | int | None) -> None:
 
 def force_level(amplitude: float | int | None) -> None:
     """Refuse a force amplitude [N] that is not positive and finite."""
+    if amplitude is not None:
+        finite_number("force_level", amplitude, "force_level=0.5")
     if amplitude is not None and not 0 < amplitude < np.inf:
         raise InputError(
             f"force_level={amplitude} was given; a positive amplitude [N] is needed, since an FRF "
@@ -96,7 +100,8 @@ def positions(
 
 
 def _point(name: str, point: Sequence[float | int]) -> tuple[float, float, float]:
-    coordinates = np.asarray(point, dtype=float)
+    given = np.asarray(point)
+    coordinates = given.astype(float) if given.dtype.kind in "iuf" else np.full(1, np.nan)
     if coordinates.shape != (3,) or not np.isfinite(coordinates).all():
         raise InputError(
             f"The position of {name!r} was given as {point}; three finite coordinates [m] are "
@@ -131,3 +136,46 @@ def not_measured(requested: np.ndarray, nearest: np.ndarray) -> InputError:
         "measured line is needed for each, since FRFs are not interpolated across resonances. "
         "Choose measured lines: experiment frequency = measurement.band(low, high).frequency."
     )
+
+
+def numeric(argument: str, values: object, kinds: str) -> None:
+    """Refuse an array of something else than numbers.
+
+    Parameters
+    ----------
+    argument
+        Name of the argument.
+    values
+        What was given.
+    kinds
+        Kinds of NumPy's types that are taken: `iuf` for real numbers, `c` for complex ones.
+
+    Raises
+    ------
+    InputError
+        If its numbers are of none of these.
+    """
+    array = np.asarray(values)
+    if array.dtype.kind not in kinds:
+        number = "complex or real" if "c" in kinds else "real"
+        raise InputError(
+            f"{argument}={shown(values)} was given, of {array.dtype}; an array of {number} numbers "
+            f"is needed, since FRFs are computed with: {argument}=np.asarray(..., dtype=float)."
+        )
+
+
+def band(low: object, high: object) -> None:
+    """Refuse limits of a band that are no numbers, or fall.
+
+    Raises
+    ------
+    InputError
+        If they are none, or the second is below the first.
+    """
+    first = finite_number("low", low, "band(100.0, 200.0)")
+    last = finite_number("high", high, "band(100.0, 200.0)")
+    if last < first:
+        raise InputError(
+            f"A band from {first:g} to {last:g} Hz was given; its limits must rise, since no line "
+            f"lies in it otherwise: band({last:g}, {first:g})."
+        )

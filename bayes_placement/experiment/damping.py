@@ -13,7 +13,7 @@ from jaxtyping import Array, Complex, Float, Inexact
 from numpyro.distributions import Delta, constraints
 
 from .._sites import is_unknown, unit
-from .._types import InputError, Parameter
+from .._types import InputError, Parameter, shown
 from ..effects.effect import Omega
 
 Loss = Complex[Array, "mode frequency"]
@@ -68,6 +68,12 @@ class Modal(Damping):
     ratio: tuple[Parameter, ...] | Parameter = eqx.field(metadata=unit("1"))
 
     def __init__(self, ratio: list[Parameter] | tuple[Parameter, ...] | Parameter):
+        if isinstance(ratio, tuple) and len(ratio) == 2 and all(map(_is_number, ratio)):
+            raise InputError(
+                f"damping.Modal({ratio}) was given, two numbers, which are the ratios of two modes "
+                "or a range; say which of the two is meant: damping.Modal([0.02, 0.08]) for two "
+                "modes, damping.Modal(dist.Uniform(0.02, 0.08)) for a range."
+            )
         self.ratio = tuple(ratio) if isinstance(ratio, list) else ratio
         if isinstance(ratio, list | tuple) and not ratio:
             raise InputError(
@@ -164,6 +170,10 @@ def _values(damping: Damping) -> Iterator[tuple[str, Any]]:
             yield field.name, value
 
 
+def _is_number(value: Any) -> bool:
+    return isinstance(value, float | int) and not isinstance(value, bool)
+
+
 def _least(value: Any) -> float:
     """Least possible number of a value or a distribution, by the bounds of its support."""
     if isinstance(value, jax.core.Tracer):
@@ -171,7 +181,13 @@ def _least(value: Any) -> float:
     if isinstance(value, Delta):
         return _least(value.v)  # its support has no bounds
     if not is_unknown(value):
-        return float(np.min(value))
+        numbers = np.asarray(value)
+        if numbers.dtype.kind not in "iuf" or not np.isfinite(numbers).all():
+            raise InputError(
+                f"A damping of {shown(value)} was given; a finite number or a distribution is "
+                "needed, since every mode has one: damping.Modal(0.04)."
+            )
+        return float(np.min(numbers))
     support = value.support
     if isinstance(support, constraints.independent):
         support = support.base_constraint

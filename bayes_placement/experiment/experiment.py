@@ -23,6 +23,7 @@ from ..positions.places import typical
 from . import _experiment_checks
 from ._measured_outputs import measured_outputs, simulated_outputs
 from ._prior_table import prior_table
+from ._value_checks import check_values
 from .data_checks import DataChecks, check_data
 from .force_levels import at_levels
 from .measurement import Channel, Measurement
@@ -105,6 +106,7 @@ class Experiment(eqx.Module):
         force_levels: Sequence[float] | None = None,
         sensors_mounted: str = "roving",
     ):
+        _experiment_checks.kinds(structure, sensors, actuators, observe, noise)
         self.structure = structure
         self.sensor = by_name(sensors, structure.modes)
         self.actuator = by_name(actuators, structure.modes)
@@ -117,6 +119,7 @@ class Experiment(eqx.Module):
         self.sensors_mounted = _experiment_checks.mounting(sensors_mounted)
         observe.check(self.frequency)
         self.model_error = None
+        check_values(self)
         self.model_error = None if model_error is None else model_error.on(Scales(self))
 
     def __add__(self, effect: Effect) -> "Experiment":
@@ -130,6 +133,7 @@ class Experiment(eqx.Module):
         if isinstance(effect, InstrumentEffect):
             numbered = effect.numbered(self.instruments)
             effects = added(self.instrument_effects, numbered.on(self.structure.modes))
+            check_values(effects)
             return eqx.tree_at(_instrument_effects, self, effects, is_leaf=_is_dict)
         return eqx.tree_at(lambda tree: tree.structure, self, self.structure + effect)
 

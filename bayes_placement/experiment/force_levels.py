@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from .._types import InputError
+from .._types import InputError, check_kind
 from .measurement import Measurement
 
 
@@ -23,6 +23,15 @@ def at_levels(
     InputError
         If a level was not measured, or several measurements are given and no level.
     """
+    given = [measurements] if isinstance(measurements, Measurement) else measurements
+    for run in given if isinstance(given, list | tuple) else [given]:
+        check_kind(
+            "measurement",
+            run,
+            Measurement,
+            "measured FRFs are needed, with their channels and lines",
+            "io.read_measurement(path), or Measurement.from_arrays(...)",
+        )
     runs = [measurements] if isinstance(measurements, Measurement) else list(measurements)
     if levels is None:
         if len(runs) != 1:

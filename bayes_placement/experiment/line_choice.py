@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.signal import find_peaks
 
-from .._types import InputError
+from .._types import InputError, shown
 from ._noise_level import noise_variance, scatter_variance
 from .quantities import converted
 
@@ -209,6 +209,12 @@ def _noise_share(run: "Measurement") -> Float[np.ndarray, "pair frequency"]:
 
 
 def _common_lines(runs: Sequence["Measurement"]) -> Lines:
+    for run in runs[1:]:
+        if not isinstance(run, type(runs[0])):
+            raise InputError(
+                f"together holds {shown(run)}; measurements on the same lines are needed, since "
+                "their resonances count as well: together=[run for other force levels]."
+            )
     first = runs[0].frequency
     for run in runs[1:]:
         if not np.array_equal(run.frequency, first):
@@ -221,7 +227,7 @@ def _common_lines(runs: Sequence["Measurement"]) -> Lines:
 
 
 def _check_positive(function: str, argument: str, value: float | int) -> None:
-    if not (np.isfinite(value) and value > 0):
+    if not (np.asarray(value).dtype.kind in "iuf" and np.isfinite(value) and value > 0):
         raise InputError(
             f"measurement.{function} was given {argument}={value!r}; a number above 0 is needed, "
             f"since it says how many lines are taken: {function}({argument}=4)."

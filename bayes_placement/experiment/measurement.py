@@ -116,6 +116,10 @@ class Measurement:
         ValueError
             As in `Measurement`, and if a channel is given twice.
         """
+        checks.numeric("frf", frf, "iufc")
+        checks.numeric("frequency", frequency, "iuf")
+        if coherence is not None:
+            checks.numeric("coherence", coherence, "iuf")
         rows, columns = parsed(sensors), parsed(actuators)
         check_distinct("sensor", rows)
         check_distinct("actuator", columns)
@@ -160,6 +164,7 @@ class Measurement:
         ValueError
             If no line lies there.
         """
+        checks.band(low, high)
         return self._with_lines(
             (self.frequency >= low) & (self.frequency <= high), f"band({low:g}, {high:g})"
         )
@@ -172,6 +177,7 @@ class Measurement:
         ValueError
             If no line is left.
         """
+        checks.band(low, high)
         return self._with_lines(
             (self.frequency < low) | (self.frequency > high), f"without({low:g}, {high:g})"
         )
@@ -186,6 +192,7 @@ class Measurement:
         ValueError
             If a line was not measured, or the frequencies do not increase from line to line.
         """
+        checks.numeric("frequency", frequency, "iuf")
         requested = np.atleast_1d(np.asarray(frequency, dtype=float))
         index = np.arange(self.frequency.size)
         nearest = np.rint(np.interp(requested, self.frequency, index)).astype(int)

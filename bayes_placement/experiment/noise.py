@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, TypeAlias
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
@@ -13,6 +12,7 @@ from numpyro.distributions import Distribution, MultivariateNormal, Normal
 
 from .._sites import is_unknown, unit
 from .._types import InputError, Parameter, Response
+from ._noise_values import not_negative, positive, positive_definite
 
 Chosen: TypeAlias = slice | np.ndarray
 """Some channels: a slice of them, or their numbers."""
@@ -134,7 +134,7 @@ class Gaussian(Noise):
     sigma: Parameter = eqx.field(metadata=unit("unit of z"))
 
     def __init__(self, sigma: Parameter):
-        self.sigma = _positive("noise.Gaussian(sigma)", "standard deviation", sigma)
+        self.sigma = positive("noise.Gaussian(sigma)", "standard deviation", sigma)
 
     def distribution(
         self, predicted: Response, data: Data | None, kernel: Any = 0.0
@@ -171,8 +171,8 @@ class Covariance(Noise):
     scale: Parameter = eqx.field(metadata=unit("1"))
 
     def __init__(self, matrix: Parameter, scale: Parameter = 1.0):
-        self.matrix = _positive_definite(matrix)
-        self.scale = _positive("noise.Covariance(matrix, scale)", "scale", scale)
+        self.matrix = positive_definite(matrix)
+        self.scale = positive("noise.Covariance(matrix, scale)", "scale", scale)
 
     def distribution(
         self, predicted: Response, data: Data | None, kernel: Any = 0.0
@@ -210,7 +210,7 @@ class FromCoherence(Noise):
     factor: Parameter = eqx.field(metadata=unit("1"))
 
     def __init__(self, factor: Parameter = 1.0):
-        self.factor = _positive("noise.FromCoherence(factor)", "factor", factor)
+        self.factor = positive("noise.FromCoherence(factor)", "factor", factor)
 
     def distribution(
         self, predicted: Response, data: Data | None, kernel: Any = 0.0
@@ -266,12 +266,12 @@ class Relative(Noise):
     def __init__(
         self, ratio: Parameter, floor: Parameter = 0.0, *, coherence: Parameter | None = None
     ):
-        self.ratio = _positive("noise.Relative(ratio, floor)", "ratio", ratio)
-        self.floor = _not_negative("noise.Relative(ratio, floor)", "floor", floor)
+        self.ratio = positive("noise.Relative(ratio, floor)", "ratio", ratio)
+        self.floor = not_negative("noise.Relative(ratio, floor)", "floor", floor)
         self.coherence = (
             None
             if coherence is None
-            else _positive("noise.Relative(ratio, coherence=)", "coherence factor", coherence)
+            else positive("noise.Relative(ratio, coherence=)", "coherence factor", coherence)
         )
 
     @property
@@ -312,61 +312,6 @@ class Relative(Noise):
         return jnp.sqrt(variance + (data.deviation * jnp.asarray(self.coherence)) ** 2)
 
 
-def _not_negative(call: str, word: str, value: Parameter) -> Parameter:
-    """Return a standard deviation that may vanish, if it is not negative."""
-    if is_unknown(value) or isinstance(value, jax.core.Tracer):
-        return value
-    wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) >= 0))]
-    if wrong.size:
-        raise InputError(
-            f"{call} was given a {word} of {wrong[0]:g}; the {word} must not be negative, since it "
-            "is a standard deviation. Give 0 for none."
-        )
-    return value
-
-
-def _positive(call: str, word: str, value: Parameter) -> Parameter:
-    """Return a standard deviation, or a factor on one, if it is positive or a distribution.
-
-    Raises
-    ------
-    InputError
-        If it is not positive and finite.
-    """
-    if is_unknown(value) or isinstance(value, jax.core.Tracer):
-        return value
-    wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) > 0))]
-    if wrong.size:
-        raise InputError(
-            f"{call} was given a {word} of {wrong[0]:g}; the {word} must be positive, since a "
-            "likelihood without noise is infinite. Without output error give noise=None and use "
-            "marginals.KDE()."
-        )
-    return value
-
-
-def _positive_definite(matrix: Parameter) -> Parameter:
-    """Return a covariance if it is positive definite or a distribution.
-
-    Raises
-    ------
-    InputError
-        If it is not square and positive definite.
-    """
-    if is_unknown(matrix) or isinstance(matrix, jax.core.Tracer):
-        return matrix
-    try:
-        np.linalg.cholesky(np.asarray(matrix))
-    except np.linalg.LinAlgError as error:
-        raise InputError(
-            f"noise.Covariance(matrix) was given a matrix of shape {np.shape(matrix)} that is not "
-            "square and positive definite; that is needed, since the density has its inverse. Take "
-            "the covariance of more records than lines, or add a variance: "
-            "matrix + 1e-6 * np.eye(lines)."
-        ) from error
-    return matrix
-
-
 def _channels(sigma: Array, sensors: Chosen, actuators: Chosen) -> Array:
     sigma = sigma[sensors] if sigma.shape[0] > 1 else sigma
     return sigma[:, actuators] if sigma.shape[1] > 1 else sigma
@@ -377,7 +322,14 @@ def _as_outputs(sigma: Any, predicted: Response) -> Array:
     if level.ndim == 3:  # common to all force levels and both parts of a complex FRF
         between = tuple(range(2, predicted.ndim - 1))
         level = jnp.expand_dims(level, between)
-    return jnp.broadcast_to(level, predicted.shape)
+    try:
+        return jnp.broadcast_to(level, predicted.shape)
+    except ValueError as error:
+        raise InputError(
+            f"noise.Gaussian(sigma) was given a level of shape {np.shape(sigma)}, but the outputs "
+            f"have the shape {predicted.shape}; a number, or an array that fits them is needed, "
+            "since each output has one: noise.Gaussian(0.01)."
+        ) from error
 
 
 def _masked(distribution: Distribution, data: Data | None) -> Distribution:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
 from .._sites import Role, checked_name, owners
-from .._types import InputError
+from .._types import InputError, check_kind
 from ..effects.effect import (
     Attachment,
     CubicAttachment,
@@ -22,6 +22,7 @@ from ..effects.effect import (
 )
 from ..modes.hinges import with_compliance
 from ..modes.modes import Modes
+from ._value_checks import check_values
 from .damping import Damping
 
 Kind = TypeVar("Kind", bound=Effect)
@@ -52,9 +53,24 @@ class Structure(eqx.Module):
         damping: Damping,
         effects: Mapping[str, StructureEffect] = OrderedDict(),
     ):
+        check_kind(
+            "modes",
+            modes,
+            Modes,
+            "modes of a structure are needed, since a response is a sum over them",
+            "Structure(beams.bar(...), damping=...)",
+        )
+        check_kind(
+            "damping",
+            damping,
+            Damping,
+            "a damping law is needed, since a number alone does not say which law",
+            "damping=damping.Modal(0.04), or damping.Modal(dist.Uniform(0.02, 0.06))",
+        )
         self.modes = modes
         self.damping = damping
         self.effects = OrderedDict(effects)
+        check_values(self)
 
     def __add__(self, effect: Effect) -> "Structure":
         """Return the structure with one more effect.
@@ -64,6 +80,13 @@ class Structure(eqx.Module):
         InputError
             If the effect belongs to the measurement, has a name that is taken, or lies outside.
         """
+        check_kind(
+            "effect",
+            effect,
+            Effect,
+            "an effect is needed, since only effects are added",
+            "structure + effects.point_mass(0.4, 0.1)",
+        )
         if not isinstance(effect, StructureEffect):
             raise InputError(
                 f'The effect "{effect.name}" was added to a structure; an experiment is needed, '

@@ -12,10 +12,11 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact
 
 from .._sites import Role, checked_name, is_unknown, unit, unknowns
-from .._types import InputError, Parameter, Shapes
+from .._types import InputError, Parameter, Shapes, check_kind
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..positions.at import At, as_place, position_on
+from ..positions.channel import checked
 from ..positions.places import Place, Position, coordinates, mean
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded, Vector, rotation, triple, unit_vector
@@ -83,7 +84,22 @@ class Transducer(eqx.Module):
         gain: Parameter | None = 1.0,
         delay: Parameter | None = 0.0,
     ):
-        self.name = checked_name(f"{self.kind} of the name", name)
+        check_kind(
+            f"directions of the {self.kind}",
+            directions,
+            (tuple, list),
+            "a tuple is needed, with a number for each channel",
+            "directions=(3,)",
+        )
+        if angles is not None:
+            check_kind(
+                f"angles of the {self.kind}",
+                angles,
+                (tuple, list, np.ndarray),
+                "three Euler angles [rad] are needed, about x, y and z",
+                "angles=(0.0, 0.1, 0.0)",
+            )
+        self.name = checked(Channel(checked_name(f"{self.kind} of the name", name))).name
         self.position = as_place(at)
         self.tolerance = self.position if isinstance(self.position, Tolerance) else tolerance
         self.angles = None if angles is None else tuple(angles)
@@ -94,6 +110,11 @@ class Transducer(eqx.Module):
         self._check_recording()
 
     def _check_directions(self) -> None:
+        if len(set(self.directions)) < len(self.directions):
+            raise InputError(
+                f'{self.kind} "{self.name}": directions={self.directions} was given; each is '
+                "needed once, since its data would count twice: directions=(1, 2, 3)."
+            )
         if not set(self.directions) <= {-3, -2, -1, 1, 2, 3}:
             raise InputError(
                 f'{self.kind} "{self.name}": directions={self.directions} was given; each must be '
@@ -133,6 +154,7 @@ class Transducer(eqx.Module):
         ValueError
             If it lies outside the structure, or on a line where the structure is in space.
         """
+        self._check_axes(modes.axes)
         return type(self)(
             self.name,
             position_on(self.position, modes.bounds(), f'{self.kind} "{self.name}"'),
@@ -143,6 +165,16 @@ class Transducer(eqx.Module):
             gain=self.gain,
             delay=self.delay,
         )
+
+    def _check_axes(self, axes: tuple[int, ...]) -> None:
+        """Refuse a channel along an axis in which nothing moves, unless it may be tilted."""
+        moving = [number for number in self.directions if abs(number) in axes]
+        if self.directions and not moving and self.angles is None:
+            raise InputError(
+                f'{self.kind} "{self.name}": directions={self.directions} was given, but the '
+                f"structure moves along {', '.join(map(str, axes))} only; a direction in which it "
+                f"moves is needed, since the others read nothing: directions=({axes[0]},)."
+            )
 
     def moved(self: Self, place: Recorded | Tolerance, modes: Modes) -> Self:
         """Return it recorded elsewhere on the structure, with its present tolerance.

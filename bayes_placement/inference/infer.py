@@ -11,7 +11,7 @@ import xarray as xr
 from .._compiled import compiled
 from .._random import jax_key, recorded_seed
 from .._sites import Role, substitute
-from .._types import InputError, Key, Progress, no_progress
+from .._types import InputError, Key, Progress, check_kind, no_progress
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from . import divergence, engines, marginals
@@ -83,6 +83,13 @@ def infer(
     InferenceWarning
         One sentence for each diagnostic that fails, with what to do.
     """
+    check_kind(
+        "experiment",
+        experiment,
+        Experiment,
+        "an experiment is needed, with structure, instruments and lines",
+        "bp.infer(experiment, ...)",
+    )
     began = time.perf_counter()
     method = _engine(engine), _marginal(marginal)
     _check(experiment)
@@ -105,11 +112,17 @@ def infer(
 
 
 def _engine(engine: Engine | str) -> Engine:
-    return of_name(engines, engine)() if isinstance(engine, str) else engine
+    method = of_name(engines, engine)() if isinstance(engine, str) else engine
+    needed = "an engine or its name is needed, since it explores the posterior"
+    check_kind("engine", method, Engine, needed, "engine=engines.SMC()")
+    return method
 
 
 def _marginal(marginal: Marginal | str) -> Marginal:
-    return of_name(marginals, marginal)() if isinstance(marginal, str) else marginal
+    method = of_name(marginals, marginal)() if isinstance(marginal, str) else marginal
+    needed = "a marginal or its name is needed, since it says what becomes of the placement"
+    check_kind("marginal", method, Marginal, needed, "marginal=marginals.Latent()")
+    return method
 
 
 def _check(experiment: Experiment) -> None:

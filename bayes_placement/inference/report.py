@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 from scipy.stats import norm
 
+from .._types import check_kind
 from .results import warnings_of
 
 FALSE_ALARM = 0.01
@@ -98,6 +99,13 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
         divergence or the log evidence by more than their standard errors allow, at a probability
         of one false alarm in a hundred over all comparisons; and their own warnings.
     """
+    check_kind(
+        "results",
+        results,
+        Mapping,
+        "results by the names of their methods are needed, since they are compared",
+        'report({"SMC": bp.infer(experiment, measurement)})',
+    )
     rows = {name: _row(result) for name, result in results.items()}
     warnings = [
         f"{name}: {sentence}"

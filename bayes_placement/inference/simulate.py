@@ -9,7 +9,7 @@ from numpyro.infer import Predictive
 
 from .._compiled import compiled
 from .._random import jax_key
-from .._types import Key
+from .._types import Key, check_count, check_kind
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from .results import named_draws, numbered, outputs
 
@@ -43,6 +43,14 @@ def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -
         `prior`: the unknowns. `prior_predictive`: `response` (without output error) and
         `measured` (with it, where the experiment has a noise).
     """
+    check_kind(
+        "experiment",
+        experiment,
+        Experiment,
+        "an experiment is needed, with structure, instruments and lines",
+        "bp.simulate(experiment, ...)",
+    )
+    check_count("draws", draws, 1, "bp.simulate(experiment, draws=1000)")
     samples = compiled(_simulated)(experiment, draws, jax_key(key))
     drawn = {name: np.asarray(value)[None] for name, value in samples.items()}
     predicted = {name: drawn[name] for name in (RESPONSE, MEASURED) if name in drawn}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .._types import InputError, MissingExtraError
+from .._types import InputError, MissingExtraError, check_kind
 
 LARGEST = 1e30
 """Greatest number that is read: no quantity in SI is as large, and its square must be finite."""
@@ -48,6 +48,19 @@ def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
         raise _unreadable(path, contents, remedy, error) from error
     except Exception as error:  # libraries raise any exception for a damaged file
         raise _unreadable(path, contents, remedy, error) from error
+
+
+def path_of(path: Any) -> Path:
+    """Return a path.
+
+    Raises
+    ------
+    InputError
+        If something else was given.
+    """
+    needed = "the path of a file or folder is needed, since it is read from there"
+    check_kind("path", path, (str, Path), needed, 'path="measured.uff"')
+    return Path(path)
 
 
 def existing(path: Path, contents: str) -> Path:
@@ -97,7 +110,7 @@ def _within(array: np.ndarray) -> bool:
     """Whether all numbers are in range, without a copy of them; NaN is not."""
     parts = (array.real, array.imag) if array.dtype.kind == "c" else (array,)
     with np.errstate(invalid="ignore"):
-        return all(part.max() <= LARGEST and part.min() >= -LARGEST for part in parts)
+        return all(float(part.max()) <= LARGEST and float(part.min()) >= -LARGEST for part in parts)
 
 
 def _unreadable(path: Path, contents: str, remedy: str, error: Exception) -> InputError:

@@ -106,23 +106,23 @@ def _array(stream: Any, size: int) -> np.ndarray:
     version = npy.read_magic(stream)
     read_header = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
     if version not in read_header:
-        raise ValueError(f"version {version} of its header is not known")
+        raise InputError(f"version {version} of its header is not known")
     shape, fortran, kind = read_header[version](stream)
     if kind.kind not in _KINDS:
         what = "pickled objects" if kind.kind == "O" else str(kind)
-        raise ValueError(f"it holds {what}, which are neither numbers nor text")
+        raise InputError(f"it holds {what}, which are neither numbers nor text")
     if any(type(length) is not int or length < 0 for length in shape):
-        raise ValueError(f"its shape is {shape}")
+        raise InputError(f"its shape is {shape}")
     count = 1
     for length in shape:
         count *= length
     announced = count * kind.itemsize
     if announced > size:
-        raise ValueError(f"it announces {announced} bytes and holds less than {size}")
+        raise InputError(f"it announces {announced} bytes and holds less than {size}")
     flat = np.empty(count, dtype=kind)
     held = _filled(flat.view(np.uint8), stream) if announced else 0
     if held < announced or stream.read(1):  # at the end of the member its checksum is compared
-        raise ValueError(f"it announces {announced} bytes and holds {held} or more")
+        raise InputError(f"it announces {announced} bytes and holds {held} or more")
     return flat.reshape(shape, order="F" if fortran else "C")
 
 

@@ -65,17 +65,17 @@ def _compressed(
     """Refuse the arrays of a compressed matrix whose rows, or columns, do not follow each other."""
     lines, across = shape[axis], shape[1 - axis]
     if indptr.shape != (lines + 1,) or indptr[0] != 0 or indptr[-1] != len(indices):
-        raise ValueError(f"indptr of shape {indptr.shape} does not divide {len(indices)} indices")
+        raise InputError(f"indptr of shape {indptr.shape} does not divide {len(indices)} indices")
     if np.any(indptr[1:] < indptr[:-1]):
-        raise ValueError("indptr falls")
+        raise InputError("indptr falls")
     if indices.ndim != 1 or len(data) != len(indices):
-        raise ValueError(f"{len(data)} values have {indices.shape} indices")
+        raise InputError(f"{len(data)} values have {indices.shape} indices")
     _check_inside("indices", indices, across)
 
 
 def _check_inside(name: str, indices: np.ndarray, size: int) -> None:
     if indices.size and not (indices.min() >= 0 and indices.max() < size):
-        raise ValueError(f"{name} go from {indices.min()} to {indices.max()} in a size of {size}")
+        raise InputError(f"{name} go from {indices.min()} to {indices.max()} in a size of {size}")
 
 
 def _csr(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> Any:
@@ -92,7 +92,7 @@ def _csc(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> Any:
 
 def _bsr(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> Any:
     if data.ndim != 3 or 0 in data.shape[1:] or np.any(np.mod(shape, data.shape[1:])):
-        raise ValueError(f"blocks of shape {data.shape} do not make a matrix of shape {shape}")
+        raise InputError(f"blocks of shape {data.shape} do not make a matrix of shape {shape}")
     blocks = (shape[0] // data.shape[1], shape[1] // data.shape[2])
     _compressed(blocks, data, axis=0, **places)
     return scipy.sparse.bsr_array((data, places["indices"], places["indptr"]), shape=shape)
@@ -101,7 +101,7 @@ def _bsr(shape: tuple[int, int], data: np.ndarray, **places: np.ndarray) -> Any:
 def _coo(shape: tuple[int, int], data: np.ndarray, row: np.ndarray, col: np.ndarray) -> Any:
     _check_flat(data)
     if not row.shape == col.shape == data.shape:
-        raise ValueError(f"{data.shape} values have {row.shape} rows and {col.shape} columns")
+        raise InputError(f"{data.shape} values have {row.shape} rows and {col.shape} columns")
     _check_inside("row", row, shape[0])
     _check_inside("col", col, shape[1])
     return scipy.sparse.coo_array((data, (row, col)), shape=shape)
@@ -109,16 +109,16 @@ def _coo(shape: tuple[int, int], data: np.ndarray, row: np.ndarray, col: np.ndar
 
 def _dia(shape: tuple[int, int], data: np.ndarray, offsets: np.ndarray) -> Any:
     if data.ndim != 2 or offsets.shape != data.shape[:1] or len(set(offsets.tolist())) < len(data):
-        raise ValueError(f"data of shape {data.shape} have {offsets.shape} offsets, each once")
+        raise InputError(f"data of shape {data.shape} have {offsets.shape} offsets, each once")
     _check_inside("offsets", offsets + shape[0] - 1, shape[0] + shape[1] - 1)
     if data.shape[1] > shape[1]:
-        raise ValueError(f"diagonals of {data.shape[1]} values in {shape[1]} columns")
+        raise InputError(f"diagonals of {data.shape[1]} values in {shape[1]} columns")
     return scipy.sparse.dia_array((data, offsets), shape=shape)
 
 
 def _check_flat(data: np.ndarray) -> None:
     if data.ndim != 1:
-        raise ValueError(f"data have the shape {data.shape}, no list")
+        raise InputError(f"data have the shape {data.shape}, no list")
 
 
 _FORMS: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from .._types import InputError
 from ..experiment.measurement import Measurement
 from ..modes.finite_elements.modal_model import ModalModel
+from ._gate import path_of
 from .matrix_files import SystemMatrices
 
 
@@ -72,7 +73,8 @@ def read_measurement(path: str | Path, **options: Any) -> Measurement:
     ValueError
         If its format is not known, or the reader refuses the file.
     """
-    return _format("measurement", Path(path)).read(Path(path), **options)
+    file = path_of(path)
+    return _format("measurement", file).read(file, **options)
 
 
 def read_modes(path: str | Path, **options: Any) -> ModalModel:
@@ -92,7 +94,8 @@ def read_modes(path: str | Path, **options: Any) -> ModalModel:
     ValueError
         If its format is not known, or the reader refuses the file.
     """
-    return _format("modes", Path(path)).read(Path(path), **options)
+    file = path_of(path)
+    return _format("modes", file).read(file, **options)
 
 
 def read_matrices(path: str | Path, *others: str | Path, **options: Any) -> SystemMatrices:
@@ -115,7 +118,8 @@ def read_matrices(path: str | Path, *others: str | Path, **options: Any) -> Syst
     ValueError
         If its format is not known, or the reader refuses the file.
     """
-    return _format("matrices", Path(path)).read(Path(path), *others, **options)
+    file = path_of(path)
+    return _format("matrices", file).read(file, *others, **options)
 
 
 def _format(contents: str, path: Path) -> Format:

@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray as xr
 
 from .._files import write_atomically
-from .._types import InputError
+from .._types import InputError, check_kind
 from ..inference.results import WARNINGS, warnings_of
 from ._gate import reading
 
@@ -27,6 +27,8 @@ def write(result: xr.DataTree, path: str | Path) -> Path:
     path
         The file, usually `result.nc`.
     """
+    needed = "a tree of results is needed, as bp.infer and bp.simulate return it"
+    check_kind("result", result, xr.DataTree, needed, "io.netcdf.write(result, path)")
     return write_atomically(path, lambda temporary: _write_sealed(result, temporary))
 
 

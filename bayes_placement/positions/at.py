@@ -2,10 +2,11 @@
 
 from typing import Any, TypeAlias
 
+import jax
 import numpy as np
 
-from .._sites import is_unknown
-from .._types import InputError, Parameter
+from .._sites import described, is_finite, is_unknown, reach
+from .._types import InputError, Parameter, finite_number
 from .bounds import (
     Bounds,
     bounds_text,
@@ -63,7 +64,7 @@ def as_place(at: At) -> Position | Tolerance:
     if isinstance(at, Place | Tolerance) or is_unknown(at):
         return at
     if not isinstance(at, tuple | list) and np.ndim(at) != 1:
-        return at
+        return _checked_number(at)
     if len(at) != 3:
         raise InputError(
             f"A position of {len(at)} coordinates was given; one number on a line or three along "
@@ -71,6 +72,15 @@ def as_place(at: At) -> Position | Tolerance:
         )
     x, y, z = at
     return Cartesian(x, y, z)
+
+
+def _checked_number(at: Any) -> Any:
+    """Return a number, or a number that is computed."""
+    if not isinstance(at, jax.core.Tracer):
+        finite_number(
+            "at", at, "at=0.25, at=(0.2, 0.0, 0.9) or at=positions.Segment(0.25, within=0.01)"
+        )
+    return at
 
 
 def _coordinate_count(place: Any) -> int:
@@ -94,7 +104,13 @@ def _check_inside(place: Any, bounds: Bounds, owner: str) -> None:
     )
 
 
-def _may_lie_between(value: Any, low: float, high: float, margin: float) -> bool:
+def _may_lie_between(value: Any, low: Any, high: Any, margin: Any) -> bool:
+    if is_unknown(value) and value.shape() == () and not is_finite(value):
+        limits = (low, high, margin)
+        if any(isinstance(limit, jax.core.Tracer) for limit in limits):
+            return True
+        first, last = reach(value)
+        return bool(low - margin <= first and last <= high + margin)
     return not isinstance(value, int | float) or bool(low - margin <= value <= high + margin)
 
 
@@ -104,4 +120,4 @@ def _text(place: Any) -> str:
         return position_text(place)
     if isinstance(place, Cartesian):
         return f"({_text(place.x)}, {_text(place.y)}, {_text(place.z)})"
-    return type(place).__name__
+    return described(place) if is_unknown(place) else type(place).__name__

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
-from .._types import InputError
+from .._types import InputError, check_kind
 
 
 class Channel(NamedTuple):
@@ -39,6 +39,13 @@ class Channel(NamedTuple):
         """
         if isinstance(label, Channel):
             return checked(label)
+        check_kind(
+            "channel",
+            label,
+            str,
+            "the label of a channel is needed, since channels are matched by name",
+            "'s1', or 's1+x' with its direction",
+        )
         match = re.fullmatch(r"(?P<name>.+?)(?P<direction>[+-][xyz])?", label.strip())
         if match is None:
             raise InputError(

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpyro.distributions import Uniform
 
-from .._types import InputError
+from .._types import InputError, finite_number
 from ._nearest_nodes import at_nearest_node
 from ._tolerance import Tolerance
 from ._tolerances_in_space import Ball, Box, Member, Patch
@@ -41,13 +41,13 @@ class Segment(Tolerance):
     within: float = eqx.field(static=True)
 
     def __init__(self, centre: float | int, *, within: float | int):
-        self.centre = float(centre)
-        self.within = float(within)
-        if not self.within > 0:
+        if isinstance(within, int | float) and not within > 0:
             raise InputError(
                 f"Segment(within={within}) was given; a positive tolerance [m] is needed. For a "
                 f"position known exactly, give the number itself: at={centre}."
             )
+        self.centre = finite_number("Segment(centre)", centre, "Segment(0.25, within=0.01)")
+        self.within = finite_number("Segment(within)", within, "Segment(0.25, within=0.01)")
 
     @property
     def recorded(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float, Int
 
-from ..._types import InputError
+from ..._types import InputError, check_kind
 from ...experiment.experiment import FORCE_LEVEL, MEASURED, RESPONSE
 from ...inference.estimates import scalars
 from ...inference.results import RESPONSE_WHEN_EXACT
@@ -206,6 +206,13 @@ def band_of(draws: Any, axis: int = 0) -> tuple[Any, Any, Any]:
 
 
 def _check(posterior: xr.DataTree) -> None:
+    check_kind(
+        "posterior",
+        posterior,
+        xr.DataTree,
+        "the result of an inference is needed, since only a fitted model has a misfit",
+        "bp.check(bp.infer(experiment, measurement))",
+    )
     missing = [name for name in _NEEDED if name not in posterior.children]
     if missing:
         raise InputError(

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..._types import InputError
+from ..._types import InputError, check_kind
 from ...experiment.experiment import FORCE_LEVEL, MEASURED
 from ...inference.results import warnings_of
 from ...inference.weights import GOOD_PARETO_K
@@ -194,6 +194,13 @@ def compare(results: Mapping[str, xr.DataTree]) -> ModelComparison:
     line between measured lines is predicted. Where the error of a model is smooth along frequency,
     lines are not independent, and the standard errors of elpd are too small.
     """
+    check_kind(
+        "results",
+        results,
+        Mapping,
+        "results by the names of their models are needed, since they are compared",
+        'compare({"nominal": bp.infer(experiment, measurement), "changed": ...})',
+    )
     _check_count(results)
     jacobians = log_jacobian(results)
     rows_and_elpd = {name: _row(results[name], jacobians[name]) for name in results}

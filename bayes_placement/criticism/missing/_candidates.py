@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Collection
 
-from ..._types import InputError
+from ..._types import InputError, check_kind
 from ...effects.effect import Effect
 from ...effects.library import Library, library
 from ...experiment.experiment import Experiment
@@ -22,6 +22,14 @@ def candidates_of(
     InfeasibleError
         If a prior has no inverse distribution function.
     """
+    if candidates is not None:
+        check_kind(
+            "candidates",
+            candidates,
+            Library,
+            "a library of effects is needed, since each comes with its priors",
+            'candidates=effects.library(experiment, ["point_mass"])',
+        )
     effects = (library(experiment) if candidates is None else candidates).effects
     if not effects:
         raise InputError(

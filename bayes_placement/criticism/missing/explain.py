@@ -2,7 +2,7 @@
 
 from threadpoolctl import threadpool_limits
 
-from ..._types import Progress, no_progress
+from ..._types import Progress, check_kind, no_progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
@@ -54,6 +54,13 @@ def explain(
     InfeasibleError
         If a prior has no inverse distribution function.
     """
+    check_kind(
+        "experiment",
+        experiment,
+        Experiment,
+        "an experiment is needed, with structure, instruments and lines",
+        "bp.explain(experiment, ...)",
+    )
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
     question = Question.of(experiment, data, effects, model_error, level=LEVEL)

@@ -7,7 +7,7 @@ from collections import Counter
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..._types import Progress, no_progress
+from ..._types import Progress, check_kind, no_progress
 from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
@@ -68,6 +68,13 @@ def improve(
     InfeasibleError
         If a prior has no inverse distribution function.
     """
+    check_kind(
+        "experiment",
+        experiment,
+        Experiment,
+        "an experiment is needed, with structure, instruments and lines",
+        "bp.improve(experiment, ...)",
+    )
     began = time.perf_counter()
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)

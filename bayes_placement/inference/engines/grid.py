@@ -7,7 +7,7 @@ import equinox as eqx
 import numpy as np
 from scipy.special import logsumexp
 
-from ..._types import InfeasibleError, Key, Progress
+from ..._types import InfeasibleError, Key, Progress, check_count
 from ..weights import LEAST_NODES, effective_size
 from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
 from .importance import weighted
@@ -45,6 +45,11 @@ class Grid(Engine):
 
     nodes: int = eqx.field(static=True, default=32)
     batch: int = eqx.field(static=True, default=64)
+
+    def __check_init__(self) -> None:
+        """Refuse a grid without nodes."""
+        check_count("nodes", self.nodes, 1, "engines.Grid(nodes=32)")
+        check_count("batch", self.batch, 1, "engines.Grid(batch=64)")
 
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Weight every node by its prior weight and its likelihood."""

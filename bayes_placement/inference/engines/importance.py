@@ -9,7 +9,7 @@ import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
-from ..._types import InputError, Key, Progress
+from ..._types import InputError, Key, Progress, check_count
 from ..weights import GOOD_PARETO_K, effective_size, pareto_k
 from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihoods_in_batches
 
@@ -29,6 +29,11 @@ class Importance(Engine):
 
     draws: int = eqx.field(static=True, default=1000)
     batch: int = eqx.field(static=True, default=250)
+
+    def __check_init__(self) -> None:
+        """Refuse numbers of draws that sample nothing."""
+        check_count("draws", self.draws, 1, "engines.Importance(draws=1000)")
+        check_count("batch", self.batch, 1, "engines.Importance(batch=250)")
 
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Weight draws from the prior by their likelihood."""

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 from ..._compiled import compiled
-from ..._types import InputError, Key, Progress
+from ..._types import InputError, Key, Progress, check_count
 from ..weights import GOOD_PARETO_K, pareto_k
 from .empirical_bayes import Hierarchy
 from .engine import Engine, EngineDraws, PosteriorDensity
@@ -59,6 +59,8 @@ class MAP(Engine):
     draws: int = eqx.field(static=True, default=1000)
 
     def __check_init__(self) -> None:
+        check_count("starts", self.starts, 1, "engines.MAP(starts=32)")
+        check_count("draws", self.draws, 1, "engines.MAP(draws=1000)")
         if self.search not in SEARCHES:
             raise InputError(
                 f"engines.MAP has no search {self.search!r}. The searches are "

@@ -10,7 +10,7 @@ from arviz_stats.base import array_stats
 from numpyro.infer import NUTS as Kernel
 
 from ..._compiled import compiled
-from ..._types import Key, Progress
+from ..._types import Key, Progress, check_count
 from .engine import Engine, EngineDraws, PosteriorDensity
 
 GOOD_R_HAT = 1.01
@@ -36,6 +36,12 @@ class NUTS(Engine):
     warmup: int = eqx.field(static=True, default=1000)
     draws: int = eqx.field(static=True, default=1000)
     target_accept: float = eqx.field(static=True, default=0.9)
+
+    def __check_init__(self) -> None:
+        """Refuse numbers of chains or draws that sample nothing."""
+        check_count("chains", self.chains, 1, "engines.NUTS(chains=4)")
+        check_count("warmup", self.warmup, 1, "engines.NUTS(warmup=1000)")
+        check_count("draws", self.draws, 1, "engines.NUTS(draws=1000)")
 
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Run all chains together, block by block."""

@@ -16,7 +16,7 @@ from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
 from ..._compiled import compiled
-from ..._types import InputError, Key, Progress
+from ..._types import InputError, Key, Progress, check_count
 from .engine import Engine, EngineDraws, PosteriorDensity
 
 GOOD_R_HAT = 1.05
@@ -71,6 +71,9 @@ class SMC(Engine):
     prior_draws: int = eqx.field(static=True, default=20)
 
     def __check_init__(self) -> None:
+        check_count("particles", self.particles, 1, "engines.SMC(particles=2000)")
+        check_count("populations", self.populations, 1, "engines.SMC(populations=4)")
+        check_count("moves", self.moves, 1, "engines.SMC(moves=30)")
         if self.populations < 2 or self.particles < 20 * self.populations:
             raise InputError(
                 f"engines.SMC(particles={self.particles}, populations={self.populations}) was "

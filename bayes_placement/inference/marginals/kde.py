@@ -6,7 +6,7 @@ import equinox as eqx
 
 from ..._random import jax_key
 from ..._sites import Unknown
-from ..._types import InputError, Key
+from ..._types import InputError, Key, check_count
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from .kernel_density import KERNELS, KernelDensity
@@ -43,6 +43,9 @@ class KDE(Marginal):
     common: bool = eqx.field(static=True, default=True)
 
     def __check_init__(self) -> None:
+        check_count(
+            "placement_draws", self.placement_draws, 1, "marginals.KDE(placement_draws=800)"
+        )
         if self.kernel not in KERNELS:
             raise InputError(
                 f"marginals.KDE has no kernel {self.kernel!r}. The kernels are "

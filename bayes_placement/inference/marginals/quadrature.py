@@ -5,7 +5,7 @@ from typing import Any
 import equinox as eqx
 
 from ..._sites import Unknown
-from ..._types import Key
+from ..._types import Key, check_count
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated
@@ -27,6 +27,10 @@ class Quadrature(Marginal):
 
     samples_placement = False
     nodes: int = eqx.field(static=True, default=64)
+
+    def __check_init__(self) -> None:
+        """Refuse a rule without nodes."""
+        check_count("nodes", self.nodes, 1, "marginals.Quadrature(nodes=64)")
 
     def integrates(self, unknown: Unknown) -> bool:
         """All placement is."""

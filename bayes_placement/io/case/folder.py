@@ -8,6 +8,7 @@ from ...experiment.experiment import Experiment
 from ...experiment.observe import Complex
 from ...experiment.transducers import Actuator, Sensor
 from ...positions.channel import Channel, checked
+from .._gate import path_of
 from ..model import Study
 from ._json_fields import FieldRule, JsonObject, check_distinct, choice, integer, load
 from ._known_fields import check_known
@@ -66,7 +67,7 @@ def read(folder: str | Path) -> Study:
     CaseError
         (A ValueError.) If a field is missing or wrong, or the files contradict it.
     """
-    case = load(Path(folder) / "case.json")
+    case = load(path_of(folder) / "case.json")
     check_known(case)
     nominal = nominal_structure(case)
     sensors, actuators = (_recorded(case, side, nominal) for side in ("sensors", "actuators"))

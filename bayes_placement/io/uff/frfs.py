@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..._types import check_kind
 from ...experiment.measurement import Channel, Measurement, Position
 from ...experiment.quantities import converted
-from .._gate import check_plausible, reading
+from .._gate import check_plausible, path_of, reading
 from ._datasets import FUNCTION, Dataset, MeasurementFileError, load
 from ._nodes import node_positions
 from ._units import FileUnits, check_abscissa, file_units, quantity_of, scale
@@ -73,7 +74,10 @@ def read(
     MeasurementFileError
         (A ValueError.) If the file is malformed, or holds no single, unambiguous measurement.
     """
-    with reading(Path(path), "a universal file", "Export it again."):
+    if names is not None:
+        needed = "names by the number of the node are needed, since each node has one"
+        check_kind("names", names, Mapping, needed, "uff.read(path, names={1: 's1', 101: 'a1'})")
+    with reading(path_of(path), "a universal file", "Export it again."):
         datasets = load(Path(path))
         units = file_units(datasets)
         frfs = _frfs(datasets, units, Path(path))

@@ -4,12 +4,13 @@ import functools
 from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..._sites import is_unknown, unit
-from ..._types import InputError, Parameter
+from ..._types import InputError, Parameter, check_count, finite_number
 from . import _beam_roots
 from .uniform_line import UniformLine
 
@@ -314,15 +315,22 @@ def _check_section(section: dict[str, Parameter | None]) -> None:
         )
 
 
+_EITHER = ("second_moment", "radius_of_gyration")
+
+
 def _check(modes: int, **quantities: Parameter | None) -> None:
-    if modes < 1:
+    if isinstance(modes, int) and modes < 1:
         raise InputError(f"modes={modes} was given; at least one mode is needed: modes=15.")
+    check_count("modes", modes, 1, "modes=15")
     for name, value in quantities.items():
         if isinstance(value, int | float) and not value > 0:
             raise InputError(
                 f"{name}={value} was given; it must be positive, since it divides or scales the "
                 f"natural frequencies. Give it in SI units: {name}=1.0."
             )
+        given = value is not None or name not in _EITHER
+        if given and not is_unknown(value) and not isinstance(value, jax.core.Tracer):
+            finite_number(name, value, f"{name}=1.0, or a distribution")
 
 
 def _least_length(length: Parameter) -> Any:

@@ -1,0 +1,74 @@
+"""Numbers of an output error: positive, not negative, positive definite."""
+
+from typing import Any
+
+import jax
+import numpy as np
+
+from .._sites import is_unknown
+from .._types import InputError, Parameter, shown
+
+
+def not_negative(call: str, word: str, value: Parameter) -> Parameter:
+    """Return a standard deviation that may vanish, if it is not negative."""
+    if is_unknown(value) or isinstance(value, jax.core.Tracer):
+        return value
+    _check_numbers(call, word, value)
+    wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) >= 0))]
+    if wrong.size:
+        raise InputError(
+            f"{call} was given a {word} of {wrong[0]:g}; the {word} must not be negative, since it "
+            "is a standard deviation. Give 0 for none."
+        )
+    return value
+
+
+def positive(call: str, word: str, value: Parameter) -> Parameter:
+    """Return a standard deviation, or a factor on one, if it is positive or a distribution.
+
+    Raises
+    ------
+    InputError
+        If it is not positive and finite.
+    """
+    if is_unknown(value) or isinstance(value, jax.core.Tracer):
+        return value
+    _check_numbers(call, word, value)
+    wrong = np.asarray(value)[~(np.isfinite(value) & (np.asarray(value) > 0))]
+    if wrong.size:
+        raise InputError(
+            f"{call} was given a {word} of {wrong[0]:g}; the {word} must be positive, since a "
+            "likelihood without noise is infinite. Without output error give noise=None and use "
+            "marginals.KDE()."
+        )
+    return value
+
+
+def _check_numbers(call: str, word: str, value: Any) -> None:
+    if np.asarray(value).dtype.kind not in "iuf":
+        raise InputError(
+            f"{call} was given {shown(value)}; numbers or a distribution are needed, since it is the "
+            f"{word} of measured values: {call.split('(')[0]}(0.01)."
+        )
+
+
+def positive_definite(matrix: Parameter) -> Parameter:
+    """Return a covariance if it is positive definite or a distribution.
+
+    Raises
+    ------
+    InputError
+        If it is not square and positive definite.
+    """
+    if is_unknown(matrix) or isinstance(matrix, jax.core.Tracer):
+        return matrix
+    try:
+        np.linalg.cholesky(np.asarray(matrix))
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"noise.Covariance(matrix) was given a matrix of shape {np.shape(matrix)} that is not "
+            "square and positive definite; that is needed, since the density has its inverse. Take "
+            "the covariance of more records than lines, or add a variance: "
+            "matrix + 1e-6 * np.eye(lines)."
+        ) from error
+    return matrix

@@ -1,0 +1,129 @@
+"""Numbers and priors of an experiment: finite, possible, and with a density."""
+
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from numpyro.distributions import (
+    Delta,
+    Distribution,
+    LogNormal,
+    LogUniform,
+    Normal,
+    Uniform,
+)
+
+from .._sites import Leaf, described, is_unknown, leaves_with_unit, reach
+from .._types import InputError, shown
+
+_DRAWS = 16
+
+
+class _Range(NamedTuple):
+    """Between what numbers a quantity can be, and what is meant where it is not."""
+
+    least: float
+    most: float
+    reason: str
+
+
+_POSITIVE = _Range(0.0, np.inf, "it must be above zero")
+_SHARE_OF_CRITICAL = _Range(
+    0.0, 1.0, "a damping ratio is a share of critical damping between 0 and 1, not percent: 0.05"
+)
+_ANGLE = _Range(-np.pi, np.pi, "angles are in rad, not degrees: numpy.deg2rad(5.0)")
+_RANGES = {
+    ("modes", "length"): _POSITIVE,
+    ("modes", "area"): _POSITIVE,
+    ("modes", "second_moment"): _POSITIVE,
+    ("modes", "radius_of_gyration"): _POSITIVE,
+    ("modes", "youngs_modulus"): _POSITIVE,
+    ("modes", "density"): _POSITIVE,
+    ("modes", "modal_mass"): _POSITIVE,
+    ("damping", "ratio"): _SHARE_OF_CRITICAL,
+    ("noise", "sigma"): _POSITIVE,
+    ("noise", "scale"): _POSITIVE,
+    ("noise", "factor"): _POSITIVE,
+    ("noise", "ratio"): _POSITIVE,
+    ("sensor", "angles"): _ANGLE,
+    ("actuator", "angles"): _ANGLE,
+}
+"""Ranges by the owner of a number and its field; numbers of effects have both signs."""
+
+
+def check_values(tree: Any) -> None:
+    """Refuse numbers that are not finite or cannot be, and priors without a finite density.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for leaf in leaves_with_unit(tree):
+        value = leaf.value
+        if is_unknown(value):
+            _check_prior(leaf, value)
+        elif not isinstance(value, jax.core.Tracer):
+            _check_number(leaf, value)
+
+
+def _range(leaf: Leaf) -> _Range | None:
+    return _RANGES.get((leaf.owner.kind, leaf.field))
+
+
+def _check_number(leaf: Leaf, value: Any) -> None:
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "iufb":
+        raise InputError(
+            f"{leaf.name}={shown(value)} was given; a number [{leaf.unit}] or a distribution is "
+            f"needed, since it enters the response: {leaf.field}=1.0."
+        )
+    if not np.isfinite(numbers).all():
+        raise InputError(
+            f"{leaf.name}={shown(value)} was given; a finite number [{leaf.unit}] is needed, since "
+            f"no response follows from another: {leaf.field}=1.0, or a distribution."
+        )
+    allowed = _range(leaf)
+    if allowed and not np.all((numbers >= allowed.least) & (numbers <= allowed.most)):
+        raise _outside(leaf, f"{numbers.flat[0]:g}", allowed)
+
+
+def _check_prior(leaf: Leaf, prior: Distribution) -> None:
+    if any(isinstance(value, jax.core.Tracer) for value in jax.tree.leaves(prior)):
+        return
+    if not _has_density(prior):
+        raise InputError(
+            f"{leaf.name}: {described(prior)} was given; a prior with a finite density where its "
+            "draws lie is needed, since every posterior begins with it: its bounds must rise and "
+            "be finite, its width must be above zero: numpyro.distributions.Uniform(0.02, 0.06)."
+        )
+    allowed = _range(leaf)
+    if allowed is None:
+        return
+    low, high = reach(prior)
+    if low < allowed.least or high > allowed.most:
+        raise _outside(leaf, f"{described(prior)}, from {low:.3g} to {high:.3g},", allowed)
+
+
+def _outside(leaf: Leaf, words: str, allowed: _Range) -> InputError:
+    return InputError(
+        f"{leaf.name}={words} was given; no value of it can lie outside of {allowed.least:.4g} to "
+        f"{allowed.most:.4g} [{leaf.unit}]: {allowed.reason}."
+    )
+
+
+def _has_density(prior: Distribution) -> bool:
+    """Whether the log density is finite at draws; of common families without drawing."""
+    if isinstance(prior, Delta):
+        return bool(np.isfinite(prior.v).all())
+    if isinstance(prior, Uniform | LogUniform):
+        low, high = np.asarray(prior.low), np.asarray(prior.high)
+        least = 0.0 if isinstance(prior, LogUniform) else -np.inf
+        return bool(np.all((low > least) & (low < high) & (high < np.inf)))
+    if isinstance(prior, Normal | LogNormal):
+        return bool(np.all(np.isfinite(prior.loc) & (prior.scale > 0) & (prior.scale < np.inf)))
+    try:
+        draws = prior.sample(jax.random.key(0), (_DRAWS,))
+    except NotImplementedError:  # an improper prior has no draws
+        return False
+    return bool(np.isfinite(np.asarray(prior.log_prob(draws))).all())
