@@ -47,7 +47,7 @@ def positive(call: str, word: str, value: Parameter) -> Parameter:
 def _check_numbers(call: str, word: str, value: Any) -> None:
     if np.asarray(value).dtype.kind not in "iuf":
         raise InputError(
-            f"{call} was given {shown(value)}; numbers or a distribution are needed, since it is the "
+            f"{call} was given {shown(value)}; numbers or a distribution are needed, as the "
             f"{word} of measured values: {call.split('(')[0]}(0.01)."
         )
 
