@@ -13,6 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from ..criticism.fitted import effect_places
+from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..experiment.experiment import Experiment
@@ -219,6 +220,9 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
 def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     """Draw the misfit of the model as given, then with one more effect each time.
 
+    Beside a model error that is the misfit of the best fit without it. Where the noise is not
+    known, it is the residual over the scatter of neighbouring lines.
+
     Parameters
     ----------
     ledger
@@ -227,7 +231,7 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
         Axes to draw in; None for a new figure.
     """
     names = ["as given", *(f"+ {step.added}" for step in ledger.steps[1:])]
-    misfit = [step.chi2_per_datum for step in ledger.steps]
+    misfit, quantity = _misfit(ledger.steps)
     layout = panels(1, 1, ax)
     panel = layout.only
     panel.plot(range(len(misfit)), misfit, "o-", color=SUSPECT, label="misfit of the best fit")
@@ -239,8 +243,20 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     panel.set_xlim(-0.5, len(misfit) - 0.5)
     panel.set_xticks(range(len(names)), names)
     panel.set_xlabel("model [effects added one after the other]")
-    panel.set_ylabel("chi2 per datum [1]")
+    panel.set_ylabel(quantity)
     return layout.with_legend()
+
+
+def _misfit(steps: Sequence[FittedModel]) -> tuple[list[float], str]:
+    """Misfit of each step that no error takes up, and what it is."""
+    noises = [step.noise_needed for step in steps]
+    scatters = [noise.over_scatter for noise in noises if noise is not None]
+    if len(scatters) == len(steps) and np.all(np.isfinite(scatters)):
+        return scatters, "residual over scatter of lines [1]"
+    exact = [step.chi2_when_exact for step in steps]
+    if np.all(np.isfinite(exact)):
+        return exact, "chi2 per datum without model error [1]"
+    return [step.chi2_per_datum for step in steps], "chi2 per datum [1]"
 
 
 def before_and_after(

@@ -12,6 +12,7 @@ import bayes_placement as bp
 from bayes_placement.criticism.missing.fitted_model import FittedModel
 from bayes_placement.criticism.missing.ledger import Ledger
 from bayes_placement.criticism.missing.ranking import Ranking
+from bayes_placement.criticism.noise_needed import NoiseNeeded
 from bayes_placement.plots import ledger as ledger_plots
 from tests.in_space import Linear
 
@@ -176,6 +177,25 @@ def words(axis):
 
 def names(axis):
     return [label.get_text() for label in axis.get_yticklabels()]
+
+
+NOISES = [NoiseNeeded(0.3, 4.3, 0.0), NoiseNeeded(0.17, 2.5, 0.0)]
+
+
+@pytest.mark.parametrize(
+    ("change", "shown", "quantity"),
+    [
+        ({"noise_needed": NOISES}, [4.3, 2.5], "scatter"),
+        ({"chi2_when_exact": [400.0, 20.0]}, [400.0, 20.0], "without model error"),
+    ],
+)
+def test_the_error_that_falls_is_none_that_noise_or_model_error_take_up(change, shown, quantity):
+    ((field, values),) = change.items()
+    exact = (step(None, 1.0), step("point_mass", 1.0))
+    steps = [replace(given, **{field: x}) for given, x in zip(exact, values, strict=True)]
+    (panel,) = ledger_plots.error_falls(ledger(*steps)).axes
+    np.testing.assert_allclose(panel.lines[0].get_ydata(), shown)
+    assert quantity in panel.get_ylabel()
 
 
 @pytest.mark.parametrize("name", FIGURES)

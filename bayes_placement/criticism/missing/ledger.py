@@ -236,7 +236,8 @@ def _percent(share: float) -> str:
 def _model_error_columns(step: FittedModel) -> dict[str, str]:
     if not step.model_error:
         return {}
-    exact = {"exact chi2": number_or_blank(step.chi2_when_exact, ".4g")}
+    known = step.noise_needed is None
+    exact = {"exact chi2": number_or_blank(step.chi2_when_exact, ".4g")} if known else {}
     return exact | {kind: _percent(size.mean) for kind, size in step.model_error.items()}
 
 

@@ -15,8 +15,8 @@ from ..coordinates import Coordinates
 from .empirical_bayes import Hierarchy, Sized, bounds_of_log, fitted_with_sizes, log_density
 from .levenberg_marquardt import minimise
 
-NEAR, FOLLOWED = 10, 6
-"""Steps along logarithmic residuals, and descents that are followed."""
+NEAR, STEPS, FOLLOWED = 10, 100, 6
+"""Steps along logarithmic residuals, those after them, and descents that are followed."""
 
 
 class ModeWithSizes(NamedTuple):
@@ -59,9 +59,13 @@ def mode_with_sizes(problem: Hierarchy, starts: np.ndarray, draws: int, seed: in
 
 
 def _near(problem: Hierarchy, starts: np.ndarray) -> np.ndarray:
-    """The best ends of descents along logarithmic residuals, which find resonances from afar."""
-    equations = partial(problem.squares.normal_equations, logarithmic=True)
-    ends, normal = minimise(equations, starts, steps=NEAR)
+    """The best ends of descents at the first sizes.
+
+    They go along logarithmic residuals first, which find resonances from afar.
+    """
+    equations = problem.squares.normal_equations
+    starts, _ = minimise(partial(equations, logarithmic=True), starts, steps=NEAR)
+    ends, normal = minimise(equations, starts, steps=STEPS)
     return ends[np.argsort(np.nan_to_num(normal.cost, nan=np.inf))[:FOLLOWED]]
 
 
