@@ -32,7 +32,7 @@ QUIET = {
     "derandomize": True,
     "suppress_health_check": list(HealthCheck),
 }
-SHORT, LONG = 60, 3000
+SHORT, LONG = 60, 2000
 
 # beartype looks at random entries of lists, which Hypothesis takes for a mistake
 pytestmark = pytest.mark.filterwarnings("ignore:Do not use the `random` module inside strategies")
