@@ -11,6 +11,7 @@ import numpy as np
 
 from .._types import InputError
 from .experiment import Experiment
+from .measurement import Measurement
 from .noise import Covariance, Gaussian, Noise
 from .transducers import Sensor
 
@@ -128,6 +129,45 @@ def _noise_at(noise: Noise | None, chosen: np.ndarray, size: int) -> Noise | Non
     if isinstance(noise, Gaussian) and np.shape(noise.sigma)[-1:] == (size,):
         return Gaussian(np.asarray(noise.sigma)[..., chosen])
     return noise
+
+
+def as_measured(experiment: Experiment, measurement: Measurement) -> Experiment:
+    """Return the experiment with the lines and transducers of a measurement, within its band.
+
+    Parameters
+    ----------
+    experiment
+        The experiment; its noise must not be stated line by line.
+    measurement
+        What was measured, with any lines and some of the channels.
+
+    Raises
+    ------
+    InputError
+        If they share no line or no channel.
+    """
+    lines, band = np.asarray(measurement.frequency), np.asarray(experiment.frequency)
+    margin = 1e-9 * float(band.max())
+    inside = lines[(lines >= band.min() - margin) & (lines <= band.max() + margin)]
+    names = {
+        "sensors": [channel.name for channel in measurement.sensors],
+        "actuators": [channel.name for channel in measurement.actuators],
+    }
+    shared = (set(names["sensors"]) & set(experiment.sensor)) and (
+        set(names["actuators"]) & set(experiment.actuator)
+    )
+    if not inside.size or not shared:
+        raise InputError(
+            "The baseline shares no line, no sensor or no actuator with the experiment, so that "
+            "nothing of it can be compared. It needs lines between "
+            f"{band.min():g} and {band.max():g} Hz, one of the sensors "
+            f"{', '.join(experiment.sensor)} and one of the actuators "
+            f"{', '.join(experiment.actuator)}."
+        )
+    fewer = with_only(experiment, **names)
+    if np.array_equal(inside, band):
+        return fewer
+    return eqx.tree_at(lambda tree: tree.frequency, fewer, inside)
 
 
 def channel_numbers(side: Mapping[str, Any], names: Collection[str]) -> np.ndarray:

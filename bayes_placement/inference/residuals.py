@@ -1,7 +1,7 @@
 """An experiment with data as a problem of least squares over standard normal coordinates."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -12,6 +12,7 @@ from numpyro.distributions import MaskedDistribution, MultivariateNormal
 from .._compiled import Bound, compiled
 from .._sites import Role, Unknown
 from .._types import InputError
+from ..effects.effect import Effect
 from ..experiment.experiment import Experiment
 from ..experiment.model_error import ModalErrors
 from ..experiment.noise import Data
@@ -21,6 +22,13 @@ from .engines.least_squares import BATCH, LeastSquares
 
 LOGARITHMIC_ERROR = 0.1
 """Relative error by which a logarithmic residual is divided."""
+
+
+class State(NamedTuple):
+    """An experiment, and what was measured in it."""
+
+    experiment: Experiment
+    data: Data
 
 
 class Problem:
@@ -41,6 +49,9 @@ class Problem:
     rival
         Model error that the experiment does not have: it is held at zero. One compiled function
         then serves the experiment with it and without it.
+    baseline
+        An earlier state of the same structure: all unknowns that it has are those of the
+        experiment, with the same values. Its data are fitted with those of the experiment.
 
     Raises
     ------
@@ -56,6 +67,7 @@ class Problem:
         standard_normal: bool = True,
         sizes: Mapping[str, float] | None = None,
         rival: ModalErrors | None = None,
+        baseline: State | None = None,
     ):
         if experiment.noise is None:
             raise InputError(
@@ -66,30 +78,25 @@ class Problem:
         self.experiment = experiment
         self.data = data
         self.rival = rival
+        self.baseline = baseline
         self.unknown_sizes: Sequence[Unknown] = sizes_of(experiment)
         self.sizes = dict(sizes or _medians(self.unknown_sizes))
         self.at_fixed_sizes = experiment.fix(self.sizes)
         self.coordinates = coordinates_of(self.at_fixed_sizes, standard_normal=standard_normal)
-        form = self._form()
-        self._size = coordinates_of(form, standard_normal=standard_normal).dimension
-        self._evaluate: Bound[tuple[Array, Array]] = compiled(_residuals).bound(form, data)
-        self.squares = LeastSquares(
-            self._padded, self.dimension, int(np.sum(np.asarray(data.measured)))
-        )
+        self.states = [State(self.at_fixed_sizes, data)]
+        if baseline is not None:
+            self.states.append(State(baseline.experiment.fix(self.sizes), baseline.data))
+        self._parts = [_Part(state, self.coordinates, rival) for state in self.states]
+        count = sum(int(np.sum(np.asarray(state.data.measured))) for state in self.states)
+        self.squares = LeastSquares(self._evaluated, self.dimension, count)
 
-    def _form(self) -> Experiment:
-        """The experiment with the model error that is held at zero."""
-        if self.rival is None:
-            return self.at_fixed_sizes
-        form = self.at_fixed_sizes.with_errors(self.rival)
-        return form.fix(_medians(sizes_of(form)))
-
-    def _padded(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
-        """Residuals with errors of zero; these are the last unknowns of an experiment."""
-        width = self._size - self.dimension
-        return self._evaluate(
-            jnp.pad(points, ((0, 0), (0, width))) if width else points, logarithmic
-        )
+    def _evaluated(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
+        """Residuals of all states, the experiment first, and the sum of logs."""
+        parts = [part(points, logarithmic) for part in self._parts]
+        if len(parts) == 1:
+            return parts[0]
+        residuals, log_scales = zip(*parts, strict=True)
+        return jnp.concatenate(residuals, axis=1), sum(log_scales[1:], log_scales[0])
 
     @property
     def dimension(self) -> int:
@@ -103,22 +110,33 @@ class Problem:
 
     def at_sizes(self, sizes: Mapping[str, float]) -> "Problem":
         """Return the problem at other sizes of the model error."""
-        problem = Problem(self.experiment, self.data, sizes=sizes)
+        problem = Problem(self.experiment, self.data, sizes=sizes, baseline=self.baseline)
         problem.squares.take_structure(self.squares)
         return problem
+
+    def with_effect(self, effect: Effect) -> "Problem":
+        """Return the problem with one more effect in the experiment, not in its earlier state."""
+        return Problem(
+            self.experiment + effect,
+            self.data,
+            sizes=self.sizes,
+            rival=self.rival,
+            baseline=self.baseline,
+        )
 
     def weight(self, relative_error: float) -> np.ndarray | None:
         """Weight of each residual once FRFs have a further relative error.
 
         None without such an error, and where the noise is unknown, which takes it up by itself.
         """
-        noise = self.experiment.noise
-        deviation = None if noise is None else noise.deviation(self.data)
-        if relative_error == 0 or deviation is None:
-            return None
-        known = np.asarray(deviation)
-        further = relative_error * self.experiment.observe.relative(np.asarray(self.data.z))
-        return np.ravel(known / np.hypot(known, further))
+        weights = [_weight(state, relative_error) for state in self.states]
+        known = [weight for weight in weights if weight is not None]
+        return np.concatenate(known) if relative_error and len(known) == len(weights) else None
+
+    def of_experiment(self, mask: np.ndarray) -> np.ndarray:
+        """Mask of residuals, of which those of the experiment are given and no others are set."""
+        others = sum(state.data.z.size for state in self.states[1:])
+        return np.concatenate([np.ravel(mask), np.zeros(others, dtype=bool)])
 
     def errors_of(self, size: Unknown) -> np.ndarray:
         """Places of the errors that have a size, among the coordinates."""
@@ -151,7 +169,56 @@ class Problem:
 
     def prepare(self) -> None:
         """Compile the residuals, unless that is done. Any thread may."""
-        self._evaluate.prepare(np.zeros((BATCH, self._size)), False)
+        for part in self._parts:
+            part.prepare()
+
+
+class _Part:
+    """Compiled residuals of one state, at points in the coordinates of a problem.
+
+    Parameters
+    ----------
+    state
+        The state, its model error of known sizes.
+    coordinates
+        Coordinates of the problem.
+    rival
+        Model error that is held at zero; its errors are the last unknowns of an experiment.
+    """
+
+    def __init__(self, state: State, coordinates: Coordinates, rival: ModalErrors | None):
+        mine = coordinates_of(state.experiment, standard_normal=False)
+        places = [coordinates.places[name] for name in mine.places]
+        columns = [np.arange(place.start, place.stop) for place in places]
+        self.columns = np.concatenate([np.zeros(0, dtype=int), *columns])
+        self.is_all = np.array_equal(self.columns, np.arange(coordinates.dimension))
+        form = state.experiment
+        if rival is not None:
+            form = form.with_errors(rival)
+            form = form.fix(_medians(sizes_of(form)))
+        self.size = coordinates_of(form, standard_normal=False).dimension
+        self.bound: Bound[tuple[Array, Array]] = compiled(_residuals).bound(form, state.data)
+
+    def __call__(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
+        """Residuals [point, datum] and sums of logs [point]."""
+        mine = points if self.is_all else points[:, self.columns]
+        width = self.size - len(self.columns)
+        return self.bound(jnp.pad(mine, ((0, 0), (0, width))) if width else mine, logarithmic)
+
+    def prepare(self) -> None:
+        """Compile them, unless that is done. Any thread may."""
+        self.bound.prepare(np.zeros((BATCH, self.size)), False)
+
+
+def _weight(state: State, relative_error: float) -> np.ndarray | None:
+    noise, observe = state.experiment.noise, state.experiment.observe
+    deviation = None if noise is None else noise.deviation(state.data)
+    if deviation is None:
+        return None
+    known = np.asarray(deviation)
+    return np.ravel(
+        known / np.hypot(known, relative_error * observe.relative(np.asarray(state.data.z)))
+    )
 
 
 def sizes_of(experiment: Experiment) -> tuple[Unknown, ...]:

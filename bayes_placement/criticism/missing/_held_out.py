@@ -26,10 +26,15 @@ def held_out(hypothesis: Hypothesis) -> float:
     rest. It is comparable between models of the same data and the same noise. NaN where nothing can
     be held out: one sensor and one line.
     """
-    measured = np.asarray(hypothesis.problem.data.measured).ravel()
-    folds = [held & measured for held in _folds(hypothesis.problem)]
+    problem = hypothesis.problem
+    measured = np.asarray(problem.data.measured).ravel()
+    folds = [problem.of_experiment(held & measured) for held in _folds(problem)]
     score = _evidence_ratio if hypothesis.has_errors else _score
-    scores = [score(hypothesis, held) for held in folds if held.any() and (measured & ~held).any()]
+    scores = [
+        score(hypothesis, held)
+        for held in folds
+        if held.any() and (problem.of_experiment(measured) & ~held).any()
+    ]
     return float(np.mean(scores)) if scores else float("nan")
 
 

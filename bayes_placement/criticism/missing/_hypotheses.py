@@ -108,13 +108,12 @@ def with_errors(exact: Hypothesis, errors: ModalErrors, rival: float = -np.inf) 
     rival
         Log evidence of another hypothesis; where this one stays far behind it is left as it is.
     """
-    problem = Problem(exact.problem.experiment.with_errors(errors), exact.problem.data)
+    before = exact.problem
+    problem = Problem(before.experiment.with_errors(errors), before.data, baseline=before.baseline)
     starts = np.zeros((len(exact.near), problem.dimension))
     starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
     sized = fitted_with_sizes(problem, starts, rival=rival)
-    return exact._replace(
-        problem=sized.problem, fit=sized.fit, deviations=sized.deviations, has_errors=True
-    )
+    return exact._replace(**vars(sized), has_errors=True)
 
 
 class ScannedCandidate(NamedTuple):
@@ -183,8 +182,7 @@ def _compiled_ahead(pool: ThreadPoolExecutor, pairs: Iterable[Pair]) -> Iterator
     for base, candidate in pairs:
         experiment = base.problem.experiment
         effect = numbered(candidate, {present.name for present in experiment.effects})
-        before = base.problem
-        problem = Problem(experiment + effect, before.data, rival=before.rival)
+        problem = base.problem.with_effect(effect)
         waiting.append((base, effect, problem, pool.submit(problem.prepare)))
         if len(waiting) > AHEAD:
             yield waiting.popleft()

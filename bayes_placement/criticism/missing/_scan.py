@@ -72,9 +72,13 @@ def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
     further
         Further starts [start, unknown], followed to the end as they are.
     """
-    order = np.argsort(np.nan_to_num(scan.predicted_cost, nan=np.inf))[:FOLLOWED]
-    near = _near(problem, scan.points[order])
+    near = _near(problem, best_places(scan))
     return Fitted(_followed(problem, np.concatenate([near, further])), near)
+
+
+def best_places(scan: Scan) -> np.ndarray:
+    """Points of least predicted cost [point, unknown]."""
+    return scan.points[np.argsort(np.nan_to_num(scan.predicted_cost, nan=np.inf))[:FOLLOWED]]
 
 
 def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) -> Scan:

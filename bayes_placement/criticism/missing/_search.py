@@ -35,11 +35,11 @@ def single_effects(null: Hypothesis, effects: Sequence[Effect], tick: Tick) -> C
     """Every candidate alone: all are scanned, the most promising variants of each kind fitted."""
     variants = dict(Counter(kind_of(effect) for effect in effects))
     candidates = list(scanned([(null, effect) for effect in effects], tick))
-    hypotheses = finite(fitted(candidate) for candidate in _promising(candidates))
+    hypotheses = finite(fitted(candidate) for candidate in promising(candidates))
     return Comparison([null, *hypotheses], variants, candidates)
 
 
-def _promising(candidates: Sequence[ScannedCandidate]) -> list[ScannedCandidate]:
+def promising(candidates: Sequence[ScannedCandidate]) -> list[ScannedCandidate]:
     """A few variants of each kind: those of which the scan predicts the least cost."""
     count: Counter[str] = Counter()
     promising = []

@@ -7,11 +7,14 @@ import numpy as np
 
 from ..._types import Progress
 from ...effects.effect import Effect
-from ...experiment.experiment import Experiment
+from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal, ModalErrors
 from ...experiment.noise import Data
+from ...inference.residuals import State
+from ._before_and_after import compared_with_baseline, fitted_baseline, state_of
+from ._held_out import held_out
 from ._hypotheses import Hypothesis, finite, null_hypothesis, with_errors
-from ._posterior_odds import Comparison, passes
+from ._posterior_odds import Comparison, passes, steps_to
 from ._search import Breadth, one_more_effect, single_effects
 
 Tick = Callable[[], None]
@@ -77,11 +80,30 @@ class Answer(NamedTuple):
         Those of the world, exact or with model error, that the data ask for.
     exact
         Those without model error.
+    baseline
+        The model fitted to the earlier state alone; None where there is only one state.
     """
 
     null: Hypothesis
     comparison: Comparison
     exact: Comparison
+    baseline: Hypothesis | None = None
+
+    def best(self, level: float) -> Hypothesis:
+        """The hypothesis that is claimed: none of the effects where the model passes its check.
+
+        The form of a model error is assumed, so that evidence alone does not suffice beside it:
+        the effects must also predict held-out data better than fewer of them.
+        """
+        if not self.comparison.hypotheses[0].has_errors and passes(self.null, level):
+            return self.comparison.hypotheses[0]
+        best = self.comparison.best()
+        while best.has_errors and best.effects:
+            fewer = self.comparison.of(steps_to(self.comparison, best)[-2])
+            if held_out(best) > held_out(fewer):
+                break
+            best = fewer
+        return best
 
 
 def answered(question: Question, tick: Tick) -> Answer:
@@ -113,6 +135,18 @@ def ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callabl
         progress(share[0] + (share[1] - share[0]) * done / max(1, count))
 
     return tick
+
+
+def answered_by_two_states(question: Question, baseline: Measurements, tick: Tick) -> Answer:
+    """Compare what is new in the later of two states; the model error is that of both."""
+    experiment = question.experiment.with_errors(question.errors)
+    earlier = state_of(experiment, baseline)
+    before = fitted_baseline(earlier, question.errors)
+    later = State(experiment, question.data)
+    unchanged, comparison = compared_with_baseline(
+        later, earlier, before, question.effects, question.level, question.most_effects, tick
+    )
+    return Answer(unchanged, comparison, comparison, before)
 
 
 def _odds(comparison: Comparison) -> float:

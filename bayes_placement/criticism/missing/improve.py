@@ -14,11 +14,10 @@ from ...experiment.model_error import Modal
 from ._alternatives import alternatives
 from ._candidates import candidates_of
 from ._cautions import cautions
-from ._held_out import held_out
 from ._hypotheses import Hypothesis
-from ._posterior_odds import LEVEL, Comparison, p_value, passes, steps_to
+from ._posterior_odds import LEVEL, Comparison, p_value, steps_to
 from ._score_test import suspicion
-from ._with_errors import Question, answered, ticks
+from ._with_errors import Question, answered, answered_by_two_states, ticks
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
 from .ledger import Ledger
 
@@ -30,6 +29,7 @@ def improve(
     experiment: Experiment,
     measurement: Measurements,
     *,
+    baseline: Measurements | None = None,
     candidates: Library | None = None,
     level: float = LEVEL,
     most_effects: int = MOST_EFFECTS,
@@ -49,6 +49,10 @@ def improve(
         The model as given, with its priors.
     measurement
         What was measured: one measurement, or one for each force level.
+    baseline
+        What was measured before, in an earlier state of the same structure: all unknowns are
+        shared, model error included, and the effects are new since. Its lines may be other ones,
+        and channels may be missing.
     candidates
         `effects.library(experiment)` by default.
     level
@@ -82,8 +86,13 @@ def improve(
         experiment, data, effects, model_error, level=level, most_effects=most_effects
     )
     tick = ticks(progress, 2 * len(effects) + 20, (0.02, 0.9))
-    null, comparison, exact = answered(question, tick)
-    best = comparison.hypotheses[0] if passes(null, level) else _confirmed(comparison)
+    answer = (
+        answered(question, tick)
+        if baseline is None
+        else answered_by_two_states(question, baseline, tick)
+    )
+    null, comparison, exact, before = answer
+    best = answer.best(level)
     progress(0.9)
     sampled = sampled_finalists(comparison, [best])
     progress(0.97)
@@ -101,21 +110,8 @@ def improve(
         suspicion=suspicion(null, comparison.candidates),
         alternatives=alternatives(comparison, comparison.distinct(), sampled),
         cautions=cautions(best, sampled.get(id(best))),
+        baseline=None if before is None else fitted_model(before, {}),
     )
-
-
-def _confirmed(comparison: Comparison) -> Hypothesis:
-    """The best hypothesis; beside a model error, if it predicts held-out data better than less.
-
-    The form of a model error is assumed, so that evidence alone does not suffice.
-    """
-    best = comparison.best()
-    while best.has_errors and best.effects:
-        before = comparison.of(steps_to(comparison, best)[-2])
-        if held_out(best) > held_out(before):
-            break
-        best = before
-    return best
 
 
 def _steps(

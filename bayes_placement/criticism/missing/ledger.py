@@ -46,6 +46,8 @@ class Ledger:
         Hypotheses that the next measurement should distinguish; see `explain`.
     cautions
         What to doubt in the last step: priors piled up at an edge, a fit reached from one start.
+    baseline
+        The model as given, fitted to the earlier state alone; None where there is only one state.
     """
 
     steps: tuple[FittedModel, ...]
@@ -59,6 +61,7 @@ class Ledger:
     suspicion: pd.DataFrame = field(repr=False)
     alternatives: tuple[Alternative, ...] = field(repr=False)
     cautions: tuple[str, ...] = ()
+    baseline: FittedModel | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the ledger as numbers and words for a file."""
@@ -98,6 +101,8 @@ class Ledger:
     def sentence(self) -> str:
         """Say the verdict in one sentence."""
         first, last = self.steps[0], self.steps[-1]
+        if self.baseline is not None:
+            return self._sentence_of_two_states(last)
         if last.model_error:
             return self._sentence_beside_model_error(first, last)
         if self.verdict:
@@ -132,6 +137,22 @@ class Ledger:
         reducing = " and ".join(map(self._with_odds, others))
         parts = [f"Missing: {missing}"] if claimed else []
         return "; ".join(parts + ([f"{reducing} also reduces the misfit"] if others else []))
+
+    def _sentence_of_two_states(self, last: FittedModel) -> str:
+        """Say what is new in the later of two states."""
+        assert self.baseline is not None
+        alone = f"The baseline alone has chi2 per datum {self.baseline.chi2_per_datum:.3g}."
+        if last.model_error:
+            alone = f"{alone} {sizes_in_words(self.baseline)}"
+        if not self.verdict:
+            return f"Nothing is claimed to be new since the baseline was measured. {alone}"
+        new = " and ".join(self._with_odds(kind) for kind in self.verdict)
+        rest = " Something else is new as well." if self.unexplained else ""
+        first = self.steps[0].chi2_per_datum
+        return (
+            f"New since the baseline: {new}; chi2 per datum of both states falls from {first:.3g} "
+            f"to {last.chi2_per_datum:.3g}.{rest} {alone}"
+        )
 
     def _sentence_beside_model_error(self, first: FittedModel, last: FittedModel) -> str:
         """Say the verdict where a model error is the rival of every effect."""

@@ -1,0 +1,95 @@
+"""Two states of one structure, and what the later one has that the earlier one had not.
+
+All that is unknown is shared, model error included: what the model does not know cancels.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...effects.effect import Effect
+from ...effects.library import kind_of
+from ...experiment.experiment import Experiment, Measurements
+from ...experiment.measurement import Measurement
+from ...experiment.model_error import ModalErrors
+from ...experiment.resized import as_measured
+from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
+from ...inference.residuals import Problem, State
+from ._hypotheses import Hypothesis, extended, finite, fitted, null_hypothesis, scanned, with_errors
+from ._posterior_odds import Comparison, passes
+from ._search import Tick, promising
+
+
+def state_of(experiment: Experiment, measurement: Measurements) -> State:
+    """An earlier state of an experiment, with the lines and transducers that were measured."""
+    first = measurement if isinstance(measurement, Measurement) else measurement[0]
+    earlier = as_measured(experiment, first)
+    return State(earlier, earlier.data(measurement))
+
+
+def fitted_baseline(baseline: State, errors: ModalErrors | None) -> Hypothesis:
+    """The model fitted to the earlier state alone, with model error where there is one."""
+    exact = null_hypothesis(baseline.experiment.with_errors(None), baseline.data, errors)
+    return exact if errors is None else with_errors(exact, errors)
+
+
+def compared_with_baseline(
+    later: State,
+    earlier: State,
+    before: Hypothesis,
+    effects: Sequence[Effect],
+    level: float,
+    most_effects: int,
+    tick: Tick,
+) -> tuple[Hypothesis, Comparison]:
+    """Fit every effect to the later state, and all else to both.
+
+    Parameters
+    ----------
+    later, earlier
+        The states; their model error is that of `before`.
+    before
+        The model fitted to the earlier state alone.
+    effects
+        Candidates.
+    level
+        Probability that a correct model fails its check.
+    most_effects
+        Most effects that are new.
+    tick
+        Called after each part of the work.
+
+    Returns
+    -------
+    tuple
+        The model of the earlier state against the data of both, and the hypotheses fitted to both.
+    """
+    unchanged = _over_both(later, earlier, before)
+    null = _refitted(unchanged)
+    variants = dict(Counter(kind_of(effect) for effect in effects))
+    candidates = list(scanned([(unchanged, effect) for effect in effects], tick))
+    singles = finite(fitted(candidate) for candidate in promising(candidates))
+    comparison = Comparison([null, *singles], variants, candidates)
+    for depth in range(1, most_effects):
+        best = comparison.best()
+        if passes(best, level) or len(best.effects) < depth:
+            break
+        pairs = [(best, effect) for effect in effects if kind_of(effect) not in best.kinds]
+        comparison = comparison.with_hypotheses(extended(pairs, tick))
+    return unchanged, comparison
+
+
+def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
+    """The fit of the earlier state as a point of the problem of both."""
+    problem = Problem(later.experiment, later.data, sizes=before.problem.sizes, baseline=earlier)
+    point = np.zeros(problem.dimension)
+    for name, place in before.problem.coordinates.places.items():
+        point[problem.coordinates.places[name]] = before.fit.point[place]
+    return before._replace(problem=problem, fit=before.fit._replace(point=point))
+
+
+def _refitted(unchanged: Hypothesis) -> Hypothesis:
+    """Nothing is new: the model fitted to both states."""
+    sized = fitted_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:])
+    return unchanged._replace(**vars(sized))
