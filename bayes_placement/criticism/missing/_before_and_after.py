@@ -16,9 +16,18 @@ from ...experiment.model_error import ModalErrors
 from ...experiment.resized import as_measured
 from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
 from ...inference.residuals import Problem, State
-from ._hypotheses import Hypothesis, extended, finite, fitted, null_hypothesis, scanned, with_errors
+from ._hypotheses import (
+    Hypothesis,
+    extended,
+    finite,
+    fitted,
+    null_hypothesis,
+    scanned,
+    stages_of_best,
+    with_errors,
+)
 from ._posterior_odds import Comparison, passes
-from ._search import Tick, promising
+from ._search import VARIANTS_WITH_ERRORS, Tick, promising
 
 
 def state_of(experiment: Experiment, measurement: Measurements) -> State:
@@ -66,11 +75,13 @@ def compared_with_baseline(
         The model of the earlier state against the data of both, and the hypotheses fitted to both.
     """
     unchanged = _over_both(later, earlier, before)
-    null = _refitted(unchanged)
     variants = dict(Counter(kind_of(effect) for effect in effects))
     candidates = list(scanned([(unchanged, effect) for effect in effects], tick))
-    singles = finite(fitted(candidate) for candidate in promising(candidates))
-    comparison = Comparison([null, *singles], variants, candidates)
+    singles: list[Hypothesis] = []
+    for candidate in promising(candidates, VARIANTS_WITH_ERRORS):
+        singles.append(fitted(candidate, stages_of_best(singles)))
+    null = _refitted(unchanged, stages_of_best(singles))
+    comparison = Comparison([null, *finite(singles)], variants, candidates)
     for depth in range(1, most_effects):
         best = comparison.best()
         if passes(best, level) or len(best.effects) < depth:
@@ -89,7 +100,7 @@ def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
     return before._replace(problem=problem, fit=before.fit._replace(point=point))
 
 
-def _refitted(unchanged: Hypothesis) -> Hypothesis:
+def _refitted(unchanged: Hypothesis, rival: Sequence[float]) -> Hypothesis:
     """Nothing is new: the model fitted to both states."""
-    sized = fitted_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:])
+    sized = fitted_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:], rival)
     return unchanged._replace(**vars(sized))

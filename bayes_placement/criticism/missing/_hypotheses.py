@@ -49,6 +49,8 @@ class Hypothesis(NamedTuple):
         Standard deviation of the log of each unknown size of the model error, by name.
     has_errors
         Whether a model error is fitted.
+    stages
+        Log evidence on the way to a fit with model error.
     """
 
     effects: tuple[Effect, ...]
@@ -58,6 +60,7 @@ class Hypothesis(NamedTuple):
     scan: Scan | None = None
     deviations: Mapping[str, float] = MappingProxyType({})
     has_errors: bool = False
+    stages: tuple[float, ...] = ()
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -93,7 +96,7 @@ def null_hypothesis(
     return Hypothesis((), problem, *fit_alone(problem))
 
 
-def with_errors(exact: Hypothesis, errors: ModalErrors, rival: float = -np.inf) -> Hypothesis:
+def with_errors(exact: Hypothesis, errors: ModalErrors, rival: Sequence[float] = ()) -> Hypothesis:
     """Fit a hypothesis once more, with a model error.
 
     Errors begin at zero, where the exact model follows the data best on a logarithmic scale: a fit
@@ -106,7 +109,7 @@ def with_errors(exact: Hypothesis, errors: ModalErrors, rival: float = -np.inf) 
     errors
         The errors.
     rival
-        Log evidence of another hypothesis; where this one stays far behind it is left as it is.
+        Stages of another hypothesis; where this one stays far behind it is left as it is.
     """
     before = exact.problem
     problem = Problem(before.experiment.with_errors(errors), before.data, baseline=before.baseline)
@@ -169,6 +172,12 @@ def extended(pairs: Sequence[Pair], tick: Callable[[], None]) -> list[Hypothesis
     return finite(fitted(candidate) for candidate in scanned(pairs, tick))
 
 
+def stages_of_best(hypotheses: Sequence[Hypothesis]) -> tuple[float, ...]:
+    """Stages of the hypothesis of the greatest evidence."""
+    best = max(hypotheses, key=lambda hypothesis: hypothesis.fit.log_evidence, default=None)
+    return () if best is None else best.stages
+
+
 def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     """Those with a finite density."""
     return [hypothesis for hypothesis in hypotheses if np.isfinite(hypothesis.fit.log_evidence)]
@@ -189,8 +198,8 @@ def _compiled_ahead(pool: ThreadPoolExecutor, pairs: Iterable[Pair]) -> Iterator
     yield from waiting
 
 
-def fitted(candidate: ScannedCandidate) -> Hypothesis:
-    """Fit a candidate that was scanned."""
+def fitted(candidate: ScannedCandidate, rival: Sequence[float] = ()) -> Hypothesis:
+    """Fit a candidate that was scanned; with model error, see `with_errors`."""
     base, effect, problem, scan = candidate
     weak = _weak_start(effect, problem, base.fit.point)
     return Hypothesis((*base.effects, effect), problem, *fit_grown(problem, scan, weak[None]), scan)

@@ -18,6 +18,9 @@ from ._posterior_odds import Comparison
 VARIANTS = 4
 """Variants of one kind that are fitted, such as a mass on one member or another."""
 
+VARIANTS_WITH_ERRORS = 2
+"""The same beside a model error, which takes longer."""
+
 
 class Breadth(NamedTuple):
     """Hypotheses that are extended, and the kinds of effects that are tried on each of them."""
@@ -39,14 +42,16 @@ def single_effects(null: Hypothesis, effects: Sequence[Effect], tick: Tick) -> C
     return Comparison([null, *hypotheses], variants, candidates)
 
 
-def promising(candidates: Sequence[ScannedCandidate]) -> list[ScannedCandidate]:
+def promising(
+    candidates: Sequence[ScannedCandidate], variants: int = VARIANTS
+) -> list[ScannedCandidate]:
     """A few variants of each kind: those of which the scan predicts the least cost."""
     count: Counter[str] = Counter()
     promising = []
     for candidate in sorted(candidates, key=lambda candidate: candidate.predicted_cost):
         kind = kind_of(candidate.effect)
         count[kind] += 1
-        if count[kind] <= VARIANTS:
+        if count[kind] <= variants:
             promising.append(candidate)
     return promising
 

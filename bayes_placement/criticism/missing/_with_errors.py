@@ -1,9 +1,8 @@
 """The same hypotheses with and without model error: which of the two the data ask for."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from ..._types import Progress
 from ...effects.effect import Effect
@@ -13,9 +12,9 @@ from ...experiment.noise import Data
 from ...inference.residuals import State
 from ._before_and_after import compared_with_baseline, fitted_baseline, state_of
 from ._held_out import held_out
-from ._hypotheses import Hypothesis, finite, null_hypothesis, with_errors
+from ._hypotheses import Hypothesis, finite, null_hypothesis, stages_of_best, with_errors
 from ._posterior_odds import Comparison, passes, steps_to
-from ._search import Breadth, one_more_effect, single_effects
+from ._search import VARIANTS_WITH_ERRORS, Breadth, one_more_effect, single_effects
 
 Tick = Callable[[], None]
 
@@ -158,8 +157,7 @@ def _erroneous(question: Question, exact: Comparison, tick: Tick) -> Comparison 
     best = exact.best()
     if question.errors is None or passes(best, question.level):
         return None
-    null = with_errors(exact.hypotheses[0], question.errors)
-    if exact.log_odds(null) < exact.log_odds(best):
+    if exact.log_odds(with_errors(best, question.errors)) < exact.log_odds(best):
         return None
     return _deepened_with_errors(question, exact, tick)
 
@@ -177,7 +175,7 @@ def _deepened(
 
 def _deepened_with_errors(question: Question, exact: Comparison, tick: Tick) -> Comparison:
     assert question.errors is not None
-    comparison = _refitted(exact, exact.hypotheses, question.errors, tick)
+    comparison = _refitted(exact, _best_variants(exact.hypotheses), question.errors, tick)
     for depth in range(1, question.most_effects):
         best = comparison.best()
         if passes(best, question.level) or len(best.effects) < depth:
@@ -194,18 +192,24 @@ def _deepened_with_errors(question: Question, exact: Comparison, tick: Tick) -> 
     return comparison
 
 
-def _promise(hypothesis: Hypothesis) -> tuple[bool, float]:
-    """The model as given first, then the better of the exact ones."""
-    return not hypothesis.effects, hypothesis.fit.log_evidence
+def _best_variants(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """None and single effects, of each kind the variants of the greatest evidence."""
+    ranked = sorted(hypotheses, key=lambda exact: exact.fit.log_evidence, reverse=True)
+    count: Counter[tuple[str, ...]] = Counter()
+    chosen = []
+    for hypothesis in ranked:
+        count[hypothesis.kinds] += 1
+        if len(hypothesis.effects) < 2 and count[hypothesis.kinds] <= VARIANTS_WITH_ERRORS:
+            chosen.append(hypothesis)
+    return chosen
 
 
 def _refitted(
     exact: Comparison, hypotheses: Sequence[Hypothesis], errors: ModalErrors, tick: Tick
 ) -> Comparison:
     refitted: list[Hypothesis] = []
-    best = -np.inf
-    for hypothesis in sorted(hypotheses, key=_promise, reverse=True):
-        refitted.append(with_errors(hypothesis, errors, best))
-        best = max(best, refitted[-1].fit.log_evidence)
+    for hypothesis in sorted(hypotheses, key=lambda exact: exact.fit.log_evidence, reverse=True):
+        refitted.append(with_errors(hypothesis, errors, stages_of_best(refitted)))
         tick()
-    return exact._replace(hypotheses=finite(refitted))
+    # The model as given stands first, as everywhere.
+    return exact._replace(hypotheses=finite(sorted(refitted, key=lambda fit: len(fit.effects))))

@@ -85,18 +85,21 @@ class Sized(Generic[Kind]):
         Its fit; the evidence is that of the model with unknown sizes.
     deviations
         Standard deviation of the log of each size, by name.
+    stages
+        Log evidence after each softening, and after the first steps without.
     """
 
     problem: Kind
     fit: Fit
     deviations: dict[str, float]
+    stages: tuple[float, ...]
 
 
 def fitted_with_sizes(
     problem: Kind,
     starts: Points,
     softening: Sequence[float] = SOFTENING,
-    rival: float = -np.inf,
+    rival: Sequence[float] = (),
 ) -> Sized[Kind]:
     """Best fit from some starts, errors having the sizes of greatest evidence.
 
@@ -109,31 +112,49 @@ def fitted_with_sizes(
     softening
         Relative errors that FRFs have besides, one after the other, before they have none.
     rival
-        Log evidence of another model. A fit that is far behind it is not followed to the end.
+        Stages of another fit by the same softening. A fit that stays far behind them is given up.
     """
+    stages: list[float] = []
     for relative_error in softening:
         ends, fit = _fit(problem, starts, relative_error, SOFT_STEPS)
+        stages.append(fit.log_evidence)
+        if _is_far_behind(stages, rival, problem.count):
+            _, fit = _fit(problem, ends[:1], steps=0)
+            return _sized(problem, fit, stages)
         problem, (starts,) = _at_better_sizes(problem, fit, (ends[:FOLLOWED],))
-    return _settled(problem, starts, rival - FAR_BEHIND * problem.count)
+    return _settled(problem, starts, stages, rival)
 
 
-def _settled(problem: Kind, starts: Points, least: float) -> Sized[Kind]:
-    """Estimate the sizes until the evidence no longer grows, or stays below what is needed."""
+def _settled(
+    problem: Kind, starts: Points, stages: list[float], rival: Sequence[float]
+) -> Sized[Kind]:
+    """Estimate the sizes until the evidence no longer grows, or stays far behind."""
     ends, fit = _fit(problem, starts, steps=SOFT_STEPS)
-    if fit.log_evidence > least:
-        _, fit = _fit(problem, ends)
-    best = Sized(problem, *_integrated(problem, fit))
-    if fit.log_evidence < least:
-        return best
+    stages.append(fit.log_evidence)
+    if _is_far_behind(stages, rival, problem.count):
+        return _sized(problem, fit, stages)
+    _, fit = _fit(problem, ends)
+    best = _sized(problem, fit, stages)
     for _ in range(ROUNDS if problem.unknown_sizes else 0):
         problem, (point,) = _at_better_sizes(problem, fit, (fit.point,))
         _, fit = _fit(problem, point[None])
-        sized = Sized(problem, *_integrated(problem, fit))
+        sized = _sized(problem, fit, stages)
         gain = sized.fit.log_evidence - best.fit.log_evidence
         best = sized if gain > 0 else best
         if gain < SETTLED:
             break
     return best
+
+
+def _is_far_behind(stages: Sequence[float], rival: Sequence[float], count: int) -> bool:
+    """Whether the evidence of the last stage is too small to catch up."""
+    number = len(stages) - 1
+    return number < len(rival) and stages[number] < rival[number] - FAR_BEHIND * count
+
+
+def _sized(problem: Kind, fit: Fit, stages: Sequence[float]) -> Sized[Kind]:
+    fit, deviations = _integrated(problem, fit)
+    return Sized(problem, fit, deviations, tuple(stages))
 
 
 def _at_better_sizes(
