@@ -13,11 +13,11 @@ from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
-from ...inference.engines.empirical_bayes import fitted_with_sizes
+from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ._candidates import numbered
-from ._scan import LEAST, MOST, Scan, fit_alone, fit_grown, others, scan
+from ._scan import LEAST, MOST, Scan, best_places, fit_alone, fit_grown, others, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
 """Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
@@ -25,6 +25,9 @@ where there is no place."""
 
 WEAKEST = np.array([-3.0, -1.0, -0.3, -0.05, 0.05, 0.3, 1.0, 3.0])
 """Coordinates of a strength, of which the one nearest to absence is taken for weak."""
+
+PLACES_WITH_ERRORS = 4
+"""Best places of a scan from which an effect beside a model error is fitted."""
 
 AHEAD = 2
 """Problems that are compiled while one is fitted."""
@@ -202,7 +205,12 @@ def fitted(candidate: ScannedCandidate, rival: Sequence[float] = ()) -> Hypothes
     """Fit a candidate that was scanned; with model error, see `with_errors`."""
     base, effect, problem, scan = candidate
     weak = _weak_start(effect, problem, base.fit.point)
-    return Hypothesis((*base.effects, effect), problem, *fit_grown(problem, scan, weak[None]), scan)
+    effects = (*base.effects, effect)
+    if not base.has_errors:
+        return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]), scan)
+    starts = np.concatenate([best_places(scan)[:PLACES_WITH_ERRORS], weak[None]])
+    sized = fitted_with_sizes(problem, starts, SOFTENING[-2:], rival)
+    return base._replace(effects=effects, scan=scan, **vars(sized))
 
 
 def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarray:

@@ -64,7 +64,9 @@ def explain(
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
     question = Question.of(experiment, data, effects, model_error, level=LEVEL)
-    null, comparison, exact, _ = answered(question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9)))
+    null, comparison, exact, _ = answered(
+        question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9))
+    )
     shown = comparison.distinct()
     sampled = sampled_finalists(comparison, shown)
     leading = {id(hypothesis) for hypothesis in [*shown[:LEADING], comparison.hypotheses[0]]}

@@ -1,0 +1,108 @@
+"""Before and after: what the model does not know cancels, and a small new effect is found."""
+
+import dataclasses
+
+import jax
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import effects, improve
+from bayes_placement.criticism.missing._before_and_after import state_of
+from bayes_placement.inference.residuals import Problem, State
+from tests.criticism.small import LINES, TRUTH, experiment
+
+SMALL = effects.point_mass(0.313, 0.05)
+SIZES = {"frequency": 0.01, "damping": 0.2, "shape": 0.05, "gain": 0.01}
+
+
+def imperfect(seed):
+    """The true bar, no mode and no channel of which is as the model has them."""
+    declared = bp.model_error.Modal(**SIZES)
+    erroneous = experiment().fix(TRUTH).with_model_error(declared)
+    random = np.random.default_rng(seed)
+    return erroneous.fix(
+        {
+            unknown.name: random.standard_normal(unknown.distribution.shape())
+            for unknown in erroneous.unknowns
+        }
+    )
+
+
+def measured(true, seed, averages=100, coherence=0.998):
+    exact = np.asarray(jax.jit(lambda: true.frf())())
+    variance = np.abs(exact) ** 2 * (1 - coherence) / (averages * coherence)
+    noise = np.random.default_rng(seed).standard_normal((2, *exact.shape)) * np.sqrt(variance / 2)
+    return bp.Measurement.from_arrays(
+        exact + noise[0] + 1j * noise[1],
+        LINES,
+        sensors=true.sensor_channels,
+        actuators=true.actuator_channels,
+        quantity="accelerance",
+        coherence=np.full(exact.shape, coherence),
+        averages=averages,
+    )
+
+
+@pytest.fixture(scope="module")
+def before():
+    return measured(imperfect(1), 2)
+
+
+@pytest.fixture(scope="module")
+def after():
+    return measured(imperfect(1) + SMALL, 3)
+
+
+@pytest.fixture(scope="module")
+def few():
+    return effects.library(experiment(), ["point_mass", "gain_error", "time_delay"])
+
+
+def test_a_mass_far_smaller_than_the_model_error_is_new(before, after, few):
+    ledger = improve(experiment(), after, baseline=before, candidates=few, most_effects=1)
+    assert ledger.verdict == ("point_mass",)
+    parameters = ledger.steps[-1].parameters_of_added()
+    for name, truth in (("at", 0.313), ("mass", 0.05)):
+        (estimate,) = (value for key, value in parameters.items() if key.endswith(name))
+        assert estimate.low < truth < estimate.high
+    assert ledger.baseline.chi2_per_datum == pytest.approx(1.0, abs=0.2)
+    assert "New since the baseline: point_mass" in str(ledger)
+
+
+def test_where_nothing_is_new_nothing_is_claimed(before, few):
+    again = measured(imperfect(1), 4)
+    ledger = improve(experiment(), again, baseline=before, candidates=few, most_effects=1)
+    assert ledger.verdict == ()
+    assert "Nothing is claimed to be new" in ledger.sentence()
+
+
+def test_residuals_of_both_states_are_those_of_each(before, after):
+    later = experiment() + effects.point_mass(0.3, 0.1)
+    earlier = state_of(experiment(), before)
+    both = Problem(later, later.data(after), baseline=earlier)
+    point = np.random.default_rng(0).uniform(-1, 1, (2, both.dimension))
+    joint, log_scale = both.squares.residuals(point)
+    parts = [
+        Problem(later, later.data(after)).squares.residuals(point),
+        Problem(earlier.experiment, earlier.data).squares.residuals(point),
+    ]
+    np.testing.assert_allclose(joint, np.concatenate([part[0] for part in parts], axis=1))
+    np.testing.assert_allclose(log_scale, parts[0][1] + parts[1][1])
+
+
+def test_an_earlier_state_may_have_other_lines_and_fewer_channels(before):
+    fewer = before.lines(LINES[10:50:2])
+    alone = fewer.channels(fewer.sensors[:1], fewer.actuators)
+    state = state_of(experiment(), alone)
+    assert isinstance(state, State)
+    assert [*state.experiment.sensor] == ["s1"]
+    np.testing.assert_array_equal(state.experiment.frequency, LINES[10:50:2])
+
+
+def test_a_baseline_of_other_channels_is_refused(before):
+    renamed = dataclasses.replace(
+        before, sensors=tuple(dataclasses.replace(c, name=f"x{c.name}") for c in before.sensors)
+    )
+    with pytest.raises(ValueError, match="shares no line, no sensor or no actuator"):
+        state_of(experiment(), renamed)
