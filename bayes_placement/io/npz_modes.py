@@ -16,6 +16,7 @@ The layout: one array for each name; `read` also understands the names in bracke
 ===================  ================  ============================================================
 """
 
+import difflib
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,6 +42,7 @@ _NAMES = {
     "element": ("element", "elements"),
 }
 _REQUIRED = ("position", "shape", "natural_frequency")
+_ALIKE = 0.8  # likeness from which on a name is a misspelt one
 _REMEDY = "Write it with numpy.savez(path, position=..., shape=..., ...)."
 _MODAL = (*_REQUIRED, "modal_mass", "node", "dof", "damping_ratio")
 
@@ -188,6 +190,24 @@ def write(path: str | Path, model: ModalModel) -> Path:
     return write_atomically(path, lambda temporary: np.savez(temporary, **arrays))
 
 
+def _check_misspelt(path: Path, held: list[str], absent: set[str]) -> None:
+    """Refuse an array without a name, or of nearly that of an absent one: it would be ignored."""
+    if "arr_0" in held:
+        raise InputError(
+            f"{path} holds an array without a name (arr_0); each needs the name of what it is, "
+            "since nothing else says so. Write it with numpy.savez(path, damping_ratio=...)."
+        )
+    known = {alias: name for name, aliases in _NAMES.items() for alias in aliases}
+    for name in set(held) - set(known):
+        nearest = difflib.get_close_matches(name.lower(), known, n=1, cutoff=_ALIKE)
+        if nearest and known[nearest[0]] in absent:
+            raise InputError(
+                f"{path} holds an array {name}, which is not known, and none of the name "
+                f"{nearest[0]}; a known name is needed, since another array is ignored. Write it "
+                f"with numpy.savez(path, {nearest[0]}=...), or leave it out."
+            )
+
+
 def _arrays(path: Path, wanted: tuple[str, ...], required: tuple[str, ...]) -> dict[str, Any]:
     """Arrays of a file by the first of their names, whatever name they have in the file."""
     archive = NpzArchive(path, "nodes and modes")
@@ -200,6 +220,7 @@ def _arrays(path: Path, wanted: tuple[str, ...], required: tuple[str, ...]) -> d
                 f"{' or '.join(_NAMES[name])} is needed, since a model has its {name} once. Write "
                 f"it with numpy.savez(path, {name}=..., ...), in SI."
             )
+    _check_misspelt(path, archive.names, {name for name, names in aliases.items() if not names})
     arrays = {name: archive.array(names[0]) for name, names in aliases.items() if names}
     for name, values in arrays.items():
         if values.dtype.kind not in "iuf":

@@ -112,3 +112,19 @@ def test_files_of_another_kind(tmp_path, model):
         npz_modes.read(tmp_path / "cut.npz")
     with pytest.raises(ValueError, match=r"a name that ends in .npz is needed.*model.npz"):
         npz_modes.write(tmp_path / "model.dat", model)
+
+
+@pytest.mark.parametrize("name", ["modal_dampings", "MODAL_DAMPING", "dampingratio"])
+def test_a_misspelt_array_is_not_ignored(tmp_path, name):
+    with pytest.raises(ValueError, match=rf"model\.npz holds an array {name}, which is not known"):
+        npz_modes.read(saved(tmp_path, modal_mass=[1.0], **{name: [0.02]}))
+
+
+def test_an_array_without_a_name_is_not_ignored(tmp_path):
+    with pytest.raises(ValueError, match=r"model\.npz holds an array without a name \(arr_0\)"):
+        npz_modes.read(saved(tmp_path, modal_mass=[1.0], arr_0=[0.02]))
+
+
+def test_arrays_of_other_names_are_ignored(tmp_path):
+    model = npz_modes.read(saved(tmp_path, modal_mass=[1.0], comment=[3.0]))
+    assert model.damping_ratio is None

@@ -199,6 +199,9 @@ class Amplitude(observe.Observation):
     def deviation(self, frf, variance):
         return (variance / 2) ** 0.5
 
+    def relative(self, outputs):
+        return abs(outputs) / 2**0.5
+
     def receptance(self, measured, omega):
         return measured / omega**self.derivative
 
