@@ -32,7 +32,7 @@ def matrix(archive: NpzArchive) -> Any:
     for name in needed:
         if arrays[name].dtype.kind not in "iu":
             raise _refused(archive, f"{name} holds {arrays[name].dtype}, no whole numbers")
-    if arrays["data"].dtype.kind not in "iufcb":
+    if arrays["data"].dtype.kind not in "iufc":
         raise _refused(archive, f"data holds {arrays['data'].dtype}, no numbers")
     try:
         return build(shape, **arrays)

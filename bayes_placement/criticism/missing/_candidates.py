@@ -2,12 +2,30 @@
 
 import dataclasses
 from collections.abc import Collection
+from typing import Any
 
 from ..._types import InputError, check_kind
 from ...effects.effect import Effect
 from ...effects.library import Library, library
 from ...experiment.experiment import Experiment
 from ...inference.residuals import coordinates_of
+
+
+def check_experiment(experiment: Any, verb: str) -> None:
+    """Refuse what is no experiment.
+
+    Raises
+    ------
+    InputError
+        If something else was given.
+    """
+    check_kind(
+        "experiment",
+        experiment,
+        Experiment,
+        "an experiment is needed, with structure, instruments and lines",
+        f"bp.{verb}(experiment, measurement)",
+    )
 
 
 def candidates_of(

@@ -2,12 +2,12 @@
 
 from threadpoolctl import threadpool_limits
 
-from ..._types import Progress, check_kind, no_progress
+from ..._types import Progress, no_progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ._alternatives import alternatives
-from ._candidates import candidates_of
+from ._candidates import candidates_of, check_experiment
 from ._posterior_odds import LEVEL
 from ._score_test import suspicion
 from ._with_errors import Question, answered, ticks
@@ -54,13 +54,7 @@ def explain(
     InfeasibleError
         If a prior has no inverse distribution function.
     """
-    check_kind(
-        "experiment",
-        experiment,
-        Experiment,
-        "an experiment is needed, with structure, instruments and lines",
-        "bp.explain(experiment, ...)",
-    )
+    check_experiment(experiment, "explain")
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
     question = Question.of(experiment, data, effects, model_error, level=LEVEL)

@@ -7,12 +7,12 @@ from collections import Counter
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..._types import Progress, check_kind, no_progress
+from ..._types import Progress, no_progress
 from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ._alternatives import alternatives
-from ._candidates import candidates_of
+from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions
 from ._hypotheses import Hypothesis
 from ._posterior_odds import LEVEL, Comparison, p_value, steps_to
@@ -72,13 +72,7 @@ def improve(
     InfeasibleError
         If a prior has no inverse distribution function.
     """
-    check_kind(
-        "experiment",
-        experiment,
-        Experiment,
-        "an experiment is needed, with structure, instruments and lines",
-        "bp.improve(experiment, ...)",
-    )
+    check_experiment(experiment, "improve")
     began = time.perf_counter()
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
