@@ -25,7 +25,7 @@ _PARTS = {
     "accelerance": "its imaginary part must not be negative",
 }
 
-Line = Complex[np.ndarray, "frequency"]
+Line = Complex[np.ndarray, "line"]
 
 
 def can_check(record: Record) -> bool:
