@@ -63,6 +63,7 @@ def figures(notebook):
 
 def test_there_are_notebooks():
     expected = {"bar_damping", "hidden_effect", "structure_in_space", "where_to_measure"}
+    expected |= {"real_measurement"}
     assert {path.stem for path in NOTEBOOKS} >= expected
 
 
@@ -179,3 +180,14 @@ def test_where_to_measure_finds_the_places_and_tells_explanations_apart(tiny):
 @pytest.mark.long
 def test_where_to_measure_draws_its_figures(tiny):
     assert len(figures(tiny["where_to_measure"])) == 4
+
+
+@pytest.mark.long
+def test_the_wrong_instrument_and_what_is_new_are_named(tiny):
+    text = printed(tiny["real_measurement"])
+    assert "Missing: reversed_sensor (sensor base_low" in text
+    assert "Measured once: Nothing is claimed to be missing" in text
+    assert "New since the baseline: point_mass" in text
+    at, mass = re.search(r"at ([\d.]+) ± \S+ m, mass ([\d.]+) ±", text).groups()
+    assert float(at) == pytest.approx(0.62, abs=0.005)
+    assert float(mass) == pytest.approx(0.004, rel=0.1)

@@ -1,0 +1,36 @@
+"""What a search tells to doubt: priors that exclude the truth, and fits reached only once."""
+
+import numpy as np
+import pytest
+
+from bayes_placement.criticism.missing._cautions import cautions
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.inference.engines.about_mode import SampledPosterior
+from tests.criticism.small import TRUTH, experiment, measured
+
+RATIO = "structure.damping.ratio"
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    """The bar of which all is known but the damping, whose prior is a good one."""
+    known = experiment().fix({name: value for name, value in TRUTH.items() if name != RATIO})
+    return null_hypothesis(known, known.data(measured()))
+
+
+def test_a_good_prior_and_a_fit_that_several_starts_reach_leave_no_doubt(fitted):
+    assert cautions(fitted, None) == ()
+
+
+def test_a_prior_that_excludes_the_truth_is_named_with_its_edge(fitted):
+    draws = np.random.default_rng(0).normal(2.5, 0.2, (500, 1))  # in coordinates of the prior
+    sampled = SampledPosterior(draws, 0.0, 0.0)
+    (sentence,) = cautions(fitted, sampled)
+    assert sentence.startswith(f"{RATIO} is piled up at the upper edge of its prior")
+
+
+def test_a_fit_that_a_single_start_reached_is_doubted(fitted):
+    alone = fitted._replace(fit=fitted.fit._replace(reached=1), near=np.zeros((3, 1)))
+    (sentence,) = cautions(alone, None)
+    assert sentence.startswith("Only one of 3 starts")
+    assert cautions(alone._replace(has_errors=True), None) == ()
