@@ -113,14 +113,16 @@ class Comparison(NamedTuple):
     def confounded(self) -> list[tuple[str, str]]:
         """Pairs of kinds that can replace each other in the best hypothesis.
 
-        Their odds differ by less than strong evidence.
+        Their odds differ by less than strong evidence; or, where both pass the test of chi2, so
+        that the misfit excludes neither, by less than twice that.
         """
         best, pairs = self.best(), []
         for hypothesis in self.distinct():
             replaced = set(best.kinds) - set(hypothesis.kinds)
             replacing = set(hypothesis.kinds) - set(best.kinds)
             same_size = len(best.effects) == len(hypothesis.effects)
-            similar_odds = self.log_odds(best) - self.log_odds(hypothesis) < STRONG
+            close = (2 if passes(best, LEVEL) and passes(hypothesis, LEVEL) else 1) * STRONG
+            similar_odds = self.log_odds(best) - self.log_odds(hypothesis) < close
             if len(replaced) == len(replacing) == 1 and same_size and similar_odds:
                 pairs.append((next(iter(replaced)), next(iter(replacing))))
         return pairs

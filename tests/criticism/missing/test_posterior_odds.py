@@ -93,7 +93,7 @@ def test_data_that_are_explained_leave_little_for_none_of_these():
 
 def test_only_what_has_odds_close_to_the_best_is_confounded_with_it():
     best = hypothesis(["point_mass"], 500.0)
-    alike = hypothesis(["gain_error"], 499.0, COUNT + 8)
+    alike = hypothesis(["gain_error"], 495.0, COUNT + 8)
     other = hypothesis(["local_stiffness_loss"], 480.0, COUNT + 8)
     pairs = comparison(
         hypothesis([], 0.0), best, alike, other, point_mass=1, gain_error=1, local_stiffness_loss=1
@@ -106,6 +106,8 @@ def test_what_the_evidence_hardly_prefers_is_confounded_though_neither_explains_
     other = hypothesis(["gain_error"], 499.0, 1.5 * COUNT)
     pairs = comparison(hypothesis([], 0.0), best, other, point_mass=1, gain_error=1).confounded()
     assert pairs == [("point_mass", "gain_error")]
+    worse = hypothesis(["gain_error"], 495.0, 1.5 * COUNT)
+    assert not comparison(hypothesis([], 0.0), best, worse, gain_error=1).confounded()
 
 
 def test_p_value_falls_with_the_squares():
