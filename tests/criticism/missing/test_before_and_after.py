@@ -101,8 +101,7 @@ def test_an_earlier_state_may_have_other_lines_and_fewer_channels(before):
 
 
 def test_a_baseline_of_other_channels_is_refused(before):
-    renamed = dataclasses.replace(
-        before, sensors=tuple(dataclasses.replace(c, name=f"x{c.name}") for c in before.sensors)
-    )
+    others = tuple(bp.Channel(f"x{channel.name}", channel.direction) for channel in before.sensors)
+    renamed = dataclasses.replace(before, sensors=others)
     with pytest.raises(ValueError, match="shares no line, no sensor or no actuator"):
         state_of(experiment(), renamed)
