@@ -7,7 +7,11 @@ from typing import Any, TypeVar
 
 from .._progress import progress_bars
 from ..effects import library
+from ..experiment.experiment import Measurements
+from ..io.formats import read_measurement
+from ..io.model import Study
 from ._inputs import Inputs, read_inputs
+from ._terminal import print_text
 
 Result = TypeVar("Result")
 
@@ -30,6 +34,10 @@ class Request:
         Most lines that are taken; None for all, unless there are too many values.
     model_error
         Whether a model error is declared.
+    baseline
+        Universal file of an earlier state; None for that of the study, if it has one.
+    alone
+        Whether the measurement is looked at without any earlier state.
     """
 
     path: Path
@@ -38,13 +46,38 @@ class Request:
     out: Path
     most_lines: int | None
     model_error: bool = False
+    baseline: Path | None = None
+    alone: bool = False
 
-    def search(self, command: str, function: Callable[..., Result]) -> tuple[Inputs, Result]:
-        """Read the inputs, and return them and the result of `explain` or `improve`."""
+    def earlier(self, study: Study) -> Measurements | None:
+        """What was measured in an earlier state; None where there is none."""
+        if self.alone:
+            return None
+        return study.baseline if self.baseline is None else read_measurement(self.baseline)
+
+    def search(
+        self, command: str, function: Callable[..., Result], *, states: bool = False
+    ) -> tuple[Inputs, Result]:
+        """Read the inputs, and return them and the result of `explain` or `improve`.
+
+        Parameters
+        ----------
+        command
+            Name of the command.
+        function
+            What searches.
+        states
+            Whether it takes an earlier state.
+        """
         inputs = read_inputs(
             self.path, self.data, command, self.out, self.most_lines, self.model_error
         )
         settings: dict[str, Any] = {"candidates": library(inputs.experiment, self.kinds)}
+        baseline = self.earlier(inputs.study) if states else None
+        if baseline is not None:
+            settings["baseline"] = baseline
+            words = "An earlier state was measured too: the effects are what is new since."
+            print_text(inputs.console, f"{words} Without it: --alone.")
         with progress_bars(inputs.console, [command]) as begin:
             settings["progress"] = begin(command)
             return inputs, function(inputs.experiment, inputs.measurement, **settings)

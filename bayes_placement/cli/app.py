@@ -92,6 +92,14 @@ ModelError = Annotated[
         "as those of any real structure do.",
     ),
 ]
+Baseline = Annotated[
+    Path | None,
+    typer.Option(
+        help="FRFs of an earlier state of the structure (UFF dataset 58): effects are new since. "
+        "Default: the model's `baseline`, or the files that a case names."
+    ),
+]
+Alone = Annotated[bool, typer.Option("--alone", help="Leave out the earlier state.")]
 EarlierData = Annotated[
     Path | None,
     typer.Option(
@@ -195,6 +203,8 @@ def improve(
     effects: Effects = None,
     lines: MostLines = None,
     model_error: ModelError = False,
+    baseline: Baseline = None,
+    alone: Alone = False,
     out: Out = RESULTS,
     no_cache: NoCache = False,
     traceback: Traceback = False,
@@ -204,7 +214,9 @@ def improve(
         from . import _missing_effects, improve
 
         kinds = _split(effects)
-        improve.run(_missing_effects.Request(model, data, kinds, out, lines, model_error))
+        improve.run(
+            _missing_effects.Request(model, data, kinds, out, lines, model_error, baseline, alone)
+        )
 
 
 @app.command()

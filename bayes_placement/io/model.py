@@ -27,12 +27,15 @@ class Study(NamedTuple):
         Engine that suits the experiment; None where the file names none.
     truth
         True values of unknowns, by name, where data were made by a simulation.
+    baseline
+        What was measured in an earlier state of the structure; None where the file names none.
     """
 
     experiment: Experiment
     measurement: Measurements | None
     engine: Engine | None
     truth: dict[str, float]
+    baseline: Measurements | None = None
 
 
 def read(path: str | Path) -> Study:
@@ -52,9 +55,10 @@ def read(path: str | Path) -> Study:
             f"{path} has no `experiment`. A model file declares one: experiment = "
             "bp.Experiment(...); see models/bar.py for an example."
         )
-    measurement = _measurement(module)
+    measurement, baseline = (_measured(module, name) for name in ("measurement", "baseline"))
     engine = _declared(module, "engine", Engine)
-    return Study(experiment, measurement, engine, _declared(module, "truth", dict) or {})
+    truth = _declared(module, "truth", dict) or {}
+    return Study(experiment, measurement, engine, truth, baseline)
 
 
 def _run(path: Path) -> ModuleType:
@@ -103,12 +107,12 @@ _IMPORTED: dict[str, list[str]] = {}
 """Folder of the last model file, and the modules in it that the model imported."""
 
 
-def _measurement(module: ModuleType) -> Measurements | None:
-    measurement: Any = getattr(module, "measurement", None)
+def _measured(module: ModuleType, name: str) -> Measurements | None:
+    measurement: Any = getattr(module, name, None)
     is_list = isinstance(measurement, list | tuple) and measurement
     if is_list and all(isinstance(item, Measurement) for item in measurement):
         return measurement
-    return _declared(module, "measurement", Measurement)
+    return _declared(module, name, Measurement)
 
 
 def _declared(module: ModuleType, name: str, kind: type) -> Any:

@@ -105,11 +105,13 @@ class Answer(NamedTuple):
         return best
 
 
-def answered(question: Question, tick: Tick) -> Answer:
+def answered(question: Question, tick: Tick, baseline: Measurements | None = None) -> Answer:
     """Compare hypotheses without model error, and with it where none of them reaches the noise.
 
-    A declared model error is always fitted.
+    A declared model error is always fitted, and with an earlier state any.
     """
+    if baseline is not None:
+        return _answered_by_two_states(question, baseline, tick)
     null = null_hypothesis(question.experiment, question.data, question.errors)
     exact = single_effects(null, question.effects, tick)
     if question.declared:
@@ -136,7 +138,7 @@ def ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callabl
     return tick
 
 
-def answered_by_two_states(question: Question, baseline: Measurements, tick: Tick) -> Answer:
+def _answered_by_two_states(question: Question, baseline: Measurements, tick: Tick) -> Answer:
     """Compare what is new in the later of two states; the model error is that of both."""
     experiment = question.experiment.with_errors(question.errors)
     earlier = state_of(experiment, baseline)

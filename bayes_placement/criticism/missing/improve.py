@@ -17,7 +17,7 @@ from ._cautions import cautions
 from ._hypotheses import Hypothesis
 from ._posterior_odds import LEVEL, Comparison, p_value, steps_to
 from ._score_test import suspicion
-from ._with_errors import Question, answered, answered_by_two_states, ticks
+from ._with_errors import Question, answered, ticks
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
 from .ledger import Ledger
 
@@ -80,11 +80,7 @@ def improve(
         experiment, data, effects, model_error, level=level, most_effects=most_effects
     )
     tick = ticks(progress, 2 * len(effects) + 20, (0.02, 0.9))
-    answer = (
-        answered(question, tick)
-        if baseline is None
-        else answered_by_two_states(question, baseline, tick)
-    )
+    answer = answered(question, tick, baseline)
     null, comparison, exact, before = answer
     best = answer.best(level)
     progress(0.9)

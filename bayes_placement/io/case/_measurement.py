@@ -12,6 +12,7 @@ from ...experiment.noise import Noise
 from ...experiment.quantities import QUANTITIES
 from ...positions.channel import Channel
 from .. import uff
+from ._file_names import baseline_files
 from ._json_fields import (
     CaseError,
     FieldRule,
@@ -75,6 +76,8 @@ class MeasurementSettings(NamedTuple):
         Number of lines in the band.
     noise
         Output error.
+    baseline
+        Universal files of an earlier state, one for each force level; none where there is none.
     """
 
     file: Path
@@ -86,6 +89,7 @@ class MeasurementSettings(NamedTuple):
     band: tuple[float, float]
     lines: int
     noise: Noise
+    baseline: tuple[str, ...] = ()
 
 
 def settings(
@@ -116,6 +120,32 @@ def settings(
         band=(float(low), float(high)),
         lines=axis.value("n_lines", integer(1, 400)),
         noise=noise(stated),
+        baseline=baseline_files(stated),
+    )
+
+
+def baselines(folder: Path, settings: MeasurementSettings) -> tuple[Measurement, ...]:
+    """Read the measurement of an earlier state, for each force level; none where none is stated.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a file is missing.
+    CaseError
+        If a file is not a universal file, or contradicts the case.
+    """
+    if not settings.baseline:
+        return ()
+    levels = settings.force_levels or (None,)
+    if len(levels) != len(settings.baseline):
+        raise CaseError(
+            f"{settings.file}: measurement.baseline_files names {len(settings.baseline)} universal "
+            f"files, but {len(levels)} are needed, one for each force level: "
+            '["baseline.uff"].'
+        )
+    return tuple(
+        read_run(folder / name, settings, level)
+        for name, level in zip(settings.baseline, levels, strict=True)
     )
 
 
@@ -132,8 +162,7 @@ def measurements(folder: Path, settings: MeasurementSettings) -> tuple[Measureme
     levels = settings.force_levels or (None,)
     names = ["measured.uff", *(f"measured_level{n}.uff" for n in range(2, len(levels) + 1))]
     measured = tuple(
-        _measurement(folder / name, settings, level)
-        for name, level in zip(names, levels, strict=True)
+        read_run(folder / name, settings, level) for name, level in zip(names, levels, strict=True)
     )
     for name, measurement in zip(names, measured, strict=True):
         lines, first = measurement.frequency, measured[0].frequency
@@ -146,7 +175,7 @@ def measurements(folder: Path, settings: MeasurementSettings) -> tuple[Measureme
     return measured
 
 
-def _measurement(file: Path, settings: MeasurementSettings, level: float | None) -> Measurement:
+def read_run(file: Path, settings: MeasurementSettings, level: float | None) -> Measurement:
     recorded = _named(_read(file, settings), settings)
     _check_quantity(file, settings, recorded)
     _check_channels(file, settings, settings.sensors, recorded.sensors)
@@ -346,6 +375,8 @@ def _shown(position: _Coordinates) -> str:
 _LEVELS = FieldRule(
     "null, or a list of positive amplitudes [N], each once,", [0.1, 1.0], _are_levels
 )
+
+
 _BAND = numbers(
     "the first and the last line [Hz], positive and increasing,",
     [20.0, 1600.0],

@@ -13,7 +13,7 @@ from ..model import Study
 from ._json_fields import FieldRule, JsonObject, check_distinct, choice, integer, load
 from ._known_fields import check_known
 from ._line import NominalStructure, nominal_structure, structure
-from ._measurement import RecordedTransducer, measurements, settings
+from ._measurement import RecordedTransducer, baselines, measurements, settings
 from ._transducers import angles, delay, directions_rule, gain, position, position_rule
 
 Transducer = TypeVar("Transducer", Sensor, Actuator)
@@ -86,7 +86,9 @@ def read(folder: str | Path) -> Study:
         force_levels=stated.force_levels,
         sensors_mounted=_SENSOR_SETUPS[sensor_setup],
     )
-    return Study(experiment, measured if stated.force_levels else measured[0], None, {})
+    before = baselines(Path(folder), stated)
+    runs = [files if stated.force_levels or not files else files[0] for files in (measured, before)]
+    return Study(experiment, runs[0], None, {}, runs[1] or None)
 
 
 def _recorded(case: JsonObject, side: str, nominal: NominalStructure) -> list[RecordedTransducer]:
