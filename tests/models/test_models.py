@@ -76,11 +76,3 @@ def test_the_recorded_driving_point_of_the_measured_beam_is_wrong(beam_result):
     draws = beam_result["posterior"].to_dataset()
     distance = abs(draws["sensor.1.position"] - draws["actuator.1.position"])
     assert float(distance.min()) > 0.9
-
-
-@pytest.mark.long
-def test_natural_frequencies_of_the_measured_beam_differ_by_a_few_thousandths(beam_result):
-    size = beam_result["posterior"]["model_error.frequency.size"].values
-    assert 5e-4 < np.median(size) < 5e-3
-    standard = beam_result["posterior"]["model_error.frequency.standard"].values
-    assert np.abs((standard * size[..., None]).mean((0, 1))).max() < 0.01
