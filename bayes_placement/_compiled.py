@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import jax
+import jax.numpy as jnp
 import jaxlib
 import numpy as np
 from numpyro.distributions import Distribution
@@ -67,11 +68,14 @@ class Bound(Generic[Result]):
 
     def prepare(self, *arguments: Any) -> None:
         """Compile it for arguments of the shapes of these, unless that is done. Any thread may."""
-        self._tried(lambda parts: _jitted(parts.key).lower(parts.numbers, arguments).compile())
+        self._tried(
+            lambda parts: _jitted(parts.key, True).lower(parts.numbers, arguments).compile()
+        )
 
     def __call__(self, *arguments: Any) -> Result:
         """Run it. Only one thread at a time may: two can wait for each other for ever."""
-        return self._tried(lambda parts: _jitted(parts.key)(parts.numbers, arguments))
+        quickly = not _is_inside_another()
+        return self._tried(lambda parts: _jitted(parts.key, quickly)(parts.numbers, arguments))
 
     def _tried(self, action: Callable[["_Parts"], Any]) -> Any:
         try:
@@ -149,13 +153,18 @@ def _parts(form: _Form, leaves: list[Any], is_input: Callable[[Any], bool]) -> _
 
 
 @functools.lru_cache(maxsize=512)
-def _jitted(key: _Key) -> Any:
+def _jitted(key: _Key, quickly: bool) -> Any:
     def function(numbers: list[Any], arguments: tuple[Any, ...]) -> Any:
         inputs = iter(numbers)
         leaves = [next(inputs) if leaf is _INPUT else leaf for leaf in key.fixed]
         return key.form.function(*jax.tree.unflatten(key.form.structure, leaves), *arguments)
 
-    return jax.jit(function, compiler_options=_fast_to_compile())
+    return jax.jit(function, compiler_options=_fast_to_compile() if quickly else None)
+
+
+def _is_inside_another() -> bool:
+    """Whether another function is being compiled: its options hold for all that it calls."""
+    return isinstance(jnp.add(0, 0), jax.core.Tracer)
 
 
 @functools.lru_cache(maxsize=1)
