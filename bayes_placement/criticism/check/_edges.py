@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from ..._sites import Role
 from ...inference.estimates import scalars
 
 EDGE = 0.025
@@ -66,7 +67,15 @@ def sentence(unknown: str, side: str, share: float, prior_share: float) -> str:
 
 def _scalar_draws(draws: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     for name, values in draws.data_vars.items():
+        if _is_standard_error(values):
+            continue
         yield from scalars(str(name), values.values)
+
+
+def _is_standard_error(values: xr.DataArray) -> bool:
+    """Whether these are errors of a model over their size, of which `check` tells apart."""
+    role, field = values.attrs.get("role"), values.attrs.get("field")
+    return role == Role.MODEL_ERROR.value and field == "standard"
 
 
 def _row(prior: np.ndarray, posterior: np.ndarray) -> list[list[float]]:

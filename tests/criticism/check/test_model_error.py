@@ -18,6 +18,7 @@ def test_the_model_passes_given_its_error_whose_size_is_said(misfit):
     assert errors.low < np.sqrt(np.mean(ERRORS**2)) < errors.high
     assert errors.where == "mode 4" and errors.largest == pytest.approx(-0.015, rel=0.05)
     assert misfit.passed
+    assert not any("standard" in str(name) for name in misfit.edges["unknown"].values)
     words = " ".join(misfit.words())
     assert "given its model error" in words and "mode 4: -1.5 %" in words
 
