@@ -27,7 +27,7 @@ from ._hypotheses import (
     with_errors,
 )
 from ._posterior_odds import Comparison, passes
-from ._search import VARIANTS_WITH_ERRORS, Tick, promising
+from ._search import NARROW, VARIANTS_WITH_ERRORS, Tick, promising
 
 
 def state_of(experiment: Experiment, measurement: Measurements) -> State:
@@ -86,9 +86,16 @@ def compared_with_baseline(
         best = comparison.best()
         if passes(best, level) or len(best.effects) < depth:
             break
-        pairs = [(best, effect) for effect in effects if kind_of(effect) not in best.kinds]
+        pairs = [(best, effect) for effect in _next_best(comparison, best)]
         comparison = comparison.with_hypotheses(extended(pairs, tick))
     return unchanged, comparison
+
+
+def _next_best(comparison: Comparison, best: Hypothesis) -> list[Effect]:
+    """The single effects of greatest odds that the best hypothesis does not have."""
+    singles = [h for h in comparison.distinct() if len(h.effects) == 1]
+    others = [h.effects[0] for h in singles if h.kinds[0] not in best.kinds]
+    return others[: NARROW.kinds]
 
 
 def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:

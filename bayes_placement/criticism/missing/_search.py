@@ -31,6 +31,9 @@ class Breadth(NamedTuple):
 
 ALL = Breadth()
 
+NARROW = Breadth(branches=2, kinds=3)
+"""Where a model error already explains most."""
+
 Tick = Callable[[], None]
 
 

@@ -14,12 +14,9 @@ from ._before_and_after import compared_with_baseline, fitted_baseline, state_of
 from ._held_out import held_out
 from ._hypotheses import Hypothesis, finite, null_hypothesis, stages_of_best, with_errors
 from ._posterior_odds import Comparison, passes, steps_to
-from ._search import VARIANTS_WITH_ERRORS, Breadth, one_more_effect, single_effects
+from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, one_more_effect, single_effects
 
 Tick = Callable[[], None]
-
-NARROW = Breadth(branches=2, kinds=3)
-"""Hypotheses that are extended where a model error already explains the data."""
 
 
 class Question(NamedTuple):
