@@ -149,6 +149,10 @@ class AtPlace(StructureEffect):
         """Where the structure feels it, and along which directions."""
         return along(coordinates(self.at), self.direction, modes)
 
+    def count(self, modes: Modes) -> int:
+        """Return the number of these points."""
+        return len(modes.axes) if self.direction is None else 1
+
 
 class Attachment(AtPlace):
     """Something attached to the structure, which feels its dynamic stiffness at one place."""

@@ -120,7 +120,8 @@ class Experiment(eqx.Module):
         observe.check(self.frequency)
         self.model_error = None
         check_values(self)
-        self.model_error = None if model_error is None else model_error.on(Scales(self))
+        if model_error is not None:
+            self.model_error = self.with_model_error(model_error).model_error
 
     def __add__(self, effect: Effect) -> "Experiment":
         """Return the experiment with one more effect, on its structure or its instruments.
@@ -135,7 +136,7 @@ class Experiment(eqx.Module):
             effects = added(self.instrument_effects, numbered.on(self.structure.modes))
             check_values(effects)
             return eqx.tree_at(_instrument_effects, self, effects, is_leaf=_is_dict)
-        return eqx.tree_at(lambda tree: tree.structure, self, self.structure + effect)
+        return self._with_structure(self.structure + effect)
 
     @property
     def instruments(self) -> Instruments:
@@ -151,12 +152,17 @@ class Experiment(eqx.Module):
         """Return the experiment with another model error, or with none."""
         return self.with_errors(None if model_error is None else model_error.on(Scales(self)))
 
+    def _with_structure(self, structure: Structure) -> "Experiment":
+        changed = eqx.tree_at(lambda tree: tree.structure, self, structure)
+        return changed.with_errors(changed.model_error)
+
     def with_errors(self, errors: ModalErrors | None) -> "Experiment":
         """Return the experiment with the errors of its own modes and channels, or with none."""
+        ports = {item.name: item.count(self.structure.modes) for item in self.structure.attachments}
         return eqx.tree_at(
             lambda tree: tree.model_error,
             self,
-            errors,
+            None if errors is None else errors.with_ports(ports),
             is_leaf=lambda leaf: leaf is None or isinstance(leaf, ModalErrors),
         )
 
@@ -171,7 +177,8 @@ class Experiment(eqx.Module):
         for effects in (lambda tree: tree.structure.effects, _instrument_effects):
             remaining = OrderedDict(effects(self))
             if remaining.pop(name, None) is not None:
-                return eqx.tree_at(effects, self, remaining, is_leaf=_is_dict)
+                fewer = eqx.tree_at(effects, self, remaining, is_leaf=_is_dict)
+                return fewer.with_errors(fewer.model_error)
         raise InputError(
             f'There is no effect "{name}" to leave out. The experiment has '
             f"{', '.join(effect.name for effect in self.effects) or 'none'}."

@@ -1,6 +1,7 @@
 """Receptance [m/N] between points of a structure with all its effects."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import jax
@@ -8,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
 from .._types import InputError, Receptance
-from ..effects.effect import CubicAttachment, Omega
+from ..effects.effect import Attachment, CubicAttachment, Omega
 from ..modes.eigenpairs import coupling_receptance
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
@@ -69,7 +70,12 @@ def receptance(
     """
     modes = structure.proper_modes()
     linear = [
-        PortStiffness(attachment.points(modes), attachment.dynamic_stiffness(omega))
+        PortStiffness(
+            attachment.points(modes)
+            if mode_error is None
+            else mode_error.at(attachment, attachment.points(modes)),
+            attachment.dynamic_stiffness(omega),
+        )
         for attachment in structure.attachments
     ]
     attached = [*linear, *ports]
@@ -123,15 +129,26 @@ class ModeError(NamedTuple):
     ----------
     frequency, damping
         Factors on natural frequencies and on what the damping law says of them [1].
+    ports
+        What is added to the shapes at attachments, by name [kg^-1/2].
     """
 
     frequency: Float[Array, "erroneous"]
     damping: Float[Array, "erroneous"]
+    ports: Mapping[str, Float[Array, "port erroneous"]] = MappingProxyType({})
 
     def over(self, modes: int) -> "ModeError":
         """Return the factors of all modes, one for those that are exact."""
         ones = jnp.ones(modes)
-        return ModeError(*(ones.at[: factor.size].set(factor) for factor in self))
+        frequency, damping = (
+            ones.at[: factor.size].set(factor) for factor in (self.frequency, self.damping)
+        )
+        return ModeError(frequency, damping)
+
+    def at(self, attachment: Attachment, points: Points) -> Points:
+        """Return the points of an attachment with the errors of the shapes there."""
+        error = self.ports.get(attachment.name)
+        return Points(points.position, points.direction, error)
 
 
 class ModalReceptance(NamedTuple):

@@ -19,7 +19,7 @@ from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform, Normal
 
 from .._compiled import compiled
-from .._sites import Role, is_unknown, owners, unit
+from .._sites import Role, Unknown, is_unknown, owners, unit
 from .._types import InputError, Parameter
 from ..effects.instruments import Instruments
 from ..effects.scales import Scales
@@ -136,6 +136,7 @@ class Modal:
             damping=_of_modes(self.damping, count),
             shape=_of_channels(self.shape, scales.instruments, count),
             gain=_of_channels(self.gain, scales.instruments),
+            ports=OrderedDict(),
             rms_shape=1 / math.sqrt(scales.mass),
             modes=count,
             rigid_body_modes=rigid,
@@ -149,6 +150,9 @@ class ModalErrors(eqx.Module):
     ----------
     frequency, damping, shape, gain
         Errors of each, None where there are none.
+    ports
+        Errors of the shapes over their size where something is attached to the structure, by the
+        name of the attachment: what it feels differs from the model as what a sensor reads does.
     rms_shape
         Root mean square of a mass-normalised shape [kg^-1/2].
     modes
@@ -161,6 +165,7 @@ class ModalErrors(eqx.Module):
     damping: ErrorsOfModes | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     shape: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     gain: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    ports: OrderedDict[str, Parameter] = eqx.field(metadata=owners(Role.MODEL_ERROR))
     rms_shape: float
     modes: int = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
@@ -171,7 +176,31 @@ class ModalErrors(eqx.Module):
             jnp.ones(self.modes) if errors is None else jnp.exp(errors.values())
             for errors in (self.frequency, self.damping)
         )
-        return ModeError(*(jnp.concatenate([jnp.ones(self.rigid_body_modes), f]) for f in factors))
+        frequency, damping = (
+            jnp.concatenate([jnp.ones(self.rigid_body_modes), factor]) for factor in factors
+        )
+        return ModeError(frequency, damping, self._port_errors())
+
+    def _port_errors(self) -> dict[str, Float[Array, "port mode"]]:
+        if self.shape is None:
+            return {}
+        size = self.rms_shape * jnp.asarray(self.shape.size)
+        padding = [(0, 0), (self.rigid_body_modes, 0)]
+        return {
+            name: jnp.pad(size * jnp.asarray(standard), padding)
+            for name, standard in self.ports.items()
+        }
+
+    def with_ports(self, points: Mapping[str, int]) -> "ModalErrors":
+        """Return the errors with those where something is attached, of so many points each."""
+        counts = points if self.shape is not None else {}
+        standard = OrderedDict(
+            (name, self.ports.get(name, _standard_normal(count, self.modes)))
+            for name, count in counts.items()
+        )
+        return eqx.tree_at(
+            lambda tree: tree.ports, self, standard, is_leaf=lambda leaf: isinstance(leaf, dict)
+        )
 
     def shape_error(
         self, instruments: Instruments, side: str
@@ -187,6 +216,13 @@ class ModalErrors(eqx.Module):
         if self.gain is None:
             return jnp.ones(len(instruments.channels(side)))
         return 1 + self.gain.values(instruments, side)
+
+
+def shares_size(unknown: Unknown, size: Unknown) -> bool:
+    """Whether an unknown is an error of a size."""
+    kinds = ("shape", "ports") if size.owner.kind == "shape" else (size.owner.kind,)
+    is_error = unknown.role is Role.MODEL_ERROR and unknown.field != "size"
+    return is_error and unknown.owner.kind in kinds
 
 
 def _of_modes(size: Size, count: int) -> ErrorsOfModes | None:

@@ -14,7 +14,7 @@ from .._sites import Role, Unknown
 from .._types import InputError
 from ..effects.effect import Effect
 from ..experiment.experiment import Experiment
-from ..experiment.model_error import ModalErrors
+from ..experiment.model_error import ModalErrors, shares_size
 from ..experiment.noise import Data
 from ..experiment.observe import Complex
 from .coordinates import Coordinates
@@ -143,7 +143,7 @@ class Problem:
         places = [
             np.arange(place.start, place.stop)
             for unknown in self.experiment.unknowns
-            if unknown.owner == size.owner and unknown.name in self.coordinates.places
+            if shares_size(unknown, size) and unknown.name in self.coordinates.places
             for place in [self.coordinates.places[unknown.name]]
         ]
         return np.concatenate(places)

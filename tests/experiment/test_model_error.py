@@ -136,3 +136,42 @@ def test_a_transducer_that_the_errors_do_not_know_is_named(erroneous):
     concrete = more.fix(more.nominal_values())
     with pytest.raises(ValueError, match="with_model_error"):
         concrete.frf()
+
+
+def test_what_is_attached_feels_the_errors_of_the_shapes_at_its_place(erroneous):
+    """A mass at a sensor that reads the erroneous shapes: by the formula of one attachment."""
+    mass = 0.4
+    loaded = erroneous + bp.effects.point_mass(TRUTH["sensor.s1.position"], mass)
+    values = errors(loaded, seed=5)
+    port = "model_error.ports.point_mass"
+    values[port] = values["model_error.shape.standard.sensor.s1"]
+    gains = {name: 0 * value for name, value in values.items() if ".gain." in name}
+    without = frf(erroneous.fix({k: v for k, v in (values | gains).items() if k != port}))
+    omega = 2 * np.pi * np.asarray(loaded.frequency)
+    reads, drives = frf_between(erroneous, values | gains, port)
+    share = -(omega**2) * mass / (1 - omega**2 * mass * reads)
+    expected = without[0, 0] / -(omega**2) - reads * share * drives
+    np.testing.assert_allclose(
+        frf(loaded.fix(values | gains))[0, 0] / -(omega**2), expected, rtol=1e-9
+    )
+
+
+def frf_between(erroneous, values, port):
+    """Receptance [m/N] of the first sensor with itself, and with the actuator."""
+    known = {name: value for name, value in values.items() if name != port}
+    concrete = erroneous.fix(known)
+    twin = bp.Experiment(
+        concrete.structure,
+        sensors=[concrete.sensor["s1"]],
+        actuators=[bp.Actuator("a1", at=TRUTH["sensor.s1.position"])],
+        frequency=concrete.frequency,
+        observe=concrete.observe,
+        noise=None,
+        model_error=bp.model_error.Modal(**{n.split(".")[1]: v for n, v in SIZES.items()}),
+    )
+    side = "model_error.shape.standard"
+    own = {u.name: known.get(u.name, 0.0 * np.zeros(u.distribution.shape())) for u in twin.unknowns}
+    own[f"{side}.actuator.a1"] = known[f"{side}.sensor.s1"]
+    omega = 2 * np.pi * np.asarray(concrete.frequency)
+    itself = frf(twin.fix(own))[0, 0] / -(omega**2)
+    return itself, frf(concrete)[0, 0] / -(omega**2)

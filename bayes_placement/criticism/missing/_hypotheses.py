@@ -17,7 +17,7 @@ from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ._candidates import numbered
-from ._scan import LEAST, MOST, Scan, best_places, fit_alone, fit_grown, others, scan
+from ._scan import LEAST, MOST, Scan, best_places, carried_over, fit_alone, fit_grown, others, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
 """Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
@@ -216,7 +216,8 @@ def fitted(candidate: ScannedCandidate, rival: Sequence[float] = ()) -> Hypothes
 def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarray:
     """The fit without the effect, and the effect at its weakest: never worse than without."""
     start, fields = np.zeros(problem.dimension), fields_of(effect, problem)
-    start[others(problem, list(fields))] = base
+    rest = others(problem, list(fields))
+    start[rest] = carried_over(base, rest)
     for name, field in fields.items():
         if field == effect.absent[0]:
             start[problem.coordinates.places[name]] = weakest(effect, problem, name)

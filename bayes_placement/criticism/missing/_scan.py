@@ -97,7 +97,7 @@ def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) 
     """
     grid = _grid(problem, counts, most)
     rest = others(problem, list(counts))
-    grid[:, rest] = base
+    grid[:, rest] = carried_over(base, rest)
     residual, _ = problem.squares.residuals(grid, True)
     slopes = problem.squares.jacobian(grid[:1], True).slopes[0][rest]
     curvature = slopes @ slopes.T + np.eye(len(rest))
@@ -106,6 +106,14 @@ def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) 
     predicted_cost = 0.5 * (np.einsum("bn,bn->b", residual, residual) - absorbed)
     kept = np.argsort(np.nan_to_num(predicted_cost, nan=np.inf))[:KEPT]
     return Scan(grid[kept], residual[kept].astype(np.float32), predicted_cost[kept])
+
+
+def carried_over(base: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Coordinates without an effect, for the problem with it.
+
+    What its attachment adds to a model error comes last, and is zero without it.
+    """
+    return np.pad(base, (0, len(rest) - len(base)))
 
 
 def others(problem: Problem, names: list[str]) -> np.ndarray:

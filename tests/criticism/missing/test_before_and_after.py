@@ -16,10 +16,15 @@ SMALL = effects.point_mass(0.313, 0.05)
 SIZES = {"frequency": 0.01, "damping": 0.2, "shape": 0.05, "gain": 0.01}
 
 
-def imperfect(seed):
-    """The true bar, no mode and no channel of which is as the model has them."""
+def imperfect(seed, *hidden):
+    """The true bar, no mode and no channel of which is as the model has them.
+
+    What is hidden adds its errors after those of the bar, which stay as they are.
+    """
     declared = bp.model_error.Modal(**SIZES)
     erroneous = experiment().fix(TRUTH).with_model_error(declared)
+    for effect in hidden:
+        erroneous = erroneous + effect
     random = np.random.default_rng(seed)
     return erroneous.fix(
         {
@@ -51,7 +56,7 @@ def before():
 
 @pytest.fixture(scope="module")
 def after():
-    return measured(imperfect(1) + SMALL, 3)
+    return measured(imperfect(1, SMALL), 3)
 
 
 @pytest.fixture(scope="module")
