@@ -41,6 +41,11 @@ def measured(*hidden, seed=0, averages=32, coherence=0.997):
     true = experiment().fix(TRUTH)
     for effect in hidden:
         true = true + effect
+    return recorded(true, seed, averages, coherence)
+
+
+def recorded(true, seed, averages=32, coherence=0.997):
+    """Measurement of a concrete experiment, with noise as its coherence says."""
     exact = np.asarray(jax.jit(lambda: true.frf())())
     variance = np.abs(exact) ** 2 * (1 - coherence) / (averages * coherence)
     random = np.random.default_rng(seed)

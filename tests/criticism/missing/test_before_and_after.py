@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import jax
 import numpy as np
 import pytest
 
@@ -10,7 +9,7 @@ import bayes_placement as bp
 from bayes_placement import effects, improve
 from bayes_placement.criticism.missing._before_and_after import state_of
 from bayes_placement.inference.residuals import Problem, State
-from tests.criticism.small import LINES, TRUTH, experiment
+from tests.criticism.small import LINES, TRUTH, experiment, recorded
 
 SMALL = effects.point_mass(0.313, 0.05)
 SIZES = {"frequency": 0.01, "damping": 0.2, "shape": 0.05, "gain": 0.01}
@@ -34,19 +33,8 @@ def imperfect(seed, *hidden):
     )
 
 
-def measured(true, seed, averages=100, coherence=0.998):
-    exact = np.asarray(jax.jit(lambda: true.frf())())
-    variance = np.abs(exact) ** 2 * (1 - coherence) / (averages * coherence)
-    noise = np.random.default_rng(seed).standard_normal((2, *exact.shape)) * np.sqrt(variance / 2)
-    return bp.Measurement.from_arrays(
-        exact + noise[0] + 1j * noise[1],
-        LINES,
-        sensors=true.sensor_channels,
-        actuators=true.actuator_channels,
-        quantity="accelerance",
-        coherence=np.full(exact.shape, coherence),
-        averages=averages,
-    )
+def measured(true, seed):
+    return recorded(true, seed, averages=100, coherence=0.998)
 
 
 @pytest.fixture(scope="module")
