@@ -70,6 +70,7 @@ def test_all_blocks_of_the_readme_are_found():
     [
         ("Your own structure", "point_mass", {"residual_map.png", "error_falls.png"}),
         ("Frames, plates and finite element models", "point_mass", {"suspicion.png"}),
+        ("Real measurements", "model_error.frequency.size", set()),
         ("Where to place sensors", "nat", {"map.png", "tolerances.png"}),
     ],
 )
