@@ -89,17 +89,24 @@ class Answer(NamedTuple):
         """The hypothesis that is claimed: none of the effects where the model passes its check.
 
         The form of a model error is assumed, so that evidence alone does not suffice beside it:
-        the effects must also predict held-out data better than fewer of them.
+        the effects must also predict held-out data better than fewer of them, and none of them may
+        be only the best of several: scatter along a structure looks a little like many effects.
         """
         if not self.comparison.hypotheses[0].has_errors and passes(self.null, level):
             return self.comparison.hypotheses[0]
         best = self.comparison.best()
         while best.has_errors and best.effects:
             fewer = self.comparison.of(steps_to(self.comparison, best)[-2])
-            if held_out(best) > held_out(fewer):
+            if self._stands_out(best) and held_out(best) > held_out(fewer):
                 break
             best = fewer
         return best
+
+    def _stands_out(self, best: Hypothesis) -> bool:
+        """Whether no other effect explains the data as well; what is new is told by two states."""
+        if self.baseline is not None:
+            return True
+        return not any(kind in best.kinds for kind, _ in self.comparison.confounded())
 
 
 def answered(question: Question, tick: Tick, baseline: Measurements | None = None) -> Answer:

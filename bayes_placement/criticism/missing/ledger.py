@@ -156,6 +156,11 @@ class Ledger:
 
     def _sentence_beside_model_error(self, first: FittedModel, last: FittedModel) -> str:
         """Say the verdict where a model error is the rival of every effect."""
+        if not self.verdict and self.confounded:
+            return (
+                "Nothing is claimed to be missing: beside a model error more than one effect also "
+                f"reduces the misfit, and these data do not tell which. {sizes_in_words(last)}"
+            )
         if not self.verdict:
             return (
                 f"Nothing is claimed to be missing: a model error explains the data better than "
