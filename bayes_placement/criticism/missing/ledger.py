@@ -205,7 +205,8 @@ class Ledger:
         """The verdict, which effects the data do not distinguish, and what remains unexplained."""
         sentences = [self.sentence()]
         likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
-        if not self.verdict and not self.unexplained and likely not in (NOTHING, NONE):
+        passes = not self.unexplained and not self.steps[-1].model_error
+        if not self.verdict and passes and likely not in (NOTHING, NONE):
             sentences.append(
                 f"The evidence favours {likely} (probability {self.probabilities[likely]:.2g}), "
                 "but no effect is claimed, since the model as given passes its check. More "
