@@ -215,7 +215,9 @@ def _refitted(
 ) -> Comparison:
     refitted: list[Hypothesis] = []
     for hypothesis in sorted(hypotheses, key=lambda exact: exact.fit.log_evidence, reverse=True):
-        refitted.append(with_errors(hypothesis, errors, stages_of_best(refitted)))
+        # What all others are compared with is never given up.
+        rival = stages_of_best(refitted) if hypothesis.effects else ()
+        refitted.append(with_errors(hypothesis, errors, rival))
         tick()
     # The model as given stands first, as everywhere.
     return exact._replace(hypotheses=finite(sorted(refitted, key=lambda fit: len(fit.effects))))

@@ -118,9 +118,6 @@ def fitted_with_sizes(
     for relative_error in softening:
         ends, fit = _fit(problem, starts, relative_error, SOFT_STEPS)
         stages.append(fit.log_evidence)
-        if _is_far_behind(stages, rival, problem.count):
-            _, fit = _fit(problem, ends[:1], steps=0)
-            return _sized(problem, fit, stages)
         problem, (starts,) = _at_better_sizes(problem, fit, (ends[:FOLLOWED],))
     return _settled(problem, starts, stages, rival)
 
