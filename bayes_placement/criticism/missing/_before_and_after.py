@@ -18,15 +18,15 @@ from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
 from ...inference.residuals import Problem, State
 from ._hypotheses import (
     Hypothesis,
+    early_evidence_of_best,
     extended,
     finite,
     fitted,
     null_hypothesis,
     scanned,
-    stages_of_best,
     with_errors,
 )
-from ._posterior_odds import Comparison, passes
+from ._posterior_odds import Comparison, wants_more_effects
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Tick, promising
 
 
@@ -79,13 +79,13 @@ def compared_with_baseline(
     candidates = list(scanned([(unchanged, effect) for effect in effects], tick))
     singles: list[Hypothesis] = []
     for candidate in promising(candidates, VARIANTS_WITH_ERRORS):
-        singles.append(fitted(candidate, stages_of_best(singles)))
-    null = _refitted(unchanged, stages_of_best(singles))
+        singles.append(fitted(candidate, early_evidence_of_best(singles)))
+    null = _refitted(unchanged, early_evidence_of_best(singles))
     comparison = Comparison([null, *finite(singles)], variants, candidates)
     for depth in range(1, most_effects):
-        best = comparison.best()
-        if passes(best, level) or len(best.effects) < depth:
+        if not wants_more_effects(comparison, depth, level):
             break
+        best = comparison.best()
         pairs = [(best, effect) for effect in _next_best(comparison, best)]
         comparison = comparison.with_hypotheses(extended(pairs, tick))
     return unchanged, comparison
@@ -107,7 +107,7 @@ def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
     return before._replace(problem=problem, fit=before.fit._replace(point=point))
 
 
-def _refitted(unchanged: Hypothesis, rival: Sequence[float]) -> Hypothesis:
+def _refitted(unchanged: Hypothesis, rival: float) -> Hypothesis:
     """Nothing is new: the model fitted to both states."""
     sized = fitted_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:], rival)
     return unchanged._replace(**vars(sized))

@@ -52,8 +52,8 @@ class Hypothesis(NamedTuple):
         Standard deviation of the log of each unknown size of the model error, by name.
     has_errors
         Whether a model error is fitted.
-    stages
-        Log evidence on the way to a fit with model error.
+    early_evidence
+        Log evidence early on the way to a fit with model error.
     """
 
     effects: tuple[Effect, ...]
@@ -63,7 +63,7 @@ class Hypothesis(NamedTuple):
     scan: Scan | None = None
     deviations: Mapping[str, float] = MappingProxyType({})
     has_errors: bool = False
-    stages: tuple[float, ...] = ()
+    early_evidence: float = -np.inf
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -99,7 +99,7 @@ def null_hypothesis(
     return Hypothesis((), problem, *fit_alone(problem))
 
 
-def with_errors(exact: Hypothesis, errors: ModalErrors, rival: Sequence[float] = ()) -> Hypothesis:
+def with_errors(exact: Hypothesis, errors: ModalErrors, rival: float = -np.inf) -> Hypothesis:
     """Fit a hypothesis once more, with a model error.
 
     Errors begin at zero, where the exact model follows the data best on a logarithmic scale: a fit
@@ -112,7 +112,7 @@ def with_errors(exact: Hypothesis, errors: ModalErrors, rival: Sequence[float] =
     errors
         The errors.
     rival
-        Stages of another hypothesis; where this one stays far behind it is left as it is.
+        Early evidence of another hypothesis; where this one stays far behind it is left as it is.
     """
     before = exact.problem
     problem = Problem(before.experiment.with_errors(errors), before.data, baseline=before.baseline)
@@ -175,10 +175,10 @@ def extended(pairs: Sequence[Pair], tick: Callable[[], None]) -> list[Hypothesis
     return finite(fitted(candidate) for candidate in scanned(pairs, tick))
 
 
-def stages_of_best(hypotheses: Sequence[Hypothesis]) -> tuple[float, ...]:
-    """Stages of the hypothesis of the greatest evidence."""
+def early_evidence_of_best(hypotheses: Sequence[Hypothesis]) -> float:
+    """Early evidence of the hypothesis of the greatest evidence; without any, nothing is less."""
     best = max(hypotheses, key=lambda hypothesis: hypothesis.fit.log_evidence, default=None)
-    return () if best is None else best.stages
+    return -np.inf if best is None else best.early_evidence
 
 
 def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
@@ -201,7 +201,7 @@ def _compiled_ahead(pool: ThreadPoolExecutor, pairs: Iterable[Pair]) -> Iterator
     yield from waiting
 
 
-def fitted(candidate: ScannedCandidate, rival: Sequence[float] = ()) -> Hypothesis:
+def fitted(candidate: ScannedCandidate, rival: float = -np.inf) -> Hypothesis:
     """Fit a candidate that was scanned; with model error, see `with_errors`."""
     base, effect, problem, scan = candidate
     weak = _weak_start(effect, problem, base.fit.point)

@@ -133,6 +133,12 @@ def passes(hypothesis: Hypothesis, level: float) -> bool:
     return is_noise_known(hypothesis) and not p_value(hypothesis) < level
 
 
+def wants_more_effects(comparison: Comparison, depth: int, level: float) -> bool:
+    """Whether the best hypothesis has so many effects and still fails its check."""
+    best = comparison.best()
+    return len(best.effects) >= depth and not passes(best, level)
+
+
 def p_value(hypothesis: Hypothesis) -> float:
     """Probability that a correct model has at least as large a sum of squares.
 

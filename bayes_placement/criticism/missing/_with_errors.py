@@ -1,8 +1,10 @@
 """The same hypotheses with and without model error: which of the two the data ask for."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..._types import Progress
 from ...effects.effect import Effect
@@ -12,11 +14,9 @@ from ...experiment.noise import Data
 from ...inference.residuals import State
 from ._before_and_after import compared_with_baseline, fitted_baseline, state_of
 from ._held_out import held_out
-from ._hypotheses import Hypothesis, finite, null_hypothesis, stages_of_best, with_errors
-from ._posterior_odds import Comparison, passes, steps_to
-from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, one_more_effect, single_effects
-
-Tick = Callable[[], None]
+from ._hypotheses import Hypothesis, early_evidence_of_best, finite, null_hypothesis, with_errors
+from ._posterior_odds import Comparison, passes, steps_to, wants_more_effects
+from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, Tick, one_more_effect, single_effects
 
 
 class Question(NamedTuple):
@@ -71,7 +71,7 @@ class Answer(NamedTuple):
     Parameters
     ----------
     null
-        The model as given, exact.
+        The model as given, exact; with an earlier state, the model of that one alone.
     comparison
         Those of the world, exact or with model error, that the data ask for.
     exact
@@ -130,7 +130,7 @@ def answered(question: Question, tick: Tick, baseline: Measurements | None = Non
     return Answer(null, erroneous, exact)
 
 
-def ticks(progress: Progress, count: int, share: tuple[float, float]) -> Callable[[], None]:
+def ticks(progress: Progress, count: int, share: tuple[float, float]) -> Tick:
     """Report one of several equal parts of a share of the work at each call."""
     done = 0
 
@@ -172,8 +172,7 @@ def _deepened(
     question: Question, comparison: Comparison, breadth: Breadth, tick: Tick
 ) -> Comparison:
     for depth in range(1, question.most_effects):
-        best = comparison.best()
-        if passes(best, question.level) or len(best.effects) < depth:
+        if not wants_more_effects(comparison, depth, question.level):
             break
         comparison = one_more_effect(comparison, depth, tick, breadth)
     return comparison
@@ -183,8 +182,7 @@ def _deepened_with_errors(question: Question, exact: Comparison, tick: Tick) -> 
     assert question.errors is not None
     comparison = _refitted(exact, _best_variants(exact.hypotheses), question.errors, tick)
     for depth in range(1, question.most_effects):
-        best = comparison.best()
-        if passes(best, question.level) or len(best.effects) < depth:
+        if not wants_more_effects(comparison, depth, question.level):
             break
         branches = [h for h in comparison.distinct() if len(h.effects) == depth]
         kinds = {hypothesis.kinds for hypothesis in branches[: NARROW.branches]}
@@ -216,7 +214,7 @@ def _refitted(
     refitted: list[Hypothesis] = []
     for hypothesis in sorted(hypotheses, key=lambda exact: exact.fit.log_evidence, reverse=True):
         # What all others are compared with is never given up.
-        rival = stages_of_best(refitted) if hypothesis.effects else ()
+        rival = early_evidence_of_best(refitted) if hypothesis.effects else -np.inf
         refitted.append(with_errors(hypothesis, errors, rival))
         tick()
     # The model as given stands first, as everywhere.

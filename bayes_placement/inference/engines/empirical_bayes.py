@@ -26,7 +26,8 @@ SOFTENING = (0.3, 0.1, 0.03, 0.01)
 bandwidth leaves the plain residual flat."""
 
 FAR_BEHIND = 0.1
-"""Log evidence a datum behind a rival at which a fit is given up: later steps never gained it."""
+"""Log evidence a datum behind a rival at which a fit is given up: a rule of the search, no bound.
+It is asked only once the sizes have followed the data; before, fits that end well lie farther."""
 
 SOFT_STEPS, FOLLOWED = 8, 2
 """Steps with each of these, and descents that are followed to the next."""
@@ -85,21 +86,21 @@ class Sized(Generic[Kind]):
         Its fit; the evidence is that of the model with unknown sizes.
     deviations
         Standard deviation of the log of each size, by name.
-    stages
-        Log evidence after each softening, and after the first steps without.
+    early_evidence
+        Log evidence after the first steps without softening, by which fits are given up.
     """
 
     problem: Kind
     fit: Fit
     deviations: dict[str, float]
-    stages: tuple[float, ...]
+    early_evidence: float
 
 
 def fitted_with_sizes(
     problem: Kind,
     starts: Points,
     softening: Sequence[float] = SOFTENING,
-    rival: Sequence[float] = (),
+    rival: float = -np.inf,
 ) -> Sized[Kind]:
     """Best fit from some starts, errors having the sizes of greatest evidence.
 
@@ -112,30 +113,26 @@ def fitted_with_sizes(
     softening
         Relative errors that FRFs have besides, one after the other, before they have none.
     rival
-        Stages of another fit by the same softening. A fit that stays far behind them is given up.
+        Early evidence of another fit. A fit that is far behind it is given up.
     """
-    stages: list[float] = []
     for relative_error in softening:
         ends, fit = _fit(problem, starts, relative_error, SOFT_STEPS)
-        stages.append(fit.log_evidence)
         problem, (starts,) = _at_better_sizes(problem, fit, (ends[:FOLLOWED],))
-    return _settled(problem, starts, stages, rival)
+    return _settled(problem, starts, rival - FAR_BEHIND * problem.count)
 
 
-def _settled(
-    problem: Kind, starts: Points, stages: list[float], rival: Sequence[float]
-) -> Sized[Kind]:
-    """Estimate the sizes until the evidence no longer grows, or stays far behind."""
+def _settled(problem: Kind, starts: Points, least: float) -> Sized[Kind]:
+    """Estimate the sizes until the evidence no longer grows, unless it begins below the least."""
     ends, fit = _fit(problem, starts, steps=SOFT_STEPS)
-    stages.append(fit.log_evidence)
-    if _is_far_behind(stages, rival, problem.count):
-        return _sized(problem, fit, stages)
+    early = fit.log_evidence
+    if early < least:
+        return _sized(problem, fit, early)
     _, fit = _fit(problem, ends)
-    best = _sized(problem, fit, stages)
+    best = _sized(problem, fit, early)
     for _ in range(ROUNDS if problem.unknown_sizes else 0):
         problem, (point,) = _at_better_sizes(problem, fit, (fit.point,))
         _, fit = _fit(problem, point[None])
-        sized = _sized(problem, fit, stages)
+        sized = _sized(problem, fit, early)
         gain = sized.fit.log_evidence - best.fit.log_evidence
         best = sized if gain > 0 else best
         if gain < SETTLED:
@@ -143,15 +140,9 @@ def _settled(
     return best
 
 
-def _is_far_behind(stages: Sequence[float], rival: Sequence[float], count: int) -> bool:
-    """Whether the evidence of the last stage is too small to catch up."""
-    number = len(stages) - 1
-    return number < len(rival) and stages[number] < rival[number] - FAR_BEHIND * count
-
-
-def _sized(problem: Kind, fit: Fit, stages: Sequence[float]) -> Sized[Kind]:
+def _sized(problem: Kind, fit: Fit, early_evidence: float) -> Sized[Kind]:
     fit, deviations = _integrated(problem, fit)
-    return Sized(problem, fit, deviations, tuple(stages))
+    return Sized(problem, fit, deviations, early_evidence)
 
 
 def _at_better_sizes(

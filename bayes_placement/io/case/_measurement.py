@@ -12,7 +12,7 @@ from ...experiment.noise import Noise
 from ...experiment.quantities import QUANTITIES
 from ...positions.channel import Channel
 from .. import uff
-from ._file_names import baseline_files
+from ._baseline_files import baseline_files
 from ._json_fields import (
     CaseError,
     FieldRule,
