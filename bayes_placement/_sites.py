@@ -234,7 +234,10 @@ def described(prior: Distribution) -> str:
 
 
 def reach(prior: Distribution) -> tuple[float, float]:
-    """Least and greatest value of a prior, tails of a probability of 1e-6 left out."""
+    """Least and greatest value of a prior, tails of a probability of 1e-6 left out.
+
+    Infinite where they are not known, for want of a quantile function.
+    """
     if isinstance(prior, Delta):
         return float(np.min(prior.v)), float(np.max(prior.v))
     if isinstance(prior, Uniform | LogUniform):
@@ -252,7 +255,7 @@ def reach(prior: Distribution) -> tuple[float, float]:
 def _quantile(prior: Distribution, probability: float, unknown: float) -> float:
     try:
         return float(np.asarray(prior.icdf(probability)).flat[0])
-    except NotImplementedError:
+    except (NotImplementedError, ImportError):  # some inverses need TensorFlow
         return unknown
 
 

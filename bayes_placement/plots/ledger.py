@@ -54,7 +54,8 @@ SMALLEST = 1e-3
 """Probability below which no digits are shown."""
 
 _SCORE = "size of score"
-_WITHOUT_PLACE = ("misplaced_sensor",)  # the numbers of its score are shifts
+# The numbers of their scores are shifts.
+_WITHOUT_PLACE = ("misplaced_sensor", "misplaced_actuator")
 _RIGHT_OF: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
 _CENTRED: dict[str, Any] = {
     "xycoords": ("axes fraction", "data"),

@@ -19,6 +19,9 @@ from .bounds import (
 from .places import AtNode, Cartesian, Place, Position
 from .tolerances import Tolerance
 
+SINGLE_PRECISION = 1e-6
+"""Rounding of single precision, over the extent of a structure."""
+
 At: TypeAlias = Position | Tolerance | tuple[Parameter, ...] | list[Parameter]
 """A position as a user may write it: one or three numbers, a distribution, place or tolerance."""
 
@@ -110,7 +113,10 @@ def _may_lie_between(value: Any, low: Any, high: Any, margin: Any) -> bool:
         if any(isinstance(limit, jax.core.Tracer) for limit in limits):
             return True
         first, last = reach(value)
-        return bool(low - margin <= first and last <= high + margin)
+        # Meshes and bounds of transforms come in single precision; what is not known may be inside.
+        rounding = max(margin, SINGLE_PRECISION * float(high - low))
+        starts_inside = np.isinf(first) or low - rounding <= first
+        return bool(starts_inside and (np.isinf(last) or last <= high + rounding))
     return not isinstance(value, int | float) or bool(low - margin <= value <= high + margin)
 
 

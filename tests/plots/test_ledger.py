@@ -216,6 +216,15 @@ def test_one_legend_stands_above_the_panels(name):
     assert len(labels(figure)) == len(set(labels(figure))) >= 2
 
 
+@pytest.mark.parametrize("kind", ["misplaced_sensor", "misplaced_actuator"])
+def test_a_shift_is_no_place(kind):
+    shifted = scores().replace({"kind": {"misplaced_sensor": kind}})
+    mapped = ledger_plots.suspicion(replace(ranking(), suspicion=shifted)).axes[0]
+    row = names(mapped).index(kind)
+    strips = {round(mesh.get_coordinates()[0, 0, 1] + 0.4) for mesh in mapped.collections}
+    assert row not in strips
+
+
 def test_the_map_shows_the_greatest_score_at_each_place():
     mapped = ledger_plots.suspicion(ranking()).axes[0]
     assert names(mapped) == ["gain_error", "ground_spring", "misplaced_sensor", "point_mass"]

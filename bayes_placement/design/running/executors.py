@@ -92,8 +92,10 @@ class WorkerProcesses(Executor):
             initargs=(_warning_filters(),),
         )
         # Libraries read their number of threads when they are imported, before any initializer.
+        # Each submission starts one process, as long as none is idle: they take long to start.
         with _environment(_thread_limits(self._count)):
-            pool.submit(os.getpid)  # starts all processes
+            for _ in range(self._count):
+                pool.submit(os.getpid)
         return pool
 
 
