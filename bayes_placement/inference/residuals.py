@@ -203,7 +203,11 @@ class _Part:
         """Residuals [point, datum] and sums of logs [point]."""
         mine = points if self.is_all else points[:, self.columns]
         width = self.size - len(self.columns)
-        return self.bound(jnp.pad(mine, ((0, 0), (0, width))) if width else mine, logarithmic)
+        if not width:
+            return self.bound(mine, logarithmic)
+        # By itself, JAX's padding takes as long as the residuals of a small model.
+        pad = np.pad if isinstance(points, np.ndarray) else jnp.pad
+        return self.bound(pad(mine, ((0, 0), (0, width))), logarithmic)
 
     def prepare(self) -> None:
         """Compile them, unless that is done. Any thread may."""

@@ -5,7 +5,6 @@ corrected from where it was.
 """
 
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 
@@ -58,7 +57,7 @@ def _evidence_ratio(hypothesis: Hypothesis, held: np.ndarray) -> float:
     Errors of what is held out go back to their prior, much farther than slopes hold.
     """
     problem, fit = hypothesis.problem, hypothesis.fit
-    training = partial(problem.squares.normal_equations, weight=(~held).astype(float))
+    training = problem.squares.objective(weight=(~held).astype(float))
     _, normal = minimise(training, fit.point[None], steps=2 * STEPS)
     log_evidence = -normal.cost[0] - 0.5 * np.linalg.slogdet(normal.curvature[0])[1]
     _, log_scale = problem.squares.residuals(fit.point[None])
@@ -70,7 +69,7 @@ def _evidence_ratio(hypothesis: Hypothesis, held: np.ndarray) -> float:
 
 def _score(hypothesis: Hypothesis, held: np.ndarray) -> float:
     problem = hypothesis.problem
-    training = partial(problem.squares.normal_equations, weight=(~held).astype(float))
+    training = problem.squares.objective(weight=(~held).astype(float))
     point, normal = minimise(training, hypothesis.fit.point[None], steps=STEPS)
     residual, spread, slopes, _ = problem.squares.jacobian(point)
     error, slope = residual[0][held], slopes[0][:, held]

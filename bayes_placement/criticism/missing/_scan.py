@@ -1,7 +1,6 @@
 """Best fits from many starts: an effect is scanned through its prior first."""
 
 import itertools
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -124,14 +123,13 @@ def others(problem: Problem, names: list[str]) -> np.ndarray:
 
 
 def _followed(problem: Problem, starts: np.ndarray) -> Fit:
-    ends, final = minimise(problem.squares.normal_equations, starts, steps=40)
+    ends, final = minimise(problem.squares.objective(), starts, steps=40)
     return best_fit(ends, final, problem.count)
 
 
 def _near(problem: Problem, points: np.ndarray) -> np.ndarray:
     """The best ends of descents along logarithmic residuals."""
-    equations = partial(problem.squares.normal_equations, logarithmic=True)
-    ends, normal = minimise(equations, points, steps=10)
+    ends, normal = minimise(problem.squares.objective(logarithmic=True), points, steps=10)
     return ends[np.argsort(np.nan_to_num(normal.cost, nan=np.inf))[:FINISHED]]
 
 

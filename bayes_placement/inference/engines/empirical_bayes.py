@@ -6,7 +6,6 @@ sizes of zero and means nothing; the evidence as a function of the sizes has a m
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
@@ -158,9 +157,8 @@ def _fit(
     problem: Hierarchy, starts: Points, relative_error: float = 0.0, steps: int = STEPS
 ) -> tuple[Points, Fit]:
     """Final points of the descents, the best first, and the best fit."""
-    weight = problem.weight(relative_error)
-    equations = partial(problem.squares.normal_equations, weight=weight)
-    ends, normal = minimise(equations, starts, steps=steps)
+    objective = problem.squares.objective(weight=problem.weight(relative_error))
+    ends, normal = minimise(objective, starts, steps=steps)
     order = np.argsort(np.nan_to_num(normal.cost, nan=np.inf))
     return ends[order], best_fit(ends, normal, problem.count)
 

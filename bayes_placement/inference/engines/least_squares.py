@@ -126,19 +126,17 @@ class LeastSquares:
             widening=along.widening[:, groups.group] * self._changes[1],
         )
 
-    def normal_equations(
+    def objective(
         self,
-        points: Points,
+        *,
         logarithmic: bool = False,
         weight: np.ndarray | None = None,
         prior: Callable[[Points], Terms] | None = None,
-    ) -> NormalEquations:
-        """Normal equations at points.
+    ) -> "SquaresAndPrior":
+        """Return what a descent makes small.
 
         Parameters
         ----------
-        points
-            Points [point, unknown].
         logarithmic
             Of logarithmic residuals.
         weight
@@ -146,18 +144,8 @@ class LeastSquares:
         prior
             Prior at points; standard normal by default.
         """
-        residual, log_scale, slopes, widening = self.jacobian(points, logarithmic)
-        if weight is not None:
-            residual, slopes = residual * weight, slopes * weight
-        squares = np.einsum("bn,bn->b", residual, residual)
-        # Fisher's information: unknown noise counts twice, once in the slopes.
-        of_scale = widening[:, :, None] * widening[:, None, :] / self.count
-        terms = (standard_normal if prior is None else prior)(points)
-        return NormalEquations(
-            0.5 * squares + log_scale + terms.cost,
-            np.einsum("bin,bn->bi", slopes, residual) + widening + terms.gradient,
-            slopes @ slopes.transpose(0, 2, 1) + of_scale + terms.curvature,
-            squares,
+        return SquaresAndPrior(
+            self, logarithmic, weight, standard_normal if prior is None else prior
         )
 
     @property
@@ -206,6 +194,53 @@ class LeastSquares:
             (residual[:, 1:] - residual[:, :1]) / STEP,
             (log_scale[:, 1:] - log_scale[:, :1]) / STEP,
         )
+
+
+class SquaresAndPrior(NamedTuple):
+    """Half a sum of squares, logs of standard deviations and a prior: what a descent makes small.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    logarithmic
+        Whether residuals are logarithmic.
+    weight
+        Weight of each datum; None where all count alike.
+    prior
+        Minus log prior density at points, its gradient and its curvature.
+    """
+
+    problem: LeastSquares
+    logarithmic: bool
+    weight: np.ndarray | None
+    prior: Callable[[Points], Terms]
+
+    def cost(self, points: Points) -> np.ndarray:
+        """Minus log posterior density at points [point]; it takes no slopes."""
+        residual, log_scale = self.problem.residuals(points, self.logarithmic)
+        return self._cost(points, self._weighted(residual), log_scale)
+
+    def normal_equations(self, points: Points) -> NormalEquations:
+        """Normal equations at points."""
+        residual, log_scale, slopes, widening = self.problem.jacobian(points, self.logarithmic)
+        residual, slopes = self._weighted(residual), self._weighted(slopes)
+        # Fisher's information: unknown noise counts twice, once in the slopes.
+        of_scale = widening[:, :, None] * widening[:, None, :] / self.problem.count
+        prior = self.prior(points)
+        return NormalEquations(
+            self._cost(points, residual, log_scale),
+            np.einsum("bin,bn->bi", slopes, residual) + widening + prior.gradient,
+            slopes @ slopes.transpose(0, 2, 1) + of_scale + prior.curvature,
+            np.einsum("bn,bn->b", residual, residual),
+        )
+
+    def _weighted(self, values: np.ndarray) -> np.ndarray:
+        return values if self.weight is None else values * self.weight
+
+    def _cost(self, points: Points, residual: np.ndarray, log_scale: np.ndarray) -> np.ndarray:
+        squares = np.einsum("bn,bn->b", residual, residual)
+        return 0.5 * squares + log_scale + self.prior(points).cost
 
 
 def standard_normal(points: Points) -> Terms:

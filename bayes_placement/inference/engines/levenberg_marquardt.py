@@ -1,7 +1,6 @@
 """Least squares by Levenberg's and Marquardt's method from many starts at once."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from scipy.stats import norm, qmc
@@ -33,6 +32,17 @@ prior has a curvature of 1, however large that of others is."""
 
 SAME_MODE = 0.5
 """Difference of log density below which two descents end at the same mode."""
+
+
+@runtime_checkable
+class Objective(Protocol):
+    """What a descent makes small."""
+
+    def cost(self, points: Points) -> np.ndarray:
+        """Minus log posterior density at points [point]."""
+
+    def normal_equations(self, points: Points) -> NormalEquations:
+        """The same, its gradient and positive definite curvature, and the sum of squares."""
 
 
 class Fit(NamedTuple):
@@ -78,7 +88,7 @@ def sobol_starts(dimension: int, count: int, seed: int) -> Points:
 
 
 def minimise(
-    normal_equations: Callable[[Points], NormalEquations],
+    objective: Objective,
     starts: Points,
     *,
     steps: int,
@@ -88,12 +98,13 @@ def minimise(
 ) -> tuple[Points, NormalEquations]:
     """Final points of the descents from all starts, and the normal equations at these.
 
-    Each descent has its own damping; converged descents are no longer evaluated.
+    Each descent has its own damping; converged descents are no longer evaluated. Slopes are taken
+    where a step is accepted, since two steps of five are not.
 
     Parameters
     ----------
-    normal_equations
-        Cost, gradient and positive definite curvature at points.
+    objective
+        What is made small.
     starts
         Starts [start, unknown].
     steps
@@ -106,7 +117,7 @@ def minimise(
         Damping above which a descent whose step was rejected ends.
     """
     points = starts.copy()
-    normal = NormalEquations(*(np.array(array) for array in normal_equations(points)))
+    normal = NormalEquations(*(np.array(array) for array in objective.normal_equations(points)))
     damping = np.full(len(points), 1e-3)
     active = np.ones(len(points), dtype=bool)
     for _ in range(steps):
@@ -114,14 +125,15 @@ def minimise(
         near = NormalEquations(*(array[rows] for array in normal))
         step = _steps(near, damping[rows], *_limits(points[rows], largest))
         trial = points[rows] + step
-        trial_normal = normal_equations(trial)
+        trial_cost = np.nan_to_num(objective.cost(trial), nan=np.inf)
         cost = np.nan_to_num(normal.cost[rows], nan=np.inf)
-        accepted = np.nan_to_num(trial_normal.cost, nan=np.inf) < cost
-        decrease = np.where(accepted, cost - trial_normal.cost, 0.0)
+        accepted = trial_cost < cost
+        decrease = np.where(accepted, cost - trial_cost, 0.0)
         predicted = _predicted_decrease(near, step)
-        points[rows[accepted]] = trial[accepted]
-        for array, trial_array in zip(normal, trial_normal, strict=True):
-            array[rows[accepted]] = trial_array[accepted]
+        if accepted.any():
+            points[rows[accepted]] = trial[accepted]
+            for array, new in zip(normal, objective.normal_equations(trial[accepted]), strict=True):
+                array[rows[accepted]] = new
         damping[rows] = np.clip(damping[rows] * _change_of_damping(decrease, predicted), 1e-9, 1e12)
         active[rows] = ~(
             (accepted & (decrease < gain)) | (~accepted & (damping[rows] > most_damping))

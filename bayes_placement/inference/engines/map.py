@@ -16,13 +16,11 @@ from ..weights import GOOD_PARETO_K, pareto_k
 from .empirical_bayes import Hierarchy
 from .engine import Engine, EngineDraws, PosteriorDensity
 from .laplace import laplace
-from .least_squares import NormalEquations, Points, Terms
-from .levenberg_marquardt import LARGEST, minimise
+from .least_squares import NormalEquations, Points, SquaresAndPrior, Terms
+from .levenberg_marquardt import LARGEST, Objective, minimise
 from .mode_with_sizes import mode_with_sizes
 
-Objective = Callable[[PosteriorDensity, Any], Any]
-Derivatives = Callable[[Points], Terms]
-Equations = Callable[..., NormalEquations]
+Cost = Callable[[PosteriorDensity, Any], Any]
 
 SEARCHES = ("gradient", "evolutionary")
 
@@ -149,11 +147,10 @@ def _descend(posterior: PosteriorDensity, starts: Points) -> tuple[Points, Point
     values is greatest at the edge of a prior, and leads near to it.
     """
     largest = np.maximum(LARGEST, 3 * np.abs(starts).max(axis=0))
-    over_vector, over_values = _equations(posterior)
+    over_vector, over_values = _objectives(posterior)
     descend = partial(minimise, largest=largest, most_damping=MOST_DAMPING)
-    if posterior.least_squares() is not None:
-        logarithmic = partial(over_vector, logarithmic=True)
-        starts, _ = descend(logarithmic, starts, steps=NEAR)
+    if isinstance(over_vector, SquaresAndPrior):
+        starts, _ = descend(over_vector._replace(logarithmic=True), starts, steps=NEAR)
     near, _ = descend(over_vector, starts, steps=STEPS)
     ends, final = descend(over_values, near, steps=STEPS, gain=GAIN)
     finite = np.isfinite(final.cost)
@@ -165,32 +162,52 @@ def _descend(posterior: PosteriorDensity, starts: Points) -> tuple[Points, Point
     return near[finite], ends[finite], final.cost[finite]
 
 
-def _equations(posterior: PosteriorDensity) -> tuple[Equations, Equations]:
-    """Normal equations of the density over the flat vector, and of that of the named values."""
-    priors = [_derivatives(cost, posterior) for cost in (_vector_prior_cost, _prior_cost)]
+def _objectives(posterior: PosteriorDensity) -> tuple[Objective, Objective]:
+    """Minus log density over the flat vector, and that of the named values."""
+    priors = [_Smooth(posterior, cost) for cost in (_vector_prior_cost, _prior_cost)]
     problem = posterior.least_squares()
     if problem is not None:
-        first, second = (
-            partial(problem.normal_equations, prior=partial(_convex, prior)) for prior in priors
-        )
+        first, second = (problem.objective(prior=prior.convex) for prior in priors)
         return first, second
-    likelihood = _derivatives(_likelihood_cost, posterior)
-    first, second = (partial(_newton, likelihood, prior) for prior in priors)
-    return first, second
+    return _Newton(posterior, _vector_cost), _Newton(posterior, _cost)
 
 
-def _convex(prior: Derivatives, points: Points) -> Terms:
-    terms = prior(points)
-    return terms._replace(curvature=_positive(terms.curvature))
+class _Smooth:
+    """A function of the flat vector with its derivatives, at points.
+
+    Parameters
+    ----------
+    posterior
+        The posterior.
+    function
+        The function.
+    """
+
+    def __init__(self, posterior: PosteriorDensity, function: Cost):
+        self._value = compiled(_value).bound(function, posterior)
+        self._expansion = compiled(_expansion).bound(function, posterior)
+
+    def cost(self, points: Points) -> np.ndarray:
+        """Its value [point]."""
+        return np.array([float(self._value(point)) for point in points])
+
+    def terms(self, points: Points) -> Terms:
+        """Its value, gradient and Hessian."""
+        parts = zip(*(jax.device_get(self._expansion(point)) for point in points), strict=True)
+        return Terms(*(np.stack(part) for part in parts))
+
+    def convex(self, points: Points) -> Terms:
+        """The same, with the eigenvalues of the Hessian made positive."""
+        terms = self.terms(points)
+        return terms._replace(curvature=_positive(terms.curvature))
 
 
-def _newton(likelihood: Derivatives, prior: Derivatives, points: Points) -> NormalEquations:
+class _Newton(_Smooth):
     """Newton's equations, with the eigenvalues of the Hessian made positive."""
-    cost, gradient, hessian = (
-        of_likelihood + of_prior
-        for of_likelihood, of_prior in zip(likelihood(points), prior(points), strict=True)
-    )
-    return NormalEquations(cost, gradient, _positive(hessian), np.zeros(len(points)))
+
+    def normal_equations(self, points: Points) -> NormalEquations:
+        """Normal equations at points; there are no squares."""
+        return NormalEquations(*self.convex(points), np.zeros(len(points)))
 
 
 def _prior_cost(posterior: PosteriorDensity, flat: Any) -> Any:
@@ -203,8 +220,9 @@ def _vector_prior_cost(posterior: PosteriorDensity, flat: Any) -> Any:
     return -posterior.log_prior(flat)
 
 
-def _likelihood_cost(posterior: PosteriorDensity, flat: Any) -> Any:
-    return -posterior.log_likelihood(flat)
+def _vector_cost(posterior: PosteriorDensity, flat: Any) -> Any:
+    """Minus log posterior density over the flat vector."""
+    return -_height(posterior, flat)
 
 
 def _cost(posterior: PosteriorDensity, flat: Any) -> Any:
@@ -234,7 +252,7 @@ def _curvature_over_vector(posterior: PosteriorDensity, flat: Any) -> Any:
     return -_expansion(_height, posterior, flat)[2]
 
 
-def _expansion(function: Objective, posterior: PosteriorDensity, flat: Any) -> Any:
+def _expansion(function: Cost, posterior: PosteriorDensity, flat: Any) -> Any:
     """Value, gradient and Hessian of a function at a point."""
 
     def at(flat: Any) -> Any:
@@ -243,15 +261,8 @@ def _expansion(function: Objective, posterior: PosteriorDensity, flat: Any) -> A
     return (*jax.value_and_grad(at)(flat), jax.hessian(at)(flat))
 
 
-def _derivatives(function: Objective, posterior: PosteriorDensity) -> Derivatives:
-    """Value, gradient and Hessian of a function at points."""
-    at = compiled(_expansion).bound(function, posterior)
-
-    def derivatives(points: Points) -> Terms:
-        parts = zip(*(jax.device_get(at(point)) for point in points), strict=True)
-        return Terms(*(np.stack(part) for part in parts))
-
-    return derivatives
+def _value(function: Cost, posterior: PosteriorDensity, flat: Any) -> Any:
+    return function(posterior, flat)
 
 
 def _positive(hessian: np.ndarray) -> np.ndarray:

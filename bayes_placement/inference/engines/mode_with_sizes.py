@@ -63,9 +63,9 @@ def _near(problem: Hierarchy, starts: np.ndarray) -> np.ndarray:
 
     They go along logarithmic residuals first, which find resonances from afar.
     """
-    equations = problem.squares.normal_equations
-    starts, _ = minimise(partial(equations, logarithmic=True), starts, steps=NEAR)
-    ends, normal = minimise(equations, starts, steps=STEPS)
+    squares = problem.squares
+    starts, _ = minimise(squares.objective(logarithmic=True), starts, steps=NEAR)
+    ends, normal = minimise(squares.objective(), starts, steps=STEPS)
     return ends[np.argsort(np.nan_to_num(normal.cost, nan=np.inf))[:FOLLOWED]]
 
 

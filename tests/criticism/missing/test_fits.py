@@ -34,7 +34,7 @@ def test_every_start_finds_the_truth(null):
 
 def test_the_fit_is_where_another_optimiser_ends(null):
     def cost(point):
-        return float(null.problem.squares.normal_equations(point[None]).cost[0])
+        return float(null.problem.squares.objective().cost(point[None])[0])
 
     reference = minimize(cost, null.fit.point + 0.02, method="Powell", options={"xtol": 1e-6})
     assert null.fit.cost < reference.fun + 1e-3

@@ -22,7 +22,7 @@ def fitted(model):
         jax.jit(lambda points, _: jax.vmap(model.residual)(points)), model.dimension, model.count
     )
     starts = sobol_starts(problem.dimension, 16, 0)
-    ends, normal = minimise(problem.normal_equations, starts, steps=50)
+    ends, normal = minimise(problem.objective(), starts, steps=50)
     return problem, best_fit(ends, normal, problem.count)
 
 
@@ -148,9 +148,7 @@ def test_data_of_weight_zero_have_no_say(linear):
     model, problem, _ = linear
     weight = np.ones(model.count)
     weight[:15] = 0
-    ends, _ = minimise(
-        lambda points: problem.normal_equations(points, weight=weight), np.zeros((1, 3)), steps=20
-    )
+    ends, _ = minimise(problem.objective(weight=weight), np.zeros((1, 3)), steps=20)
     kept = Linear()
     kept.matrix, kept.y, kept.count = model.matrix[15:], model.y[15:], model.count - 15
     np.testing.assert_allclose(ends[0], kept.posterior()[0], atol=1e-5)
