@@ -274,7 +274,9 @@ def _residual(known: Experiment, data: Data, logarithmic: Any) -> tuple[Array, A
     plain, log_scale = standardised(distribution, data)
     if not isinstance(known.observe, Complex):
         return plain, log_scale
-    return jnp.where(logarithmic, _logarithmic(frf, data), plain), log_scale
+    # A logarithm and an angle take longer than the FRF: they are computed where they are asked for.
+    chosen = jax.lax.cond(logarithmic, lambda: _logarithmic(frf, data), lambda: plain)
+    return chosen, log_scale
 
 
 def standardised(distribution: Any, data: Data) -> tuple[Array, Array]:

@@ -5,6 +5,7 @@ All that is unknown is shared, model error included: what the model does not kno
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -104,10 +105,10 @@ def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
     point = np.zeros(problem.dimension)
     for name, place in before.problem.coordinates.places.items():
         point[problem.coordinates.places[name]] = before.fit.point[place]
-    return before._replace(problem=problem, fit=before.fit._replace(point=point))
+    return replace(before, problem=problem, fit=before.fit._replace(point=point))
 
 
 def _refitted(unchanged: Hypothesis, rival: float) -> Hypothesis:
     """Nothing is new: the model fitted to both states."""
     sized = fitted_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:], rival)
-    return unchanged._replace(**vars(sized))
+    return replace(unchanged, **vars(sized))

@@ -3,6 +3,7 @@
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -33,7 +34,8 @@ AHEAD = 2
 """Problems that are compiled while one is fitted."""
 
 
-class Hypothesis(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
     """An experiment with none, one or several effects, fitted.
 
     Parameters
@@ -59,9 +61,9 @@ class Hypothesis(NamedTuple):
     effects: tuple[Effect, ...]
     problem: Problem
     fit: Fit
-    near: np.ndarray = np.zeros((0, 0))
+    near: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     scan: Scan | None = None
-    deviations: Mapping[str, float] = MappingProxyType({})
+    deviations: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     has_errors: bool = False
     early_evidence: float = -np.inf
 
@@ -119,7 +121,7 @@ def with_errors(exact: Hypothesis, errors: ModalErrors, rival: float = -np.inf) 
     starts = np.zeros((len(exact.near), problem.dimension))
     starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
     sized = fitted_with_sizes(problem, starts, rival=rival)
-    return exact._replace(**vars(sized), has_errors=True)
+    return replace(exact, **vars(sized), has_errors=True)
 
 
 class ScannedCandidate(NamedTuple):
@@ -210,7 +212,7 @@ def fitted(candidate: ScannedCandidate, rival: float = -np.inf) -> Hypothesis:
         return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]), scan)
     starts = np.concatenate([best_places(scan)[:PLACES_WITH_ERRORS], weak[None]])
     sized = fitted_with_sizes(problem, starts, SOFTENING[-2:], rival)
-    return base._replace(effects=effects, scan=scan, **vars(sized))
+    return replace(base, effects=effects, scan=scan, **vars(sized))
 
 
 def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarray:
@@ -218,8 +220,8 @@ def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarra
     start, fields = np.zeros(problem.dimension), fields_of(effect, problem)
     rest = others(problem, list(fields))
     start[rest] = carried_over(base, rest)
-    for name, field in fields.items():
-        if field == effect.absent[0]:
+    for name, word in fields.items():
+        if word == effect.absent[0]:
             start[problem.coordinates.places[name]] = weakest(effect, problem, name)
     return start
 
@@ -234,18 +236,18 @@ def weakest(effect: Effect, problem: Problem, name: str) -> float:
     return float(WEAKEST[int(np.argmin(distance))])
 
 
-def _counts(effect: Effect, field: dict[str, str], problem: Problem) -> dict[str, int]:
+def _counts(effect: Effect, fields: dict[str, str], problem: Problem) -> dict[str, int]:
     """Number of points along each unknown of an effect."""
-    sized = {name: problem.coordinates.places[name] for name in field}
-    coordinates = sum(word in effect.place_fields for word in field.values())
+    sized = {name: problem.coordinates.places[name] for name in fields}
+    coordinates = sum(word in effect.place_fields for word in fields.values())
 
     def count(name: str) -> int:
         if sized[name].stop - sized[name].start > 1:
             return 1
-        if field[name] in effect.place_fields:
+        if fields[name] in effect.place_fields:
             return PLACES if coordinates == 1 else PLACES_ACROSS
-        if field[name] == effect.absent[0]:
+        if fields[name] == effect.absent[0]:
             return STRENGTHS if coordinates else 4 * STRENGTHS
         return SETTINGS if coordinates else MORE_SETTINGS
 
-    return {name: count(name) for name in field}
+    return {name: count(name) for name in fields}

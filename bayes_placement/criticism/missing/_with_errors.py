@@ -15,7 +15,13 @@ from ...inference.residuals import State
 from ._before_and_after import compared_with_baseline, fitted_baseline, state_of
 from ._held_out import held_out
 from ._hypotheses import Hypothesis, early_evidence_of_best, finite, null_hypothesis, with_errors
-from ._posterior_odds import Comparison, passes, steps_to, wants_more_effects
+from ._posterior_odds import (
+    Comparison,
+    greatest_odds_expected,
+    passes,
+    steps_to,
+    wants_more_effects,
+)
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, Tick, one_more_effect, single_effects
 
 
@@ -95,18 +101,14 @@ class Answer(NamedTuple):
         if not self.comparison.hypotheses[0].has_errors and passes(self.null, level):
             return self.comparison.hypotheses[0]
         best = self.comparison.best()
-        while best.has_errors and best.effects:
-            fewer = self.comparison.of(steps_to(self.comparison, best)[-2])
-            if self._stands_out(best) and held_out(best) > held_out(fewer):
-                break
-            best = fewer
+        while best.has_errors and best.effects and not self._holds(best):
+            best = _with_fewer(self.comparison, best)
         return best
 
-    def _stands_out(self, best: Hypothesis) -> bool:
-        """Whether no other effect explains the data as well; what is new is told by two states."""
-        if self.baseline is not None:
-            return True
-        return not any(kind in best.kinds for kind, _ in self.comparison.confounded())
+    def _holds(self, best: Hypothesis) -> bool:
+        """Whether a claim beside a model error holds; what is new is told by two states."""
+        stands_out = self.baseline is not None or _stands_out(self.comparison, best)
+        return stands_out and _predicts_better(self.comparison, best)
 
 
 def answered(question: Question, tick: Tick, baseline: Measurements | None = None) -> Answer:
@@ -124,8 +126,9 @@ def answered(question: Question, tick: Tick, baseline: Measurements | None = Non
         return Answer(null, exact, exact)
     erroneous = _erroneous(question, exact, tick)
     explained = erroneous is not None and passes(erroneous.best(), question.level)
-    exact = _deepened(question, exact, NARROW if explained else Breadth(), tick)
-    if erroneous is None or _odds(exact) > _odds(erroneous):
+    rival = -np.inf if erroneous is None else _odds(erroneous)
+    exact = _deepened(question, exact, NARROW if explained else Breadth(), rival, tick)
+    if erroneous is None or _odds(exact) > rival:
         return Answer(null, exact, exact)
     return Answer(null, erroneous, exact)
 
@@ -154,6 +157,21 @@ def _answered_by_two_states(question: Question, baseline: Measurements, tick: Ti
     return Answer(unchanged, comparison, comparison, before)
 
 
+def _stands_out(comparison: Comparison, best: Hypothesis) -> bool:
+    """Whether no other effect explains the data as well."""
+    return not any(kind in best.kinds for kind, _ in comparison.confounded())
+
+
+def _predicts_better(comparison: Comparison, best: Hypothesis) -> bool:
+    """Whether a hypothesis predicts held-out data better than the best one of fewer effects."""
+    return held_out(best) > held_out(_with_fewer(comparison, best))
+
+
+def _with_fewer(comparison: Comparison, best: Hypothesis) -> Hypothesis:
+    """The last step on the way to a hypothesis."""
+    return comparison.of(steps_to(comparison, best)[-2])
+
+
 def _odds(comparison: Comparison) -> float:
     return comparison.log_odds(comparison.best())
 
@@ -169,10 +187,14 @@ def _erroneous(question: Question, exact: Comparison, tick: Tick) -> Comparison 
 
 
 def _deepened(
-    question: Question, comparison: Comparison, breadth: Breadth, tick: Tick
+    question: Question, comparison: Comparison, breadth: Breadth, rival: float, tick: Tick
 ) -> Comparison:
+    """Try more effects, while they may reach the odds of a rival."""
     for depth in range(1, question.most_effects):
+        more = question.most_effects - depth
         if not wants_more_effects(comparison, depth, question.level):
+            break
+        if greatest_odds_expected(comparison, depth, more) < rival:
             break
         comparison = one_more_effect(comparison, depth, tick, breadth)
     return comparison
@@ -183,6 +205,10 @@ def _deepened_with_errors(question: Question, exact: Comparison, tick: Tick) -> 
     comparison = _refitted(exact, _best_variants(exact.hypotheses), question.errors, tick)
     for depth in range(1, question.most_effects):
         if not wants_more_effects(comparison, depth, question.level):
+            break
+        # Nothing is built on a claim that does not hold by itself.
+        best = comparison.best()
+        if not (_stands_out(comparison, best) and _predicts_better(comparison, best)):
             break
         branches = [h for h in comparison.distinct() if len(h.effects) == depth]
         kinds = {hypothesis.kinds for hypothesis in branches[: NARROW.branches]}

@@ -16,7 +16,7 @@ from jaxtyping import Array, Float
 
 from ._column_groups import ColumnGroups, column_groups
 
-BATCH = 16
+BATCH = 8
 """Points evaluated together: more cost memory, fewer cost compiled calls."""
 
 STEP = 1e-6

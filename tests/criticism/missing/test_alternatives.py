@@ -1,6 +1,7 @@
 """Alternative explanations: which are kept, with what odds, and their draws."""
 
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from bayes_placement.criticism.missing._posterior_odds import STRONG, Comparison
 from bayes_placement.inference.engines.about_mode import SampledPosterior
 from bayes_placement.inference.engines.laplace import laplace
 from bayes_placement.inference.engines.levenberg_marquardt import Fit
+from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import experiment, measured
 
 MASS, SPRING = effects.point_mass(0.3, 0.1), effects.ground_spring(0.3, 1e5)
@@ -21,7 +23,8 @@ DATA = experiment().data(measured())
 
 def hypothesis(log_evidence, squares, *added):
     """A fit of so many squares over 100 data, of one unknown."""
-    problem = SimpleNamespace(
+    problem = Mock(
+        spec=Problem,
         experiment=experiment(),
         at_fixed_sizes=experiment(),
         data=DATA,

@@ -1,6 +1,7 @@
 """Prior and posterior probabilities of hypotheses against odds by hand."""
 
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -12,11 +13,13 @@ from bayes_placement.criticism.missing._posterior_odds import (
     NOTHING,
     PRIOR_OF_NONE,
     Comparison,
+    greatest_odds_expected,
     p_value,
     steps_to,
 )
 from bayes_placement.inference.engines.laplace import laplace
 from bayes_placement.inference.engines.levenberg_marquardt import Fit
+from bayes_placement.inference.residuals import Problem
 
 COUNT = 1000
 
@@ -34,7 +37,7 @@ def hypothesis(kinds, evidence, squares=COUNT, dimension=4):
     fit = Fit(np.zeros(dimension), 0.0, float(squares), certain, float(evidence), 1)
     noise = SimpleNamespace(deviation=lambda data: 1.0)
     experiment = SimpleNamespace(noise=noise)
-    problem = SimpleNamespace(count=COUNT, dimension=dimension, experiment=experiment, data=None)
+    problem = Mock(spec=Problem, count=COUNT, dimension=dimension, experiment=experiment, data=None)
     return Hypothesis(tuple(EFFECTS[kind] for kind in kinds), problem, fit)
 
 
@@ -129,3 +132,14 @@ def test_the_way_leaps_where_nothing_was_fitted_between():
     both = hypothesis(["local_stiffness_loss", "gain_error"], 900.0)
     steps = steps_to(comparison(hypothesis([], 0.0), both), both)
     assert steps == [(), ("gain_error", "local_stiffness_loss")]
+
+
+def test_further_effects_are_expected_to_gain_no_more_than_those_before():
+    single, other = hypothesis(["point_mass"], -700.0), hypothesis(["gain_error"], -900.0)
+    pool = comparison(hypothesis([], -1000.0), single, other)
+    gain = pool.log_odds(single) - pool.log_odds(pool.hypotheses[0])
+    expected = pool.log_odds(single) + 2 * gain
+    assert greatest_odds_expected(pool, 1, 2) == pytest.approx(expected)
+    assert 290 < gain < 300  # the prior halves and shares what the evidence gains
+    worse = comparison(hypothesis([], -1000.0), hypothesis(["point_mass"], -1010.0))
+    assert greatest_odds_expected(worse, 1, 2) == worse.log_odds(worse.hypotheses[1])
