@@ -8,6 +8,7 @@ import json
 import sys
 import warnings
 
+import jax
 import numpy as np
 import numpyro.distributions as dist
 
@@ -49,6 +50,10 @@ def measurement(**changes):
         "quantity": "mobility",
     } | changes
     return bp.Measurement.from_arrays(given.pop("frf"), given.pop("frequency"), **given)
+
+
+def sensor_somewhere():
+    return experiment(sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.2, within=0.02))])
 
 
 CALLS = {
@@ -776,6 +781,27 @@ CALLS = {
     "netcdf write": (
         lambda: bp.io.netcdf.write(3, "result.nc"),
         "result=3 was given; a tree of results is needed, as bp.infer and",
+    ),
+    "frf unknown": (
+        lambda: experiment().frf(),
+        "Still unknown: structure.damping.ratio; the response of an experiment needs a number in",
+    ),
+    "predict unknown": (
+        lambda: sensor_somewhere().predict(),
+        "Still unknown: structure.damping.ratio, sensor.s1.position; the response of an experiment",
+    ),
+    "receptance unknown": (
+        lambda: experiment(model_error=bp.model_error.Modal()).receptance(),
+        "distribution, since each of its values gives another response. Give values, "
+        'experiment.fix({"structure.damping.ratio": ...}).frf()',
+    ),
+    "frf unknown compiled": (
+        lambda: jax.jit(lambda: experiment().frf())(),
+        "Still unknown: structure.damping.ratio; the response of an experiment needs a number in",
+    ),
+    "frf unknown by level": (
+        lambda: experiment(force_levels=[1.0, 2.0]).frf(),
+        "Still unknown: structure.damping.ratio; the response of an experiment needs a number in",
     ),
 }
 """What is called wrongly, and how the sentence begins that it gets."""

@@ -6,6 +6,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from .._sites import Role, unknowns
 from .._types import InputError, check_kind, shown
 from ..modes.modes import Modes
 from .noise import Noise
@@ -13,6 +14,9 @@ from .observe import Observation
 from .recording import MOUNTINGS
 from .structure import Structure
 from .transducers import Actuator, Sensor, Transducer
+
+SHOWN = 5
+"""Names that a message lists."""
 
 
 def kinds(structure: Any, sensors: Any, actuators: Any, observe: Any, noise: Any) -> None:
@@ -46,6 +50,28 @@ def kinds(structure: Any, sensors: Any, actuators: Any, observe: Any, noise: Any
             Noise,
             "an output error is needed, since a number does not say of what",
             "noise=noise.Gaussian(0.01)",
+        )
+
+
+def all_known(experiment: Any) -> None:
+    """Refuse an experiment whose response depends on something unknown.
+
+    Raises
+    ------
+    InputError
+        If it does, with the names of what is unknown; the output error may be.
+    """
+    names = [
+        unknown.name for unknown in unknowns(experiment) if unknown.role is not Role.OUTPUT_ERROR
+    ]
+    if names:
+        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+        raise InputError(
+            f"Still unknown: {', '.join(names[:SHOWN])}{more}; the response of an experiment needs "
+            "a number in the place of every distribution, since each of its values gives another "
+            f'response. Give values, experiment.fix({{"{names[0]}": ...}}).frf(), or take '
+            "nominal ones, experiment.nominal().frf(); "
+            "bp.simulate(experiment) draws responses from the prior."
         )
 
 

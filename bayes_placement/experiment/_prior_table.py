@@ -24,7 +24,14 @@ def prior_table(unknowns: Sequence[Unknown]) -> list[str]:
     count = sum(int(np.prod(unknown.distribution.shape())) for unknown in errors)
     if count:
         rows.append(("model_error.*.standard", f"{count} Normal(0, 1)", "1", errors[0].role.value))
-    return _table([("unknown", "prior", "unit", "role"), *rows])
+    return [*_table([("unknown", "prior", "unit", "role"), *rows]), *_of_noise(unknowns)]
+
+
+def _of_noise(unknowns: Sequence[Unknown]) -> list[str]:
+    """Say that the level of the noise is not known, where it is not."""
+    names = [unknown.name for unknown in unknowns if unknown.role is Role.OUTPUT_ERROR]
+    words = "The level of the noise is not known: it is inferred with all else"
+    return [f"{words} ({', '.join(names)})."] if names else []
 
 
 def _is_standard_error(unknown: Unknown) -> bool:

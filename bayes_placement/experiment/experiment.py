@@ -235,7 +235,14 @@ class Experiment(eqx.Module):
         return typical(unknown.distribution)
 
     def receptance(self) -> Receptance:
-        """Receptance [m/N] of the structure at the lines, as its instruments recorded it."""
+        """Receptance [m/N] of the structure at the lines, as its instruments recorded it.
+
+        Raises
+        ------
+        InputError
+            If it depends on something that is still a distribution.
+        """
+        _experiment_checks.all_known(self)
         if self.force_levels is None:
             return self._receptance(None)
         # Where nothing depends on the force it is computed once.

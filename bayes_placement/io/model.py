@@ -2,10 +2,10 @@
 
 import importlib.util
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any, NamedTuple
 
 from .._types import InputError
@@ -29,6 +29,9 @@ class Study(NamedTuple):
         True values of unknowns, by name, where data were made by a simulation.
     baseline
         What was measured in an earlier state of the structure; None where the file names none.
+    states
+        What was measured in each of several states of the structure, by label, the baseline first;
+        empty where the file names none.
     """
 
     experiment: Experiment
@@ -36,6 +39,7 @@ class Study(NamedTuple):
     engine: Engine | None
     truth: dict[str, float]
     baseline: Measurements | None = None
+    states: Mapping[str, Measurements] = MappingProxyType({})
 
 
 def read(path: str | Path) -> Study:
@@ -58,7 +62,8 @@ def read(path: str | Path) -> Study:
     measurement, baseline = (_measured(module, name) for name in ("measurement", "baseline"))
     engine = _declared(module, "engine", Engine)
     truth = _declared(module, "truth", dict) or {}
-    return Study(experiment, measurement, engine, truth, baseline)
+    states = _declared(module, "states", dict) or {}
+    return Study(experiment, measurement, engine, truth, baseline, states)
 
 
 def _run(path: Path) -> ModuleType:

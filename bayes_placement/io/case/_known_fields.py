@@ -48,6 +48,7 @@ _PRIOR = dict.fromkeys(
 )
 _MEASUREMENT: dict[str, Any] = {
     "noise_level": dict.fromkeys(("coherence_factor", "floor", "ratio", "note")),
+    "states": dict.fromkeys(("label", "files", "note")),
     **dict.fromkeys(
         (
             "array",

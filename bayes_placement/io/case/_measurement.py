@@ -12,7 +12,6 @@ from ...experiment.noise import Noise
 from ...experiment.quantities import QUANTITIES
 from ...positions.channel import Channel
 from .. import uff
-from ._baseline_files import baseline_files
 from ._json_fields import (
     CaseError,
     FieldRule,
@@ -22,7 +21,8 @@ from ._json_fields import (
     is_number,
     numbers,
 )
-from ._noise import noise
+from ._noise import stated_noise
+from ._state_files import baseline_files, state_files
 
 UNITS = {quantity.frf: quantity.ascii_unit for quantity in reversed(QUANTITIES)}
 _COORDINATE_PRECISION = 1e-5  # of the greatest coordinate; universal files may keep six digits
@@ -75,9 +75,12 @@ class MeasurementSettings(NamedTuple):
     lines
         Number of lines in the band.
     noise
-        Output error.
+        Output error; None where the case states none.
     baseline
         Universal files of an earlier state, one for each force level; none where there is none.
+    states
+        Universal files of each of several states by its label, the baseline first; empty where
+        there are none.
     """
 
     file: Path
@@ -88,8 +91,9 @@ class MeasurementSettings(NamedTuple):
     force_levels: tuple[float, ...] | None
     band: tuple[float, float]
     lines: int
-    noise: Noise
-    baseline: tuple[str, ...] = ()
+    noise: Noise | None
+    baseline: tuple[str, ...]
+    states: dict[str, tuple[str, ...]]
 
 
 def settings(
@@ -119,63 +123,20 @@ def settings(
         force_levels=_levels(stated.value("force_levels_N", _LEVELS)),
         band=(float(low), float(high)),
         lines=axis.value("n_lines", integer(1, 400)),
-        noise=noise(stated),
+        noise=stated_noise(stated),
         baseline=baseline_files(stated),
+        states=state_files(stated),
     )
-
-
-def baselines(folder: Path, settings: MeasurementSettings) -> tuple[Measurement, ...]:
-    """Read the measurement of an earlier state, for each force level; none where none is stated.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a file is missing.
-    CaseError
-        If a file is not a universal file, or contradicts the case.
-    """
-    if not settings.baseline:
-        return ()
-    levels = settings.force_levels or (None,)
-    if len(levels) != len(settings.baseline):
-        raise CaseError(
-            f"{settings.file}: measurement.baseline_files names {len(settings.baseline)} universal "
-            f"files, but {len(levels)} are needed, one for each force level: "
-            '["baseline.uff"].'
-        )
-    return tuple(
-        read_run(folder / name, settings, level)
-        for name, level in zip(settings.baseline, levels, strict=True)
-    )
-
-
-def measurements(folder: Path, settings: MeasurementSettings) -> tuple[Measurement, ...]:
-    """Read the measurement of each force level; a single one where there are no force levels.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a file is missing.
-    CaseError
-        If a file is not a universal file, or contradicts the case.
-    """
-    levels = settings.force_levels or (None,)
-    names = ["measured.uff", *(f"measured_level{n}.uff" for n in range(2, len(levels) + 1))]
-    measured = tuple(
-        read_run(folder / name, settings, level) for name, level in zip(names, levels, strict=True)
-    )
-    for name, measurement in zip(names, measured, strict=True):
-        lines, first = measurement.frequency, measured[0].frequency
-        if not np.allclose(lines, first, rtol=LINE_TOLERANCE, atol=0.0):
-            raise CaseError(
-                f"{folder / name} and {folder / names[0]} have other lines in the same band; one "
-                "frequency axis is needed for all force levels, since they are compared line by "
-                "line. Export both on the same lines."
-            )
-    return measured
 
 
 def read_run(file: Path, settings: MeasurementSettings, level: float | None) -> Measurement:
+    """Read the universal file of one state at one force level.
+
+    Raises
+    ------
+    CaseError
+        If it is not a universal file, or contradicts the case.
+    """
     recorded = _named(_read(file, settings), settings)
     _check_quantity(file, settings, recorded)
     _check_channels(file, settings, settings.sensors, recorded.sensors)
@@ -184,22 +145,11 @@ def read_run(file: Path, settings: MeasurementSettings, level: float | None) -> 
     _check_notes(file, settings, recorded, level)
     chosen = recorded.channels(_channels(settings.sensors), _channels(settings.actuators))
     in_band = _in_band(file, settings, chosen)
-    measurement = dataclasses.replace(in_band, averages=settings.averages, force_level=level)
-    if settings.noise.reads_coherence:
-        _check_noise(file, measurement)
-    return measurement
+    return dataclasses.replace(in_band, averages=settings.averages, force_level=level)
 
 
 def _read(file: Path, settings: MeasurementSettings) -> Measurement:
     transducers = [*settings.sensors, *settings.actuators]
-    if not file.is_file():
-        levels = len(settings.force_levels or ())
-        wanted = f"one file for each of {levels} force levels" if levels > 1 else "one file"
-        raise FileNotFoundError(
-            f"There is no file {file}, and measurement.force_levels_N in {settings.file} asks for "
-            f"{wanted}: measured.uff, then measured_level2.uff and so on. Put the file there, or "
-            "correct that field."
-        )
     # A sensor and an actuator may share a node, so nodes keep their numbers here.
     nodes = {transducer.node: str(transducer.node) for transducer in transducers}
     try:
@@ -319,17 +269,6 @@ def _in_band(file: Path, settings: MeasurementSettings, measured: Measurement) -
             f"{settings.lines} lines from {low:g} to {high:g} Hz, first and last included",
         )
     return measured.band(kept[0], kept[-1])
-
-
-def _check_noise(file: Path, measured: Measurement) -> None:
-    """Refuse a measurement whose noise is not known."""
-    try:
-        measured.noise_variance()
-    except ValueError as error:
-        raise CaseError(
-            f"{file} does not state its noise: {error} A case needs the coherence of every FRF "
-            "(dataset 58, function type 6), since its noise follows from it."
-        ) from error
 
 
 def _contradiction(

@@ -1,16 +1,22 @@
 """Output error of a case: what the coherence states, or a ratio and a floor."""
 
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from numpyro.distributions import LogUniform
 
 from ..._types import Parameter
+from ...experiment.measurement import Measurement
 from ...experiment.noise import FromCoherence, Noise, Relative
 from ._json_fields import CaseError, FieldRule, JsonObject, is_number
 
+RATIO, FLOOR = (1e-3, 0.3), (1e-4, 0.3)
+"""Noise over |H|, and over the median of |H|, where neither the case nor a coherence states it."""
 
-def noise(measurement: JsonObject) -> Noise:
-    """Read the field `noise_level` of a measurement; the coherence as it is without the field.
+
+def stated_noise(measurement: JsonObject) -> Noise | None:
+    """Read the field `noise_level` of a measurement; None without the field.
 
     Raises
     ------
@@ -18,7 +24,7 @@ def noise(measurement: JsonObject) -> Noise:
         If it states nothing, or a level that is no level.
     """
     if not measurement.has("noise_level"):
-        return FromCoherence()
+        return None
     stated = measurement.object("noise_level")
     factor = _level(stated, "coherence_factor", 1.0) if stated.has("coherence_factor") else None
     if stated.has("ratio"):
@@ -31,6 +37,16 @@ def noise(measurement: JsonObject) -> Noise:
             'needs the size of the error. Write "noise_level": {"ratio": [0.001, 0.1]}.'
         )
     return FromCoherence(factor)
+
+
+def noise_by_data(runs: Sequence[Measurement]) -> Noise:
+    """What the coherence states; without any, unknown shares of |H| and of its median."""
+    if any(run.coherence is not None for run in runs):
+        return FromCoherence()
+    median = float(
+        np.median(np.concatenate([np.abs(run.frf[run.measured]).ravel() for run in runs]))
+    )
+    return Relative(LogUniform(*RATIO), LogUniform(*(share * median for share in FLOOR)))
 
 
 def _level(stated: JsonObject, name: str, example: float) -> Parameter:

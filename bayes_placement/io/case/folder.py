@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ...experiment.experiment import Experiment
+from ...experiment.experiment import Experiment, Measurements
 from ...experiment.observe import Complex
 from ...experiment.transducers import Actuator, Sensor
 from ...positions.channel import Channel, checked
@@ -13,7 +13,8 @@ from ..model import Study
 from ._json_fields import FieldRule, JsonObject, check_distinct, choice, integer, load
 from ._known_fields import check_known
 from ._line import NominalStructure, nominal_structure, structure
-from ._measurement import RecordedTransducer, baselines, measurements, settings
+from ._measurement import RecordedTransducer, settings
+from ._runs import Runs, read_runs
 from ._transducers import angles, delay, directions_rule, gain, position, position_rule
 
 Transducer = TypeVar("Transducer", Sensor, Actuator)
@@ -47,7 +48,10 @@ def read(folder: str | Path) -> Study:
     - `measurement`: `quantity`, `units`, `convention`, `estimator`, `n_averages`, `out_channels`,
       `in_channels`, `sensor_setup`, `force_levels_N` (null, or one amplitude [N] for each file). If
       wanted, `noise_level`: `ratio` and `floor` of `noise.Relative`, `coherence_factor` on what the
-      coherence states; each a number, or [low, high] of a log-uniform distribution.
+      coherence states; each a number, or [low, high] of a log-uniform distribution. Without it and
+      without coherence in the files, the noise is unknown: a ratio and a floor of wide priors.
+      Other states of the structure, if measured: `baseline_files`, those of an earlier one; or
+      `states`, a list of at least two with `label` and `files`, the first one the baseline.
 
     Parameters
     ----------
@@ -75,20 +79,29 @@ def read(folder: str | Path) -> Study:
     stated = settings(case, sensors, actuators)
     sensor_setup = case.object("measurement").value("sensor_setup", choice(*_SENSOR_SETUPS))
     with_priors = structure(case, nominal, stated.band[1])
-    measured = measurements(Path(folder), stated)
+    runs = read_runs(Path(folder), stated)
     experiment = Experiment(
         with_priors,
         sensors=[_transducer(Sensor, sensor, nominal) for sensor in sensors],
         actuators=[_transducer(Actuator, actuator, nominal) for actuator in actuators],
-        frequency=measured[0].frequency,
+        frequency=runs.measured[0].frequency,
         observe=Complex(stated.quantity),
-        noise=stated.noise,
+        noise=runs.noise,
         force_levels=stated.force_levels,
         sensors_mounted=_SENSOR_SETUPS[sensor_setup],
     )
-    before = baselines(Path(folder), stated)
-    runs = [files if stated.force_levels or not files else files[0] for files in (measured, before)]
-    return Study(experiment, runs[0], None, {}, runs[1] or None)
+    return Study(
+        experiment,
+        _by_level(runs.measured, stated.force_levels),
+        None,
+        {},
+        _by_level(runs.baseline, stated.force_levels) if runs.baseline else None,
+        {label: _by_level(state, stated.force_levels) for label, state in runs.states.items()},
+    )
+
+
+def _by_level(runs: Runs, levels: tuple[float, ...] | None) -> Measurements:
+    return runs[0] if levels is None else runs
 
 
 def _recorded(case: JsonObject, side: str, nominal: NominalStructure) -> list[RecordedTransducer]:

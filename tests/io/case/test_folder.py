@@ -645,10 +645,61 @@ def test_force_levels_share_their_lines(tmp_path):
         case.read(written(tmp_path, LEVELS, measured_level2=file))
 
 
-def test_a_file_without_coherence_is_refused(tmp_path):
-    message = r"measured\.uff does not state its noise: .* no coherence.*A case needs the coherence"
+def test_without_coherence_the_noise_is_unknown(tmp_path):
+    study = case.read(written(tmp_path, measured=measured(coherence=None)))
+    noise = study.experiment.noise
+    assert noise.coherence is None
+    assert (noise.ratio.low, noise.ratio.high) == (1e-3, 0.3)
+    assert noise.floor.high == pytest.approx(0.3 * 1.5)  # the median amplitude of channels 1 and 2
+    assert "The level of the noise is not known" in str(study.experiment)
+    assert "noise is not known" not in str(case.read(written(tmp_path)).experiment)
+
+
+def test_levels_with_coherence_and_without_are_refused(tmp_path):
+    message = (
+        r"level2\.uff does not state its noise: .* no coherence.*coherence of every FRF .*none"
+    )
+    files = {"measured_level2": measured(coherence=None)}
     with pytest.raises(case.CaseError, match=message):
-        case.read(written(tmp_path, measured=measured(coherence=None)))
+        case.read(written(tmp_path, LEVELS, **files))
+
+
+STATES = [{"label": "new", "files": ["new.uff"]}, {"label": "worn", "files": ["measured.uff"]}]
+
+
+def test_states_are_read_in_their_order(tmp_path):
+    content = changed("measurement.states", STATES)
+    study = case.read(written(tmp_path, content, new=measured(frf=np.ones((2, 1, LINES.size)))))
+    assert list(study.states) == ["new", "worn"]
+    assert np.all(study.states["new"].frf == 1)
+    np.testing.assert_array_equal(study.states["worn"].frf, study.measurement.frf)
+
+
+@pytest.mark.parametrize(
+    ("states", "words"),
+    [
+        (STATES[:1], r"measurement.states is .*a list .* of objects with at least 2 entr"),
+        ([STATES[0], STATES[0]], r"states\[0\].label .* are both .*new"),
+        ([{"label": "", "files": []}, STATES[0]], r"states\[0\].label.* is \"\"; a text"),
+        ([{"label": "new", "files": []}, STATES[1]], r'"new", names 0 universal files, but 1 are'),
+    ],
+)
+def test_states_that_are_none_are_refused(tmp_path, states, words):
+    with pytest.raises(case.CaseError, match=words):
+        case.read(written(tmp_path, changed("measurement.states", states), new=measured()))
+
+
+def test_states_beside_a_baseline_are_refused(tmp_path):
+    content = changed("measurement.states", STATES)
+    content["measurement"]["baseline_files"] = ["new.uff"]
+    with pytest.raises(case.CaseError, match=r"Leave measurement.baseline_files out"):
+        case.read(written(tmp_path, content, new=measured()))
+
+
+def test_a_file_of_a_state_that_is_missing_is_named(tmp_path):
+    content = changed("measurement.states", STATES)
+    with pytest.raises(FileNotFoundError, match=r'new.uff, and measurement.states, "new", in'):
+        case.read(written(tmp_path, content))
 
 
 def test_what_is_no_universal_file_is_refused(tmp_path):

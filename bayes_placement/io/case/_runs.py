@@ -1,0 +1,124 @@
+"""Measurements of a case: one for each state and force level, and the noise that they tell."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...experiment.measurement import LINE_TOLERANCE, Measurement
+from ...experiment.noise import Noise
+from ._json_fields import CaseError
+from ._measurement import MeasurementSettings, read_run
+from ._noise import noise_by_data
+
+Runs = tuple[Measurement, ...]
+"""One measurement for each force level; a single one where there are no force levels."""
+
+
+class CaseRuns(NamedTuple):
+    """What the universal files of a case hold.
+
+    Parameters
+    ----------
+    measured
+        What was measured.
+    baseline
+        The same in an earlier state; empty where there is none.
+    states
+        The same in each of several states, by label, the baseline first; empty where there are
+        none.
+    noise
+        Output error, as the case states it or as the files tell.
+    """
+
+    measured: Runs
+    baseline: Runs
+    states: Mapping[str, Runs]
+    noise: Noise
+
+
+def read_runs(folder: Path, settings: MeasurementSettings) -> CaseRuns:
+    """Read all universal files of a case.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a file is missing.
+    CaseError
+        If a file is not a universal file, contradicts the case, or does not state its noise.
+    """
+    levels = settings.force_levels or (None,)
+    names = ["measured.uff", *(f"measured_level{n}.uff" for n in range(2, len(levels) + 1))]
+    wanted = f"one file for each of {len(levels)} force levels" if len(levels) > 1 else "one file"
+    reason = (
+        f"measurement.force_levels_N in {settings.file} asks for {wanted}: measured.uff, then "
+        "measured_level2.uff and so on"
+    )
+    measured = _read(folder, settings, names, reason)
+    _check_lines(folder, names, measured)
+    noise = settings.noise or noise_by_data(measured)
+    baseline: Runs = ()
+    if settings.baseline:
+        baseline = _of_state(folder, settings, "baseline_files", settings.baseline)
+    states = {
+        label: _of_state(folder, settings, f'states, "{label}",', files)
+        for label, files in settings.states.items()
+    }
+    if noise.reads_coherence:
+        _check_noise(folder, [(names, measured), (settings.baseline, baseline)])
+        _check_noise(folder, [(settings.states[label], states[label]) for label in states])
+    return CaseRuns(measured, baseline, states, noise)
+
+
+def _of_state(
+    folder: Path, settings: MeasurementSettings, field: str, names: Sequence[str]
+) -> Runs:
+    """Read the files of an earlier or later state."""
+    levels = settings.force_levels or (None,)
+    if len(levels) != len(names):
+        raise CaseError(
+            f"{settings.file}: measurement.{field} names {len(names)} universal files, but "
+            f'{len(levels)} are needed, one for each force level: ["baseline.uff"].'
+        )
+    reason = f"measurement.{field} in {settings.file} names it"
+    return _read(folder, settings, names, reason)
+
+
+def _read(folder: Path, settings: MeasurementSettings, names: Sequence[str], reason: str) -> Runs:
+    for name in names:
+        if not (folder / name).is_file():
+            raise FileNotFoundError(
+                f"There is no file {folder / name}, and {reason}. Put the file there, or correct "
+                "that field."
+            )
+    levels = settings.force_levels or (None,)
+    return tuple(
+        read_run(folder / name, settings, level) for name, level in zip(names, levels, strict=True)
+    )
+
+
+def _check_lines(folder: Path, names: Sequence[str], measured: Runs) -> None:
+    """Refuse force levels that were measured at other lines."""
+    for name, measurement in zip(names, measured, strict=True):
+        lines, first = measurement.frequency, measured[0].frequency
+        if not np.allclose(lines, first, rtol=LINE_TOLERANCE, atol=0.0):
+            raise CaseError(
+                f"{folder / name} and {folder / names[0]} have other lines in the same band; one "
+                "frequency axis is needed for all force levels, since they are compared line by "
+                "line. Export both on the same lines."
+            )
+
+
+def _check_noise(folder: Path, files: Sequence[tuple[Sequence[str], Runs]]) -> None:
+    """Refuse a measurement whose noise is not known, where that of others is."""
+    for names, runs in files:
+        for name, run in zip(names, runs, strict=True):
+            try:
+                run.noise_variance()
+            except ValueError as error:
+                raise CaseError(
+                    f"{folder / name} does not state its noise: {error} A case needs the coherence "
+                    "of every FRF (dataset 58, function type 6) or of none, since its noise "
+                    'follows from it; or "noise_level" in "measurement".'
+                ) from error
