@@ -55,9 +55,7 @@ class Request:
             return None
         return study.baseline if self.baseline is None else read_measurement(self.baseline)
 
-    def search(
-        self, command: str, function: Callable[..., Result], *, states: bool = False
-    ) -> tuple[Inputs, Result]:
+    def search(self, command: str, function: Callable[..., Result]) -> tuple[Inputs, Result]:
         """Read the inputs, and return them and the result of `explain` or `improve`.
 
         Parameters
@@ -66,14 +64,12 @@ class Request:
             Name of the command.
         function
             What searches.
-        states
-            Whether it takes an earlier state.
         """
         inputs = read_inputs(
             self.path, self.data, command, self.out, self.most_lines, self.model_error
         )
         settings: dict[str, Any] = {"candidates": library(inputs.experiment, self.kinds)}
-        baseline = self.earlier(inputs.study) if states else None
+        baseline = self.earlier(inputs.study)
         if baseline is not None:
             settings["baseline"] = baseline
             words = "An earlier state was measured too: the effects are what is new since."

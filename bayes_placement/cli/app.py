@@ -184,6 +184,8 @@ def explain(
     effects: Effects = None,
     lines: MostLines = None,
     model_error: ModelError = False,
+    baseline: Baseline = None,
+    alone: Alone = False,
     out: Out = RESULTS,
     no_cache: NoCache = False,
     traceback: Traceback = False,
@@ -193,7 +195,9 @@ def explain(
         from . import _missing_effects, explain
 
         kinds = _split(effects)
-        explain.run(_missing_effects.Request(model, data, kinds, out, lines, model_error))
+        explain.run(
+            _missing_effects.Request(model, data, kinds, out, lines, model_error, baseline, alone)
+        )
 
 
 @app.command()

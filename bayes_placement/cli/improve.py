@@ -16,7 +16,7 @@ FITS = "before_and_after.png"
 
 def run(request: Request) -> None:
     """Add effects until only the noise is left, and write ledger, tables and figures."""
-    inputs, ledger = request.search("improve", improve, states=True)
+    inputs, ledger = request.search("improve", improve)
     inputs.console.print(terminal_table(ledger.table(), "added"))
     print_list(inputs.console, ledger.words())
     _write(ledger, inputs, request.out)

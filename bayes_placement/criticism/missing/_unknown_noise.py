@@ -22,12 +22,15 @@ def is_noise_known(hypothesis: Hypothesis) -> bool:
 
 
 def scatter(hypothesis: Hypothesis) -> tuple[float, float]:
-    """Residuals at the best fit over the scatter of neighbouring lines, and the p-value."""
+    """Residuals at the best fit over the scatter of neighbouring lines, and the p-value.
+
+    With an earlier state, those of the later one, which come first.
+    """
     problem = hypothesis.problem
     residual, _ = problem.squares.residuals(hypothesis.fit.point[None])
     lines = np.argsort(np.asarray(problem.experiment.frequency))
     present = np.asarray(problem.data.measured)
-    rows = residual[0].reshape(-1, lines.size)[:, lines]
+    rows = residual[0, : present.size].reshape(-1, lines.size)[:, lines]
     return over_scatter(rows, present.reshape(-1, lines.size)[:, lines])
 
 

@@ -23,6 +23,7 @@ def explain(
     experiment: Experiment,
     measurement: Measurements,
     *,
+    baseline: Measurements | None = None,
     candidates: Library[Experiment] | None = None,
     model_error: Modal | None = Modal(),  # noqa: B008  it never changes
     progress: Progress = no_progress,
@@ -39,6 +40,8 @@ def explain(
         The model as given, with its priors.
     measurement
         What was measured: one measurement, or one for each force level.
+    baseline
+        What was measured before, in an earlier state of the same structure; see `improve`.
     candidates
         `effects.library(experiment)` by default.
     model_error
@@ -58,8 +61,8 @@ def explain(
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
     question = Question.of(experiment, data, effects, model_error, level=LEVEL)
-    null, comparison, exact, _ = answered(
-        question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9))
+    null, comparison, exact, before = answered(
+        question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9)), baseline
     )
     shown = comparison.distinct()
     sampled = sampled_finalists(comparison, shown)
@@ -76,4 +79,5 @@ def explain(
         suspicion=suspicion(null, comparison.candidates),
         alternatives=alternatives(comparison, shown, sampled),
         claimed=comparison.best().kinds,
+        baseline=None if before is None else fitted_model(before, {}),
     )

@@ -207,7 +207,11 @@ def _of_effect(name: str, parameters: Mapping[str, Estimate]) -> dict[str, tuple
 def _chi2_when_exact(hypothesis: Hypothesis, exact: Comparison | None) -> float:
     if not hypothesis.has_errors or exact is None:
         return float("nan")
-    alike = (other for other in exact.hypotheses if other.effects is hypothesis.effects)
+    alike = (
+        other
+        for other in exact.hypotheses
+        if other.effects is hypothesis.effects and not other.has_errors
+    )
     return next((other.chi2_per_datum for other in alike), float("nan"))
 
 

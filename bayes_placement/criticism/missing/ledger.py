@@ -141,18 +141,13 @@ class Ledger:
     def _sentence_of_two_states(self, last: FittedModel) -> str:
         """Say what is new in the later of two states."""
         assert self.baseline is not None
-        alone = f"The baseline alone has chi2 per datum {self.baseline.chi2_per_datum:.3g}."
-        if last.model_error:
-            alone = f"{alone} {sizes_in_words(self.baseline)}"
+        alone = alone_in_words(self.baseline)
         if not self.verdict:
             return f"Nothing is claimed to be new since the baseline was measured. {alone}"
         new = " and ".join(self._with_odds(kind) for kind in self.verdict)
         rest = " Something else is new as well." if self.unexplained else ""
-        first = self.steps[0].chi2_per_datum
-        return (
-            f"New since the baseline: {new}; chi2 per datum of both states falls from {first:.3g} "
-            f"to {last.chi2_per_datum:.3g}.{rest} {alone}"
-        )
+        falls = _fall(self.steps[0], last, " of both states")
+        return f"New since the baseline: {new}; {falls}.{rest} {alone}"
 
     def _sentence_beside_model_error(self, first: FittedModel, last: FittedModel) -> str:
         """Say the verdict where a model error is the rival of every effect."""
@@ -236,11 +231,23 @@ def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
     return f"The model needs to err: {', '.join(parts)}."
 
 
-def _fall(first: FittedModel, last: FittedModel) -> str:
+def alone_in_words(baseline: FittedModel) -> str:
+    """Say how well the model explains the earlier state alone."""
+    needed = (
+        f"chi2 per datum {baseline.chi2_per_datum:.3g}"
+        if baseline.noise_needed is None
+        else f"noise of {baseline.noise_needed}"
+    )
+    verb = "has" if baseline.noise_needed is None else "needs"
+    errors = f" {sizes_in_words(baseline)}" if baseline.model_error else ""
+    return f"The baseline alone {verb} {needed}.{errors}"
+
+
+def _fall(first: FittedModel, last: FittedModel, of: str = "") -> str:
     """Say how the misfit falls: chi2, or where the noise is not known, the noise that is needed."""
     if last.noise_needed is None:
         before, after = first.chi2_per_datum, last.chi2_per_datum
-        return f"chi2 per datum falls from {before:.3g} to {after:.3g}"
+        return f"chi2 per datum{of} falls from {before:.3g} to {after:.3g}"
     return f"the noise that the model needs is {last.noise_needed} (before: {first.noise_needed})"
 
 

@@ -7,7 +7,13 @@ import pandas as pd
 from ...inference.alternative_explanation import Alternative
 from ._posterior_odds import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank
-from .ledger import DOUBTED, confounded_sentence, misfit_columns, sizes_in_words
+from .ledger import (
+    DOUBTED,
+    alone_in_words,
+    confounded_sentence,
+    misfit_columns,
+    sizes_in_words,
+)
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,9 @@ class Ranking:
         finds where to measure.
     claimed
         The effect for which the evidence is strong, if any.
+    baseline
+        The model as given, fitted to the earlier state alone; None where there is only one state.
+        Effects are then what is new since.
     """
 
     steps: tuple[FittedModel, ...]
@@ -40,6 +49,7 @@ class Ranking:
     suspicion: pd.DataFrame = field(repr=False)
     alternatives: tuple[Alternative, ...] = field(repr=False)
     claimed: tuple[str, ...] = ()
+    baseline: FittedModel | None = None
 
     def table(self) -> pd.DataFrame:
         """One row for each kind, the most probable first."""
@@ -63,9 +73,10 @@ class Ranking:
         best = self.steps[0]
         noise = best.noise_needed
         sentences = [
-            self._verdict(best),
+            self._verdict(best) if self.baseline is None else self._verdict_on_new(best),
             "" if noise is None else f"The noise is not known; the best needs noise of {noise}.",
             sizes_in_words(best) if best.model_error else "",
+            "" if self.baseline is None else alone_in_words(self.baseline),
             *(confounded_sentence(*pair) for pair in self.confounded),
         ]
         return [sentence for sentence in sentences if sentence]
@@ -87,6 +98,19 @@ class Ranking:
                 f"stated noise (probability {share:.3g}).{also} improve tries two effects at once."
             )
         return f"No effect is clearly missing.{also}"
+
+    def _verdict_on_new(self, best: FittedModel) -> str:
+        """Name an effect that is new in the later of two states, where the evidence is strong."""
+        if best.kind and best.kind in self.claimed:
+            return (
+                f"New since the baseline is {best.kind}, with probability "
+                f"{self.probabilities[best.kind]:.3g}."
+            )
+        share = self.probabilities[NOTHING]
+        if share >= DOUBTED:
+            return f"Nothing is new since the baseline was measured, with probability {share:.3g}."
+        also = f" {best.kind} also reduces the misfit." if best.kind else ""
+        return f"No effect is clearly new since the baseline was measured.{also}"
 
     def __str__(self) -> str:
         """Table of the kinds, then the sentences."""

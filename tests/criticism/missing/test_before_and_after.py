@@ -2,11 +2,13 @@
 
 import dataclasses
 
+import equinox as eqx
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement import effects, improve
+from bayes_placement import effects, explain, improve
 from bayes_placement.criticism.missing._before_and_after import state_of
 from bayes_placement.inference.residuals import Problem, State
 from tests.criticism.small import LINES, TRUTH, experiment, recorded
@@ -68,6 +70,30 @@ def test_where_nothing_is_new_nothing_is_claimed(before, few):
     ledger = improve(experiment(), again, baseline=before, candidates=few, most_effects=1)
     assert ledger.verdict == ()
     assert "Nothing is claimed to be new" in ledger.sentence()
+
+
+def test_with_unknown_noise_the_same_mass_is_new(before, after):
+    unknown = bp.noise.Relative(dist.LogUniform(1e-3, 0.3))
+    noisy = eqx.tree_at(lambda tree: tree.noise, experiment(), unknown)
+    few = effects.library(noisy, ["point_mass", "gain_error"])
+    ledger = improve(noisy, after, baseline=before, candidates=few, most_effects=1)
+    assert ledger.verdict == ("point_mass",)
+    assert "the noise that the model needs is" in ledger.sentence()
+    assert "The baseline alone needs noise of" in ledger.sentence()
+
+
+def test_explain_ranks_what_is_new(before, after, few):
+    ranking = explain(experiment(), after, baseline=before, candidates=few)
+    assert ranking.claimed == ("point_mass",)
+    assert ranking.baseline.chi2_per_datum == pytest.approx(1.0, abs=0.2)
+    assert ranking.words()[0].startswith("New since the baseline is point_mass, with probability")
+
+
+def test_explain_says_that_nothing_is_new(before, few):
+    again = measured(imperfect(1), 4)
+    ranking = explain(experiment(), again, baseline=before, candidates=few)
+    assert ranking.claimed == ()
+    assert ranking.words()[0].startswith("Nothing is new since the baseline was measured, with")
 
 
 def test_residuals_of_both_states_are_those_of_each(before, after):
