@@ -43,7 +43,7 @@ def experiment_of(drawn):
         force_levels=levels if known else None,
         sensors_mounted=_mounting(drawn.hidden),
     )
-    measured = [_measurement(experiment, one) for one in drawn.records]
+    measured = [measurement_of(experiment, one) for one in drawn.records]
     return experiment, measured if known else measured[0]
 
 
@@ -52,7 +52,7 @@ def _placed(kind, one):
     return kind(one.name, at=at, directions=(one.direction,))
 
 
-def _measurement(experiment, record):
+def measurement_of(experiment, record):
     return bp.Measurement.from_arrays(
         record.frf,
         record.frequency,

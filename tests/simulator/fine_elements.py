@@ -47,6 +47,9 @@ class Line:
     damping_ratio: float
     second_moment: float = 0.0  # of a beam
     suspension: tuple[tuple[float, float], ...] = ()  # place [m], stiffness [N/m]
+    pieces: tuple[float, ...] = ()  # factors of the rigidity on pieces of the same length
+    masses: tuple[tuple[float, float], ...] = ()  # place [m], mass [kg]
+    damping_factors: tuple[float, ...] = ()  # of the lowest modes; 1 for further ones
 
     @property
     def mass(self) -> float:
@@ -162,12 +165,15 @@ def mesh_of(line: Line, hidden: Effect, elements: int, loaded: tuple[float, ...]
     if hidden.name == "local_stiffness_loss":
         weak = tuple(hidden["at"] + side * hidden["extent"] / 2 for side in (-1, 1))
         bounds |= set(weak)
+    borders = np.linspace(0.0, line.length, max(len(line.pieces), 1) + 1)
+    bounds |= set(borders[1:-1].tolist())
     places = np.array(sorted(bounds))
     pieces, middles = np.diff(places), (places[1:] + places[:-1]) / 2
     counts = np.ceil(pieces / line.length * elements - 1e-9).astype(int)
     sizes = np.repeat(pieces / counts, counts)
     inside = (middles > weak[0]) & (middles < weak[1])
-    kept = np.repeat(1 - inside * (hidden["share"] if inside.any() else 0.0), counts)
+    uneven = np.array(line.pieces or (1.0,))[np.searchsorted(borders, middles) - 1]
+    kept = np.repeat(uneven * (1 - inside * (hidden["share"] if inside.any() else 0.0)), counts)
     shear = np.zeros(sizes.size)
     if hidden.name == "shear_and_rotary_inertia":
         shear = 12 * line.rigidity / (shear_stiffness(line, hidden) * sizes**2)
@@ -192,6 +198,8 @@ def matrices(line: Line, hidden: Effect, mesh: Mesh) -> tuple[np.ndarray, np.nda
     rows = mesh.rows([place for place, _ in line.suspension])
     springs = np.array([spring for _, spring in line.suspension])
     stiffness += rows.T * springs @ rows
+    rows = mesh.rows([place for place, _ in line.masses])
+    mass += rows.T * np.array([weight for _, weight in line.masses]) @ rows
     if hidden.name == "compliant_support":
         freedom = support(hidden, mesh)
         stiffness[freedom, freedom] += 1 / hidden["compliance"]
@@ -245,6 +253,14 @@ class Plant:
         return self.mesh.rows(positions) @ self.shapes
 
 
+def damping_ratios(structure, count: int) -> np.ndarray:
+    """Damping ratio of each mode of a structure, the lowest first."""
+    ratios = np.full(count, structure.damping_ratio)
+    factors = structure.damping_factors[:count]
+    ratios[: len(factors)] *= factors
+    return ratios
+
+
 STRUCTURAL = {
     "local_stiffness_loss",
     "compliant_support",
@@ -261,8 +277,10 @@ def plant(
 ) -> Plant:
     """Modes of the structure proper: with its weak segment, support, preload; nothing attached."""
     own = hidden if hidden.name in STRUCTURAL else NOTHING
-    nodes = tuple(loaded) if line.kind == "bar" else ()
-    return _plant(replace(line, damping_ratio=0.0), own, elements, nodes)
+    heavy = (place for place, _ in line.masses)
+    nodes = (*loaded, *heavy) if line.kind == "bar" else ()
+    undamped = replace(line, damping_ratio=0.0, damping_factors=())
+    return _plant(undamped, own, elements, nodes)
 
 
 @lru_cache(maxsize=32)

@@ -11,7 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.simulator.fine_elements import ELEMENTS, NOTHING, Effect, Line, Plant, effect, plant
+from tests.simulator.fine_elements import (
+    ELEMENTS,
+    NOTHING,
+    Effect,
+    Line,
+    Plant,
+    damping_ratios,
+    effect,
+    plant,
+)
 
 __all__ = ["NOTHING", "Effect", "Instrument", "Line", "Record", "accelerance", "effect", "record"]
 
@@ -51,10 +60,24 @@ def accelerance(
     elements: int = ELEMENTS,
 ) -> np.ndarray:
     """Accelerance [(m/s^2)/N] of shape (sensor, actuator, line) without noise, as recorded."""
-    omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     read, driven = seats(sensors, hidden), [one.true for one in actuators]
     system = plant(line, hidden, elements, driven + ports(read, hidden))
-    response = Response(system, omega, flexibility(system, line, hidden, omega))
+    return as_recorded(system, line, sensors, actuators, frequency, hidden, force_level)
+
+
+def as_recorded(
+    system,
+    structure,
+    sensors: Sequence[Instrument],
+    actuators: Sequence[Instrument],
+    frequency: np.ndarray,
+    hidden: Effect,
+    force_level: float = 1.0,
+) -> np.ndarray:
+    """Accelerance of any structure whose modes are known: `natural`, and `rows` at places."""
+    omega = 2 * np.pi * np.asarray(frequency, dtype=float)
+    read, driven = seats(sensors, hidden), [one.true for one in actuators]
+    response = Response(system, omega, flexibility(system, structure, hidden, omega))
     moved = motion(response, read, driven, hidden, force_level)
     signs = np.outer(*([np.sign(one.direction) for one in side] for side in (sensors, actuators)))
     recorded = -(omega**2) * moved * signs[:, :, None]
@@ -74,10 +97,11 @@ def ports(read: list[float], hidden: Effect) -> list[float]:
     return [hidden["at"]] if hidden.name in {*ATTACHED, "cubic_stiffness"} else []
 
 
-def flexibility(system: Plant, line: Line, hidden: Effect, omega: np.ndarray) -> np.ndarray:
+def flexibility(system, structure, hidden: Effect, omega: np.ndarray) -> np.ndarray:
     """Modal flexibility 1 / (w_n^2 E*(w) / E - w^2 + 2 i xi w_n w), of shape (mode, line)."""
     natural = system.natural[:, None]
-    modulus, loss = np.ones_like(omega, dtype=complex), 2j * line.damping_ratio * natural * omega
+    ratios = damping_ratios(structure, system.natural.size)[:, None]
+    modulus, loss = np.ones_like(omega, dtype=complex), 2j * ratios * natural * omega
     if hidden.name == "hysteretic_damping":
         modulus, loss = modulus + 1j * hidden["loss_factor"], 0.0
     if hidden.name == "viscoelastic_modulus":
@@ -204,6 +228,7 @@ def chain(hidden: Effect, sensors: Sequence[Instrument], omega: np.ndarray) -> n
     factors = {
         "time_delay": lambda: np.exp(-1j * omega * hidden["delay"]),
         "gain_error": lambda: 1 + hidden["error"] + 0j * omega,
+        "reversed_sensor": lambda: -np.ones_like(omega),
         "mount_resonance": lambda: mount(hidden, omega),
     }
     factor = factors.get(hidden.name, lambda: np.ones_like(omega))()

@@ -1,0 +1,53 @@
+"""Benchmarks on structures that are not quite as drawn: false alarms, power, calibration.
+
+Run with `python -m pytest tests/benchmarks/test_imperfect.py -n 0 -s`, or a part of it with `-k`,
+for example `-k "test_verdicts and power and 20"`. Where the environment names a file in
+IMPERFECT_CASES, parts that were run before are taken from it.
+"""
+
+import numpy as np
+import pytest
+
+from tests.benchmarks.imperfect_cases import QUESTIONS, Case, case
+
+DRAWS, BATCH = 40, 10
+CALIBRATED = 25
+"""Seeds of each question, which together make a hundred cases."""
+
+
+def summary(question: str, cases: list[Case]) -> int:
+    """Print how many are right, and return how many are wrong."""
+    right = sum(one.right for one in cases)
+    seconds, cpu = ([getattr(one, clock) for one in cases] for clock in ("wall", "cpu"))
+    print(
+        f"{question}: {right} of {len(cases)} right; median {np.median(seconds):.0f} s (CPU "
+        f"{np.median(cpu):.0f} s), longest {max(seconds):.0f} s"
+    )
+    return len(cases) - right
+
+
+@pytest.mark.parametrize("first", range(0, DRAWS, BATCH))
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_verdicts(question, first):
+    cases = [case(question, seed) for seed in range(first, first + BATCH)]
+    assert summary(f"{question} from {first}", cases) <= QUESTIONS[question].most_wrong
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_all_verdicts(question):
+    cases = [case(question, seed) for seed in range(DRAWS)]
+    assert summary(question, cases) <= QUESTIONS[question].most_wrong
+
+
+def test_calibration():
+    cases = [case(question, seed) for question in QUESTIONS for seed in range(CALIBRATED)]
+    shares = {}
+    for one in cases:
+        for name, inside in one.within.items():
+            shares.setdefault(name.split(".")[0], []).append(inside)
+    for owner, inside in shares.items():
+        print(f"{owner}: {sum(inside)} of {len(inside)} within 90 % ({np.mean(inside):.1%})")
+    inside = np.concatenate([*shares.values()])
+    print(f"all: {inside.sum()} of {inside.size} ({inside.mean():.1%}) in {len(cases)} cases")
+    assert len(cases) >= 100
+    assert 0.8 <= inside.mean() <= 0.97
