@@ -782,6 +782,24 @@ CALLS = {
         lambda: bp.io.netcdf.write(3, "result.nc"),
         "result=3 was given; a tree of results is needed, as bp.infer and",
     ),
+    "improve one state": (
+        lambda: bp.improve(experiment(), {"new": measurement()}),
+        "1 states by label were given; at least two are needed and no baseline, since the first",
+    ),
+    "improve states and baseline": (
+        lambda: bp.improve(
+            experiment(), {"new": measurement(), "old": measurement()}, baseline=measurement()
+        ),
+        "2 states by label were given and a baseline beside them; at least two are needed and no",
+    ),
+    "improve a state that is none": (
+        lambda: bp.improve(experiment(), {"new": measurement(), "old": None}),
+        "measurement",
+    ),
+    "explain states": (
+        lambda: bp.explain(experiment(), {"new": measurement(), "old": measurement()}),
+        "measurement",
+    ),
     "frf unknown": (
         lambda: experiment().frf(),
         "Still unknown: structure.damping.ratio; the response of an experiment needs a number in",

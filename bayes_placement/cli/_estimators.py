@@ -65,4 +65,4 @@ def _separation(
             "--estimator separation tells explanations apart, but the data leave only one"
             f"{names}. Give --estimator expected-gain, to sharpen its parameters."
         )
-    return information.Separation(ledger.alternatives)
+    return information.Separation(alternatives=ledger.alternatives)

@@ -1,6 +1,7 @@
 """An experiment with data as a problem of least squares over standard normal coordinates."""
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import jax
@@ -25,10 +26,21 @@ LOGARITHMIC_ERROR = 0.1
 
 
 class State(NamedTuple):
-    """An experiment, and what was measured in it."""
+    """An experiment, and what was measured in it.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    data
+        Measured outputs.
+    own
+        Names of unknowns that have values of their own in this state.
+    """
 
     experiment: Experiment
     data: Data
+    own: frozenset[str] = frozenset()
 
 
 class Problem:
@@ -52,6 +64,9 @@ class Problem:
     baseline
         An earlier state of the same structure: all unknowns that it has are those of the
         experiment, with the same values. Its data are fitted with those of the experiment.
+    further
+        Further earlier states, the same way. An unknown of theirs that the experiment does not have
+        must be one of their own.
 
     Raises
     ------
@@ -68,6 +83,7 @@ class Problem:
         sizes: Mapping[str, float] | None = None,
         rival: ModalErrors | None = None,
         baseline: State | None = None,
+        further: Sequence[State] = (),
     ):
         if experiment.noise is None:
             raise InputError(
@@ -79,14 +95,27 @@ class Problem:
         self.data = data
         self.rival = rival
         self.baseline = baseline
+        self.further = tuple(further)
         self.unknown_sizes: Sequence[Unknown] = sizes_of(experiment)
         self.sizes = dict(sizes or _medians(self.unknown_sizes))
         self.at_fixed_sizes = experiment.fix(self.sizes)
-        self.coordinates = coordinates_of(self.at_fixed_sizes, standard_normal=standard_normal)
+        earlier = (*(() if baseline is None else (baseline,)), *self.further)
+        self.own = {
+            own_name(unknown.name, number): unknown
+            for number, state in enumerate(earlier, 1)
+            for unknown in state.experiment.unknowns
+            if unknown.name in state.own
+        }
+        self.coordinates = coordinates_of(
+            self.at_fixed_sizes, standard_normal=standard_normal, further=self.own
+        )
         self.states = [State(self.at_fixed_sizes, data)]
-        if baseline is not None:
-            self.states.append(State(baseline.experiment.fix(self.sizes), baseline.data))
-        self._parts = [_Part(state, self.coordinates, rival) for state in self.states]
+        for state in earlier:
+            self.states.append(state._replace(experiment=state.experiment.fix(self.sizes)))
+        self._parts = [
+            _Part(state, number, self.coordinates, rival)
+            for number, state in enumerate(self.states)
+        ]
         count = sum(int(np.sum(np.asarray(state.data.measured))) for state in self.states)
         self.squares = LeastSquares(self._evaluated, self.dimension, count)
 
@@ -110,7 +139,13 @@ class Problem:
 
     def at_sizes(self, sizes: Mapping[str, float]) -> "Problem":
         """Return the problem at other sizes of the model error."""
-        problem = Problem(self.experiment, self.data, sizes=sizes, baseline=self.baseline)
+        problem = Problem(
+            self.experiment,
+            self.data,
+            sizes=sizes,
+            baseline=self.baseline,
+            further=self.further,
+        )
         problem.squares.take_structure(self.squares)
         return problem
 
@@ -122,6 +157,7 @@ class Problem:
             sizes=self.sizes,
             rival=self.rival,
             baseline=self.baseline,
+            further=self.further,
         )
 
     def weight(self, relative_error: float) -> np.ndarray | None:
@@ -140,11 +176,12 @@ class Problem:
 
     def errors_of(self, size: Unknown) -> np.ndarray:
         """Places of the errors that have a size, among the coordinates."""
+        unknowns = {unknown.name: unknown for unknown in self.experiment.unknowns} | self.own
         places = [
             np.arange(place.start, place.stop)
-            for unknown in self.experiment.unknowns
-            if shares_size(unknown, size) and unknown.name in self.coordinates.places
-            for place in [self.coordinates.places[unknown.name]]
+            for name, unknown in unknowns.items()
+            if shares_size(unknown, size) and name in self.coordinates.places
+            for place in [self.coordinates.places[name]]
         ]
         return np.concatenate(places)
 
@@ -180,15 +217,22 @@ class _Part:
     ----------
     state
         The state, its model error of known sizes.
+    number
+        Its number among the states of the problem.
     coordinates
         Coordinates of the problem.
     rival
         Model error that is held at zero; its errors are the last unknowns of an experiment.
     """
 
-    def __init__(self, state: State, coordinates: Coordinates, rival: ModalErrors | None):
+    def __init__(
+        self, state: State, number: int, coordinates: Coordinates, rival: ModalErrors | None
+    ):
         mine = coordinates_of(state.experiment, standard_normal=False)
-        places = [coordinates.places[name] for name in mine.places]
+        places = [
+            coordinates.places[own_name(name, number) if name in state.own else name]
+            for name in mine.places
+        ]
         columns = [np.arange(place.start, place.stop) for place in places]
         self.columns = np.concatenate([np.zeros(0, dtype=int), *columns])
         self.is_all = np.array_equal(self.columns, np.arange(coordinates.dimension))
@@ -243,8 +287,18 @@ def _medians(unknowns: Sequence[Unknown]) -> dict[str, float]:
     }
 
 
-def coordinates_of(experiment: Experiment, *, standard_normal: bool = True) -> Coordinates:
-    """Coordinates of the unknowns of an experiment.
+def own_name(name: str, number: int) -> str:
+    """Name of an unknown that has a value of its own in one of the states."""
+    return f"{name} of state {number}"
+
+
+def coordinates_of(
+    experiment: Experiment,
+    *,
+    standard_normal: bool = True,
+    further: Mapping[str, Unknown] = MappingProxyType({}),
+) -> Coordinates:
+    """Coordinates of the unknowns of an experiment, and of further ones after them.
 
     Raises
     ------
@@ -252,6 +306,7 @@ def coordinates_of(experiment: Experiment, *, standard_normal: bool = True) -> C
         If the prior has to be standard normal, and one has no inverse distribution function.
     """
     distributions = {unknown.name: unknown.distribution for unknown in experiment.unknowns}
+    distributions |= {name: unknown.distribution for name, unknown in further.items()}
     return Coordinates(distributions, standard_normal=standard_normal)
 
 

@@ -3,28 +3,33 @@
 import itertools
 import time
 from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, overload
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..._types import Progress, no_progress
+from ..._types import InputError, Progress, no_progress
+from ...effects.effect import Effect
 from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ._alternatives import alternatives
 from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions
+from ._changes import FoundEffect, found_effects
 from ._hypotheses import Hypothesis
 from ._posterior_odds import LEVEL, Comparison, p_value, steps_to
 from ._score_test import suspicion
 from ._with_errors import Question, answered, ticks
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
 from .ledger import Ledger
+from .states import LedgerOfStates, courses_of
 
 MOST_EFFECTS = 3
 
 
-@threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
+@overload
 def improve(
     experiment: Experiment,
     measurement: Measurements,
@@ -35,7 +40,34 @@ def improve(
     most_effects: int = MOST_EFFECTS,
     model_error: Modal | None = Modal(),  # noqa: B008  it never changes
     progress: Progress = no_progress,
-) -> Ledger:
+) -> Ledger: ...
+
+
+@overload
+def improve(
+    experiment: Experiment,
+    measurement: Mapping[str, Measurements],
+    *,
+    candidates: Library | None = None,
+    level: float = LEVEL,
+    most_effects: int = MOST_EFFECTS,
+    model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    progress: Progress = no_progress,
+) -> LedgerOfStates: ...
+
+
+@threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
+def improve(
+    experiment: Experiment,
+    measurement: Measurements | Mapping[str, Measurements],
+    *,
+    baseline: Measurements | None = None,
+    candidates: Library | None = None,
+    level: float = LEVEL,
+    most_effects: int = MOST_EFFECTS,
+    model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    progress: Progress = no_progress,
+) -> Ledger | LedgerOfStates:
     """Add the effects that a model lacks, until it passes its check or nothing pays any more.
 
     An effect is claimed only where the model without it fails its check, and where its evidence
@@ -48,7 +80,9 @@ def improve(
     experiment
         The model as given, with its priors.
     measurement
-        What was measured: one measurement, or one for each force level.
+        What was measured: one measurement, or one for each force level. Or several states of the
+        structure, such as growing damage, by label: the first is the baseline, and each later one
+        is compared with it.
     baseline
         What was measured before, in an earlier state of the same structure: all unknowns are
         shared, model error included, and the effects are new since. Its lines may be other ones,
@@ -65,6 +99,11 @@ def improve(
     progress
         Called with the share of the work done.
 
+    Returns
+    -------
+    Ledger or LedgerOfStates
+        The steps; of several states, the steps of each, and how every effect grows.
+
     Raises
     ------
     InputError
@@ -73,35 +112,103 @@ def improve(
         If a prior has no inverse distribution function.
     """
     check_experiment(experiment, "improve")
-    began = time.perf_counter()
-    data = experiment.data(measurement)
-    effects = candidates_of(experiment, candidates)
-    question = Question.of(
-        experiment, data, effects, model_error, level=level, most_effects=most_effects
+    search = _Search(
+        experiment, candidates_of(experiment, candidates), model_error, level, most_effects
     )
-    tick = ticks(progress, 2 * len(effects) + 20, (0.02, 0.9))
-    answer = answered(question, tick, baseline)
-    null, comparison, exact, before = answer
-    best = answer.best(level)
-    progress(0.9)
-    sampled = sampled_finalists(comparison, [best])
-    progress(0.97)
-    steps = _steps(comparison, best, sampled, exact)
-    progress(1.0)
-    return Ledger(
-        steps=steps,
-        verdict=best.kinds,
-        probabilities=comparison.probabilities(),
-        confounded=tuple(comparison.confounded()),
-        unexplained=p_value(best) < level,
-        seconds=time.perf_counter() - began,
-        experiment=best.problem.experiment,
-        compared=_compared(comparison),
-        suspicion=suspicion(null, comparison.candidates),
-        alternatives=alternatives(comparison, comparison.distinct(), sampled),
-        cautions=cautions(best, sampled.get(id(best))),
-        baseline=None if before is None else fitted_model(before, {}),
-    )
+    if not isinstance(measurement, Mapping):
+        return search.of(measurement, baseline, progress).ledger
+    _check_states(measurement, baseline)
+    return search.of_states(measurement, progress)
+
+
+class _Search(NamedTuple):
+    """What is searched for in any measurement of an experiment; fields as of `improve`."""
+
+    experiment: Experiment
+    effects: Sequence[Effect]
+    model_error: Modal | None
+    level: float
+    most_effects: int
+
+    def of(
+        self, measurement: Measurements, baseline: Measurements | None, progress: Progress
+    ) -> "_Improved":
+        """Search in one measurement, or for what is new in it since a baseline."""
+        began = time.perf_counter()
+        question = Question.of(
+            self.experiment,
+            self.experiment.data(measurement),
+            self.effects,
+            self.model_error,
+            level=self.level,
+            most_effects=self.most_effects,
+        )
+        tick = ticks(progress, 2 * len(self.effects) + 20, (0.02, 0.9))
+        answer = answered(question, tick, baseline)
+        null, comparison, exact, before = answer
+        best = answer.best(self.level)
+        progress(0.9)
+        sampled = sampled_finalists(comparison, [best])
+        progress(0.97)
+        steps = _steps(comparison, best, sampled, exact)
+        progress(1.0)
+        ledger = Ledger(
+            steps=steps,
+            verdict=best.kinds,
+            probabilities=comparison.probabilities(),
+            confounded=tuple(comparison.confounded()),
+            unexplained=p_value(best) < self.level,
+            seconds=time.perf_counter() - began,
+            experiment=best.problem.experiment,
+            compared=_compared(comparison),
+            suspicion=suspicion(null, comparison.candidates),
+            alternatives=alternatives(comparison, comparison.distinct(), sampled),
+            cautions=cautions(best, sampled.get(id(best))),
+            baseline=None if before is None else fitted_model(before, {}),
+        )
+        return _Improved(ledger, found_effects(best, steps[-1]))
+
+    def of_states(self, states: Mapping[str, Measurements], progress: Progress) -> LedgerOfStates:
+        """Search in each later state for what is new since the first."""
+        first, *later = states
+        improved = {
+            label: self.of(states[label], states[first], _share(progress, number, len(later)))
+            for number, label in enumerate(later)
+        }
+        return LedgerOfStates(
+            baseline=first,
+            ledgers={label: state.ledger for label, state in improved.items()},
+            courses=courses_of({label: state.found for label, state in improved.items()}),
+        )
+
+
+class _Improved(NamedTuple):
+    """Ledger of one measurement, and the effects that it claims."""
+
+    ledger: Ledger
+    found: tuple[FoundEffect, ...]
+
+
+def _share(progress: Progress, number: int, count: int) -> Progress:
+    """Report one of several equal parts of the work."""
+    return lambda done: progress((number + done) / count)
+
+
+def _check_states(states: Mapping[str, Any], baseline: Any) -> None:
+    """Refuse states of which there is only one, or a second baseline.
+
+    Raises
+    ------
+    InputError
+        If there are.
+    """
+    if len(states) < 2 or baseline is not None:
+        raise InputError(
+            f"{len(states)} states by label were given"
+            f"{'' if baseline is None else ' and a baseline beside them'}; at least two are needed "
+            "and no baseline, since the first one is what the others are compared with: "
+            'bp.improve(experiment, {"undamaged": before, "5 mm cut": after}).'
+        )
 
 
 def _steps(

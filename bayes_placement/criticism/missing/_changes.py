@@ -1,0 +1,136 @@
+"""Whether an effect that was found in two states is the same in both, or of another size."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import equinox as eqx
+import numpy as np
+
+from ..._sites import Unknown
+from ...effects.effect import Effect
+from ...effects.library import kind_of
+from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
+from ...inference.residuals import Problem, State, own_name
+from ._estimates import Estimate
+from ._hypotheses import Hypothesis
+from ._posterior_odds import STRONG, Comparison
+from .fitted_model import FittedModel
+
+NEW, CHANGED, UNCHANGED = "new", "changed", "unchanged"
+
+
+class FoundEffect(NamedTuple):
+    """An effect as it was found in one state.
+
+    Parameters
+    ----------
+    effect
+        The effect, with priors.
+    setting
+        Which part or sensor it is about, in words.
+    estimates
+        Its unknowns, by their words within the effect.
+    hypothesis
+        The hypothesis that was fitted to the state and its baseline.
+    """
+
+    effect: Effect
+    setting: str
+    estimates: Mapping[str, Estimate]
+    hypothesis: Hypothesis
+
+    @property
+    def kind(self) -> str:
+        """Kind of the effect."""
+        return kind_of(self.effect)
+
+    def is_comparable(self, other: "FoundEffect") -> bool:
+        """Whether both are the same candidate, about the same part or sensor."""
+        return self.setting == other.setting and bool(eqx.tree_equal(self.effect, other.effect))
+
+
+def found_effects(hypothesis: Hypothesis, model: FittedModel) -> tuple[FoundEffect, ...]:
+    """The effects of a hypothesis, as they were fitted."""
+    experiment = hypothesis.problem.experiment
+    return tuple(
+        FoundEffect(
+            effect,
+            effect.setting(experiment.structure.modes, experiment.instruments),
+            {item.word: item for item in model.parameters.values() if item.effect == effect.name},
+            hypothesis,
+        )
+        for effect in hypothesis.effects
+    )
+
+
+def change(earlier: FoundEffect, later: FoundEffect) -> str:
+    """Whether an effect is unchanged in the later of two states, changed, or new elsewhere.
+
+    Both states and the baseline are fitted at once, all else being shared: once with one effect in
+    both states, once with one of another size at the same place, once with two effects. It is
+    unchanged unless the evidence for something else is strong.
+    """
+    unknowns = _of_effects(earlier.hypothesis)
+    mine = {name for name, unknown in unknowns.items() if _is_of(unknown, earlier.effect)}
+    size = {name for name in mine if _is_size(unknowns[name], earlier.effect)}
+    rest = set(unknowns) - mine
+    unchanged, changed = (_log_odds(earlier, later, own) for own in (rest, rest | size))
+    elsewhere = -np.inf if size == mine else _log_odds(earlier, later, rest | mine)
+    if unchanged > max(changed, elsewhere) - STRONG:
+        return UNCHANGED
+    return CHANGED if changed > elsewhere - STRONG else NEW
+
+
+def _of_effects(hypothesis: Hypothesis) -> dict[str, Unknown]:
+    """Unknowns of the effects of a hypothesis, errors of shapes where they act included."""
+    return {
+        unknown.name: unknown
+        for unknown in hypothesis.problem.at_fixed_sizes.unknowns
+        if any(_is_of(unknown, effect) for effect in hypothesis.effects)
+    }
+
+
+def _is_of(unknown: Unknown, effect: Effect) -> bool:
+    kinds = ("effects", "instrument_effects", "ports")
+    return unknown.owner.kind in kinds and unknown.owner.name == effect.name
+
+
+def _is_size(unknown: Unknown, effect: Effect) -> bool:
+    """Whether an unknown of an effect may change while it stays where it is."""
+    return unknown.owner.kind != "ports" and unknown.field not in effect.place_fields
+
+
+def _log_odds(earlier: FoundEffect, later: FoundEffect, own: Collection[str]) -> float:
+    """Log odds of both states and their baseline, some unknowns having two values."""
+    first, last = earlier.hypothesis, later.hypothesis
+    between = State(first.problem.experiment, first.problem.data, frozenset(own))
+    problem = Problem(
+        last.problem.experiment,
+        last.problem.data,
+        sizes=last.problem.sizes,
+        baseline=last.problem.baseline,
+        further=(between,),
+    )
+    starts = np.zeros((2, problem.dimension))
+    for row, order in enumerate(((first, last), (last, first))):
+        for hypothesis in order:
+            _put(starts[row], problem, hypothesis, hypothesis.problem.coordinates.places)
+        _put(starts[row], problem, first, own, number=2)
+    sized = fitted_with_sizes(problem, starts, SOFTENING[-2:])
+    return Comparison([], {}).log_odds(replace(last, effects=(), **vars(sized)))
+
+
+def _put(
+    point: np.ndarray,
+    problem: Problem,
+    hypothesis: Hypothesis,
+    names: Collection[str],
+    number: int = 0,
+) -> None:
+    """Put fitted values into a point of a problem of several states."""
+    for name in names:
+        target = own_name(name, number) if number else name
+        if target in problem.coordinates.places:
+            place = hypothesis.problem.coordinates.places[name]
+            point[problem.coordinates.places[target]] = hypothesis.fit.point[place]

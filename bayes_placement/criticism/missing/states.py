@@ -1,0 +1,246 @@
+"""Ledger of several states of one structure: what is new in each, and how it grows."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from ..._files import write_atomically
+from ._changes import CHANGED, NEW, UNCHANGED, FoundEffect, change
+from .fitted_model import number_or_none
+from .ledger import Ledger, alone_in_words, misfit_columns
+
+
+class EffectInState(NamedTuple):
+    """An effect in one state, and what became of it since it was last found.
+
+    Parameters
+    ----------
+    found
+        The effect.
+    change
+        `new`, `changed` or `unchanged`.
+    """
+
+    found: FoundEffect
+    change: str
+
+    def size(self) -> str:
+        """Its unknowns but the place, in words."""
+        return self._in_words(are_places=False) or "present"
+
+    def place(self) -> str:
+        """Its place in words; empty where it has none."""
+        return self._in_words(are_places=True)
+
+    def _in_words(self, *, are_places: bool) -> str:
+        fields = self.found.effect.place_fields
+        return ", ".join(
+            f"{word} {estimate}"
+            for word, estimate in self.found.estimates.items()
+            if (word.split(".")[0] in fields) == are_places
+        )
+
+
+class Course(NamedTuple):
+    """One effect through the states.
+
+    Parameters
+    ----------
+    in_state
+        The effect in each state in which it was found, by label.
+    """
+
+    in_state: Mapping[str, EffectInState]
+
+    @property
+    def last(self) -> FoundEffect:
+        """The effect as it was found last."""
+        return [*self.in_state.values()][-1].found
+
+    @property
+    def kind(self) -> str:
+        """Kind of the effect."""
+        return self.last.kind
+
+    def title(self) -> str:
+        """Kind, setting and place; the place of the last state, where damage is mostly largest."""
+        last = [*self.in_state.values()][-1]
+        return " ".join(filter(None, [self.kind, self.last.setting, last.place()]))
+
+
+@dataclass(frozen=True)
+class LedgerOfStates:
+    """What is new in each of several states of one structure.
+
+    Parameters
+    ----------
+    baseline
+        Label of the first state, which all others are compared with.
+    ledgers
+        Ledger of each later state against the baseline, by label.
+    courses
+        Every effect that was found, through the states.
+    """
+
+    baseline: str
+    ledgers: Mapping[str, Ledger]
+    courses: tuple[Course, ...]
+
+    @property
+    def new(self) -> dict[str, tuple[str, ...]]:
+        """Kinds of effects that are new in each state, or of another size than before."""
+        return {
+            label: tuple(
+                course.kind
+                for course in self.courses
+                if label in course.in_state and course.in_state[label].change != UNCHANGED
+            )
+            for label in self.ledgers
+        }
+
+    def table(self) -> pd.DataFrame:
+        """One row for each effect with its size in each state, and the misfit that is left."""
+        rows: dict[str, dict[str, str]] = {}
+        for course in self.courses:
+            rows[course.title()] = {
+                label: f"{course.in_state[label].size()} ({course.in_state[label].change})"
+                if label in course.in_state
+                else ""
+                for label in self.ledgers
+            }
+        for label, ledger in self.ledgers.items():
+            for word, value in misfit_columns(ledger.steps[-1]).items():
+                rows.setdefault(word, {})[label] = value
+        table = pd.DataFrame.from_dict(rows, orient="index", columns=[*self.ledgers])
+        return table.rename_axis("effect")
+
+    def words(self) -> list[str]:
+        """What is new in each state, and what to doubt in it."""
+        first = next(iter(self.ledgers.values()))
+        assert first.baseline is not None
+        sentences = [f'"{self.baseline}" is the baseline. {alone_in_words(first.baseline)}']
+        before = self.baseline
+        for label, ledger in self.ledgers.items():
+            sentences.append(f'"{label}": {self._news(label, before)}')
+            sentences += [f'"{label}": {sentence}' for sentence in ledger.words()[1:]]
+            before = label
+        return sentences
+
+    def _news(self, label: str, before: str) -> str:
+        """Say what is new in a state since the one before."""
+        parts = [part for course in self.courses if (part := _news_of(course, label))]
+        gone = [
+            course.kind
+            for course in self.courses
+            if before in course.in_state and label not in course.in_state
+        ]
+        parts += [f"{kind} is no longer claimed" for kind in gone]
+        rest = " Something else is new as well." if self.ledgers[label].unexplained else ""
+        if not parts:
+            return f'nothing is claimed to be new since "{before}".{rest}'
+        return f'since "{before}" {"; ".join(parts)}.{rest}'
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as numbers and words for a file."""
+        new = self.new
+        return {
+            "baseline": self.baseline,
+            "states": [
+                {"label": label, "new": list(new[label]), "ledger": ledger.to_json()}
+                for label, ledger in self.ledgers.items()
+            ],
+            "effects": [_course_to_json(course) for course in self.courses],
+        }
+
+    def write(self, path: str | Path) -> None:
+        """Write it as JSON, whole or not at all."""
+        text = json.dumps(self.to_json(), indent=1, allow_nan=False)
+        write_atomically(Path(path), lambda temporary: temporary.write_text(f"{text}\n"))
+
+    def __str__(self) -> str:
+        """Table of the effects, then the sentences."""
+        lines = [f"- {line}" for line in self.words()]
+        return "\n".join([self.table().to_string(), "", *lines])
+
+
+def courses_of(
+    found: Mapping[str, Sequence[FoundEffect]],
+    change: Callable[[FoundEffect, FoundEffect], str] = change,
+) -> tuple[Course, ...]:
+    """Follow each effect through the states.
+
+    Parameters
+    ----------
+    found
+        The effects that were found in each state, by label.
+    change
+        Says what became of an effect between two states.
+    """
+    courses: list[dict[str, EffectInState]] = []
+    for label, effects in found.items():
+        for effect in effects:
+            course, verdict = _followed(courses, label, effect, change)
+            course[label] = EffectInState(effect, verdict)
+    return tuple(Course(course) for course in courses)
+
+
+def _followed(
+    courses: list[dict[str, EffectInState]],
+    label: str,
+    effect: FoundEffect,
+    change: Callable[[FoundEffect, FoundEffect], str],
+) -> tuple[dict[str, EffectInState], str]:
+    """The course that an effect belongs to, a new one where it is new, and what became of it."""
+    for course in reversed(courses):
+        if label not in course and _last(course).is_comparable(effect):
+            verdict = change(_last(course), effect)
+            if verdict != NEW:
+                return course, verdict
+    courses.append({})
+    return courses[-1], NEW
+
+
+def _last(course: Mapping[str, EffectInState]) -> FoundEffect:
+    return [*course.values()][-1].found
+
+
+def _news_of(course: Course, label: str) -> str:
+    """Say what became of one effect in a state; empty where nothing did."""
+    here = course.in_state.get(label)
+    if here is None or here.change == UNCHANGED:
+        return ""
+    if here.change == CHANGED:
+        earlier = [*course.in_state]
+        was = course.in_state[earlier[earlier.index(label) - 1]]
+        return f"{course.kind} is another: {here.size()} (it was {was.size()})"
+    words = [here.found.setting, here.place(), here.size()]
+    return f"{course.kind} is new ({', '.join(filter(None, words))})"
+
+
+def _course_to_json(course: Course) -> dict[str, Any]:
+    return {
+        "kind": course.kind,
+        "setting": course.last.setting,
+        "states": {
+            label: {
+                "change": here.change,
+                "parameters": {
+                    word: {
+                        "mean": number_or_none(estimate.mean),
+                        "standard_deviation": number_or_none(estimate.standard_deviation),
+                        "interval_99": [
+                            number_or_none(estimate.low),
+                            number_or_none(estimate.high),
+                        ],
+                        "unit": estimate.unit,
+                    }
+                    for word, estimate in here.found.estimates.items()
+                },
+            }
+            for label, here in course.in_state.items()
+        },
+    }

@@ -1,0 +1,133 @@
+"""Several states of one structure: a mass that grows is one effect, with its size in each state."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bayes_placement import effects, improve
+from bayes_placement.criticism.missing._changes import CHANGED, NEW, UNCHANGED, FoundEffect
+from bayes_placement.criticism.missing.states import courses_of
+from bayes_placement.inference.residuals import Problem, State
+from tests.criticism.missing.test_before_and_after import imperfect, measured
+from tests.criticism.small import experiment
+
+MASSES = {"10 nuts": 0.05, "again": 0.05, "20 nuts": 0.1}
+
+
+@pytest.fixture(scope="module")
+def ledger():
+    """The ledger of a mass that grows over three states, and the share of the work reported."""
+    states = {"bare": measured(imperfect(1), 2)}
+    for seed, (label, mass) in enumerate(MASSES.items(), 3):
+        states[label] = measured(imperfect(1, effects.point_mass(0.313, mass)), seed)
+    few = effects.library(experiment(), ["point_mass", "gain_error"])
+    shares = []
+    result = improve(experiment(), states, candidates=few, most_effects=1, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+    return result
+
+
+def test_a_growing_mass_is_one_effect_of_the_right_size_in_each_state(ledger):
+    (course,) = ledger.courses
+    assert course.kind == "point_mass"
+    for label, mass in MASSES.items():
+        estimates = course.in_state[label].found.estimates
+        assert estimates["mass"].low < mass < estimates["mass"].high
+        assert estimates["at"].low < 0.313 < estimates["at"].high
+
+
+def test_only_what_has_changed_is_new(ledger):
+    assert ledger.new == {"10 nuts": ("point_mass",), "again": (), "20 nuts": ("point_mass",)}
+    changes = [state.change for state in ledger.courses[0].in_state.values()]
+    assert changes == [NEW, UNCHANGED, CHANGED]
+
+
+def test_the_ledger_of_states_prints_one_line_with_all_sizes(ledger):
+    table = ledger.table()
+    assert [*table.columns] == [*MASSES]
+    assert table.index[0].startswith("point_mass at 0.31")
+    assert all(cell.startswith("mass ") for cell in table.iloc[0])
+    text = str(ledger)
+    assert '"bare" is the baseline. The baseline alone has chi2 per datum' in text
+    assert '"10 nuts": since "bare" point_mass is new (at 0.31' in text
+    assert '"again": nothing is claimed to be new since "10 nuts".' in text
+    assert 'since "again" point_mass is another: mass 0.1' in text
+
+
+def test_the_ledger_of_states_is_written(ledger, tmp_path):
+    ledger.write(tmp_path / "states.json")
+    content = json.loads((tmp_path / "states.json").read_text())
+    assert content["baseline"] == "bare"
+    assert [state["label"] for state in content["states"]] == [*MASSES]
+    (course,) = content["effects"]
+    assert course["states"]["20 nuts"]["change"] == CHANGED
+    assert course["states"]["20 nuts"]["parameters"]["mass"]["unit"] == "kg"
+
+
+def test_a_change_is_seen_that_two_sizes_alone_would_not_tell(ledger):
+    """The error of the model at the mass is the same in both states, so that it cancels."""
+    last = ledger.courses[0].in_state["20 nuts"].found
+    uncertainty = last.estimates["mass"].standard_deviation
+    few = effects.library(experiment(), ["point_mass"])
+    states = {"bare": measured(imperfect(1), 2)}
+    for seed, mass in enumerate((0.1, 0.1 + 2 * uncertainty), 8):
+        states[f"{mass} kg"] = measured(imperfect(1, effects.point_mass(0.313, mass)), seed)
+    (course,) = improve(experiment(), states, candidates=few, most_effects=1).courses
+    assert [state.change for state in course.in_state.values()] == [NEW, CHANGED]
+
+
+def found(kind="point_mass", *arguments):
+    """An effect, as far as it matters which of them it is."""
+    return FoundEffect(effects.EFFECTS[kind](*arguments), "", {}, None)
+
+
+def test_an_effect_is_followed_as_long_as_it_is_not_elsewhere():
+    mass = found("point_mass", 0.3, 0.1)
+    verdicts = iter([UNCHANGED, NEW, CHANGED])
+    courses = courses_of(dict.fromkeys("abcd", (mass,)), lambda earlier, later: next(verdicts))
+    changes = [[state.change for state in course.in_state.values()] for course in courses]
+    assert changes == [[NEW, UNCHANGED], [NEW, CHANGED]]
+
+
+def test_an_effect_is_followed_over_a_state_in_which_it_was_not_found():
+    mass = found("point_mass", 0.3, 0.1)
+    (course,) = courses_of({"a": (mass,), "b": (), "c": (mass,)}, lambda *_: UNCHANGED)
+    assert [*course.in_state] == ["a", "c"]
+
+
+def test_another_candidate_is_another_effect():
+    mass, other = found("point_mass", 0.3, 0.1), found("point_mass", 0.4, 0.1)
+    courses = courses_of({"a": (mass,), "b": (other,)}, lambda *_: UNCHANGED)
+    assert [[*course.in_state] for course in courses] == [["a"], ["b"]]
+
+
+def test_residuals_of_several_states_are_those_of_each(ledger):
+    """With values of its own for some unknowns of a state, and the errors among those of a size."""
+    first, last = (
+        ledger.courses[0].in_state[label].found.hypothesis.problem
+        for label in ("10 nuts", "20 nuts")
+    )
+    own = frozenset({"structure.effects.point_mass.mass", "model_error.ports.point_mass"})
+    further = (State(first.experiment, first.data, own),)
+    joint = Problem(
+        last.experiment, last.data, sizes=last.sizes, baseline=last.baseline, further=further
+    )
+    point = np.random.default_rng(0).uniform(-1, 1, (2, joint.dimension))
+    both = last.at_sizes(last.sizes)
+    alone = Problem(first.experiment, first.data, sizes=last.sizes)
+    mine = np.zeros((2, alone.dimension))
+    for name, place in alone.coordinates.places.items():
+        source = f"{name} of state 2" if name in own else name
+        mine[:, place] = point[:, joint.coordinates.places[source]]
+    expected = [
+        both.squares.residuals(point[:, : both.dimension]),
+        alone.squares.residuals(mine),
+    ]
+    residuals, log_scale = joint.squares.residuals(point)
+    np.testing.assert_allclose(residuals, np.concatenate([part[0] for part in expected], axis=1))
+    np.testing.assert_allclose(log_scale, expected[0][1] + expected[1][1])
+    (size,) = (size for size in joint.unknown_sizes if size.owner.kind == "shape")
+    ports = first.coordinates.places["model_error.ports.point_mass"]
+    assert len(joint.errors_of(size)) == len(both.errors_of(size)) + ports.stop - ports.start
