@@ -117,7 +117,7 @@ def read_study(path: Path) -> model.Study:
 def read_measurement(
     study: model.Study, data: Path | None, path: Path, command: str
 ) -> Measurements:
-    """Return the measurement in a file, or that of the study.
+    """Return the measurement in a file, or that of the study; of several states the last.
 
     Raises
     ------
@@ -126,6 +126,8 @@ def read_measurement(
     """
     if data is not None:
         return formats.read_measurement(data)
+    if study.measurement is None and study.states:
+        return [*study.states.values()][-1]
     if study.measurement is None:
         raise InputError(
             f"{path} declares no `measurement` and no --data file is given. Measured FRFs are "

@@ -1,11 +1,12 @@
 """The search for missing effects, which `explain` and `improve` begin with."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
 from .._progress import progress_bars
+from .._types import InputError
 from ..effects import library
 from ..experiment.experiment import Measurements
 from ..io.formats import read_measurement
@@ -38,6 +39,8 @@ class Request:
         Universal file of an earlier state; None for that of the study, if it has one.
     alone
         Whether the measurement is looked at without any earlier state.
+    states
+        Universal files of several states by label, the baseline first; none for those of the study.
     """
 
     path: Path
@@ -48,15 +51,43 @@ class Request:
     model_error: bool = False
     baseline: Path | None = None
     alone: bool = False
+    states: Mapping[str, Path] = field(default_factory=dict)
+
+    def read(self, command: str) -> Inputs:
+        """Read study and measurement, which is that of the last state where there are several.
+
+        Raises
+        ------
+        InputError
+            If files of several states are given beside those of one.
+        """
+        data = self.data
+        if self.states:
+            if self.data or self.baseline or self.alone:
+                raise InputError(
+                    "--state was given beside --data, --baseline or --alone; the states alone are "
+                    "needed, since the first is the baseline of all others: "
+                    '--state "undamaged=before.uff" --state "5 mm cut=after.uff".'
+                )
+            data = [*self.states.values()][-1]
+        return read_inputs(self.path, data, command, self.out, self.most_lines, self.model_error)
+
+    def of_states(self, study: Study) -> Mapping[str, Measurements]:
+        """What was measured in each of several states, by label; empty where one is asked for."""
+        if self.states:
+            return {label: read_measurement(file) for label, file in self.states.items()}
+        return {} if self.data or self.baseline or self.alone else study.states
 
     def earlier(self, study: Study) -> Measurements | None:
         """What was measured in an earlier state; None where there is none."""
         if self.alone:
             return None
-        return study.baseline if self.baseline is None else read_measurement(self.baseline)
+        if self.baseline is not None:
+            return read_measurement(self.baseline)
+        return study.baseline or next(iter(study.states.values()), None)
 
-    def search(self, command: str, function: Callable[..., Result]) -> tuple[Inputs, Result]:
-        """Read the inputs, and return them and the result of `explain` or `improve`.
+    def search(self, command: str, function: Callable[..., Result], inputs: Inputs) -> Result:
+        """Return what `explain` or `improve` finds in one measurement, and a baseline if any.
 
         Parameters
         ----------
@@ -64,16 +95,50 @@ class Request:
             Name of the command.
         function
             What searches.
+        inputs
+            What was read.
         """
-        inputs = read_inputs(
-            self.path, self.data, command, self.out, self.most_lines, self.model_error
-        )
-        settings: dict[str, Any] = {"candidates": library(inputs.experiment, self.kinds)}
         baseline = self.earlier(inputs.study)
-        if baseline is not None:
-            settings["baseline"] = baseline
-            words = "An earlier state was measured too: the effects are what is new since."
-            print_text(inputs.console, f"{words} Without it: --alone.")
+        if baseline is None:
+            return self.searched(command, function, inputs, inputs.measurement)
+        words = "An earlier state was measured too: the effects are what is new since."
+        print_text(inputs.console, f"{words} Without it: --alone.")
+        return self.searched(command, function, inputs, inputs.measurement, baseline=baseline)
+
+    def searched(
+        self,
+        command: str,
+        function: Callable[..., Result],
+        inputs: Inputs,
+        measured: Any,
+        **settings: Any,
+    ) -> Result:
+        """Return what a function finds in what was measured; its progress is shown."""
+        effects = library(inputs.experiment, self.kinds)
         with progress_bars(inputs.console, [command]) as begin:
-            settings["progress"] = begin(command)
-            return inputs, function(inputs.experiment, inputs.measurement, **settings)
+            return function(
+                inputs.experiment,
+                measured,
+                candidates=effects,
+                progress=begin(command),
+                **settings,
+            )
+
+
+def states_by_label(words: Sequence[str]) -> dict[str, Path]:
+    """Files of several states by label, from LABEL=FILE each.
+
+    Raises
+    ------
+    InputError
+        If a word is no such pair, or a label is given twice.
+    """
+    pairs = [word.partition("=") for word in words]
+    labels = [label.strip() for label, _, _ in pairs]
+    for word, label, (_, _, file) in zip(words, labels, pairs, strict=True):
+        if not label or not file or labels.count(label) > 1:
+            raise InputError(
+                f"--state {word!r} was given; a label and a file are needed, each label once, "
+                'since it is the name of the state: --state "5 mm cut=cut5.uff".'
+            )
+    return {label: Path(file) for label, (_, _, file) in zip(labels, pairs, strict=True)}

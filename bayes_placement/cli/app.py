@@ -99,6 +99,14 @@ Baseline = Annotated[
         "Default: the model's `baseline`, or the files that a case names."
     ),
 ]
+States = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--state",
+        help="A label and the FRFs of one state of the structure, cut=cut.uff; once for each "
+        "state, the first is the baseline. Default: the model's `states`, or those of a case.",
+    ),
+]
 Alone = Annotated[bool, typer.Option("--alone", help="Leave out the earlier state.")]
 EarlierData = Annotated[
     Path | None,
@@ -208,6 +216,7 @@ def improve(
     lines: MostLines = None,
     model_error: ModelError = False,
     baseline: Baseline = None,
+    state: States = None,
     alone: Alone = False,
     out: Out = RESULTS,
     no_cache: NoCache = False,
@@ -217,9 +226,11 @@ def improve(
     with _prepared(model, no_cache, traceback):
         from . import _missing_effects, improve
 
-        kinds = _split(effects)
+        kinds, states = _split(effects), _missing_effects.states_by_label(state or [])
         improve.run(
-            _missing_effects.Request(model, data, kinds, out, lines, model_error, baseline, alone)
+            _missing_effects.Request(
+                model, data, kinds, out, lines, model_error, baseline, alone, states
+            )
         )
 
 

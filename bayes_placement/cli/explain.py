@@ -13,7 +13,8 @@ from ._terminal import print_list, print_text, terminal_table
 
 def run(request: Request) -> None:
     """Rank the effects that a model may lack, and write tables and figures."""
-    inputs, ranking = request.search("explain", explain)
+    inputs = request.read("explain")
+    ranking = request.search("explain", explain, inputs)
     inputs.console.print(terminal_table(ranking.table(), "effect"))
     print_list(inputs.console, ranking.words())
     _write(ranking, inputs.experiment, request.out)
