@@ -138,27 +138,24 @@ def is_right(ledger, drawn: ImperfectDraw) -> bool:
 
 
 def within(ledger, drawn: ImperfectDraw) -> dict[str, bool]:
-    """Whether each true value lies within its 90 % interval; of the effect, where it is named.
-
-    Intervals are normal in coordinates in which the prior is standard normal, so that those of
-    99 % tell those of 90 %.
-    """
+    """Whether each true value lies within its 90 % interval; of the effect, where it is named."""
     step = ledger.steps[-1]
     truth = {**true_values(drawn), **(true_effect(drawn) if is_right(ledger, drawn) else {})}
     scores = Scores.of(step.experiment)
-    found = {}
-    for name, value in truth.items():
-        if name in step.parameters:
-            ends = step.parameters[name].low, step.parameters[name].high
-            low, high = (scores.of_value(name, end) for end in ends)
-            half = (high - low) / 2 * INTERVAL_90 / INTERVAL_99
-            found[name] = bool(abs(scores.of_value(name, value) - (low + high) / 2) <= half)
-    return found
+    return {
+        name: scores.within(name, value, step.parameters[name].low, step.parameters[name].high)
+        for name, value in truth.items()
+        if name in step.parameters
+    }
 
 
 @dataclass(frozen=True)
 class Scores:
-    """Values of each unknown at the same standard normal coordinates."""
+    """Values of each unknown at the same standard normal coordinates.
+
+    Intervals of the package are normal in coordinates in which the prior is standard normal, so
+    that those of 99 % tell those of 90 %.
+    """
 
     normal: np.ndarray
     tables: dict[str, np.ndarray]
@@ -175,6 +172,12 @@ class Scores:
             for element, values in scalars(name, table[None])
         }
         return cls(normal, tables)
+
+    def within(self, name: str, value: float, *ends_of_99: float) -> bool:
+        """Whether a value lies within the interval of 90 %, from the ends of that of 99 %."""
+        low, high = (self.of_value(name, end) for end in ends_of_99)
+        half = (high - low) / 2 * INTERVAL_90 / INTERVAL_99
+        return bool(abs(self.of_value(name, value) - (low + high) / 2) <= half)
 
     def of_value(self, name: str, value: float) -> float:
         return float(np.interp(value, self.tables[name], self.normal))

@@ -7,8 +7,11 @@ IMPERFECT_CASES, parts that were run before are taken from it.
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
-from tests.benchmarks.imperfect_cases import QUESTIONS, Case, case
+from tests.benchmarks.imperfect_cases import QUESTIONS, Case, Scores, case
+from tests.benchmarks.imperfect_experiments import given
+from tests.simulator.imperfect_draws import draw
 
 DRAWS, BATCH = 40, 10
 CALIBRATED = 25
@@ -37,6 +40,21 @@ def test_verdicts(question, first):
 def test_all_verdicts(question):
     cases = [case(question, seed) for seed in range(DRAWS)]
     assert summary(question, cases) <= QUESTIONS[question].most_wrong
+
+
+def test_intervals_of_90_percent_follow_from_those_of_99():
+    drawn = draw(0)
+    scores = Scores.of(given(drawn).experiment)
+    low, high = drawn.priors["density"]  # uniform
+    middle, deviation = 1.2, 0.4
+
+    def value(deviations):
+        return low + (high - low) * norm.cdf(middle + deviations * deviation)
+
+    ends = value(norm.ppf(0.005)), value(norm.ppf(0.995))
+    for deviations, inside in ((1.64, True), (1.65, False), (-1.64, True), (-1.65, False)):
+        found = scores.within("structure.modes.density", value(deviations), *ends)
+        assert found is inside
 
 
 def test_calibration():
