@@ -140,8 +140,11 @@ def is_right(ledger, drawn: ImperfectDraw) -> bool:
 def within(ledger, drawn: ImperfectDraw) -> dict[str, bool]:
     """Whether each true value lies within its 90 % interval; of the effect, where it is named."""
     step = ledger.steps[-1]
-    truth = {**true_values(drawn), **(true_effect(drawn) if is_right(ledger, drawn) else {})}
-    scores = Scores.of(step.experiment)
+    truth, scores = true_values(drawn), Scores.of(step.experiment)
+    if is_right(ledger, drawn):
+        words = true_effect(drawn)
+        named = step.parameters_of_added() if words else {}
+        truth |= {name: words[one.word] for name, one in named.items() if one.word in words}
     return {
         name: scores.within(name, value, step.parameters[name].low, step.parameters[name].high)
         for name, value in truth.items()
@@ -200,7 +203,7 @@ def true_values(drawn: ImperfectDraw) -> dict[str, float]:
     for side, group in (("sensor", drawn.sensors), ("actuator", drawn.actuators)):
         for one in group:
             if one.name != moved:
-                values |= dict(coordinates(f"{side}.{one.name}.position", one.true))
+                values |= coordinates(f"{side}.{one.name}.position", one.true)
     return values
 
 
@@ -208,12 +211,11 @@ OURS = {"share": "loss"}
 
 
 def true_effect(drawn: ImperfectDraw) -> dict[str, float]:
-    """True values of the effect, by our names."""
+    """True values of the effect, by the words of its unknowns."""
     values: dict[str, float] = {}
     for name, value in drawn.hidden.pairs:
-        ours = f"{drawn.hidden.name}.{OURS.get(name, name)}"
         if not isinstance(value, str | int):
-            values |= dict(coordinates(ours, value))
+            values |= coordinates(OURS.get(name, name), value)
     return values
 
 

@@ -62,7 +62,8 @@ def test_calibration():
     shares = {}
     for one in cases:
         for name, inside in one.within.items():
-            shares.setdefault(name.split(".")[0], []).append(inside)
+            owner = "effect" if "effects" in name else name.split(".")[0]
+            shares.setdefault(owner, []).append(inside)
     for owner, inside in shares.items():
         print(f"{owner}: {sum(inside)} of {len(inside)} within 90 % ({np.mean(inside):.1%})")
     inside = np.concatenate([*shares.values()])
