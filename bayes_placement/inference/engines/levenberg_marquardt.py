@@ -128,7 +128,8 @@ def minimise(
         trial_cost = np.nan_to_num(objective.cost(trial), nan=np.inf)
         cost = np.nan_to_num(normal.cost[rows], nan=np.inf)
         accepted = trial_cost < cost
-        decrease = np.where(accepted, cost - trial_cost, 0.0)
+        decrease = np.zeros_like(cost)
+        np.subtract(cost, trial_cost, out=decrease, where=accepted)  # both may be infinite
         predicted = _predicted_decrease(near, step)
         if accepted.any():
             points[rows[accepted]] = trial[accepted]

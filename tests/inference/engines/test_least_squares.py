@@ -169,3 +169,22 @@ def test_the_evidence_of_precise_data_keeps_the_volume_of_what_only_the_prior_kn
     fit = best_fit(np.zeros((1, 2)), normal, 1)
     closed_form = -0.5 * 3 * np.log(2 * np.pi) + np.log(2 * np.pi) - 0.5 * np.log(1e12)
     assert fit.log_evidence == pytest.approx(closed_form, abs=1e-9)
+
+
+class Walled:
+    """Half of (x - 0.3)^2 where x is below 1, beyond which there is no cost."""
+
+    def cost(self, points):
+        return np.where(points[:, 0] < 1, 0.5 * (points[:, 0] - 0.3) ** 2, np.nan)
+
+    def normal_equations(self, points):
+        count = len(points)
+        cost, slope = self.cost(points), points - 0.3
+        return NormalEquations(cost, slope, np.ones((count, 1, 1)), 2 * cost)
+
+
+def test_a_descent_that_starts_where_there_is_no_cost_does_not_harm_others():
+    points, normal = minimise(Walled(), np.array([[0.9], [4.9]]), steps=1)
+    assert points[0, 0] == pytest.approx(0.3, abs=1e-3)
+    assert points[1, 0] == 4.9  # two at most in a step
+    assert np.isnan(normal.cost[1])
