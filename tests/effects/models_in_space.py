@@ -67,13 +67,13 @@ class Scene(NamedTuple):
             for letter, kind in (("s", bp.Sensor), ("a", bp.Actuator))
         ]
 
-    def response(self, several, mounted="fixed", force=None):
+    def response(self, additions, mounted="fixed", force=None):
         """Receptance by the package; read and driven at the same places, along the same axes."""
-        chain = [one for one in several if isinstance(one, InstrumentEffect)]
+        chain = [effect for effect in additions if isinstance(effect, InstrumentEffect)]
         base = self.structure()
-        for one in several:
-            if not isinstance(one, InstrumentEffect):
-                base = base + one
+        for effect in additions:
+            if not isinstance(effect, InstrumentEffect):
+                base = base + effect
         omega = jnp.asarray(2 * np.pi * self.frequency)
         return recorded(base, Instruments(*self.transducers()), chain, Drive(omega, force, mounted))
 
@@ -92,32 +92,32 @@ class Scene(NamedTuple):
         axis = np.eye(3)
         return np.array(
             [
-                self.reading(at, np.sign(one) * axis[abs(one) - 1])
+                self.reading(at, np.sign(axis_number) * axis[abs(axis_number) - 1])
                 for at, along in self.seats
-                for one in along
+                for axis_number in along
             ]
         )
 
 
 def changed(scene, stiffness=None, soft=None):
     """The matrices with a stiffness added, and springs in the place of some supports."""
-    whole = scene.matrices
-    size, free = len(whole.dof), []
+    matrices = scene.matrices
+    size, free = len(matrices.dof), []
     springs = sparse.lil_array((size, size))
     for name, compliance in (soft or {}).items():
         rows, motion, pattern = scene.soft[name]
-        ways, still = np.linalg.pinv(motion), null_space(motion.T)
-        stiff = RIGID * whole.stiffness.diagonal()[rows].max()
-        held = ways.T @ pattern @ ways / compliance + stiff * still @ still.T
+        ways, fixed = np.linalg.pinv(motion), null_space(motion.T)
+        stiff = RIGID * matrices.stiffness.diagonal()[rows].max()
+        held = ways.T @ pattern @ ways / compliance + stiff * fixed @ fixed.T
         springs[np.ix_(rows, rows)] = held
         free.extend(rows)
     return bp.finite_elements.Matrices(
-        whole.stiffness + sparse.csc_array(springs) + (0 if stiffness is None else stiffness),
-        whole.mass,
-        whole.position,
-        whole.dof,
-        node=whole.node,
-        fixed=np.setdiff1d(whole.fixed, free),
+        matrices.stiffness + sparse.csc_array(springs) + (0 if stiffness is None else stiffness),
+        matrices.mass,
+        matrices.position,
+        matrices.dof,
+        node=matrices.node,
+        fixed=np.setdiff1d(matrices.fixed, free),
     )
 
 
@@ -127,30 +127,30 @@ def exact(scene, matrices, points, *, loss_factor=0.0, damped=150):
     free = len(matrices.dof) - len(matrices.fixed)
     ratio = 0.0 if loss_factor else RATIO
     modes = None if loss_factor else matrices.modes(count=min(damped, free - 12))
-    found = matrices.receptance(
+    receptance = matrices.receptance(
         rows, rows, scene.frequency, modes=modes, damping_ratio=ratio, loss_factor=loss_factor
     )
-    return np.einsum("pi,ijf,qj->pqf", points[:, rows], found, points[:, rows])
+    return np.einsum("pi,ijf,qj->pqf", points[:, rows], receptance, points[:, rows])
 
 
 def attached(plain, channels, stiffness):
     """Receptance of the first channels once the others are held by dynamic stiffnesses."""
     held = np.zeros((plain.shape[-1], len(plain)), complex)
     held[:, channels:] = np.transpose(stiffness)
-    whole = np.moveaxis(plain, -1, 0)
-    dense = np.linalg.solve(np.eye(len(plain)) + whole * held[:, None, :], whole)
+    receptance = np.moveaxis(plain, -1, 0)
+    dense = np.linalg.solve(np.eye(len(plain)) + receptance * held[:, None, :], receptance)
     return np.moveaxis(dense[:, :channels, :channels], 0, -1)
 
 
 def suggested():
     """Each effect of the registry that suggests something for the frame or the plate, by name."""
-    found = {}
+    suggestions = {}
     for scene in (frame(), plate()):
         experiment = scene.experiment()
         for word, kind in bp.effects.EFFECTS.items():
             variants = kind.suggest(bp.effects.Scales(experiment))
-            found |= {word: (scene, variants[0])} if variants else {}
-    return found
+            suggestions |= {word: (scene, variants[0])} if variants else {}
+    return suggestions
 
 
 @functools.cache
@@ -210,15 +210,15 @@ def handed_over(folder, name):
     folder = folder / "cases" / "models" / name
     grid = bp.io.npz_modes.read_nodes(folder / "nominal.npz")
     files = {f"region {i}": folder / f"K_region_{i:02d}.npz" for i in range(12)}
-    whole = bp.io.matrix_files.read(folder / "K.npz", folder / "M.npz", regions=files)
+    system = bp.io.matrix_files.read(folder / "K.npz", folder / "M.npz", regions=files)
     matrices = bp.finite_elements.Matrices(
-        whole.stiffness,
-        whole.mass,
+        system.stiffness,
+        system.mass,
         grid.position,
         grid.dof,
         node=grid.node,
         fixed=grid.fixed,
-        regions=whole.regions,
+        regions=system.regions,
     )
     elements = np.searchsorted(grid.node, grid.element)
     if name == "portal":

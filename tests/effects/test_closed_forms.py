@@ -27,23 +27,23 @@ MODES = 30
 UNDAMPED = 1e-12
 
 
-def structure(*several, ends="fixed-free", modes=MODES, **quantities):
-    whole = Structure(
+def structure(*additions, ends="fixed-free", modes=MODES, **quantities):
+    line = Structure(
         beams.beam(modes, **BEAM | quantities, ends=ends), damping=damping.Modal(UNDAMPED)
     )
-    for one in several:
-        whole = whole + one
-    return whole
+    for effect in additions:
+        line = line + effect
+    return line
 
 
-def natural(whole):
+def natural(base):
     """Natural angular frequencies of the structure proper, hinges and preload included."""
-    return np.asarray(jax.jit(lambda: whole.proper_modes().angular_frequency())())
+    return np.asarray(jax.jit(lambda: base.proper_modes().angular_frequency())())
 
 
-def between(whole, position, other, omega):
+def between(base, position, other, omega):
     sides = [Points(jnp.array([x]), np.ones((1, 1))) for x in (position, other)]
-    return np.asarray(jax.jit(lambda w: receptance(whole, *sides, w))(jnp.atleast_1d(omega)))[0, 0]
+    return np.asarray(jax.jit(lambda w: receptance(base, *sides, w))(jnp.atleast_1d(omega)))[0, 0]
 
 
 def root(equation, near):
@@ -81,8 +81,8 @@ def test_an_absorber_goes_through_the_fixed_points_of_den_hartog(damping_ratio):
     tuning = 1 / (1 + ratio)
     squares = np.roots([2 + ratio, -2 * (1 + tuning**2 * (1 + ratio)), 2 * tuning**2]).real
     fixed = np.sqrt(squares * spring / MASS)
-    found = np.abs(between(rigid, LENGTH / 2, LENGTH / 2, fixed)) * spring
-    np.testing.assert_allclose(found, np.sqrt(1 + 2 / ratio), rtol=1e-3)
+    amplitude = np.abs(between(rigid, LENGTH / 2, LENGTH / 2, fixed)) * spring
+    np.testing.assert_allclose(amplitude, np.sqrt(1 + 2 / ratio), rtol=1e-3)
 
 
 @pytest.mark.parametrize("softness", [0.01, 0.3, 30.0])
@@ -92,8 +92,8 @@ def test_a_cantilever_on_a_soft_clamp_obeys_its_frequency_equation(softness):
     def equation(b):
         return 1 + np.cos(b) * np.cosh(b) + softness * b * ratio_wave(b)
 
-    found = natural(structure(effects.compliant_support(softness * LENGTH / BENDING)))
-    for omega in found[:4]:
+    frequencies = natural(structure(effects.compliant_support(softness * LENGTH / BENDING)))
+    for omega in frequencies[:4]:
         b = np.sqrt(omega / SPEED) * LENGTH
         np.testing.assert_allclose(b, root(equation, b), rtol=3e-5)
 
@@ -107,8 +107,8 @@ def test_a_cantilever_on_a_soft_seat_obeys_its_frequency_equation(softness):
         return stiff - softness * b**3 * (np.cos(b) * np.sinh(b) + np.sin(b) * np.cosh(b))
 
     soft = effects.compliant_support(softness * LENGTH**3 / BENDING, motion="translation")
-    found = natural(structure(soft))
-    for omega in found[:4]:
+    frequencies = natural(structure(soft))
+    for omega in frequencies[:4]:
         b = np.sqrt(omega / SPEED) * LENGTH
         np.testing.assert_allclose(b, root(equation, b), rtol=1e-4)
 
@@ -124,8 +124,8 @@ def test_a_very_soft_clamp_is_a_pin():
 def test_a_tensioned_pinned_beam(tension):
     k = np.arange(1, 8) * np.pi / LENGTH
     exact = np.sqrt((BENDING * k**4 + tension * k**2) / (DENSITY * AREA))
-    found = natural(structure(effects.axial_preload(tension), ends="pinned-pinned"))
-    np.testing.assert_allclose(found[:7], exact, rtol=1e-10)
+    frequencies = natural(structure(effects.axial_preload(tension), ends="pinned-pinned"))
+    np.testing.assert_allclose(frequencies[:7], exact, rtol=1e-10)
 
 
 @pytest.mark.parametrize("ends", ["pinned-pinned", "fixed-free", "fixed-fixed"])
@@ -150,29 +150,29 @@ def test_shear_and_rotary_inertia_of_a_pinned_beam(height):
     slender = (k * gyration) ** 2
     # Timoshenko's equation, g x^2 y^2 - (1 + x (1 + g)) y + 1 = 0 with y = (omega / omega_0)^2.
     equations = [[ratio * x**2, -(1 + x * (1 + ratio)), 1.0] for x in slender]
-    exact = [np.sqrt(np.roots(one).min()) for one in equations]
+    exact = [np.sqrt(np.roots(coefficients).min()) for coefficients in equations]
     plain = k**2 * gyration * np.sqrt(STIFFNESS / DENSITY)
-    found = natural(deep)[:4] / plain
-    assert np.all(np.abs(found - exact) < 20 * slender**3 + 1e-9)
-    assert np.all(np.abs(found - exact) < 0.1 * (1 - np.array(exact)))
+    reduction = natural(deep)[:4] / plain
+    assert np.all(np.abs(reduction - exact) < 20 * slender**3 + 1e-9)
+    assert np.all(np.abs(reduction - exact) < 0.1 * (1 - np.array(exact)))
 
 
 def test_no_tension_and_no_shear_leave_free_bodies_free():
     free = structure(effects.axial_preload(300.0), ends="free-free")
-    found = natural(free)
-    assert found[0] == 0.0  # a dead load holds the slope, not the deflection
-    assert 0 < found[1] < found[2]
+    frequencies = natural(free)
+    assert frequencies[0] == 0.0  # a dead load holds the slope, not the deflection
+    assert 0 < frequencies[1] < frequencies[2]
 
 
 def test_a_cubic_spring_stiffens_by_three_quarters_of_the_amplitude_squared():
     stiffness, force = 1e8, 20.0
-    whole = structure(effects.cubic_stiffness(0.5, stiffness))
-    whole = dataclasses.replace(whole, damping=damping.Modal(0.02))
+    sprung = structure(effects.cubic_stiffness(0.5, stiffness))
+    sprung = dataclasses.replace(sprung, damping=damping.Modal(0.02))
     linear = dataclasses.replace(structure(), damping=damping.Modal(0.02))
     omega = jnp.asarray(natural(structure())[0] * np.array([0.5, 0.9, 1.2, 2.0]))
-    one = Points(jnp.array([0.5]), np.ones((1, 1)))
+    place = Points(jnp.array([0.5]), np.ones((1, 1)))
     every = jnp.full(4, force)
-    loaded = jax.jit(lambda: receptance(whole, one, one, omega, force=every))()[0, 0]
+    loaded = jax.jit(lambda: receptance(sprung, place, place, omega, force=every))()[0, 0]
     plain = between(linear, 0.5, 0.5, omega)
     amplitude = np.abs(loaded) * force
     balance = 1 / (1 / plain + 0.75 * stiffness * amplitude**2)

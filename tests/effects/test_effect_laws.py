@@ -1,4 +1,4 @@
-"""Every effect of the registry by every law, on a cantilever at its default priors."""
+"""General laws of receptances hold for every effect of the registry, on a cantilever."""
 
 import dataclasses
 import functools
@@ -111,29 +111,29 @@ def row(candidate):
 
 def rows():
     """Each effect that can act on the cantilever, once for each motion of a support."""
-    whole = experiment(structure())
+    base = experiment(structure())
     table = {}
     for word, kind in EFFECTS.items():
-        variants = [row(candidate) for candidate in kind.suggest(Scales(whole))]
-        motions = {getattr(one.effect, "motion", ""): one for one in reversed(variants)}
-        table |= {f"{word} {motion}".strip(): one for motion, one in reversed(motions.items())}
+        variants = [row(candidate) for candidate in kind.suggest(Scales(base))]
+        motions = {getattr(case.effect, "motion", ""): case for case in reversed(variants)}
+        table |= {f"{word} {motion}".strip(): case for motion, case in reversed(motions.items())}
     return table
 
 
 ROWS = rows()
-STRUCTURAL = [name for name, one in ROWS.items() if not isinstance(one.effect, InstrumentEffect)]
-CUBIC = [name for name, one in ROWS.items() if isinstance(one.effect, effects.CubicAttachment)]
-ATTACHED = [name for name, one in ROWS.items() if isinstance(one.effect, effects.Attachment)]
+STRUCTURAL = [name for name, case in ROWS.items() if not isinstance(case.effect, InstrumentEffect)]
+CUBIC = [name for name, case in ROWS.items() if isinstance(case.effect, effects.CubicAttachment)]
+ATTACHED = [name for name, case in ROWS.items() if isinstance(case.effect, effects.Attachment)]
 PASSIVE = [name for name in STRUCTURAL if name not in CUBIC]
 table = pytest.mark.parametrize("name", ROWS)
 
 
-def response(base, several, places=PLACES, omega=BOTH, mounted="fixed"):
+def response(base, additions, places=PLACES, omega=BOTH, mounted="fixed"):
     """Receptance [sensor, actuator, frequency], read and driven at the same places."""
-    on_instruments = [one for one in several if isinstance(one, InstrumentEffect)]
-    for one in several:
-        if one not in on_instruments:
-            base = base + one
+    on_instruments = [effect for effect in additions if isinstance(effect, InstrumentEffect)]
+    for effect in additions:
+        if effect not in on_instruments:
+            base = base + effect
     sides = [
         OrderedDict(
             (f"{letter}{i}", kind(f"{letter}{i}", at=x).on(base.modes))
@@ -157,7 +157,7 @@ def compiled(name):
 
 
 @functools.cache
-def found(name):
+def affected(name):
     return np.asarray(compiled(name)(ROWS[name].strength, AT, PLACES))
 
 
@@ -170,7 +170,7 @@ def without(ends="fixed-free"):
 def test_every_effect_of_the_registry_is_tested():
     tested = {name.split()[0] for name in ROWS} | {*models_in_space.suggested()}
     assert tested == {*EFFECTS}
-    assert {one.effect.name for one in ROWS.values()} <= tested
+    assert {case.effect.name for case in ROWS.values()} <= tested
     assert ("compliant_support rotation" in ROWS) and ("compliant_support translation" in ROWS)
 
 
@@ -181,7 +181,7 @@ def test_every_effect_of_the_registry_is_tested():
 def test_zero_strength_is_the_identity_bit_for_bit(name):
     absent = ROWS[name].absent * np.ones_like(ROWS[name].strength)
     np.testing.assert_array_equal(compiled(name)(absent, AT, PLACES), without())
-    assert np.abs(found(name) / without() - 1).max() > 1e-3
+    assert np.abs(affected(name) / without() - 1).max() > 1e-3
 
 
 @pytest.mark.parametrize("mounted", ["roving", "fixed"])
@@ -189,50 +189,52 @@ def test_no_mass_is_the_identity_however_sensors_are_mounted(mounted):
     def read(mass, places):
         return response(structure(), [effects.sensor_mass(mass)], places, mounted=mounted)
 
-    several = jax.jit(read)
-    np.testing.assert_array_equal(several(0.0, PLACES), without())
-    assert np.abs(several(0.5, PLACES) / without() - 1).max() > 1e-2
+    receptance = jax.jit(read)
+    np.testing.assert_array_equal(receptance(0.0, PLACES), without())
+    assert np.abs(receptance(0.5, PLACES) / without() - 1).max() > 1e-2
 
 
 @pytest.mark.parametrize("ends", ["free-free", "pinned-fixed"])
 def test_zero_strengths_are_the_identity_on_other_structures(ends):
     """All effects on the structure at once, each of which is one alone on the cantilever."""
-    candidates = [row(one) for one in effects.library(experiment(structure(ends))).effects]
-    kinds = {one.effect.name: one for one in candidates}
-    several = [one for one in kinds.values() if not isinstance(one.effect, InstrumentEffect)]
-    assert len(several) >= len({ROWS[name].effect.name for name in STRUCTURAL}) - 1
+    candidates = [row(effect) for effect in effects.library(experiment(structure(ends))).effects]
+    kinds = {case.effect.name: case for case in candidates}
+    structural = [case for case in kinds.values() if not isinstance(case.effect, InstrumentEffect)]
+    assert len(structural) >= len({ROWS[name].effect.name for name in STRUCTURAL}) - 1
 
     def read(strengths, places):
-        pairs = zip(several, strengths, strict=True)
-        return response(structure(ends), [one.at(value, AT) for one, value in pairs], places)
+        pairs = zip(structural, strengths, strict=True)
+        return response(
+            structure(ends), [candidate.at(value, AT) for candidate, value in pairs], places
+        )
 
-    absent = [one.absent for one in several]
+    absent = [candidate.absent for candidate in structural]
     np.testing.assert_array_equal(jax.jit(read)(absent, PLACES), without(ends))
 
 
 @pytest.mark.parametrize("name", PASSIVE)
 def test_receptance_is_symmetric(name):
-    size = np.abs(found(name)).max(axis=(0, 1))
-    swapped = np.swapaxes(found(name), 0, 1)
-    np.testing.assert_allclose(found(name) / size, swapped / size, atol=1e-13)
+    size = np.abs(affected(name)).max(axis=(0, 1))
+    swapped = np.swapaxes(affected(name), 0, 1)
+    np.testing.assert_allclose(affected(name) / size, swapped / size, atol=1e-13)
 
 
 @table
 def test_negative_frequencies_are_conjugate(name):
-    ahead, behind = np.split(found(name), 2, axis=-1)
+    ahead, behind = np.split(affected(name), 2, axis=-1)
     np.testing.assert_allclose(behind, np.conj(ahead), rtol=1e-13)
 
 
 @pytest.mark.parametrize("name", PASSIVE)
 def test_passive_effects_dissipate(name):
     # Any set of forces together: the imaginary part is negative semi-definite.
-    eigenvalues = np.linalg.eigvalsh(np.moveaxis(found(name)[..., AHEAD].imag, -1, 0))
+    eigenvalues = np.linalg.eigvalsh(np.moveaxis(affected(name)[..., AHEAD].imag, -1, 0))
     assert np.all(eigenvalues.max(axis=1) < 1e-12 * np.abs(eigenvalues).max(axis=1))
 
 
 @pytest.mark.parametrize("name", CUBIC)
 def test_a_cubic_spring_dissipates_at_every_driving_point(name):
-    assert np.all(np.diagonal(found(name)[..., AHEAD]).imag < 0)
+    assert np.all(np.diagonal(affected(name)[..., AHEAD]).imag < 0)
 
 
 @table
@@ -249,8 +251,8 @@ def test_vmap_equals_loop_and_slopes_are_those_of_finite_differences(name):
 
     points = strength * scale, AT + steps[:, 1]
     values, slopes = jax.jit(jax.vmap(along))(*points, *tangents)
-    np.testing.assert_allclose(values[0], found(name), rtol=1e-8)
-    size = np.abs(found(name)).max()
+    np.testing.assert_allclose(values[0], affected(name), rtol=1e-8)
+    size = np.abs(affected(name)).max()
     for slope, (up, down) in zip(slopes, ((2, 3), (4, 5)), strict=False):
         differences = (values[up] - values[down]) / 2e-5
         np.testing.assert_allclose(slope / size, differences / size, rtol=1e-4, atol=2e-6)
@@ -259,7 +261,7 @@ def test_vmap_equals_loop_and_slopes_are_those_of_finite_differences(name):
 @pytest.mark.long
 def test_jit_equals_no_jit(name="tuned_absorber"):
     plain = one_effect(name)(ROWS[name].strength, AT)
-    np.testing.assert_allclose(plain, found(name), rtol=1e-9)
+    np.testing.assert_allclose(plain, affected(name), rtol=1e-9)
 
 
 # ------------------------------------------------------------------------- several effects
@@ -279,16 +281,16 @@ def group(names, place):
 @functools.cache
 def together(names):
     base = experiment(structure())
-    for one in group(names, AT):
-        base = base + one
+    for effect in group(names, AT):
+        base = base + effect
     return np.asarray(jax.jit(lambda: base.receptance())())
 
 
 @pytest.mark.parametrize("names", GROUPS, ids=" ".join)
 def test_the_order_of_adding_is_of_no_consequence(names):
     base = experiment(structure())
-    for one in group(names, AT)[::-1]:
-        base = base + one
+    for effect in group(names, AT)[::-1]:
+        base = base + effect
     np.testing.assert_array_equal(jax.jit(lambda: base.receptance())(), together(names))
 
 
@@ -296,12 +298,12 @@ def test_the_order_of_adding_is_of_no_consequence(names):
 def test_seen_from_the_other_end_nothing_changes(names):
     ends = {"left": "right", "right": "left"}
     mirrored = [
-        dataclasses.replace(one, end=ends[one.end]) if "end" in one.__dict__ else one
-        for one in group(names, LENGTH - AT)
+        dataclasses.replace(effect, end=ends[effect.end]) if "end" in effect.__dict__ else effect
+        for effect in group(names, LENGTH - AT)
     ]
     mirrored = [
-        replaced(one, "shift", -one.shift) if "shift" in one.place_fields else one
-        for one in mirrored
+        replaced(effect, "shift", -effect.shift) if "shift" in effect.place_fields else effect
+        for effect in mirrored
     ]
 
     def read(places):
@@ -314,18 +316,18 @@ def test_seen_from_the_other_end_nothing_changes(names):
 
 def test_attachments_one_after_the_other_are_those_of_a_dense_solve():
     places = np.linspace(0.23, 1.3, len(ATTACHED))
-    several = [ROWS[n].at(ROWS[n].strength, x) for n, x in zip(ATTACHED, places, strict=True)]
+    parts = [ROWS[n].at(ROWS[n].strength, x) for n, x in zip(ATTACHED, places, strict=True)]
     mass = 0.5
     one_by_one = jax.jit(
-        lambda: response(structure(), [*several, effects.sensor_mass(mass)], omega=BOTH[AHEAD])
+        lambda: response(structure(), [*parts, effects.sensor_mass(mass)], omega=BOTH[AHEAD])
     )()
     plain = jax.jit(lambda: response(structure(), [], [*PLACES, *places], BOTH[AHEAD]))()
     count = len(PLACES) + len(places)
     added = np.zeros((OMEGA.size, count), complex)
     added[:, :3] = -(OMEGA[:, None] ** 2) * mass
-    added[:, 3:] = np.array([one.dynamic_stiffness(jnp.asarray(OMEGA)) for one in several]).T
-    whole = np.moveaxis(np.asarray(plain), -1, 0)
-    dense = np.linalg.solve(np.eye(count) + whole * added[:, None, :], whole)[:, :3, :3]
+    added[:, 3:] = np.array([part.dynamic_stiffness(jnp.asarray(OMEGA)) for part in parts]).T
+    matrix = np.moveaxis(np.asarray(plain), -1, 0)
+    dense = np.linalg.solve(np.eye(count) + matrix * added[:, None, :], matrix)[:, :3, :3]
     size = np.abs(dense).max()
     np.testing.assert_allclose(np.moveaxis(one_by_one, -1, 0), dense, atol=1e-12 * size)
 
@@ -337,18 +339,18 @@ def test_two_halves_at_one_place_make_one(name):
         return response(structure(), [half, dataclasses.replace(half, name="the other")])
 
     seen = jax.jit(halves)(ROWS[name].strength)
-    np.testing.assert_allclose(seen, found(name), atol=1e-12 * np.abs(found(name)).max())
+    np.testing.assert_allclose(seen, affected(name), atol=1e-12 * np.abs(affected(name)).max())
 
 
 def test_two_cracks_of_half_the_flexibility_make_one():
     # Flexibility grows by loss / (1 - loss); two halves lie side by side within the extent.
     crack = ROWS["local_stiffness_loss"]
     half = crack.strength / (1 - crack.strength) / 2
-    several = [
+    cracks = [
         dataclasses.replace(crack.at(half / (1 + half), AT), name=name) for name in ("one", "other")
     ]
-    seen = jax.jit(lambda: response(structure(), several))()
-    expected = found("local_stiffness_loss")
+    seen = jax.jit(lambda: response(structure(), cracks))()
+    expected = affected("local_stiffness_loss")
     np.testing.assert_allclose(seen, expected, atol=1e-6 * np.abs(expected).max())
 
 
@@ -364,14 +366,16 @@ CONVERGING = {
 }
 
 
-@pytest.mark.parametrize("several", [*CONVERGING.values()], ids=[*CONVERGING])
-def test_results_do_not_depend_on_the_number_of_modes(several):
+@pytest.mark.parametrize("additions", [*CONVERGING.values()], ids=[*CONVERGING])
+def test_results_do_not_depend_on_the_number_of_modes(additions):
     natural = np.asarray(structure(modes=120).modes.natural_frequency)
     band = np.linspace(0.4 * natural[0], np.sqrt(natural[5] * natural[6]), 300)
 
     def read(modes):
         omega = jnp.asarray(2 * np.pi * band)
-        return np.asarray(jax.jit(lambda: response(structure(modes=modes), several, omega=omega))())
+        return np.asarray(
+            jax.jit(lambda: response(structure(modes=modes), additions, omega=omega))()
+        )
 
     exact = read(120)
     size = np.sqrt(np.mean(np.abs(exact) ** 2, axis=-1, keepdims=True))

@@ -66,7 +66,10 @@ class Bare(Modes):
 def suggested():
     """By name, for a cantilever with several force levels."""
     every = effects.library(experiment(force_levels=[1.0, 5.0])).effects
-    return {name: [one for one in every if one.name == name] for name in {e.name for e in every}}
+    return {
+        name: [effect for effect in every if effect.name == name]
+        for name in {e.name for e in every}
+    }
 
 
 def test_every_effect_is_suggested_where_it_can_act(suggested):
@@ -75,15 +78,16 @@ def test_every_effect_is_suggested_where_it_can_act(suggested):
     assert not {"compliant_support", "cubic_stiffness"} & set(free.kinds)
     bar = effects.library(experiment("bar", "fixed-fixed"))
     assert not {"axial_preload", "shear_and_rotary_inertia"} & set(bar.kinds)
-    assert {one.motion for one in bar.effects if one.name == "compliant_support"} == {"translation"}
+    supports = [effect for effect in bar.effects if effect.name == "compliant_support"]
+    assert {support.motion for support in supports} == {"translation"}
     assert free.kinds[0] == "point_mass"
 
 
 def test_masses_are_shares_of_the_mass(suggested):
-    one, removed = suggested["point_mass"]
-    np.testing.assert_allclose([one.mass.low, one.mass.high], [1e-4 * MASS, MASS], rtol=0.02)
+    added, removed = suggested["point_mass"]
+    np.testing.assert_allclose([added.mass.low, added.mass.high], [1e-4 * MASS, MASS], rtol=0.02)
     assert float(removed.mass.icdf(0.0)) == pytest.approx(-0.1 * MASS, rel=0.02)
-    assert (one.at.low, one.at.high) == (0.0, LENGTH)
+    assert (added.at.low, added.at.high) == (0.0, LENGTH)
     assert suggested["sensor_mass"][0].mass.high < 0.31 * MASS
     assert suggested["tuned_absorber"][0].frequency.low == pytest.approx(5.0)
     assert suggested["tuned_absorber"][0].frequency.high == pytest.approx(80.0)
@@ -110,23 +114,24 @@ def test_tension_reaches_towards_buckling(suggested):
 
 def test_each_sensor_and_each_support_is_a_candidate(suggested):
     for kind in ("misplaced_sensor", "reversed_sensor"):
-        assert [one.sensor for one in suggested[kind]] == ["s1", "s2"]
-    assert [one.transducer for one in suggested["gain_error"]] == ["s1", "s2", "a1"]
+        assert [effect.sensor for effect in suggested[kind]] == ["s1", "s2"]
+    assert [effect.transducer for effect in suggested["gain_error"]] == ["s1", "s2", "a1"]
     shift = suggested["misplaced_sensor"][0].shift
     np.testing.assert_allclose([shift.low, shift.high], [-0.3, 1.0])
-    assert [(one.sensor, one.other) for one in suggested["swapped_sensors"]] == [("s1", "s2")]
-    held = [(one.end, one.motion) for one in suggested["compliant_support"]]
+    swaps = [(effect.sensor, effect.other) for effect in suggested["swapped_sensors"]]
+    assert swaps == [("s1", "s2")]
+    held = [(effect.end, effect.motion) for effect in suggested["compliant_support"]]
     assert held == [("left", "rotation"), ("left", "translation")]
 
 
 def test_every_suggestion_can_be_added_and_felt(suggested):
     base = experiment(force_levels=[1.0, 5.0])
     for candidate, *_ in suggested.values():
-        whole = base + candidate
-        added = {one.name for one in whole.unknowns} - {one.name for one in base.unknowns}
+        extended = base + candidate
+        added = set(extended.unknown) - set(base.unknown)
         # What is either so or not has a strength of one, and nothing to be inferred.
         assert added or getattr(candidate, candidate.absent[0]) == 1.0, candidate.name
-        words = {one.unit for one in whole.unknowns if one.name in added}
+        words = {unknown.unit for unknown in extended.unknowns if unknown.name in added}
         assert "" not in words, candidate.name
 
 
@@ -134,18 +139,18 @@ def test_every_suggestion_can_be_added_and_felt(suggested):
 
 
 def test_an_effect_is_named_by_its_path():
-    whole = experiment() + effects.point_mass(
+    extended = experiment() + effects.point_mass(
         bp.positions.Segment(1.25, within=0.1), dist.Uniform(0.1, 1.0), name="magnet"
     )
-    whole = whole + effects.gain_error("s1", dist.Uniform(-0.5, 0.5))
-    units = {one.name: one.unit for one in whole.unknowns}
+    extended = extended + effects.gain_error("s1", dist.Uniform(-0.5, 0.5))
+    units = {unknown.name: unknown.unit for unknown in extended.unknowns}
     assert units["structure.effects.magnet.mass"] == "kg"
     assert units["instrument_effects.gain_error.error"] == "1"
-    assert whole.unknown["instrument_effects.gain_error.error"].role is Role.PARAMETER
-    law = whole.structure.effects["magnet"].at
+    assert extended.unknown["instrument_effects.gain_error.error"].role is Role.PARAMETER
+    law = extended.structure.effects["magnet"].at
     np.testing.assert_allclose([law.low, law.high], [1.15, LENGTH])
-    assert [one.name for one in whole.effects] == ["magnet", "gain_error"]
-    assert whole.without("magnet").without("gain_error").effects == []
+    assert [effect.name for effect in extended.effects] == ["magnet", "gain_error"]
+    assert extended.without("magnet").without("gain_error").effects == []
 
 
 def test_reversed_and_swapped_sensors():
@@ -153,17 +158,19 @@ def test_reversed_and_swapped_sensors():
     plain = np.asarray(jax.jit(lambda: base.nominal().receptance())())
     turned = base + effects.reversed_sensor("s2")
     swapped = base + effects.swapped_sensors("s1", "s2")
-    found = jax.jit(lambda: turned.nominal().receptance())()
-    np.testing.assert_allclose(found, plain * np.array([1, -1])[:, None, None], rtol=1e-12)
-    found = jax.jit(lambda: swapped.nominal().receptance())()
-    np.testing.assert_allclose(found, plain[::-1], rtol=1e-12)
+    receptance = jax.jit(lambda: turned.nominal().receptance())()
+    np.testing.assert_allclose(receptance, plain * np.array([1, -1])[:, None, None], rtol=1e-12)
+    receptance = jax.jit(lambda: swapped.nominal().receptance())()
+    np.testing.assert_allclose(receptance, plain[::-1], rtol=1e-12)
 
 
 def test_a_place_that_shifts_stays_on_the_structure():
     far = experiment() + effects.misplaced_sensor("s2", 5.0)
     tip = experiment(sensors=[bp.Sensor("s1", at=0.3), bp.Sensor("s2", at=LENGTH)])
-    found, expected = (jax.jit(lambda one=one: one.nominal().receptance())() for one in (far, tip))
-    np.testing.assert_allclose(found[1], expected[1], rtol=1e-10)
+    shifted, expected = (
+        jax.jit(lambda setup=setup: setup.nominal().receptance())() for setup in (far, tip)
+    )
+    np.testing.assert_allclose(shifted[1], expected[1], rtol=1e-10)
 
 
 # ------------------------------------------------------------------------------ what is refused
@@ -219,9 +226,9 @@ def test_effects_on_what_the_experiment_has_not_are_refused():
 
 
 def test_a_cubic_spring_needs_to_know_the_force():
-    whole = experiment() + effects.cubic_stiffness(0.5, 1e8)
+    sprung = experiment() + effects.cubic_stiffness(0.5, 1e8)
     with refused(r"no force is known; .*: Experiment\(..., force_levels="):
-        jax.eval_shape(lambda: whole.nominal().receptance())
+        jax.eval_shape(lambda: sprung.nominal().receptance())
     two = experiment(force_levels=[1.0]) + effects.cubic_stiffness(0.5, 1e8)
     two = two + effects.cubic_stiffness(0.7, 1e8, name="other")
     with refused(r"2 cubic attachments, cubic_stiffness and other; at most one is"):
@@ -234,17 +241,17 @@ def test_modes_alone_do_not_tell_the_section():
         (bare + effects.local_stiffness_loss(0.5, 0.1, 0.5)).proper_modes()
     # What is attached needs no section, and a plain modal sum no stiffness.
     loaded = bare + effects.point_mass(0.5, 1.0)
-    one = Points(jnp.array([0.3]), np.ones((1, 1)))
-    found = jax.jit(lambda: receptance(loaded, one, one, jnp.array([20.0])))()[0, 0, 0]
+    place = Points(jnp.array([0.3]), np.ones((1, 1)))
+    value = jax.jit(lambda: receptance(loaded, place, place, jnp.array([20.0])))()[0, 0, 0]
     modal = 1 / (900 - 400 + 2j * 0.02 * 30 * 20 - 400 * np.sin(0.5) ** 2)
-    np.testing.assert_allclose(found, np.sin(0.3) ** 2 * modal, rtol=1e-12)
+    np.testing.assert_allclose(value, np.sin(0.3) ** 2 * modal, rtol=1e-12)
 
 
 def test_a_quadrature_over_places_is_refused_with_an_effect_on_the_instruments():
-    whole = experiment() + effects.sensor_mass(dist.Uniform(0.0, 0.1))
+    loaded = experiment() + effects.sensor_mass(dist.Uniform(0.0, 0.1))
     data = experiment().data(experiment().nominal_measurement())
     with refused(r'effect "sensor_mass" on its instruments.*Use marginals.Latent\(\)'):
-        bp.marginals.Quadrature().model(whole, data, jax.random.PRNGKey(0))
+        bp.marginals.Quadrature().model(loaded, data, jax.random.PRNGKey(0))
 
 
 # ------------------------------------------------------------------------------ one's own
@@ -260,8 +267,8 @@ class Inerter(Attachment):
     name: str = eqx.field(static=True, default="inerter", kw_only=True)
 
     def dynamic_stiffness(self, omega):
-        own = -(omega**2) * self.inertance
-        return own * self.stiffness / (self.stiffness + own)
+        inerter_stiffness = -(omega**2) * self.inertance
+        return inerter_stiffness * self.stiffness / (self.stiffness + inerter_stiffness)
 
     @classmethod
     def suggest(cls, scales) -> Sequence["Inerter"]:
@@ -273,15 +280,15 @@ def test_an_effect_of_ones_own_is_a_class_of_two_short_methods():
     base = experiment()
     library = effects.library(base, ["point_mass"], further=[Inerter])
     assert library.kinds == ["point_mass", "inerter"]
-    whole = base + library.effects[-1]
-    names = [one.name for one in whole.unknowns if "inerter" in one.name]
+    extended = base + library.effects[-1]
+    names = [unknown.name for unknown in extended.unknowns if "inerter" in unknown.name]
     assert names == [
         f"structure.effects.inerter.{word}" for word in ("at", "inertance", "stiffness")
     ]
-    assert [one.unit for one in whole.unknowns if one.name in names] == ["m", "kg", "N/m"]
+    assert [extended.unknown[name].unit for name in names] == ["m", "kg", "N/m"]
     # A very stiff spring leaves the inerter, which is felt as a mass.
     known = dict(zip(names, (0.5, 2.0, 1e15), strict=True))
     places = {"sensor.s1.position": 0.3}
-    found = jax.jit(lambda: whole.fix(known | places).receptance())()
+    receptance = jax.jit(lambda: extended.fix(known | places).receptance())()
     mass = base.fix(places) + effects.point_mass(0.5, 2.0)
-    np.testing.assert_allclose(found, jax.jit(lambda: mass.receptance())(), rtol=1e-6)
+    np.testing.assert_allclose(receptance, jax.jit(lambda: mass.receptance())(), rtol=1e-6)

@@ -1,4 +1,4 @@
-"""every effect beside an independent finite element simulation of it."""
+"""Every effect compared with an independent finite element simulation of it."""
 
 import dataclasses
 import functools
@@ -152,7 +152,7 @@ def band(line):
     return np.geomspace(0.4 * natural[0], np.sqrt(natural[4] * natural[5]), 150)
 
 
-def modelled(line, several, **settings):
+def modelled(line, additions, **settings):
     quantities = {"length": line.length, "area": line.area, "density": line.density}
     quantities["youngs_modulus"] = line.youngs_modulus
     if line.kind == "beam":
@@ -161,7 +161,7 @@ def modelled(line, several, **settings):
         {"bar": 160, "beam": 30}[line.kind], **quantities, ends=line.ends
     )
     sides = [
-        [kind(one.name, at=one.true, directions=(one.direction,)) for one in side]
+        [kind(seat.name, at=seat.true, directions=(seat.direction,)) for seat in side]
         for kind, side in zip((Sensor, Actuator), seats(line), strict=True)
     ]
     experiment = Experiment(
@@ -173,25 +173,25 @@ def modelled(line, several, **settings):
         noise=None,
         **settings,
     )
-    for one in several:
-        experiment = experiment + one
+    for addition in additions:
+        experiment = experiment + addition
     return np.asarray(jax.jit(lambda: experiment.frf())())
 
 
-def close(found, expected, tolerance=1e-3):
+def close(response, expected, tolerance=1e-3):
     size = np.sqrt(np.mean(np.abs(expected) ** 2, axis=-1, keepdims=True))
-    np.testing.assert_array_less(np.abs(found - expected) / size, tolerance)
+    np.testing.assert_array_less(np.abs(response - expected) / size, tolerance)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_response_is_that_of_finite_elements(name):
-    line, hidden, several = CASES[name]
+    line, hidden, additions = CASES[name]
     fine = hidden_structures.accelerance(line, *seats(line), band(line), hidden)
     mounted = "fixed" if name == "sensor_mass, fixed" else "roving"
-    found = modelled(line, several, sensors_mounted=mounted)
+    response = modelled(line, additions, sensors_mounted=mounted)
     tolerance = TOLERANCES.get(name, 1e-3)
-    close(found, fine, tolerance)
-    if several:
+    close(response, fine, tolerance)
+    if additions:
         plain = hidden_structures.accelerance(line, *seats(line), band(line))
         size = np.sqrt(np.mean(np.abs(fine) ** 2, axis=-1, keepdims=True))
         assert (np.abs(plain - fine) / size).max() > 50 * tolerance  # the effect is felt
@@ -211,6 +211,6 @@ def test_a_cubic_spring_is_that_of_harmonic_balance_at_every_level():
         hidden_structures.accelerance(BEAM, *seats(BEAM), band(BEAM), hidden, level)
         for level in levels
     ]
-    found = modelled(BEAM, [effects.cubic_stiffness(0.21, 1e7)], force_levels=levels)
-    close(found, np.stack(fine, axis=2))
+    response = modelled(BEAM, [effects.cubic_stiffness(0.21, 1e7)], force_levels=levels)
+    close(response, np.stack(fine, axis=2))
     assert np.abs(fine[2] / fine[0] - 1).max() > 0.1

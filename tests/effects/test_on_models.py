@@ -1,4 +1,4 @@
-"""every effect on finite element models beside a solution of the changed matrices at each line."""
+"""Effects on finite element models compared with direct solutions of changed matrices."""
 
 import dataclasses
 import functools
@@ -28,38 +28,38 @@ def scene(name):
 @functools.cache
 def plain(name):
     """Receptance of the model as drawn, its channels and the three axes of the place."""
-    one = scene(name)
-    axes = np.array([one.reading(one.place, axis) for axis in axes_of(one)])
-    return exact(one, one.matrices, np.vstack([one.channels(), axes]))
+    model = scene(name)
+    axes = np.array([model.reading(model.place, axis) for axis in axes_of(model)])
+    return exact(model, model.matrices, np.vstack([model.channels(), axes]))
 
 
-def axes_of(one):
-    return np.eye(3)[np.array(one.axes) - 1]
+def axes_of(model):
+    return np.eye(3)[np.array(model.axes) - 1]
 
 
 def load(name, member, factor):
-    one = scene(name)
-    return factor * buckling_load(one.modes, list(one.members).index(member))
+    model = scene(name)
+    return factor * buckling_load(model.modes, list(model.members).index(member))
 
 
-def response(name, several, **settings):
-    return np.asarray(jax.jit(lambda: scene(name).response(several, **settings))())
+def response(name, additions, **settings):
+    return np.asarray(jax.jit(lambda: scene(name).response(additions, **settings))())
 
 
-def close(found, expected, without, tolerance=CLOSE):
+def close(receptance, expected, without, tolerance=CLOSE):
     # Some channels of a plane frame see nothing, for reasons of symmetry.
     size = np.sqrt(np.mean(np.abs(expected) ** 2, axis=-1, keepdims=True))
     size = np.maximum(size, 1e-3 * size.max())
-    np.testing.assert_array_less(np.abs(found - expected) / size, tolerance)
+    np.testing.assert_array_less(np.abs(receptance - expected) / size, tolerance)
     assert (np.abs(without - expected) / size).max() > 50 * tolerance  # the effect is felt
 
 
 def weaker(name, shares, tensions):
     """Stiffness that is added by regions that lose a share, and by members under tension."""
-    one = scene(name)
-    parts = [-share * one.matrices.regions[region] for region, share in shares.items()]
-    parts += [tension * one.members[member] for member, tension in tensions.items()]
-    return sum(parts, sparse.csc_array((len(one.matrices.dof),) * 2))
+    model = scene(name)
+    parts = [-share * model.matrices.regions[region] for region, share in shares.items()]
+    parts += [tension * model.members[member] for member, tension in tensions.items()]
+    return sum(parts, sparse.csc_array((len(model.matrices.dof),) * 2))
 
 
 # Scene; compliance of supports, share that regions lose, tension of members over its buckling load.
@@ -82,9 +82,9 @@ CHANGES = {
 
 
 def named(name, soft, shares, tensions):
-    found = [effects.soft_support(which, c, name=f"soft {which}") for which, c in soft.items()]
-    found += [effects.region_stiffness_loss(r, q, name=f"weak {r}") for r, q in shares.items()]
-    return found + [
+    additions = [effects.soft_support(which, c, name=f"soft {which}") for which, c in soft.items()]
+    additions += [effects.region_stiffness_loss(r, q, name=f"weak {r}") for r, q in shares.items()]
+    return additions + [
         effects.member_preload(member, load(name, member, factor), name=f"tense {member}")
         for member, factor in tensions.items()
     ]
@@ -93,25 +93,25 @@ def named(name, soft, shares, tensions):
 @pytest.mark.parametrize("case", CHANGES)
 def test_what_gives_way_responds_as_the_changed_matrices_do(case):
     name, soft, shares, tensions = CHANGES[case]
-    one = scene(name)
+    model = scene(name)
     newtons = {member: load(name, member, factor) for member, factor in tensions.items()}
-    matrices = changed(one, weaker(name, shares, newtons), soft)
-    expected = exact(one, matrices, one.channels())
-    count = len(one.channels())
-    found = response(name, named(name, soft, shares, tensions))
-    close(found, expected, plain(name)[:count, :count], COARSE.get(case, CLOSE))
+    matrices = changed(model, weaker(name, shares, newtons), soft)
+    expected = exact(model, matrices, model.channels())
+    count = len(model.channels())
+    receptance = response(name, named(name, soft, shares, tensions))
+    close(receptance, expected, plain(name)[:count, :count], COARSE.get(case, CLOSE))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["portal", "plate"])
 def test_on_models_handed_over_too(shared_data, name):
-    one = models_in_space.handed_over(shared_data, name)
-    support, region = next(iter(one.soft)), "region 0"
-    added = -0.5 * one.matrices.regions[region]
-    several = [effects.soft_support(support, 1e-4), effects.region_stiffness_loss(region, 0.5)]
-    found = np.asarray(jax.jit(lambda: one.response(several))())
-    expected = exact(one, changed(one, added, {support: 1e-4}), one.channels())
-    close(found, expected, exact(one, one.matrices, one.channels()))
+    model = models_in_space.handed_over(shared_data, name)
+    support, region = next(iter(model.soft)), "region 0"
+    added = -0.5 * model.matrices.regions[region]
+    additions = [effects.soft_support(support, 1e-4), effects.region_stiffness_loss(region, 0.5)]
+    receptance = np.asarray(jax.jit(lambda: model.response(additions))())
+    expected = exact(model, changed(model, added, {support: 1e-4}), model.channels())
+    close(receptance, expected, exact(model, model.matrices, model.channels()))
 
 
 # What is attached, and its dynamic stiffness at each angular frequency along each axis.
@@ -147,17 +147,17 @@ ATTACHED = {
 @pytest.mark.parametrize("kind", ATTACHED)
 def test_what_is_attached_to_a_frame_acts_along_its_direction(kind):
     make, dynamic_stiffness = ATTACHED[kind]
-    one, whole = scene("frame"), plain("frame")
-    count = len(one.channels())
-    stiffness = dynamic_stiffness(2 * np.pi * one.frequency)
-    expected = coupled(whole, count, stiffness)
-    found = response("frame", [make(tuple(one.place))])
-    close(found, expected, whole[:count, :count], 1e-3)
+    model, bare = scene("frame"), plain("frame")
+    count = len(model.channels())
+    stiffness = dynamic_stiffness(2 * np.pi * model.frequency)
+    expected = coupled(bare, count, stiffness)
+    receptance = response("frame", [make(tuple(model.place))])
+    close(receptance, expected, bare[:count, :count], 1e-3)
 
 
-def coupled(whole, count, stiffness):
+def coupled(bare, count, stiffness):
     """Receptance of the first channels with a dynamic stiffness [line, axis, axis] on the rest."""
-    by_line = np.moveaxis(whole, -1, 0)
+    by_line = np.moveaxis(bare, -1, 0)
     held = np.zeros_like(by_line)
     held[:, count:, count:] = stiffness
     solved = np.linalg.solve(np.eye(by_line.shape[-1]) + by_line @ held, by_line)
@@ -165,51 +165,51 @@ def coupled(whole, count, stiffness):
 
 
 def test_a_mass_on_a_plate_acts_across_it():
-    one, whole = scene("plate"), plain("plate")
-    count = len(one.channels())
-    inertia = -MASS * (2 * np.pi * one.frequency) ** 2
-    expected = attached(whole, count, inertia[None])
-    found = response("plate", [effects.point_mass(tuple(one.place), MASS)])
-    close(found, expected, whole[:count, :count])
+    model, bare = scene("plate"), plain("plate")
+    count = len(model.channels())
+    inertia = -MASS * (2 * np.pi * model.frequency) ** 2
+    expected = attached(bare, count, inertia[None])
+    receptance = response("plate", [effects.point_mass(tuple(model.place), MASS)])
+    close(receptance, expected, bare[:count, :count])
 
 
 def test_hysteretic_damping_is_that_of_a_complex_stiffness():
-    one = scene("frame")
-    count = len(one.channels())
-    expected = exact(one, one.matrices, one.channels(), loss_factor=0.05)
-    found = response("frame", [effects.hysteretic_damping(0.05)])
-    close(found, expected, plain("frame")[:count, :count])
+    model = scene("frame")
+    count = len(model.channels())
+    expected = exact(model, model.matrices, model.channels(), loss_factor=0.05)
+    receptance = response("frame", [effects.hysteretic_damping(0.05)])
+    close(receptance, expected, plain("frame")[:count, :count])
 
 
 def test_masses_of_sensors_move_with_them_in_all_directions():
-    one, mass = scene("frame"), 0.2
-    seats = np.array([one.reading(at, axis) for at, _ in one.seats for axis in np.eye(3)])
-    whole = exact(one, one.matrices, np.vstack([one.channels(), seats]))
-    count = len(one.channels())
-    inertia = -mass * (2 * np.pi * one.frequency) ** 2
-    expected = attached(whole, count, np.tile(inertia, (len(seats), 1)))
-    found = response("frame", [effects.sensor_mass(mass)])
-    close(found, expected, whole[:count, :count])
+    model, mass = scene("frame"), 0.2
+    seats = np.array([model.reading(at, axis) for at, _ in model.seats for axis in np.eye(3)])
+    bare = exact(model, model.matrices, np.vstack([model.channels(), seats]))
+    count = len(model.channels())
+    inertia = -mass * (2 * np.pi * model.frequency) ** 2
+    expected = attached(bare, count, np.tile(inertia, (len(seats), 1)))
+    receptance = response("frame", [effects.sensor_mass(mass)])
+    close(receptance, expected, bare[:count, :count])
 
 
 # Effects of the registry on parts of a model, which the table of laws on a line does not have.
 PARTS = {
-    word: found
-    for word, found in models_in_space.suggested().items()
-    if isinstance(found[1], effects.Hinged)
+    word: suggestion
+    for word, suggestion in models_in_space.suggested().items()
+    if isinstance(suggestion[1], effects.Hinged)
 }
 
 
 @pytest.mark.parametrize("kind", PARTS)
 def test_zero_strength_changes_nothing_and_has_a_slope(kind):
-    one, effect = PARTS[kind]
+    model, effect = PARTS[kind]
     field, absent = effect.absent
 
     @jax.jit
     def of(value):
-        return one.response([dataclasses.replace(effect, **{field: value})])
+        return model.response([dataclasses.replace(effect, **{field: value})])
 
-    np.testing.assert_array_equal(of(absent), jax.jit(lambda: one.response([]))())
+    np.testing.assert_array_equal(of(absent), jax.jit(lambda: model.response([]))())
     # A strength that is felt, not much; from one side: a negative compliance holds nothing.
     prior = getattr(effect, field)
     step = 1e-4 * float(prior.icdf(0.6))
@@ -221,17 +221,20 @@ def test_zero_strength_changes_nothing_and_has_a_slope(kind):
 
 
 def test_the_order_in_which_parts_give_way_is_of_no_consequence():
-    several = [effects.region_stiffness_loss("beam", 0.5), effects.soft_support("left foot", 1e-4)]
-    found, other = response("frame", several), response("frame", several[::-1])
-    np.testing.assert_allclose(found, other, atol=1e-9 * np.abs(found).max())
+    additions = [
+        effects.region_stiffness_loss("beam", 0.5),
+        effects.soft_support("left foot", 1e-4),
+    ]
+    forward, other = response("frame", additions), response("frame", additions[::-1])
+    np.testing.assert_allclose(forward, other, atol=1e-9 * np.abs(forward).max())
 
 
 def test_a_support_that_is_very_soft_is_as_good_as_released():
-    one = scene("frame")
-    free = changed(one, soft={"left foot": 1e6})
-    base = one.structure() + effects.soft_support("left foot", 1e6)
-    found = jax.jit(lambda: base.proper_modes().natural_frequency)()
-    np.testing.assert_allclose(found[:6], free.modes(count=6).natural_frequency, rtol=1e-5)
+    model = scene("frame")
+    free = changed(model, soft={"left foot": 1e6})
+    base = model.structure() + effects.soft_support("left foot", 1e6)
+    frequencies = jax.jit(lambda: base.proper_modes().natural_frequency)()
+    np.testing.assert_allclose(frequencies[:6], free.modes(count=6).natural_frequency, rtol=1e-5)
 
 
 def test_a_structure_that_has_buckled_has_no_natural_frequencies():
@@ -245,8 +248,8 @@ def test_a_structure_that_has_buckled_has_no_natural_frequencies():
 
 
 def without_static_shapes():
-    one = scene("frame")
-    return finite_elements.modes(one.matrices, one.reader, up_to=500.0)
+    model = scene("frame")
+    return finite_elements.modes(model.matrices, model.reader, up_to=500.0)
 
 
 @pytest.mark.parametrize(

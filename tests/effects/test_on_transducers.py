@@ -49,8 +49,8 @@ def experiment(
     )
 
 
-def frf(one):
-    return np.asarray(one.nominal().frf())
+def frf(setup):
+    return np.asarray(setup.nominal().frf())
 
 
 @pytest.fixture(scope="module")
@@ -62,33 +62,33 @@ def plain():
 
 
 def test_a_gain_error_of_an_actuator_multiplies_its_column(plain):
-    found = frf(experiment() + effects.gain_error("a2", 8.81))
-    assert_allclose(found, plain * np.array([1.0, 9.81])[:, None], rtol=1e-13)
+    response = frf(experiment() + effects.gain_error("a2", 8.81))
+    assert_allclose(response, plain * np.array([1.0, 9.81])[:, None], rtol=1e-13)
 
 
 def test_a_reversed_hit_changes_the_sign_of_its_column(plain):
-    found = frf(experiment() + effects.reversed_channel("a1"))
-    assert_allclose(found, plain * np.array([-1.0, 1.0])[:, None], rtol=1e-13)
-    found = frf(experiment() + effects.reversed_channel("s2"))
-    assert_allclose(found, frf(experiment() + effects.reversed_sensor("s2")), rtol=1e-13)
+    response = frf(experiment() + effects.reversed_channel("a1"))
+    assert_allclose(response, plain * np.array([-1.0, 1.0])[:, None], rtol=1e-13)
+    response = frf(experiment() + effects.reversed_channel("s2"))
+    assert_allclose(response, frf(experiment() + effects.reversed_sensor("s2")), rtol=1e-13)
 
 
 def test_a_delay_of_one_channel_turns_its_phase(plain):
     delay = 1.3e-3
     turned = np.exp(-1j * OMEGA * delay)
     for name, row in (("s2", np.array([1, 0])[:, None]), ("a1", np.array([0, 1]))):
-        found = frf(experiment() + effects.channel_delay(name, delay))
-        assert_allclose(found, plain * np.where(row[..., None], 1.0, turned), rtol=1e-13)
+        response = frf(experiment() + effects.channel_delay(name, delay))
+        assert_allclose(response, plain * np.where(row[..., None], 1.0, turned), rtol=1e-13)
 
 
 def test_swapped_hits_are_recorded_under_each_other_s_name(plain):
-    found = frf(experiment() + effects.swapped_actuators("a1", "a2"))
-    assert_allclose(found, plain[:, ::-1], rtol=1e-12)
+    response = frf(experiment() + effects.swapped_actuators("a1", "a2"))
+    assert_allclose(response, plain[:, ::-1], rtol=1e-12)
 
 
 def test_a_misplaced_hit_is_a_hit_elsewhere():
-    found = frf(experiment() + effects.misplaced_actuator("a2", 0.2))
-    assert_allclose(found, frf(experiment(at={"a2": AT["a2"] + 0.2})), rtol=1e-12)
+    response = frf(experiment() + effects.misplaced_actuator("a2", 0.2))
+    assert_allclose(response, frf(experiment(at={"a2": AT["a2"] + 0.2})), rtol=1e-12)
 
 
 def test_a_misplaced_hit_is_a_misplaced_sensor_of_the_reciprocal_test():
@@ -104,23 +104,23 @@ def test_a_misplaced_hit_is_a_misplaced_sensor_of_the_reciprocal_test():
 @pytest.mark.parametrize("mounted", ["roving", "fixed"])
 def test_the_mass_of_an_exciter_is_a_mass_where_it_drives(mounted, plain):
     mass = 0.3
-    found = frf(experiment(mounted=mounted) + effects.actuator_mass(mass))
+    response = frf(experiment(mounted=mounted) + effects.actuator_mass(mass))
     for column, name in enumerate(("a1", "a2")):
         loaded = frf(experiment() + effects.point_mass(AT[name], mass))
-        assert_allclose(found[:, column], loaded[:, column], rtol=1e-9)
-    assert np.abs(found / plain - 1).max() > 0.1
+        assert_allclose(response[:, column], loaded[:, column], rtol=1e-9)
+    assert np.abs(response / plain - 1).max() > 0.1
 
 
 def test_a_stinger_is_spring_dashpot_and_mass_where_it_drives():
     stiffness, frequency, ratio = 2e4, 30.0, 0.1
     natural = 2 * np.pi * frequency
-    found = frf(experiment() + effects.stinger(stiffness, frequency, ratio))
+    response = frf(experiment() + effects.stinger(stiffness, frequency, ratio))
     for column, name in enumerate(("a1", "a2")):
-        whole = experiment()
-        whole = whole + effects.ground_spring(AT[name], stiffness)
-        whole = whole + effects.ground_dashpot(AT[name], 2 * ratio * stiffness / natural)
-        whole = whole + effects.point_mass(AT[name], stiffness / natural**2)
-        assert_allclose(found[:, column], frf(whole)[:, column], rtol=1e-8)
+        grounded = experiment()
+        grounded = grounded + effects.ground_spring(AT[name], stiffness)
+        grounded = grounded + effects.ground_dashpot(AT[name], 2 * ratio * stiffness / natural)
+        grounded = grounded + effects.point_mass(AT[name], stiffness / natural**2)
+        assert_allclose(response[:, column], frf(grounded)[:, column], rtol=1e-8)
 
 
 # ------------------------------------------------------------------------------ window, drift
@@ -142,7 +142,7 @@ RESIDUES = np.prod([np.asarray(FEW.shapes(jnp.asarray(AT[name])))[0] for name in
 
 def windowed(rate, quantity="displacement"):
     """FRF between s1 and a1 through an exponential window."""
-    one = bp.Experiment(
+    setup = bp.Experiment(
         bp.Structure(FEW, damping=bp.damping.Modal(RATIO)),
         sensors=[bp.Sensor("s1", at=AT["s1"])],
         actuators=[bp.Actuator("a1", at=AT["a1"])],
@@ -150,7 +150,7 @@ def windowed(rate, quantity="displacement"):
         observe=bp.observe.Complex(quantity),
         noise=None,
     )
-    return frf(one + effects.exponential_window(rate))[0, 0]
+    return frf(setup + effects.exponential_window(rate))[0, 0]
 
 
 @pytest.mark.parametrize("quantity", ["displacement", "acceleration"])
@@ -187,52 +187,52 @@ def test_a_window_moves_the_poles_and_adds_to_each_damping_ratio():
 def test_drifted_runs_are_those_of_a_stiffer_structure(name, plain):
     drift = -0.013
     stiffer = frf(experiment(modulus=7e10 * (1 + drift) ** 2))
-    found = frf(experiment() + effects.frequency_drift(name, drift))
+    response = frf(experiment() + effects.frequency_drift(name, drift))
     expected = plain.copy()
     if name == "s2":
         expected[1] = stiffer[1]
     else:
         expected[:, 0] = stiffer[:, 0]
-    assert_allclose(found, expected, rtol=1e-9)
+    assert_allclose(response, expected, rtol=1e-9)
 
 
 def test_window_drift_delay_and_gain_act_together():
-    several = [
+    additions = [
         effects.exponential_window(2.0),
         effects.frequency_drift("a1", 0.01),
         effects.gain_error("s1", 0.1),
         effects.channel_delay("a2", 1e-3),
     ]
     forward = backward = experiment()
-    for one in several:
-        forward = forward + one
-    for one in several[::-1]:
-        backward = backward + one
+    for effect in additions:
+        forward = forward + effect
+    for effect in additions[::-1]:
+        backward = backward + effect
     np.testing.assert_array_equal(frf(forward), frf(backward))
 
 
 # ------------------------------------------------------------------------------ suggestions
 
 
-def kinds(one):
-    return set(effects.library(one).kinds)
+def kinds(setup):
+    return set(effects.library(setup).kinds)
 
 
 def test_hits_of_a_roved_hammer_are_tried_one_by_one():
     hits = experiment(("s1",), ("a1", "a2", "a3"))
     variants = {
-        kind: [one.setting(hits.structure.modes, (hits + one).instruments) for one in
+        kind: [effect.setting(hits.structure.modes, (hits + effect).instruments) for effect in
                ((hits + candidate).instrument_effects[kind] for candidate in
                 effects.library(hits, [kind]).effects)]
         for kind in ("gain_error", "reversed_channel", "channel_delay", "misplaced_actuator",
                      "swapped_actuators", "frequency_drift")
     }  # fmt: skip
-    each = ["actuator a1", "actuator a2", "actuator a3"]
-    assert variants["gain_error"] == ["sensor s1", *each]
-    assert variants["reversed_channel"] == each
-    assert variants["channel_delay"] == each
-    assert variants["misplaced_actuator"] == each
-    assert variants["frequency_drift"] == each
+    hits_in_order = ["actuator a1", "actuator a2", "actuator a3"]
+    assert variants["gain_error"] == ["sensor s1", *hits_in_order]
+    assert variants["reversed_channel"] == hits_in_order
+    assert variants["channel_delay"] == hits_in_order
+    assert variants["misplaced_actuator"] == hits_in_order
+    assert variants["frequency_drift"] == hits_in_order
     assert variants["swapped_actuators"] == [
         "actuators a1 and a2", "actuators a1 and a3", "actuators a2 and a3",
     ]  # fmt: skip
@@ -242,7 +242,7 @@ def test_hits_of_a_roved_hammer_are_tried_one_by_one():
 
 def test_one_channel_on_either_side_has_no_other_to_differ_from():
     single = experiment(("s1",), ("a1",))
-    assert [one.side for one in effects.library(single, ["gain_error"]).effects] == ["sensor"]
+    assert [effect.side for effect in effects.library(single, ["gain_error"]).effects] == ["sensor"]
     doubtful = {"reversed_channel", "channel_delay", "swapped_actuators", "frequency_drift"}
     assert not doubtful & kinds(single)
     assert {"stinger", "actuator_mass", "misplaced_actuator"} <= kinds(single)
@@ -250,13 +250,13 @@ def test_one_channel_on_either_side_has_no_other_to_differ_from():
 
 def test_sensors_that_stay_mounted_share_their_runs():
     fixed = effects.library(experiment(mounted="fixed"), ["frequency_drift"]).effects
-    assert [one.side for one in fixed] == ["actuator", "actuator"]
+    assert [effect.side for effect in fixed] == ["actuator", "actuator"]
     roved = effects.library(experiment(), ["frequency_drift"]).effects
-    assert [one.side for one in roved] == ["sensor", "sensor", "actuator", "actuator"]
+    assert [effect.side for effect in roved] == ["sensor", "sensor", "actuator", "actuator"]
 
 
 def test_a_factor_of_a_wrong_unit_is_within_reach():
-    [error, *_] = (one.error for one in effects.library(experiment(), ["gain_error"]).effects)
+    [error, *_] = (effect.error for effect in effects.library(experiment(), ["gain_error"]).effects)
     drawn = np.asarray(error.sample(jax.random.PRNGKey(0), (20_000,)))
     assert drawn.min() > -1
     assert np.mean(np.abs(np.log(1 + drawn)) < np.log(3)) == pytest.approx(0.536, abs=0.018)
@@ -268,21 +268,21 @@ def test_a_factor_of_a_wrong_unit_is_within_reach():
 
 
 def test_names_on_either_side_are_found_and_others_refused():
-    both = experiment(("s1",), ("a1", "a2"))
-    added = (both + effects.gain_error("a2", 0.1)).instrument_effects["gain_error"]
+    pair = experiment(("s1",), ("a1", "a2"))
+    added = (pair + effects.gain_error("a2", 0.1)).instrument_effects["gain_error"]
     assert (added.side, int(added.transducer)) == ("actuator", 1)
     with pytest.raises(InputError, match=r'on "s9" was added, but the experiment has the sensors'):
-        both + effects.gain_error("s9", 0.1)
+        pair + effects.gain_error("s9", 0.1)
     with pytest.raises(InputError, match=r'on actuator "s1" was added'):
-        both + effects.gain_error("s1", 0.1, side="actuator")
+        pair + effects.gain_error("s1", 0.1, side="actuator")
     with pytest.raises(InputError, match=r'on actuator "h9" was added'):
-        both + effects.misplaced_actuator("h9", 0.1)
+        pair + effects.misplaced_actuator("h9", 0.1)
     with pytest.raises(InputError, match=r"the direction 2 was given, but the actuator has the"):
-        both + effects.reversed_channel("a1", direction=2)
+        pair + effects.reversed_channel("a1", direction=2)
 
 
 def test_a_name_of_both_sides_is_the_sensor_unless_said():
-    one = bp.Experiment(
+    setup = bp.Experiment(
         bp.Structure(beam(), damping=bp.damping.Modal(RATIO)),
         sensors=[bp.Sensor("p1", at=0.3)],
         actuators=[bp.Actuator("p1", at=0.3), bp.Actuator("p2", at=0.8)],
@@ -291,10 +291,10 @@ def test_a_name_of_both_sides_is_the_sensor_unless_said():
         noise=bp.noise.Gaussian(1.0),
     )
     sides = [
-        (one + effects.gain_error("p1", dist.Normal(0, 1), **stated))
+        (setup + effects.gain_error("p1", dist.Normal(0, 1), **stated))
         .instrument_effects["gain_error"]
         .side
         for stated in ({}, {"side": "actuator"})
     ]
     assert sides == ["sensor", "actuator"]
-    assert len(effects.gain_error.suggest(Scales(one))) == 3
+    assert len(effects.gain_error.suggest(Scales(setup))) == 3

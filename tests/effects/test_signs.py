@@ -16,13 +16,13 @@ LINES = np.array([7.0, 21.0, 40.0, 63.0, 88.0])
 AT = 0.37
 
 
-def experiment(*several, ratio=0.02):
+def experiment(*additions, ratio=0.02):
     beam = bp.beams.beam(
         8, length=1.0, area=1e-3, second_moment=1e-8, youngs_modulus=7e10, density=2700.0
     )
     structure = bp.Structure(beam, damping=bp.damping.Modal(ratio))
-    for one in several:
-        structure = structure + one
+    for effect in additions:
+        structure = structure + effect
     return bp.Experiment(
         structure,
         sensors=[bp.Sensor("s1", at=0.8)],
@@ -33,8 +33,8 @@ def experiment(*several, ratio=0.02):
     )
 
 
-def frf(one):
-    return np.asarray(one.frf())
+def frf(setup):
+    return np.asarray(setup.frf())
 
 
 @pytest.mark.parametrize(
@@ -58,8 +58,8 @@ def test_what_is_removed_undoes_what_was_added(added, removed):
 
 def test_a_stiffer_stretch_raises_natural_frequencies():
     base, patched = (
-        np.asarray(experiment(*several).structure.proper_modes().angular_frequency())
-        for several in ((), (effects.local_stiffness_loss(AT, 0.05, -1.0),))
+        np.asarray(experiment(*additions).structure.proper_modes().angular_frequency())
+        for additions in ((), (effects.local_stiffness_loss(AT, 0.05, -1.0),))
     )
     assert np.all(patched > base * (1 - 1e-12))
     assert patched[0] > 1.001 * base[0]
@@ -74,7 +74,7 @@ def test_the_stiffest_stretch_that_is_tried_has_natural_frequencies(modes, kind,
     line = getattr(bp.beams, kind)(
         modes, length=1.7, area=1e-3, youngs_modulus=7e10, density=2700.0, ends=ends, **second
     )
-    one = bp.Experiment(
+    setup = bp.Experiment(
         bp.Structure(line, damping=bp.damping.Modal(0.02)),
         sensors=[bp.Sensor("s1", at=0.8)],
         actuators=[bp.Actuator("a1", at=0.6)],
@@ -82,19 +82,19 @@ def test_the_stiffest_stretch_that_is_tried_has_natural_frequencies(modes, kind,
         observe=bp.observe.Complex("acceleration"),
         noise=bp.noise.Gaussian(0.1),
     )
-    _, stiffer = effects.library(one, ["local_stiffness_loss"]).effects
+    _, stiffer = effects.library(setup, ["local_stiffness_loss"]).effects
     extent, loss = float(stiffer.extent.icdf(1.0)), float(stiffer.loss.icdf(0.0))
     assert loss == pytest.approx(-1.0)
 
     def natural(at):
-        whole = one.structure + effects.local_stiffness_loss(at, extent, loss)
-        return whole.proper_modes().angular_frequency()
+        stretched = setup.structure + effects.local_stiffness_loss(at, extent, loss)
+        return stretched.proper_modes().angular_frequency()
 
     places = np.linspace(float(stiffer.at.low), float(stiffer.at.high), 41)
-    found = np.asarray(jax.jit(jax.vmap(natural))(places))
+    frequencies = np.asarray(jax.jit(jax.vmap(natural))(places))
     base = np.asarray(line.angular_frequency())
-    assert np.all(found >= base * (1 - 1e-9))
-    assert np.all(found.max(axis=0)[-1] > 1.001 * base[-1])
+    assert np.all(frequencies >= base * (1 - 1e-9))
+    assert np.all(frequencies.max(axis=0)[-1] > 1.001 * base[-1])
 
 
 def test_a_stiffer_region_is_minus_a_loss():
@@ -103,13 +103,14 @@ def test_a_stiffer_region_is_minus_a_loss():
     region = effects.library(plain, ["region_stiffness_loss"]).effects
     half = len(region) // 2
     assert half >= 1
-    assert [int(one.region) for one in region[:half]] == [int(one.region) for one in region[half:]]
+    numbers = [int(effect.region) for effect in region]
+    assert numbers[:half] == numbers[half:]
     stiffer = plain.structure + effects.region_stiffness_loss(np.asarray(0), -0.5)
     softer = plain.structure + effects.region_stiffness_loss(np.asarray(0), 0.5)
     changes = [
-        np.asarray(whole.proper_modes().angular_frequency())
+        np.asarray(patched.proper_modes().angular_frequency())
         / np.asarray(plain.nominal().structure.proper_modes().angular_frequency())
-        for whole in (stiffer, softer)
+        for patched in (stiffer, softer)
     ]
     assert np.all(changes[0] > 1 - 1e-9)
     assert np.all(changes[1] < 1 + 1e-9)
@@ -134,9 +135,9 @@ def test_springs_may_be_softer_than_assumed_where_there_are_some():
 
 
 def test_a_removed_mass_is_found_and_said():
-    one = small.experiment()
-    library = effects.library(one, ["point_mass", "ground_spring", "local_stiffness_loss"])
-    hole = bp.improve(one, small.measured(effects.point_mass(0.313, -0.3)), candidates=library)
+    setup = small.experiment()
+    library = effects.library(setup, ["point_mass", "ground_spring", "local_stiffness_loss"])
+    hole = bp.improve(setup, small.measured(effects.point_mass(0.313, -0.3)), candidates=library)
     assert hole.verdict == ("point_mass",)
     assert "point_mass (removed, probability" in hole.sentence()
     mass = hole.steps[-1].parameters["structure.effects.point_mass.mass"]
@@ -146,8 +147,8 @@ def test_a_removed_mass_is_found_and_said():
 def test_added_stiffness_is_found_and_said():
     lines = np.linspace(8.0, 400.0, 60)
 
-    def beam(noise, *several):
-        base = experiment(*several, ratio=0.02 if noise is None else dist.Uniform(0.01, 0.03))
+    def beam(noise, *additions):
+        base = experiment(*additions, ratio=0.02 if noise is None else dist.Uniform(0.01, 0.03))
         return bp.Experiment(
             base.structure,
             sensors=[bp.Sensor("s1", at=0.83), bp.Sensor("s2", at=0.22)],
@@ -169,9 +170,9 @@ def test_added_stiffness_is_found_and_said():
         actuators=true.actuator_channels,
         quantity="accelerance",
     )
-    one = beam(bp.noise.Relative(0.003))
-    library = effects.library(one, ["point_mass", "ground_spring", "local_stiffness_loss"])
-    ledger = bp.improve(one, measured, candidates=library)
+    model = beam(bp.noise.Relative(0.003))
+    library = effects.library(model, ["point_mass", "ground_spring", "local_stiffness_loss"])
+    ledger = bp.improve(model, measured, candidates=library)
     assert ledger.verdict == ("local_stiffness_loss",)
     assert "stiffer, not softer" in ledger.sentence()
     place = ledger.steps[-1].parameters["structure.effects.local_stiffness_loss.at"]
@@ -179,7 +180,7 @@ def test_added_stiffness_is_found_and_said():
 
 
 def test_a_prior_is_printed_as_it_was_made():
-    one = experiment() + effects.library(experiment(), ["gain_error"]).effects[0]
-    assert "-1 + exp(Normal(0, 1.5))" in str(one)
-    one = experiment(effects.point_mass(AT, negative_log_uniform(1.0, np.e)))
-    assert "-1 exp(Uniform(0, 1))" in str(one)
+    setup = experiment() + effects.library(experiment(), ["gain_error"]).effects[0]
+    assert "-1 + exp(Normal(0, 1.5))" in str(setup)
+    setup = experiment(effects.point_mass(AT, negative_log_uniform(1.0, np.e)))
+    assert "-1 exp(Uniform(0, 1))" in str(setup)
