@@ -44,24 +44,24 @@ def line(kind, ends):
     return getattr(beams, kind)(8, **quantities, ends=ends)
 
 
-def cut(one, at, *orders):
-    return _cuts.cut(one, [at] * len(orders), orders)
+def cut(member, at, *orders):
+    return _cuts.cut(member, [at] * len(orders), orders)
 
 
-def table(one, order, first=PLACES, second=CUTS, derivative=0):
+def table(member, order, first=PLACES, second=CUTS, derivative=0):
     """Shapes of openings at the second places, read at the first."""
 
     def read(x, at):
-        return _cuts.shapes(one, cut(one, at, order), x, derivative)[0]
+        return _cuts.shapes(member, cut(member, at, order), x, derivative)[0]
 
     every = jax.vmap(lambda x: jax.vmap(lambda at: read(x, at))(second))
     return np.asarray(jax.jit(lambda: every(first))())
 
 
-def own(one, order, quantity, places=CUTS):
+def jump_value(member, order, quantity, places=CUTS):
     """Stiffness against each jump, or its mass."""
-    each = jax.vmap(lambda at: quantity(one, cut(one, at, order))[0, 0])
-    return np.asarray(jax.jit(lambda: each(places))())
+    quantities = jax.vmap(lambda at: quantity(member, cut(member, at, order))[0, 0])
+    return np.asarray(jax.jit(lambda: quantities(places))())
 
 
 @pytest.mark.parametrize(
@@ -74,8 +74,8 @@ def own(one, order, quantity, places=CUTS):
 )
 def test_a_cut_bar_opens_by_one(ends, expected):
     x, y = np.meshgrid(NODES[[1, 7, 11, 17, 20]], NODES[CUT[:-1]], indexing="ij")
-    found = table(line("bar", ends), 1, jnp.asarray(x[:, 0]), CUTS[:-1])
-    np.testing.assert_allclose(found, expected(x, y), atol=1e-10)
+    shapes = table(line("bar", ends), 1, jnp.asarray(x[:, 0]), CUTS[:-1])
+    np.testing.assert_allclose(shapes, expected(x, y), atol=1e-10)
 
 
 @pytest.mark.parametrize("ends", PAIRS)
@@ -83,26 +83,32 @@ def test_a_cut_bar_opens_by_one(ends, expected):
 def test_finite_elements_open_a_cut_alike(ends, component, order, unit):
     beam = line("beam", ends)
     expected = [elements(ends).jump(node, component) for node in CUT]
-    found = table(beam, order)
+    shapes = table(beam, order)
     if component == 0:
         # A node of the elements moves as what is left of the cut, the support for one at the end.
-        found = found - (READ[:, None] == CUT) * np.where(CUT == 0, 1.0, 0.5)
-    nodal = np.stack([one[0][2 * READ] for one in expected], axis=1)
-    np.testing.assert_allclose(found / unit, nodal / unit, atol=1e-7)
+        shapes = shapes - (READ[:, None] == CUT) * np.where(CUT == 0, 1.0, 0.5)
+    nodal = np.stack([jump[0][2 * READ] for jump in expected], axis=1)
+    np.testing.assert_allclose(shapes / unit, nodal / unit, atol=1e-7)
     scale = BENDING * unit**2 / LENGTH**3
-    stiffnesses = np.array([one[1] for one in expected])
-    found = own(beam, order, _cuts.stiffness)
-    np.testing.assert_allclose(found / scale, stiffnesses / scale, atol=1e-4)
-    masses, scale = np.array([one[2] for one in expected]), MASS * unit**2
-    np.testing.assert_allclose(own(beam, order, _cuts.mass) / scale, masses / scale, atol=1e-7)
+    stiffnesses = np.array([jump[1] for jump in expected])
+    stiffness = jump_value(beam, order, _cuts.stiffness)
+    np.testing.assert_allclose(stiffness / scale, stiffnesses / scale, atol=1e-4)
+    masses, scale = np.array([jump[2] for jump in expected]), MASS * unit**2
+    np.testing.assert_allclose(
+        jump_value(beam, order, _cuts.mass) / scale, masses / scale, atol=1e-7
+    )
 
 
 @pytest.mark.parametrize(("kind", "ends", "order"), CASES)
 def test_a_jump_is_the_internal_force_of_a_unit_force(kind, ends, order):
-    one, inside = line(kind, ends), CUTS[1:]
+    member, inside = line(kind, ends), CUTS[1:]
     sign = -1 if order == 3 else 1
-    each = jax.vmap(jax.vmap(lambda x, y: sign * one.green(x, y, (0, order)), (None, 0)), (0, None))
-    np.testing.assert_allclose(table(one, order, PLACES, inside), each(PLACES, inside), atol=1e-10)
+    force = jax.vmap(
+        jax.vmap(lambda x, y: sign * member.green(x, y, (0, order)), (None, 0)), (0, None)
+    )
+    np.testing.assert_allclose(
+        table(member, order, PLACES, inside), force(PLACES, inside), atol=1e-10
+    )
 
 
 @pytest.mark.parametrize(("kind", "ends", "order"), CASES)
@@ -125,16 +131,16 @@ def test_seen_from_the_other_end_a_cut_opens_the_other_way(kind, ends, order):
     ],
 )
 def test_the_stiffness_against_a_moved_support_is_that_of_textbooks(kind, ends, order, expected):
-    found = own(line(kind, ends), order, _cuts.stiffness, jnp.zeros(1))
-    np.testing.assert_allclose(found, expected, rtol=1e-10)
+    stiffness = jump_value(line(kind, ends), order, _cuts.stiffness, jnp.zeros(1))
+    np.testing.assert_allclose(stiffness, expected, rtol=1e-10)
 
 
 def test_turning_a_clamp_also_takes_a_shear_force():
     # Slope-deflection equations: 6 E I / L^2 between the two.
     beam = line("beam", "fixed-fixed")
-    found = jax.jit(lambda: _cuts.stiffness(beam, cut(beam, 0.0, 2, 3)))()
-    np.testing.assert_allclose(np.abs(found[0, 1]), 6 * BENDING / LENGTH**2, rtol=1e-9)
-    np.testing.assert_allclose(found[1, 0], found[0, 1], rtol=1e-9)
+    stiffness = jax.jit(lambda: _cuts.stiffness(beam, cut(beam, 0.0, 2, 3)))()
+    np.testing.assert_allclose(np.abs(stiffness[0, 1]), 6 * BENDING / LENGTH**2, rtol=1e-9)
+    np.testing.assert_allclose(stiffness[1, 0], stiffness[0, 1], rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -142,8 +148,8 @@ def test_turning_a_clamp_also_takes_a_shear_force():
 )
 def test_what_is_statically_determinate_has_no_self_stress(ends):
     for order in (2, 3):
-        found = own(line("beam", ends), order, _cuts.stiffness)
-        np.testing.assert_allclose(np.abs(found), 0.0, atol=1e-9 * BENDING)
+        stiffness = jump_value(line("beam", ends), order, _cuts.stiffness)
+        np.testing.assert_allclose(np.abs(stiffness), 0.0, atol=1e-9 * BENDING)
 
 
 def test_a_moved_support_moves_the_beam():
@@ -169,18 +175,20 @@ def test_a_moved_support_moves_the_beam():
     ],
 )
 def test_masses_and_participations_are_products_of_shapes(kind, ends, orders):
-    one, places = line(kind, ends), [0.37 * LENGTH, 0.81 * LENGTH]
-    cuts = _cuts.cut(one, places, orders)
+    member, places = line(kind, ends), [0.37 * LENGTH, 0.81 * LENGTH]
+    cuts = _cuts.cut(member, places, orders)
     node, weight = np.polynomial.legendre.leggauss(40)
     bounds = np.array([0.0, *places, LENGTH])  # every side of the cuts by its own rule
     sizes = np.diff(bounds)[:, None]
     x = jnp.asarray((bounds[:-1, None] + sizes * (node + 1) / 2).ravel())
     w = (sizes * weight / 2).ravel() * DENSITY * AREA
-    read = jax.vmap(lambda x: (one.shapes(x)[0], _cuts.shapes(one, cuts, x)))
+    read = jax.vmap(lambda x: (member.shapes(x)[0], _cuts.shapes(member, cuts, x)))
     phi, jumps = map(np.asarray, jax.jit(lambda: read(x))())
-    rigid = one.rigid_body_modes
-    found, mass = jax.jit(lambda: (_cuts.participation(one, one, cuts), _cuts.mass(one, cuts)))()
-    np.testing.assert_allclose(found, (phi.T * w @ jumps)[rigid:], atol=1e-10)
+    rigid = member.rigid_body_modes
+    participation, mass = jax.jit(
+        lambda: (_cuts.participation(member, member, cuts), _cuts.mass(member, cuts))
+    )()
+    np.testing.assert_allclose(participation, (phi.T * w @ jumps)[rigid:], atol=1e-10)
     np.testing.assert_allclose(mass, jumps.T * w @ jumps, rtol=1e-9, atol=1e-12)
     # Openings move the structure without moving it as a rigid body.
     np.testing.assert_allclose((phi.T * w @ jumps)[:rigid], 0.0, atol=1e-10)

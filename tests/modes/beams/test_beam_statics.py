@@ -42,17 +42,17 @@ def line(kind, ends):
     return getattr(beams, kind)(8, **quantities, ends=ends)
 
 
-def flexibility(one, derivative=0):
+def flexibility(member, derivative=0):
     """Displacement (or slope) at a position under a unit force at another."""
-    return lambda x, y: one.green(x, y, (derivative, 0)) / one.stiffness
+    return lambda x, y: member.green(x, y, (derivative, 0)) / member.stiffness
 
 
 def table(function, first=PLACES, second=CUTS):
     return np.asarray(jax.vmap(lambda x: jax.vmap(lambda y: function(x, y))(second))(first))
 
 
-def close(found, expected, tolerance=1e-10):
-    np.testing.assert_allclose(found, expected, atol=tolerance * np.abs(expected).max(), rtol=0)
+def close(result, expected, tolerance=1e-10):
+    np.testing.assert_allclose(result, expected, atol=tolerance * np.abs(expected).max(), rtol=0)
 
 
 # Deflections that textbooks print.
@@ -72,8 +72,8 @@ def close(found, expected, tolerance=1e-10):
 )
 def test_beams_bend_as_in_textbooks(ends, position, expected):
     at = jnp.asarray(position)
-    found = line("beam", ends).static_flexibility(at, at)[0, 0]
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    deflection = line("beam", ends).static_flexibility(at, at)[0, 0]
+    np.testing.assert_allclose(deflection, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -106,8 +106,8 @@ def test_finite_elements_bend_alike(ends):
 
 @pytest.mark.parametrize(("kind", "ends"), CASES)
 def test_flexibility_is_symmetric(kind, ends):
-    found = table(flexibility(line(kind, ends)), PLACES, PLACES)
-    close(found, found.T, 1e-13)
+    deflections = table(flexibility(line(kind, ends)), PLACES, PLACES)
+    close(deflections, deflections.T, 1e-13)
 
 
 @pytest.mark.parametrize(("kind", "ends"), CASES)

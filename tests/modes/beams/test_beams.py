@@ -57,9 +57,9 @@ CASES = [("beam", ends) for ends in PAIRS] + [("bar", ends) for ends in BAR_PAIR
 @pytest.mark.parametrize("ends", BLEVINS)
 def test_wave_numbers_are_those_of_blevins(ends):
     known = np.array(BLEVINS[ends])
-    found = beams.beam(known.size, **BEAM, ends=ends)
-    np.testing.assert_allclose(found.wave_numbers, known, rtol=2e-8, atol=1e-12)
-    np.testing.assert_allclose(found.angular_frequency(), known**2 * BENDING, rtol=4e-8)
+    beam = beams.beam(known.size, **BEAM, ends=ends)
+    np.testing.assert_allclose(beam.wave_numbers, known, rtol=2e-8, atol=1e-12)
+    np.testing.assert_allclose(beam.angular_frequency(), known**2 * BENDING, rtol=4e-8)
 
 
 @pytest.mark.parametrize(
@@ -72,8 +72,10 @@ def test_wave_numbers_are_those_of_blevins(ends):
     ],
 )
 def test_a_bar_has_its_textbook_frequencies(ends, wave_numbers):
-    found = beams.bar(3, **BAR, ends=ends).angular_frequency()
-    np.testing.assert_allclose(found, np.pi * np.array(wave_numbers) * SPEED / LENGTH, rtol=1e-14)
+    frequencies = beams.bar(3, **BAR, ends=ends).angular_frequency()
+    np.testing.assert_allclose(
+        frequencies, np.pi * np.array(wave_numbers) * SPEED / LENGTH, rtol=1e-14
+    )
 
 
 def test_the_bar_of_the_paper_resonates_at_multiples_of_166_67_hz():
@@ -170,8 +172,8 @@ def test_sixty_modes_do_not_overflow_at_either_end():
 )
 def test_shapes_without_exponentials_are_sines_and_cosines(ends, known):
     x, n = np.linspace(0, 1, 300)[:, None], np.arange(1, MANY + 1)
-    found = line("beam", ends)[1](x[:, 0] * LENGTH)
-    np.testing.assert_allclose(found * np.sqrt(DENSITY * AREA * LENGTH), known(x, n), atol=1e-10)
+    shapes = line("beam", ends)[1](x[:, 0] * LENGTH)
+    np.testing.assert_allclose(shapes * np.sqrt(DENSITY * AREA * LENGTH), known(x, n), atol=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -229,9 +231,9 @@ def test_finite_elements_agree(ends):
     np.testing.assert_allclose(squared[:6], expected, rtol=2e-5, atol=1e-5 * squared[5])
     nodes = np.linspace(0.0, LENGTH, 61)
     elastic = slice(beam.rigid_body_modes, 6)  # a pair of rigid modes may come in any mixture
-    found = np.asarray(shapes(padded(nodes)))[:61, elastic]
-    element = deflections[:, elastic] * np.sign(np.sum(deflections[:, elastic] * found, axis=0))
-    np.testing.assert_allclose(found, element, atol=1e-4)
+    exact = np.asarray(shapes(padded(nodes)))[:61, elastic]
+    element = deflections[:, elastic] * np.sign(np.sum(deflections[:, elastic] * exact, axis=0))
+    np.testing.assert_allclose(exact, element, atol=1e-4)
 
 
 @pytest.mark.parametrize(("kind", "ends"), [("bar", "free-fixed"), ("beam", "fixed-pinned")])
@@ -245,11 +247,11 @@ def test_shapes_are_smooth_in_position(kind, ends):
     for order in range(3):
         read = [jax.jit(jax.vmap(lambda x, k=k: modes.shapes(x, k)[0])) for k in range(order, 4)]
         differences = (read[0](position + step) - read[0](position - step)) / (2 * step)
-        found, expected = (
+        derivatives, expected = (
             read[1](position) / scale ** (order + 1),
             differences / scale ** (order + 1),
         )
-        np.testing.assert_allclose(found, expected, atol=1e-6)
+        np.testing.assert_allclose(derivatives, expected, atol=1e-6)
 
 
 def test_products_of_slopes_are_those_of_sines():
@@ -264,10 +266,10 @@ def test_products_of_slopes_are_those_of_sines():
 def test_products_of_slopes_are_those_of_another_quadrature(ends):
     beam, _ = line("beam", ends)
     places = jnp.asarray((NODE + 1) / 2 * LENGTH)
-    for order, found in ((1, beam.slope_matrix()), (3, beam.shear_matrix())):
+    for order, matrix in ((1, beam.slope_matrix()), (3, beam.shear_matrix())):
         values = np.asarray(jax.vmap(lambda x, k=order: beam.shapes(x, k)[0])(places))
         expected = values.T @ (WEIGHT[:, None] / 2 * LENGTH * values)
-        np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+        np.testing.assert_allclose(matrix, expected, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(("make", "power"), [(beams.bar, -1), (beams.beam, -2)])
@@ -276,12 +278,12 @@ def test_frequencies_have_gradients_in_length_and_material(make, power):
     modes = make(4, **quantities)
 
     def frequency(length, youngs_modulus, density):
-        given = {"length": length, "youngs_modulus": youngs_modulus, "density": density}
-        return make(4, **(quantities | given)).natural_frequency
+        changes = {"length": length, "youngs_modulus": youngs_modulus, "density": density}
+        return make(4, **(quantities | changes)).natural_frequency
 
-    given = (LENGTH, STIFFNESS, DENSITY)
-    gradients = jax.jit(jax.jacfwd(frequency, argnums=(0, 1, 2)))(*given)
-    for gradient, value, exponent in zip(gradients, given, (power, 0.5, -0.5), strict=True):
+    values = (LENGTH, STIFFNESS, DENSITY)
+    gradients = jax.jit(jax.jacfwd(frequency, argnums=(0, 1, 2)))(*values)
+    for gradient, value, exponent in zip(gradients, values, (power, 0.5, -0.5), strict=True):
         np.testing.assert_allclose(gradient, exponent * modes.natural_frequency / value, rtol=1e-12)
 
 

@@ -28,29 +28,29 @@ PLACES = jnp.asarray(LENGTH * np.array([0.0, 0.1, 0.35, 0.55, 0.85, 1.0]))
 
 
 @functools.cache
-def line(kind, ends, modes=KEPT, **more):
+def line(kind, ends, modes=KEPT, **settings):
     quantities = BAR if kind == "bar" else BEAM
-    return getattr(beams, kind)(modes, **quantities, **more, ends=ends)
+    return getattr(beams, kind)(modes, **quantities, **settings, ends=ends)
 
 
 def table(function):
     return np.asarray(jax.vmap(lambda x: jax.vmap(lambda y: function(x, y))(PLACES))(PLACES))
 
 
-def close(found, expected, tolerance=1e-10):
-    np.testing.assert_allclose(found, expected, atol=tolerance * np.abs(expected).max(), rtol=0)
+def close(result, expected, tolerance=1e-10):
+    np.testing.assert_allclose(result, expected, atol=tolerance * np.abs(expected).max(), rtol=0)
 
 
 @pytest.mark.parametrize(("kind", "ends"), CASES)
 def test_the_flexibility_is_the_sum_over_all_modes(kind, ends):
-    one, long = line(kind, ends), line(kind, ends, LONG)
-    phi = np.asarray(jax.vmap(lambda x: long.shapes(x)[0])(PLACES))[:, one.rigid_body_modes :]
-    squared = np.asarray(long.angular_frequency())[one.rigid_body_modes :] ** 2
-    whole = table(lambda x, y: one.static_flexibility(x, y)[0, 0])
+    member, long = line(kind, ends), line(kind, ends, LONG)
+    phi = np.asarray(jax.vmap(lambda x: long.shapes(x)[0])(PLACES))[:, member.rigid_body_modes :]
+    squared = np.asarray(long.angular_frequency())[member.rigid_body_modes :] ** 2
+    flexibility = table(lambda x, y: member.static_flexibility(x, y)[0, 0])
     left = []
     for modes in (KEPT, LONG):
-        kept = slice(0, modes - one.rigid_body_modes)
-        left.append(np.abs(whole - phi[:, kept] / squared[kept] @ phi[:, kept].T).max())
+        kept = slice(0, modes - member.rigid_body_modes)
+        left.append(np.abs(flexibility - phi[:, kept] / squared[kept] @ phi[:, kept].T).max())
     # Modes beyond n add as the sum of 1/k^order from there.
     rate = 1 if kind == "bar" else 3
     assert 0.4 < left[1] / left[0] * (LONG / KEPT) ** rate < 2.5
@@ -58,14 +58,14 @@ def test_the_flexibility_is_the_sum_over_all_modes(kind, ends):
 
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_one_frequency_stands_for_all_modes_left_out(order):
-    one = line("bar" if order == 1 else "beam", "fixed-fixed")
+    member = line("bar" if order == 1 else "beam", "fixed-fixed")
     # Far up the wave numbers are pi apart; a jump at a generic place takes part as their power.
-    wave = one.wave_numbers[-1] + np.pi * np.arange(1, 200000)
-    share = wave ** (2 * order - 4 * one.half_order)
-    over_squares = (one.wave_numbers[-1] / wave) ** (2 * one.half_order)
-    over_squares /= np.asarray(one.angular_frequency())[-1] ** 2
+    wave = member.wave_numbers[-1] + np.pi * np.arange(1, 200000)
+    share = wave ** (2 * order - 4 * member.half_order)
+    over_squares = (member.wave_numbers[-1] / wave) ** (2 * member.half_order)
+    over_squares /= np.asarray(member.angular_frequency())[-1] ** 2
     expected = np.sum(share * over_squares) / np.sum(share)
-    np.testing.assert_allclose(one.mean_flexibility_beyond(order), expected, rtol=1e-4)
+    np.testing.assert_allclose(member.mean_flexibility_beyond(order), expected, rtol=1e-4)
 
 
 # Receptances: what the residual is for.
@@ -88,24 +88,24 @@ def beam_exact(x, y, wave):
 @functools.cache
 def layouts(kind, modes):
     """Exact and modal receptances of six lay-outs in the band of nine modes, and residuals."""
-    one = line(kind, "fixed-fixed" if kind == "bar" else "pinned-pinned", modes)
+    member = line(kind, "fixed-fixed" if kind == "bar" else "pinned-pinned", modes)
     power = 2 if kind == "bar" else 4
     wave = np.linspace(0.5, 9.5, 200) * np.pi / LENGTH
     squared = wave**power * (AXIAL if kind == "bar" else BENDING) / (DENSITY * AREA)
     places = jnp.asarray(np.random.default_rng(5).uniform(0, LENGTH, (6, 5)))  # the last a force
-    phi = np.asarray(jax.vmap(jax.vmap(lambda x: one.shapes(x)[0]))(places))
-    modal = 1 / (LOSSY * np.asarray(one.angular_frequency())[:, None] ** 2 - squared)
+    phi = np.asarray(jax.vmap(jax.vmap(lambda x: member.shapes(x)[0]))(places))
+    modal = 1 / (LOSSY * np.asarray(member.angular_frequency())[:, None] ** 2 - squared)
     exact = bar_exact if kind == "bar" else beam_exact
     stiffness = LOSSY * (AXIAL if kind == "bar" else BENDING)
     x = np.asarray(places)[..., None]
     expected = exact(x[:, :4], x[:, 4:], wave / LOSSY ** (1 / power)) / stiffness
 
     by_force = jax.vmap(
-        lambda row: jax.vmap(lambda x: one.static_flexibility(x, row[4])[0, 0])(row[:4])
+        lambda row: jax.vmap(lambda x: member.static_flexibility(x, row[4])[0, 0])(row[:4])
     )
     static = np.asarray(by_force(places))[..., None] / LOSSY
     residues = phi[:, :4] * phi[:, 4:]
-    dynamic = modal - 1 / (LOSSY * np.asarray(one.angular_frequency())[:, None] ** 2)
+    dynamic = modal - 1 / (LOSSY * np.asarray(member.angular_frequency())[:, None] ** 2)
     return expected, np.stack([residues @ modal, residues @ dynamic + static])
 
 
@@ -119,9 +119,10 @@ def layouts(kind, modes):
     ],
 )
 def test_a_few_modes_raise_no_false_alarm_with_the_statics(kind, modes, plain, corrected):
-    expected, found = layouts(kind, modes)
+    expected, receptances = layouts(kind, modes)
     # Excess chi2 per datum at 1 % noise of each datum: the median lay-out.
-    excess = np.median(np.mean(np.abs((found / expected - 1) / 0.01) ** 2, axis=(2, 3)), axis=1)
+    chi2 = np.mean(np.abs((receptances / expected - 1) / 0.01) ** 2, axis=(2, 3))
+    excess = np.median(chi2, axis=1)
     assert excess[0] > plain
     assert excess[1] < corrected
 
@@ -131,12 +132,12 @@ def test_a_few_modes_raise_no_false_alarm_with_the_statics(kind, modes, plain, c
 
 @pytest.mark.parametrize(("kind", "ends"), [("bar", "free-free"), ("beam", "fixed-pinned")])
 def test_derivatives_in_position_are_those_of_finite_differences(kind, ends):
-    one, step = line(kind, ends), 1e-5
+    member, step = line(kind, ends), 1e-5
     x, y = jnp.array([0.61, 1.13]), jnp.array([1.13, 0.61])
     scale = LENGTH ** (1 if kind == "bar" else 3)
     for order in range(2):
         read = [
-            jax.jit(jax.vmap(lambda x, y, k=k: one.green(x, y, (k, 1)) / scale))
+            jax.jit(jax.vmap(lambda x, y, k=k: member.green(x, y, (k, 1)) / scale))
             for k in (order, order + 1)
         ]
         difference = (read[0](x + step, y) - read[0](x - step, y)) / (2 * step)
@@ -145,14 +146,14 @@ def test_derivatives_in_position_are_those_of_finite_differences(kind, ends):
 
 @pytest.mark.parametrize(("kind", "ends"), [("bar", "free-free"), ("beam", "fixed-pinned")])
 def test_gradients_in_positions_are_the_derivatives(kind, ends):
-    one = line(kind, ends)
+    member = line(kind, ends)
 
-    def both(x, y):
-        value = jax.grad(lambda x, y: one.green(x, y), argnums=(0, 1))(x, y)
-        return value, (one.green(x, y, (1, 0)), one.green(x, y, (0, 1)))
+    def derivative_pairs(x, y):
+        value = jax.grad(lambda x, y: member.green(x, y), argnums=(0, 1))(x, y)
+        return value, (member.green(x, y, (1, 0)), member.green(x, y, (0, 1)))
 
     x, y = jnp.array([0.61, 0.61, 1.13]), jnp.array([1.13, 0.61, 0.61])
-    value, derivatives = jax.jit(jax.vmap(both))(x, y)
+    value, derivatives = jax.jit(jax.vmap(derivative_pairs))(x, y)
     np.testing.assert_allclose(value, derivatives, rtol=1e-12)
 
 
@@ -163,18 +164,18 @@ def test_quantities_may_be_traced_and_unknown(kind):
     unknown = getattr(beams, kind)(4, **law, ends="fixed-fixed")
 
     def read(scale):
-        one = substitute(unknown, {name: scale * value for name, value in quantities.items()})
+        member = substitute(unknown, {name: scale * value for name, value in quantities.items()})
         x, y = jnp.asarray(0.3), jnp.asarray(0.5)
-        values = [one.static_flexibility(x, y)[0, 0], one.green(x, y, (1, 0), 2)]
-        values += [one.mean_flexibility_beyond(1), one.angular_frequency()[0] ** 2]
+        values = [member.static_flexibility(x, y)[0, 0], member.green(x, y, (1, 0), 2)]
+        values += [member.mean_flexibility_beyond(1), member.angular_frequency()[0] ** 2]
         if kind == "beam":
-            values += [one.slope_matrix()[0, 0], one.shear_matrix()[0, 0]]
+            values += [member.slope_matrix()[0, 0], member.shear_matrix()[0, 0]]
         return jnp.stack(values)
 
-    found = jax.jit(jax.vmap(read))(jnp.array([1.0, 1.1]))
+    outputs = jax.jit(jax.vmap(read))(jnp.array([1.0, 1.1]))
     known = jax.jit(lambda: read(1.0))()
-    np.testing.assert_allclose(found[0], known, rtol=1e-12)
-    assert np.all(found[1] != found[0])
+    np.testing.assert_allclose(outputs[0], known, rtol=1e-12)
+    assert np.all(outputs[1] != outputs[0])
 
 
 @pytest.mark.parametrize("kind", ["bar", "beam"])

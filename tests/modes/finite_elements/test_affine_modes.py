@@ -59,17 +59,17 @@ def affine():
 
 
 def drawn(values):
-    return substitute(affine(), {f"parameter.{name}": one for name, one in values.items()})
+    return substitute(affine(), {f"parameter.{name}": value for name, value in values.items()})
 
 
 def changed(values):
     """Full matrices for some parameters."""
     matrices, _ = square()
-    whole = matrices.stiffness
+    stiffness = matrices.stiffness
     for name, part in matrices.regions.items():
-        whole = whole + (values[name] - 1) * part
+        stiffness = stiffness + (values[name] - 1) * part
     return bp.finite_elements.Matrices(
-        whole,
+        stiffness,
         values["density"] * matrices.mass,
         matrices.position,
         matrices.dof,
@@ -100,32 +100,39 @@ def test_natural_frequencies_stay_right_on_a_square_plate():
     for values in draws(["corner", "strip"], 3, 1):
         values = values | {"density": 1.07}
         expected = changed(values).modes(up_to=4 * natural()[3]).natural_frequency
-        found = frequencies(drawn(values))[: expected.size]
+        frequency = frequencies(drawn(values))[: expected.size]
         assert expected.size > 10
-        np.testing.assert_allclose(found, expected, rtol=1e-3)
+        np.testing.assert_allclose(frequency, expected, rtol=1e-3)
 
 
 @pytest.mark.parametrize(("name", "top"), [("portal", 900.0), ("plate", 2500.0)])
 def test_natural_frequencies_stay_right_on_models_handed_over(shared_data, name, top):
-    whole, reading, _ = handed_over(shared_data / "cases" / "models" / name)
+    matrices, reading, _ = handed_over(shared_data / "cases" / "models" / name)
     names = ["region 0", "region 5", "region 6"]
     modes = finite_elements.affine(
-        whole,
+        matrices,
         reading.near(np.array([[0.1, 0.0, 0.0]]), 0.05),
         parameters=dict.fromkeys(names, LAW),
         up_to=top,
     )
     assert modes.frequency_error < 1e-3
     for values in draws(names, 2, 2):
-        stiffness = whole.stiffness + sum((values[one] - 1) * whole.regions[one] for one in names)
+        stiffness = matrices.stiffness + sum(
+            (values[region] - 1) * matrices.regions[region] for region in names
+        )
         full = bp.finite_elements.Matrices(
-            stiffness, whole.mass, whole.position, whole.dof, node=whole.node, fixed=whole.fixed
+            stiffness,
+            matrices.mass,
+            matrices.position,
+            matrices.dof,
+            node=matrices.node,
+            fixed=matrices.fixed,
         )
         expected = full.modes(up_to=top).natural_frequency
-        named = {f"parameter.{one}": value for one, value in values.items()}
-        found = frequencies(substitute(modes, named))[: expected.size]
+        named = {f"parameter.{region}": value for region, value in values.items()}
+        frequency = frequencies(substitute(modes, named))[: expected.size]
         assert expected.size > 15
-        np.testing.assert_allclose(found, expected, rtol=1e-3)
+        np.testing.assert_allclose(frequency, expected, rtol=1e-3)
 
 
 def test_a_thickness_scales_bending_by_its_cube_and_mass_by_itself():
@@ -141,7 +148,7 @@ def test_a_thickness_scales_bending_by_its_cube_and_mass_by_itself():
     )
     thicker = substitute(modes, {"parameter.thickness": 1.06})
     np.testing.assert_allclose(frequencies(thicker)[:4], 1.06 * natural()[:4], rtol=1e-9)
-    static = jax.jit(lambda one: one.solved().static_flexibility(*PLACES[:2]))
+    static = jax.jit(lambda model: model.solved().static_flexibility(*PLACES[:2]))
     before = static(substitute(modes, {"parameter.thickness": 1.0}))
     np.testing.assert_allclose(static(thicker), before / 1.06**3, rtol=1e-9)
 
@@ -156,9 +163,9 @@ def test_a_factor_may_be_a_product_of_parameters():
         powers={"bending": {"modulus": 1, "thickness": 3}},
         up_to=1.01 * natural()[3],
     )
-    assert [one.name for one in unknowns(modes)] == ["parameter.modulus"]
-    found = frequencies(substitute(modes, {"parameter.modulus": 1.1}))
-    np.testing.assert_allclose(found[:4], natural()[:4] * np.sqrt(1.1 * 1.05**3), rtol=1e-9)
+    assert [unknown.name for unknown in unknowns(modes)] == ["parameter.modulus"]
+    frequency = frequencies(substitute(modes, {"parameter.modulus": 1.1}))
+    np.testing.assert_allclose(frequency[:4], natural()[:4] * np.sqrt(1.1 * 1.05**3), rtol=1e-9)
 
 
 def test_modulus_and_density_of_the_whole_scale_beside_the_parts():
@@ -172,13 +179,13 @@ def test_modulus_and_density_of_the_whole_scale_beside_the_parts():
         density=8000.0,
         nominal=(2.0e11, 7850.0),
     )
-    one = substitute(modes, {"parameter.corner": 0.8})
+    softer = substitute(modes, {"parameter.corner": 0.8})
     plain = finite_elements.affine(
         matrices, reading, parameters={"corner": LAW}, up_to=1.01 * natural()[3]
     )
     expected = frequencies(substitute(plain, {"parameter.corner": 0.8}))
     scale = np.sqrt(1.1 / (8000 / 7850))
-    np.testing.assert_allclose(frequencies(one), scale * expected, rtol=1e-12)
+    np.testing.assert_allclose(frequencies(softer), scale * expected, rtol=1e-12)
 
 
 # Receptances and their gradients.
@@ -197,7 +204,7 @@ STEP = 1e-4
 def responses(values):
     """Receptance for each damping law, with and without static flexibility."""
     modes = drawn(dict(zip(NAMES, values, strict=True)))
-    bare = eqx.tree_at(lambda one: one.nodal.flexibility, modes, None)
+    bare = eqx.tree_at(lambda tree: tree.nodal.flexibility, modes, None)
     return {
         (law, statics): frf.receptance(
             bp.Structure(modes if statics else bare, damping=damping),
@@ -221,8 +228,10 @@ def direct(stiffness, mass, read, law):
         "Rayleigh": lambda w: 1j * w * (3.0 * mass + 2e-6 * stiffness),
         "structural": lambda w: 0.02j * stiffness,
     }[law]
-    each = [read @ np.linalg.solve(stiffness - w**2 * mass + damping(w), read.T) for w in OMEGA]
-    return np.stack(each, axis=-1)
+    solutions = [
+        read @ np.linalg.solve(stiffness - w**2 * mass + damping(w), read.T) for w in OMEGA
+    ]
+    return np.stack(solutions, axis=-1)
 
 
 def _modal(stiffness, mass):
@@ -246,8 +255,8 @@ def reduced(values, law):
 def full(values, law):
     matrices, reading = square()
     free = np.setdiff1d(np.arange(len(matrices.dof)), matrices.fixed)
-    whole = changed(dict(zip(NAMES, values, strict=True)))
-    pair = [one.toarray()[np.ix_(free, free)] for one in (whole.stiffness, whole.mass)]
+    system = changed(dict(zip(NAMES, values, strict=True)))
+    pair = [matrix.toarray()[np.ix_(free, free)] for matrix in (system.stiffness, system.mass)]
     return direct(*pair, weights(reading, PLACES, len(matrices.dof))[:, 0, free], law)
 
 
@@ -269,10 +278,10 @@ AT = pytest.mark.parametrize(
 @pytest.mark.parametrize("law", LAWS)
 @AT
 def test_receptances_and_gradients_are_those_of_direct_solutions_in_the_basis(law, at):
-    found, slopes = (one[law, False] for one in compiled(at))
+    receptances, slopes = (table[law, False] for table in compiled(at))
     expected = reduced(at, law)
     size = np.abs(expected).max()
-    np.testing.assert_allclose(found / size, expected / size, atol=1e-9)
+    np.testing.assert_allclose(receptances / size, expected / size, atol=1e-9)
     for number in range(3):
         expected = slope(reduced, law, number, at)
         size = np.abs(expected).max()
@@ -282,10 +291,10 @@ def test_receptances_and_gradients_are_those_of_direct_solutions_in_the_basis(la
 @pytest.mark.parametrize("law", LAWS)
 @AT
 def test_receptances_and_gradients_are_those_of_direct_solutions_of_all_matrices(law, at):
-    found, slopes = (one[law, True] for one in compiled(at))
+    receptances, slopes = (table[law, True] for table in compiled(at))
     expected = full(at, law)
     size = np.abs(expected).max(axis=-1, keepdims=True)
-    np.testing.assert_allclose(found / size, expected / size, atol=2e-3)
+    np.testing.assert_allclose(receptances / size, expected / size, atol=2e-3)
     for number in range(3):
         expected = slope(full, law, number, at)
         size = np.abs(expected).max()
@@ -297,8 +306,8 @@ def test_reverse_mode_agrees_with_forward_mode():
         return jnp.sum(jnp.log(jnp.abs(jnp.stack([*responses(values).values()]))))
 
     back = jax.jit(jax.grad(size))(NOMINAL)
-    found, slopes = (np.stack([*each.values()]) for each in compiled(NOMINAL))
-    ahead = np.sum(np.real(slopes / found[..., None]), axis=(0, 1, 2, 3))
+    receptances, slopes = (np.stack([*table.values()]) for table in compiled(NOMINAL))
+    ahead = np.sum(np.real(slopes / receptances[..., None]), axis=(0, 1, 2, 3))
     np.testing.assert_allclose(back, ahead, rtol=1e-9)
     assert (np.abs(back) > 0.1).all()
 
@@ -319,15 +328,15 @@ def test_eigenvectors_of_repeated_frequencies_have_no_plain_gradient():
 def test_the_static_flexibility_follows_the_parts():
     """To first order exactly: without it a soft region would seem stiff under its own sensors."""
     at = dict(corner=0.8, strip=1.2, density=1.0)
-    static = jax.jit(lambda one: one.solved().static_flexibility(*PLACES[jnp.array([0, 0])]))
+    static = jax.jit(lambda model: model.solved().static_flexibility(*PLACES[jnp.array([0, 0])]))
     matrices, reading = square()
     read = weights(reading, PLACES[:1], len(matrices.dof))[0]
     rows = np.arange(len(matrices.dof))
     expected = read @ changed(at).static_flexibility(rows) @ read.T
-    found = static(drawn(at))
-    stiff = eqx.tree_at(lambda one: one.residual, drawn(at), None)
-    assert abs(found / expected - 1) < 2e-4
-    assert abs(static(stiff) / expected - 1) > 5 * abs(found / expected - 1)
+    flexibility = static(drawn(at))
+    stiff = eqx.tree_at(lambda model: model.residual, drawn(at), None)
+    assert abs(flexibility / expected - 1) < 2e-4
+    assert abs(static(stiff) / expected - 1) > 5 * abs(flexibility / expected - 1)
 
 
 # Inference.
@@ -360,7 +369,7 @@ def test_every_parameter_is_named_with_its_law():
 def test_leapfrog_steps_from_repeated_natural_frequencies_keep_their_energy():
     """As in NUTS; a wrong gradient gains or loses energy, and NaN is neither."""
     data = experiment().data(experiment(unknown=False).nominal_measurement())
-    names = [one.name for one in experiment().unknowns]
+    names = [unknown.name for unknown in experiment().unknowns]
     width = np.array([0.55, 0.55, 0.2, 0.04, 0.04])
 
     @jax.jit
@@ -383,8 +392,8 @@ def test_leapfrog_steps_from_repeated_natural_frequencies_keep_their_energy():
 
 
 def test_effects_are_added_to_affine_modes():
-    one = bp.Structure(drawn(dict(corner=1.0, strip=1.0, density=1.0)), damping=LAWS["modal"])
-    weak = one + bp.effects.region_stiffness_loss("corner", 0.2)
+    structure = bp.Structure(drawn(dict(corner=1.0, strip=1.0, density=1.0)), damping=LAWS["modal"])
+    weak = structure + bp.effects.region_stiffness_loss("corner", 0.2)
     lost = np.asarray(jax.jit(lambda: weak.proper_modes().natural_frequency)())
     expected = changed(dict(corner=0.8, strip=1.0, density=1.0)).modes(count=4).natural_frequency
     np.testing.assert_allclose(lost[:4], expected, rtol=1e-3)
@@ -408,11 +417,11 @@ def test_a_law_without_quantiles_is_sampled():
 def test_ranges_follow_quantiles_and_powers():
     powers = {"bending": {"modulus": 1, "thickness": 3}, "softness": {"modulus": -1}}
     laws = {"modulus": dist.Uniform(0.8, 1.2), "thickness": 1.1}
-    found = _part_factors.ranges(laws, powers, {})
-    np.testing.assert_allclose(found["bending"], np.array([0.8, 1.2]) * 1.1**3, rtol=2e-3)
-    np.testing.assert_allclose(found["softness"], [1 / 1.2, 1 / 0.8], rtol=2e-3)
-    given = _part_factors.ranges(laws, powers, {"thickness": (0.9, 1.2)})
-    np.testing.assert_allclose(given["bending"], [0.8 * 0.9**3, 1.2 * 1.2**3], rtol=2e-3)
+    bounds = _part_factors.ranges(laws, powers, {})
+    np.testing.assert_allclose(bounds["bending"], np.array([0.8, 1.2]) * 1.1**3, rtol=2e-3)
+    np.testing.assert_allclose(bounds["softness"], [1 / 1.2, 1 / 0.8], rtol=2e-3)
+    stated_bounds = _part_factors.ranges(laws, powers, {"thickness": (0.9, 1.2)})
+    np.testing.assert_allclose(stated_bounds["bending"], [0.8 * 0.9**3, 1.2 * 1.2**3], rtol=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -430,6 +439,6 @@ def test_ranges_follow_quantiles_and_powers():
 )
 def test_parameters_that_do_not_fit_are_refused(changes, message):
     matrices, reading = square()
-    given = dict(parameters={"corner": LAW}, up_to=natural()[3]) | changes
+    arguments = dict(parameters={"corner": LAW}, up_to=natural()[3]) | changes
     with pytest.raises(ValueError, match=message):
-        finite_elements.affine(matrices, reading, **given)
+        finite_elements.affine(matrices, reading, **arguments)

@@ -1,4 +1,4 @@
-"""Modes from matrices: frequencies and receptances beside closed forms and direct solutions."""
+"""Modes from matrices compared with closed forms and direct solutions."""
 
 import functools
 from typing import Any, NamedTuple
@@ -22,7 +22,7 @@ from tests.small_models import DENSITY, POISSON, STIFFNESS
 
 RATIO = 0.01
 RECOMMENDED = {"portal": (80, 11), "plate": (150, 10)}
-both = pytest.mark.parametrize("name", RECOMMENDED)
+model_names = pytest.mark.parametrize("name", RECOMMENDED)
 
 
 def receptance(modes, places, directions, frequency):
@@ -42,11 +42,11 @@ def direct(matrices, rows, frequency, count):
     return dense_receptance(matrices, rows, frequency, matrices.modes(count=count), RATIO)
 
 
-def error(found, expected):
+def error(estimate, expected):
     """Largest relative error away from antiresonances."""
-    own = np.sqrt(np.mean(np.abs(np.einsum("iif->if", expected)) ** 2, axis=1))
-    felt = np.abs(expected) > 0.02 * np.sqrt(np.outer(own, own))[..., None]
-    return np.abs(found / np.where(felt, expected, 1.0) - 1)[felt].max()
+    driving_point = np.sqrt(np.mean(np.abs(np.einsum("iif->if", expected)) ** 2, axis=1))
+    felt = np.abs(expected) > 0.02 * np.sqrt(np.outer(driving_point, driving_point))[..., None]
+    return np.abs(estimate / np.where(felt, expected, 1.0) - 1)[felt].max()
 
 
 class HandedOver(NamedTuple):
@@ -64,16 +64,16 @@ class HandedOver(NamedTuple):
 @functools.cache
 def handed_over(folder):
     arrays = bp.io.npz_modes.read_nodes(folder / "nominal.npz")
-    regions = {f"region {one}": folder / f"K_region_{one:02d}.npz" for one in range(12)}
-    whole = bp.io.matrix_files.read(folder / "K.npz", folder / "M.npz", regions=regions)
+    regions = {f"region {number}": folder / f"K_region_{number:02d}.npz" for number in range(12)}
+    system = bp.io.matrix_files.read(folder / "K.npz", folder / "M.npz", regions=regions)
     model = bp.finite_elements.Matrices(
-        whole.stiffness,
-        whole.mass,
+        system.stiffness,
+        system.mass,
         arrays.position,
         arrays.dof,
         node=arrays.node,
         fixed=arrays.fixed,
-        regions=whole.regions,
+        regions=system.regions,
     )
     elements = np.searchsorted(arrays.node, arrays.element)
     kind = (
@@ -109,23 +109,23 @@ def some_rows(matrices, axes, count):
     return rows, matrices.position[node], np.eye(3)[matrices.dof[rows, 1] - 1]
 
 
-@both
+@model_names
 def test_natural_frequencies_are_those_handed_over(model, name):
     count, _ = RECOMMENDED[name]
     modes = kept(model, count)
-    found = np.sqrt(modes.eigenvalues[:count]) / (2 * np.pi)
-    np.testing.assert_allclose(found, model.frequency[:count], rtol=1e-6)
+    frequency = np.sqrt(modes.eigenvalues[:count]) / (2 * np.pi)
+    np.testing.assert_allclose(frequency, model.frequency[:count], rtol=1e-6)
 
 
-@both
+@model_names
 def test_receptances_are_those_of_a_direct_solution(model, name):
     count, in_band = RECOMMENDED[name]
     modes = kept(model, count)
     rows, places, directions = some_rows(model.matrices, modes.axes, 5)
     frequency = np.linspace(0.05, 1.03, 9) * model.frequency[in_band - 1]
     expected = direct(model.matrices, rows, frequency, modes.eigenvalues.size)
-    found = receptance(modes, places, directions, frequency)
-    assert error(found, expected) < 0.005
+    receptances = receptance(modes, places, directions, frequency)
+    assert error(receptances, expected) < 0.005
     plain = receptance(_without_statics(modes), places, directions, frequency)
     assert error(plain, expected) > 0.005
 
@@ -186,8 +186,8 @@ def navier(places, frequency):
 
 def test_a_scikit_fem_plate_is_that_of_navier():
     modes = finite_elements.modes(*handed_plate(skfem.ElementQuadBFS), up_to=8000.0)
-    found = np.sqrt(modes.eigenvalues[:8]) / (2 * np.pi)
-    np.testing.assert_allclose(found, np.sort(NATURAL)[:8] / (2 * np.pi), rtol=2e-3)
+    natural = np.sqrt(modes.eigenvalues[:8]) / (2 * np.pi)
+    np.testing.assert_allclose(natural, np.sort(NATURAL)[:8] / (2 * np.pi), rtol=2e-3)
     places = np.array([[0.131, 0.077, 0.0], [0.252, 0.203, 0.0], [0.333, 0.058, 0.0]])
     frequency = np.array([60.0, 120.0, 260.0, 420.0])
     expected = navier(places, frequency)
@@ -201,8 +201,8 @@ def test_a_scikit_fem_plate_of_morley_converges_to_that_of_navier():
     errors = []
     for cells in ((10, 8), (20, 16)):
         matrices, _ = handed_plate(skfem.ElementTriMorley, cells=cells)
-        found = 2 * np.pi * matrices.modes(count=3).natural_frequency
-        errors.append(np.abs(found / np.sort(NATURAL)[:3] - 1).max())
+        natural = 2 * np.pi * matrices.modes(count=3).natural_frequency
+        errors.append(np.abs(natural / np.sort(NATURAL)[:3] - 1).max())
     assert errors[1] < 0.035
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.4)
 
@@ -250,10 +250,10 @@ def test_a_scikit_fem_solid_has_the_longitudinal_modes_of_a_rod():
     handed = handed_rod()
     speed = np.sqrt(ROD["stiffness"] / ROD["density"])
     expected = speed / (4 * ROD["length"]) * np.array([1, 3])
-    found = handed.matrices.modes(up_to=1.1 * expected[1]).natural_frequency
-    for one in expected:
-        assert np.abs(found / one - 1).min() < 2e-4
-    assert (np.abs(found / expected[0] - 1) > 0.05).sum() >= 4  # bending and torsion beside them
+    natural = handed.matrices.modes(up_to=1.1 * expected[1]).natural_frequency
+    for longitudinal in expected:
+        assert np.abs(natural / longitudinal - 1).min() < 2e-4
+    assert (np.abs(natural / expected[0] - 1) > 0.05).sum() >= 4  # bending and torsion beside them
 
 
 def test_a_scikit_fem_solid_responds_as_its_matrices_do():
@@ -282,11 +282,11 @@ def test_rows_have_the_node_and_the_axis_of_what_they_move(kind):
     some = np.random.default_rng(1).choice(translations, 12)
     place = matrices.position[matrices.dof[some, 0] - 1]
     read = weights(reading, place, len(matrices.dof))
-    for row, one in zip(some, read, strict=True):
+    for row, weight in zip(some, read, strict=True):
         axis = reading.axes.index(matrices.dof[row, 1])
         expected = np.zeros(len(matrices.dof))
         expected[row] = 1.0
-        np.testing.assert_allclose(one[axis], expected, atol=1e-9)
+        np.testing.assert_allclose(weight[axis], expected, atol=1e-9)
     assert kind == "solid" or translations.size == 11 * 9
 
 
@@ -295,13 +295,13 @@ def test_a_mesh_may_lie_anywhere_in_space():
     stiffness = skfem.BilinearForm(bending).assemble(basis)
     mass = skfem.BilinearForm(lambda u, v, _: AREA_MASS * u * v).assemble(basis)
     directions = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    there = finite_elements.from_scikit_fem(
+    plate = finite_elements.from_scikit_fem(
         basis, stiffness, mass, axes=(1,), origin=np.array([0.5, 0.1, 0.2]), directions=directions
     )
-    low, high = there.matrices.position.min(axis=0), there.matrices.position.max(axis=0)
+    low, high = plate.matrices.position.min(axis=0), plate.matrices.position.max(axis=0)
     np.testing.assert_allclose(low, [0.5, 0.1, 0.2])
     np.testing.assert_allclose(high, [0.5, 0.1 + SIDES[0], 0.2 + SIDES[1]])
-    assert set(there.matrices.dof[:, 1]) == {1, 7}
+    assert set(plate.matrices.dof[:, 1]) == {1, 7}
 
 
 # A frame in space by its own matrices.
@@ -326,10 +326,10 @@ def test_a_frame_in_space_has_the_modes_of_a_cantilever():
     bend = wave**2 * np.sqrt(BAR.youngs_modulus * BAR.moment / BAR.density / BAR.area)
     axial = np.pi / 2 / length * np.sqrt(BAR.youngs_modulus / BAR.density)
     torsion = np.pi / 2 / length * np.sqrt(BAR.shear_modulus / BAR.density)
-    found = 2 * np.pi * cantilever()[0].modes(up_to=2000.0).natural_frequency
-    np.testing.assert_allclose(found[:6], np.repeat(bend, 2), rtol=1e-5)
-    for one in (axial, torsion):
-        assert np.abs(found / one - 1).min() < 2e-4
+    natural = 2 * np.pi * cantilever()[0].modes(up_to=2000.0).natural_frequency
+    np.testing.assert_allclose(natural[:6], np.repeat(bend, 2), rtol=1e-5)
+    for expected in (axial, torsion):
+        assert np.abs(natural / expected - 1).min() < 2e-4
 
 
 def test_a_frame_in_space_responds_as_its_matrices_do():
@@ -352,5 +352,5 @@ def test_too_many_rows_are_refused(monkeypatch):
     with pytest.raises(ValueError, match=r"reads 150 degrees of freedom.*interpolation\.near"):
         finite_elements.modes(*cantilever(), up_to=100.0)
     matrices, reading = cantilever()
-    few = reading.near(TIP[None], 0.05)
-    assert finite_elements.modes(matrices, few, up_to=100.0).shape.shape[0] < 50
+    local_reading = reading.near(TIP[None], 0.05)
+    assert finite_elements.modes(matrices, local_reading, up_to=100.0).shape.shape[0] < 50

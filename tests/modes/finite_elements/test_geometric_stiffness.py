@@ -41,14 +41,14 @@ def test_it_is_that_of_another_library():
     basis = skfem.Basis(skfem.MeshLine(x), skfem.ElementLineHermite())
     slopes = skfem.BilinearForm(lambda u, v, _: u.grad[0] * v.grad[0])
     expected = slopes.assemble(basis).toarray()  # w and w' at each node
-    found = frame_geometric_stiffness(nodes(np.outer(x, [1, 0, 0]), ALL), chain(4)).toarray()
+    stiffness = frame_geometric_stiffness(nodes(np.outer(x, [1, 0, 0]), ALL), chain(4)).toarray()
     for shift, turn, sign in ((2, 4, -1.0), (1, 5, 1.0)):  # theta_y = -w', theta_z = v'
         rows = (6 * np.arange(4)[:, None] + [shift, turn]).ravel()
         signs = np.tile([1.0, sign], 4)
         np.testing.assert_allclose(
-            found[np.ix_(rows, rows)] * np.outer(signs, signs), expected, atol=1e-12
+            stiffness[np.ix_(rows, rows)] * np.outer(signs, signs), expected, atol=1e-12
         )
-    assert not found[0::6].any() and not found[3::6].any()
+    assert not stiffness[0::6].any() and not stiffness[3::6].any()
 
 
 def test_turning_the_coordinate_system_turns_it():

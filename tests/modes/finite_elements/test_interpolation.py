@@ -66,10 +66,10 @@ def test_shapes_at_nodes_are_those_handed_over(portal, plate):
         (portal, interpolation.frame, (1, 2, 3)),
         (plate, interpolation.plate, (3,)),
     ):
-        found = weights(read(model, model.elements), model.position, len(model.dof)) @ model.shape
+        shapes = weights(read(model, model.elements), model.position, len(model.dof)) @ model.shape
         for axis, direction in enumerate(axes):
             np.testing.assert_array_equal(
-                found[:, axis], model.shape[model.dof[:, 1] == direction], strict=True
+                shapes[:, axis], model.shape[model.dof[:, 1] == direction], strict=True
             )
 
 
@@ -84,8 +84,8 @@ def test_the_frame_has_the_mass_that_was_handed_over(portal):
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     share = (about["density_kg_m3"] * area * length[:, None] * weight / 2).ravel()
     read = interpolation.frame(portal, portal.elements)
-    found = weights(read, place.reshape(-1, 3), len(portal.dof))
-    mass = np.einsum("p,pai,paj->ij", share, found, found, optimize=True)
+    shapes = weights(read, place.reshape(-1, 3), len(portal.dof))
+    mass = np.einsum("p,pai,paj->ij", share, shapes, shapes, optimize=True)
     difference = np.abs(portal.mass.toarray() - mass)
     about_axis = np.isin(portal.dof[:, 1], (4, 6))  # members along z and x twist about them
     assert difference[~about_axis][:, ~about_axis].max() < 1e-12 * mass.max()
@@ -103,8 +103,8 @@ def test_the_plate_has_the_mass_that_was_handed_over(plate):
     areal = about["density_kg_m3"] * about["thickness_m"] * np.prod(side[:2]) / 4
     share = np.tile(np.outer(weight, weight).ravel() * areal, 60)
     read = interpolation.plate(plate, plate.elements)
-    found = weights(read, place.reshape(-1, 3), len(plate.dof))[:, 0]
-    mass = (found * share[:, None]).T @ found
+    shapes = weights(read, place.reshape(-1, 3), len(plate.dof))[:, 0]
+    mass = (shapes * share[:, None]).T @ shapes
     inner = 4 * np.arange(16 * 3 + 3, 16 * 3 + 9)[:, None] + np.arange(4)  # all elements around
     rows = inner.ravel()
     expected = plate.mass.toarray()[rows]
@@ -121,8 +121,8 @@ def test_rigid_motion_of_a_frame_is_exact(zigzag, rng):
     )
     elements = chain(7)
     place = along(zigzag, elements, rng, 40)
-    found = weights(interpolation.frame(zigzag, elements), place, len(zigzag.dof)) @ moved.ravel()
-    np.testing.assert_allclose(found, shift + np.cross(turn, place), atol=1e-14)
+    motion = weights(interpolation.frame(zigzag, elements), place, len(zigzag.dof)) @ moved.ravel()
+    np.testing.assert_allclose(motion, shift + np.cross(turn, place), atol=1e-14)
 
 
 def test_constant_curvature_and_stretch_of_a_member_are_exact(rng):
@@ -136,8 +136,8 @@ def test_constant_curvature_and_stretch_of_a_member_are_exact(rng):
     turn = np.outer(3 * arc**2, np.cross(unit, bent))
     values = np.column_stack([motion(arc), turn]).ravel()
     s = rng.uniform(0, 0.9, 30)
-    found = weights(interpolation.frame(model, chain(4)), np.outer(s, unit), 24) @ values
-    np.testing.assert_allclose(found, motion(s), atol=1e-14)
+    displacement = weights(interpolation.frame(model, chain(4)), np.outer(s, unit), 24) @ values
+    np.testing.assert_allclose(displacement, motion(s), atol=1e-14)
 
 
 @pytest.mark.parametrize("powers", [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 2), (3, 3)])
@@ -154,8 +154,8 @@ def test_a_plate_holds_bicubic_deflections(tiles, rng, powers):
     at = tiles.position
     nodal = np.stack([value(at), value(at, 0, 1), -value(at, 1, 0), value(at, 1, 1)], axis=1)
     place = on_tiles(rng, 30)
-    found = weights(interpolation.plate(tiles, tiles.elements), place, len(tiles.dof))
-    np.testing.assert_allclose(found[:, 0] @ nodal.ravel(), value(place), atol=1e-14)
+    shapes = weights(interpolation.plate(tiles, tiles.elements), place, len(tiles.dof))
+    np.testing.assert_allclose(shapes[:, 0] @ nodal.ravel(), value(place), atol=1e-14)
 
 
 @pytest.mark.parametrize("corners", [2, 3, 4])
@@ -165,12 +165,12 @@ def test_linear_fields_are_exact_between_corners(rng, corners):
     elements = np.array([np.arange(corners), np.arange(1, corners + 1)])
     slope = rng.normal(size=(3, 3))
     share = rng.dirichlet(np.ones(corners), 20)
-    place = np.concatenate([share @ position[one] for one in elements])
+    place = np.concatenate([share @ position[element] for element in elements])
     read = interpolation.linear(model, elements)
-    found = weights(read, place, len(model.dof)) @ (position @ slope).ravel()
+    field = weights(read, place, len(model.dof)) @ (position @ slope).ravel()
     if corners == 4:  # the two tetrahedra may overlap; a linear field is the same in both
-        assert found.shape == (40, 3)
-    np.testing.assert_allclose(found, place @ slope, atol=1e-12)
+        assert field.shape == (40, 3)
+    np.testing.assert_allclose(field, place @ slope, atol=1e-12)
 
 
 # ---------------------------------------------------------------- smoothness
@@ -188,8 +188,11 @@ def test_slopes_are_continuous_across_borders(tiles, zigzag, rng):
     read = interpolation.frame(zigzag, chain(7))
     across = [slopes(read, middle + s * step, len(zigzag.dof)) @ values for s in (-1, 1)]
     unit = step / np.linalg.norm(step, axis=1, keepdims=True)
-    both = [np.einsum("pac,pc->pa", one, unit) for one in across]
-    transverse = [one - unit * np.sum(one * unit, axis=1, keepdims=True) for one in both]
+    derivatives = [np.einsum("pac,pc->pa", slope, unit) for slope in across]
+    transverse = [
+        derivative - unit * np.sum(derivative * unit, axis=1, keepdims=True)
+        for derivative in derivatives
+    ]
     np.testing.assert_allclose(*transverse, atol=1e-6)
 
 
@@ -200,9 +203,11 @@ def test_slopes_at_nodes_are_the_rotations_there(tiles, plate, rng):
         read = interpolation.plate(model, model.elements)
         middle = model.position.mean(axis=0)
         place = middle + (1 + 1e-13) * (model.position - middle)  # some just outside
-        found = slopes(read, place, len(model.dof)) @ values
+        gradients = slopes(read, place, len(model.dof)) @ values
         w_y, w_x = values[model.dof[:, 1] == 4], -values[model.dof[:, 1] == 5]
-        np.testing.assert_allclose(found[:, 0], np.stack([w_x, w_y, 0 * w_x], axis=1), atol=1e-7)
+        np.testing.assert_allclose(
+            gradients[:, 0], np.stack([w_x, w_y, 0 * w_x], axis=1), atol=1e-7
+        )
 
 
 def test_gradients_are_those_of_finite_differences(tiles, zigzag, rng):
@@ -210,11 +215,11 @@ def test_gradients_are_those_of_finite_differences(tiles, zigzag, rng):
         (interpolation.plate(tiles, tiles.elements), on_tiles(rng, 10), len(tiles.dof)),
         (interpolation.frame(zigzag, chain(7)), along(zigzag, chain(7), rng, 10), len(zigzag.dof)),
     ):
-        found = slopes(read, place, size)
+        gradients = slopes(read, place, size)
         for axis, step in enumerate(1e-6 * np.eye(3)):
             ends = [weights(read, place + sign * step, size) for sign in (-1, 1)]
             np.testing.assert_allclose(
-                found[:, :, axis], (ends[1] - ends[0]) / 2e-6, atol=1e-7, rtol=1e-6
+                gradients[:, :, axis], (ends[1] - ends[0]) / 2e-6, atol=1e-7, rtol=1e-6
             )
 
 
@@ -229,8 +234,8 @@ def test_refining_the_mesh_converges_at_the_rate_of_its_elements(kind, rate):
         values[:, 2], values[:, 4] = np.sin(5 * x), -5 * np.cos(5 * x)
         elements = () if kind == "nearest" else (chain(count),)
         read = getattr(interpolation, kind)(model, *elements)
-        found = weights(read, place, values.size)[:, 2] @ values.ravel()
-        error.append(np.sqrt(np.mean((found - np.sin(5 * place[:, 0])) ** 2)))
+        deflection = weights(read, place, values.size)[:, 2] @ values.ravel()
+        error.append(np.sqrt(np.mean((deflection - np.sin(5 * place[:, 0])) ** 2)))
     np.testing.assert_allclose(np.log2(np.array(error[:-1]) / error[1:]), rate, atol=0.15)
 
 
@@ -255,22 +260,22 @@ def test_outside_the_structure_the_closest_place_is_read(tiles, zigzag):
     frame = interpolation.frame(zigzag, chain(7))
     outside = np.array([[0.7, 0.2, 0.3], [0.6 + 1e-15, 0.4, 0.1], [-0.2, -1e-15, 0.1]])
     inside = np.array([[0.6, 0.2, 0.1], [0.6, 0.4, 0.1], [-0.2, 0.0, 0.1]])
-    found = closest(plate, outside)
-    np.testing.assert_allclose(found, inside, atol=1e-14)
+    points = closest(plate, outside)
+    np.testing.assert_allclose(points, inside, atol=1e-14)
     size = len(tiles.dof)
     np.testing.assert_allclose(
         weights(plate, outside, size), weights(plate, inside, size), atol=1e-5
     )
-    found = closest(frame, [[0.1, 0.5, 0.45]])[0]
-    np.testing.assert_allclose(found, [0.2, 0.5, 0.3], atol=1e-14)
+    points = closest(frame, [[0.1, 0.5, 0.45]])[0]
+    np.testing.assert_allclose(points, [0.2, 0.5, 0.3], atol=1e-14)
 
 
 def test_outside_a_triangle_its_border_is_read():
     model = nodes([[0, 0, 0], [1, 0, 0], [0, 1, 0]], (1, 2, 3))
     read = interpolation.linear(model, np.array([[0, 1, 2]]))
     place = [[0.7, 0.7, 0.2], [-0.3, 0.4, 0.0], [0.2, 0.3, -1.0]]
-    found = closest(read, place)
-    np.testing.assert_allclose(found, [[0.5, 0.5, 0], [0, 0.4, 0], [0.2, 0.3, 0]], atol=1e-15)
+    points = closest(read, place)
+    np.testing.assert_allclose(points, [[0.5, 0.5, 0], [0, 0.4, 0], [0.2, 0.3, 0]], atol=1e-15)
 
 
 # ---------------------------------------------------------------- parts of a model
@@ -278,23 +283,23 @@ def test_outside_a_triangle_its_border_is_read():
 
 @pytest.mark.parametrize("radius, share", [(0.004, 0.2), (0.06, 0.9)])
 def test_near_reads_the_same_with_less(plate, rng, radius, share):
-    whole = interpolation.plate(plate, plate.elements)
+    reading = interpolation.plate(plate, plate.elements)
     centre = np.array([[0.0595, 0.0605, 0.0], [0.3, 0.2, 0.0]])
-    part = whole.near(centre, radius)
+    part = reading.near(centre, radius)
     angle = rng.uniform(0, 2 * np.pi, 60)
     circle = radius * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     place, size = np.tile(centre, (30, 1)) + circle, len(plate.dof)
-    np.testing.assert_array_equal(weights(part, place, size), weights(whole, place, size))
-    assert len(part.rows) < share * len(whole.rows)
+    np.testing.assert_array_equal(weights(part, place, size), weights(reading, place, size))
+    assert len(part.rows) < share * len(reading.rows)
 
 
 def test_rows_can_be_renumbered(plate):
-    whole = interpolation.plate(plate, plate.elements)
-    part = whole.near(np.array([[0.3, 0.2, 0.0]]), 0.01)
+    reading = interpolation.plate(plate, plate.elements)
+    part = reading.near(np.array([[0.3, 0.2, 0.0]]), 0.01)
     rows = part.used_rows()
     place = np.array([[0.303, 0.196, 0.0]])
-    found = weights(part.renumbered(rows), place, len(rows)) @ plate.shape[rows]
-    np.testing.assert_array_equal(found, weights(whole, place, len(plate.dof)) @ plate.shape)
+    values = weights(part.renumbered(rows), place, len(rows)) @ plate.shape[rows]
+    np.testing.assert_array_equal(values, weights(reading, place, len(plate.dof)) @ plate.shape)
     with pytest.raises(ValueError, match=r"interpolation\.used_rows\(\)"):
         part.renumbered(rows[1:])
 
@@ -323,8 +328,8 @@ def test_an_element_without_length_is_refused():
 
 @pytest.mark.parametrize("corner", [[1, 1, 0], [2, 0.9, 0], [1, 0.9, 0.2], [0, 0.9, 0]], ids=str)
 def test_a_plate_element_that_is_no_rectangle_is_refused(corner):
-    rest = [[0, 0, 0], [1, 0, 0], [0, 0.9, 0]]
-    model = nodes([*rest, corner], PLATE)
+    corners = [[0, 0, 0], [1, 0, 0], [0, 0.9, 0]]
+    model = nodes([*corners, corner], PLATE)
     with pytest.raises(ValueError, match=r"element 0 are no rectangle"):
         interpolation.plate(model, np.array([[0, 1, 2, 3]]))
 

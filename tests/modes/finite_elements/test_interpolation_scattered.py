@@ -1,4 +1,4 @@
-"""scattered, nearest: nodes without elements are read smoothly, or one at a time."""
+"""Interpolation between nodes without elements, smooth or to the nearest node."""
 
 import numpy as np
 import pytest
@@ -25,9 +25,9 @@ def test_linear_fields_are_exact(dimension, count):
     model, place = cloud(dimension, count)
     slope = np.random.default_rng(1).normal(size=(4, 3))
     values = np.pad(model.position, [(0, 0), (0, 1)], constant_values=1.0) @ slope
-    found = weights(interpolation.scattered(model), place, values.size) @ values.ravel()
+    field = weights(interpolation.scattered(model), place, values.size) @ values.ravel()
     expected = np.pad(place, [(0, 0), (0, 1)], constant_values=1.0) @ slope
-    np.testing.assert_allclose(found, expected, atol=1e-6)
+    np.testing.assert_allclose(field, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("dimension, count", [(1, 12), (2, 9)])
@@ -39,8 +39,8 @@ def test_quadratic_fields_are_nearly_exact(dimension, count):
         return np.einsum("pi,ij,pj->p", at, curvature, at)
 
     values = np.repeat(field(model.position), 3)
-    found = weights(interpolation.scattered(model), place, values.size) @ values
-    np.testing.assert_allclose(found[:, 2], field(place), atol=5e-3)
+    result = weights(interpolation.scattered(model), place, values.size) @ values
+    np.testing.assert_allclose(result[:, 2], field(place), atol=5e-3)
 
 
 def test_the_error_falls_with_the_third_power_of_the_spacing():
@@ -48,8 +48,8 @@ def test_the_error_falls_with_the_third_power_of_the_spacing():
     for count in (12, 24):
         model, place = cloud(2, count, seed=4)
         values = np.repeat(np.sin(4 * model.position.sum(axis=1)), 3)
-        found = weights(interpolation.scattered(model), place, values.size)[:, 0] @ values
-        error.append(np.sqrt(np.mean((found - np.sin(4 * place.sum(axis=1))) ** 2)))
+        result = weights(interpolation.scattered(model), place, values.size)[:, 0] @ values
+        error.append(np.sqrt(np.mean((result - np.sin(4 * place.sum(axis=1))) ** 2)))
     assert np.log2(error[0] / error[1]) > 2.3
 
 
@@ -58,10 +58,12 @@ def test_a_plate_is_read_nearly_as_by_its_elements(shared_data):
     place = np.random.default_rng(2).uniform([0, 0, 0], [0.4, 0.3, 0], (100, 3))
     size = len(plate.dof)
     exact = weights(interpolation.plate(plate, plate.elements), place, size)[:, 0] @ plate.shape
-    found = weights(interpolation.scattered(plate), place, size)[:, 0] @ plate.shape
+    scattered = weights(interpolation.scattered(plate), place, size)[:, 0] @ plate.shape
     nearest = weights(interpolation.nearest(plate), place, size)[:, 0] @ plate.shape
     scale = np.sqrt(np.mean(exact**2, axis=0))[:10]
-    error, coarse = (np.sqrt(np.mean((one - exact) ** 2, axis=0))[:10] for one in (found, nearest))
+    error, coarse = (
+        np.sqrt(np.mean((shapes - exact) ** 2, axis=0))[:10] for shapes in (scattered, nearest)
+    )
     assert (error < 0.02 * scale).all()
     assert (coarse > 5 * error).all()
 
@@ -90,18 +92,18 @@ def test_moving_the_coordinate_system_changes_nothing():
     model, place = cloud(3, 5)
     turned, shift = Rotation.random(rng=9).as_matrix(), np.array([2.0, -1.0, 5.0])
     moved = nodes(model.position @ turned + shift, (1, 2, 3))
-    found = weights(interpolation.scattered(moved), place @ turned + shift, len(model.dof))
+    weight = weights(interpolation.scattered(moved), place @ turned + shift, len(model.dof))
     expected = weights(interpolation.scattered(model), place, len(model.dof))
-    np.testing.assert_allclose(found, expected, atol=1e-7)
+    np.testing.assert_allclose(weight, expected, atol=1e-7)
 
 
 def test_the_nearest_node_is_read():
     model, place = cloud(3, 5)
     read = interpolation.nearest(model)
     node = KDTree(model.position).query(place)[1]
-    found = weights(read, place, len(model.dof))
+    weight = weights(read, place, len(model.dof))
     expected = np.eye(len(model.dof)).reshape(-1, 3, len(model.dof))[node]
-    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(weight, expected)
     np.testing.assert_array_equal(closest(read, place), model.position[node])
 
 
@@ -109,11 +111,11 @@ def test_far_from_all_nodes_the_edge_of_their_reach_is_read():
     model, _ = cloud(2, 6)
     read = interpolation.scattered(model)
     far = model.position.mean(axis=0) + np.array([[100.0, 0, 0], [0, 0, 100.0]])
-    found = weights(read, far, len(model.dof))
-    np.testing.assert_allclose(found.sum(axis=2), 1, atol=1e-6)
+    weight = weights(read, far, len(model.dof))
+    np.testing.assert_allclose(weight.sum(axis=2), 1, atol=1e-6)
     drawn = closest(read, far)
     assert (KDTree(model.position).query(drawn)[0] < 1).all()
-    np.testing.assert_allclose(found, weights(read, drawn, len(model.dof)), atol=1e-7)
+    np.testing.assert_allclose(weight, weights(read, drawn, len(model.dof)), atol=1e-7)
     inside = model.position[:5] + 1e-3
     np.testing.assert_allclose(closest(read, inside), inside, atol=1e-15)
 
@@ -121,16 +123,16 @@ def test_far_from_all_nodes_the_edge_of_their_reach_is_read():
 @pytest.mark.parametrize("read", [interpolation.scattered, interpolation.nearest])
 def test_near_reads_the_same_with_less(read):
     model, _ = cloud(2, 20)
-    whole, size = read(model), len(model.dof)
+    reading, size = read(model), len(model.dof)
     centre = model.position[[45, 300]] + 0.01
-    part = whole.near(centre, 0.05)
+    part = reading.near(centre, 0.05)
     rng = np.random.default_rng(8)
     place = np.repeat(centre, 20, axis=0) + rng.uniform(-0.028, 0.028, (40, 3))
-    np.testing.assert_array_equal(weights(part, place, size), weights(whole, place, size))
-    assert len(part.rows) < len(whole.rows) / 5
+    np.testing.assert_array_equal(weights(part, place, size), weights(reading, place, size))
+    assert len(part.rows) < len(reading.rows) / 5
     rows = part.used_rows()
     small = weights(part.renumbered(rows), place, len(rows))
-    np.testing.assert_array_equal(small, weights(whole, place, size)[..., rows])
+    np.testing.assert_array_equal(small, weights(reading, place, size)[..., rows])
 
 
 def test_only_nodes_that_have_all_axes_are_read():

@@ -69,9 +69,9 @@ def test_any_place_is_read_as_by_probes(case):
     basis = skfem.Basis(mesh(), element())
     place = inside(basis.mesh, 30)
     read = interpolation.scikit_fem(basis, axes=axes)
-    found = weights(read, in_space(place), basis.N)
+    weight = weights(read, in_space(place), basis.N)
     expected = basis.probes(place).toarray().reshape(len(axes), -1, basis.N)
-    np.testing.assert_allclose(found, np.moveaxis(expected, 0, 1), atol=1e-9)
+    np.testing.assert_allclose(weight, np.moveaxis(expected, 0, 1), atol=1e-9)
     assert read.axes == axes
 
 
@@ -99,8 +99,8 @@ def test_a_solid_converges_at_third_order():
         values = np.sin(basis.doflocs.sum(axis=0) * 2)
         place = np.random.default_rng(5).uniform(size=(200, 3))
         read = interpolation.scikit_fem(basis, axes=(1, 2, 3))
-        found = weights(read, place, basis.N) @ values
-        error.append(np.sqrt(np.mean((found - np.sin(2 * place.sum(axis=1))[:, None]) ** 2)))
+        field = weights(read, place, basis.N) @ values
+        error.append(np.sqrt(np.mean((field - np.sin(2 * place.sum(axis=1))[:, None]) ** 2)))
     assert np.log2(error[0] / error[1]) == pytest.approx(3, abs=0.25)
 
 
@@ -109,17 +109,17 @@ def test_part_of_a_mesh_is_read_alone():
     read = interpolation.scikit_fem(basis.with_elements(np.array([3, 5])), axes=(3,))
     assert read.rows.shape == (2, 6)
     centre = basis.mesh.p[:, basis.mesh.t[:, [5]]].mean(axis=1)
-    found = weights(read, in_space(centre), basis.N)[:, 0]
-    np.testing.assert_allclose(found, basis.probes(centre).toarray(), atol=1e-12)
+    weight = weights(read, in_space(centre), basis.N)[:, 0]
+    np.testing.assert_allclose(weight, basis.probes(centre).toarray(), atol=1e-12)
 
 
 def test_a_plate_may_lie_anywhere_in_space():
     basis = skfem.Basis(rectangles(), skfem.ElementQuadBFS())
     origin, directions = np.array([1.0, 2.0, 3.0]), np.array([[0.0, 0.6], [0, 0.8], [1, 0]])
-    there = interpolation.scikit_fem(basis, axes=(1,), origin=origin, directions=directions)
+    plate = interpolation.scikit_fem(basis, axes=(1,), origin=origin, directions=directions)
     place = inside(basis.mesh, 10)
-    found = weights(there, origin + place.T @ directions.T, basis.N)[:, 0]
-    np.testing.assert_allclose(found, basis.probes(place).toarray(), atol=1e-12)
+    weight = weights(plate, origin + place.T @ directions.T, basis.N)[:, 0]
+    np.testing.assert_allclose(weight, basis.probes(place).toarray(), atol=1e-12)
 
 
 def test_cells_alike_share_one_set_of_polynomials():
@@ -135,9 +135,9 @@ def test_reading_is_the_same_one_by_one():
     basis = skfem.Basis(triangles(), skfem.ElementTriMorley())
     read = interpolation.scikit_fem(basis, axes=(3,))
     place = in_space(inside(basis.mesh, 2))
-    many = weights(read, place, basis.N)
-    one = eqx.filter_jit(read.at)(jnp.asarray(place[1]))
-    np.testing.assert_allclose(one.weight, many[1][:, np.asarray(one.rows)], atol=1e-14)
+    batch = weights(read, place, basis.N)
+    single = eqx.filter_jit(read.at)(jnp.asarray(place[1]))
+    np.testing.assert_allclose(single.weight, batch[1][:, np.asarray(single.rows)], atol=1e-14)
 
 
 def test_cells_that_are_not_affine_are_refused():

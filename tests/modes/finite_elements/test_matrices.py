@@ -25,11 +25,13 @@ def beam(**changes):
 def dense(model):
     """Natural frequencies [Hz] and shapes of all modes by a dense solution on the free rows."""
     free = np.setdiff1d(np.arange(len(model.dof)), model.fixed)
-    stiffness, mass = (one.toarray()[np.ix_(free, free)] for one in (model.stiffness, model.mass))
+    stiffness, mass = (
+        matrix.toarray()[np.ix_(free, free)] for matrix in (model.stiffness, model.mass)
+    )
     squares, shape = eigh(stiffness, mass)
-    whole = np.zeros((len(model.dof), free.size))
-    whole[free] = shape
-    return np.sqrt(np.maximum(squares, 0)) / (2 * np.pi), whole
+    shapes = np.zeros((len(model.dof), free.size))
+    shapes[free] = shape
+    return np.sqrt(np.maximum(squares, 0)) / (2 * np.pi), shapes
 
 
 def pseudo_inverse(model, rigid):
@@ -58,31 +60,31 @@ def handed_over(request, shared_data):
     folder = shared_data / "cases" / "models" / request.param
     if not folder.is_dir():
         pytest.skip(f"the finite element models are not on this machine: there is no {folder}")
-    given = np.load(folder / "nominal.npz")
+    arrays = np.load(folder / "nominal.npz")
     regions = {
         str(name): load_npz(folder / f"K_region_{number:02d}.npz")
-        for number, name in enumerate(given["region_names"])
+        for number, name in enumerate(arrays["region_names"])
     }
     model = Matrices(
         load_npz(folder / "K.npz"),
         load_npz(folder / "M.npz"),
-        given["nodes"],
-        given["dofs"],
-        given["node_ids"],
-        given["fixed_dofs"],
+        arrays["nodes"],
+        arrays["dofs"],
+        arrays["node_ids"],
+        arrays["fixed_dofs"],
         regions,
     )
-    return model, given
+    return model, arrays
 
 
 def test_modes_are_those_that_the_code_handed_over(handed_over):
-    model, given = handed_over
-    modes = model.modes(count=given["freqs_hz"].size)
-    assert modes.natural_frequency == pytest.approx(given["freqs_hz"], rel=1e-7)
+    model, arrays = handed_over
+    modes = model.modes(count=arrays["freqs_hz"].size)
+    assert modes.natural_frequency == pytest.approx(arrays["freqs_hz"], rel=1e-7)
     # Shapes of repeated modes may be mixed: compare what they span, weighted by 1 / omega^2.
-    weight = given["freqs_hz"] ** -2.0
+    weight = arrays["freqs_hz"] ** -2.0
     ours = (modes.shape * weight) @ modes.shape.T
-    theirs = (given["modes"] * weight) @ given["modes"].T
+    theirs = (arrays["modes"] * weight) @ arrays["modes"].T
     assert np.abs(ours - theirs).max() < 1e-5 * np.abs(theirs).max()
     assert (modes.shape[model.fixed] == 0).all()
 
@@ -90,17 +92,17 @@ def test_modes_are_those_that_the_code_handed_over(handed_over):
 def test_static_flexibility_of_the_handed_over_models_is_the_inverse(handed_over):
     model, _ = handed_over
     rows = np.flatnonzero(model.dof[:, 1] <= 3)
-    found = model.static_flexibility(rows)
+    flexibility = model.static_flexibility(rows)
     free = np.setdiff1d(np.arange(len(model.dof)), model.fixed)
     inverse = np.zeros(model.stiffness.shape)
     inverse[np.ix_(free, free)] = np.linalg.inv(model.stiffness.toarray()[np.ix_(free, free)])
     expected = inverse[np.ix_(rows, rows)]
-    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+    assert np.abs(flexibility - expected).max() < 1e-8 * np.abs(expected).max()
 
 
 def test_modes_and_static_flexibility_are_the_direct_response(handed_over):
-    model, given = handed_over
-    every = model.modes(count=given["freqs_hz"].size)
+    model, arrays = handed_over
+    every = model.modes(count=arrays["freqs_hz"].size)
     band = 400.0 if len(model.dof) == 438 else 1500.0
     frequency = np.linspace(0.03, 1.0, 12) * band
     inside = np.setdiff1d(np.flatnonzero(model.dof[:, 1] <= 3), model.fixed)
@@ -112,23 +114,23 @@ def test_modes_and_static_flexibility_are_the_direct_response(handed_over):
     omega, static = 2 * np.pi * frequency, model.static_flexibility(rows)[..., None]
     slope = model.static_flexibility(rows, power=2)[..., None]
     driving = np.sqrt(np.abs(np.einsum("iif->if", direct)))
-    away = np.abs(direct) > 0.3 * driving[:, None] * driving[None]  # from antiresonances
-    few, many = every.below(3 * band), every.below(5 * band)
+    mask = np.abs(direct) > 0.3 * driving[:, None] * driving[None]  # away from antiresonances
+    narrow, wide = every.below(3 * band), every.below(5 * band)
     # Modes, whether to second order, what is allowed.
-    trials = ((few, 1, 8e-3), (many, 0, 8e-3), (many, 1, 2e-3), (every, 0, 1e-3))
+    trials = ((narrow, 1, 8e-3), (wide, 0, 8e-3), (wide, 1, 2e-3), (every, 0, 1e-3))
     for modes, second, allowed in trials:
         natural = 2 * np.pi * modes.natural_frequency[:, None]
         modal = 1 / (natural**2 - omega**2 + 2j * 0.01 * natural * omega) - natural**-2
         modal = modal - second * omega**2 * natural**-4
-        found = np.einsum("im,jm,mf->ijf", *[modes.shape[rows]] * 2, modal)
-        found = found + static + second * omega**2 * slope
-        assert (np.abs(found - direct) / np.abs(direct))[away].max() < allowed
+        modal_sum = np.einsum("im,jm,mf->ijf", *[modes.shape[rows]] * 2, modal)
+        modal_sum = modal_sum + static + second * omega**2 * slope
+        assert (np.abs(modal_sum - direct) / np.abs(direct))[mask].max() < allowed
 
 
 def test_navier_gives_the_natural_frequencies_of_a_plate(plate, held_plate):
-    found = held_plate.modes(count=12).natural_frequency
-    assert found == pytest.approx(plate.navier(12), rel=2e-3)
-    assert (found > plate.navier(12)).all()  # Rayleigh: from above
+    frequencies = held_plate.modes(count=12).natural_frequency
+    assert frequencies == pytest.approx(plate.navier(12), rel=2e-3)
+    assert (frequencies > plate.navier(12)).all()  # Rayleigh: from above
 
 
 def test_a_square_plate_has_its_repeated_modes():
@@ -152,8 +154,8 @@ def test_modes_are_mass_normalised_signed_and_always_the_same(held_plate, plate)
 def test_all_modes_up_to_a_frequency(held_plate):
     every, _ = dense(held_plate)
     limit = (every[14] + every[15]) / 2
-    found = held_plate.modes(up_to=limit)
-    assert found.natural_frequency == pytest.approx(every[:15], rel=1e-9)
+    modes = held_plate.modes(up_to=limit)
+    assert modes.natural_frequency == pytest.approx(every[:15], rel=1e-9)
 
 
 def test_lanczos_and_the_dense_solution_agree(held_plate):
@@ -175,8 +177,8 @@ def test_a_free_beam_has_two_rigid_body_modes_and_the_roots_of_its_equation():
 
 def test_flexibility_of_a_free_beam_is_the_pseudo_inverse_with_respect_to_mass():
     expected = Elements("free-free").flexibility
-    found = beam().static_flexibility(np.arange(SIZE))
-    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+    flexibility = beam().static_flexibility(np.arange(SIZE))
+    assert np.abs(flexibility - expected).max() < 1e-8 * np.abs(expected).max()
 
 
 def test_a_free_block_has_six_rigid_body_modes(block):
@@ -187,8 +189,8 @@ def test_a_free_block_has_six_rigid_body_modes(block):
     assert np.abs(modes.shape.T @ (block.mass @ modes.shape) - np.eye(16)).max() < 1e-9
     rows, columns = np.array([3, 70, 200]), np.array([0, 70])
     expected = pseudo_inverse(block, 6)[np.ix_(rows, columns)]
-    found = block.static_flexibility(rows, columns)
-    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+    flexibility = block.static_flexibility(rows, columns)
+    assert np.abs(flexibility - expected).max() < 1e-8 * np.abs(expected).max()
 
 
 def test_rigid_body_fields_need_no_force(block):
@@ -241,8 +243,8 @@ def test_a_hinge_is_a_motion_without_strain_energy():
     between[SIZE, SIZE - 2] = 1.0
     between[SIZE + 1 :, SIZE:] = np.eye(SIZE - 1)
     stiffness, mass = (
-        between.T @ np.kron(np.eye(2), one) @ between
-        for one in (elements._whole(elements.stiff, SIZE), elements.mass)
+        between.T @ np.kron(np.eye(2), matrix) @ between
+        for matrix in (elements._whole(elements.stiff, SIZE), elements.mass)
     )
     x = np.linspace(0.0, LENGTH, ELEMENTS + 1)
     x = np.concatenate([x, [LENGTH], LENGTH + x[1:]])
@@ -255,9 +257,9 @@ def test_a_hinge_is_a_motion_without_strain_energy():
     modes = model.modes(count=6)
     assert modes.rigid_body_modes == 3
     assert modes.natural_frequency[3:] == pytest.approx(dense(model)[0][3:6], rel=1e-7)
-    found = model.static_flexibility([0, 4, SIZE + 3])
+    flexibility = model.static_flexibility([0, 4, SIZE + 3])
     expected = pseudo_inverse(model, 3)[np.ix_([0, 4, SIZE + 3], [0, 4, SIZE + 3])]
-    assert np.abs(found - expected).max() < 1e-7 * np.abs(expected).max()
+    assert np.abs(flexibility - expected).max() < 1e-7 * np.abs(expected).max()
 
 
 def test_rotations_may_have_no_mass():
@@ -278,7 +280,7 @@ def test_receptance_is_the_dense_solution(held_plate):
     modes = held_plate.modes(count=15)
     frequency = np.array([40.0, modes.natural_frequency[2], 700.0])
     rows, columns = np.array([60, 121, 122]), np.array([60, 200])
-    found = held_plate.receptance(
+    receptance = held_plate.receptance(
         rows, columns, frequency, modes=modes, damping_ratio=0.02, loss_factor=0.01
     )
     free = np.setdiff1d(np.arange(len(held_plate.dof)), held_plate.fixed)
@@ -287,11 +289,11 @@ def test_receptance_is_the_dense_solution(held_plate):
     momentum = (held_plate.mass @ modes.shape)[free]
     damping = (momentum * (0.04 * 2 * np.pi * modes.natural_frequency)) @ momentum.T
     for line, omega in enumerate(2 * np.pi * frequency):
-        whole = stiffness * (1 + 0.01j) - omega**2 * mass + 1j * omega * damping
+        dynamic_stiffness = stiffness * (1 + 0.01j) - omega**2 * mass + 1j * omega * damping
         expected = np.zeros((len(held_plate.dof),) * 2, dtype=complex)
-        expected[np.ix_(free, free)] = np.linalg.inv(whole)
+        expected[np.ix_(free, free)] = np.linalg.inv(dynamic_stiffness)
         expected = expected[np.ix_(rows, columns)]
-        assert np.abs(found[..., line] - expected).max() < 1e-7 * np.abs(expected).max()
+        assert np.abs(receptance[..., line] - expected).max() < 1e-7 * np.abs(expected).max()
 
 
 def test_a_released_clamp_reacts_like_the_beam_table():
@@ -311,28 +313,28 @@ def test_release_and_modes_are_the_structure_on_soft_supports():
     release = clamped.release(soft, modes)
     squares = (2 * np.pi * modes.natural_frequency) ** 2
     none = np.zeros((squares.size, 2))
-    own = release.stiffness + np.diag(springs)
-    stiffness = np.block([[np.diag(squares), none], [none.T, own]])
+    interface = release.stiffness + np.diag(springs)
+    stiffness = np.block([[np.diag(squares), none], [none.T, interface]])
     coupled = release.mass_with_modes
     mass = np.block([[np.eye(squares.size), coupled], [coupled.T, release.mass]])
-    found = np.sqrt(eigh(stiffness, mass, eigvals_only=True)[:6]) / (2 * np.pi)
+    frequencies = np.sqrt(eigh(stiffness, mass, eigvals_only=True)[:6]) / (2 * np.pi)
     sprung = clamped.stiffness.toarray()
     sprung[soft, soft] += springs
     expected = beam(stiffness=sprung, fixed=[0, SIZE - 1]).modes(count=6).natural_frequency
-    assert found == pytest.approx(expected, rel=1e-8)
+    assert frequencies == pytest.approx(expected, rel=1e-8)
 
 
 def test_a_band_is_filled_as_the_inertia_says(held_plate, monkeypatch):
     lanczos, limit = eigenmodes._lanczos, held_plate.modes(count=7).natural_frequency[-1] + 1.0
 
     def careless(flexibility, count, seed):
-        found = lanczos(flexibility, count + 1, seed)
+        pairs = lanczos(flexibility, count + 1, seed)
         kept = np.arange(count + 1) != (2 if seed == 0 else count)
-        return eigenmodes.Eigenmodes(found.eigenvalues[kept], found.shape[:, kept])
+        return eigenmodes.Eigenmodes(pairs.eigenvalues[kept], pairs.shape[:, kept])
 
     monkeypatch.setattr(eigenmodes, "_lanczos", careless)
-    found = held_plate.modes(up_to=limit).natural_frequency
-    assert found == pytest.approx(dense(held_plate)[0][:7], rel=1e-9)
+    frequencies = held_plate.modes(up_to=limit).natural_frequency
+    assert frequencies == pytest.approx(dense(held_plate)[0][:7], rel=1e-9)
 
 
 def test_a_mode_that_lanczos_missed_is_found_again(held_plate, monkeypatch):
@@ -340,15 +342,15 @@ def test_a_mode_that_lanczos_missed_is_found_again(held_plate, monkeypatch):
 
     def careless(flexibility, count, seed):
         asked.append(seed)
-        found = lanczos(flexibility, count + 1, seed)
+        pairs = lanczos(flexibility, count + 1, seed)
         kept = np.arange(count + 1) != 2
         return (
-            found if seed else eigenmodes.Eigenmodes(found.eigenvalues[kept], found.shape[:, kept])
+            pairs if seed else eigenmodes.Eigenmodes(pairs.eigenvalues[kept], pairs.shape[:, kept])
         )
 
     monkeypatch.setattr(eigenmodes, "_lanczos", careless)
-    found = held_plate.modes(count=8).natural_frequency
-    assert asked == [0, 1] and found == pytest.approx(dense(held_plate)[0][:8], rel=1e-9)
+    frequencies = held_plate.modes(count=8).natural_frequency
+    assert asked == [0, 1] and frequencies == pytest.approx(dense(held_plate)[0][:8], rel=1e-9)
     monkeypatch.setattr(eigenmodes, "_missed", lambda *_: True)
     with pytest.raises(ArithmeticError, match="missed modes"):
         held_plate.modes(count=8)

@@ -1,4 +1,4 @@
-"""matrices, errors: what cannot be a model, and what cannot be asked of one."""
+"""Matrices that are no model, and impossible requests to a model, are refused."""
 
 import numpy as np
 import pytest
@@ -60,23 +60,23 @@ def test_a_mass_that_is_negative_between_rows_is_refused():
 
 
 def test_a_negative_mass_is_also_found_in_a_larger_model():
-    given = Plate((12, 12), (0.3, 0.3)).model()
-    mass = given["mass"].tolil()
-    row, other = np.flatnonzero(given["dof"][:, 1] == 3)[[60, 75]]
+    arrays = Plate((12, 12), (0.3, 0.3)).model()
+    mass = arrays["mass"].tolil()
+    row, other = np.flatnonzero(arrays["dof"][:, 1] == 3)[[60, 75]]
     mass[row, other] = mass[other, row] = 1.5 * mass[row, row]
     with pytest.raises(ValueError, match="mass is not positive: a motion"):
-        Matrices(**(given | dict(mass=mass)))
+        Matrices(**(arrays | dict(mass=mass)))
 
 
 def test_a_row_with_neither_stiffness_nor_mass_is_refused_unless_it_is_held(plate):
-    given = plate.model()
-    idle = np.diag(np.arange(len(given["dof"])) == 7).astype(float)
+    arrays = plate.model()
+    idle = np.diag(np.arange(len(arrays["dof"])) == 7).astype(float)
     keep = np.eye(len(idle)) - idle
-    given |= {name: keep @ given[name].toarray() @ keep for name in ("stiffness", "mass")}
-    given["fixed"] = np.setdiff1d(given["fixed"], [7])
+    arrays |= {name: keep @ arrays[name].toarray() @ keep for name in ("stiffness", "mass")}
+    arrays["fixed"] = np.setdiff1d(arrays["fixed"], [7])
     with pytest.raises(ValueError, match=r"\(row 7\) has neither stiffness nor mass"):
-        Matrices(**given)
-    assert Matrices(**(given | dict(fixed=[*given["fixed"], 7]))).modes(count=1)
+        Matrices(**arrays)
+    assert Matrices(**(arrays | dict(fixed=[*arrays["fixed"], 7]))).modes(count=1)
 
 
 @pytest.mark.parametrize(

@@ -71,8 +71,8 @@ def test_units_of_length_and_mass(arrays):
     dof = np.column_stack([np.repeat([1, 2], 7), directions])
     in_si = np.random.default_rng(SEED).normal(size=(14, 3))
     length = np.array([1e3, 1e3, 1e3, 1, 1, 1, 1e-3] * 2)  # of a displacement, slope, twist in mm
-    given = {"natural_frequency": FREQUENCY, "dof": dof}
-    metres = ModalModel.from_arrays(position=np.eye(2, 3), shape=in_si, modal_mass=MASS, **given)
+    settings = {"natural_frequency": FREQUENCY, "dof": dof}
+    metres = ModalModel.from_arrays(position=np.eye(2, 3), shape=in_si, modal_mass=MASS, **settings)
     # Kinetic energy of one modal coordinate, in t mm2 instead of kg m2, is 1e3 as much.
     millimetres = ModalModel.from_arrays(
         position=1e3 * np.eye(2, 3),
@@ -80,14 +80,14 @@ def test_units_of_length_and_mass(arrays):
         modal_mass=1e3 * MASS,
         length_unit=1e-3,
         mass_unit=1e3,
-        **given,
+        **settings,
     )
     np.testing.assert_allclose(millimetres.position, metres.position, rtol=1e-15)
     np.testing.assert_allclose(millimetres.shape, metres.shape, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("given", "rigid"),
+    ("natural_frequency", "rigid"),
     [
         ([0.0, 0.0, 0.0, 4.0], 3),
         ([1e-6, 2e-6, 1.9e-3, 2.0], 3),  # 1.9e-3 < 1e-3 x 2
@@ -97,16 +97,16 @@ def test_units_of_length_and_mass(arrays):
         ([1e-5, 3e-5, 1e-4, 2e-4], 0),  # nothing to compare with
     ],
 )
-def test_rigid_body_modes_have_exactly_zero(given, rigid):
+def test_rigid_body_modes_have_exactly_zero(natural_frequency, rigid):
     model = ModalModel.from_arrays(
         position=np.zeros((2, 3)),
         shape=np.ones((2, 3, 4)),
-        natural_frequency=given,
+        natural_frequency=natural_frequency,
         modal_mass=1,
     )
     assert model.rigid_body_modes == rigid
     assert (model.natural_frequency[:rigid] == 0).all()
-    np.testing.assert_array_equal(model.natural_frequency[rigid:], given[rigid:])
+    np.testing.assert_array_equal(model.natural_frequency[rigid:], natural_frequency[rigid:])
 
 
 def test_a_gap_above_many_modes_makes_none_of_them_rigid():

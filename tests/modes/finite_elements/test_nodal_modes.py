@@ -1,4 +1,4 @@
-"""Scaled, moved and renumbered models compared with those solved anew; free structures."""
+"""Scaled, moved and renumbered models compared with new solutions; free structures."""
 
 import dataclasses
 import functools
@@ -28,8 +28,8 @@ FREQUENCY = np.linspace(4.0, 160.0, 30)
 def corner():
     """Nodes and elements of two members at an angle, neither along an axis."""
     first, ends = space_frames.line(np.array([0.2, -0.1, 0.3]), [0.7, 0.5, 0.9], 12)
-    second, more = space_frames.line(first[-1], [1.2, 0.2, 1.1], 12)
-    return np.vstack([first, second[1:]]), np.vstack([ends, more + len(ends)])
+    second, further_ends = space_frames.line(first[-1], [1.2, 0.2, 1.1], 12)
+    return np.vstack([first, second[1:]]), np.vstack([ends, further_ends + len(ends)])
 
 
 def frame(bar=BAR, *, held=True, turn=None, shift=0.0, order=None):
@@ -61,9 +61,9 @@ def nominal():
     return receptance(built()[1], PLACES, DIRECTIONS, FREQUENCY)
 
 
-def close(found, expected, tolerance):
+def close(result, expected, tolerance):
     size = np.abs(expected).max()
-    np.testing.assert_allclose(found / size, expected / size, atol=tolerance)
+    np.testing.assert_allclose(result / size, expected / size, atol=tolerance)
 
 
 @functools.partial(jax.jit, static_argnums=0)
@@ -90,45 +90,45 @@ def test_modulus_and_density_scale_as_if_solved_anew():
         scaled.natural_frequency, np.sqrt(expected.eigenvalues[:count]) / (2 * np.pi), rtol=1e-8
     )
     close(static(scaled, PLACES), static(expected, PLACES), 1e-9)
-    found = receptance(scaled, PLACES, DIRECTIONS, FREQUENCY)
-    close(found, receptance(expected, PLACES, DIRECTIONS, FREQUENCY), 1e-5)
-    assert np.abs(found - nominal()).max() > 0.1 * np.abs(nominal()).max()
+    receptances = receptance(scaled, PLACES, DIRECTIONS, FREQUENCY)
+    close(receptances, receptance(expected, PLACES, DIRECTIONS, FREQUENCY), 1e-5)
+    assert np.abs(receptances - nominal()).max() > 0.1 * np.abs(nominal()).max()
 
 
 def test_laws_of_modulus_and_density_are_unknowns():
     matrices, reading = frame()
     law = dist.Uniform(0.9, 1.1)
     modes = finite_elements.modes(matrices, reading, up_to=TOP, youngs_modulus=law, density=law)
-    names = [(one.name, one.unit) for one in unknowns(modes)]
+    names = [(unknown.name, unknown.unit) for unknown in unknowns(modes)]
     assert names == [("youngs_modulus", "Pa"), ("density", "kg/m3")]
 
 
 def test_the_static_flexibility_is_that_of_the_matrices():
     matrices, modes = built()
     rows, places, directions = some_rows(matrices, (1, 2, 3), 4)
-    found = np.einsum("ia,ijab,jb->ij", directions, static(modes, places), directions)
-    close(found, matrices.static_flexibility(rows), 1e-12)
+    flexibility = np.einsum("ia,ijab,jb->ij", directions, static(modes, places), directions)
+    close(flexibility, matrices.static_flexibility(rows), 1e-12)
 
 
 def test_between_nodes_it_is_that_of_elements_cut_there():
     """A place within an element becomes a node of a finer model: cubics are exact there."""
     position, elements = corner()
     middle = (position[7] + position[8]) / 2
-    cut = [one for one in elements.tolist() if one != [7, 8]]
+    cut = [element for element in elements.tolist() if element != [7, 8]]
     finer = np.array([*cut, [7, 25], [25, 8]])
-    whole = space_frames.matrices(np.vstack([position, middle]), finer, BAR)
-    matrices = bp.finite_elements.Matrices(**whole, fixed=np.arange(6))
+    arrays = space_frames.matrices(np.vstack([position, middle]), finer, BAR)
+    matrices = bp.finite_elements.Matrices(**arrays, fixed=np.arange(6))
     expected = matrices.static_flexibility(6 * 25 + np.arange(3), 6 * 20 + np.arange(3))
-    found = static(built()[1], np.stack([middle, position[20]]))[0, 1]
-    close(found, expected, 1e-10)
+    flexibility = static(built()[1], np.stack([middle, position[20]]))[0, 1]
+    close(flexibility, expected, 1e-10)
 
 
 def test_moving_the_coordinate_system_changes_nothing():
     turn = Rotation.from_euler("xyz", [0.3, -0.7, 1.1]).as_matrix()
     shift = np.array([3.0, -2.0, 0.5])
     modes = finite_elements.modes(*frame(turn=turn, shift=shift), up_to=TOP)
-    found = receptance(modes, PLACES @ turn.T + shift, DIRECTIONS @ turn.T, FREQUENCY)
-    close(found, nominal(), 1e-7)
+    receptances = receptance(modes, PLACES @ turn.T + shift, DIRECTIONS @ turn.T, FREQUENCY)
+    close(receptances, nominal(), 1e-7)
 
 
 def test_the_order_of_nodes_is_of_no_consequence():
@@ -166,11 +166,12 @@ def test_a_free_structure_moves_as_a_rigid_body_at_low_frequency():
     _, modes = built(held=False)
     mass = np.eye(3) / modes.mass
     assert modes.mass == pytest.approx(BAR.density * BAR.area * _length(), rel=1e-12)
-    found = receptance(modes, PLACES[:1].repeat(3, axis=0), np.eye(3), np.array([0.01]))[..., 0]
+    places, low = PLACES[:1].repeat(3, axis=0), np.array([0.01])
+    receptances = receptance(modes, places, np.eye(3), low)[..., 0]
     arm = PLACES[0] - _centre()
     turn = -np.cross(np.eye(3), arm)
     expected = mass + turn.T @ np.linalg.solve(_inertia(), turn)
-    close(-((0.02 * np.pi) ** 2) * found.real, expected, 1e-3)
+    close(-((0.02 * np.pi) ** 2) * receptances.real, expected, 1e-3)
 
 
 def _pieces():
@@ -212,8 +213,8 @@ def test_effects_may_sit_in_the_box_or_on_the_pieces():
     low, high = modes.bounds()
     np.testing.assert_allclose(low, corner()[0].min(axis=0))
     np.testing.assert_allclose(high, corner()[0].max(axis=0))
-    whole = modes.anywhere()
-    assert len(whole) == 1
+    regions = modes.anywhere()
+    assert len(regions) == 1
     member = bp.positions.Member(corner()[0][0], corner()[0][12])
     matrices, reading = frame()
     piecewise = modes_from_shapes(matrices.modes(count=4), reading, pieces=[member])
@@ -256,29 +257,29 @@ MASS = np.array([0.8, 1.3, 1.1, 0.9])
 
 
 def test_unknown_modes_are_the_shapes_at_other_frequencies_and_masses():
-    one = UnknownModes(shapes(), frequency=TRUE.tolist(), modal_mass=MASS.tolist())
+    modes = UnknownModes(shapes(), frequency=TRUE.tolist(), modal_mass=MASS.tolist())
     place = jnp.asarray(PLACES[1])
-    np.testing.assert_allclose(one.natural_frequency, TRUE, rtol=1e-12)
+    np.testing.assert_allclose(modes.natural_frequency, TRUE, rtol=1e-12)
     np.testing.assert_allclose(
-        one.shapes(place), shapes().shapes(place) / np.sqrt(MASS), rtol=1e-12
+        modes.shapes(place), shapes().shapes(place) / np.sqrt(MASS), rtol=1e-12
     )
-    assert one.static_flexibility(place, place) is None
-    assert nodal_of(one) is shapes() and one.bounds() == shapes().bounds()
-    assert len(one.anywhere()) == 1
+    assert modes.static_flexibility(place, place) is None
+    assert nodal_of(modes) is shapes() and modes.bounds() == shapes().bounds()
+    assert len(modes.anywhere()) == 1
 
 
 def test_without_modal_masses_shapes_stay_as_they_are():
-    one = UnknownModes(shapes(), frequency=TRUE.tolist())
+    modes = UnknownModes(shapes(), frequency=TRUE.tolist())
     place = jnp.asarray(PLACES[1])
-    np.testing.assert_array_equal(one.shapes(place), shapes().shapes(place))
+    np.testing.assert_array_equal(modes.shapes(place), shapes().shapes(place))
 
 
 def test_rigid_body_modes_are_known_and_not_counted():
     free = shapes(8, held=False)
-    one = UnknownModes(free, frequency=[50.0, 70.0], modal_mass=[2.0, 3.0])
-    np.testing.assert_allclose(one.natural_frequency, [0] * 6 + [50.0, 70.0])
+    modes = UnknownModes(free, frequency=[50.0, 70.0], modal_mass=[2.0, 3.0])
+    np.testing.assert_allclose(modes.natural_frequency, [0] * 6 + [50.0, 70.0])
     place = jnp.asarray(PLACES[1])
-    kept, before = np.asarray(one.shapes(place)), np.asarray(free.shapes(place))
+    kept, before = np.asarray(modes.shapes(place)), np.asarray(free.shapes(place))
     np.testing.assert_array_equal(kept[:, :6], before[:, :6])
     np.testing.assert_allclose(kept[:, 6:], before[:, 6:] / np.sqrt([2.0, 3.0]))
 
@@ -288,19 +289,19 @@ def test_crossing_frequencies_keep_their_shapes_and_damping():
     omega = jnp.asarray(2 * np.pi * FREQUENCY)
     points = Points(jnp.asarray(PLACES), DIRECTIONS)
     crossed = jax.jit(
-        lambda one: frf.receptance(
-            bp.Structure(_placed(one), damping=bp.damping.Modal([0.01, 0.03, 0.02, 0.02])),
+        lambda frequency: frf.receptance(
+            bp.Structure(_placed(frequency), damping=bp.damping.Modal([0.01, 0.03, 0.02, 0.02])),
             points,
             points,
             omega,
         )
     )
-    found = np.asarray(crossed(jnp.array([20.0, 14.0, 47.0, 60.0])))
+    receptances = np.asarray(crossed(jnp.array([20.0, 14.0, 47.0, 60.0])))
     shape = np.einsum("pa,pam->pm", DIRECTIONS, jax.vmap(shapes().shapes)(jnp.asarray(PLACES)))
     natural, ratio = 2 * np.pi * np.array([20.0, 14.0, 47.0, 60.0]), [0.01, 0.03, 0.02, 0.02]
     loss = 2j * (np.array(ratio) * natural)[:, None] * omega
     modal = 1 / (natural[:, None] ** 2 - omega**2 + loss)
-    close(found, np.einsum("im,jm,mf->ijf", shape, shape, modal), 1e-12)
+    close(receptances, np.einsum("im,jm,mf->ijf", shape, shape, modal), 1e-12)
 
 
 def _placed(frequency):
@@ -337,8 +338,8 @@ def test_frequencies_and_masses_are_recovered_from_noisy_data():
     result = bp.infer(unknown, measured, engine=engine, key=2)
     draws = result["posterior"].to_dataset()
     for name, value, sharp in (("frequency.1", TRUE[0], 1e-3), ("modal_mass.2", MASS[1], 0.03)):
-        found = draws[f"structure.modes.{name}"]
-        mean, deviation = float(found.mean()), float(found.std())
+        samples = draws[f"structure.modes.{name}"]
+        mean, deviation = float(samples.mean()), float(samples.std())
         assert abs(mean - value) < 4 * deviation and 0 < deviation < sharp * value, name
 
 

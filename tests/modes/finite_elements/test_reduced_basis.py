@@ -45,7 +45,7 @@ def full(model, affine, factors):
     stiffness = model.stiffness + sum((factors[k] - 1) * v for k, v in affine.stiffness.items())
     mass = model.mass + sum((factors[k] - 1) * v for k, v in affine.mass.items())
     free = np.setdiff1d(np.arange(len(model.dof)), model.fixed)
-    pair = [one.toarray()[np.ix_(free, free)] for one in (stiffness, mass)]
+    pair = [matrix.toarray()[np.ix_(free, free)] for matrix in (stiffness, mass)]
     return np.sqrt(np.maximum(eigh(*pair, eigvals_only=True), 0)) / (2 * np.pi)
 
 
@@ -65,8 +65,8 @@ def test_nominal_modes_alone_would_not_do(square, affine, limit):
     only = RitzSpan.of(square.flexibility, affine.among(square._order))
     only = only.extended(square.modes(up_to=1.5 * limit).shape[square._order])
     expected = full(square, affine, factors)[:6]
-    found = np.sqrt(only.ritz(factors, np.inf).eigenvalues[:6]) / (2 * np.pi)
-    assert np.abs(found / expected - 1).max() > 2e-3
+    frequencies = np.sqrt(only.ritz(factors, np.inf).eigenvalues[:6]) / (2 * np.pi)
+    assert np.abs(frequencies / expected - 1).max() > 2e-3
 
 
 def test_the_basis_is_mass_orthonormal_and_its_stiffness_diagonal(square, affine, basis):
@@ -96,10 +96,10 @@ def test_the_estimate_is_close_to_the_error_and_above_it(square, affine, limit):
     ratios = []
     for factors in affine.random(6, seed=5):
         expected = full(square, affine, factors)
-        found = span.ritz(factors, (2 * np.pi * limit) ** 2)
-        known = np.sqrt(found.eigenvalues) / (2 * np.pi) / expected[: found.eigenvalues.size] - 1
+        pairs = span.ritz(factors, (2 * np.pi * limit) ** 2)
+        known = np.sqrt(pairs.eigenvalues) / (2 * np.pi) / expected[: pairs.eigenvalues.size] - 1
         worst = np.argmax(known)
-        ratios.append(found.error[worst] / (1 - 1.5**-2) / known[worst])
+        ratios.append(pairs.error[worst] / (1 - 1.5**-2) / known[worst])
     assert min(ratios) > 0.9 and max(ratios) < 6.0
 
 
@@ -110,8 +110,8 @@ def test_factors_of_the_whole_scale_natural_frequencies(square):
     nominal = square.modes(count=4).natural_frequency
     basis = square.reduced_basis(affine, up_to=nominal[-1] * 1.01)
     thickness = 1.05
-    found = basis.natural_frequency({"bending": thickness**3, "mass": thickness})
-    assert found[:4] == pytest.approx(thickness * nominal, rel=1e-10)
+    frequencies = basis.natural_frequency({"bending": thickness**3, "mass": thickness})
+    assert frequencies[:4] == pytest.approx(thickness * nominal, rel=1e-10)
     assert basis.report.vectors == basis.report.nominal_modes
 
 
@@ -152,8 +152,8 @@ def test_modes_that_the_estimate_overlooked_are_added(square, affine, limit, mon
     ritz = RitzSpan.ritz
 
     def blind(self, factors, up_to):
-        found = ritz(self, factors, up_to)
-        return found._replace(error=0 * found.error)
+        pairs = ritz(self, factors, up_to)
+        return pairs._replace(error=0 * pairs.error)
 
     monkeypatch.setattr(RitzSpan, "ritz", blind)
     basis = square.reduced_basis(affine, up_to=limit)

@@ -42,11 +42,11 @@ def test_a_clamped_beam_on_a_rotational_spring(cantilever, softness):
         matrices, interpolation.frame(matrices, elements), up_to=3000.0, soft={"root": foot}
     )
     rigidity = BAR.youngs_modulus * BAR.moment
-    found = natural(modes, effects.soft_support("root", softness * LENGTH / rigidity), 4)
+    frequencies = natural(modes, effects.soft_support("root", softness * LENGTH / rigidity), 4)
     waves = np.array([root_of_beam(softness, low) for low in (0.1, np.pi)])
     speed = np.sqrt(rigidity / (BAR.density * BAR.area)) / (2 * np.pi * LENGTH**2)
     # Two planes of bending, both of them alike.
-    np.testing.assert_allclose(found, np.repeat(waves**2 * speed, 2), rtol=2e-4)
+    np.testing.assert_allclose(frequencies, np.repeat(waves**2 * speed, 2), rtol=2e-4)
 
 
 def root_of_beam(softness, low):
@@ -69,9 +69,9 @@ def test_a_plate_with_one_edge_on_a_line_spring(plate, compliance):
         up_to=3000.0,
         soft={"far": edge},
     )
-    found = natural(modes, effects.soft_support("far", compliance), 1)[0]
-    np.testing.assert_allclose(found, levy(small, compliance), rtol=1e-3)
-    assert found < 0.97 * small.navier(1)[0]
+    frequency = natural(modes, effects.soft_support("far", compliance), 1)[0]
+    np.testing.assert_allclose(frequency, levy(small, compliance), rtol=1e-3)
+    assert frequency < 0.97 * small.navier(1)[0]
 
 
 def levy(small, compliance):
@@ -92,7 +92,7 @@ def levy(small, compliance):
         return np.linalg.det(np.array(rows)).real
 
     trial = np.linspace(20.0, small.navier(1)[0], 400)
-    values = np.array([characteristic(one) for one in trial])
+    values = np.array([characteristic(value) for value in trial])
     first = np.flatnonzero(np.diff(np.sign(values)))[0]
     return brentq(characteristic, *trial[first : first + 2])
 
