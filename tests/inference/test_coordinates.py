@@ -24,9 +24,9 @@ EXPECTED = {
 
 @pytest.mark.parametrize("word", EXPECTED)
 def test_a_quantile_of_the_coordinate_is_that_of_the_law(word):
-    law, same = EXPECTED[word]
-    found = Coordinates({"x": law}).named(POINTS[:, None])["x"]
-    np.testing.assert_allclose(found, same.ppf(QUANTILES), rtol=1e-9)
+    law, reference = EXPECTED[word]
+    values = Coordinates({"x": law}).named(POINTS[:, None])["x"]
+    np.testing.assert_allclose(values, reference.ppf(QUANTILES), rtol=1e-9)
 
 
 def test_every_unknown_has_its_place_and_shape():
@@ -38,8 +38,8 @@ def test_every_unknown_has_its_place_and_shape():
 
 
 def test_far_outside_a_uniform_prior_the_value_stays_inside():
-    found = Coordinates({"x": dist.Uniform(2.0, 3.0)}).named(np.array([[-40.0], [40.0]]))["x"]
-    np.testing.assert_array_equal(found, [2.0, 3.0])
+    values = Coordinates({"x": dist.Uniform(2.0, 3.0)}).named(np.array([[-40.0], [40.0]]))["x"]
+    np.testing.assert_array_equal(values, [2.0, 3.0])
 
 
 def test_a_law_without_an_inverse_is_refused():
@@ -51,9 +51,11 @@ def test_a_law_without_an_inverse_is_refused():
 
 @pytest.mark.parametrize("word", EXPECTED)
 def test_values_without_compiling_are_those_of_the_model(word):
-    one = Coordinates({"x": EXPECTED[word][0]})
-    plain = one.named(POINTS[:, None])["x"]
-    np.testing.assert_allclose(plain, jax.vmap(one.values)(POINTS[:, None])["x"], rtol=1e-12)
+    coordinates = Coordinates({"x": EXPECTED[word][0]})
+    plain = coordinates.named(POINTS[:, None])["x"]
+    np.testing.assert_allclose(
+        plain, jax.vmap(coordinates.values)(POINTS[:, None])["x"], rtol=1e-12
+    )
 
 
 OTHERS = {

@@ -34,17 +34,17 @@ def test_the_example_tells_the_two_directions_apart():
 
 
 def test_prior_draws_give_the_divergence_within_their_error():
-    found = from_prior(np.random.default_rng(0), 100_000)
-    assert found.error < 0.01
-    assert abs(found.kl - TRUTH) < 5 * found.error
+    estimate = from_prior(np.random.default_rng(0), 100_000)
+    assert estimate.error < 0.01
+    assert abs(estimate.kl - TRUTH) < 5 * estimate.error
 
 
 def test_the_error_of_prior_draws_is_the_scatter_on_repetition():
     rng = np.random.default_rng(1)
-    found = np.array([from_prior(rng) for _ in range(300)])
+    estimates = np.array([from_prior(rng) for _ in range(300)])
     # The scatter of 300 repetitions is known to 4 %.
-    assert np.mean(found[:, 1]) == pytest.approx(np.std(found[:, 0]), rel=0.2)
-    assert abs(np.mean(found[:, 0]) - TRUTH) < 5 * np.std(found[:, 0]) / np.sqrt(300)
+    assert np.mean(estimates[:, 1]) == pytest.approx(np.std(estimates[:, 0]), rel=0.2)
+    assert abs(np.mean(estimates[:, 0]) - TRUTH) < 5 * np.std(estimates[:, 0]) / np.sqrt(300)
 
 
 def test_the_size_of_the_likelihood_does_not_matter():
@@ -59,9 +59,9 @@ def test_the_size_of_the_likelihood_does_not_matter():
 def test_impossible_draws_carry_nothing():
     # Half of the prior is excluded and nothing else is learnt: log 2.
     log_likelihood = np.where(np.arange(1000) < 500, 0.0, -np.inf)
-    found = information.from_prior_draws(log_likelihood)
-    assert found.kl == pytest.approx(np.log(2))
-    assert found.error == pytest.approx(1 / np.sqrt(1000))
+    estimate = information.from_prior_draws(log_likelihood)
+    assert estimate.kl == pytest.approx(np.log(2))
+    assert estimate.error == pytest.approx(1 / np.sqrt(1000))
 
 
 def test_nothing_learnt_is_no_divergence():
@@ -72,17 +72,17 @@ def test_nodes_of_a_quadrature_give_the_divergence_exactly():
     node, weight = np.polynomial.legendre.leggauss(200)
     log_weight = np.log(8 * weight) + norm.logpdf(8 * node)  # to 8 standard deviations
     log_likelihood = norm.logpdf(PRIOR[0] + PRIOR[1] * 8 * node, *LIKELIHOOD)
-    found = information.from_prior_draws(log_likelihood, log_weight)
-    assert found.kl == pytest.approx(TRUTH, rel=1e-8)
+    estimate = information.from_prior_draws(log_likelihood, log_weight)
+    assert estimate.kl == pytest.approx(TRUTH, rel=1e-8)
 
 
 def test_the_evidence_gives_the_divergence():
     mean = norm.logpdf(LIKELIHOOD[0], POSTERIOR[0], LIKELIHOOD[1]) - 0.5 * (
         (POSTERIOR[1] / LIKELIHOOD[1]) ** 2
     )
-    found = information.from_evidence(mean, 0.3, EVIDENCE, 0.4)
-    assert found.kl == pytest.approx(TRUTH, rel=1e-12)
-    assert found.error == pytest.approx(0.5)
+    estimate = information.from_evidence(mean, 0.3, EVIDENCE, 0.4)
+    assert estimate.kl == pytest.approx(TRUTH, rel=1e-12)
+    assert estimate.error == pytest.approx(0.5)
 
 
 def gaussians(dimension):
@@ -112,25 +112,25 @@ def from_posterior(rng, dimension, draws=1000):
 def test_posterior_draws_give_the_divergence_within_their_error(dimension, most):
     truth = closed_form(*gaussians(dimension))
     rng = np.random.default_rng(dimension)
-    found = np.array([from_posterior(rng, dimension) for _ in range(60)])
-    deviation = (found[:, 0] - truth) / found[:, 1]
+    estimates = np.array([from_posterior(rng, dimension) for _ in range(60)])
+    deviation = (estimates[:, 0] - truth) / estimates[:, 1]
     assert np.max(np.abs(deviation)) < 5
     assert np.sqrt(np.mean(deviation**2)) < most
     # Nor is it too large: it is scatter and bias together, of which 60 repetitions show 10 %.
-    scatter, bias = np.std(found[:, 0]), np.mean(found[:, 0]) - truth
-    assert np.mean(found[:, 1]) == pytest.approx(np.hypot(scatter, bias), rel=0.25)
-    assert np.mean(found[:, 1]) < 0.1 < truth
+    scatter, bias = np.std(estimates[:, 0]), np.mean(estimates[:, 0]) - truth
+    assert np.mean(estimates[:, 1]) == pytest.approx(np.hypot(scatter, bias), rel=0.25)
+    assert np.mean(estimates[:, 1]) < 0.1 < truth
 
 
 def test_repeated_draws_count_once():
     posterior, prior = gaussians(2)
     vectors = np.random.default_rng(4).multivariate_normal(*posterior, size=(1, 400))
     log_prior = multivariate_normal(*prior).logpdf(vectors)
-    once = information.from_posterior_draws(vectors, log_prior)
-    twice = information.from_posterior_draws(
+    single = information.from_posterior_draws(vectors, log_prior)
+    double = information.from_posterior_draws(
         np.tile(vectors, (2, 1, 1)), np.tile(log_prior, (2, 1))
     )
-    np.testing.assert_allclose(twice.kl, once.kl)
+    np.testing.assert_allclose(double.kl, single.kl)
 
 
 def test_two_modes_are_two_modes():
@@ -138,7 +138,7 @@ def test_two_modes_are_two_modes():
     rng = np.random.default_rng(6)
     vectors = rng.normal(size=(1, 4000, 2))
     vectors[0, ::2, 0] += 30.0
-    found = information.from_posterior_draws(vectors, np.zeros((1, 4000)))
+    estimate = information.from_posterior_draws(vectors, np.zeros((1, 4000)))
     expected = -(np.log(2 * np.pi * np.e) + np.log(2))
-    assert abs(found.kl - expected) < 5 * found.error
-    assert found.error < 0.1
+    assert abs(estimate.kl - expected) < 5 * estimate.error
+    assert estimate.error < 0.1

@@ -34,12 +34,12 @@ def chains(rng, memory=0.6):
     """Four autoregressive chains, started from their stationary law."""
     noise = rng.normal(size=(600, 4))
     values = [noise[0]]
-    for one in noise[1:]:
-        values.append(memory * values[-1] + np.sqrt(1 - memory**2) * one)
+    for innovation in noise[1:]:
+        values.append(memory * values[-1] + np.sqrt(1 - memory**2) * innovation)
     return MEAN + SD * np.array(values).T, Weighting()
 
 
-KINDS = {one.__name__: one for one in (independent, weighted, families, chains)}
+KINDS = {sampler.__name__: sampler for sampler in (independent, weighted, families, chains)}
 
 
 @pytest.fixture(scope="module", params=KINDS)
@@ -68,10 +68,10 @@ def test_dependent_draws_are_worth_fewer_than_they_are():
 
 def test_weights_count_as_their_squares_say():
     log_weight = np.log([[0.5, 0.25, 0.25]])
-    found = figures(np.array([[1.0, 2.0, 4.0]]), Weighting(log_weight=log_weight))
-    assert found.mean == pytest.approx(2.0)
-    assert found.sd == pytest.approx(np.sqrt(0.5 * 1 + 0.25 * 0 + 0.25 * 4))
-    assert found.ess == pytest.approx(1 / (0.25 + 2 / 16))
+    estimate = figures(np.array([[1.0, 2.0, 4.0]]), Weighting(log_weight=log_weight))
+    assert estimate.mean == pytest.approx(2.0)
+    assert estimate.sd == pytest.approx(np.sqrt(0.5 * 1 + 0.25 * 0 + 0.25 * 4))
+    assert estimate.ess == pytest.approx(1 / (0.25 + 2 / 16))
 
 
 def test_errors_of_weights_and_families_by_hand():
@@ -85,9 +85,9 @@ def test_errors_of_weights_and_families_by_hand():
 def test_nodes_of_a_quadrature_have_no_sampling_error():
     node, weight = np.polynomial.hermite_e.hermegauss(20)
     log_weight = np.log(weight / weight.sum())[None]
-    found = figures(MEAN + SD * node[None], Weighting(log_weight=log_weight, exact=True))
-    assert (found.mean, found.sd) == pytest.approx((MEAN, SD), rel=1e-12)
-    assert (found.mean_error, found.sd_error, found.cv_error) == (0.0, 0.0, 0.0)
+    estimate = figures(MEAN + SD * node[None], Weighting(log_weight=log_weight, exact=True))
+    assert (estimate.mean, estimate.sd) == pytest.approx((MEAN, SD), rel=1e-12)
+    assert (estimate.mean_error, estimate.sd_error, estimate.cv_error) == (0.0, 0.0, 0.0)
 
 
 def test_chains_apart_show_in_r_hat():
@@ -102,10 +102,10 @@ def test_chains_apart_show_in_r_hat():
     [Weighting(), Weighting(lineage=np.arange(200).reshape(4, 50)), Weighting(exact=True)],
 )
 def test_a_constant_has_no_spread_and_no_error(weighting):
-    found = figures(np.full((4, 50), 2.5), weighting)
-    assert (found.mean, found.sd, found.cv) == (2.5, 0.0, 0.0)
-    assert (found.mean_error, found.sd_error, found.cv_error) == (0.0, 0.0, 0.0)
-    assert np.isnan(found.r_hat)
+    estimate = figures(np.full((4, 50), 2.5), weighting)
+    assert (estimate.mean, estimate.sd, estimate.cv) == (2.5, 0.0, 0.0)
+    assert (estimate.mean_error, estimate.sd_error, estimate.cv_error) == (0.0, 0.0, 0.0)
+    assert np.isnan(estimate.r_hat)
 
 
 def test_an_array_is_split_into_named_numbers():

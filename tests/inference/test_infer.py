@@ -41,7 +41,7 @@ def small(request):
 
 def test_the_layout_is_the_same_for_every_method(small):
     assert set(small.children) >= GROUPS
-    unknowns = {one.name for one in experiment_and_measurement()[0].unknowns}
+    unknowns = {unknown.name for unknown in experiment_and_measurement()[0].unknowns}
     assert set(small["posterior"].data_vars) == unknowns == set(small["prior"].data_vars)
     assert small["posterior"]["sensor.s1.position"].attrs == {
         "units": "m",
@@ -87,16 +87,17 @@ def test_methods_agree_on_the_bar():
     expected = {"structure.damping.ratio.1": (0.039385, 0.15373)}
     expected["structure.damping.ratio.2"] = (0.039983, 0.03240)
     for engine in (bp.engines.SMC(), bp.engines.NUTS()):
-        found = bp.infer(experiment, measurement, engine=engine, key=2)["estimates"].to_dataset()
+        result = bp.infer(experiment, measurement, engine=engine, key=2)
+        estimates = result["estimates"].to_dataset()
         for name, (mean, variation) in expected.items():
-            one = found.sel(unknown=name)
-            assert abs(one["mean"] - mean) < 5 * one["mean_error"]
-            assert abs(one["cv"] - variation) < 5 * one["cv_error"]
-        assert abs(found["kl_parameters"] - 2.4862) < 0.1
+            estimate = estimates.sel(unknown=name)
+            assert abs(estimate["mean"] - mean) < 5 * estimate["mean_error"]
+            assert abs(estimate["cv"] - variation) < 5 * estimate["cv_error"]
+        assert abs(estimates["kl_parameters"] - 2.4862) < 0.1
         if isinstance(engine, bp.engines.SMC):
-            assert abs(found["log_evidence"] - 28.9118) < 0.1
+            assert abs(estimates["log_evidence"] - 28.9118) < 0.1
         else:
-            assert np.max(found["r_hat"]) < 1.01
+            assert np.max(estimates["r_hat"]) < 1.01
 
 
 def test_an_unknown_noise_level_is_found():
@@ -108,9 +109,9 @@ def test_an_unknown_noise_level_is_found():
     measurement = bp.Measurement.from_arrays(
         frf * 10**errors, lines, sensors=["s1"], actuators=["a1"], quantity="mobility"
     )
-    found = bp.infer(experiment, measurement, engine=bp.engines.SMC(particles=1000), key=1)
+    posterior = bp.infer(experiment, measurement, engine=bp.engines.SMC(particles=1000), key=1)
     # 42 data less some four unknowns tell a level to about 1 / sqrt(2 * 38) = 11 %.
-    sigma = np.log(found["posterior"]["noise.sigma"])
+    sigma = np.log(posterior["posterior"]["noise.sigma"])
     assert abs(float(sigma.mean()) - np.log(0.05)) < 3 * float(sigma.std())
     assert 0.08 < float(sigma.std()) < 0.16
 
@@ -138,10 +139,11 @@ def test_complex_responses_tell_the_sign_of_the_modes():
         averages=20,
     )
     result = bp.infer(experiment, measurement, engine=bp.engines.SMC(particles=1000), key=1)
-    found = result["estimates"].to_dataset()
+    estimates = result["estimates"].to_dataset()
     truth = [0.03, 0.05, 0.27]
-    assert np.all(np.abs(found["mean"] - truth) < 3 * found["sd"] + 5 * found["mean_error"])
-    assert np.all(found["sd"].values < [2e-3, 2e-3, 2e-3])
+    error = np.abs(estimates["mean"] - truth)
+    assert np.all(error < 3 * estimates["sd"] + 5 * estimates["mean_error"])
+    assert np.all(estimates["sd"].values < [2e-3, 2e-3, 2e-3])
     assert result["observed_data"]["measured"].dims == ("sensor", "actuator", "part", "frequency")
 
 
@@ -175,8 +177,8 @@ def test_lines_of_several_force_levels_are_told_apart():
         force_levels=[1.0, 3.0],
     )
     engine = bp.engines.Importance(draws=60)
-    found = bp.infer(experiment, experiment.nominal_measurement(), engine=engine)
-    observed = found["observed_data"]["measured"]
+    result = bp.infer(experiment, experiment.nominal_measurement(), engine=engine)
+    observed = result["observed_data"]["measured"]
     np.testing.assert_array_equal(observed["frequency"], bar.PAPER_LINES)
     np.testing.assert_array_equal(observed["force_level"], [1.0, 3.0])
     assert observed["force_level"].attrs == {"units": "N"}

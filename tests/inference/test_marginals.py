@@ -41,7 +41,7 @@ def at_ratios(experiment):
 
 def log_likelihood(experiment, marginal, data):
     model = marginal.model(experiment, data, KEY)
-    laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
+    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
     target = unconstrained.UnconstrainedModel(model, laws)
     return float(jax.jit(lambda flat: target.log_likelihood(flat))(target.flatten(RATIOS)))
 
@@ -56,18 +56,20 @@ def wide():
 def brute_force(experiment, data, points):
     """Log of the integral over a full tensor of midpoints of all three positions."""
     laws = {
-        one.name: one.distribution for one in experiment.unknowns if one.name.endswith("position")
+        unknown.name: unknown.distribution
+        for unknown in experiment.unknowns
+        if unknown.name.endswith("position")
     }
     steps = (np.arange(points) + 0.5) / points
     grids = np.meshgrid(*(law.icdf(jnp.asarray(steps)) for law in laws.values()), indexing="ij")
     values = {name: jnp.asarray(grid.ravel()) for name, grid in zip(laws, grids, strict=True)}
     fixed = at_ratios(experiment)
 
-    def one(places):
+    def term(places):
         concrete = substitute(fixed, places)
         return jnp.sum(concrete.noise.distribution(concrete.predict(), data).log_prob(data.z))
 
-    terms = np.asarray(jax.jit(jax.vmap(one))(values))
+    terms = np.asarray(jax.jit(jax.vmap(term))(values))
     return logsumexp(terms) - np.log(terms.size)
 
 
@@ -158,7 +160,7 @@ def test_common_draws_make_the_likelihood_smooth_and_fresh_draws_do_not():
     roughness = {}
     for common in (True, False):
         marginal = bp.marginals.KDE(placement_draws=100, common=common)
-        laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
+        laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
         target = unconstrained.UnconstrainedModel(marginal.model(experiment, data, KEY), laws)
         line = jnp.stack([jnp.full(2, u) for u in np.linspace(-0.01, 0.01, 21)])
         values = np.asarray(jax.jit(jax.vmap(target.log_likelihood))(line))
@@ -178,10 +180,11 @@ def test_placements_drawn_back_follow_the_latent_posterior():
     drawn, _ = resolve(jax.random.split(KEY, 4000))
     latent = bp.infer(experiment, measurement, engine=bp.engines.SMC(particles=1000))["estimates"]
     for name, values in drawn.items():
-        one = latent.sel(unknown=name)
-        error = np.hypot(one["mean_error"], np.std(values) / np.sqrt(4000))
-        assert abs(np.mean(values) - one["mean"]) < 5 * error
-        assert abs(np.std(values) - one["sd"]) < 5 * np.hypot(one["sd_error"], one["sd"] / 90)
+        estimate = latent.sel(unknown=name)
+        error = np.hypot(estimate["mean_error"], np.std(values) / np.sqrt(4000))
+        assert abs(np.mean(values) - estimate["mean"]) < 5 * error
+        error = np.hypot(estimate["sd_error"], estimate["sd"] / 90)
+        assert abs(np.std(values) - estimate["sd"]) < 5 * error
 
 
 def test_correlated_noise_can_be_integrated_over_placement():
@@ -207,7 +210,7 @@ def test_too_few_nodes_are_said():
     options = {"engine": bp.engines.Grid(nodes=8), "marginal": bp.marginals.Quadrature(nodes=16)}
     with pytest.warns(InferenceWarning) as raised:
         bp.infer(experiment, measurement, **options)
-    assert any("over the placement is not resolved" in str(one.message) for one in raised)
+    assert any("over the placement is not resolved" in str(warning.message) for warning in raised)
 
 
 def test_kernels_wider_than_the_noise_are_said():
@@ -219,7 +222,7 @@ def test_kernels_wider_than_the_noise_are_said():
     }
     with pytest.warns(InferenceWarning) as raised:
         bp.infer(experiment, measurement, **options)
-    assert any("times as wide as the output error" in str(one.message) for one in raised)
+    assert any("times as wide as the output error" in str(warning.message) for warning in raised)
 
 
 def experiment_with(sensors, actuators, noise):
@@ -244,13 +247,13 @@ def test_quadrature_without_noise_is_an_error():
 
 def test_quadrature_over_many_positions_is_an_error():
     place = bp.positions.Segment
-    many = experiment_with(
+    setup = experiment_with(
         [bp.Sensor(f"s{n}", at=place(0.1 * n, within=0.04)) for n in (1, 2, 3)],
         [bp.Actuator(f"a{n}", at=place(0.2 * n, within=0.04)) for n in (1, 2, 3)],
         bp.noise.Gaussian(0.1),
     )
     with pytest.raises(ValueError, match=r"would compute 2e\+07 responses for each h"):
-        model(bp.marginals.Quadrature(nodes=64), many)
+        model(bp.marginals.Quadrature(nodes=64), setup)
 
 
 def test_quadrature_over_a_law_without_inverse_is_an_error():

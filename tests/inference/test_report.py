@@ -49,9 +49,9 @@ def test_methods_beyond_their_errors_are_named_with_both_values():
         "one and two disagree on one figure: damping mean, 0.040 ± 0.001 against 0.050 ± 0.001, "
         "7 standard errors apart."
     )
-    (found,) = report.disagreements
-    assert found.figure == MEAN
-    assert found.deviation == pytest.approx(0.01 / np.hypot(0.001, 0.001))
+    (disagreement,) = report.disagreements
+    assert disagreement.figure == MEAN
+    assert disagreement.deviation == pytest.approx(0.01 / np.hypot(0.001, 0.001))
 
 
 @pytest.mark.parametrize(
@@ -63,8 +63,8 @@ def test_methods_beyond_their_errors_are_named_with_both_values():
     ],
 )
 def test_every_figure_is_compared(other, figure):
-    (found,) = bp.report({"one": result(), "two": result(**other)}).disagreements
-    assert found.figure == figure
+    (disagreement,) = bp.report({"one": result(), "two": result(**other)}).disagreements
+    assert disagreement.figure == figure
 
 
 def test_several_disagreements_of_a_pair_make_one_sentence_about_the_largest():
@@ -85,8 +85,8 @@ def test_a_figure_without_an_error_is_shown_but_not_compared():
 
 def test_the_error_of_one_method_is_enough_to_compare_it_with_an_exact_one():
     report = bp.report({"one": result(0.0405), "grid": result(0.05, 0.0, engine="Grid")})
-    (found,) = report.disagreements
-    assert found.deviation == pytest.approx(9.5)
+    (disagreement,) = report.disagreements
+    assert disagreement.deviation == pytest.approx(9.5)
     assert report.table.loc["grid", MEAN] == "0.05 exact"
     assert report.table.loc["grid", "log evidence"] == "5 exact"
 

@@ -125,9 +125,9 @@ def test_without_noise_nothing_is_measured():
 
 def test_each_draw_is_the_response_to_its_own_places(drawn):
     values = {name: jnp.asarray(v.values[0, 2]) for name, v in drawn["prior"].items()}
-    expected = jax.jit(lambda given: uncertain().fix(given).predict())(values)
-    found = drawn["prior_predictive"]["response"][0, 2]
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    expected = jax.jit(lambda places: uncertain().fix(places).predict())(values)
+    response = drawn["prior_predictive"]["response"][0, 2]
+    np.testing.assert_allclose(response, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("key", [np.int64(3), jax.random.PRNGKey(3)])

@@ -36,9 +36,12 @@ def experiment(sensors, actuators, noise=0.3, effects=()):
         structure = structure + effect
     return bp.Experiment(
         structure,
-        sensors=[bp.Sensor(f"s{i}", directions=(3,), **one) for i, one in enumerate(sensors, 1)],
+        sensors=[
+            bp.Sensor(f"s{i}", directions=(3,), **options) for i, options in enumerate(sensors, 1)
+        ],
         actuators=[
-            bp.Actuator(f"a{i}", directions=(1,), **one) for i, one in enumerate(actuators, 1)
+            bp.Actuator(f"a{i}", directions=(1,), **options)
+            for i, options in enumerate(actuators, 1)
         ],
         frequency=[38.0, 66.0, 100.0],
         observe=bp.observe.LogAmplitude("acceleration"),
@@ -60,21 +63,21 @@ def at_nodes(counts, support=PATCH, **options):
     return {"at": positions.Nodes(mesh(*counts), support), **options}
 
 
-def log_likelihood(one, marginal, values):
-    data = one.data(measured())
-    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(one)}
-    target = UnconstrainedModel(marginal.model(one, data, KEY), laws)
+def log_likelihood(setup, marginal, values):
+    data = setup.data(measured())
+    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(setup)}
+    target = UnconstrainedModel(marginal.model(setup, data, KEY), laws)
     return float(jax.jit(lambda flat: target.log_likelihood(flat))(target.flatten(values)))
 
 
-def term(one, data):
-    return jnp.sum(one.noise.distribution(one.predict(), data).log_prob(data.z))
+def term(setup, data):
+    return jnp.sum(setup.noise.distribution(setup.predict(), data).log_prob(data.z))
 
 
-def summed(one, values):
+def summed(setup, values):
     """Log of the sum over every combination of nodes, one response each."""
-    data = one.data(measured())
-    fixed = substitute(one, values)
+    data = setup.data(measured())
+    fixed = substitute(setup, values)
     laws = {unknown.name: unknown.distribution for unknown in fixed.unknowns}
     grids = np.meshgrid(*(np.arange(law.probs.size) for law in laws.values()), indexing="ij")
     weights = np.meshgrid(*(np.log(law.probs) for law in laws.values()), indexing="ij")
@@ -83,12 +86,12 @@ def summed(one, values):
     return logsumexp(np.asarray(terms) + sum(weights).ravel())
 
 
-def several():
+def experiment_at_nodes():
     """Two sensors and two actuators at nodes, and a mass at one of them."""
-    few = positions.Box((0.5, 0.4, 0.3), within=(0.2, 0.15, 0.0))
+    box = positions.Box((0.5, 0.4, 0.3), within=(0.2, 0.15, 0.0))
     return experiment(
-        [at_nodes((5, 4, 2), few), at_nodes((6, 4, 1), positions.Ball((0.8, 0.2, 0.5), 0.15))],
-        [at_nodes((4, 3, 2), few), {"at": (0.9, 0.1, 0.4)}],
+        [at_nodes((5, 4, 2), box), at_nodes((6, 4, 1), positions.Ball((0.8, 0.2, 0.5), 0.15))],
+        [at_nodes((4, 3, 2), box), {"at": (0.9, 0.1, 0.4)}],
         effects=[
             bp.effects.point_mass(
                 at=positions.Nodes(mesh(2, 1, 1)[[0, 4, 7]]), mass=dist.Uniform(0.0, 0.1)
@@ -101,25 +104,26 @@ SEVERAL = {**RATIO, "structure.effects.point_mass.mass": 0.04}
 
 
 def test_nodes_of_transducers_and_effects_are_summed_exactly():
-    one = several()
-    found = log_likelihood(one, bp.marginals.Enumeration(), SEVERAL)
-    assert found == pytest.approx(summed(one, SEVERAL), rel=1e-12)
-    assert found != pytest.approx(summed(one, SEVERAL | {"actuator.a1.position.node": 0}), abs=0.01)
+    setup = experiment_at_nodes()
+    value = log_likelihood(setup, bp.marginals.Enumeration(), SEVERAL)
+    assert value == pytest.approx(summed(setup, SEVERAL), rel=1e-12)
+    other = SEVERAL | {"actuator.a1.position.node": 0}
+    assert value != pytest.approx(summed(setup, other), abs=0.01)
 
 
 def test_quadrature_sums_positions_at_nodes():
-    one = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN, "angles": (0.0, 0.1, 0.0)}])
-    found = log_likelihood(one, bp.marginals.Quadrature(nodes=5), RATIO)
-    assert found == pytest.approx(summed(one, RATIO), rel=1e-12)
+    setup = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN, "angles": (0.0, 0.1, 0.0)}])
+    value = log_likelihood(setup, bp.marginals.Quadrature(nodes=5), RATIO)
+    assert value == pytest.approx(summed(setup, RATIO), rel=1e-12)
 
 
 def test_quadrature_mixes_nodes_and_continuous_coordinates():
     rolled = (0.0, dist.Uniform(-0.3, 0.5), 0.0)
-    one = experiment([at_nodes((5, 4, 2), angles=rolled)], [{"at": DRIVEN}])
-    found = log_likelihood(one, bp.marginals.Quadrature(nodes=24), RATIO)
+    setup = experiment([at_nodes((5, 4, 2), angles=rolled)], [{"at": DRIVEN}])
+    value = log_likelihood(setup, bp.marginals.Quadrature(nodes=24), RATIO)
     node, weight = np.polynomial.legendre.leggauss(24)
-    data, fixed = one.data(measured()), substitute(one, RATIO)
-    law = one.sensor["s1"].position.node
+    data, fixed = setup.data(measured()), substitute(setup, RATIO)
+    law = setup.sensor["s1"].position.node
     angles, nodes = np.meshgrid(0.1 + 0.4 * node, np.arange(law.probs.size))
 
     def at(angle, place):
@@ -128,20 +132,20 @@ def test_quadrature_mixes_nodes_and_continuous_coordinates():
 
     terms = jax.jit(jax.vmap(jax.vmap(at)))(angles, nodes)
     expected = logsumexp(terms + np.log(weight / 2) + np.log(law.probs)[:, None])
-    assert found == pytest.approx(expected, rel=1e-12)
+    assert value == pytest.approx(expected, rel=1e-12)
 
 
 def test_only_gauss_nodes_count_in_what_resolves_an_integral():
     # Under no data, what is effective of Gauss nodes is known, whatever the weights of the mesh.
     rolled = {"angles": (0.0, dist.Uniform(-0.3, 0.5), 0.0)}
-    few = positions.Box((0.5, 0.4, 0.3), within=(0.2, 0.0, 0.0))
-    one = experiment(
+    box = positions.Box((0.5, 0.4, 0.3), within=(0.2, 0.0, 0.0))
+    setup = experiment(
         [{"at": DRIVEN}, {"at": PATCH.centre}],
-        [at_nodes((4, 2, 2), few, **rolled), at_nodes((4, 2, 2), few, **rolled)],
+        [at_nodes((4, 2, 2), box, **rolled), at_nodes((4, 2, 2), box, **rolled)],
         noise=1e6,
     )
-    data, fixed = one.data(measured()), substitute(one, RATIO)
-    resolve = bp.marginals.Quadrature(nodes=6).placement(one, data, KEY)
+    data, fixed = setup.data(measured()), substitute(setup, RATIO)
+    resolve = bp.marginals.Quadrature(nodes=6).placement(setup, data, KEY)
     _, weight = np.polynomial.legendre.leggauss(6)
     _, stats = jax.jit(lambda: resolve(fixed, KEY))()
     assert float(stats["node_ess"]) == pytest.approx(np.sum(weight) ** 2 / np.sum(weight**2))
@@ -149,8 +153,8 @@ def test_only_gauss_nodes_count_in_what_resolves_an_integral():
 
 def test_all_but_nodes_is_left_to_the_engine():
     rolled = (0.0, dist.Uniform(-0.3, 0.5), 0.0)
-    one = experiment([at_nodes((5, 4, 2), angles=rolled), {"at": PATCH}], [{"at": DRIVEN}])
-    names = [unknown.name for unknown in bp.marginals.Enumeration().sampled(one)]
+    setup = experiment([at_nodes((5, 4, 2), angles=rolled), {"at": PATCH}], [{"at": DRIVEN}])
+    names = [unknown.name for unknown in bp.marginals.Enumeration().sampled(setup)]
     assert names == [
         "structure.damping.ratio.1",
         "sensor.s1.angles.2",
@@ -182,64 +186,64 @@ def test_the_nearest_node_converges_to_the_place_at_second_order():
 
 
 def test_nodes_drawn_back_follow_their_share_of_the_likelihood():
-    one = substitute(
+    setup = substitute(
         experiment([at_nodes((5, 4, 2), PATCH)], [at_nodes((3, 3, 1), None)], noise=0.1), RATIO
     )
-    data = one.data(measured())
-    resolve = bp.marginals.Enumeration().placement(one, data, KEY)
-    drawn, stats = jax.jit(jax.vmap(lambda key: resolve(one, key)))(jax.random.split(KEY, 4000))
+    data = setup.data(measured())
+    resolve = bp.marginals.Enumeration().placement(setup, data, KEY)
+    drawn, stats = jax.jit(jax.vmap(lambda key: resolve(setup, key)))(jax.random.split(KEY, 4000))
     assert stats == {}
-    counts = [one.sensor["s1"].position.row.size, one.actuator["a1"].position.row.size]
+    counts = [setup.sensor["s1"].position.row.size, setup.actuator["a1"].position.row.size]
     grids = np.meshgrid(*map(np.arange, counts), indexing="ij")
     names = ["sensor.s1.position.node", "actuator.a1.position.node"]
     values = dict(zip(names, map(jnp.ravel, grids), strict=True))
-    terms = np.asarray(jax.jit(jax.vmap(lambda v: term(substitute(one, v), data)))(values))
-    prior = np.asarray(one.sensor["s1"].position.node.probs)[:, None]
+    terms = np.asarray(jax.jit(jax.vmap(lambda v: term(substitute(setup, v), data)))(values))
+    prior = np.asarray(setup.sensor["s1"].position.node.probs)[:, None]
     share = np.exp(terms.reshape(counts)) * prior
     share /= np.sum(share)
-    found = np.zeros(counts)
-    np.add.at(found, tuple(np.asarray(drawn[name]) for name in names), 1 / 4000)
+    estimate = np.zeros(counts)
+    np.add.at(estimate, tuple(np.asarray(drawn[name]) for name in names), 1 / 4000)
     assert np.max(share) < 0.9
     np.testing.assert_array_less(
-        np.abs(found - share), 5 * np.sqrt(share * (1 - share) / 4000) + 1e-3
+        np.abs(estimate - share), 5 * np.sqrt(share * (1 - share) / 4000) + 1e-3
     )
 
 
 def test_nodes_are_inferred_and_stored():
-    one = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN}], noise=0.05)
+    setup = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN}], noise=0.05)
     options = {"engine": bp.engines.Grid(nodes=16), "marginal": bp.marginals.Enumeration()}
-    posterior = bp.infer(one, measured(), **options)
+    posterior = bp.infer(setup, measured(), **options)
     node = posterior["posterior"]["sensor.s1.position.node"].values
-    place = one.sensor["s1"].position
+    place = setup.sensor["s1"].position
     assert set(np.unique(node)) <= set(range(place.row.size))
     assert posterior.attrs["marginal"] == "Enumeration"
     assert "node_ess" not in posterior["sample_stats"]
 
 
 def test_sampling_along_nodes_is_refused():
-    one = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN}])
+    setup = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN}])
     with pytest.raises(
         ValueError, match=r"discrete distribution, .* Sum over it by marginals.Enumeration\(\)"
     ):
-        bp.infer(one, measured())
+        bp.infer(setup, measured())
 
 
 def test_a_sum_over_no_nodes_is_refused():
-    one = experiment([{"at": PATCH}], [{"at": DRIVEN}])
+    setup = experiment([{"at": PATCH}], [{"at": DRIVEN}])
     with pytest.raises(ValueError, match=r"none is unknown. Declare one, at=positions.Nodes"):
-        bp.marginals.Enumeration().model(one, one.data(measured()), KEY)
+        bp.marginals.Enumeration().model(setup, setup.data(measured()), KEY)
 
 
 def test_too_many_nodes_are_refused():
     fine = at_nodes((40, 40, 2))
-    one = experiment([fine, fine], [fine, fine])
+    setup = experiment([fine, fine], [fine, fine])
     with pytest.raises(ValueError, match=r"would compute .* 2 coordinates are integrated together"):
-        bp.marginals.Enumeration().model(one, one.data(measured()), KEY)
+        bp.marginals.Enumeration().model(setup, setup.data(measured()), KEY)
 
 
 @pytest.mark.parametrize("marginal", [bp.marginals.Enumeration(), bp.marginals.Quadrature()])
 def test_instruments_that_depend_on_each_other_are_refused(marginal):
-    one = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN}]) + bp.effects.gain_error("s1", 0.1)
+    setup = experiment([at_nodes((5, 4, 2))], [{"at": DRIVEN}]) + bp.effects.gain_error("s1", 0.1)
     words = f"marginals.{type(marginal).__name__} was given an experiment with the effect"
     with pytest.raises(ValueError, match=words):
-        marginal.model(one, one.data(measured()), KEY)
+        marginal.model(setup, setup.data(measured()), KEY)

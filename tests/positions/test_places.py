@@ -58,17 +58,17 @@ NAMES = [type(place).__name__ for place, *_ in EXAMPLES]
 
 @pytest.mark.parametrize(("place", "values", "expected", "unit"), EXAMPLES, ids=NAMES)
 def test_unknowns_are_named_by_their_path_and_give_coordinates(place, values, expected, unit):
-    named = {one.name: one.unit for one in unknowns({"position": place})}
+    named = {unknown.name: unknown.unit for unknown in unknowns({"position": place})}
     assert named == {f"position.{name}": unit for name in values}
-    found = jax.jit(lambda: substitute(place, values).coordinates())()
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    coordinates = jax.jit(lambda: substitute(place, values).coordinates())()
+    np.testing.assert_allclose(coordinates, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("place", "values", "position", "unit"), EXAMPLES, ids=NAMES)
 def test_the_nearest_values_lead_back_to_a_position(place, values, position, unit):
-    found = place.nearest(position)
-    assert found.keys() == values.keys()
-    np.testing.assert_allclose(list(found.values()), list(values.values()), rtol=1e-9)
+    nearest = place.nearest(position)
+    assert nearest.keys() == values.keys()
+    np.testing.assert_allclose(list(nearest.values()), list(values.values()), rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -89,8 +89,8 @@ def test_the_middle_is_the_mean_of_the_laws(place, expected):
 def test_a_position_beside_a_place_goes_to_the_next_of_it():
     member = places.OnMember(UNKNOWN, start=(1.0, 0.0, 0.5), direction=TILTED)
     np.testing.assert_allclose(member.nearest((9.0, 3.0, 9.0))["along"], 0.3)
-    found = places.Cartesian(UNKNOWN, dist.Normal(0.0, 1.0), 0.2).nearest((-4.0, 5.0, 0.0))
-    assert {name: float(value) for name, value in found.items()} == {"x": 0.1, "y": 5.0}
+    nearest = places.Cartesian(UNKNOWN, dist.Normal(0.0, 1.0), 0.2).nearest((-4.0, 5.0, 0.0))
+    assert {name: float(value) for name, value in nearest.items()} == {"x": 0.1, "y": 5.0}
     ball = cut_ball(UNKNOWN, UNKNOWN, UNKNOWN)
     shares = {int(name[-1]): value for name, value in ball.nearest((5.0, -0.2, 0.1)).items()}
     place = jax.jit(lambda: cut_ball(*(shares[i] for i in (1, 2, 3))).coordinates())()
@@ -121,8 +121,8 @@ def volume(cut):
     """Volume of a cut ball: midpoints of all but the last axis, times the width there."""
     low, high = cut.box()
     steps = (np.arange(1000) + 0.5) / 1000
-    axes = [one + (other - one) * steps for one, other in zip(low[:-1], high[:-1], strict=True)]
-    square = sum(one**2 for one in np.meshgrid(*axes, sparse=True))
+    axes = [start + (stop - start) * steps for start, stop in zip(low[:-1], high[:-1], strict=True)]
+    square = sum(coordinate**2 for coordinate in np.meshgrid(*axes, sparse=True))
     half = np.sqrt(np.maximum(cut.radius**2 - square, 0.0))
     width = np.maximum(np.minimum(cut.high[-1], half) - np.maximum(cut.low[-1], -half), 0.0)
     return np.mean(width) * np.prod(high[:-1] - low[:-1])
@@ -133,14 +133,14 @@ def test_equal_shares_have_equal_volumes(cut):
     # A map of the unit cube onto the cut ball, one to one, whose Jacobian is the same everywhere.
     share = np.random.default_rng(3).random((400, len(cut.low)))
 
-    def at(one):
-        return jnp.stack(_ball_in_box.point(cut, one))
+    def at(vector):
+        return jnp.stack(_ball_in_box.point(cut, vector))
 
-    place, slopes = jax.jit(jax.vmap(lambda one: (at(one), jax.jacobian(at)(one))))(share)
+    place, slopes = jax.jit(jax.vmap(lambda vector: (at(vector), jax.jacobian(at)(vector))))(share)
     determinant = np.linalg.det(slopes)
     np.testing.assert_allclose(determinant, np.mean(determinant), rtol=1e-8)
     np.testing.assert_allclose(np.mean(determinant), volume(cut), rtol=1e-4)
-    back = jax.jit(jax.vmap(lambda one: jnp.stack(_ball_in_box.shares(cut, one))))(place)
+    back = jax.jit(jax.vmap(lambda point: jnp.stack(_ball_in_box.shares(cut, point))))(place)
     np.testing.assert_allclose(back, share, atol=1e-9)
 
 
@@ -153,7 +153,7 @@ def test_samples_of_a_cut_ball_are_uniform_in_it():
     ball = cut_ball(*laws, bounds=bounds, centre=(2.0, 0.0, 4.0))
 
     def coordinates(share):
-        values = {f"share.{number}": one for number, one in enumerate(share, start=1)}
+        values = {f"share.{number}": value for number, value in enumerate(share, start=1)}
         return substitute(ball, values).coordinates()
 
     drawn = np.asarray(jax.jit(jax.vmap(coordinates))(shares)) - np.array([2.0, 0.0, 4.0])
@@ -166,7 +166,7 @@ def test_samples_of_a_cut_ball_are_uniform_in_it():
 
 def test_gradients_stay_finite_to_the_rim():
     edge = np.array(list(itertools.product([1e-12, 0.5, 1 - 1e-12], repeat=3)))
-    slopes = jax.jacobian(lambda one: jnp.stack(_ball_in_box.point(BALLS[0], one)))
+    slopes = jax.jacobian(lambda vector: jnp.stack(_ball_in_box.point(BALLS[0], vector)))
     assert np.all(np.isfinite(jax.jit(jax.vmap(slopes))(edge)))
 
 

@@ -66,9 +66,9 @@ def ends(place):
     ],
 )
 def test_a_box_is_clipped_along_each_axis(centre, within, expected):
-    found = ends(positions.Box(centre, within=within).on(FRAME))
+    ranges = ends(positions.Box(centre, within=within).on(FRAME))
     for name, value in expected.items():
-        np.testing.assert_allclose(found[name], value, atol=1e-9)
+        np.testing.assert_allclose(ranges[name], value, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -100,9 +100,9 @@ def test_a_member_is_clipped_to_the_structure():
 )
 def test_a_patch_is_clipped_along_its_directions(centre, first, second, expected):
     place = positions.Patch(centre, first, second, within=(0.3, 0.2)).on(FRAME)
-    found = ends(place)
+    ranges = ends(place)
     for name, value in expected.items():
-        np.testing.assert_allclose(found[name], value, atol=1e-12)
+        np.testing.assert_allclose(ranges[name], value, atol=1e-12)
 
 
 def test_a_patch_that_the_edge_cuts_obliquely_is_refused():
@@ -147,7 +147,7 @@ def test_a_support_beside_the_structure_is_refused(support):
         positions.Ball((0.5, 0.1, 0.5), 0.2),
         positions.Nodes([[0.5, 0.1, 0.5]]),
     ],
-    ids=lambda one: type(one).__name__,
+    ids=lambda support: type(support).__name__,
 )
 def test_three_coordinates_on_a_line_are_refused(support):
     with pytest.raises(ValueError, match=r"is a line \(0 to 1 m\).* at=0.5, or at=positions.Segm"):
@@ -218,8 +218,8 @@ def weights(place):
 
 
 def test_nodes_on_a_line_have_the_stretch_that_is_nearest():
-    found = positions.Nodes([0.0, 0.1, 0.3, 0.35, 0.7], positions.Segment(0.2, within=0.15))
-    place = found.on((0.0, 1.0))
+    nodes = positions.Nodes([0.0, 0.1, 0.3, 0.35, 0.7], positions.Segment(0.2, within=0.15))
+    place = nodes.on((0.0, 1.0))
     # 0.05 to 0.35 m: half-way points 0.05, 0.2 and 0.325 m.
     expected = {1: 0.15 / 0.3, 2: 0.125 / 0.3, 3: 0.025 / 0.3}
     assert weights(place) == pytest.approx(expected)
@@ -275,8 +275,8 @@ def test_nodes_that_tie_share_their_cell(scattered):
     mirrored = nodes - 2 * height[:, None] * normal
     single = _nearest_nodes.shares(nodes, region)
     for twins in (nodes, mirrored):
-        both = _nearest_nodes.shares(np.concatenate([nodes, twins]), region)
-        np.testing.assert_allclose(both, np.tile(single / 2, 2), atol=1e-12)
+        shares = _nearest_nodes.shares(np.concatenate([nodes, twins]), region)
+        np.testing.assert_allclose(shares, np.tile(single / 2, 2), atol=1e-12)
 
 
 def grid(counts):
@@ -292,7 +292,8 @@ def test_cells_in_space_are_found_by_points_within_their_stated_error():
         positions.Nodes(axis, positions.Segment(centre, within=within)).on((axis[0], axis[-1]))
         for axis, centre, within in zip(axes, box.centre, box.within, strict=True)
     ]
-    exact = np.einsum("a,b,c->abc", *(np.asarray(one.node.probs) for one in stretches)).ravel()
+    shares = [np.asarray(stretch.node.probs) for stretch in stretches]
+    exact = np.einsum("a,b,c->abc", *shares).ravel()
     assert 0 < place.weight_error < 2e-3
     np.testing.assert_allclose(place.node.probs, exact, atol=5 * place.weight_error)
 
@@ -323,11 +324,11 @@ SCALED = [
 
 @pytest.mark.parametrize(("support", "wanted"), SCALED)
 def test_a_tolerance_twice_as_large_is_about_the_same_place(support, wanted):
-    found = support.scaled(2.0)
-    inner = found.tolerance if isinstance(found, bp.positions.Nodes) else found
+    scaled = support.scaled(2.0)
+    inner = scaled.tolerance if isinstance(scaled, bp.positions.Nodes) else scaled
     within = inner.radius if isinstance(inner, bp.positions.Ball) else inner.within
     assert within == pytest.approx(wanted)
-    assert found.recorded == support.recorded
+    assert scaled.recorded == support.recorded
 
 
 @pytest.mark.parametrize(

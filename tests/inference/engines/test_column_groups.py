@@ -38,8 +38,8 @@ def test_no_unknown_makes_no_group():
 
 
 def test_sensors_of_an_experiment_share_a_group():
-    one = experiment()
-    problem = Problem(one, one.data(measured()))
+    setup = experiment()
+    problem = Problem(setup, setup.data(measured()))
     assert problem.squares.column_groups.number < problem.dimension
     points = np.random.default_rng(2).normal(0, 0.5, (2, problem.dimension))
     one_by_one = problem.squares._differences(points, np.eye(problem.dimension), False)

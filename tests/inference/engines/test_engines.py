@@ -71,7 +71,7 @@ def weights(draws):
         (engines.NUTS(warmup=300, draws=1000), 1000),
         (engines.SMC(particles=2000), 1500),
     ],
-    ids=lambda one: type(one).__name__,
+    ids=lambda engine: type(engine).__name__,
 )
 def test_a_gaussian_posterior_is_found(engine, effective):
     target, draws = run(engine)
@@ -87,7 +87,7 @@ def test_a_gaussian_posterior_is_found(engine, effective):
 @pytest.mark.parametrize(
     ("engine", "error"),
     [(engines.Grid(nodes=48), 1e-4), (engines.MAP(starts=4), 1e-6)],
-    ids=lambda one: type(one).__name__,
+    ids=lambda engine: type(engine).__name__,
 )
 def test_an_exact_evidence_is_exact(engine, error):
     assert abs(run(engine)[1].log_evidence - LOG_EVIDENCE) < error
@@ -111,7 +111,7 @@ def test_an_estimated_evidence_knows_its_error(engine, runs):
 @pytest.mark.parametrize(
     "engine",
     [engines.Importance(draws=50), engines.NUTS(warmup=50, draws=50), engines.SMC(particles=80)],
-    ids=lambda one: type(one).__name__,
+    ids=lambda engine: type(engine).__name__,
 )
 def test_the_same_key_gives_the_same_draws(engine):
     first, second, other = (run(engine, key=key)[1].position for key in (1, 1, 2))
@@ -136,7 +136,7 @@ def test_smc_weighs_separate_modes():
 
 def test_nuts_says_that_it_does_not_hop():
     _, draws = run(engines.NUTS(warmup=200, draws=200), two_modes, TWO_MODES, key=3)
-    assert any("have not mixed: R-hat" in one for one in draws.warnings)
+    assert any("have not mixed: R-hat" in warning for warning in draws.warnings)
 
 
 def test_a_symmetry_lets_smc_switch_between_modes():
@@ -149,7 +149,7 @@ def test_a_symmetry_lets_smc_switch_between_modes():
         likelihood = jax.vmap(target.log_likelihood)(particles)
         start = _start(particles, likelihood, 0)._replace(temperature=jnp.ones(()))
         engine = engines.SMC(particles=2000, moves=2)
-        moved = jax.jit(lambda key, one: engine.moved(target, key, one))(  # noqa: B023
+        moved = jax.jit(lambda key, state: engine.moved(target, key, state))(  # noqa: B023
             jax.random.PRNGKey(1), start
         )
         share = np.mean(jax.vmap(target.constrain)(moved.particles)["x"] < 0)
@@ -199,12 +199,14 @@ def test_laplace_says_when_the_posterior_is_no_gaussian():
         numpyro.sample("z", dist.Normal(y - x**2, 0.01), obs=jnp.asarray(0.0))
 
     _, draws = run(engines.MAP(), banana, {**TWO_MODES, "y": dist.Uniform(-30.0, 30.0)})
-    assert any("not near the Gaussian" in one or "flat at its" in one for one in draws.warnings)
+    assert any(
+        "not near the Gaussian" in warning or "flat at its" in warning for warning in draws.warnings
+    )
 
 
 def test_importance_says_when_few_draws_carry_the_weight():
     _, draws = run(engines.Importance(draws=200), two_modes, TWO_MODES)
-    assert any("Importance sampling is unreliable here" in one for one in draws.warnings)
+    assert any("Importance sampling is unreliable here" in warning for warning in draws.warnings)
 
 
 @pytest.mark.parametrize("shape", [0.3, 0.7, 1.2])
@@ -253,12 +255,12 @@ def test_nuts_runs_in_blocks_whatever_the_number_of_draws():
     )
     assert len(shares) == 1  # one block of 99 steps, not 99 of one
     assert draws.position.shape == (2, 49, 2)
-    more = engines.NUTS(chains=2, warmup=50, draws=61).run(
+    longer_run = engines.NUTS(chains=2, warmup=50, draws=61).run(
         target, jax.random.PRNGKey(0), shares.append
     )
     assert len(shares) == 3
     # The steps are the same, however they are cut into blocks.
-    np.testing.assert_allclose(more.position[:, :49], draws.position, rtol=1e-9)
+    np.testing.assert_allclose(longer_run.position[:, :49], draws.position, rtol=1e-9)
 
 
 def test_progress_ends_at_one():

@@ -128,8 +128,8 @@ class Bent(Linear):
         cell = (x[1] - x[0]) * (follows[0, 1] - follows[0, 0])
         constant = -2 * np.log(2 * np.pi) - self.count * np.log(self.level) - 0.5 * squares.min()
         share = density / density.sum()
-        means = np.array([np.sum(share * one) for one in (x[:, None], follows)])
-        squared = np.array([np.sum(share * one**2) for one in (x[:, None], follows)])
+        means = np.array([np.sum(share * coordinate) for coordinate in (x[:, None], follows)])
+        squared = np.array([np.sum(share * coordinate**2) for coordinate in (x[:, None], follows)])
         return np.log(density.sum() * cell) + constant, means, np.sqrt(squared - means**2)
 
 
