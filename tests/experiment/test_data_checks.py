@@ -133,11 +133,11 @@ def test_a_lag_shows_at_the_driving_point():
 def test_the_wrong_lines_of_a_driving_point_are_counted():
     data = measured(exchanged())
     apart = np.abs(LINES - 1e9**0.5 / 9000**0.5 / 2)  # from the first natural frequency [Hz]
-    few, more = (np.where(apart < width, -1.0, 1.0) for width in (5.0, 15.0))
-    assert 2 <= np.sum(few < 0) <= 5
-    assert exchanged().check_data(changed(data, few)).passed
-    (fault,) = exchanged().check_data(changed(data, more)).faults["driving points"]
-    assert fault.value == pytest.approx(np.mean(more < 0))
+    narrow, wide = (np.where(apart < width, -1.0, 1.0) for width in (5.0, 15.0))
+    assert 2 <= np.sum(narrow < 0) <= 5
+    assert exchanged().check_data(changed(data, narrow)).passed
+    (fault,) = exchanged().check_data(changed(data, wide)).faults["driving points"]
+    assert fault.value == pytest.approx(np.mean(wide < 0))
     assert fault.threshold == pytest.approx(0.02)
     assert (fault.sensor, fault.actuator) == ("s1+x", "a1+x")
 
@@ -215,8 +215,8 @@ def test_held_structures_have_no_rigid_body_line():
 
 def test_a_coherence_of_one_says_nothing():
     data = measured(exchanged())
-    one = dataclasses.replace(data, coherence=np.ones(data.frf.shape), averages=1)
-    checks = exchanged().check_data(one)
+    perfect = dataclasses.replace(data, coherence=np.ones(data.frf.shape), averages=1)
+    checks = exchanged().check_data(perfect)
     assert kinds(checks) == ["coherence of 1"]
     (sentence,) = checks.words()
     assert sentence.startswith("The coherence of all pairs (first s1+x / a1+x) is 1 at 100 %")

@@ -81,15 +81,15 @@ def test_a_delay_is_conjugate_at_negative_frequencies():
 
 def test_gains_and_delays_are_unknowns_of_their_own_role():
     changes = {"s1": {"gain": dist.Normal(1.0, 0.01)}, "a2": {"delay": dist.Normal(0.0, 1e-6)}}
-    one = experiment(changes)
-    assert [(u.name, u.role, u.unit, u.field) for u in one.unknowns] == [
+    setup = experiment(changes)
+    assert [(u.name, u.role, u.unit, u.field) for u in setup.unknowns] == [
         ("sensor.s1.gain", Role.RECORDING, "1", "gain"),
         ("actuator.a2.delay", Role.RECORDING, "s", "delay"),
     ]
-    assert [u.is_placement for u in one.unknowns] == [False, False]
-    assert [u.is_of_transducer for u in one.unknowns] == [True, True]
-    assert "sensor.s1.gain     Normal(1, 0.01)   1     recording" in str(one)
-    assert one.nominal_values() == {"sensor.s1.gain": 1.0, "actuator.a2.delay": 0.0}
+    assert [u.is_placement for u in setup.unknowns] == [False, False]
+    assert [u.is_of_transducer for u in setup.unknowns] == [True, True]
+    assert "sensor.s1.gain     Normal(1, 0.01)   1     recording" in str(setup)
+    assert setup.nominal_values() == {"sensor.s1.gain": 1.0, "actuator.a2.delay": 0.0}
 
 
 def test_a_transducer_that_is_moved_or_mounted_keeps_its_gain_and_delay():
@@ -116,25 +116,25 @@ def closed_form(sigma):
 
     With gain exp(u) of each transducer, z = z0 + (u_sensor + u_actuator) / log 10 + noise.
     """
-    one = logarithmic(sigma)
+    setup = logarithmic(sigma)
     wrong = {"sensor.s1.gain": 1.09, "sensor.s2.gain": 0.96, "actuator.a1.gain": 1.1}
-    measured = one.fix({RATIO: 0.034} | wrong).nominal_measurement()
-    z0 = np.asarray(one.fix({RATIO: 0.034} | dict.fromkeys(wrong, 1.0)).predict())
+    measured = setup.fix({RATIO: 0.034} | wrong).nominal_measurement()
+    z0 = np.asarray(setup.fix({RATIO: 0.034} | dict.fromkeys(wrong, 1.0)).predict())
     shifts = np.zeros((3, *z0.shape))
     shifts[0, 0], shifts[1, 1], shifts[2, :, 0] = 1.0, 1.0, 1.0
     spread = np.array([*SPREAD.values()]) / np.log(10)
     loading = (spread[:, None] * shifts.reshape(3, -1)).T
     covariance = loading @ loading.T + sigma**2 * np.eye(z0.size)
-    z = np.asarray(one.data(measured).z)
+    z = np.asarray(setup.data(measured).z)
     return measured, multivariate_normal(z0.ravel(), covariance).logpdf(z.ravel())
 
 
 def log_likelihood(marginal, measured, sigma):
     """Log likelihood at the true damping, gains integrated."""
-    one = logarithmic(sigma)
-    data = one.data(measured)
-    model = marginal.model(one, data, KEY)
-    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(one)}
+    setup = logarithmic(sigma)
+    data = setup.data(measured)
+    model = marginal.model(setup, data, KEY)
+    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(setup)}
     assert [*laws] == [RATIO]
     target = unconstrained.UnconstrainedModel(model, laws)
     return float(jax.jit(lambda flat: target.log_likelihood(flat))(target.flatten({RATIO: 0.034})))
@@ -142,15 +142,15 @@ def log_likelihood(marginal, measured, sigma):
 
 def test_quadrature_integrates_gains_in_closed_form():
     measured, expected = closed_form(SIGMA)
-    found = log_likelihood(bp.marginals.Quadrature(nodes=96), measured, SIGMA)
-    assert found == pytest.approx(expected, abs=1e-6)
+    value = log_likelihood(bp.marginals.Quadrature(nodes=96), measured, SIGMA)
+    assert value == pytest.approx(expected, abs=1e-6)
 
 
 def test_kernels_estimate_the_integral_over_gains():
     # Noise thirty times as wide as the kernels, so that they do not broaden it.
     measured, expected = closed_form(0.8)
-    found = log_likelihood(bp.marginals.KDE(placement_draws=20_000), measured, 0.8)
-    assert found == pytest.approx(expected, abs=0.01)
+    value = log_likelihood(bp.marginals.KDE(placement_draws=20_000), measured, 0.8)
+    assert value == pytest.approx(expected, abs=0.01)
 
 
 @pytest.mark.parametrize("engine", [bp.engines.MAP(), bp.engines.SMC(particles=1000)])
@@ -174,10 +174,10 @@ def test_products_of_modes_are_not_used_where_a_gain_is_unknown():
 def test_a_case_states_the_gain_and_delay_tolerances(tmp_path):
     content = changed("sensors[0].gain_tolerance", 0.01)
     content = changed("actuators[0].delay_tolerance_s", 1e-6, content)
-    one = case.read(written(tmp_path, content)).experiment
-    assert one.unknown["sensor.s1.gain"].distribution.scale == 0.01
-    assert one.unknown["actuator.a1.delay"].distribution.scale == 1e-6
-    assert one.sensor["s2"].gain is None
+    setup = case.read(written(tmp_path, content)).experiment
+    assert setup.unknown["sensor.s1.gain"].distribution.scale == 0.01
+    assert setup.unknown["actuator.a1.delay"].distribution.scale == 1e-6
+    assert setup.sensor["s2"].gain is None
 
 
 def test_a_negative_tolerance_of_a_gain_is_refused(tmp_path):

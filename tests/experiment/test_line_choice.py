@@ -106,12 +106,12 @@ def test_resonances_of_all_force_levels_count():
     together = low.around_resonances(together=[dataclasses.replace(low, force_level=1.0)])
     assert np.array_equal(alone.frequency, together.frequency)
     other = dataclasses.replace(modal(LINES * 1.2), frequency=LINES, force_level=1.0)
-    more = low.around_resonances(together=[other])
+    selection = low.around_resonances(together=[other])
     for natural in (*NATURAL, *(NATURAL / 1.2)):
-        assert np.abs(more.frequency - natural).min() < 0.5
+        assert np.abs(selection.frequency - natural).min() < 0.5
     assert np.abs(alone.frequency - 260 / 1.2).min() > 10
     for run in (low, other):
-        assert run.lines(more.frequency).frequency.size == more.frequency.size
+        assert run.lines(selection.frequency).frequency.size == selection.frequency.size
 
 
 def test_runs_on_other_lines_are_refused():

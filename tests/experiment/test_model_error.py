@@ -81,8 +81,8 @@ def test_the_response_is_the_modal_sum_of_the_erroneous_modes(erroneous):
     natural[:count] *= np.exp(0.01 * values["model_error.frequency.standard"])
     ratio[:count] *= np.exp(0.2 * values["model_error.damping.standard"])
     shifted = [side("sensor", True), side("actuator", True), modal(natural, ratio, omega)]
-    both = np.multiply.outer(gains("sensor"), gains("actuator"))[..., None]
-    expected = both * (np.einsum("sr,ar,rf->saf", *shifted) + left_out)
+    factors = np.multiply.outer(gains("sensor"), gains("actuator"))[..., None]
+    expected = factors * (np.einsum("sr,ar,rf->saf", *shifted) + left_out)
     np.testing.assert_allclose(frf(concrete) / -(omega**2), expected, rtol=1e-9)
 
 
@@ -132,8 +132,10 @@ def test_a_size_that_is_not_positive_is_refused(size):
 
 
 def test_a_transducer_that_the_errors_do_not_know_is_named(erroneous):
-    more = with_more_sensors(experiment().fix(TRUTH).with_model_error(bp.model_error.Modal()), 1)
-    concrete = more.fix(more.nominal_values())
+    extended = with_more_sensors(
+        experiment().fix(TRUTH).with_model_error(bp.model_error.Modal()), 1
+    )
+    concrete = extended.fix(extended.nominal_values())
     with pytest.raises(ValueError, match="with_model_error"):
         concrete.frf()
 
@@ -170,8 +172,10 @@ def frf_between(erroneous, values, port):
         model_error=bp.model_error.Modal(**{n.split(".")[1]: v for n, v in SIZES.items()}),
     )
     side = "model_error.shape.standard"
-    own = {u.name: known.get(u.name, 0.0 * np.zeros(u.distribution.shape())) for u in twin.unknowns}
-    own[f"{side}.actuator.a1"] = known[f"{side}.sensor.s1"]
+    known_values = {
+        u.name: known.get(u.name, 0.0 * np.zeros(u.distribution.shape())) for u in twin.unknowns
+    }
+    known_values[f"{side}.actuator.a1"] = known[f"{side}.sensor.s1"]
     omega = 2 * np.pi * np.asarray(concrete.frequency)
-    itself = frf(twin.fix(own))[0, 0] / -(omega**2)
+    itself = frf(twin.fix(known_values))[0, 0] / -(omega**2)
     return itself, frf(concrete)[0, 0] / -(omega**2)

@@ -46,42 +46,46 @@ def with_error(ratio, floor, seed=0, **coherence):
 
 
 def test_each_part_has_half_of_the_error():
-    one = experiment(bp.noise.Relative(0.03, 0.2))
+    setup = experiment(bp.noise.Relative(0.03, 0.2))
     measured = with_error(0.03, 0.2)
     size = np.hypot(0.03 * np.abs(measured.frf), 0.2) / np.sqrt(2)
-    data = one.data(measured)
-    np.testing.assert_allclose(one.noise.deviation(data), np.stack([size, size], -2), rtol=1e-12)
-    predicted = one.predict()
-    density = one.noise.distribution(predicted, data).log_prob(data.z)
+    data = setup.data(measured)
+    np.testing.assert_allclose(setup.noise.deviation(data), np.stack([size, size], -2), rtol=1e-12)
+    predicted = setup.predict()
+    density = setup.noise.distribution(predicted, data).log_prob(data.z)
     expected = stats.norm.logpdf(data.z, predicted, np.stack([size, size], -2))
     np.testing.assert_allclose(density, expected, rtol=1e-9)
 
 
 def test_a_logarithm_feels_the_part_along_the_frf():
     # Against many draws of a circular error small enough that log10 |H| is linear in it.
-    one = experiment(bp.noise.Relative(1e-3, 1e-3), bp.observe.LogAmplitude("acceleration"))
-    frf = np.asarray(one.frf())
-    draws = [one.data(with_error(1e-3, 1e-3, seed)).z for seed in range(400)]
+    setup = experiment(bp.noise.Relative(1e-3, 1e-3), bp.observe.LogAmplitude("acceleration"))
+    frf = np.asarray(setup.frf())
+    draws = [setup.data(with_error(1e-3, 1e-3, seed)).z for seed in range(400)]
     expected = np.std(draws, axis=0)
-    found = one.noise.deviation(measured_outputs(one.observe, frf, amplitude=True))
-    assert np.mean(expected / found) == pytest.approx(1.0, abs=5 / np.sqrt(2 * 400 * frf.size))
+    deviation = setup.noise.deviation(measured_outputs(setup.observe, frf, amplitude=True))
+    assert np.mean(expected / deviation) == pytest.approx(1.0, abs=5 / np.sqrt(2 * 400 * frf.size))
 
 
 def test_coherence_adds_to_it():
     coherence = {"coherence": np.full((2, 1, 60), 0.9), "averages": 10}
     measured = with_error(0.03, 0.2, **coherence)
-    both = experiment(bp.noise.Relative(0.03, 0.2, coherence=1.5))
+    combined = experiment(bp.noise.Relative(0.03, 0.2, coherence=1.5))
     alone = experiment(bp.noise.Relative(0.03, 0.2))
     stated = experiment(bp.noise.FromCoherence(1.5))
-    deviations = [one.noise.deviation(one.data(measured)) for one in (both, alone, stated)]
+    deviations = [
+        setup.noise.deviation(setup.data(measured)) for setup in (combined, alone, stated)
+    ]
     np.testing.assert_allclose(deviations[0], np.hypot(*deviations[1:]), rtol=1e-12)
 
 
 def test_the_level_does_not_depend_on_the_parameters():
-    one = experiment(bp.noise.Relative(0.03, 0.2), ratio=dist.Uniform(0.01, 0.05))
-    data = one.data(with_error(0.03, 0.2))
+    setup = experiment(bp.noise.Relative(0.03, 0.2), ratio=dist.Uniform(0.01, 0.05))
+    data = setup.data(with_error(0.03, 0.2))
     scales = [
-        one.noise.distribution(one.fix({"structure.damping.ratio": ratio}).predict(), data).variance
+        setup.noise.distribution(
+            setup.fix({"structure.damping.ratio": ratio}).predict(), data
+        ).variance
         for ratio in (0.01, 0.05)
     ]
     np.testing.assert_array_equal(*scales)
@@ -89,19 +93,19 @@ def test_the_level_does_not_depend_on_the_parameters():
 
 def test_ratio_floor_and_factor_may_be_unknown():
     prior = dist.LogUniform(1e-4, 1.0)
-    one = experiment(bp.noise.Relative(prior, prior, coherence=prior))
+    setup = experiment(bp.noise.Relative(prior, prior, coherence=prior))
     names = ["noise.ratio", "noise.floor", "noise.coherence"]
-    assert [unknown.name for unknown in one.unknowns] == names
+    assert [unknown.name for unknown in setup.unknowns] == names
     measured = with_error(0.1, 0.1, coherence=np.full((2, 1, 60), 0.9), averages=10)
-    assert one.noise.deviation(one.data(measured)) is None
+    assert setup.noise.deviation(setup.data(measured)) is None
 
 
 @pytest.mark.parametrize(("ratio", "floor"), [(0.05, 0.5), (0.01, 2.0)])
 def test_ratio_and_floor_are_found(ratio, floor):
     prior = dist.LogUniform(1e-3, 0.1), dist.LogUniform(1e-2, 1e2)
-    one = experiment(bp.noise.Relative(*prior))
-    found = bp.infer(one, with_error(ratio, floor), engine=bp.engines.SMC(particles=500))
-    estimates = found["estimates"]
+    setup = experiment(bp.noise.Relative(*prior))
+    posterior = bp.infer(setup, with_error(ratio, floor), engine=bp.engines.SMC(particles=500))
+    estimates = posterior["estimates"]
     truth = {"noise.ratio": ratio, "noise.floor": floor}
     for name, value in truth.items():
         estimate = estimates.sel(unknown=name)
@@ -110,48 +114,49 @@ def test_ratio_and_floor_are_found(ratio, floor):
 
 def test_least_squares_find_the_most_probable_levels():
     # Without a parameter the best levels are those of the scatter about the model.
-    one = experiment(bp.noise.Relative(dist.LogUniform(1e-3, 1.0)))
+    setup = experiment(bp.noise.Relative(dist.LogUniform(1e-3, 1.0)))
     measured = with_error(0.05, 0.0)
-    fit = null_hypothesis(one, one.data(measured))
+    fit = null_hypothesis(setup, setup.data(measured))
     name = "noise.ratio"
-    found = fit.problem.coordinates.named(fit.fit.point[None])[name][0]
-    residual = np.abs(measured.frf - np.asarray(one.frf())) / np.abs(measured.frf)
-    assert found == pytest.approx(np.sqrt(np.mean(residual**2)), rel=5e-3)
+    level = fit.problem.coordinates.named(fit.fit.point[None])[name][0]
+    residual = np.abs(measured.frf - np.asarray(setup.frf())) / np.abs(measured.frf)
+    assert level == pytest.approx(np.sqrt(np.mean(residual**2)), rel=5e-3)
 
 
 def test_several_force_levels_and_channels_keep_their_levels():
-    one = experiment(bp.noise.Relative(0.03, 0.2))
-    data = one.data(with_error(0.03, 0.2))
+    setup = experiment(bp.noise.Relative(0.03, 0.2))
+    data = setup.data(with_error(0.03, 0.2))
     some = data.of(sensors=slice(1, 2))
-    np.testing.assert_array_equal(one.noise.deviation(some), one.noise.deviation(data)[1:2])
+    np.testing.assert_array_equal(setup.noise.deviation(some), setup.noise.deviation(data)[1:2])
     twice = bp.noise.Data.at_levels([data, data])
-    np.testing.assert_array_equal(one.noise.deviation(twice)[:, :, 1], one.noise.deviation(data))
+    again = setup.noise.deviation(twice)[:, :, 1]
+    np.testing.assert_array_equal(again, setup.noise.deviation(data))
 
 
 def test_a_simulation_takes_the_predicted_amplitude():
-    one = experiment(bp.noise.Relative(0.03, 0.2))
-    drawn = bp.simulate(one, draws=2000)["prior_predictive"]
+    setup = experiment(bp.noise.Relative(0.03, 0.2))
+    drawn = bp.simulate(setup, draws=2000)["prior_predictive"]
     spread = (drawn["measured"] - drawn["response"]).std(["chain", "draw"])
-    frf = np.asarray(one.frf())
+    frf = np.asarray(setup.frf())
     expected = np.hypot(0.03 * np.abs(frf), 0.2) / np.sqrt(2)
     error = np.asarray(spread) / np.stack([expected, expected], -2) - 1
     assert np.abs(error).max() < 5 / np.sqrt(2 * 2000)
 
 
 def test_data_without_amplitudes_are_refused():
-    one = experiment(bp.noise.Relative(0.03))
+    setup = experiment(bp.noise.Relative(0.03))
     data = experiment(bp.noise.Gaussian(1.0)).data(with_error(0.03, 0.2))
     with pytest.raises(InputError, match=r"noise.Relative reads its level from the amplitude"):
-        one.noise.distribution(one.predict(), data)
+        setup.noise.distribution(setup.predict(), data)
 
 
 def test_data_without_coherence_are_refused():
-    one = experiment(bp.noise.Relative(0.03, coherence=1.0))
+    setup = experiment(bp.noise.Relative(0.03, coherence=1.0))
     with pytest.raises(ValueError, match="coherence"):
-        one.data(with_error(0.03, 0.2))
+        setup.data(with_error(0.03, 0.2))
     data = experiment(bp.noise.Relative(0.03)).data(with_error(0.03, 0.2))
     with pytest.raises(InputError, match=r"noise.Relative\(coherence=\) reads a part"):
-        one.noise.distribution(one.predict(), data)
+        setup.noise.distribution(setup.predict(), data)
 
 
 @pytest.mark.parametrize(
@@ -168,10 +173,10 @@ def test_levels_that_are_none_are_refused(arguments, options, words):
 
 
 def test_planning_takes_the_level_of_an_earlier_measurement():
-    one = experiment(bp.noise.Relative(0.03))
-    assert one.noise.reads_measurement
-    assert not one.noise.reads_coherence
-    later = planned(one, with_error(0.03, 0.0))
+    setup = experiment(bp.noise.Relative(0.03))
+    assert setup.noise.reads_measurement
+    assert not setup.noise.reads_coherence
+    later = planned(setup, with_error(0.03, 0.0))
     assert later.noise.sigma == pytest.approx(0.03 / np.sqrt(2) / np.log(10), rel=1e-6)
 
 

@@ -53,8 +53,8 @@ def test_regions_add_up_to_the_stiffness(shared_data, name):
     regions = {path.stem: path for path in sorted(folder.glob("K_region_*.npz"))}
     system = matrix_files.read(folder / "K.npz", folder / "M.npz", regions=regions)
     assert system.regions.keys() == regions.keys()
-    rest = abs(sum(system.regions.values()) - system.stiffness).max()
-    assert rest < 1e-12 * abs(system.stiffness).max()
+    difference = abs(sum(system.regions.values()) - system.stiffness).max()
+    assert difference < 1e-12 * abs(system.stiffness).max()
 
 
 SKEW = CHAIN + scipy.sparse.diags_array(np.full(SIZE - 1, 1e-3), offsets=1, shape=(SIZE, SIZE))

@@ -34,12 +34,12 @@ def test_an_experiment_alone_is_a_study(tmp_path):
 
 
 def test_measurement_engine_and_truth_are_taken_along(tmp_path):
-    rest = """
+    declarations = """
 measurement = experiment.nominal_measurement()
 engine = bp.engines.SMC(particles=100)
 truth = {"sensor.s1.position": 0.26}
 """
-    study = model.read(str(written(tmp_path, EXPERIMENT + rest)))
+    study = model.read(str(written(tmp_path, EXPERIMENT + declarations)))
     np.testing.assert_array_equal(study.measurement.frequency, [100.0, 150.0])
     assert study.engine == bp.engines.SMC(particles=100)
     assert study.truth == {"sensor.s1.position": 0.26}
@@ -85,7 +85,7 @@ def test_a_file_without_an_experiment_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "given", "needed"),
+    ("name", "value", "type_name", "needed"),
     [
         ("experiment", "modes", "Bar|Modes|Beam", "Experiment"),
         ("measurement", "[1.0, 2.0]", "list", "Measurement"),
@@ -93,9 +93,9 @@ def test_a_file_without_an_experiment_is_refused(tmp_path):
         ("truth", "0.26", "float", "dict"),
     ],
 )
-def test_something_else_under_a_known_name_is_refused(tmp_path, name, value, given, needed):
+def test_something_else_under_a_known_name_is_refused(tmp_path, name, value, type_name, needed):
     path = written(tmp_path, f"{EXPERIMENT}\n{name} = {value}\n")
-    with pytest.raises(ValueError, match=rf"`{name}` in .*({given}).*; a {needed} is needed"):
+    with pytest.raises(ValueError, match=rf"`{name}` in .*({type_name}).*; a {needed} is needed"):
         model.read(path)
 
 

@@ -161,8 +161,8 @@ def test_files_of_another_kind(tmp_path, monkeypatch, read):
 
 @pytest.mark.parametrize("share", [0.01, 0.5, 0.999])
 def test_a_cut_file_is_told(tmp_path, share):
-    whole = example("nas2cam_extseout", "full.op2").read_bytes()
-    (tmp_path / "cut.op2").write_bytes(whole[: int(share * len(whole))])
+    content = example("nas2cam_extseout", "full.op2").read_bytes()
+    (tmp_path / "cut.op2").write_bytes(content[: int(share * len(content))])
     with pytest.raises(ValueError, match=r"cut.op2 (cannot be read as|holds eigenvectors none)"):
         nastran.read_modes(tmp_path / "cut.op2")
 
@@ -184,19 +184,19 @@ def written(path, matrices, **how):
 def test_matrices_of_an_output4_file(tmp_path, binary, sparse):
     held = {"maa": MASS, "kaa": STIFFNESS, "k2": 0.5 * STIFFNESS, "phi": STIFFNESS[:, :2]}
     path = written(tmp_path / "m.op4", held, binary=binary, sparse=sparse)
-    found = nastran.read_matrices(path, regions={"half": "K2"})
-    np.testing.assert_allclose(found.stiffness.toarray(), STIFFNESS.toarray(), rtol=1e-14)
-    np.testing.assert_allclose(found.mass.toarray(), MASS.toarray(), rtol=1e-14)
-    np.testing.assert_allclose(found.regions["half"].toarray(), 0.5 * STIFFNESS.toarray())
-    assert isinstance(found.mass, scipy.sparse.csc_array)
+    system = nastran.read_matrices(path, regions={"half": "K2"})
+    np.testing.assert_allclose(system.stiffness.toarray(), STIFFNESS.toarray(), rtol=1e-14)
+    np.testing.assert_allclose(system.mass.toarray(), MASS.toarray(), rtol=1e-14)
+    np.testing.assert_allclose(system.regions["half"].toarray(), 0.5 * STIFFNESS.toarray())
+    assert isinstance(system.mass, scipy.sparse.csc_array)
 
 
 def test_matrices_that_nastran_wrote():
     path = example("nas2cam_extseout", "inboard.op4")
     expected = op4.read(str(path), ["kxx", "mxx"])
-    found = nastran.read_matrices(path, stiffness="KXX", mass="MXX")
-    np.testing.assert_array_equal(found.stiffness.toarray(), expected["kxx"])
-    np.testing.assert_array_equal(found.mass.toarray(), expected["mxx"])
+    system = nastran.read_matrices(path, stiffness="KXX", mass="MXX")
+    np.testing.assert_array_equal(system.stiffness.toarray(), expected["kxx"])
+    np.testing.assert_array_equal(system.mass.toarray(), expected["mxx"])
 
 
 def test_matrices_by_names_that_the_file_does_not_have(tmp_path):
@@ -219,6 +219,6 @@ def test_modal_masses_stay_with_their_modes(monkeypatch, free):
     monkeypatch.setattr(nastran, "_tables", lambda _: tables | {"lama": lama})
     order = np.argsort(np.abs(lama[:, 4]), kind="stable")
     assert order[:6].tolist() != [0, 1, 2, 3, 4, 5]
-    found = nastran.read_modes(Path("any.op2"))
+    modes = nastran.read_modes(Path("any.op2"))
     expected = tables["oug"].to_numpy()[:, order] / np.sqrt(lama[order, 5])
-    np.testing.assert_allclose(found.shape, expected, rtol=1e-5)
+    np.testing.assert_allclose(modes.shape, expected, rtol=1e-5)

@@ -270,9 +270,9 @@ CASE = {
 
 
 def bar_measurement():
-    whole = measurement()
+    full_measurement = measurement()
     return dataclasses.replace(
-        whole.channels(["s1+x"], ["a1+x"]),
+        full_measurement.channels(["s1+x"], ["a1+x"]),
         positions={"s1": (0.25, 0.0, 0.0), "a1": (0.5, 0.0, 0.0)},
     )
 
@@ -388,7 +388,7 @@ def damaged(content, changes):
     return content
 
 
-def check_damage_is_told(folder, reader, whole, changes):
+def check_damage_is_told(folder, reader, expected, changes):
     content = damaged(reader.content, changes)
     path = folder / reader.name
     path.write_bytes(content)
@@ -400,11 +400,11 @@ def check_damage_is_told(folder, reader, whole, changes):
         assert str(folder) in str(error), "an error names the file"
         return
     if reader.exact or content == reader.content:
-        assert read.keys() == whole.keys()
-        for name, values in whole.items():
+        assert read.keys() == expected.keys()
+        for name, values in expected.items():
             np.testing.assert_array_equal(read[name], values)
     for name, values in read.items():
-        assert np.all(np.isfinite(values) | np.isnan(whole.get(name, np.nan)).any())
+        assert np.all(np.isfinite(values) | np.isnan(expected.get(name, np.nan)).any())
         assert np.all(np.abs(values) <= 1e30)
 
 

@@ -66,13 +66,14 @@ def test_the_file_holds_the_noise_that_its_coherence_tells(exact):
 
 
 def test_the_file_records_other_places_than_the_true_ones():
-    found = uff.read(MODELS / "bar.uff")
+    measurement = uff.read(MODELS / "bar.uff")
     truth = json.loads((MODELS / "bar_truth.json").read_text())
-    assert [one.label for one in found.sensors + found.actuators] == ["s1+x", "a1+x"]
-    assert found.averages == truth["averages"] == 16
-    for one in (truth["sensor"], truth["actuator"]):
-        recorded, true = found.positions[one["name"]][0], one["true_position_m"]
-        assert recorded == one["recorded_position_m"]
+    channels = measurement.sensors + measurement.actuators
+    assert [channel.label for channel in channels] == ["s1+x", "a1+x"]
+    assert measurement.averages == truth["averages"] == 16
+    for transducer in (truth["sensor"], truth["actuator"]):
+        recorded, true = measurement.positions[transducer["name"]][0], transducer["true_position_m"]
+        assert recorded == transducer["recorded_position_m"]
         assert 0 < abs(recorded - true) < truth["position_tolerance_m"]
 
 

@@ -10,13 +10,13 @@ SIZES = study.Sizes(draws=300, kernels=40, particles=160, moves=5, nodes=0, plac
 
 
 @pytest.fixture(scope="module")
-def found():
+def outcome():
     return study.study(SIZES, (study.WITHOUT, study.WITH))
 
 
 @pytest.mark.long
-def test_both_approaches_see_the_very_same_data(found):
-    trees = [result for results in found.results.values() for result in results.values()]
+def test_both_approaches_see_the_very_same_data(outcome):
+    trees = [result for results in outcome.results.values() for result in results.values()]
     assert len(trees) == 4
     measured = [tree["observed_data"]["measured"] for tree in trees]
     for values in measured:
@@ -25,30 +25,30 @@ def test_both_approaches_see_the_very_same_data(found):
 
 
 @pytest.mark.long
-def test_the_table_has_a_row_for_each_approach(found):
-    rows = study.table(found, study.WITH)
+def test_the_table_has_a_row_for_each_approach(outcome):
+    rows = study.table(outcome, study.WITH)
     assert list(rows.index) == [study.KDE, study.LATENT]
     for name in ("modes.youngs_modulus mean", "effects.point_mass.mass variation", "seconds"):
         assert np.all(rows[name].astype(float) >= 0)
     assert float(rows.loc[study.KDE, "kernel / noise"]) > 5
     assert rows.loc[study.LATENT, "kernel / noise"] == "-"
-    assert "effects.point_mass.mass mean" not in study.table(found, study.WITHOUT)
+    assert "effects.point_mass.mass mean" not in study.table(outcome, study.WITHOUT)
 
 
 @pytest.mark.long
-def test_a_hidden_effect_biases_and_adding_it_corrects(found):
-    true = found.scenes[study.WITH].truth[study.STIFFNESS]
+def test_a_hidden_effect_biases_and_adding_it_corrects(outcome):
+    true = outcome.scenes[study.WITH].truth[study.STIFFNESS]
     means = {
         scene: float(results[study.LATENT]["posterior"][study.STIFFNESS].mean())
-        for scene, results in found.results.items()
+        for scene, results in outcome.results.items()
     }
     assert abs(means[study.WITHOUT] - true) > 0.04 * true
     assert abs(means[study.WITH] - true) < 0.02 * true
 
 
 @pytest.mark.long
-def test_the_sentences_say_what_follows(found):
-    sentences = study.sentences(found)
+def test_the_sentences_say_what_follows(outcome):
+    sentences = study.sentences(outcome)
     for beginning in (
         f"{study.WITH}: the kernels are ",
         f"{study.WITH}, KDE: Importance sampling is unreliable here",
@@ -62,9 +62,9 @@ def test_the_sentences_say_what_follows(found):
 
 
 @pytest.mark.long
-def test_the_command_writes_tables_words_and_a_figure(found, tmp_path, monkeypatch, capsys):
+def test_the_command_writes_tables_words_and_a_figure(outcome, tmp_path, monkeypatch, capsys):
     asked = []
-    monkeypatch.setattr(study, "study", lambda *given: asked.append(given) or found)
+    monkeypatch.setattr(study, "study", lambda *arguments: asked.append(arguments) or outcome)
     study.main(["--fast", "--out", str(tmp_path / "new")])
     assert asked == [(study.FAST, (study.WITHOUT, study.WITH))]
     text = capsys.readouterr().out
@@ -74,8 +74,8 @@ def test_the_command_writes_tables_words_and_a_figure(found, tmp_path, monkeypat
 
 
 @pytest.mark.long
-def test_the_figure_names_parameter_unit_and_approaches(found):
-    for axis, name in zip(study.figure(found).axes, found.results, strict=True):
+def test_the_figure_names_parameter_unit_and_approaches(outcome):
+    for axis, name in zip(study.figure(outcome).axes, outcome.results, strict=True):
         assert axis.get_title() == name
         assert axis.get_xlabel() == "structure.modes.youngs_modulus [Pa]"
         labels = [text.get_text() for text in axis.get_legend().get_texts()]
@@ -90,13 +90,13 @@ def test_quadrature_joins_where_parameters_are_few():
     }
     assert names[study.PAPER] == names[study.WITHOUT] == [study.KDE, study.LATENT, study.EXACT]
     assert names[study.WITH] == [study.KDE, study.LATENT]
-    few = study.approaches(scenes[study.PAPER].experiment, study.FAST)
-    assert [method.name for method in few] == [study.KDE, study.LATENT]
+    methods = study.approaches(scenes[study.PAPER].experiment, study.FAST)
+    assert [method.name for method in methods] == [study.KDE, study.LATENT]
 
 
 @pytest.mark.long
-def test_all_draws_in_one_place_are_drawn_as_a_line(found):
-    axis = study.figure(found).axes[0]
+def test_all_draws_in_one_place_are_drawn_as_a_line(outcome):
+    axis = study.figure(outcome).axes[0]
     before = len(axis.lines)
     study._density(axis, np.full(50, 1e9), label="copies", color="C3", linestyle="-")
     assert len(axis.lines) == before + 1

@@ -46,13 +46,15 @@ def test_the_committed_truth_is_the_one_that_the_script_tells(made):
 
 
 def test_the_committed_measurement_is_the_one_that_the_script_makes(made):
-    ours, theirs = (pyuff.UFF(str(one / "hidden_effect.uff")).read_sets() for one in (made, MODELS))
+    ours, theirs = (
+        pyuff.UFF(str(folder / "hidden_effect.uff")).read_sets() for folder in (made, MODELS)
+    )
     assert len(ours) == len(theirs) == 2 + 2 * len(script.SENSORS)
-    for one, other in zip(ours, theirs, strict=True):
+    for dataset, other in zip(ours, theirs, strict=True):
         # A rounded value may fall either way where linear algebra libraries differ.
-        if one["type"] == 58:
-            np.testing.assert_allclose(one.pop("data"), other.pop("data"), rtol=1e-5)
-        np.testing.assert_equal(one, other)
+        if dataset["type"] == 58:
+            np.testing.assert_allclose(dataset.pop("data"), other.pop("data"), rtol=1e-5)
+        np.testing.assert_equal(dataset, other)
 
 
 def test_the_script_knows_nothing_of_the_package():
@@ -74,9 +76,9 @@ def test_it_also_runs_as_a_script_from_anywhere(tmp_path):
 
 
 def test_the_mesh_has_converged(exact):
-    few = [5, 70, 135, -1]
-    finer = script.accelerance(script.FREQUENCY[few], 2 * bar_measurement.ELEMENTS)
-    assert np.max(np.abs(exact[:, few] / finer - 1)) < 2e-4
+    lines = [5, 70, 135, -1]
+    finer = script.accelerance(script.FREQUENCY[lines], 2 * bar_measurement.ELEMENTS)
+    assert np.max(np.abs(exact[:, lines] / finer - 1)) < 2e-4
 
 
 @pytest.mark.parametrize("clamped", [True, False])
@@ -91,25 +93,26 @@ def test_another_simulator_agrees(exact, clamped):
 
 
 def test_the_file_holds_the_noise_that_its_coherence_tells(exact):
-    found = uff.read(MODELS / "hidden_effect.uff").converted("accelerance")
+    measurement = uff.read(MODELS / "hidden_effect.uff").converted("accelerance")
     level = np.sqrt(np.mean(np.abs(exact) ** 2, axis=1, keepdims=True))
     expected = (0.01 * np.maximum(np.abs(exact), 0.05 * level)) ** 2
-    variance = found.noise_variance()[:, 0]
-    assert np.allclose(found.frequency, script.FREQUENCY, rtol=1e-12)
+    variance = measurement.noise_variance()[:, 0]
+    assert np.allclose(measurement.frequency, script.FREQUENCY, rtol=1e-12)
     assert np.allclose(variance, expected, rtol=1e-5)
-    chi_square = np.abs(found.frf[:, 0] - exact) ** 2 / variance
+    chi_square = np.abs(measurement.frf[:, 0] - exact) ** 2 / variance
     assert abs(chi_square.mean() - 1) < 5 / np.sqrt(chi_square.size)
 
 
 def test_the_file_records_other_places_than_the_true_ones():
-    found = hidden_effect.measurement
+    measurement = hidden_effect.measurement
     truth = json.loads((MODELS / "hidden_effect_truth.json").read_text())
-    labels = [one.label for one in found.sensors + found.actuators]
+    labels = [channel.label for channel in measurement.sensors + measurement.actuators]
     assert labels == ["s1+x", "s2+x", "s3+x", "a1+x"]
-    assert found.averages == truth["averages"] == 32
-    for one in (*truth["sensors"], truth["actuator"]):
-        recorded, true = found.positions[one["name"]][0], one["true_position_m"]
-        assert recorded == one["recorded_position_m"] == hidden_effect.PLACES[one["name"]]
+    assert measurement.averages == truth["averages"] == 32
+    for transducer in (*truth["sensors"], truth["actuator"]):
+        name, true = transducer["name"], transducer["true_position_m"]
+        recorded = measurement.positions[name][0]
+        assert recorded == transducer["recorded_position_m"] == hidden_effect.PLACES[name]
         assert 0 < abs(recorded - true) < truth["position_tolerance_m"]
 
 

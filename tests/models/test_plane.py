@@ -80,8 +80,8 @@ def fitted(frequency, measured, resonances):
             -(frequency**2) / (f**2 - frequency**2 + 2j * z * f * frequency)
             for f, z in poles.reshape(-1, 2)
         ]
-        both = np.array([*modal, np.ones_like(frequency), frequency**2 / frequency[0] ** 2])
-        return np.concatenate([both.real, both.imag], axis=1).T
+        columns = np.array([*modal, np.ones_like(frequency), frequency**2 / frequency[0] ** 2])
+        return np.concatenate([columns.real, columns.imag], axis=1).T
 
     def residual(poles):
         columns = basis(poles)

@@ -192,7 +192,7 @@ NOISES = [NoiseNeeded(0.3, 4.3, 0.0), NoiseNeeded(0.17, 2.5, 0.0)]
 def test_the_error_that_falls_is_none_that_noise_or_model_error_take_up(change, shown, quantity):
     ((field, values),) = change.items()
     exact = (step(None, 1.0), step("point_mass", 1.0))
-    steps = [replace(given, **{field: x}) for given, x in zip(exact, values, strict=True)]
+    steps = [replace(template, **{field: x}) for template, x in zip(exact, values, strict=True)]
     (panel,) = ledger_plots.error_falls(ledger(*steps)).axes
     np.testing.assert_allclose(panel.lines[0].get_ydata(), shown)
     assert quantity in panel.get_ylabel()

@@ -251,8 +251,8 @@ def test_each_force_level_has_panels_of_its_own():
         second = first.isel(frequency=slice(None, None, -1)).assign_coords(
             frequency=first["frequency"]
         )
-        both = [run.assign_coords(force_level=n) for run, n in ((first, 0.5), (second, 2.0))]
-        tree[group] = xr.DataTree(xr.concat(both, "force_level"))
+        runs = [run.assign_coords(force_level=n) for run, n in ((first, 0.5), (second, 2.0))]
+        tree[group] = xr.DataTree(xr.concat(runs, "force_level"))
     figure = bp.plots.posterior.measured_against_band(tree)
     pairs = [f"sensor s{n}+x, actuator a1+x" for n in (1, 2)]
     assert [axis.get_title() for axis in figure.axes] == [

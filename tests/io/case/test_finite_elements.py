@@ -112,19 +112,21 @@ def test_orientation_matters(study):
 
 
 def test_a_model_of_another_kind_is_refused(folder):
-    rewritten(folder / "case.json", lambda it: it["structure"].update(type="a shell"))
+    rewritten(folder / "case.json", lambda content: content["structure"].update(type="a shell"))
     with pytest.raises(case.CaseError, match=r'structure.type is "a shell".*thin Kirchhoff plate'):
         case.read(folder)
 
 
 def test_a_model_of_another_structure_is_refused(folder):
-    rewritten(folder / "case.json", lambda it: it["structure"].update(thickness_m=0.005))
+    rewritten(folder / "case.json", lambda content: content["structure"].update(thickness_m=0.005))
     with pytest.raises(case.CaseError, match=r"structure.thickness_m is 0.004.*says 0.005; both"):
         case.read(folder)
 
 
 def test_a_model_that_is_not_there_is_refused(folder):
-    rewritten(folder / "case.json", lambda it: it.update(nominal_fe_model="../models/shell"))
+    rewritten(
+        folder / "case.json", lambda content: content.update(nominal_fe_model="../models/shell")
+    )
     with pytest.raises(FileNotFoundError, match=r"shell"):
         case.read(folder)
 
@@ -149,13 +151,15 @@ def test_matrices_that_are_none_are_refused(folder):
 
 
 def test_a_place_beside_the_model_is_refused(folder):
-    rewritten(folder / "case.json", lambda it: it["sensors"][0].update(position_m=[0.5, 0.1, 0]))
+    rewritten(
+        folder / "case.json", lambda content: content["sensors"][0].update(position_m=[0.5, 0.1, 0])
+    )
     with pytest.raises(case.CaseError, match=r"position_m .*coordinates \[m\] among the nodes"):
         case.read(folder)
 
 
 def test_a_direction_in_which_a_plate_does_not_move_is_refused(folder):
-    rewritten(folder / "case.json", lambda it: it["sensors"][0].update(directions=[1]))
+    rewritten(folder / "case.json", lambda content: content["sensors"][0].update(directions=[1]))
     with pytest.raises(
         case.CaseError, match=r"directions of \"s1\" is \[1\]; a list of directions"
     ):

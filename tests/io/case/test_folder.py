@@ -83,12 +83,12 @@ BEAM = {
 
 
 def beam_case():
-    one = copy.deepcopy(BAR) | {"structure": copy.deepcopy(BEAM), "uncertain_parameters": []}
+    content = copy.deepcopy(BAR) | {"structure": copy.deepcopy(BEAM), "uncertain_parameters": []}
     for side, channels in (("sensors", "out_channels"), ("actuators", "in_channels")):
-        for transducer in one[side]:
+        for transducer in content[side]:
             transducer["directions"] = [3]
-        one["measurement"][channels] = [[transducer["id"], 3] for transducer in one[side]]
-    return one
+        content["measurement"][channels] = [[transducer["id"], 3] for transducer in content[side]]
+    return content
 
 
 def measured(**changes):
@@ -144,8 +144,8 @@ def bar(tmp_path_factory):
 
 def test_priors_sit_at_the_leaves_of_what_they_are_for(bar):
     loaded = {
-        one.name: (float(one.distribution.low), float(one.distribution.high))
-        for one in bar.experiment.unknowns
+        unknown.name: (float(unknown.distribution.low), float(unknown.distribution.high))
+        for unknown in bar.experiment.unknowns
     }
     assert loaded == {
         "structure.modes.youngs_modulus": (9e8, 1.1e9),
@@ -196,7 +196,7 @@ def test_a_suspended_beam_hangs_on_its_springs(tmp_path):
     assert (modes.area, modes.rigid_body_modes, modes.axes) == (0.04 * 0.012, 2, (3,))
     assert modes.second_moment == pytest.approx(0.04 * 0.012**3 / 12)
     springs = experiment.structure.effects
-    assert [(name, float(one.at), one.stiffness) for name, one in springs.items()] == [
+    assert [(name, float(spring.at), spring.stiffness) for name, spring in springs.items()] == [
         ("suspension_1", 0.2, 230.0),
         ("suspension_2", 1.0, 99.0),
     ]
@@ -292,7 +292,7 @@ def test_each_force_level_is_a_measurement(tmp_path):
     file = measured(frf=2 * measured().frf)
     study = case.read(written(tmp_path, LEVELS, measured_level2=file))
     assert study.experiment.force_levels == (0.02, 0.06)
-    assert [one.force_level for one in study.measurement] == [0.02, 0.06]
+    assert [measurement.force_level for measurement in study.measurement] == [0.02, 0.06]
     assert study.experiment.data(study.measurement).z.shape == (2, 1, 2, 2, 6)
     np.testing.assert_allclose(study.measurement[1].frf, 2 * study.measurement[0].frf)
 
@@ -710,8 +710,8 @@ def test_what_is_no_universal_file_is_refused(tmp_path):
 
 
 def sides(study):
-    one = study.measurement[0] if isinstance(study.measurement, tuple) else study.measurement
-    return len(one.sensors), len(one.actuators), one.frequency.size
+    first = study.measurement[0] if isinstance(study.measurement, tuple) else study.measurement
+    return len(first.sensors), len(first.actuators), first.frequency.size
 
 
 @pytest.mark.parametrize(

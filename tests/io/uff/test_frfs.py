@@ -538,9 +538,9 @@ def test_two_nodes_of_one_name_are_refused(tmp_path):
 
 
 def test_two_numbers_of_averages_are_refused(tmp_path):
-    several = function(id4='{"averages": 4}'), function(ref_node=102, id4='{"averages": 8}')
+    datasets = function(id4='{"averages": 4}'), function(ref_node=102, id4='{"averages": 8}')
     with pytest.raises(uff.MeasurementFileError, match="averages=8 and an earlier FRF averages=4"):
-        uff.read(by_pyuff(tmp_path, nodes(1, 101, 102), *several))
+        uff.read(by_pyuff(tmp_path, nodes(1, 101, 102), *datasets))
 
 
 def test_an_id_line_of_others_is_no_note(tmp_path):
