@@ -29,7 +29,7 @@ def free_beam():
 
 def solid(cells, size):
     """Block of linear hexahedra: stiffness, mass, position, dof; three rows a node."""
-    sides = [np.linspace(0.0, one, count + 1) for one, count in zip(size, cells, strict=True)]
+    sides = [np.linspace(0.0, length, count + 1) for length, count in zip(size, cells, strict=True)]
     mesh = MeshHex.init_tensor(*sides)
     basis = Basis(mesh, ElementVector(ElementHex1()))
     stiffness = linear_elasticity(*lame_parameters(STIFFNESS, POISSON)).assemble(basis)
@@ -45,7 +45,9 @@ class Plate:
 
     def __init__(self, cells, size, thickness=0.004):
         self.size, self.thickness = size, thickness
-        sides = [np.linspace(0.0, one, count + 1) for one, count in zip(size, cells, strict=True)]
+        sides = [
+            np.linspace(0.0, length, count + 1) for length, count in zip(size, cells, strict=True)
+        ]
         mesh = MeshQuad.init_tensor(*sides)
         basis = Basis(mesh, ElementQuadBFS())
         self.rigidity = STIFFNESS * thickness**3 / 12 / (1 - POISSON**2)
@@ -54,8 +56,8 @@ class Plate:
         place, direction, sign = mesh.p.T, np.array([3, 5, 4, 7]), np.array([1.0, -1.0, 1.0, 1.0])
         self.dof = np.empty((basis.N, 2), dtype=int)
         turn = np.empty(basis.N)
-        for rows, one, way in zip(nodal, direction, sign, strict=True):
-            self.dof[rows] = np.column_stack([np.arange(1, len(place) + 1), 0 * rows + one])
+        for rows, axis, way in zip(nodal, direction, sign, strict=True):
+            self.dof[rows] = np.column_stack([np.arange(1, len(place) + 1), 0 * rows + axis])
             turn[rows] = way
         self.turn = diags_array(turn)
         self.position = np.column_stack([place, 0 * place[:, 0]])

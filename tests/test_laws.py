@@ -68,9 +68,9 @@ def structure(pair):
 @functools.cache
 def response(pair):
     """Receptance [sensor, actuator, frequency] in all places, then its mirror in frequency."""
-    both = np.concatenate([OMEGA, -OMEGA])
+    omega = np.concatenate([OMEGA, -OMEGA])
     every = np.concatenate([PLACES, OTHERS])
-    return np.asarray(jax.jit(read)(structure(pair), every, every, both))
+    return np.asarray(jax.jit(read)(structure(pair), every, every, omega))
 
 
 STEP = 1e-6
@@ -80,11 +80,11 @@ STEP = 1e-6
 def neighbours(pair):
     """Receptance and its slopes in both places: there, and a step to either side of each."""
 
-    def one(place, other):
+    def pair_response(place, other):
         return read(structure(pair), place[None], other[None], OMEGA)[0, 0]
 
-    slopes = jax.jacfwd(one, argnums=(0, 1))
-    every = jax.jit(jax.vmap(lambda s, a: (one(s, a), *slopes(s, a))))
+    slopes = jax.jacfwd(pair_response, argnums=(0, 1))
+    every = jax.jit(jax.vmap(lambda s, a: (pair_response(s, a), *slopes(s, a))))
     steps = STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])[:, :, None]
     places, others = PLACES + steps[:, 0], OTHERS + steps[:, 1]
     return [np.asarray(v).reshape(5, 3, -1) for v in every(places.ravel(), others.ravel())]
@@ -92,9 +92,11 @@ def neighbours(pair):
 
 @table
 def test_receptance_is_symmetric(pair):
-    found = response(pair)
-    size = np.abs(found).max(axis=(0, 1))
-    np.testing.assert_allclose(found / size, np.swapaxes(found, 0, 1) / size, atol=1e-14)
+    receptances = response(pair)
+    size = np.abs(receptances).max(axis=(0, 1))
+    np.testing.assert_allclose(
+        receptances / size, np.swapaxes(receptances, 0, 1) / size, atol=1e-14
+    )
 
 
 @table
@@ -116,19 +118,19 @@ def test_damping_dissipates_at_every_driving_point(pair):
 
 @table
 def test_the_order_of_modes_is_of_no_consequence(pair):
-    one = structure(pair)
-    rigid = one.modes.rigid_body_modes
+    base = structure(pair)
+    rigid = base.modes.rigid_body_modes
     order = [*range(rigid), *(rigid + np.random.default_rng(3).permutation(MODES - rigid))]
-    changes = {"wave_numbers": tuple(one.modes.wave_numbers[i] for i in order)}
-    if isinstance(one.modes, beams.UniformBeam):
-        changes["coefficients"] = tuple(one.modes.coefficients[i] for i in order)
-    law = one.damping
+    changes = {"wave_numbers": tuple(base.modes.wave_numbers[i] for i in order)}
+    if isinstance(base.modes, beams.UniformBeam):
+        changes["coefficients"] = tuple(base.modes.coefficients[i] for i in order)
+    law = base.damping
     if isinstance(law, damping.Modal):
         law = damping.Modal(law.ratios(MODES, rigid)[np.array(order[rigid:])])
-    shuffled = Structure(dataclasses.replace(one.modes, **changes), damping=law)
-    found = read(shuffled, PLACES, OTHERS, OMEGA)
+    shuffled = Structure(dataclasses.replace(base.modes, **changes), damping=law)
+    receptances = read(shuffled, PLACES, OTHERS, OMEGA)
     expected = response(pair)[:3, 3:, : OMEGA.size]
-    np.testing.assert_allclose(found, expected, atol=1e-13 * np.abs(expected).max())
+    np.testing.assert_allclose(receptances, expected, atol=1e-13 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -137,9 +139,9 @@ def test_seen_from_the_other_end_nothing_changes(shape, law):
     make = beams.beam if shape.startswith("beam") else beams.bar
     quantities = BEAM if make is beams.beam else BAR
     turned = Structure(make(MODES, **quantities, ends=MIRRORED[shape]), damping=LAWS[law])
-    found = read(turned, LENGTH - PLACES, LENGTH - OTHERS, OMEGA)
+    receptances = read(turned, LENGTH - PLACES, LENGTH - OTHERS, OMEGA)
     expected = response((shape, law))[:3, 3:, : OMEGA.size]
-    np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(receptances, expected, atol=1e-9 * np.abs(expected).max())
 
 
 @table
@@ -151,10 +153,10 @@ def test_vmap_equals_loop(pair):
 @table
 def test_jit_equals_no_jit(pair):
     every = jnp.concatenate([PLACES, OTHERS])
-    both = jnp.concatenate([OMEGA, -OMEGA])
-    found = read(structure(pair), every, every, both)
+    omega = jnp.concatenate([OMEGA, -OMEGA])
+    receptances = read(structure(pair), every, every, omega)
     size = np.abs(response(pair)).max()
-    np.testing.assert_allclose(found, response(pair), rtol=1e-10, atol=1e-13 * size)
+    np.testing.assert_allclose(receptances, response(pair), rtol=1e-10, atol=1e-13 * size)
 
 
 @table

@@ -30,8 +30,8 @@ def sections():
     text = (ROOT / "README.md").read_text()
     parts = re.split(r"^## (.+)$", text, flags=re.MULTILINE)[1:]
     titles, bodies = parts[::2], parts[1::2]
-    found = {title: blocks(body) for title, body in zip(titles, bodies, strict=True)}
-    return {title: code for title, code in found.items() if code}
+    code_blocks = {title: blocks(body) for title, body in zip(titles, bodies, strict=True)}
+    return {title: code for title, code in code_blocks.items() if code}
 
 
 def blocks(text):

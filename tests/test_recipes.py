@@ -49,8 +49,8 @@ def copy(tmp_path_factory):
 
     law, line = blocks("Add a damping law")
     file = package / "experiment/damping.py"
-    before, found, after = file.read_text().partition("LAWS: tuple[type[Damping], ...] = (\n")
-    file.write_text(before + law + "\n\n" + found + line + after)
+    before, marker, after = file.read_text().partition("LAWS: tuple[type[Damping], ...] = (\n")
+    file.write_text(before + law + "\n\n" + marker + line + after)
 
     for heading, registry in (
         ("Add an effect", "effects/registry.py"),

@@ -53,7 +53,7 @@ SEEDS, REFERENCE_SEEDS = 5, 20
 def kde_runs(experiment, marginal):
     """Likelihoods and values of 1000 draws from the prior, for several seeds, compiled once."""
     data = experiment.data(experiment.nominal_measurement())
-    laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
+    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
     prior = UnconstrainedModel(lambda: None, laws)
 
     def likelihoods(key, vectors):
@@ -69,25 +69,25 @@ def kde_runs(experiment, marginal):
 @pytest.mark.parametrize(("kernel", "ratios", "places", "kl", "first", "second", "ess"), KDE_TABLE)
 def test_kde_table(kernel, ratios, places, kl, first, second, ess):
     experiment = bar.placed(*places, noise=None, structure=bar.bar(*ratios))
-    found = []
+    runs = []
     for likelihood, values in kde_runs(
         experiment, bp.marginals.KDE(placement_draws=800, kernel=kernel)
     ):
         log_weight = likelihood - logsumexp(likelihood)
         weighting = Weighting(log_weight[None])
         rows = {name: figures(np.asarray(v)[None], weighting) for name, v in values.items()}
-        found.append((from_prior_draws(likelihood).kl, rows))
+        runs.append((from_prior_draws(likelihood).kl, rows))
     # Both means, over our seeds and over those of the table, have an error.
     errors = 4 * np.sqrt(1 / SEEDS + 1 / REFERENCE_SEEDS)
-    assert abs(np.mean([one for one, _ in found]) - kl[0]) < errors * kl[1]
+    assert abs(np.mean([divergence for divergence, _ in runs]) - kl[0]) < errors * kl[1]
     for number, expected in enumerate((first, second), start=1):
         if expected is not None:
             mean, variation, spread = expected
-            several = [rows[f"structure.damping.ratio.{number}"] for _, rows in found]
-            assert abs(np.mean([row.cv for row in several]) - variation) < errors * spread
+            ratio_rows = [rows[f"structure.damping.ratio.{number}"] for _, rows in runs]
+            assert abs(np.mean([row.cv for row in ratio_rows]) - variation) < errors * spread
             within = errors * mean * variation / np.sqrt(ess)
-            assert abs(np.mean([row.mean for row in several]) - mean) < within
-            assert np.mean([row.ess for row in several]) == pytest.approx(ess, rel=0.25)
+            assert abs(np.mean([row.mean for row in ratio_rows]) - mean) < within
+            assert np.mean([row.ess for row in ratio_rows]) == pytest.approx(ess, rel=0.25)
 
 
 @pytest.mark.parametrize(("sigma", "places", "expected"), EXACT_TABLE)
@@ -95,7 +95,7 @@ def test_exact_table(sigma, places, expected):
     experiment = bar.placed(*places, bp.noise.Gaussian(sigma))
     marginal = bp.marginals.Quadrature(nodes=48)
     data = experiment.data(experiment.nominal_measurement())
-    laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
+    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
     target = UnconstrainedModel(marginal.model(experiment, data, jax.random.PRNGKey(0)), laws)
     draws = bp.engines.Grid(nodes=24).run(target, jax.random.PRNGKey(0), no_progress)
     weighting = Weighting(np.asarray(draws.log_weight), exact=True)

@@ -21,7 +21,7 @@ class Leaf(eqx.Module):
 class Tree(eqx.Module):
     part: OrderedDict[str, Leaf] = eqx.field(metadata=_sites.owners(_sites.Role.PLACEMENT))
     plain: object
-    rest: object = eqx.field(default=0.0, metadata=_sites.owners(_sites.Role.OUTPUT_ERROR))
+    noise: object = eqx.field(default=0.0, metadata=_sites.owners(_sites.Role.OUTPUT_ERROR))
 
 
 def tree():
@@ -53,16 +53,16 @@ def test_an_unknown_knows_its_owner_its_role_and_its_place_within():
 
 
 def test_an_owner_within_an_owner_is_the_nearer_one():
-    outer = Tree(part=OrderedDict(), plain=0.0, rest=tree())
+    outer = Tree(part=OrderedDict(), plain=0.0, noise=tree())
     mass, *_, plain = _sites.unknowns(outer)
-    assert (mass.name, mass.owner) == ("rest.part.s10.mass", ("part", "s10"))
+    assert (mass.name, mass.owner) == ("noise.part.s10.mass", ("part", "s10"))
     assert (plain.owner, plain.field, plain.role) == (
-        ("rest", ""),
+        ("noise", ""),
         "plain",
         _sites.Role.OUTPUT_ERROR,
     )
     alone = _sites.unknowns(Tree(OrderedDict(), 0.0, dist.Normal(0.0, 1.0)))
-    assert (alone[0].owner, alone[0].field) == (("rest", ""), "")
+    assert (alone[0].owner, alone[0].field) == (("noise", ""), "")
 
 
 def test_names_can_be_a_word_of_a_name():

@@ -30,7 +30,7 @@ def structure(damping=None, **changes):
 
 
 def experiment(**changes):
-    given = {
+    arguments = {
         "structure": structure(),
         "sensors": [bp.Sensor("s1", at=0.2)],
         "actuators": [bp.Actuator("a1", at=0.3)],
@@ -38,18 +38,18 @@ def experiment(**changes):
         "observe": bp.observe.Complex("velocity"),
         "noise": bp.noise.Gaussian(1e-5),
     } | changes
-    return bp.Experiment(given.pop("structure"), **given)
+    return bp.Experiment(arguments.pop("structure"), **arguments)
 
 
 def measurement(**changes):
-    given = {
+    arguments = {
         "frf": np.full((1, 1, LINES.size), 1 + 1j),
         "frequency": LINES,
         "sensors": ["s1"],
         "actuators": ["a1"],
         "quantity": "mobility",
     } | changes
-    return bp.Measurement.from_arrays(given.pop("frf"), given.pop("frequency"), **given)
+    return bp.Measurement.from_arrays(arguments.pop("frf"), arguments.pop("frequency"), **arguments)
 
 
 def sensor_somewhere():

@@ -62,13 +62,13 @@ def test_sizes_are_shares_of_the_amplitude():
 
 @pytest.fixture(scope="module")
 def of_unknown_noise():
-    given = experiment()
+    base = experiment()
     return bp.Experiment(
-        given.structure,
-        sensors=list(given.sensor.values()),
-        actuators=list(given.actuator.values()),
-        frequency=given.frequency,
-        observe=given.observe,
+        base.structure,
+        sensors=list(base.sensor.values()),
+        actuators=list(base.actuator.values()),
+        frequency=base.frequency,
+        observe=base.observe,
         noise=bp.noise.FromCoherence(dist.LogUniform(0.1, 100.0)),
     )
 
@@ -82,8 +82,8 @@ def test_unknown_noise_that_takes_up_a_misfit_is_no_explanation(of_unknown_noise
 
 
 def test_explain_says_how_much_noise_the_best_needs(of_unknown_noise):
-    few = bp.effects.library(of_unknown_noise, ["point_mass", "gain_error"])
-    ranking = bp.explain(of_unknown_noise, measured(MASS), candidates=few)
+    candidates = bp.effects.library(of_unknown_noise, ["point_mass", "gain_error"])
+    ranking = bp.explain(of_unknown_noise, measured(MASS), candidates=candidates)
     assert ranking.steps[0].kind == "point_mass"
     assert ranking.steps[0].noise_needed.over_coherence == pytest.approx(1.0, rel=0.3)
     null = next(step for step in ranking.steps if not step.kind)

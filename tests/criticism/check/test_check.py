@@ -36,7 +36,7 @@ SETTINGS = {
 
 
 @pytest.fixture(scope="module", params=SETTINGS)
-def many(request, correct_model):
+def samples(request, correct_model):
     """Statistics of many correct models, of all their data and of the first sensor alone."""
     trees = [correct_model(seed, **SETTINGS[request.param]) for seed in SEEDS]
     rows = [(statistics(tree), statistics(tree, 0)) for tree in trees]
@@ -45,23 +45,23 @@ def many(request, correct_model):
 
 @pytest.mark.parametrize("group", [0, 1], ids=["all data", "one sensor"])
 @pytest.mark.parametrize("name", ["p_value", "whiteness"])
-def test_p_values_of_correct_models_are_uniform(many, name, group):
-    values = many[group][name].values
+def test_p_values_of_correct_models_are_uniform(samples, name, group):
+    values = samples[group][name].values
     assert stats.kstest(values, "uniform").pvalue > 1e-3
     assert np.mean(values < 0.05) < 0.05 + 4 * np.sqrt(0.05 * 0.95 / len(SEEDS))
 
 
 @pytest.mark.parametrize("group", [0, 1], ids=["all data", "one sensor"])
-def test_chi2_of_correct_models_has_the_expected_mean_and_spread(many, group):
-    sampled = many[group]
+def test_chi2_of_correct_models_has_the_expected_mean_and_spread(samples, group):
+    sampled = samples[group]
     excess = (sampled["chi2_per_datum"] - sampled["expected"]) / sampled["spread"]
     assert abs(float(excess.mean())) < 5 / np.sqrt(len(SEEDS))
     # A variance of n normal numbers has a relative error of sqrt(2 / n).
     assert abs(float(excess.var()) - 1) < 5 * np.sqrt(2 / len(SEEDS))
 
 
-def test_predictive_p_values_of_correct_models_are_not_extreme(many):
-    values = many[0]["predictive"].values
+def test_predictive_p_values_of_correct_models_are_not_extreme(samples):
+    values = samples[0]["predictive"].values
     assert np.mean(values < 0.05) < 0.15
     assert abs(values.mean() - 0.5) < 5 / np.sqrt(12 * len(SEEDS))
 

@@ -178,8 +178,8 @@ def test_one_more_sensor_teaches_no_less():
             noise=base.noise,
         )
         gains.append(estimated(information.ExpectedGain(placement_draws=16), experiment))
-    (fewer, first), (more, second) = gains
-    assert more - fewer > 3 * np.hypot(first, second)
+    (one_sensor, first), (two_sensors, second) = gains
+    assert two_sensors - one_sensor > 3 * np.hypot(first, second)
 
 
 def test_more_is_learnt_where_the_output_error_is_less(linear):

@@ -97,10 +97,10 @@ def by_pyapprox(experiment, backend, seeds=8):
 
     @jax.jit
     def responses(samples):
-        def one(values):
+        def response(values):
             return experiment.fix(dict(zip(LAWS, values, strict=True))).predict().ravel()
 
-        return jax.vmap(one, in_axes=1, out_axes=1)(samples)
+        return jax.vmap(response, in_axes=1, out_axes=1)(samples)
 
     def respond(samples):
         return np.asarray(responses(samples))
