@@ -53,8 +53,8 @@ def files(cache):
 @pytest.mark.skipif(sys.platform != "linux", reason="the cache directory of Linux")
 def test_a_second_run_compiles_nothing_and_two_at_once_do_no_harm(tmp_path):
     (tmp_path / "study.py").write_text(SMALL + ENGINE)
-    both = [started(tmp_path, tmp_path / "cache", "--out", name) for name in ("one", "two")]
-    assert all("Results and figures are in" in ended(process) for process in both)
+    processes = [started(tmp_path, tmp_path / "cache", "--out", name) for name in ("one", "two")]
+    assert all("Results and figures are in" in ended(process) for process in processes)
     kept = files(tmp_path / "cache")
     assert kept
     ended(started(tmp_path, tmp_path / "cache", "--out", "three"))

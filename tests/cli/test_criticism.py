@@ -223,8 +223,8 @@ def test_a_model_without_data_asks_for_them(tmp_path, command):
 
 
 def test_data_from_a_file_take_the_place_of_the_models_own(hidden, tmp_path):
-    own = bp.io.model.read(hidden[0] / "study.py").measurement
-    bp.io.uff.write(tmp_path / "fewer.uff", own.lines(own.frequency[1:]))
+    measurement = bp.io.model.read(hidden[0] / "study.py").measurement
+    bp.io.uff.write(tmp_path / "fewer.uff", measurement.lines(measurement.frequency[1:]))
     words = (hidden[0] / "study.py", "--data", tmp_path / "fewer.uff", "--out", tmp_path)
     assert "100" in refused("check", *words)
 

@@ -50,9 +50,9 @@ def run(*words):
     return CliRunner().invoke(app, ["place", *map(str, words), "--places", "4"])
 
 
-def written(folder, *more, **changes):
+def written(folder, *additions, **changes):
     path = folder / "study.py"
-    path.write_text(MODEL.format_map(PLAIN | changes) + "".join(more))
+    path.write_text(MODEL.format_map(PLAIN | changes) + "".join(additions))
     return path
 
 
@@ -106,13 +106,15 @@ def test_a_run_shows_priors_a_table_with_units_and_the_verdict(first):
 def test_table_and_map_agree_on_places_and_information(first):
     out = first[0] / "out"
     table = pd.read_csv(out / "placements.csv", index_col=0)
-    with xr.open_dataset(out / "map.nc", engine="h5netcdf") as whole:
-        np.testing.assert_allclose(whole["s1"], [0.2, 0.4, 0.6, 0.8])
-        np.testing.assert_allclose(whole["a1"], [0.2, 0.4, 0.6, 0.8])
-        best = whole["information_gain"].sel(s1=table["s1"][0], a1=table["a1"][0], method="nearest")
+    with xr.open_dataset(out / "map.nc", engine="h5netcdf") as dataset:
+        np.testing.assert_allclose(dataset["s1"], [0.2, 0.4, 0.6, 0.8])
+        np.testing.assert_allclose(dataset["a1"], [0.2, 0.4, 0.6, 0.8])
+        best = dataset["information_gain"].sel(
+            s1=table["s1"][0], a1=table["a1"][0], method="nearest"
+        )
         assert (
             float(best)
-            == float(whole["information_gain"].max())
+            == float(dataset["information_gain"].max())
             == pytest.approx(table["information_gain"].max())
         )
     assert len(table) == 16 and table["information_gain"].is_monotonic_decreasing
@@ -153,12 +155,12 @@ def test_to_ask_about_its_only_parameter_is_the_same(first):
 def test_another_seed_is_computed_anew(first):
     folder, _ = first
     done(folder, "--seed", 1, out="seed")
-    one, other = (
+    table, other = (
         pd.read_csv(folder / name / "placements.csv", index_col=0) for name in ("out", "seed")
     )
-    assert one["information_gain"][0] != other["information_gain"][0]
-    assert one["information_gain"][0] == pytest.approx(
-        other["information_gain"][0], abs=5 * one["information_gain_se"][0]
+    assert table["information_gain"][0] != other["information_gain"][0]
+    assert table["information_gain"][0] == pytest.approx(
+        other["information_gain"][0], abs=5 * table["information_gain_se"][0]
     )
 
 
@@ -196,8 +198,8 @@ def test_of_many_lines_some_are_taken_evenly(tmp_path):
 
 def test_data_come_first_and_then_there_is_less_to_learn(tmp_path, first):
     model = written(tmp_path, MEASUREMENT.format(draws=1000))
-    own = bp.io.model.read(model).measurement
-    bp.io.uff.write(tmp_path / "measured.uff", own)
+    measurement = bp.io.model.read(model).measurement
+    bp.io.uff.write(tmp_path / "measured.uff", measurement)
     words = ("--data", tmp_path / "measured.uff", "--search", "sequential")
     said, out = done(tmp_path, *words)
     assert any(line.startswith("earlier data ") for line in said.splitlines())
@@ -209,22 +211,22 @@ def test_an_estimator_starts_from_the_posterior_of_earlier_data_and_tells_its_wa
     tmp_path, monkeypatch
 ):
     study = bp.io.model.read(written(tmp_path, MEASUREMENT.format(draws=400)))
-    given = {}
+    calls = {}
 
     def infer_posterior(*arguments):
-        given["arguments"] = arguments
+        calls["arguments"] = arguments
         return xr.DataTree(xr.Dataset(attrs={"warnings": ["Look twice."]}))
 
     monkeypatch.setattr(_estimators, "infer_posterior", infer_posterior)
 
     def kde(*, after):
-        given["after"] = after
+        calls["after"] = after
         return bp.information.KDE()
 
     monkeypatch.setitem(_estimators.ESTIMATORS, "kde", kde)
     _, warned = _estimators.named_estimator("kde", study, study.measurement, 7, lambda: no_progress)
-    assert warned == given["after"].attrs["warnings"] == ["Look twice."]
-    experiment, measurement, method, seed, _ = given["arguments"]
+    assert warned == calls["after"].attrs["warnings"] == ["Look twice."]
+    experiment, measurement, method, seed, _ = calls["arguments"]
     assert (experiment, measurement, seed) == (study.experiment, study.measurement, 7)
     assert method.engine == bp.engines.Importance(draws=400)
 
@@ -234,7 +236,7 @@ def explained(probability, *ratios):
 
     def improve(experiment, measured, *, candidates, progress):
         known = np.linspace(0.03, 0.05, 40)
-        several = [
+        alternatives = [
             bp.information.Alternative(
                 f"mass {mass:g}",
                 probability,
@@ -246,7 +248,7 @@ def explained(probability, *ratios):
             )
             for mass in ratios
         ]
-        return SimpleNamespace(alternatives=several)
+        return SimpleNamespace(alternatives=alternatives)
 
     return improve
 
@@ -320,18 +322,18 @@ BOX = bp.positions.Box((0.1, 0.08, 0.0), within=(0.01, 0.01, 0.0))
 
 def test_places_in_space_are_nodes_far_apart_where_the_structure_moves():
     experiment = on_plate(BOX)
-    found = positions_to_try(experiment, "exhaustive", 4)
-    assert [*found] == ["s1", "a1"] and found["s1"] == found["a1"]
+    places = positions_to_try(experiment, "exhaustive", 4)
+    assert [*places] == ["s1", "a1"] and places["s1"] == places["a1"]
     # The plate is held at all edges: of the nodes within, the first two are opposite corners.
     nodes = models_in_space.plate().matrices.position
     held = np.isin(nodes[:, 0], [0.0, 0.4]) | np.isin(nodes[:, 1], nodes[:, 1][[0, -1]])
     within = nodes[~held]
-    for at in found["s1"]:
+    for at in places["s1"]:
         assert np.abs(within - at).max(axis=1).min() < 1e-9
     low, high = within.min(axis=0), within.max(axis=0)
-    apart = np.abs(np.subtract(*found["s1"][:2]))
+    apart = np.abs(np.subtract(*places["s1"][:2]))
     np.testing.assert_allclose(apart, high - low, atol=1e-9)
-    learnt = bp.place(experiment, {"s1": found["s1"]}, estimator=bp.information.KDE(64, 32))
+    learnt = bp.place(experiment, {"s1": places["s1"]}, estimator=bp.information.KDE(64, 32))
     assert np.isfinite(learnt.table["information_gain"]).all()
 
 
@@ -345,16 +347,16 @@ def test_feet_of_a_frame_are_no_places():
         observe=bp.observe.LogAmplitude("acceleration"),
         noise=bp.noise.Gaussian(0.02),
     )
-    found = _positions_to_try.positions_on(experiment, 100)
-    assert len(found) == len(scene.matrices.position) - 2
+    places = _positions_to_try.positions_on(experiment, 100)
+    assert len(places) == len(scene.matrices.position) - 2
     for foot in models_in_space.FEET.values():
-        assert np.linalg.norm(np.subtract(found, foot), axis=1).min() > 0.05
+        assert np.linalg.norm(np.subtract(places, foot), axis=1).min() > 0.05
 
 
 def test_no_more_places_than_nodes():
     points = np.eye(3)
-    found = _positions_to_try.far_apart(points, 9)
-    assert sorted(map(tuple, found)) == sorted(map(tuple, points))
+    places = _positions_to_try.far_apart(points, 9)
+    assert sorted(map(tuple, places)) == sorted(map(tuple, points))
 
 
 def test_evolution_has_no_line_to_move_along_in_space():
@@ -370,5 +372,5 @@ def test_a_transducer_that_sits_nowhere_is_named(monkeypatch):
 
 
 def test_places_on_a_line_leave_out_its_ends():
-    found = positions_to_try(bar.placed(0.3, 0.4, None), "exhaustive", 3)
-    np.testing.assert_allclose(found["s1"], [0.25, 0.5, 0.75])
+    places = positions_to_try(bar.placed(0.3, 0.4, None), "exhaustive", 3)
+    np.testing.assert_allclose(places["s1"], [0.25, 0.5, 0.75])

@@ -140,11 +140,11 @@ def test_data_from_a_file_take_the_place_of_the_models_own(first, tmp_path, monk
         *("--engine", "importance", "--out", tmp_path),
     )
     assert done.exit_code == 0, done.output
-    seen, own = (
+    seen, original = (
         bp.io.netcdf.read(place / "result.nc")["observed_data"]["measured"].values
         for place in (tmp_path, folder / "out")
     )
-    np.testing.assert_allclose(seen, own + 1, rtol=1e-5)
+    np.testing.assert_allclose(seen, original + 1, rtol=1e-5)
 
 
 def refused(*words):
@@ -202,9 +202,9 @@ def test_a_folder_that_is_a_file_is_refused_before_anything_is_computed(tmp_path
 
 def test_an_engine_that_the_model_sizes_keeps_its_size(tmp_path):
     study = bp.io.model.read(written(tmp_path, MODEL + ENGINE))
-    (own,) = commands._chosen_methods(study, "importance", None)
+    (method,) = commands._chosen_methods(study, "importance", None)
     (other,) = commands._chosen_methods(study, "smc", None)
-    assert own.engine == bp.engines.Importance(draws=60)
+    assert method.engine == bp.engines.Importance(draws=60)
     assert other.engine == bp.engines.SMC()
 
 
@@ -214,8 +214,8 @@ def test_tables_are_as_wide_as_the_terminal(width, tables, capsys):
     row = ["0.03505 ± 0.00003", "0.0393 ± 0.0006", "12.3"]
     table = DataFrame([row] * 4, [f"method {n}" for n in range(4)], figures)
     console = Console(width=width)
-    for one in commands._tables(console, table):
-        console.print(one)
+    for part in commands._tables(console, table):
+        console.print(part)
     output = capsys.readouterr().out
     assert output.count("figure") == tables
     assert output.count("0.03505 ± 0.00003") == 4  # none is broken into two lines

@@ -50,12 +50,12 @@ def after():
 
 
 @pytest.fixture(scope="module")
-def few():
+def candidates():
     return effects.library(experiment(), ["point_mass", "gain_error", "time_delay"])
 
 
-def test_a_mass_far_smaller_than_the_model_error_is_new(before, after, few):
-    ledger = improve(experiment(), after, baseline=before, candidates=few, most_effects=1)
+def test_a_mass_far_smaller_than_the_model_error_is_new(before, after, candidates):
+    ledger = improve(experiment(), after, baseline=before, candidates=candidates, most_effects=1)
     assert ledger.verdict == ("point_mass",)
     parameters = ledger.steps[-1].parameters_of_added()
     for name, truth in (("at", 0.313), ("mass", 0.05)):
@@ -65,9 +65,9 @@ def test_a_mass_far_smaller_than_the_model_error_is_new(before, after, few):
     assert "New since the baseline: point_mass" in str(ledger)
 
 
-def test_where_nothing_is_new_nothing_is_claimed(before, few):
+def test_where_nothing_is_new_nothing_is_claimed(before, candidates):
     again = measured(imperfect(1), 4)
-    ledger = improve(experiment(), again, baseline=before, candidates=few, most_effects=1)
+    ledger = improve(experiment(), again, baseline=before, candidates=candidates, most_effects=1)
     assert ledger.verdict == ()
     assert "Nothing is claimed to be new" in ledger.sentence()
 
@@ -75,23 +75,23 @@ def test_where_nothing_is_new_nothing_is_claimed(before, few):
 def test_with_unknown_noise_the_same_mass_is_new(before, after):
     unknown = bp.noise.Relative(dist.LogUniform(1e-3, 0.3))
     noisy = eqx.tree_at(lambda tree: tree.noise, experiment(), unknown)
-    few = effects.library(noisy, ["point_mass", "gain_error"])
-    ledger = improve(noisy, after, baseline=before, candidates=few, most_effects=1)
+    candidates = effects.library(noisy, ["point_mass", "gain_error"])
+    ledger = improve(noisy, after, baseline=before, candidates=candidates, most_effects=1)
     assert ledger.verdict == ("point_mass",)
     assert "the noise that the model needs is" in ledger.sentence()
     assert "The baseline alone needs noise of" in ledger.sentence()
 
 
-def test_explain_ranks_what_is_new(before, after, few):
-    ranking = explain(experiment(), after, baseline=before, candidates=few)
+def test_explain_ranks_what_is_new(before, after, candidates):
+    ranking = explain(experiment(), after, baseline=before, candidates=candidates)
     assert ranking.claimed == ("point_mass",)
     assert ranking.baseline.chi2_per_datum == pytest.approx(1.0, abs=0.2)
     assert ranking.words()[0].startswith("New since the baseline is point_mass, with probability")
 
 
-def test_explain_says_that_nothing_is_new(before, few):
+def test_explain_says_that_nothing_is_new(before, candidates):
     again = measured(imperfect(1), 4)
-    ranking = explain(experiment(), again, baseline=before, candidates=few)
+    ranking = explain(experiment(), again, baseline=before, candidates=candidates)
     assert ranking.claimed == ()
     assert ranking.words()[0].startswith("Nothing is new since the baseline was measured, with")
 
@@ -99,9 +99,9 @@ def test_explain_says_that_nothing_is_new(before, few):
 def test_residuals_of_both_states_are_those_of_each(before, after):
     later = experiment() + effects.point_mass(0.3, 0.1)
     earlier = state_of(experiment(), before)
-    both = Problem(later, later.data(after), baseline=earlier)
-    point = np.random.default_rng(0).uniform(-1, 1, (2, both.dimension))
-    joint, log_scale = both.squares.residuals(point)
+    problem = Problem(later, later.data(after), baseline=earlier)
+    point = np.random.default_rng(0).uniform(-1, 1, (2, problem.dimension))
+    joint, log_scale = problem.squares.residuals(point)
     parts = [
         Problem(later, later.data(after)).squares.residuals(point),
         Problem(earlier.experiment, earlier.data).squares.residuals(point),

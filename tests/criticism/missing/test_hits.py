@@ -70,7 +70,7 @@ def measured(hidden):
     ids=lambda value: getattr(value, "name", ""),
 )
 def test_the_fault_of_a_hit_is_named(hidden, words):
-    one = experiment()
-    ledger = improve(one, measured(hidden), candidates=effects.library(one, KINDS))
+    setup = experiment()
+    ledger = improve(setup, measured(hidden), candidates=effects.library(setup, KINDS))
     assert ledger.verdict == (hidden.name,)
     assert words in ledger.sentence()

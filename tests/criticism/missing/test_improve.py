@@ -21,17 +21,17 @@ def candidates():
 
 @pytest.fixture(scope="module")
 def with_mass(candidates):
-    return improve(experiment(), measured(MASS, seed=1), candidates=candidates)
+    return improve(experiment(), measured(MASS, seed=1), candidates=library)
 
 
 @pytest.fixture(scope="module")
 def with_both(candidates):
-    return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=candidates)
+    return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=library)
 
 
 @pytest.fixture(scope="module")
 def with_nothing(candidates):
-    return improve(experiment(), measured(seed=3), candidates=candidates)
+    return improve(experiment(), measured(seed=3), candidates=library)
 
 
 def test_a_hidden_mass_is_named_and_the_error_falls_to_the_noise(with_mass):
@@ -91,16 +91,16 @@ def test_where_the_noise_is_in_doubt_no_effect_is_called_improbable(with_mass):
 
 
 def test_what_no_candidate_explains_is_said_to_be_unexplained():
-    few = effects.library(experiment(), ["time_delay"])
-    ledger = improve(experiment(), measured(MASS, seed=4), candidates=few, model_error=None)
+    library = effects.library(experiment(), ["time_delay"])
+    ledger = improve(experiment(), measured(MASS, seed=4), candidates=library, model_error=None)
     assert ledger.unexplained
     assert ledger.probabilities["none_of_these"] > 0.9
     assert any("None of the candidates" in line for line in ledger.words())
 
 
 def test_model_error_is_a_rival_of_what_no_candidate_explains():
-    few = effects.library(experiment(), ["time_delay"])
-    ledger = improve(experiment(), measured(MASS, seed=4), candidates=few)
+    library = effects.library(experiment(), ["time_delay"])
+    ledger = improve(experiment(), measured(MASS, seed=4), candidates=library)
     assert ledger.verdict == ()
     assert set(ledger.steps[0].model_error) == {"frequency", "damping", "shape", "gain"}
     assert ledger.steps[0].chi2_when_exact > 2
@@ -140,7 +140,7 @@ def test_the_experiment_of_the_ledger_has_the_effect(with_mass):
 def test_explain_ranks_the_kinds(candidates):
     shares = []
     measurement = measured(MASS, seed=1)
-    ranking = explain(experiment(), measurement, candidates=candidates, progress=shares.append)
+    ranking = explain(experiment(), measurement, candidates=library, progress=shares.append)
     assert max(ranking.probabilities, key=ranking.probabilities.get) == "point_mass"
     assert next(iter(ranking.table().index)) == "point_mass"
     assert "point_mass" in ranking.words()[0]

@@ -47,8 +47,8 @@ DELAY = effects.library(small.experiment(), ["time_delay"])
 
 
 def test_a_ledger_of_few_lines_and_a_dead_sensor_can_be_written(tmp_path):
-    few = experiment(frequency=LINES[[10, 20, 30]])
-    ledger = improve(few, without_sensor(measured(), 1), candidates=DELAY)
+    setup = experiment(frequency=LINES[[10, 20, 30]])
+    ledger = improve(setup, without_sensor(measured(), 1), candidates=DELAY)
     ledger.write(tmp_path / "ledger.json")
     (step,) = json.loads((tmp_path / "ledger.json").read_text())["steps"]
     assert np.isfinite(step["held_out"])  # one line at a time

@@ -96,10 +96,10 @@ def test_data_that_are_explained_leave_little_for_none_of_these():
 
 def test_only_what_has_odds_close_to_the_best_is_confounded_with_it():
     best = hypothesis(["point_mass"], 500.0)
-    alike = hypothesis(["gain_error"], 495.0, COUNT + 8)
+    rival = hypothesis(["gain_error"], 495.0, COUNT + 8)
     other = hypothesis(["local_stiffness_loss"], 480.0, COUNT + 8)
     pairs = comparison(
-        hypothesis([], 0.0), best, alike, other, point_mass=1, gain_error=1, local_stiffness_loss=1
+        hypothesis([], 0.0), best, rival, other, point_mass=1, gain_error=1, local_stiffness_loss=1
     ).confounded()
     assert pairs == [("point_mass", "gain_error")]
 
@@ -120,8 +120,8 @@ def test_p_value_falls_with_the_squares():
 
 def test_the_way_goes_through_the_better_single_effect():
     mass, gain = hypothesis(["point_mass"], 100.0), hypothesis(["gain_error"], 200.0)
-    both = hypothesis(["point_mass", "gain_error"], 900.0)
-    assert steps_to(comparison(hypothesis([], 0.0), mass, gain, both), both) == [
+    pair = hypothesis(["point_mass", "gain_error"], 900.0)
+    assert steps_to(comparison(hypothesis([], 0.0), mass, gain, pair), pair) == [
         (),
         ("gain_error",),
         ("gain_error", "point_mass"),
@@ -129,8 +129,8 @@ def test_the_way_goes_through_the_better_single_effect():
 
 
 def test_the_way_leaps_where_nothing_was_fitted_between():
-    both = hypothesis(["local_stiffness_loss", "gain_error"], 900.0)
-    steps = steps_to(comparison(hypothesis([], 0.0), both), both)
+    pair = hypothesis(["local_stiffness_loss", "gain_error"], 900.0)
+    steps = steps_to(comparison(hypothesis([], 0.0), pair), pair)
     assert steps == [(), ("gain_error", "local_stiffness_loss")]
 
 

@@ -21,9 +21,10 @@ def ledger():
     states = {"bare": measured(imperfect(1), 2)}
     for seed, (label, mass) in enumerate(MASSES.items(), 3):
         states[label] = measured(imperfect(1, effects.point_mass(0.313, mass)), seed)
-    few = effects.library(experiment(), ["point_mass", "gain_error"])
+    candidates = effects.library(experiment(), ["point_mass", "gain_error"])
     shares = []
-    result = improve(experiment(), states, candidates=few, most_effects=1, progress=shares.append)
+    settings = {"candidates": candidates, "most_effects": 1}
+    result = improve(experiment(), states, progress=shares.append, **settings)
     assert shares == sorted(shares)
     assert shares[-1] == 1
     return result
@@ -70,21 +71,21 @@ def test_a_change_is_seen_that_two_sizes_alone_would_not_tell(ledger):
     """The error of the model at the mass is the same in both states, so that it cancels."""
     last = ledger.courses[0].in_state["20 nuts"].found
     uncertainty = last.estimates["mass"].standard_deviation
-    few = effects.library(experiment(), ["point_mass"])
+    candidates = effects.library(experiment(), ["point_mass"])
     states = {"bare": measured(imperfect(1), 2)}
     for seed, mass in enumerate((0.1, 0.1 + 2 * uncertainty), 8):
         states[f"{mass} kg"] = measured(imperfect(1, effects.point_mass(0.313, mass)), seed)
-    (course,) = improve(experiment(), states, candidates=few, most_effects=1).courses
+    (course,) = improve(experiment(), states, candidates=candidates, most_effects=1).courses
     assert [state.change for state in course.in_state.values()] == [NEW, CHANGED]
 
 
-def found(kind="point_mass", *arguments):
+def claimed_effect(kind="point_mass", *arguments):
     """An effect, as far as it matters which of them it is."""
     return FoundEffect(effects.EFFECTS[kind](*arguments), "", {}, None)
 
 
 def test_an_effect_is_followed_as_long_as_it_is_not_elsewhere():
-    mass = found("point_mass", 0.3, 0.1)
+    mass = claimed_effect("point_mass", 0.3, 0.1)
     verdicts = iter([UNCHANGED, NEW, CHANGED])
     courses = courses_of(dict.fromkeys("abcd", (mass,)), lambda earlier, later: next(verdicts))
     changes = [[state.change for state in course.in_state.values()] for course in courses]
@@ -92,13 +93,13 @@ def test_an_effect_is_followed_as_long_as_it_is_not_elsewhere():
 
 
 def test_an_effect_is_followed_over_a_state_in_which_it_was_not_found():
-    mass = found("point_mass", 0.3, 0.1)
+    mass = claimed_effect("point_mass", 0.3, 0.1)
     (course,) = courses_of({"a": (mass,), "b": (), "c": (mass,)}, lambda *_: UNCHANGED)
     assert [*course.in_state] == ["a", "c"]
 
 
 def test_another_candidate_is_another_effect():
-    mass, other = found("point_mass", 0.3, 0.1), found("point_mass", 0.4, 0.1)
+    mass, other = claimed_effect("point_mass", 0.3, 0.1), claimed_effect("point_mass", 0.4, 0.1)
     courses = courses_of({"a": (mass,), "b": (other,)}, lambda *_: UNCHANGED)
     assert [[*course.in_state] for course in courses] == [["a"], ["b"]]
 
@@ -109,20 +110,22 @@ def test_residuals_of_several_states_are_those_of_each(ledger):
         ledger.courses[0].in_state[label].found.hypothesis.problem
         for label in ("10 nuts", "20 nuts")
     )
-    own = frozenset({"structure.effects.point_mass.mass", "model_error.ports.point_mass"})
-    further = (State(first.experiment, first.data, own),)
+    state_unknowns = frozenset(
+        {"structure.effects.point_mass.mass", "model_error.ports.point_mass"}
+    )
+    further = (State(first.experiment, first.data, state_unknowns),)
     joint = Problem(
         last.experiment, last.data, sizes=last.sizes, baseline=last.baseline, further=further
     )
     point = np.random.default_rng(0).uniform(-1, 1, (2, joint.dimension))
-    both = last.at_sizes(last.sizes)
+    sized = last.at_sizes(last.sizes)
     alone = Problem(first.experiment, first.data, sizes=last.sizes)
     mine = np.zeros((2, alone.dimension))
     for name, place in alone.coordinates.places.items():
-        source = f"{name} of state 2" if name in own else name
+        source = f"{name} of state 2" if name in state_unknowns else name
         mine[:, place] = point[:, joint.coordinates.places[source]]
     expected = [
-        both.squares.residuals(point[:, : both.dimension]),
+        sized.squares.residuals(point[:, : sized.dimension]),
         alone.squares.residuals(mine),
     ]
     residuals, log_scale = joint.squares.residuals(point)
@@ -130,4 +133,4 @@ def test_residuals_of_several_states_are_those_of_each(ledger):
     np.testing.assert_allclose(log_scale, expected[0][1] + expected[1][1])
     (size,) = (size for size in joint.unknown_sizes if size.owner.kind == "shape")
     ports = first.coordinates.places["model_error.ports.point_mass"]
-    assert len(joint.errors_of(size)) == len(both.errors_of(size)) + ports.stop - ports.start
+    assert len(joint.errors_of(size)) == len(sized.errors_of(size)) + ports.stop - ports.start
