@@ -21,17 +21,17 @@ def candidates():
 
 @pytest.fixture(scope="module")
 def with_mass(candidates):
-    return improve(experiment(), measured(MASS, seed=1), candidates=library)
+    return improve(experiment(), measured(MASS, seed=1), candidates=candidates)
 
 
 @pytest.fixture(scope="module")
 def with_both(candidates):
-    return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=library)
+    return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=candidates)
 
 
 @pytest.fixture(scope="module")
 def with_nothing(candidates):
-    return improve(experiment(), measured(seed=3), candidates=library)
+    return improve(experiment(), measured(seed=3), candidates=candidates)
 
 
 def test_a_hidden_mass_is_named_and_the_error_falls_to_the_noise(with_mass):
@@ -140,7 +140,7 @@ def test_the_experiment_of_the_ledger_has_the_effect(with_mass):
 def test_explain_ranks_the_kinds(candidates):
     shares = []
     measurement = measured(MASS, seed=1)
-    ranking = explain(experiment(), measurement, candidates=library, progress=shares.append)
+    ranking = explain(experiment(), measurement, candidates=candidates, progress=shares.append)
     assert max(ranking.probabilities, key=ranking.probabilities.get) == "point_mass"
     assert next(iter(ranking.table().index)) == "point_mass"
     assert "point_mass" in ranking.words()[0]
