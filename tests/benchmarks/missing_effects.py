@@ -31,25 +31,25 @@ def experiment_of(drawn):
     structure = bp.Structure(modes, damping=bp.damping.Modal(value["damping_ratio"]))
     for number, (place, stiffness) in enumerate(line.suspension, start=1):
         structure = structure + effects.ground_spring(place, stiffness, name=f"suspension_{number}")
-    levels = [one.force_level for one in drawn.records]
+    levels = [record.force_level for record in drawn.records]
     known = levels[0] is not None
     experiment = bp.Experiment(
         structure,
-        sensors=[_placed(bp.Sensor, one) for one in drawn.sensors],
-        actuators=[_placed(bp.Actuator, one) for one in drawn.actuators],
+        sensors=[_placed(bp.Sensor, instrument) for instrument in drawn.sensors],
+        actuators=[_placed(bp.Actuator, instrument) for instrument in drawn.actuators],
         frequency=drawn.records[0].frequency,
         observe=bp.observe.Complex("acceleration"),
         noise=bp.noise.FromCoherence(),
         force_levels=levels if known else None,
         sensors_mounted=_mounting(drawn.hidden),
     )
-    measured = [measurement_of(experiment, one) for one in drawn.records]
+    measured = [measurement_of(experiment, record) for record in drawn.records]
     return experiment, measured if known else measured[0]
 
 
-def _placed(kind, one):
-    at = bp.positions.Segment(one.recorded, within=one.within)
-    return kind(one.name, at=at, directions=(one.direction,))
+def _placed(kind, instrument):
+    at = bp.positions.Segment(instrument.recorded, within=instrument.within)
+    return kind(instrument.name, at=at, directions=(instrument.direction,))
 
 
 def measurement_of(experiment, record):

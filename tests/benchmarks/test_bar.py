@@ -32,18 +32,18 @@ def test_exact_table_by_sampling(name, sigma, places, expected):
     began = time.perf_counter()
     result = bp.infer(experiment, experiment.nominal_measurement(), engine=ENGINES[name], key=1)
     seconds = time.perf_counter() - began
-    found = result["estimates"].to_dataset()
+    estimates = result["estimates"].to_dataset()
     deviations = [
-        float((found[figure][ratio] - value) / found[f"{figure}_error"][ratio])
+        float((estimates[figure][ratio] - value) / estimates[f"{figure}_error"][ratio])
         for value, (ratio, figure) in zip(
             expected, [(0, "mean"), (0, "cv"), (1, "mean"), (1, "cv")], strict=False
         )
     ]
-    kl = float(found["kl_parameters"]) - expected[4]
-    evidence = float(found["log_evidence"]) - expected[5]
+    kl = float(estimates["kl_parameters"]) - expected[4]
+    evidence = float(estimates["log_evidence"]) - expected[5]
     print(
         f"\n{name} sigma {sigma} at {places}: {np.round(deviations, 1)} standard errors, KL off by "
-        f"{kl:+.3f}, log evidence by {evidence:+.3f}, R-hat {float(found['r_hat'].max()):.4f}, "
+        f"{kl:+.3f}, log evidence by {evidence:+.3f}, R-hat {float(estimates['r_hat'].max()):.4f}, "
         f"{seconds:.1f} s"
     )
     assert np.all(np.abs(deviations) < 5)
@@ -74,7 +74,7 @@ def test_all_prior_draws_at_once_beat_a_loop(benchmark):
     experiment = bar.placed(0.25, 0.25, None)
     data = experiment.data(experiment.nominal_measurement())
     marginal = bp.marginals.KDE()
-    laws = {one.name: one.distribution for one in marginal.sampled(experiment)}
+    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
     import jax
 
     target = UnconstrainedModel(marginal.model(experiment, data, jax.random.PRNGKey(0)), laws)

@@ -67,15 +67,15 @@ def floor(batch=50):
     """One product of matrices and the logarithms, a batch of draws at a time."""
     random = np.random.default_rng(2)
     turned = np.moveaxis(spectra(random.uniform(0.02, 0.06, (DRAWS, 2))), 1, 2)
-    parts = [jnp.asarray(one, jnp.float32) for one in (turned.real, turned.imag)]
-    parts = [one.reshape(-1, batch * LINES.size, MODES) for one in parts]
+    parts = [jnp.asarray(part, jnp.float32) for part in (turned.real, turned.imag)]
+    parts = [part.reshape(-1, batch * LINES.size, MODES) for part in parts]
     sensor, actuator = random.uniform(0.21, 0.29, (2, PLACES))
     across = jnp.asarray((shapes(sensor) * shapes(actuator)).T, jnp.float32)
 
     @jax.jit
     def run(parts, across):
         def some(pair):
-            real, imaginary = (one @ across for one in pair)
+            real, imaginary = (part @ across for part in pair)
             return jnp.sum(jnp.log(real**2 + imaginary**2))
 
         return jax.lax.map(some, parts)
@@ -86,12 +86,12 @@ def floor(batch=50):
 def some_cells(estimator, places, cells=None):
     """The computation of a map, without what is done once; of all pairs of places by default."""
     experiment = bar.placed(0.25, 0.25, None)
-    several = candidates(experiment, places)
+    positions = candidates(experiment, places)
     values = {
         name: value for name, value in experiment.nominal_values().items() if "position" not in name
     }
-    chosen = combinations(several) if cells is None else cells
-    (chunk,) = chunks(Task(experiment, estimator, 0, values), several, chosen, len(chosen))
+    chosen = combinations(positions) if cells is None else cells
+    (chunk,) = chunks(Task(experiment, estimator, 0, values), positions, chosen, len(chosen))
     return lambda: compute(chunk)
 
 
@@ -116,7 +116,7 @@ def test_a_cell_beside_a_plain_loop_and_its_floor(benchmark):
         took["floor"].append(seconds(lambda: [least() for _ in range(CELLS)]) / CELLS)
 
     benchmark.pedantic(cells, setup=others, rounds=ROUNDS)
-    took["cell"] = [one / CELLS for one in benchmark.stats.stats.data]
+    took["cell"] = [duration / CELLS for duration in benchmark.stats.stats.data]
     for kind, reduce in (("minimum", np.min), ("median", np.median)):
         plain, low, cell = (reduce(took[name]) for name in ("plain loop", "floor", "cell"))
         print(f"\n{kind}: plain loop {1e3 * plain:.0f} ms, floor {1e3 * low:.2f} ms, ", end="")
@@ -139,17 +139,17 @@ def peak(size):
 
 
 def test_memory_does_not_grow_with_the_cells():
-    sizes, found = (10, 25, 49), []
+    sizes, peaks = (10, 25, 49), []
     for size in sizes:
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as fresh:
-            found.append(fresh.submit(peak, size).result())
-    told = ", ".join(f"{n} x {n} {mib:.0f} MiB" for n, mib in zip(sizes, found, strict=True))
+            peaks.append(fresh.submit(peak, size).result())
+    told = ", ".join(f"{n} x {n} {mib:.0f} MiB" for n, mib in zip(sizes, peaks, strict=True))
     print(f"\npeak memory of maps: {told}")
-    assert found[-1] < 1.1 * found[0]
+    assert peaks[-1] < 1.1 * peaks[0]
 
 
 def test_a_map_on_two_workers():
-    experiment, found = bar.placed(0.25, 0.25, None), []
+    experiment, maps = bar.placed(0.25, 0.25, None), []
     kinds = {
         "here": {},
         "two processes": {"processes": 2},
@@ -158,29 +158,29 @@ def test_a_map_on_two_workers():
     for kind, settings in kinds.items():
         with bp.design.workers(**settings) as executor:
             began = time.perf_counter()
-            found.append(bp.information_map(experiment, even(49), executor=executor))
+            maps.append(bp.information_map(experiment, even(49), executor=executor))
             print(f"\n49 x 49 cells, {kind}: {time.perf_counter() - began:.0f} s", end="")
-        assert found[-1].identical(found[0])
+        assert maps[-1].identical(maps[0])
 
 
 def spreads(points, monkeypatch):
     """Standard deviation [cell] of estimates from different seeds, all at once."""
-    whole = information.KDE(sampling=points)
+    estimator = information.KDE(sampling=points)
 
-    def each(log_likelihood):
-        several = log_likelihood.reshape(-1, whole.replicates, log_likelihood.shape[-1])
-        found = jax.vmap(lambda one: divergence(one).estimate)(several)
-        return Gain(jnp.mean(found), found)
+    def gain(log_likelihood):
+        replicates = log_likelihood.reshape(-1, estimator.replicates, log_likelihood.shape[-1])
+        estimates = jax.vmap(lambda replicate: divergence(replicate).estimate)(replicates)
+        return Gain(jnp.mean(estimates), estimates)
 
-    monkeypatch.setattr(information.kde, "divergence", each)
-    many = information.KDE(
-        draws=SEEDS * whole.draws, sampling=points, replicates=SEEDS * whole.replicates
+    monkeypatch.setattr(information.kde, "divergence", gain)
+    larger = information.KDE(
+        draws=SEEDS * estimator.draws, sampling=points, replicates=SEEDS * estimator.replicates
     )
     sensor, actuator = np.array(FEW).T
     cells = np.tile(np.arange(len(FEW))[:, None], 2)
-    found = some_cells(many, {"s1": sensor, "a1": actuator}, cells)()[:, 1:]
-    assert found.shape == (len(FEW), SEEDS)
-    return found.std(axis=1, ddof=1)
+    gains = some_cells(larger, {"s1": sensor, "a1": actuator}, cells)()[:, 1:]
+    assert gains.shape == (len(FEW), SEEDS)
+    return gains.std(axis=1, ddof=1)
 
 
 def test_quasi_random_points_beside_plain_ones(monkeypatch):
@@ -190,9 +190,9 @@ def test_quasi_random_points_beside_plain_ones(monkeypatch):
     shared by all of them, as quasi-random ones are.
     """
     quasi, plain = (spreads(points, monkeypatch) for points in ("sobol", "plain"))
-    table = [np.std([table_1(one, seed) for seed in range(SEEDS)], ddof=1) for one in FEW]
-    for place, one, *others in zip(FEW, quasi, plain, table, strict=True):
-        print(f"\n{place}: standard deviation of quasi-random points {one:.4f}; ", end="")
-        print(f"plain {others[0]:.4f}, {others[0] / one:.1f} times as much; ", end="")
-        print(f"Table 1 {others[1]:.4f}, {others[1] / one:.1f} times", end="", flush=True)
+    table = [np.std([table_1(at, seed) for seed in range(SEEDS)], ddof=1) for at in FEW]
+    for place, deviation, *others in zip(FEW, quasi, plain, table, strict=True):
+        print(f"\n{place}: standard deviation of quasi-random points {deviation:.4f}; ", end="")
+        print(f"plain {others[0]:.4f}, {others[0] / deviation:.1f} times as much; ", end="")
+        print(f"Table 1 {others[1]:.4f}, {others[1] / deviation:.1f} times", end="", flush=True)
     assert np.all(np.minimum(plain, table) > 3 * quasi)

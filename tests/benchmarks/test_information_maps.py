@@ -35,28 +35,28 @@ AROUND = 3
 def figure(name):
     """Map of one of the figures."""
     began = time.perf_counter()
-    found = bp.information_map(
+    dataset = bp.information_map(
         bar.placed(0.25, 0.25, None),
         {"s1": CELLS, "a1": CELLS},
         estimator=information.KDE(),
         about=FIGURES[name][0],
     )
     print(f"\n{name}: {time.perf_counter() - began:.0f} s", end="")
-    return found
+    return dataset
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_the_optimum(name):
-    found, distance = figure(name), FIGURES[name][1]
-    best = lead(found)
-    at = [float(found[name][number]) for name, number in best.best.items()]
+    dataset, distance = figure(name), FIGURES[name][1]
+    best = lead(dataset)
+    at = [float(dataset[name][number]) for name, number in best.best.items()]
     kl, error = (
-        float(found[name].isel(best.best)) for name in ("information_gain", "information_gain_se")
+        float(dataset[name].isel(best.best)) for name in ("information_gain", "information_gain_se")
     )
     print(f"\n  best at ({at[0]:.3f}, {at[1]:.3f}): {kl:.3f} +- {error:.3f} nat, ", end="")
     print(f"the second best {best.difference:.4f} +- {best.difference_se:.4f} less", end="")
-    for one in at:
-        assert abs(abs(one - 0.5) - distance) < STEP
+    for coordinate in at:
+        assert abs(abs(coordinate - 0.5) - distance) < STEP
 
 
 MIRRORS = {
@@ -90,13 +90,13 @@ def test_the_map_is_symmetric_within_its_errors(name, kind):
 
 def test_the_local_maximum_of_both():
     """As large as Table 1 says, and larger than its surroundings."""
-    found = figure("Figure 5: both ratios")
+    dataset = figure("Figure 5: both ratios")
     middle = {"s1": MIDDLE, "a1": MIDDLE}
     kl, error = (
-        float(found[part].isel(middle)) for part in ("information_gain", "information_gain_se")
+        float(dataset[part].isel(middle)) for part in ("information_gain", "information_gain_se")
     )
     near = slice(MIDDLE - AROUND, MIDDLE + AROUND + 1)
-    window = found.isel(s1=near, a1=near)
+    window = dataset.isel(s1=near, a1=near)
     best = lead(window)
     edge = window["information_gain"].values.copy()
     edge[1:-1, 1:-1] = 0.0

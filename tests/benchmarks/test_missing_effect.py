@@ -46,14 +46,15 @@ def true_values(truth):
     """True values of unknowns, by the end of their names."""
     for name, value in truth["h_true"].items():
         yield OURS[name][0], OURS[name][1](value)
-    for kind, several in (("sensor", truth["sensors"]), ("actuator", truth["actuators"])):
-        for one in several:
-            yield from coordinates(f"{kind}.{one['id']}.position", one["true_position"])
-            for number, angle in enumerate(one["true_angles_rad"], start=1):
-                yield f"{kind}.{one['id']}.angles.{number}", angle
+    for kind, transducers in (("sensor", truth["sensors"]), ("actuator", truth["actuators"])):
+        for transducer in transducers:
+            name = f"{kind}.{transducer['id']}"
+            yield from coordinates(f"{name}.position", transducer["true_position"])
+            for number, angle in enumerate(transducer["true_angles_rad"], start=1):
+                yield f"{name}.angles.{number}", angle
     for effect in truth["effects"]:
         for name, value in effect["parameters"].items():
-            ours, convert = OURS.get(name, (name, lambda same: same))
+            ours, convert = OURS.get(name, (name, lambda quantity: quantity))
             if name == "position":
                 yield from coordinates(f"{effect['name']}.at", value)
             elif isinstance(convert(value), float):
@@ -63,17 +64,19 @@ def true_values(truth):
 def coordinates(name, place):
     """Where something is: on a line by one number, in space by three."""
     yield name, place[0]
-    yield from ((f"{name}.{axis}", one) for axis, one in zip("xyz", place, strict=True))
+    yield from (
+        (f"{name}.{axis}", coordinate) for axis, coordinate in zip("xyz", place, strict=True)
+    )
 
 
 def outside(step, truth):
     """True values that lie outside their 99 % interval."""
-    found = []
+    sentences = []
     for ending, value in true_values(truth):
-        for name, one in step.parameters.items():
-            if name.endswith(ending) and not one.low <= value <= one.high:
-                found.append(f"{name} {value:g} not in {one.low:g} to {one.high:g}")
-    return found
+        for name, estimate in step.parameters.items():
+            if name.endswith(ending) and not estimate.low <= value <= estimate.high:
+                sentences.append(f"{name} {value:g} not in {estimate.low:g} to {estimate.high:g}")
+    return sentences
 
 
 def verdict(shared_data, number):
@@ -82,7 +85,7 @@ def verdict(shared_data, number):
     truth = json.loads((shared_data / f"cases/truth/{folder.name}.json").read_text())
     study = case.read(folder)
     ledger = improve(study.experiment, study.measurement)
-    hidden = sorted(one["name"] for one in truth["effects"] if one["name"] != "none")
+    hidden = sorted(effect["name"] for effect in truth["effects"] if effect["name"] != "none")
     told = sorted(ledger.verdict) == hidden
     first, last = ledger.steps[0], ledger.steps[-1]
     print(
@@ -93,17 +96,17 @@ def verdict(shared_data, number):
         f"confounded {ledger.confounded}, outside: {outside(last, truth) or 'none'}"
     )
     print(f"    {last.setting}")
-    for name, one in last.parameters_of_added().items():
-        print(f"    {name} {one}, 99 %: {one.low:.6g} to {one.high:.6g}")
+    for name, estimate in last.parameters_of_added().items():
+        print(f"    {name} {estimate}, 99 %: {estimate.low:.6g} to {estimate.high:.6g}")
     print(f"    truth: {truth['effects']}", flush=True)
     return told, ledger
 
 
 @pytest.mark.parametrize(("cases", "least"), [(CASES, 7), (MODELS, 3)], ids=["lines", "models"])
 def test_open_cases(shared_data, cases, least):
-    found = [verdict(shared_data, number) for number in cases]
-    right = sum(told for told, _ in found)
-    seconds = [ledger.seconds for _, ledger in found]
+    verdicts = [verdict(shared_data, number) for number in cases]
+    right = sum(told for told, _ in verdicts)
+    seconds = [ledger.seconds for _, ledger in verdicts]
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(f"{right} of {len(cases)} right; median {np.median(seconds):.0f} s, longest ", end="")
     print(f"{max(seconds):.0f} s; peak memory {peak:.2f} GiB")

@@ -68,34 +68,35 @@ def continuous(model):
     """Boxes near candidate nodes, read by moving least squares."""
     places = model.position[candidates(model.position)]
     near = KDTree(model.position).query_ball_point(places, 3 * WITHIN)
-    few = model.restricted(model.node[np.unique(np.concatenate(near))])
-    reading = bp.finite_elements.interpolation.scattered(few).near(places, WITHIN)
-    return few, reading, [bp.positions.Box(place, within=(WITHIN, WITHIN, 0.0)) for place in places]
+    submodel = model.restricted(model.node[np.unique(np.concatenate(near))])
+    reading = bp.finite_elements.interpolation.scattered(submodel).near(places, WITHIN)
+    boxes = [bp.positions.Box(place, within=(WITHIN, WITHIN, 0.0)) for place in places]
+    return submodel, reading, boxes
 
 
 def at_nodes(model):
     """Candidate nodes themselves, every one as likely."""
-    few = model.restricted(model.node[candidates(model.position)])
+    submodel = model.restricted(model.node[candidates(model.position)])
     return (
-        few,
-        bp.finite_elements.interpolation.nearest(few),
-        [bp.positions.Nodes(few.position)] * CANDIDATES,
+        submodel,
+        bp.finite_elements.interpolation.nearest(submodel),
+        [bp.positions.Nodes(submodel.position)] * CANDIDATES,
     )
 
 
 def experiment(model, placed):
-    few, reading, supports = placed(model)
+    submodel, reading, supports = placed(model)
     tilt = (Uniform(-0.1, 0.1),) * 3
     chosen = np.linspace(10, CANDIDATES - 10, SENSORS).astype(int)
     return bp.Experiment(
         bp.Structure(
-            bp.finite_elements.modes_from_shapes(few, reading), damping=bp.damping.Modal(0.01)
+            bp.finite_elements.modes_from_shapes(submodel, reading), damping=bp.damping.Modal(0.01)
         ),
         sensors=[
-            bp.Sensor(f"s{one}", at=supports[one], directions=(1, 2, 3), angles=tilt)
-            for one in chosen
+            bp.Sensor(f"s{number}", at=supports[number], directions=(1, 2, 3), angles=tilt)
+            for number in chosen
         ],
-        actuators=[bp.Actuator("a", at=few.position[5], directions=(3,))],
+        actuators=[bp.Actuator("a", at=submodel.position[5], directions=(3,))],
         frequency=np.linspace(30.0, 900.0, LINES),
         observe=bp.observe.Complex("acceleration"),
         noise=bp.noise.Gaussian(0.1),
@@ -104,8 +105,8 @@ def experiment(model, placed):
 
 def seconds(function, *arguments):
     began = time.perf_counter()
-    found = function(*arguments)
-    return found, time.perf_counter() - began
+    result = function(*arguments)
+    return result, time.perf_counter() - began
 
 
 def measure(path, kind):
@@ -116,20 +117,20 @@ def measure(path, kind):
     began = time.perf_counter()
     model, reading = seconds(npz_modes.read, path)
     built, building = seconds(experiment, model, placed)
-    names = [one.name for one in built.unknowns if one.component != "node"]
+    names = [unknown.name for unknown in built.unknowns if unknown.component != "node"]
     setup = time.perf_counter() - began
     peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     data = built.data(built.nominal_measurement())
     nominal = built.nominal_values()
 
     def likelihood(values):
-        whole = built.fix(nominal | dict(zip(names, values, strict=True)))
-        return whole.noise.distribution(whole.predict(), data).log_prob(data.z).sum()
+        concrete = built.fix(nominal | dict(zip(names, values, strict=True)))
+        return concrete.noise.distribution(concrete.predict(), data).log_prob(data.z).sum()
 
     gradient = jax.jit(jax.value_and_grad(likelihood))
     start = np.array([float(nominal[name]) for name in names])
     (value, slope), first = seconds(lambda: jax.block_until_ready(gradient(start)))
-    each = [seconds(lambda: jax.block_until_ready(gradient(start)))[1] for _ in range(30)]
+    times = [seconds(lambda: jax.block_until_ready(gradient(start)))[1] for _ in range(30)]
     assert np.isfinite(value) and np.isfinite(slope).all()
     return {
         "unknowns": len(names),
@@ -138,7 +139,7 @@ def measure(path, kind):
         "experiment [s]": building,
         "set-up [s]": setup,
         "first likelihood [s]": first,
-        "likelihood with gradient [s]": float(np.median(each)),
+        "likelihood with gradient [s]": float(np.median(times)),
         "peak at set-up [GiB]": peak / 2**30,
         "peak [GiB]": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
     }
@@ -158,8 +159,8 @@ def apart(kind, *arguments, environment=None):
     return json.loads(told.splitlines()[-1])
 
 
-def listed(found):
-    return ", ".join(f"{name} {value:.3g}" for name, value in found.items())
+def listed(figures):
+    return ", ".join(f"{name} {value:.3g}" for name, value in figures.items())
 
 
 @pytest.fixture(scope="module")
@@ -172,11 +173,11 @@ def model(tmp_path_factory):
 
 @pytest.mark.parametrize("kind", ["continuous", "nodes"])
 def test_a_model_of_a_million_degrees_of_freedom(model, kind):
-    found = apart(kind, str(model))
-    print(f"\n{kind}: {listed(found)}")
-    assert found["set-up [s]"] < SETUP_SECONDS
-    assert found["peak [GiB]"] * 2**30 < MEMORY
-    assert found["likelihood with gradient [s]"] < LIKELIHOOD_SECONDS
+    figures = apart(kind, str(model))
+    print(f"\n{kind}: {listed(figures)}")
+    assert figures["set-up [s]"] < SETUP_SECONDS
+    assert figures["peak [GiB]"] * 2**30 < MEMORY
+    assert figures["likelihood with gradient [s]"] < LIKELIHOOD_SECONDS
 
 
 def test_eigenpairs_cost_less_than_direct_solutions():
@@ -223,7 +224,7 @@ def costs():
 def cost(response):
     """Median seconds of a sum of squares with its gradient, once compiled."""
     start = np.array([0.9, 1.1, 1.02])
-    compiled = jax.jit(jax.value_and_grad(lambda one: jnp.sum(jnp.abs(response(one)) ** 2)))
+    compiled = jax.jit(jax.value_and_grad(lambda point: jnp.sum(jnp.abs(response(point)) ** 2)))
     assert np.isfinite(jax.block_until_ready(compiled(start))[1]).all()
     return np.median(
         [seconds(lambda: jax.block_until_ready(compiled(start)))[1] for _ in range(15)]

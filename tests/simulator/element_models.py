@@ -49,7 +49,7 @@ def _closest(interpolation, position):
 
 @eqx.filter_jit
 def _slopes(interpolation, position):
-    return jax.vmap(jax.jacfwd(lambda one: interpolation.at(one).weight))(position)
+    return jax.vmap(jax.jacfwd(lambda place: interpolation.at(place).weight))(position)
 
 
 def closest(interpolation, position):
@@ -71,6 +71,6 @@ def slopes(interpolation, position, size):
 
 def _dense(rows, weight, size):
     dense = np.zeros((*weight.shape[:-1], size))
-    for one, row, values in zip(dense, np.asarray(rows), np.asarray(weight), strict=True):
-        np.add.at(one, (..., row), values)
+    for matrix, row, values in zip(dense, np.asarray(rows), np.asarray(weight), strict=True):
+        np.add.at(matrix, (..., row), values)
     return dense

@@ -234,10 +234,10 @@ def held(line: Line, hidden: Effect, mesh: Mesh) -> set[int]:
     count = {("bar", "fixed"): 1, ("beam", "fixed"): 2, ("beam", "pinned"): 1}
     left, right = (count.get((line.kind, end), 0) for end in line.ends.split("-"))
     first = mesh.freedoms - (1 if line.kind == "bar" else 2)
-    still = {*range(left), *range(first, first + right)}
+    fixed = {*range(left), *range(first, first + right)}
     if hidden.name == "compliant_support":
-        still.remove(support(hidden, mesh))
-    return still
+        fixed.remove(support(hidden, mesh))
+    return fixed
 
 
 @dataclass(frozen=True)
@@ -276,11 +276,11 @@ def plant(
     loaded: Sequence[float] = (),
 ) -> Plant:
     """Modes of the structure proper: with its weak segment, support, preload; nothing attached."""
-    own = hidden if hidden.name in STRUCTURAL else NOTHING
+    structural = hidden if hidden.name in STRUCTURAL else NOTHING
     heavy = (place for place, _ in line.masses)
     nodes = (*loaded, *heavy) if line.kind == "bar" else ()
     undamped = replace(line, damping_ratio=0.0, damping_factors=())
-    return _plant(undamped, own, elements, nodes)
+    return _plant(undamped, structural, elements, nodes)
 
 
 @lru_cache(maxsize=32)

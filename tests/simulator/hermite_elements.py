@@ -30,7 +30,7 @@ class Elements:
         size = 2 * (ELEMENTS + 1)
         held = {"fixed": (0, 1), "pinned": (0,), "guided": (1,), "free": ()}
         left, right = ends.split("-")
-        gone = [*held[left], *(size - 2 + one for one in held[right])]
+        gone = [*held[left], *(size - 2 + freedom for freedom in held[right])]
         kept = np.setdiff1d(np.arange(size), gone)
         self.mass = self._whole(self.heavy, size)
         block = np.ix_(kept, kept)
@@ -41,10 +41,10 @@ class Elements:
         self.flexibility = self.flexibility @ self.shapes[:, self.elastic].T
 
     def _whole(self, element, size):
-        whole = np.zeros((size, size))
+        matrix = np.zeros((size, size))
         for first in range(0, size - 2, 2):
-            whole[first : first + 4, first : first + 4] += element
-        return whole
+            matrix[first : first + 4, first : first + 4] += element
+        return matrix
 
     def jump(self, node, component):
         """Displacements, stiffness and mass when an element leaves its left node by one."""
@@ -52,10 +52,10 @@ class Elements:
         force, momentum = np.zeros(len(self.mass)), np.zeros(len(self.mass))
         force[window], momentum[window] = -self.stiff[component], self.heavy[component]
         rigid = self.shapes[:, ~self.elastic]
-        found = self.flexibility @ force - rigid @ (rigid.T @ momentum)
-        moving = found[window] + np.eye(4)[component]
-        mass = found @ (self.mass @ found + 2 * momentum) + self.heavy[component, component]
-        return found, self.stiff[component] @ moving, mass
+        shape = self.flexibility @ force - rigid @ (rigid.T @ momentum)
+        moving = shape[window] + np.eye(4)[component]
+        mass = shape @ (self.mass @ shape + 2 * momentum) + self.heavy[component, component]
+        return shape, self.stiff[component] @ moving, mass
 
 
 @functools.cache

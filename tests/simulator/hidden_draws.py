@@ -129,15 +129,22 @@ def free(
     scene: Scene,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]]:
     """Bounds and truth of what is unknown, and the response that follows from it."""
-    both = (*scene.sensors, *scene.actuators)
+    instruments = (*scene.sensors, *scene.actuators)
     laws = [*scene.priors.values()]
-    laws += [(one.recorded - one.within, one.recorded + one.within) for one in both]
-    truth = [getattr(scene.true, name) for name in scene.priors] + [one.true for one in both]
+    laws += [
+        (instrument.recorded - instrument.within, instrument.recorded + instrument.within)
+        for instrument in instruments
+    ]
+    truth = [getattr(scene.true, name) for name in scene.priors]
+    truth += [instrument.true for instrument in instruments]
 
     def predicted(values: np.ndarray) -> np.ndarray:
         line = replace(scene.true, **dict(zip(scene.priors, values.tolist(), strict=False)))
         places = values[len(scene.priors) :].tolist()
-        moved = [replace(one, true=place) for one, place in zip(both, places, strict=True)]
+        moved = [
+            replace(instrument, true=place)
+            for instrument, place in zip(instruments, places, strict=True)
+        ]
         count = len(scene.sensors)
         sides = moved[:count], moved[count:]
         return accelerance(line, *sides, scene.frequency, elements=COARSE)
@@ -151,5 +158,5 @@ def one_motion(scene: Scene) -> bool:
     if scene.hidden.name != "cubic_stiffness":
         return True
     back = replace(scene, frequency=scene.frequency[::-1])
-    up, down = (one.responses(scene.hidden, COARSE) for one in (scene, back))
+    up, down = (run.responses(scene.hidden, COARSE) for run in (scene, back))
     return np.allclose(up, down[..., ::-1], rtol=1e-6)

@@ -51,7 +51,7 @@ class Scene:
 
     def misfit(self) -> float:
         """Expected chi2 per datum of the structure without the effect, all else true."""
-        exact, without = (self.responses(one, COARSE) for one in (self.hidden, NOTHING))
+        exact, without = (self.responses(hidden, COARSE) for hidden in (self.hidden, NOTHING))
         return 1 + float(np.mean(np.abs(exact - without) ** 2 / deviation(exact) ** 2))
 
 
@@ -65,7 +65,7 @@ def drawn(key: tuple[int, ...], name: str | None, strength: float) -> Scene:
         slenderness = strength
     nominal = structure(generator, kind, str(generator.choice(ends)), slenderness)
     priors = prior(generator, nominal)
-    true = replace(nominal, **{one: generator.uniform(*law) for one, law in priors.items()})
+    true = replace(nominal, **{field: generator.uniform(*law) for field, law in priors.items()})
     if name == "hysteretic_damping":
         # Twice the damping ratio is the loss factor that looks alike at resonance.
         scale = strength / 2 / true.damping_ratio
@@ -291,8 +291,8 @@ def mount_resonance(generator, scene, strength):
 def misplaced_sensor(generator, scene, strength):
     """At least three tolerances away from the record, towards the farther end."""
     sensor, half = whose(generator, scene), scene.true.length / 2
-    away = np.sign(half - sensor.recorded) * strength * sensor.within
-    return effect("misplaced_sensor", sensor=sensor.name, position=sensor.recorded + away)
+    offset = np.sign(half - sensor.recorded) * strength * sensor.within
+    return effect("misplaced_sensor", sensor=sensor.name, position=sensor.recorded + offset)
 
 
 SIDES = ("left", "right")

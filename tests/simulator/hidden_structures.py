@@ -60,7 +60,7 @@ def accelerance(
     elements: int = ELEMENTS,
 ) -> np.ndarray:
     """Accelerance [(m/s^2)/N] of shape (sensor, actuator, line) without noise, as recorded."""
-    read, driven = seats(sensors, hidden), [one.true for one in actuators]
+    read, driven = seats(sensors, hidden), [actuator.true for actuator in actuators]
     system = plant(line, hidden, elements, driven + ports(read, hidden))
     return as_recorded(system, line, sensors, actuators, frequency, hidden, force_level)
 
@@ -76,10 +76,10 @@ def as_recorded(
 ) -> np.ndarray:
     """Accelerance of any structure whose modes are known: `natural`, and `rows` at places."""
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
-    read, driven = seats(sensors, hidden), [one.true for one in actuators]
+    read, driven = seats(sensors, hidden), [actuator.true for actuator in actuators]
     response = Response(system, omega, flexibility(system, structure, hidden, omega))
     moved = motion(response, read, driven, hidden, force_level)
-    signs = np.outer(*([np.sign(one.direction) for one in side] for side in (sensors, actuators)))
+    signs = np.outer(*(np.sign([x.direction for x in side]) for side in (sensors, actuators)))
     recorded = -(omega**2) * moved * signs[:, :, None]
     return recorded * chain(hidden, sensors, omega)[:, None, :]
 
@@ -87,7 +87,7 @@ def as_recorded(
 def seats(sensors: Sequence[Instrument], hidden: Effect) -> list[float]:
     """Where the sensors truly sit [m]."""
     wrong = hidden["sensor"] if hidden.name == "misplaced_sensor" else None
-    return [hidden["position"] if one.name == wrong else one.true for one in sensors]
+    return [hidden["position"] if sensor.name == wrong else sensor.true for sensor in sensors]
 
 
 def ports(read: list[float], hidden: Effect) -> list[float]:
@@ -147,13 +147,13 @@ def motion(
 ) -> np.ndarray:
     """Receptance [m/N] of shape (sensor, actuator, line) with what is attached."""
     if hidden.name == "cubic_stiffness":
-        columns = [cubic(response, read, one, hidden, force_level) for one in driven]
+        columns = [cubic(response, read, place, hidden, force_level) for place in driven]
         return np.concatenate(columns, axis=1)
     if hidden.name == "sensor_mass":
         added = -(response.omega**2) * hidden["mass"]
         if not hidden["roving"]:
             return response.held_by(read, driven, read, added)
-        rows = [response.held_by([one], driven, [one], added) for one in read]
+        rows = [response.held_by([place], driven, [place], added) for place in read]
         return np.concatenate(rows)
     if hidden.name in ATTACHED:
         added = ATTACHED[hidden.name](hidden, response.omega)
@@ -188,21 +188,21 @@ def cubic(
     Where several motions are possible, the one that a slow sweep upwards follows.
     """
     port = [hidden["at"]]
-    own, cross = response.between(port, port)[:, 0, 0], response.between(port, [driven])[:, 0, 0]
+    direct, cross = response.between(port, port)[:, 0, 0], response.between(port, [driven])[:, 0, 0]
     spring = 0.75 * hidden["stiffness"] * np.abs(force_level * cross) ** 2
-    ratios = [real_positive(one) for one in ratio_polynomials(own, spring)]
+    ratios = [real_positive(roots) for roots in ratio_polynomials(direct, spring)]
     followed = sweep(ratios)
     return response.held_by(read, [driven], port, spring / followed)
 
 
-def ratio_polynomials(own: np.ndarray, spring: np.ndarray) -> np.ndarray:
+def ratio_polynomials(direct: np.ndarray, spring: np.ndarray) -> np.ndarray:
     """Companion matrices of r^3 = r^2 + 2 p Re(H) r + p^2 |H|^2, r = |U without / U with|^2.
 
     From U (1 + p H / r) = U without: |1 + p H / r|^2 = r.
     """
-    matrices = np.zeros((own.size, 3, 3))
+    matrices = np.zeros((direct.size, 3, 3))
     matrices[:, 0] = np.stack(
-        [np.ones(own.size), 2 * spring * own.real, spring**2 * np.abs(own) ** 2], axis=1
+        [np.ones(direct.size), 2 * spring * direct.real, spring**2 * np.abs(direct) ** 2], axis=1
     )
     matrices[:, 1, 0] = matrices[:, 2, 1] = 1.0
     return np.linalg.eigvals(matrices)
@@ -224,7 +224,9 @@ def sweep(choices: list[np.ndarray]) -> np.ndarray:
 
 def chain(hidden: Effect, sensors: Sequence[Instrument], omega: np.ndarray) -> np.ndarray:
     """Factor of each sensor and line between motion and record."""
-    whose = [hidden.name == "time_delay" or ("sensor", one.name) in hidden.pairs for one in sensors]
+    whose = [
+        hidden.name == "time_delay" or ("sensor", sensor.name) in hidden.pairs for sensor in sensors
+    ]
     factors = {
         "time_delay": lambda: np.exp(-1j * omega * hidden["delay"]),
         "gain_error": lambda: 1 + hidden["error"] + 0j * omega,

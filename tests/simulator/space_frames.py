@@ -48,7 +48,7 @@ def matrices(position, elements, bar):
     size = DIRECTIONS * len(position)
     pairs = np.stack([element(*position[ends], bar) for ends in elements], axis=1)
     places = (np.repeat(rows, 12, axis=1).ravel(), np.tile(rows, 12).ravel())
-    stiffness, mass = (coo_array((one.ravel(), places), shape=(size, size)) for one in pairs)
+    stiffness, mass = (coo_array((values.ravel(), places), shape=(size, size)) for values in pairs)
     node = np.repeat(np.arange(1, len(position) + 1), DIRECTIONS)
     dof = np.stack([node, np.tile(np.arange(1, DIRECTIONS + 1), len(position))], axis=1)
     return dict(stiffness=stiffness.tocsc(), mass=mass.tocsc(), position=position, dof=dof)
@@ -60,7 +60,7 @@ def element(start, end, bar):
     along = (end - start) / length
     across = np.linalg.svd(along[None])[2][1]
     turn = np.kron(np.eye(4), np.stack([along, across, np.cross(along, across)]))
-    return [turn.T @ one @ turn for one in _local(length, bar)]
+    return [turn.T @ matrix @ turn for matrix in _local(length, bar)]
 
 
 def _local(length, bar):

@@ -9,23 +9,23 @@ from tests.simulator.hidden_structures import accelerance
 
 @pytest.mark.parametrize("name", [None, *hidden_scenes.EFFECTS])
 def test_a_draw_hides_what_it_says(name):
-    found = hidden_draws.draw(5, name)
-    assert found.hidden.name == (name or "nothing")
+    draw = hidden_draws.draw(5, name)
+    assert draw.hidden.name == (name or "nothing")
     low, high = hidden_draws.MISFIT if name else (1.0, 1.0)
-    assert low <= found.misfit <= high
-    for field, (least, most) in found.priors.items():
-        assert least <= getattr(found.true, field) <= most
-        assert least <= getattr(found.nominal, field) <= most
-    for one in (*found.sensors, *found.actuators):
-        assert abs(one.true - one.recorded) <= one.within
-        assert 0 < one.true < found.true.length
-    for level in found.records:
+    assert low <= draw.misfit <= high
+    for field, (least, most) in draw.priors.items():
+        assert least <= getattr(draw.true, field) <= most
+        assert least <= getattr(draw.nominal, field) <= most
+    for instrument in (*draw.sensors, *draw.actuators):
+        assert abs(instrument.true - instrument.recorded) <= instrument.within
+        assert 0 < instrument.true < draw.true.length
+    for level in draw.records:
         exact = accelerance(
-            found.true,
-            found.sensors,
-            found.actuators,
+            draw.true,
+            draw.sensors,
+            draw.actuators,
             level.frequency,
-            found.hidden,
+            draw.hidden,
             level.force_level or 1.0,
         )
         chi2 = np.abs(level.frf - exact) ** 2 / level.variance()

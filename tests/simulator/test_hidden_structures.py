@@ -50,10 +50,11 @@ def bending_speed(line):
 @pytest.mark.parametrize("module", [fine_elements, hidden_structures, hidden_scenes, hidden_draws])
 def test_the_simulator_knows_nothing_of_the_package(module):
     nodes = [*ast.walk(ast.parse(Path(module.__file__).read_text()))]
-    found = {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
-    found |= {one.name for node in nodes if isinstance(node, ast.Import) for one in node.names}
+    modules = {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+    imports = [node for node in nodes if isinstance(node, ast.Import)]
+    modules |= {alias.name for node in imports for alias in node.names}
     known = {"collections", "dataclasses", "functools", "numpy", "scipy", "tests"}
-    assert {name.split(".")[0] for name in found} <= known
+    assert {name.split(".")[0] for name in modules} <= known
 
 
 # ------------------------------------------------------------------------------ closed forms
@@ -91,8 +92,8 @@ def test_a_dashpot_at_the_end_of_a_bar_absorbs_the_wave():
     exact = (
         np.sin(0.2 * k) * np.exp(-1j * k * 0.7) / (rod.rigidity * k)
     )  # a standing and a leaving wave
-    found = receptance(rod, 0.2, 0.7, frequency, hidden)
-    np.testing.assert_allclose(found, exact, rtol=1e-4)
+    response = receptance(rod, 0.2, 0.7, frequency, hidden)
+    np.testing.assert_allclose(response, exact, rtol=1e-4)
 
 
 @pytest.mark.parametrize("damping_ratio", [0.0, 0.1, 0.5])
@@ -111,8 +112,8 @@ def test_an_absorber_goes_through_the_fixed_points_of_den_hartog(damping_ratio):
         frequency=tuning * natural / (2 * np.pi),
         damping_ratio=damping_ratio,
     )
-    found = receptance(rigid, 0.5, 0.5, fixed * natural / (2 * np.pi), hidden)
-    assert np.allclose(np.abs(found) * spring, np.sqrt(1 + 2 / ratio), rtol=1e-4)
+    response = receptance(rigid, 0.5, 0.5, fixed * natural / (2 * np.pi), hidden)
+    assert np.allclose(np.abs(response) * spring, np.sqrt(1 + 2 / ratio), rtol=1e-4)
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
@@ -134,8 +135,8 @@ def test_shear_and_rotary_inertia_of_a_pinned_beam(order):
 def test_a_tensioned_pinned_beam(order):
     tension, k = 200.0, order * np.pi / PINNED.length
     square = (PINNED.rigidity * k**4 + tension * k**2) / (PINNED.density * PINNED.area)
-    found = plant(PINNED, effect("axial_preload", tension=tension)).natural[order - 1]
-    assert np.isclose(found, np.sqrt(square), **TIGHT)
+    natural = plant(PINNED, effect("axial_preload", tension=tension)).natural[order - 1]
+    assert np.isclose(natural, np.sqrt(square), **TIGHT)
 
 
 @pytest.mark.parametrize(
@@ -178,9 +179,9 @@ def test_a_weak_segment_of_a_beam_is_the_exact_one(order):
     hidden = effect("local_stiffness_loss", at=0.2, extent=0.03, share=0.7)
     weak = 0.3 * BEAM.rigidity
     sections = [(0.185, BEAM.rigidity), (0.03, weak), (0.385, BEAM.rigidity)]
-    found = plant(BEAM, hidden).natural[order]
-    exact = root(lambda w: waves(BEAM, w, sections, np.eye(4)[:, 2:]), found)
-    assert np.isclose(found, exact, **TIGHT)
+    natural = plant(BEAM, hidden).natural[order]
+    exact = root(lambda w: waves(BEAM, w, sections, np.eye(4)[:, 2:]), natural)
+    assert np.isclose(natural, exact, **TIGHT)
 
 
 def test_a_segment_without_stiffness_is_a_hinge():
@@ -196,18 +197,18 @@ def test_a_segment_without_stiffness_is_a_hinge():
         end = far @ np.column_stack([near, [0, 1, 0, 0]])
         return np.linalg.det(np.vstack([np.append(near[2], 0.0), end[2:]]))
 
-    found = plant(BEAM, hidden).natural[1]
-    assert np.isclose(found, root(hinged, found), rtol=1e-3)
+    natural = plant(BEAM, hidden).natural[1]
+    assert np.isclose(natural, root(hinged, natural), rtol=1e-3)
 
 
 def test_a_compliant_root_of_a_beam_is_the_exact_one():
     compliance = 0.1 * BEAM.length / BEAM.rigidity
     hidden = effect("compliant_support", end="left", compliance=compliance)
     left = np.array([[0.0, 0.0], [compliance, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    for found in plant(BEAM, hidden).natural[:3]:
+    for natural in plant(BEAM, hidden).natural[:3]:
         section = [(BEAM.length, BEAM.rigidity)]
-        exact = root(lambda w, section=section: waves(BEAM, w, section, left), found)
-        assert np.isclose(found, exact, **TIGHT)
+        exact = root(lambda w, section=section: waves(BEAM, w, section, left), natural)
+        assert np.isclose(natural, exact, **TIGHT)
 
 
 def test_a_compliant_end_of_a_bar_obeys_its_frequency_equation():
@@ -251,8 +252,8 @@ def test_the_motion_on_a_cubic_spring_balances_its_first_harmonic():
     at_spring, force = receptance(line, 0.6, 0.3, frequency, CUBIC, force_level=0.5), 0.5
     reaction = 0.75 * 3e8 * np.abs(force * at_spring) ** 2 * at_spring
     alone = receptance(line, 0.6, 0.3, frequency)
-    own = receptance(line, 0.6, 0.6, frequency)
-    np.testing.assert_allclose(at_spring, alone - own * reaction, rtol=1e-8)
+    driving_point = receptance(line, 0.6, 0.6, frequency)
+    np.testing.assert_allclose(at_spring, alone - driving_point * reaction, rtol=1e-8)
     elsewhere = receptance(line, 0.45, 0.3, frequency, CUBIC, force_level=0.5)
     passed = receptance(line, 0.45, 0.6, frequency)
     alone = receptance(line, 0.45, 0.3, frequency)
@@ -267,18 +268,18 @@ def test_the_sum_over_all_modes_is_the_direct_solution():
     line = replace(BEAM, damping_ratio=0.03)
     hidden = effect("point_mass", at=0.37, mass=0.1)
     mesh = fine_elements.mesh_of(line, NOTHING, 30, ())
-    stiffness, mass = (one[2:, 2:] for one in fine_elements.matrices(line, NOTHING, mesh))
+    stiffness, mass = (matrix[2:, 2:] for matrix in fine_elements.matrices(line, NOTHING, mesh))
     squares, shapes = scipy.linalg.eigh(stiffness, mass)
     losses = mass @ shapes * (0.06 * np.sqrt(squares)) @ shapes.T @ mass
     seat, read, driven = mesh.rows([0.37, 0.13, 0.55])[:, 2:]
     frequency = np.array([7.0, 90.0, 1000.0])
-    for one, found in zip(
+    for hertz, value in zip(
         frequency, receptance(line, 0.13, 0.55, frequency, hidden, elements=30), strict=True
     ):
-        omega = 2 * np.pi * one
+        omega = 2 * np.pi * hertz
         loaded = mass + 0.1 * np.outer(seat, seat)
         dynamic = stiffness + 1j * omega * losses - omega**2 * loaded
-        assert np.isclose(found, read @ np.linalg.solve(dynamic, driven), rtol=1e-7)
+        assert np.isclose(value, read @ np.linalg.solve(dynamic, driven), rtol=1e-7)
 
 
 @pytest.mark.parametrize("line", [BAR, BEAM], ids=["bar", "beam"])
@@ -322,7 +323,7 @@ def plain():
 
 def test_a_channel_recorded_the_other_way_has_the_other_sign(plain):
     turned = accelerance(
-        LOSSY, [replace(one, direction=1) for one in SENSORS], ACTUATORS, FREQUENCY
+        LOSSY, [replace(instrument, direction=1) for instrument in SENSORS], ACTUATORS, FREQUENCY
     )
     np.testing.assert_allclose(plain, turned * np.array([1, -1, 1])[:, None, None])
 
@@ -338,35 +339,40 @@ def test_a_gain_scales_one_channel(plain):
 
 
 def test_a_soft_mount_is_an_oscillator_driven_at_its_foot(plain):
-    found = chained("mount_resonance", sensor="s3", frequency=700.0, damping_ratio=0.05) / plain
+    response = chained("mount_resonance", sensor="s3", frequency=700.0, damping_ratio=0.05) / plain
     turn = FREQUENCY / 700.0
     transmissibility = (1 + (0.1 * turn) ** 2) / ((1 - turn**2) ** 2 + (0.1 * turn) ** 2)
-    np.testing.assert_allclose(np.abs(found[2, 0]) ** 2, transmissibility)
-    assert np.all(found[2, 0].imag < 0)  # it lags
-    np.testing.assert_allclose(found[:2], 1.0)
+    np.testing.assert_allclose(np.abs(response[2, 0]) ** 2, transmissibility)
+    assert np.all(response[2, 0].imag < 0)  # it lags
+    np.testing.assert_allclose(response[:2], 1.0)
 
 
 def test_a_misplaced_sensor_reads_elsewhere(plain):
-    found = chained("misplaced_sensor", sensor="s1", position=0.4)
+    response = chained("misplaced_sensor", sensor="s1", position=0.4)
     moved = accelerance(LOSSY, [sensor(0.4)], ACTUATORS, FREQUENCY)
-    np.testing.assert_allclose(found[:1], moved)
-    np.testing.assert_allclose(found[1:], plain[1:])
+    np.testing.assert_allclose(response[:1], moved)
+    np.testing.assert_allclose(response[1:], plain[1:])
 
 
 def test_sensors_weigh_where_they_sit():
     fixed = chained("sensor_mass", mass=0.2, roving=False)
     roving = chained("sensor_mass", mass=0.2, roving=True)
-    for row, one in enumerate(SENSORS):
-        alone = effect("point_mass", at=one.true, mass=0.2)
-        expected = accelerance(LOSSY, [one], ACTUATORS, FREQUENCY, alone)
+    for row, instrument in enumerate(SENSORS):
+        alone = effect("point_mass", at=instrument.true, mass=0.2)
+        expected = accelerance(LOSSY, [instrument], ACTUATORS, FREQUENCY, alone)
         np.testing.assert_allclose(roving[row], expected[0], rtol=1e-3)
     assert np.max(np.abs(fixed / roving - 1)) > 0.1
     # All three at once: one by one as point masses, by the dense matrices of a mesh.
     mesh = fine_elements.mesh_of(LOSSY, NOTHING, 120, (0.2, 0.31, 0.5, 0.77, 0.83))
-    stiffness, mass = (one[1:-1, 1:-1] for one in fine_elements.matrices(LOSSY, NOTHING, mesh))
+    stiffness, mass = (
+        matrix[1:-1, 1:-1] for matrix in fine_elements.matrices(LOSSY, NOTHING, mesh)
+    )
     squares, shapes = scipy.linalg.eigh(stiffness, mass)
     losses = mass @ shapes * (0.06 * np.sqrt(squares)) @ shapes.T @ mass
-    seats, driven = (mesh.rows([one.true for one in x])[:, 1:-1] for x in (SENSORS, ACTUATORS))
+    seats, driven = (
+        mesh.rows([instrument.true for instrument in side])[:, 1:-1]
+        for side in (SENSORS, ACTUATORS)
+    )
     omega = 2 * np.pi * FREQUENCY[7]
     loaded = mass + 0.2 * seats.T @ seats
     dynamic = stiffness + 1j * omega * losses - omega**2 * loaded
@@ -375,8 +381,8 @@ def test_sensors_weigh_where_they_sit():
 
 
 def test_the_noise_is_the_one_that_the_coherence_tells(plain):
-    found = record(plain, FREQUENCY, np.random.default_rng(0), averages=32)
-    np.testing.assert_allclose(found.variance(), deviation(plain) ** 2, rtol=1e-9)
-    chi2 = np.abs(found.frf - plain) ** 2 / found.variance()
+    data = record(plain, FREQUENCY, np.random.default_rng(0), averages=32)
+    np.testing.assert_allclose(data.variance(), deviation(plain) ** 2, rtol=1e-9)
+    chi2 = np.abs(data.frf - plain) ** 2 / data.variance()
     assert abs(chi2.mean() - 1) < 5 / np.sqrt(chi2.size)
-    assert np.all((found.coherence > 0) & (found.coherence < 1))
+    assert np.all((data.coherence > 0) & (data.coherence < 1))
