@@ -92,6 +92,50 @@ def compared_with_baseline(
     return unchanged, comparison
 
 
+def carried_over(
+    comparison: Comparison, between: Hypothesis, most_effects: int
+) -> list[Hypothesis]:
+    """Fit the effects of a state in between once more, from where they were found there.
+
+    Alone, and with what the best hypothesis has besides: a scan of one effect after the other may
+    miss the place of one that acts together with another.
+
+    Parameters
+    ----------
+    comparison
+        Hypotheses of the later state.
+    between
+        The hypothesis that was claimed in the state in between.
+    most_effects
+        Most effects that are new since the baseline.
+    """
+    fits: dict[tuple[str, ...], Hypothesis] = {}
+    for partner in (comparison.hypotheses[0], comparison.best()):
+        rest = [effect for effect in partner.effects if kind_of(effect) not in between.kinds]
+        effects = (*between.effects, *rest)
+        kinds = tuple(kind_of(effect) for effect in effects)
+        if between.effects and len(effects) <= most_effects and kinds not in fits:
+            fits[kinds] = _from_both(comparison.hypotheses[0], partner, between, effects)
+    return finite(fits.values())
+
+
+def _from_both(
+    null: Hypothesis, partner: Hypothesis, between: Hypothesis, effects: tuple[Effect, ...]
+) -> Hypothesis:
+    """Fit effects of which some were found in a state in between, and others by a partner."""
+    problem = null.problem
+    for effect in effects:
+        problem = problem.with_effect(effect)
+    starts = np.zeros((2, problem.dimension))
+    for row, order in enumerate(((between, partner), (partner, between))):
+        for hypothesis in order:
+            for name, place in hypothesis.problem.coordinates.places.items():
+                if name in problem.coordinates.places:
+                    starts[row, problem.coordinates.places[name]] = hypothesis.fit.point[place]
+    sized = fitted_with_sizes(problem, starts, SOFTENING[-2:])
+    return replace(null, effects=effects, **vars(sized))
+
+
 def _next_best(comparison: Comparison, best: Hypothesis) -> list[Effect]:
     """The single effects of greatest odds that the best hypothesis does not have."""
     singles = [h for h in comparison.distinct() if len(h.effects) == 1]

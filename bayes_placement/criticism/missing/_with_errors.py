@@ -12,7 +12,7 @@ from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal, ModalErrors
 from ...experiment.noise import Data
 from ...inference.residuals import State
-from ._before_and_after import compared_with_baseline, fitted_baseline, state_of
+from ._before_and_after import carried_over, compared_with_baseline, fitted_baseline, state_of
 from ._held_out import held_out
 from ._hypotheses import Hypothesis, early_evidence_of_best, finite, null_hypothesis, with_errors
 from ._posterior_odds import (
@@ -98,8 +98,9 @@ class Answer(NamedTuple):
         the effects must also predict held-out data better than fewer of them, and none of them may
         be only the best of several: scatter along a structure looks a little like many effects.
         """
-        if not self.comparison.hypotheses[0].has_errors and passes(self.null, level):
-            return self.comparison.hypotheses[0]
+        none = self.comparison.hypotheses[0]
+        if not none.has_errors and passes(none, level):
+            return none
         best = self.comparison.best()
         while best.has_errors and best.effects and not self._holds(best):
             best = _with_fewer(self.comparison, best)
@@ -111,13 +112,19 @@ class Answer(NamedTuple):
         return stands_out and _predicts_better(self.comparison, best)
 
 
-def answered(question: Question, tick: Tick, baseline: Measurements | None = None) -> Answer:
+def answered(
+    question: Question,
+    tick: Tick,
+    baseline: Measurements | None = None,
+    between: Hypothesis | None = None,
+) -> Answer:
     """Compare hypotheses without model error, and with it where none of them reaches the noise.
 
-    A declared model error is always fitted, and with an earlier state any.
+    A declared model error is always fitted, and with an earlier state any. Effects that were found
+    in a state between the baseline and this one are tried from where they were.
     """
     if baseline is not None:
-        return _answered_by_two_states(question, baseline, tick)
+        return _answered_by_two_states(question, baseline, between, tick)
     null = null_hypothesis(question.experiment, question.data, question.errors)
     exact = single_effects(null, question.effects, tick)
     if question.declared:
@@ -145,7 +152,9 @@ def ticks(progress: Progress, count: int, share: tuple[float, float]) -> Tick:
     return tick
 
 
-def _answered_by_two_states(question: Question, baseline: Measurements, tick: Tick) -> Answer:
+def _answered_by_two_states(
+    question: Question, baseline: Measurements, between: Hypothesis | None, tick: Tick
+) -> Answer:
     """Compare what is new in the later of two states; the model error is that of both."""
     experiment = question.experiment.with_errors(question.errors)
     earlier = state_of(experiment, baseline)
@@ -154,6 +163,9 @@ def _answered_by_two_states(question: Question, baseline: Measurements, tick: Ti
     unchanged, comparison = compared_with_baseline(
         later, earlier, before, question.effects, question.level, question.most_effects, tick
     )
+    if between is not None:
+        carried = carried_over(comparison, between, question.most_effects)
+        comparison = comparison.with_hypotheses(carried)
     return Answer(unchanged, comparison, comparison, before)
 
 

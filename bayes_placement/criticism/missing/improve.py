@@ -131,9 +131,16 @@ class _Search(NamedTuple):
     most_effects: int
 
     def of(
-        self, measurement: Measurements, baseline: Measurements | None, progress: Progress
+        self,
+        measurement: Measurements,
+        baseline: Measurements | None,
+        progress: Progress,
+        between: Hypothesis | None = None,
     ) -> "_Improved":
-        """Search in one measurement, or for what is new in it since a baseline."""
+        """Search in one measurement, or for what is new in it since a baseline.
+
+        What was claimed in a state in between is a candidate too.
+        """
         began = time.perf_counter()
         question = Question.of(
             self.experiment,
@@ -144,7 +151,7 @@ class _Search(NamedTuple):
             most_effects=self.most_effects,
         )
         tick = ticks(progress, 2 * len(self.effects) + 20, (0.02, 0.9))
-        answer = answered(question, tick, baseline)
+        answer = answered(question, tick, baseline, between)
         null, comparison, exact, before = answer
         best = answer.best(self.level)
         progress(0.9)
@@ -166,15 +173,17 @@ class _Search(NamedTuple):
             cautions=cautions(best, sampled.get(id(best))),
             baseline=None if before is None else fitted_model(before, {}),
         )
-        return _Improved(ledger, found_effects(best, steps[-1]))
+        return _Improved(ledger, best, found_effects(best, steps[-1]))
 
     def of_states(self, states: Mapping[str, Measurements], progress: Progress) -> LedgerOfStates:
         """Search in each later state for what is new since the first."""
         first, *later = states
-        improved = {
-            label: self.of(states[label], states[first], _share(progress, number, len(later)))
-            for number, label in enumerate(later)
-        }
+        improved: dict[str, _Improved] = {}
+        between = None
+        for number, label in enumerate(later):
+            share = _share(progress, number, len(later))
+            improved[label] = self.of(states[label], states[first], share, between)
+            between = improved[label].best
         return LedgerOfStates(
             baseline=first,
             ledgers={label: state.ledger for label, state in improved.items()},
@@ -183,9 +192,10 @@ class _Search(NamedTuple):
 
 
 class _Improved(NamedTuple):
-    """Ledger of one measurement, and the effects that it claims."""
+    """Ledger of one measurement, the hypothesis that it claims, and its effects."""
 
     ledger: Ledger
+    best: Hypothesis
     found: tuple[FoundEffect, ...]
 
 

@@ -11,7 +11,8 @@ import bayes_placement as bp
 from bayes_placement import effects, explain, improve
 from bayes_placement.criticism.missing._before_and_after import state_of
 from bayes_placement.inference.residuals import Problem, State
-from tests.criticism.small import LINES, TRUTH, experiment, recorded
+from tests.criticism.small import LINES, MASS, TRUTH, experiment, recorded
+from tests.criticism.small import measured as small_measured
 
 SMALL = effects.point_mass(0.313, 0.05)
 SIZES = {"frequency": 0.01, "damping": 0.2, "shape": 0.05, "gain": 0.01}
@@ -70,6 +71,18 @@ def test_where_nothing_is_new_nothing_is_claimed(before, candidates):
     ledger = improve(experiment(), again, baseline=before, candidates=candidates, most_effects=1)
     assert ledger.verdict == ()
     assert "Nothing is claimed to be new" in ledger.sentence()
+
+
+def test_of_an_exact_model_an_effect_is_new_too():
+    before, after, again = (
+        small_measured(*hidden, seed=seed) for seed, hidden in enumerate([(), (MASS,), ()])
+    )
+    candidates = effects.library(experiment(), ["point_mass", "gain_error"])
+    settings = {"baseline": before, "candidates": candidates, "model_error": None}
+    ledger = improve(experiment(), after, **settings)
+    assert ledger.verdict == ("point_mass",)
+    assert ledger.steps[-1].chi2_per_datum == pytest.approx(1.0, abs=0.2)
+    assert improve(experiment(), again, **settings).verdict == ()
 
 
 def test_with_unknown_noise_the_same_mass_is_new(before, after):

@@ -79,6 +79,23 @@ def test_a_change_is_seen_that_two_sizes_alone_would_not_tell(ledger):
     assert [state.change for state in course.in_state.values()] == [NEW, CHANGED]
 
 
+def test_an_effect_stays_where_it_was_when_another_one_comes():
+    """By itself the second state has a wrong place of the mass, beside the gain."""
+    gain = effects.gain_error("s2", -0.06)
+    small = effects.point_mass(0.313, 0.05)
+    states = {
+        "bare": measured(imperfect(201), 402),
+        "mass": measured(imperfect(201, small), 702),
+        "and gain": measured(imperfect(201, small, gain), 1407),
+    }
+    candidates = effects.library(experiment(), ["point_mass", "gain_error"])
+    ledger = improve(experiment(), states, candidates=candidates, most_effects=2)
+    assert ledger.new == {"mass": ("point_mass",), "and gain": ("gain_error",)}
+    mass = ledger.courses[0].in_state["and gain"].found.estimates
+    assert mass["at"].low < 0.313 < mass["at"].high
+    assert mass["mass"].low < 0.05 < mass["mass"].high
+
+
 def claimed_effect(kind="point_mass", *arguments):
     """An effect, as far as it matters which of them it is."""
     return FoundEffect(effects.EFFECTS[kind](*arguments), "", {}, None)
