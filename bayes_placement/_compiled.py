@@ -106,10 +106,10 @@ class _Fields:
     @classmethod
     def tree_unflatten(cls, fixed: Any, values: Sequence[Any]) -> Distribution:
         """Return the distribution."""
-        kind, rest = fixed
+        kind, auxiliary = fixed
         names = kind.gather_pytree_data_fields()
         value = dict(zip(sorted(names), values, strict=True))
-        return kind.tree_unflatten(rest, tuple(value[name] for name in names))
+        return kind.tree_unflatten(auxiliary, tuple(value[name] for name in names))
 
 
 def _in_order(tree: Any) -> Any:

@@ -81,8 +81,8 @@ def check_count(argument: str, value: Any, least: int, instead: str) -> None:
     InputError
         If it is none.
     """
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not (whole and value >= least):
+    integral = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not (integral and value >= least):
         raise InputError(
             f"{argument}={shown(value)} was given; a whole number of at least {least} is needed, "
             f"since it counts: {instead}."

@@ -67,24 +67,24 @@ def matrices():
     added = {
         floor: np.diag(PLATE * (np.arange(5) == number)) for number, floor in enumerate(FLOORS)
     }
-    whole = bp.finite_elements.Matrices(
+    model = bp.finite_elements.Matrices(
         sum(storeys.values()) + rocking,
         sum(added.values()) + np.diag([0.0, 0.0, 0.0, 0.0, inertia]),
         position=np.stack([0 * height, 0 * height, height], axis=1),
         dof=[(1, 2), (2, 2), (3, 2), (4, 2), (1, 4)],
     )
-    return whole, storeys | {"rocking": rocking}, added
+    return model, storeys | {"rocking": rocking}, added
 
 
 def structure():
     """The frame, with unknown stiffness of its joints and unknown additional masses."""
-    whole, stiffness, mass = matrices()
+    model, stiffness, mass = matrices()
     priors = {name: dist.LogUniform(0.3, 1.2) for name in stiffness if name != "rocking"}
     priors |= {"rocking": dist.LogUniform(0.01, 100.0)}
     priors |= {floor: dist.Uniform(1.0, 1.5) for floor in FLOORS}
     modes = bp.finite_elements.affine(
-        whole,
-        bp.finite_elements.interpolation.nearest(whole, axes=(2,)),
+        model,
+        bp.finite_elements.interpolation.nearest(model, axes=(2,)),
         parameters=priors,
         stiffness=stiffness,
         mass=mass,

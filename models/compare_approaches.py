@@ -244,9 +244,9 @@ def _bias_sentence(comparison: Comparison, approach: str) -> str:
         estimate = _estimate(comparison, scene, approach)
         mean, deviation, ess = (float(estimate[name]) for name in ("mean", "sd", "ess"))
         errors = f"{abs(mean - true) / deviation:.1f} of its standard deviations"
-        few = f"with an effective sample size of {ess:.0f}, too small for an estimate"
+        warning = f"with an effective sample size of {ess:.0f}, too small for an estimate"
         deviations.append(
-            f"{100 * abs(mean - true) / true:.2g} % off, {few if ess < 10 else errors}"
+            f"{100 * abs(mean - true) / true:.2g} % off, {warning if ess < 10 else errors}"
         )
     return (
         f"{approach}: without the clamp in the model, Young's modulus is {deviations[0]}; with a "

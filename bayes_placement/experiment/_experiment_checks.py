@@ -65,9 +65,9 @@ def all_known(experiment: Any) -> None:
         unknown.name for unknown in unknowns(experiment) if unknown.role is not Role.OUTPUT_ERROR
     ]
     if names:
-        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+        tail = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
         raise InputError(
-            f"Still unknown: {', '.join(names[:SHOWN])}{more}; the response of an experiment needs "
+            f"Still unknown: {', '.join(names[:SHOWN])}{tail}; the response of an experiment needs "
             "a number in the place of every distribution, since each of its values gives another "
             f'response. Give values, experiment.fix({{"{names[0]}": ...}}).frf(), or take '
             "nominal ones, experiment.nominal().frf(); "
@@ -75,11 +75,13 @@ def all_known(experiment: Any) -> None:
         )
 
 
-def _check_transducers(argument: str, given: Any, kind: type[Transducer], instead: str) -> None:
+def _check_transducers(
+    argument: str, transducers: Any, kind: type[Transducer], instead: str
+) -> None:
     """Refuse what is no list of sensors, or of actuators."""
     needed = f"a list of objects of {kind.__name__} is needed, since names and places belong to it"
-    check_kind(argument, given, Sequence, needed, instead)
-    for transducer in given:
+    check_kind(argument, transducers, Sequence, needed, instead)
+    for transducer in transducers:
         check_kind(f"an entry of {argument}", transducer, kind, needed, instead)
 
 
@@ -93,13 +95,13 @@ def lines(frequency: Any) -> Any:
     """
     if isinstance(frequency, jax.core.Tracer):
         return frequency
-    given = np.asarray(frequency)
-    if given.dtype.kind not in "iuf":
+    values = np.asarray(frequency)
+    if values.dtype.kind not in "iuf":
         raise InputError(
             f"frequency={shown(frequency)} was given; a list of real numbers [Hz] is needed, since "
             "these are the lines: frequency=[21.65, 64.95]."
         )
-    array = given.astype(float)
+    array = values.astype(float)
     if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array)) or np.any(array < 0):
         raise InputError(
             f"frequency of shape {array.shape} was given; a list of lines [Hz], finite and not "

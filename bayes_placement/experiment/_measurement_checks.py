@@ -100,8 +100,8 @@ def positions(
 
 
 def _point(name: str, point: Sequence[float | int]) -> tuple[float, float, float]:
-    given = np.asarray(point)
-    coordinates = given.astype(float) if given.dtype.kind in "iuf" else np.full(1, np.nan)
+    values = np.asarray(point)
+    coordinates = values.astype(float) if values.dtype.kind in "iuf" else np.full(1, np.nan)
     if coordinates.shape != (3,) or not np.isfinite(coordinates).all():
         raise InputError(
             f"The position of {name!r} was given as {point}; three finite coordinates [m] are "
@@ -130,9 +130,9 @@ def not_measured(requested: np.ndarray, nearest: np.ndarray) -> InputError:
     """Return the error that names the missing lines [Hz] and the measured ones next to them."""
     pairs = zip(requested[:5], nearest, strict=False)
     shown = [f"{line:g} Hz (nearest {measured:g} Hz)" for line, measured in pairs]
-    more = f" and {requested.size - 5} more" if requested.size > 5 else ""
+    tail = f" and {requested.size - 5} more" if requested.size > 5 else ""
     return InputError(
-        f"{requested.size} of the frequencies given were not measured: {', '.join(shown)}{more}. A "
+        f"{requested.size} of the frequencies given were not measured: {', '.join(shown)}{tail}. A "
         "measured line is needed for each, since FRFs are not interpolated across resonances. "
         "Choose measured lines: experiment frequency = measurement.band(low, high).frequency."
     )

@@ -23,8 +23,8 @@ def at_levels(
     InputError
         If a level was not measured, or several measurements are given and no level.
     """
-    given = [measurements] if isinstance(measurements, Measurement) else measurements
-    for run in given if isinstance(given, list | tuple) else [given]:
+    entries = [measurements] if isinstance(measurements, Measurement) else measurements
+    for run in entries if isinstance(entries, list | tuple) else [entries]:
         check_kind(
             "measurement",
             run,

@@ -90,8 +90,8 @@ def resonances(runs: Sequence["Measurement"]) -> Int[np.ndarray, "peak"]:
 def _peaks(indicator: Lines, prominence: Lines) -> Int[np.ndarray, "peak"]:
     """Peaks of an indicator whose log stands out by its prominence above the valley beside it."""
     level = np.log(np.maximum(indicator, np.finfo(float).tiny))
-    peaks, found = find_peaks(level, prominence=0.0)
-    return np.asarray(peaks[found["prominences"] > prominence[peaks]])
+    peaks, properties = find_peaks(level, prominence=0.0)
+    return np.asarray(peaks[properties["prominences"] > prominence[peaks]])
 
 
 def half_power_bandwidth(frequency: Lines, indicator: Lines, peak: int) -> float:

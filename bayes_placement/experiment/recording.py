@@ -86,7 +86,9 @@ def recorded_frequency(instrument_effects: Iterable[InstrumentEffect], omega: Om
 def _amplified(response: Receptance, instruments: Instruments, omega: Any) -> Receptance:
     """Receptance with the gain and the delay of each channel, untouched where all are exact."""
     for axis, side in enumerate((instruments.sensors, instruments.actuators)):
-        factors = [one.factor(omega) for one in side.values() for _ in one.channels]
+        factors = [
+            transducer.factor(omega) for transducer in side.values() for _ in transducer.channels
+        ]
         if any(factor is not None for factor in factors):
             exact = jnp.ones(omega.shape)
             rows = jnp.stack([exact if factor is None else factor for factor in factors])

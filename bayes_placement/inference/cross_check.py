@@ -66,7 +66,7 @@ def standard_methods(experiment: Experiment, engine: Engine | None = None) -> li
     parameters = [unknown for unknown in experiment.unknowns if not unknown.is_of_transducer]
     if len(parameters) == len(experiment.unknowns):
         return latent
-    few = len(parameters) <= GRID_UNKNOWNS
-    gridded = few and all(parameter.distribution.shape() == () for parameter in parameters)
+    fits_grid = len(parameters) <= GRID_UNKNOWNS
+    gridded = fits_grid and all(parameter.distribution.shape() == () for parameter in parameters)
     exact = [method("grid", "quadrature")] if gridded else []
     return [*latent, method("importance", "kde"), *exact]

@@ -34,13 +34,13 @@ class State(NamedTuple):
         The experiment.
     data
         Measured outputs.
-    own
+    unknowns
         Names of unknowns that have values of their own in this state.
     """
 
     experiment: Experiment
     data: Data
-    own: frozenset[str] = frozenset()
+    unknowns: frozenset[str] = frozenset()
 
 
 class Problem:
@@ -100,14 +100,14 @@ class Problem:
         self.sizes = dict(sizes or _medians(self.unknown_sizes))
         self.at_fixed_sizes = experiment.fix(self.sizes)
         earlier = (*(() if baseline is None else (baseline,)), *self.further)
-        self.own = {
+        self.further_unknowns = {
             own_name(unknown.name, number): unknown
             for number, state in enumerate(earlier, 1)
             for unknown in state.experiment.unknowns
-            if unknown.name in state.own
+            if unknown.name in state.unknowns
         }
         self.coordinates = coordinates_of(
-            self.at_fixed_sizes, standard_normal=standard_normal, further=self.own
+            self.at_fixed_sizes, standard_normal=standard_normal, further=self.further_unknowns
         )
         self.states = [State(self.at_fixed_sizes, data)]
         for state in earlier:
@@ -176,7 +176,7 @@ class Problem:
 
     def errors_of(self, size: Unknown) -> np.ndarray:
         """Places of the errors that have a size, among the coordinates."""
-        unknowns = {unknown.name: unknown for unknown in self.experiment.unknowns} | self.own
+        unknowns = self.experiment.unknown | self.further_unknowns
         places = [
             np.arange(place.start, place.stop)
             for name, unknown in unknowns.items()
@@ -230,7 +230,7 @@ class _Part:
     ):
         mine = coordinates_of(state.experiment, standard_normal=False)
         places = [
-            coordinates.places[own_name(name, number) if name in state.own else name]
+            coordinates.places[own_name(name, number) if name in state.unknowns else name]
             for name in mine.places
         ]
         columns = [np.arange(place.start, place.stop) for place in places]

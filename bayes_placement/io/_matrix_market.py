@@ -104,15 +104,15 @@ def _table(path: Path, values: bytes, head: _Head) -> Table:
 def _sparse(path: Path, table: Table, head: _Head) -> Any:
     rows, columns, _ = head.sizes
     places = table[:, :2]
-    whole = np.array_equal(places, np.round(places))
-    if not (whole and np.all(places >= 1) and np.all(places <= (rows, columns))):
+    integral = np.array_equal(places, np.round(places))
+    if not (integral and np.all(places >= 1) and np.all(places <= (rows, columns))):
         raise _refused(path, f"an index is none of 1 to {rows} and 1 to {columns}")
     row, column = places.T.astype(np.int64) - 1
     values = _values(table[:, 2:])
     if head.symmetry == "symmetric":
-        beside = row != column
-        row, column = np.append(row, column[beside]), np.append(column, row[beside])
-        values = np.append(values, values[beside])
+        off_diagonal = row != column
+        row, column = np.append(row, column[off_diagonal]), np.append(column, row[off_diagonal])
+        values = np.append(values, values[off_diagonal])
     return scipy.sparse.coo_array((values, (row, column)), shape=(rows, columns))
 
 

@@ -53,8 +53,8 @@ def _form(archive: NpzArchive) -> str:
 
 def _shape(archive: NpzArchive) -> tuple[int, int]:
     values = archive.array("shape")
-    whole = values.dtype.kind in "iu" and values.shape == (2,)
-    if not whole or not np.all((values >= 1) & (values <= MOST_ROWS)):
+    is_shape = values.dtype.kind in "iu" and values.shape == (2,)
+    if not is_shape or not np.all((values >= 1) & (values <= MOST_ROWS)):
         raise _refused(archive, f"its shape is {values.tolist()}")
     return int(values[0]), int(values[1])
 

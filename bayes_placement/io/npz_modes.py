@@ -149,8 +149,8 @@ def _whole(path: Path, name: str, values: np.ndarray, shape: tuple[int, ...]) ->
 
 def _shaped(path: Path, name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """Return an array of a shape, in which -1 is any length."""
-    same = values.ndim == len(shape)
-    if not same or any(n not in (-1, m) for n, m in zip(shape, values.shape, strict=True)):
+    ranks_agree = values.ndim == len(shape)
+    if not ranks_agree or any(n not in (-1, m) for n, m in zip(shape, values.shape, strict=True)):
         raise InputError(
             f"{path}: the array {name} has the shape {values.shape}; {shape} is needed (-1: any), "
             f"since its rows are counted. Write it with numpy.savez(path, {name}=...)."

@@ -74,9 +74,9 @@ def change(earlier: FoundEffect, later: FoundEffect) -> str:
     unknowns = _of_effects(earlier.hypothesis)
     mine = {name for name, unknown in unknowns.items() if _is_of(unknown, earlier.effect)}
     size = {name for name in mine if _is_size(unknowns[name], earlier.effect)}
-    rest = set(unknowns) - mine
-    unchanged, changed = (_log_odds(earlier, later, own) for own in (rest, rest | size))
-    elsewhere = -np.inf if size == mine else _log_odds(earlier, later, rest | mine)
+    shared = set(unknowns) - mine
+    unchanged, changed = (_log_odds(earlier, later, names) for names in (shared, shared | size))
+    elsewhere = -np.inf if size == mine else _log_odds(earlier, later, shared | mine)
     if unchanged > max(changed, elsewhere) - STRONG:
         return UNCHANGED
     return CHANGED if changed > elsewhere - STRONG else NEW
@@ -101,10 +101,10 @@ def _is_size(unknown: Unknown, effect: Effect) -> bool:
     return unknown.owner.kind != "ports" and unknown.field not in effect.place_fields
 
 
-def _log_odds(earlier: FoundEffect, later: FoundEffect, own: Collection[str]) -> float:
+def _log_odds(earlier: FoundEffect, later: FoundEffect, names: Collection[str]) -> float:
     """Log odds of both states and their baseline, some unknowns having two values."""
     first, last = earlier.hypothesis, later.hypothesis
-    between = State(first.problem.experiment, first.problem.data, frozenset(own))
+    between = State(first.problem.experiment, first.problem.data, frozenset(names))
     problem = Problem(
         last.problem.experiment,
         last.problem.data,
@@ -116,7 +116,7 @@ def _log_odds(earlier: FoundEffect, later: FoundEffect, own: Collection[str]) ->
     for row, order in enumerate(((first, last), (last, first))):
         for hypothesis in order:
             _put(starts[row], problem, hypothesis, hypothesis.problem.coordinates.places)
-        _put(starts[row], problem, first, own, number=2)
+        _put(starts[row], problem, first, names, number=2)
     sized = fitted_with_sizes(problem, starts, SOFTENING[-2:])
     return Comparison([], {}).log_odds(replace(last, effects=(), **vars(sized)))
 

@@ -218,8 +218,8 @@ def fitted(candidate: ScannedCandidate, rival: float = -np.inf) -> Hypothesis:
 def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarray:
     """The fit without the effect, and the effect at its weakest: never worse than without."""
     start, fields = np.zeros(problem.dimension), fields_of(effect, problem)
-    rest = others(problem, list(fields))
-    start[rest] = carried_over(base, rest)
+    columns = others(problem, list(fields))
+    start[columns] = carried_over(base, columns)
     for name, word in fields.items():
         if word == effect.absent[0]:
             start[problem.coordinates.places[name]] = weakest(effect, problem, name)

@@ -139,7 +139,7 @@ def wants_more_effects(comparison: Comparison, depth: int, level: float) -> bool
     return len(best.effects) >= depth and not passes(best, level)
 
 
-def greatest_odds_expected(comparison: Comparison, depth: int, more: int) -> float:
+def greatest_odds_expected(comparison: Comparison, depth: int, further_effects: int) -> float:
     """Odds that hypotheses of so many effects and some more are not expected to exceed.
 
     What is expected is that no further effect gains more than the best of those before it did. A
@@ -149,7 +149,7 @@ def greatest_odds_expected(comparison: Comparison, depth: int, more: int) -> flo
         max(comparison.log_odds(h) for h in comparison.hypotheses if len(h.effects) == count)
         for count in range(depth + 1)
     ]
-    return float(odds[-1] + more * max(0.0, *np.diff(odds)))
+    return float(odds[-1] + further_effects * max(0.0, *np.diff(odds)))
 
 
 def p_value(hypothesis: Hypothesis) -> float:

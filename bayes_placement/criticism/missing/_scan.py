@@ -95,11 +95,11 @@ def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) 
         Greatest number of points.
     """
     grid = _grid(problem, counts, most)
-    rest = others(problem, list(counts))
-    grid[:, rest] = carried_over(base, rest)
+    columns = others(problem, list(counts))
+    grid[:, columns] = carried_over(base, columns)
     residual, _ = problem.squares.residuals(grid, True)
-    slopes = problem.squares.jacobian(grid[:1], True).slopes[0][rest]
-    curvature = slopes @ slopes.T + np.eye(len(rest))
+    slopes = problem.squares.jacobian(grid[:1], True).slopes[0][columns]
+    curvature = slopes @ slopes.T + np.eye(len(columns))
     pull = residual @ slopes.T
     absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)
     predicted_cost = 0.5 * (np.einsum("bn,bn->b", residual, residual) - absorbed)
@@ -107,12 +107,12 @@ def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) 
     return Scan(grid[kept], residual[kept].astype(np.float32), predicted_cost[kept])
 
 
-def carried_over(base: np.ndarray, rest: np.ndarray) -> np.ndarray:
+def carried_over(base: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Coordinates without an effect, for the problem with it.
 
     What its attachment adds to a model error comes last, and is zero without it.
     """
-    return np.pad(base, (0, len(rest) - len(base)))
+    return np.pad(base, (0, len(columns) - len(base)))
 
 
 def others(problem: Problem, names: list[str]) -> np.ndarray:

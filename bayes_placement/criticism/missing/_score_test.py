@@ -105,8 +105,8 @@ def _of_candidate(
 def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signatures:
     problem, effect = candidate.problem, candidate.effect
     points = _weak_points(problem, effect, most)
-    rest = others(problem, list(fields_of(effect, problem)))
-    points[:, rest] = candidate.scan.points[0, rest]
+    columns = others(problem, list(fields_of(effect, problem)))
+    points[:, columns] = candidate.scan.points[0, columns]
     change = model.projected(problem.squares.residuals(points)[0] - model.start)
     size = np.linalg.norm(change, axis=1, keepdims=True)
     largest = np.max(size, where=np.isfinite(size), initial=0.0)

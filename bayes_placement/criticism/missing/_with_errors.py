@@ -203,10 +203,10 @@ def _deepened(
 ) -> Comparison:
     """Try more effects, while they may reach the odds of a rival."""
     for depth in range(1, question.most_effects):
-        more = question.most_effects - depth
+        further_effects = question.most_effects - depth
         if not wants_more_effects(comparison, depth, question.level):
             break
-        if greatest_odds_expected(comparison, depth, more) < rival:
+        if greatest_odds_expected(comparison, depth, further_effects) < rival:
             break
         comparison = one_more_effect(comparison, depth, tick, breadth)
     return comparison
@@ -224,9 +224,9 @@ def _deepened_with_errors(question: Question, exact: Comparison, tick: Tick) -> 
             break
         branches = [h for h in comparison.distinct() if len(h.effects) == depth]
         kinds = {hypothesis.kinds for hypothesis in branches[: NARROW.branches]}
-        alike = [h for h in exact.distinct() if h.kinds in kinds]
+        counterparts = [h for h in exact.distinct() if h.kinds in kinds]
         deeper = one_more_effect(
-            exact._replace(hypotheses=[exact.hypotheses[0], *alike]), depth, tick, NARROW
+            exact._replace(hypotheses=[exact.hypotheses[0], *counterparts]), depth, tick, NARROW
         )
         further = [h for h in deeper.hypotheses if len(h.effects) == depth + 1]
         refitted = _refitted(deeper, further, question.errors, tick)

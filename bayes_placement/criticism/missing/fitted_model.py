@@ -207,12 +207,12 @@ def _of_effect(name: str, parameters: Mapping[str, Estimate]) -> dict[str, tuple
 def _chi2_when_exact(hypothesis: Hypothesis, exact: Comparison | None) -> float:
     if not hypothesis.has_errors or exact is None:
         return float("nan")
-    alike = (
+    counterparts = (
         other
         for other in exact.hypotheses
         if other.effects is hypothesis.effects and not other.has_errors
     )
-    return next((other.chi2_per_datum for other in alike), float("nan"))
+    return next((other.chi2_per_datum for other in counterparts), float("nan"))
 
 
 def number_or_none(value: float) -> float | None:

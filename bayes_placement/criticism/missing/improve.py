@@ -187,7 +187,7 @@ class _Search(NamedTuple):
         return LedgerOfStates(
             baseline=first,
             ledgers={label: state.ledger for label, state in improved.items()},
-            courses=courses_of({label: state.found for label, state in improved.items()}),
+            courses=courses_of({label: state.claims for label, state in improved.items()}),
         )
 
 
@@ -196,7 +196,7 @@ class _Improved(NamedTuple):
 
     ledger: Ledger
     best: Hypothesis
-    found: tuple[FoundEffect, ...]
+    claims: tuple[FoundEffect, ...]
 
 
 def _share(progress: Progress, number: int, count: int) -> Progress:

@@ -106,8 +106,8 @@ class Ledger:
         if last.model_error:
             return self._sentence_beside_model_error(first, last)
         if self.verdict:
-            rest = " Something else is still missing." if self.unexplained else ""
-            return f"{self._claims()}; {_fall(first, last)}.{rest}"
+            remark = " Something else is still missing." if self.unexplained else ""
+            return f"{self._claims()}; {_fall(first, last)}.{remark}"
         if last.noise_needed is not None:
             fails = " That is more than independent errors need: the model fails, and no candidate "
             return (
@@ -145,9 +145,9 @@ class Ledger:
         if not self.verdict:
             return f"Nothing is claimed to be new since the baseline was measured. {alone}"
         new = " and ".join(self._with_odds(kind) for kind in self.verdict)
-        rest = " Something else is new as well." if self.unexplained else ""
+        remark = " Something else is new as well." if self.unexplained else ""
         falls = _fall(self.steps[0], last, " of both states")
-        return f"New since the baseline: {new}; {falls}.{rest} {alone}"
+        return f"New since the baseline: {new}; {falls}.{remark} {alone}"
 
     def _sentence_beside_model_error(self, first: FittedModel, last: FittedModel) -> str:
         """Say the verdict where a model error is the rival of every effect."""
@@ -161,11 +161,11 @@ class Ledger:
                 f"Nothing is claimed to be missing: a model error explains the data better than "
                 f"any candidate. {sizes_in_words(last)}"
             )
-        rest = " Something else is still missing." if self.unexplained else ""
+        remark = " Something else is still missing." if self.unexplained else ""
         before, after = first.chi2_when_exact, last.chi2_when_exact
         if last.noise_needed is not None:
             before, after = float("nan"), float("nan")
-            rest = f" {_fall(first, last).capitalize()}.{rest}"
+            remark = f" {_fall(first, last).capitalize()}.{remark}"
         falls = (
             f" Without model error chi2 per datum falls from {before:.3g} to {after:.3g}."
             if np.isfinite(before) and np.isfinite(after)
@@ -173,7 +173,7 @@ class Ledger:
         )
         return (
             f"{self._claims()}, which explains the data better than a larger model error."
-            f"{falls} {sizes_in_words(last, first)}{rest}"
+            f"{falls} {sizes_in_words(last, first)}{remark}"
         )
 
     def _is_claimed(self, kind: str) -> bool:

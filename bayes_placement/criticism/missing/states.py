@@ -139,10 +139,10 @@ class LedgerOfStates:
             if before in course.in_state and label not in course.in_state
         ]
         parts += [f"{kind} is no longer claimed" for kind in gone]
-        rest = " Something else is new as well." if self.ledgers[label].unexplained else ""
+        remark = " Something else is new as well." if self.ledgers[label].unexplained else ""
         if not parts:
-            return f'nothing is claimed to be new since "{before}".{rest}'
-        return f'since "{before}" {"; ".join(parts)}.{rest}'
+            return f'nothing is claimed to be new since "{before}".{remark}'
+        return f'since "{before}" {"; ".join(parts)}.{remark}'
 
     def to_json(self) -> dict[str, Any]:
         """Return it as numbers and words for a file."""
@@ -168,7 +168,7 @@ class LedgerOfStates:
 
 
 def courses_of(
-    found: Mapping[str, Sequence[FoundEffect]],
+    effects_by_state: Mapping[str, Sequence[FoundEffect]],
     change: Callable[[FoundEffect, FoundEffect], str] = change,
 ) -> tuple[Course, ...]:
     """Follow each effect through the states.
@@ -181,7 +181,7 @@ def courses_of(
         Says what became of an effect between two states.
     """
     courses: list[dict[str, EffectInState]] = []
-    for label, effects in found.items():
+    for label, effects in effects_by_state.items():
         for effect in effects:
             course, verdict = _followed(courses, label, effect, change)
             course[label] = EffectInState(effect, verdict)

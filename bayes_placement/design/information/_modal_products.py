@@ -32,7 +32,9 @@ def factorise(experiment: Experiment) -> bool:
 def _recording(experiment: Experiment) -> bool:
     """Tell whether a gain or a delay of a transducer is not exact."""
     transducers = [*experiment.sensor.values(), *experiment.actuator.values()]
-    return any(one.gain is not None or one.delay is not None for one in transducers)
+    return any(
+        transducer.gain is not None or transducer.delay is not None for transducer in transducers
+    )
 
 
 def residues(experiment: Experiment) -> Float[Array, "sensor actuator product"]:

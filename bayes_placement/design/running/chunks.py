@@ -145,11 +145,11 @@ def chunks(task: Task, moved: Sequence[Candidates], cells: np.ndarray, size: int
     forms = np.stack([transducer.forms()[column] for transducer, column in columns], axis=1)
     result = []
     for form in np.unique(forms, axis=0):
-        alike = np.flatnonzero((forms == form).all(axis=1))
-        used = [np.unique(column) for column in cells[alike].T]
+        rows = np.flatnonzero((forms == form).all(axis=1))
+        used = [np.unique(column) for column in cells[rows].T]
         numbered = [
             np.searchsorted(numbers, column)
-            for numbers, column in zip(used, cells[alike].T, strict=True)
+            for numbers, column in zip(used, cells[rows].T, strict=True)
         ]
         form_task = replace(
             task,
@@ -163,7 +163,7 @@ def chunks(task: Task, moved: Sequence[Candidates], cells: np.ndarray, size: int
                 for transducer, n in zip(moved, used, strict=True)
             },
         )
-        result += _split(form_task, np.stack(numbered, axis=1), alike, min(size, len(alike)))
+        result += _split(form_task, np.stack(numbered, axis=1), rows, min(size, len(rows)))
     return result
 
 

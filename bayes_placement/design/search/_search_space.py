@@ -146,8 +146,8 @@ def differ_in_name_only(experiment: Experiment, first: str, second: str) -> bool
         noise, pair = experiment.noise, (first, second)
         levels = [noise and noise.of(**{word: channel_numbers(side, {name})}) for name in pair]
         fields = [(side[name].directions, side[name].angles) for name in pair]
-        alike = eqx.tree_equal(*levels) and eqx.tree_equal(*fields)
-        return bool(alike) and not experiment.instrument_effects
+        equal = eqx.tree_equal(*levels) and eqx.tree_equal(*fields)
+        return bool(equal) and not experiment.instrument_effects
     return False
 
 

@@ -32,10 +32,10 @@ def check(record: Record) -> Iterator[Fault]:
     sensor and actuator may sit apart.
     """
     for first, second, sign in _reciprocal(record):
-        one, other = record.frf[first], sign * record.frf[second]
+        forward, backward = record.frf[first], sign * record.frf[second]
         square = DIFFERENCE**2 + _by_noise(record, first, second)
         square += _by_placement(record, first, second, sign)
-        difference, threshold = _difference(one, other), float(np.sqrt(square))
+        difference, threshold = _difference(forward, backward), float(np.sqrt(square))
         if difference > threshold:
             yield record.fault(
                 first,
@@ -43,25 +43,25 @@ def check(record: Record) -> Iterator[Fault]:
                 threshold,
                 f"{record.label(first)} and {record.label(second)} differ by "
                 f"{100 * difference:.0f} %, and at most {100 * threshold:.0f} % are expected, "
-                f"since a linear structure is reciprocal ({_cause(one, other)}): look at gain, "
-                "direction and place of these channels.",
+                f"since a linear structure is reciprocal ({_cause(forward, backward)}): look at "
+                "gain, direction and place of these channels.",
             )
 
 
 def _reciprocal(record: Record) -> list[Reciprocal]:
     driving, measured = record.driving_points, set(record.pairs)
-    found = []
+    pairs = []
     for (row, column), sign in driving.items():
         for (other_row, other_column), other_sign in driving.items():
             first, second = Pair(row, other_column), Pair(other_row, column)
             if row < other_row and column != other_column and {first, second} <= measured:
-                found.append((first, second, sign * other_sign))
-    return found
+                pairs.append((first, second, sign * other_sign))
+    return pairs
 
 
-def _difference(one: Line, other: Line) -> float:
-    size = np.mean(np.abs(one) ** 2 + np.abs(other) ** 2) / 2
-    return float(np.sqrt(np.mean(np.abs(one - other) ** 2) / size))
+def _difference(forward: Line, backward: Line) -> float:
+    size = np.mean(np.abs(forward) ** 2 + np.abs(backward) ** 2) / 2
+    return float(np.sqrt(np.mean(np.abs(forward - backward) ** 2) / size))
 
 
 def _by_noise(record: Record, first: Pair, second: Pair) -> float:
@@ -80,10 +80,10 @@ def _by_placement(record: Record, first: Pair, second: Pair, sign: int) -> float
     return 4 * max(_difference(draw[first], sign * draw[second]) ** 2 for draw in draws)
 
 
-def _cause(one: Line, other: Line) -> str:
+def _cause(forward: Line, backward: Line) -> str:
     """How the first differs from the second: by a factor, or otherwise."""
-    factor = np.vdot(other, one) / np.vdot(other, other)
-    if _difference(one, factor * other) < DIFFERENCE:
+    factor = np.vdot(backward, forward) / np.vdot(backward, backward)
+    if _difference(forward, factor * backward) < DIFFERENCE:
         sign = "minus " if factor.real < 0 else ""
         return f"the first is {sign}{abs(factor):.3g} times the second"
     return "by no common factor"

@@ -129,5 +129,5 @@ class Record:
         return not any(tuple(unknown.owner) in names for unknown in self.experiment.unknowns)
 
 
-def _distance(one: Recorded, other: Recorded) -> float:
-    return float(np.linalg.norm(np.atleast_1d(one) - np.atleast_1d(other)))
+def _distance(first: Recorded, second: Recorded) -> float:
+    return float(np.linalg.norm(np.atleast_1d(first) - np.atleast_1d(second)))

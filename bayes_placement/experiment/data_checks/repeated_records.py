@@ -47,7 +47,7 @@ def _alike(records: Complex[np.ndarray, "record frequency"]) -> list[tuple[int, 
     return [(int(np.argmax(column)), n) for n, column in enumerate(parallel.T) if column.any()]
 
 
-def _distance(one: np.ndarray, other: np.ndarray) -> float:
-    size = np.linalg.norm(one)
-    apart = min(np.linalg.norm(one - other), np.linalg.norm(one + other))
+def _distance(first: np.ndarray, second: np.ndarray) -> float:
+    size = np.linalg.norm(first)
+    apart = min(np.linalg.norm(first - second), np.linalg.norm(first + second))
     return float(apart / size) if size > 0 else 0.0

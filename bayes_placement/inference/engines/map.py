@@ -273,10 +273,10 @@ def _positive(hessian: np.ndarray) -> np.ndarray:
 
 def _evolved(posterior: PosteriorDensity, starts: np.ndarray, seed: int) -> np.ndarray:
     """Best point of a differential evolution that begins at draws from the prior."""
-    many = compiled(_costs).bound(posterior)
+    batch_costs = compiled(_costs).bound(posterior)
 
     def costs(vectors: np.ndarray) -> np.ndarray:
-        return np.nan_to_num(np.asarray(many(jnp.asarray(vectors.T))), nan=np.inf)
+        return np.nan_to_num(np.asarray(batch_costs(jnp.asarray(vectors.T))), nan=np.inf)
 
     width = np.ptp(starts, axis=0)
     bounds = list(zip(starts.min(0) - width, starts.max(0) + width, strict=True))

@@ -117,11 +117,11 @@ class SMC(Engine):
 
     def _next_temperature(self, population: _Population, size: int) -> Any:
         """Temperature at which the share `target_ess` of a population is effective."""
-        rest = 1 - population.temperature
+        remainder = 1 - population.temperature
         target = self.target_ess * size / population.log_likelihood.size
-        delta = ess_solver(lambda x: x, population.log_likelihood, target, rest, dichotomy)
-        raised = population.temperature + jnp.clip(delta, 0.0, rest)
-        return jnp.where(rest - delta < 1e-9, 1.0, raised)
+        delta = ess_solver(lambda x: x, population.log_likelihood, target, remainder, dichotomy)
+        raised = population.temperature + jnp.clip(delta, 0.0, remainder)
+        return jnp.where(remainder - delta < 1e-9, 1.0, raised)
 
     def moved(self, posterior: PosteriorDensity, key: Key, population: _Population) -> _Population:
         """Random walk of every particle at one temperature, then a jump to a symmetric image."""

@@ -196,15 +196,15 @@ class FiniteElementStructure:
 def _model_folder(case: JsonObject) -> Path:
     """Folder of the model, among the folders beside the case: a file opens nothing else."""
     start = case.file.resolve().parent
-    beside = start.parents[min(1, len(start.parents) - 1)]
+    folder = start.parents[min(1, len(start.parents) - 1)]
     rule = FieldRule(
-        f"a folder in {beside}, relative to that of the case,",
+        f"a folder in {folder}, relative to that of the case,",
         "../models/plate",
         lambda value: (
             _is_text(value)
             and "\0" not in value
             and not Path(value).is_absolute()
-            and (start / value).resolve().is_relative_to(beside)
+            and (start / value).resolve().is_relative_to(folder)
         ),
     )
     return (start / case.value("nominal_fe_model", rule)).resolve()

@@ -188,8 +188,8 @@ def _line(data: bytes, start: int) -> tuple[bytes, int]:
 
 
 def _number(identity: bytes, place: str) -> int:
-    digits, rest = identity[:6].strip(), identity[6:].strip()
-    if digits.isdigit() and (not rest or rest[:1].lower() == b"b"):
+    digits, suffix = identity[:6].strip(), identity[6:].strip()
+    if digits.isdigit() and (not suffix or suffix[:1].lower() == b"b"):
         return int(digits)
     if not identity.strip():
         raise _truncated(place)

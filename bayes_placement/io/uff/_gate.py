@@ -128,24 +128,24 @@ def _function(lines: Sequence[str]) -> Iterator[Fault]:
     if kind not in LAYOUT or even not in (0, 1) or count < 1:
         yield Fault(7, f"type {kind}, count {count} and spacing {even} are not those of values")
         return
-    found = 0
+    total = 0
     widths = _value_widths(kind, even)
     for number, line in enumerate(lines[HEAD_LINES:], start=HEAD_LINES + 1):
         values = [text for text in _fields(line, widths) if text.strip()]
         wrong = [text for text in values if not NUMBER.fullmatch(text)]
-        rest = line[sum(widths) :].strip()
-        if wrong or rest or _is_cut(line, widths):
+        surplus = line[sum(widths) :].strip()
+        if wrong or surplus or _is_cut(line, widths):
             what = (
                 f"{wrong[0]!r} is no number in its columns"
                 if wrong
-                else f"{rest!r} stands behind them"
+                else f"{surplus!r} stands behind them"
             )
-            yield Fault(number, what if wrong or rest else "its last number is cut off")
+            yield Fault(number, what if wrong or surplus else "its last number is cut off")
             return
-        found += len(values)
+        total += len(values)
     announced = count * (LAYOUT[kind][1] + (even == 0))
-    if found != announced:
-        yield Fault(7, f"{announced} numbers are announced and {found} are there")
+    if total != announced:
+        yield Fault(7, f"{announced} numbers are announced and {total} are there")
 
 
 def _is_cut(line: str, widths: Sequence[int]) -> bool:
@@ -188,13 +188,13 @@ def _units_164(lines: Sequence[str]) -> Iterator[Fault]:
     yield from _counted(2, words, 0, 4)
 
 
-def _counted(number: int, words: Sequence[str], whole: int, real: int) -> Iterator[Fault]:
+def _counted(number: int, words: Sequence[str], integers: int, reals: int) -> Iterator[Fault]:
     """Fault of a line in free columns: so many whole numbers, then so many real ones."""
-    if len(words) != whole + real:
-        yield Fault(number, f"{whole + real} numbers are needed and {len(words)} are there")
+    if len(words) != integers + reals:
+        yield Fault(number, f"{integers + reals} numbers are needed and {len(words)} are there")
         return
     for place, word in enumerate(words):
-        is_whole = place < whole
+        is_whole = place < integers
         right = _WHOLE.fullmatch(word) if is_whole else NUMBER.fullmatch(word)
         if not right or (is_whole and len(word) > _LONGEST_WHOLE):
             yield Fault(number, f"{word!r} is no {'whole ' if is_whole else ''}number")
@@ -212,17 +212,17 @@ def _mode(lines: Sequence[str]) -> Iterator[Fault]:
         return
     if kinds[1].strip() != "2":
         return
-    whole, real = _fields(lines[6].ljust(80), (10,) * 4), _fields(lines[7].ljust(80), (13,) * 3)
-    if not all(map(INTEGER.fullmatch, whole)):
+    integers, reals = _fields(lines[6].ljust(80), (10,) * 4), _fields(lines[7].ljust(80), (13,) * 3)
+    if not all(map(INTEGER.fullmatch, integers)):
         yield Fault(7, "the load case or the number of the mode is no whole number")
-    if not all(map(NUMBER.fullmatch, real)):
+    if not all(map(NUMBER.fullmatch, reals)):
         yield Fault(8, "the frequency, modal mass or damping is no number")
-    data_type, each = (int(text.strip() or 0) for text in kinds[4:])
-    if data_type == REAL and each in _VALUES_OF_A_NODE:  # others are refused by their kind
-        yield from _records(lines[8:], each)
+    data_type, length = (int(text.strip() or 0) for text in kinds[4:])
+    if data_type == REAL and length in _VALUES_OF_A_NODE:  # others are refused by their kind
+        yield from _records(lines[8:], length)
 
 
-def _records(lines: Sequence[str], each: int) -> Iterator[Fault]:
+def _records(lines: Sequence[str], length: int) -> Iterator[Fault]:
     """Faults of the records of the nodes: a line with the number, and one with its values."""
     for index in range(0, len(lines), 2):
         node = lines[index]
@@ -231,8 +231,8 @@ def _records(lines: Sequence[str], each: int) -> Iterator[Fault]:
             return
         values = lines[index + 1] if index + 1 < len(lines) else ""
         words = [text for text in _fields(values, (13,) * 6) if text.strip()]
-        if len(words) != each or values[78:].strip() or not all(map(NUMBER.fullmatch, words)):
-            yield Fault(index + 10, f"{each} numbers of a node are announced, not {values!r}")
+        if len(words) != length or values[78:].strip() or not all(map(NUMBER.fullmatch, words)):
+            yield Fault(index + 10, f"{length} numbers of a node are announced, not {values!r}")
             return
 
 

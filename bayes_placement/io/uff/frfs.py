@@ -228,12 +228,12 @@ def _noted(frfs: list[_Function], key: str) -> Any:
 
 
 def _check_same_lines(functions: list[_Function]) -> None:
-    first, *rest = functions
-    for function in rest:
-        same = function.frequency.shape == first.frequency.shape and np.allclose(
+    first, *others = functions
+    for function in others:
+        agree = function.frequency.shape == first.frequency.shape and np.allclose(
             function.frequency, first.frequency, rtol=1e-9, atol=0.0
         )
-        if not same:
+        if not agree:
             raise MeasurementFileError(
                 f"{function.place} has {_axis(function)} but {first.place} has {_axis(first)}; one "
                 "frequency axis is needed for all, since a measurement has one. Export them on the "

@@ -328,8 +328,8 @@ def _check(modes: int, **quantities: Parameter | None) -> None:
                 f"{name}={value} was given; it must be positive, since it divides or scales the "
                 f"natural frequencies. Give it in SI units: {name}=1.0."
             )
-        given = value is not None or name not in _EITHER
-        if given and not is_unknown(value) and not isinstance(value, jax.core.Tracer):
+        present = value is not None or name not in _EITHER
+        if present and not is_unknown(value) and not isinstance(value, jax.core.Tracer):
             finite_number(name, value, f"{name}=1.0, or a distribution")
 
 

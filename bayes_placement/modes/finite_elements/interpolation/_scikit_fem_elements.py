@@ -51,8 +51,8 @@ def scikit_fem(
     origin = np.zeros(3) if origin is None else origin
     directions = np.eye(3)[:, : basis.mesh.dim()] if directions is None else directions
     exponents = all_exponents(basis.mesh.dim(), _degree(basis.elem, simplex), simplex)
-    same = _same_everywhere(basis.elem)
-    coefficients = _coefficients(basis, exponents, same, simplex)
+    uniform = _same_everywhere(basis.elem)
+    coefficients = _coefficients(basis, exponents, uniform, simplex)
     _check_components(coefficients, axes)
     return build_elements(
         axes,
@@ -62,7 +62,7 @@ def scikit_fem(
         coefficients,
         exponents,
         simplex=simplex,
-        kind=np.zeros(len(corner), dtype=np.int64) if same else None,
+        kind=np.zeros(len(corner), dtype=np.int64) if uniform else None,
     )
 
 
@@ -136,12 +136,12 @@ def _same_everywhere(element: Any) -> bool:
 
 
 def _coefficients(
-    basis: Any, exponents: tuple[tuple[int, ...], ...], same: bool, simplex: bool
+    basis: Any, exponents: tuple[tuple[int, ...], ...], uniform: bool, simplex: bool
 ) -> Float[np.ndarray, "kind term axis entry"]:
     """Polynomials through the values at as many points as there are terms."""
     powers = np.array(exponents)
     lattice = powers / max(powers.max(), 1)
-    cells = _all(basis)[:1] if same else _all(basis)
+    cells = _all(basis)[:1] if uniform else _all(basis)
     values = _values(basis, lattice, cells)
     coefficients = np.einsum("tp,epai->etai", np.linalg.inv(_terms(lattice, powers)), values)
     check = lattice / 2 + reference_corners(powers.shape[1], simplex).mean(axis=0) / 3
