@@ -1,4 +1,4 @@
-"""A structure in space whose mode shapes are linear in position: small, and known by heart."""
+"""A small structure in space whose mode shapes are linear in position."""
 
 import equinox as eqx
 import jax.numpy as jnp

@@ -1,4 +1,4 @@
-"""Structures by damping laws in one table, and what must hold for every pair of them."""
+"""General laws of receptances hold for every structure with every damping law."""
 
 import dataclasses
 import functools

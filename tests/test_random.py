@@ -1,4 +1,4 @@
-"""Every way to say a seed is the same seed, and what is none is refused in a sentence."""
+"""Seeds as an int, a NumPy int or a JAX key are the same; others are refused."""
 
 import jax
 import jax.numpy as jnp

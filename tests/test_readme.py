@@ -1,4 +1,4 @@
-"""The blocks of README.md in Python, section by section in their order, as they stand."""
+"""The Python blocks of README.md run, section by section in their order."""
 
 import importlib.util
 import re

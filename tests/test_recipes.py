@@ -1,4 +1,4 @@
-"""Recipes of CONTRIBUTING.md, followed word for word in a copy of the package.
+"""Recipes of CONTRIBUTING.md, followed literally in a copy of the package.
 
 The recipe for a file format is followed in tests/io/test_formats.py.
 """

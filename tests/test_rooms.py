@@ -1,4 +1,4 @@
-"""Imports go one way between ten rooms; files and functions stay small; nothing hides trouble."""
+"""Rules of the code: order of imports, small files and functions, no hidden errors."""
 
 import ast
 import builtins

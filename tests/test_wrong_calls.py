@@ -1,4 +1,4 @@
-"""Wrong calls of the API: each gets a sentence of ours, none the words of JAX, NumPy or SciPy."""
+"""Wrong calls of the API raise our own sentences, none of JAX, NumPy or SciPy."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""The installed command keeps compiled functions, and harms nothing where it cannot."""
+"""The compilation cache of the command: reuse, runs at once, unusable directories."""
 
 import os
 import subprocess

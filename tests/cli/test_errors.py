@@ -1,4 +1,4 @@
-"""Errors: our own in one sentence, those of the user's model file with their traceback."""
+"""Errors on the command line: ours in one sentence, those of a model file with traceback."""
 
 import ast
 import sys

@@ -1,4 +1,4 @@
-"""Tables that fit, words as they are, and bars that end when the work does."""
+"""Tables of any width, text without markup, and progress bars that end."""
 
 import io
 

@@ -1,4 +1,4 @@
-"""Fitted model: predicted outputs beside the data, and the error beside the noise."""
+"""Predicted outputs of a fitted model compared with the data, and errors with the noise."""
 
 import jax
 import numpy as np

@@ -1,4 +1,4 @@
-"""What workers do in the tests that need no JAX; nothing heavy is imported.
+"""Tasks of worker processes that import neither JAX nor anything heavy.
 
 `python -m tests.design.at_work LOG` begins two workers that write down who they are, and waits.
 """

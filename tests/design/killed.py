@@ -1,4 +1,4 @@
-"""Runs in processes of their own that are killed, and what they leave."""
+"""Runs in separate processes that are killed, and the files that they leave."""
 
 import os
 import signal

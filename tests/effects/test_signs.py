@@ -1,4 +1,4 @@
-"""Changes of either sign: what is removed undoes what was added, and is found as such."""
+"""Effects of either sign: a removal undoes an addition and is identified as a removal."""
 
 import jax
 import numpy as np

@@ -1,4 +1,4 @@
-"""Checks of the data before any inference: each with its flaw, and silent without it."""
+"""Checks of the data: each detects its flaw and is silent without it."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""Lines around resonances, and thinned ones: where they lie and what they keep."""
+"""Choice of lines around resonances and of thinned lines."""
 
 import dataclasses
 

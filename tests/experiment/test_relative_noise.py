@@ -1,4 +1,4 @@
-"""Relative noise: in proportion to the measured amplitude, above a floor, beside the coherence."""
+"""Relative noise: proportional to the measured amplitude, with a floor and a coherence."""
 
 import jax
 import numpy as np

@@ -1,4 +1,4 @@
-"""Estimates are right, and their standard errors are the scatter on repetition."""
+"""Estimates and their standard errors compared with the scatter on repetition."""
 
 import numpy as np
 import pytest

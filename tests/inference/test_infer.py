@@ -1,4 +1,4 @@
-"""Results of one layout whatever the method, reproducible, with their diagnostics."""
+"""Results have one layout for every method, are reproducible and hold diagnostics."""
 
 import numpy as np
 import numpyro.distributions as dist

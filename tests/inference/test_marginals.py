@@ -1,4 +1,4 @@
-"""What becomes of placement: integrals agree with each other, with brute force, with sampling."""
+"""Integrals over the placement compared with each other, brute force and sampling."""
 
 import jax
 import jax.numpy as jnp

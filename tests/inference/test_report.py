@@ -1,4 +1,4 @@
-"""Methods that disagree are named, with the difference; methods that agree are not."""
+"""Reports name the methods that disagree, with the difference, and no others."""
 
 import numpy as np
 import pytest

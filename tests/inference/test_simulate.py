@@ -1,4 +1,4 @@
-"""Simulations show what Figure 2 of the paper shows, and are determined by their seed."""
+"""Simulated responses compared with Figure 2 of the paper, reproducible by seed."""
 
 import jax
 import jax.numpy as jnp

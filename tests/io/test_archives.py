@@ -1,4 +1,4 @@
-"""Archives of arrays and sparse matrices: nothing in them is believed before it is counted."""
+"""Archives of arrays and sparse matrices: sizes and indices are checked before use."""
 
 import gzip
 import io

@@ -1,4 +1,4 @@
-"""The simulated measurement of the bar: made independently, made again alike, and right."""
+"""The simulated measurement of the bar: independent, reproducible and exact."""
 
 import ast
 import json

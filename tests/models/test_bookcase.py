@@ -1,4 +1,4 @@
-"""The measured frame: its wrong instrument is named, before anything else, with strong evidence."""
+"""The wrong instrument of the measured frame is named first, with strong evidence."""
 
 import json
 

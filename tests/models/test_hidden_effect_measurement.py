@@ -1,4 +1,4 @@
-"""The simulated bar with a forgotten clamp: made independently, made again alike, and right."""
+"""The simulated bar with a forgotten clamp: independent, reproducible and exact."""
 
 import ast
 import json

@@ -1,4 +1,4 @@
-"""The studies in models/: what they must find."""
+"""Results that the studies in models/ must reach."""
 
 import numpy as np
 import pytest

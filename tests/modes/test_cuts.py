@@ -1,4 +1,4 @@
-"""Cuts: textbook openings, finite elements cut open, quadrature of the shapes."""
+"""Jumps at cuts of bars and beams compared with textbooks, elements and quadrature."""
 
 import functools
 import itertools

@@ -1,4 +1,4 @@
-"""Rotations are proper, and those of SciPy."""
+"""Rotation matrices are proper and equal those of SciPy."""
 
 import jax
 import jax.numpy as jnp

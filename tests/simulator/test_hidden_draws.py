@@ -1,4 +1,4 @@
-"""Random structures that hide an effect: what they promise to hold."""
+"""Random structures that hide an effect have the properties stated."""
 
 import numpy as np
 import pytest

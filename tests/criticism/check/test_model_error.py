@@ -1,4 +1,4 @@
-"""What a check says of a model error: how large it is, and where."""
+"""Sizes and locations of a model error in a check."""
 
 import numpy as np
 import pytest

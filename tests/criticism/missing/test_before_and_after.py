@@ -1,4 +1,4 @@
-"""Before and after: what the model does not know cancels, and a small new effect is found."""
+"""A state and its baseline: flaws of the model cancel, and a small new effect is detected."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""What a search tells to doubt: priors that exclude the truth, and fits reached only once."""
+"""Cautions of a search: priors that exclude the truth, and fits reached from one start."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Faults of single hits of a roved hammer, with one sensor: told apart, and named by the hit."""
+"""Faults of single hits of a roved hammer are told apart and named by the hit."""
 
 import jax
 import numpy as np

@@ -1,4 +1,4 @@
-"""Maps beside a model error: it is drawn as the placement is, or refused."""
+"""Maps with a model error, which is drawn as the placement is, or refused."""
 
 import numpy as np
 import numpyro.distributions as dist

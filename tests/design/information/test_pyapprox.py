@@ -1,4 +1,4 @@
-"""PyApprox beside the expected gain of information: its published cantilever, and a beam of ours.
+"""Expected information gain compared with PyApprox: its cantilever, and a beam of ours.
 
 Its benchmark `build_cantilever_beam_oed_benchmark` is a plane elastic cantilever by finite elements
 under two unknown loads of standard normal law; five deflections along it may be measured, with an

@@ -1,4 +1,4 @@
-"""Sizes of numbers: receptances of 1e-30 and 1e30, and more outputs than Sobol points have."""
+"""Receptances of 1e-30 and 1e30, and more outputs than Sobol points have."""
 
 import jax
 import numpy as np

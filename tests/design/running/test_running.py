@@ -1,4 +1,4 @@
-"""Chunks kept in files, computed by any executor; lost workers; runs that are killed."""
+"""Chunks in files, computed by any executor; lost workers; killed runs."""
 
 import io
 import os

@@ -1,4 +1,4 @@
-"""Unknowns that change different data share a column of differences, and nothing is lost."""
+"""Unknowns that change different data share a column of finite differences."""
 
 from typing import Any, ClassVar
 

@@ -1,4 +1,4 @@
-"""Every engine on posteriors in closed form: asymmetric, bimodal, and hopeless ones."""
+"""Every engine on posteriors in closed form, and its warnings where it fails."""
 
 import jax
 import jax.numpy as jnp

@@ -1,4 +1,4 @@
-"""Damaged universal files that were once read as something else, or dropped without a word."""
+"""Damaged universal files are refused, neither misread nor read in part."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Columns buckle at Euler's loads, in any direction."""
+"""Buckling loads of columns in any direction compared with those of Euler."""
 
 import numpy as np
 import pytest

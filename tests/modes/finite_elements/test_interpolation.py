@@ -1,4 +1,4 @@
-"""Elements: fields that they hold are read exactly, smoothly and in any coordinate system."""
+"""Interpolation in elements: exact for their fields, smooth, independent of the axes."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""Modal models of finite element codes, normalised once, or refused in a sentence."""
+"""Modal models of finite element codes: normalisation, units and refusals."""
 
 import tracemalloc
 
