@@ -111,8 +111,8 @@ def carried_over(
     """
     fits: dict[tuple[str, ...], Hypothesis] = {}
     for partner in (comparison.hypotheses[0], comparison.best()):
-        rest = [effect for effect in partner.effects if kind_of(effect) not in between.kinds]
-        effects = (*between.effects, *rest)
+        new_effects = [effect for effect in partner.effects if kind_of(effect) not in between.kinds]
+        effects = (*between.effects, *new_effects)
         kinds = tuple(kind_of(effect) for effect in effects)
         if between.effects and len(effects) <= most_effects and kinds not in fits:
             fits[kinds] = _from_both(comparison.hypotheses[0], partner, between, effects)
