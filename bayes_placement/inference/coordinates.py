@@ -24,6 +24,7 @@ from numpyro.distributions import (
 from numpyro.distributions.transforms import ExpTransform
 from scipy import special
 
+from .._compiled import compiled
 from .._types import InfeasibleError
 from .symmetries import Values
 
@@ -120,13 +121,15 @@ class Coordinates:
         """Values by name at points [point, unknown]."""
         if len(points) == 0:
             return {name: np.zeros((0, *prior.shape())) for name, prior in self.priors.items()}
+        if self.bijections:
+            return jax.tree.map(np.asarray, jax.jit(jax.vmap(self.values))(points))
         values = {}
         for name, prior in self.priors.items():
             coordinate = points[:, self.places[name]].reshape(-1, *self._shape(name))
-            value = None if name in self.bijections else _plain_quantile(prior, coordinate)
-            if value is None:
-                return jax.tree.map(np.asarray, jax.jit(jax.vmap(self.values))(points))
-            values[name] = value
+            value = _plain_quantile(prior, coordinate)
+            values[name] = (
+                np.asarray(compiled(_quantiles)(prior, coordinate)) if value is None else value
+            )
         return values
 
     def _shape(self, name: str) -> tuple[int, ...]:
@@ -159,6 +162,15 @@ def _quantile(
             value = transform(value)
         return value
     return jnp.broadcast_to(distribution.icdf(probability), distribution.shape())
+
+
+def _quantiles(distribution: Distribution, normal: Array) -> Array:
+    """Values at standard normal coordinates [point, ...]."""
+
+    def at(normal: Array) -> Array:
+        return _quantile(distribution, normal, ndtr(normal), normal.shape)
+
+    return jax.vmap(at)(normal)
 
 
 def _score(distribution: Distribution, value: Any) -> Array:

@@ -142,14 +142,14 @@ def wants_more_effects(comparison: Comparison, depth: int, level: float) -> bool
 def greatest_odds_expected(comparison: Comparison, depth: int, further_effects: int) -> float:
     """Odds that hypotheses of so many effects and some more are not expected to exceed.
 
-    What is expected is that no further effect gains more than the best of those before it did. A
-    rule of the search, no bound: two effects can hide each other.
+    Of effects that move different data, each gains less than the one before. A rule of the search,
+    no bound: two effects can hide each other.
     """
     odds = [
         max(comparison.log_odds(h) for h in comparison.hypotheses if len(h.effects) == count)
-        for count in range(depth + 1)
+        for count in (depth - 1, depth)
     ]
-    return float(odds[-1] + further_effects * max(0.0, *np.diff(odds)))
+    return float(odds[1] + further_effects * max(0.0, odds[1] - odds[0]))
 
 
 def p_value(hypothesis: Hypothesis) -> float:

@@ -134,7 +134,7 @@ def test_the_way_leaps_where_nothing_was_fitted_between():
     assert steps == [(), ("gain_error", "local_stiffness_loss")]
 
 
-def test_further_effects_are_expected_to_gain_no_more_than_those_before():
+def test_further_effects_are_expected_to_gain_no_more_than_the_one_before():
     single, other = hypothesis(["point_mass"], -700.0), hypothesis(["gain_error"], -900.0)
     pool = comparison(hypothesis([], -1000.0), single, other)
     gain = pool.log_odds(single) - pool.log_odds(pool.hypotheses[0])
