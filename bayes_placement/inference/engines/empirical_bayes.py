@@ -11,6 +11,7 @@ from typing import Generic, Protocol, TypeVar, runtime_checkable
 import numpy as np
 
 from ..._sites import Unknown
+from .laplace import Laplace
 from .least_squares import LeastSquares, Points
 from .levenberg_marquardt import Fit, best_fit, minimise
 
@@ -156,11 +157,20 @@ def _at_better_sizes(
 def _fit(
     problem: Hierarchy, starts: Points, relative_error: float = 0.0, steps: int = STEPS
 ) -> tuple[Points, Fit]:
-    """Final points of the descents, the best first, and the best fit."""
+    """Final points of the descents, the best first and each mode once, and the best fit."""
     objective = problem.squares.objective(weight=problem.weight(relative_error))
     ends, normal = minimise(objective, starts, steps=steps)
     order = np.argsort(np.nan_to_num(normal.cost, nan=np.inf))
-    return ends[order], best_fit(ends, normal, problem.count)
+    fit = best_fit(ends, normal, problem.count)
+    return _distinct(ends[order], fit.gaussian), fit
+
+
+def _distinct(ends: Points, gaussian: Laplace) -> Points:
+    """The first point, and those that differ from it by more than a posterior deviation."""
+    deviation = np.sqrt(np.diag(gaussian.covariance))
+    differs = np.any(np.abs(ends - ends[0]) > deviation, axis=1)
+    differs[0] = True
+    return ends[differs]
 
 
 def _determined(problem: Hierarchy, fit: Fit, size: Unknown) -> tuple[float, float]:
