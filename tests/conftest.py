@@ -3,6 +3,7 @@
 Most of their time is compilation: it is done with few optimisations, once for all processes.
 """
 
+import gc
 import os
 import sys
 from importlib.metadata import version
@@ -24,6 +25,10 @@ os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.2")
 if version("jaxlib").startswith("0.10."):
     flags = "--xla_cpu_use_fusion_emitters=false --xla_cpu_parallel_codegen_split_count=1"
     os.environ.setdefault("XLA_FLAGS", flags)
+
+# Traced functions are made of many small objects that stay: a tenth of the time went to looking for
+# garbage among them.
+gc.set_threshold(100_000, 50, 50)
 
 # The hook rewrites modules as they are imported; one imported before it would go unchecked.
 assert "bayes_placement" not in sys.modules, "bayes_placement was imported before conftest.py"

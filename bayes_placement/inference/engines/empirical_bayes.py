@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
+from jaxtyping import Float
 
 from ..._sites import Unknown
 from .laplace import Laplace
@@ -165,7 +166,7 @@ def _fit(
     return _distinct(ends[order], fit.gaussian), fit
 
 
-def _distinct(ends: Points, gaussian: Laplace) -> Points:
+def _distinct(ends: Points, gaussian: Laplace) -> Float[np.ndarray, "mode unknown"]:
     """The first point, and those that differ from it by more than a posterior deviation."""
     deviation = np.sqrt(np.diag(gaussian.covariance))
     differs = np.any(np.abs(ends - ends[0]) > deviation, axis=1)
