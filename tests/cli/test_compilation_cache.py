@@ -50,6 +50,7 @@ def files(cache):
     return {path: path.stat().st_mtime_ns for path in cache.rglob("*-cache")}
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="the cache directory of Linux")
 def test_a_second_run_compiles_nothing_and_two_at_once_do_no_harm(tmp_path):
     (tmp_path / "study.py").write_text(SMALL + ENGINE)

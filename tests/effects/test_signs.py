@@ -134,6 +134,7 @@ def test_springs_may_be_softer_than_assumed_where_there_are_some():
     assert float(softer.stiffness.icdf(0.0)) == pytest.approx(-1000.0)
 
 
+@pytest.mark.long
 def test_a_removed_mass_is_found_and_said():
     setup = small.experiment()
     library = effects.library(setup, ["point_mass", "ground_spring", "local_stiffness_loss"])
@@ -144,6 +145,7 @@ def test_a_removed_mass_is_found_and_said():
     assert mass.low < -0.3 < mass.high
 
 
+@pytest.mark.long
 def test_added_stiffness_is_found_and_said():
     lines = np.linspace(8.0, 400.0, 60)
 

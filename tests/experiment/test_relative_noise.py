@@ -1,5 +1,7 @@
 """Relative noise: proportional to the measured amplitude, with a floor and a coherence."""
 
+import functools
+
 import jax
 import numpy as np
 import numpyro.distributions as dist
@@ -29,9 +31,14 @@ def experiment(noise, observe=None, ratio=0.02):
     )
 
 
+@functools.cache
+def exact_frf():
+    return np.asarray(experiment(None).frf())
+
+
 def with_error(ratio, floor, seed=0, **coherence):
     """What is measured with circular errors of E|error|^2 = (ratio |H|)^2 + floor^2."""
-    frf = np.asarray(experiment(None).frf())
+    frf = exact_frf()
     rng = np.random.default_rng(seed)
     size = np.hypot(ratio * np.abs(frf), floor) / np.sqrt(2)
     error = rng.standard_normal(frf.shape) + 1j * rng.standard_normal(frf.shape)

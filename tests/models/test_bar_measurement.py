@@ -19,6 +19,7 @@ def exact():
     return frequency, bar_measurement.accelerance(frequency)
 
 
+@pytest.mark.long
 def test_the_committed_files_are_those_that_the_script_makes(exact, tmp_path, monkeypatch):
     responses = {exact[0].tobytes(): exact[1]}  # solved once for all tests
     monkeypatch.setattr(bar_measurement, "accelerance", lambda lines: responses[lines.tobytes()])

@@ -40,6 +40,7 @@ def made(exact, tmp_path_factory):
     return folder
 
 
+@pytest.mark.long
 def test_the_committed_truth_is_the_one_that_the_script_tells(made):
     name = "hidden_effect_truth.json"
     assert (made / name).read_bytes() == (MODELS / name).read_bytes()

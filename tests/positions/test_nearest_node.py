@@ -163,6 +163,7 @@ def test_all_but_nodes_is_left_to_the_engine():
     ]
 
 
+@pytest.mark.long
 def test_the_nearest_node_converges_to_the_place_at_second_order():
     # A node in the middle of its cell is a midpoint rule; cells that the support cuts are as many
     # as its edge is long over h, each h^2 large and off its middle by h: all of it is h^2.

@@ -6,6 +6,8 @@ import pytest
 from tests.simulator import hidden_draws, hidden_scenes
 from tests.simulator.hidden_structures import accelerance
 
+pytestmark = pytest.mark.long  # only benchmarks draw structures
+
 
 @pytest.mark.parametrize("name", [None, *hidden_scenes.EFFECTS])
 def test_a_draw_hides_what_it_says(name):

@@ -11,6 +11,8 @@ from tests.simulator.hidden_structures import accelerance
 from tests.simulator.imperfect_scenes import FORMS, NO_FLAWS, Scene, Sizes, drawn
 from tests.simulator.nominal_fits import NAMES, NominalFit, flat
 
+pytestmark = pytest.mark.long  # only benchmarks draw structures
+
 
 @pytest.mark.parametrize("form", ["bar", "beam"])
 def test_without_flaws_a_line_is_that_of_the_exact_simulator(form):

@@ -41,6 +41,7 @@ STEPS = 40
 LEAST_SIZE = 1e-12
 """Least size of an error."""
 
+Ends = Float[np.ndarray, "mode unknown"]
 Kind = TypeVar("Kind", bound="Hierarchy")
 
 
@@ -157,7 +158,7 @@ def _at_better_sizes(
 
 def _fit(
     problem: Hierarchy, starts: Points, relative_error: float = 0.0, steps: int = STEPS
-) -> tuple[Points, Fit]:
+) -> tuple[Ends, Fit]:
     """Final points of the descents, the best first and each mode once, and the best fit."""
     objective = problem.squares.objective(weight=problem.weight(relative_error))
     ends, normal = minimise(objective, starts, steps=steps)
@@ -166,7 +167,7 @@ def _fit(
     return _distinct(ends[order], fit.gaussian), fit
 
 
-def _distinct(ends: Points, gaussian: Laplace) -> Float[np.ndarray, "mode unknown"]:
+def _distinct(ends: Points, gaussian: Laplace) -> Ends:
     """The first point, and those that differ from it by more than a posterior deviation."""
     deviation = np.sqrt(np.diag(gaussian.covariance))
     differs = np.any(np.abs(ends - ends[0]) > deviation, axis=1)

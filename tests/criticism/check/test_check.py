@@ -35,7 +35,12 @@ SETTINGS = {
 }
 
 
-@pytest.fixture(scope="module", params=SETTINGS)
+SHORT, *LONG = SETTINGS
+
+
+@pytest.fixture(
+    scope="module", params=[SHORT, *(pytest.param(name, marks=pytest.mark.long) for name in LONG)]
+)
 def samples(request, correct_model):
     """Statistics of many correct models, of all their data and of the first sensor alone."""
     trees = [correct_model(seed, **SETTINGS[request.param]) for seed in SEEDS]

@@ -1,5 +1,7 @@
 """Cautions of a search: priors that exclude the truth, and fits reached from one start."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -30,7 +32,7 @@ def test_a_prior_that_excludes_the_truth_is_named_with_its_edge(fitted):
 
 
 def test_a_fit_that_a_single_start_reached_is_doubted(fitted):
-    alone = fitted._replace(fit=fitted.fit._replace(reached=1), near=np.zeros((3, 1)))
+    alone = replace(fitted, fit=fitted.fit._replace(reached=1), near=np.zeros((3, 1)))
     (sentence,) = cautions(alone, None)
     assert sentence.startswith("Only one of 3 starts")
     assert cautions(alone._replace(has_errors=True), None) == ()

@@ -67,6 +67,7 @@ def test_the_ledger_of_states_is_written(ledger, tmp_path):
     assert course["states"]["20 nuts"]["parameters"]["mass"]["unit"] == "kg"
 
 
+@pytest.mark.long
 def test_a_change_is_seen_that_two_sizes_alone_would_not_tell(ledger):
     """The error of the model at the mass is the same in both states, so that it cancels."""
     last = ledger.courses[0].in_state["20 nuts"].found
@@ -79,6 +80,7 @@ def test_a_change_is_seen_that_two_sizes_alone_would_not_tell(ledger):
     assert [state.change for state in course.in_state.values()] == [NEW, CHANGED]
 
 
+@pytest.mark.long
 def test_an_effect_stays_where_it_was_when_another_one_comes():
     """By itself the second state has a wrong place of the mass, beside the gain."""
     gain = effects.gain_error("s2", -0.06)

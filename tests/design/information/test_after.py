@@ -89,6 +89,7 @@ def mutual_information(laws, count=400_000):
     return total
 
 
+@pytest.mark.long
 def test_separation_is_the_mutual_information(linear):
     laws, explanations = alternatives(linear)
     truth = mutual_information(laws)

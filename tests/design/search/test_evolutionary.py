@@ -59,11 +59,13 @@ def test_the_narrow_high_hill_is_found_beside_the_broad_low_one(placement):
 
 
 @pytest.mark.long
+@pytest.mark.long
 @pytest.mark.parametrize("key", [1, 2])
 def test_it_is_found_with_any_seed(key):
     assert on_the_narrow_hill(two_places(key=key))
 
 
+@pytest.mark.long
 def test_it_is_the_best_of_a_fine_grid_by_fewer_trials(placement):
     fine = np.linspace(0.04, 0.96, 47)
     grid = placed({"s1": fine, "a1": fine}, Hills(), search=design.Exhaustive())
@@ -88,6 +90,7 @@ def test_the_bar_of_the_paper(ratios, best):
     assert placement.evaluations < 1000
 
 
+@pytest.mark.long
 def test_three_sensors_are_placed_as_well_as_on_a_fine_grid():
     """The determinant is greatest at the zeros of a Legendre polynomial in the cosine."""
     names = ("s1", "s2", "s3")

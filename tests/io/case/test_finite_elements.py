@@ -40,6 +40,7 @@ def rewritten(file, change):
     file.write_text(json.dumps(content))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "size", "mounted", "unknowns"),
     [

@@ -105,7 +105,9 @@ def test_natural_frequencies_stay_right_on_a_square_plate():
         np.testing.assert_allclose(frequency, expected, rtol=1e-3)
 
 
-@pytest.mark.parametrize(("name", "top"), [("portal", 900.0), ("plate", 2500.0)])
+@pytest.mark.parametrize(
+    ("name", "top"), [("portal", 900.0), pytest.param("plate", 2500.0, marks=pytest.mark.long)]
+)
 def test_natural_frequencies_stay_right_on_models_handed_over(shared_data, name, top):
     matrices, reading, _ = handed_over(shared_data / "cases" / "models" / name)
     names = ["region 0", "region 5", "region 6"]
