@@ -35,4 +35,4 @@ def test_a_fit_that_a_single_start_reached_is_doubted(fitted):
     alone = replace(fitted, fit=fitted.fit._replace(reached=1), near=np.zeros((3, 1)))
     (sentence,) = cautions(alone, None)
     assert sentence.startswith("Only one of 3 starts")
-    assert cautions(alone._replace(has_errors=True), None) == ()
+    assert cautions(replace(alone, has_errors=True), None) == ()
