@@ -77,9 +77,9 @@ class Case:
 @cache
 def case(question: str, seed: int) -> Case:
     """Ask a question of a seed, or look it up."""
-    for one in recorded():
-        if (one.question, one.seed) == (question, seed):
-            return one
+    for case in recorded():
+        if (case.question, case.seed) == (question, seed):
+            return case
     asked = asked_of(question, seed)
     print(asked, flush=True)
     if path():
@@ -144,7 +144,9 @@ def within(ledger, drawn: ImperfectDraw) -> dict[str, bool]:
     if is_right(ledger, drawn):
         words = true_effect(drawn)
         named = step.parameters_of_added() if words else {}
-        truth |= {name: words[one.word] for name, one in named.items() if one.word in words}
+        truth |= {
+            name: words[unknown.word] for name, unknown in named.items() if unknown.word in words
+        }
     return {
         name: scores.within(name, value, step.parameters[name].low, step.parameters[name].high)
         for name, value in truth.items()
@@ -201,9 +203,9 @@ def true_values(drawn: ImperfectDraw) -> dict[str, float]:
     }
     moved = dict(drawn.hidden.pairs).get("sensor") if "misplaced" in drawn.hidden.name else None
     for side, group in (("sensor", drawn.sensors), ("actuator", drawn.actuators)):
-        for one in group:
-            if one.name != moved:
-                values |= coordinates(f"{side}.{one.name}.position", one.true)
+        for instrument in group:
+            if instrument.name != moved:
+                values |= coordinates(f"{side}.{instrument.name}.position", instrument.true)
     return values
 
 
@@ -230,4 +232,4 @@ def coordinates(name: str, place) -> Iterator[tuple[str, float]]:
 if __name__ == "__main__":
     asked, first, last = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     told = [case(asked, number) for number in range(first, last + 1)]
-    print(f"{asked}: {sum(one.right for one in told)} of {len(told)} right")
+    print(f"{asked}: {sum(case.right for case in told)} of {len(told)} right")

@@ -40,17 +40,19 @@ def plate_experiment(drawn: ImperfectDraw) -> bp.Experiment:
     damping = bp.damping.Modal(laws.pop("damping_ratio"))
     return bp.Experiment(
         bp.Structure(plate_modes(drawn.nominal, **laws), damping=damping),
-        sensors=[placed(bp.Sensor, one) for one in drawn.sensors],
-        actuators=[placed(bp.Actuator, one) for one in drawn.actuators],
+        sensors=[placed(bp.Sensor, instrument) for instrument in drawn.sensors],
+        actuators=[placed(bp.Actuator, instrument) for instrument in drawn.actuators],
         frequency=drawn.records[0].frequency,
         observe=bp.observe.Complex("acceleration"),
         noise=bp.noise.FromCoherence(),
     )
 
 
-def placed(kind, one):
-    at = bp.positions.Box((*one.recorded, 0.0), within=(one.within, one.within, 0.0))
-    return kind(one.name, at=at, directions=(one.direction,))
+def placed(kind, instrument):
+    at = bp.positions.Box(
+        (*instrument.recorded, 0.0), within=(instrument.within, instrument.within, 0.0)
+    )
+    return kind(instrument.name, at=at, directions=(instrument.direction,))
 
 
 def plate_modes(plate: Plate, **material):

@@ -20,8 +20,8 @@ CALIBRATED = 25
 
 def summary(question: str, cases: list[Case]) -> int:
     """Print how many are right, and return how many are wrong."""
-    right = sum(one.right for one in cases)
-    seconds, cpu = ([getattr(one, clock) for one in cases] for clock in ("wall", "cpu"))
+    right = sum(case.right for case in cases)
+    seconds, cpu = ([getattr(case, clock) for case in cases] for clock in ("wall", "cpu"))
     print(
         f"{question}: {right} of {len(cases)} right; median {np.median(seconds):.0f} s (CPU "
         f"{np.median(cpu):.0f} s), longest {max(seconds):.0f} s"
@@ -53,8 +53,8 @@ def test_intervals_of_90_percent_follow_from_those_of_99():
 
     ends = value(norm.ppf(0.005)), value(norm.ppf(0.995))
     for deviations, inside in ((1.64, True), (1.65, False), (-1.64, True), (-1.65, False)):
-        found = scores.within("structure.modes.density", value(deviations), *ends)
-        assert found is inside
+        is_within = scores.within("structure.modes.density", value(deviations), *ends)
+        assert is_within is inside
 
 
 def test_calibration():

@@ -124,8 +124,8 @@ def tuned(
         return None
     for _ in range(TRIALS):
         middle = float(np.sqrt(low * high))
-        share, found = excess(middle)
+        share, scene_and_chi2 = excess(middle)
         if 1 <= share < 1.1:
-            return found
+            return scene_and_chi2
         low, high = (middle, high) if share < 1 else (low, middle)
     return None

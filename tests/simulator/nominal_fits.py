@@ -38,9 +38,13 @@ class NominalFit:
 
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        both = (*self.scene.sensors, *self.scene.actuators)
+        instruments = (*self.scene.sensors, *self.scene.actuators)
         laws = [self.scene.priors[name] for name in NAMES]
-        laws += [(x - one.within, x + one.within) for one in both for x in flat(one.recorded)]
+        laws += [
+            (x - instrument.within, x + instrument.within)
+            for instrument in instruments
+            for x in flat(instrument.recorded)
+        ]
         low, high = np.array(laws).T
         return low, high
 
@@ -51,7 +55,7 @@ class NominalFit:
         lighter = nominal.density / density
         natural = self.system.natural * np.sqrt(modulus / nominal.youngs_modulus * lighter)
         places = values[3:].reshape(len(scene.sensors) + len(scene.actuators), -1)
-        signs = np.sign([one.direction for one in (*scene.sensors, *scene.actuators)])
+        signs = np.sign([instrument.direction for instrument in (*scene.sensors, *scene.actuators)])
         rows = signs[:, None] * self.system.rows([place_of(place) for place in places])
         omega = 2 * np.pi * scene.frequency
         modal = natural[:, None] ** 2 - omega**2 + 2j * damping * natural[:, None] * omega
@@ -69,7 +73,7 @@ class NominalFit:
             missed = ((self.predicted(low + share * (high - low)) - exact) / error).ravel()
             return np.concatenate([missed.real, missed.imag])
 
-        begins = [self._scanned(residual), *((one - low) / (high - low) for one in starts)]
+        begins = [self._scanned(residual), *((start - low) / (high - low) for start in starts)]
         fits = [
             scipy.optimize.least_squares(
                 residual,

@@ -72,8 +72,10 @@ class Side:
         places = size * (np.arange(pieces)[:, None] + (1 + points) / 2)
         rows = [self.values(places, order) for order in range(3)]
         return {
-            (one, other): np.einsum("q,pqi,pqj->pij", size / 2 * weights, rows[one], rows[other])
-            for one, other in ((0, 0), (1, 1), (2, 2), (0, 2))
+            (first, second): np.einsum(
+                "q,pqi,pqj->pij", size / 2 * weights, rows[first], rows[second]
+            )
+            for first, second in ((0, 0), (1, 1), (2, 2), (0, 2))
         }
 
 
@@ -131,8 +133,8 @@ def stiffness(plate: Plate, along: Side, across: Side, factors: np.ndarray) -> n
 
 def plate_plant(plate: Plate, hidden: Effect = NOTHING) -> PlatePlant:
     """Modes of the plate proper: with its weak patch, nothing attached."""
-    own = hidden if hidden.name == "local_stiffness_loss" else NOTHING
-    return _plant(replace(plate, damping_ratio=0.0, damping_factors=()), own)
+    softening = hidden if hidden.name == "local_stiffness_loss" else NOTHING
+    return _plant(replace(plate, damping_ratio=0.0, damping_factors=()), softening)
 
 
 @lru_cache(maxsize=32)

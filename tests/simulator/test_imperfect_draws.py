@@ -33,8 +33,8 @@ def test_without_flaws_a_plate_is_naviers_sum():
     loss = 2j * plate.damping_ratio * natural * omega
     modal = 4 / plate.mass / (natural**2 - omega**2 + loss)
 
-    def shape(one):
-        return np.sign(one.direction) * np.prod(np.sin(waves.T * one.true), axis=-1).T
+    def shape(instrument):
+        return np.sign(instrument.direction) * np.prod(np.sin(waves.T * instrument.true), axis=-1).T
 
     exact = np.stack(
         [
@@ -81,10 +81,10 @@ def test_a_forgotten_mass_is_an_attached_mass(form):
     scene = drawn((4, 0), form, NO_FLAWS)
     bare = replace(scene.true, masses=(), damping_ratio=1e-9)
     place, mass = scene.true.masses[0][0], 0.02 * bare.mass
-    own = replace(scene, true=replace(bare, masses=((place, mass),))).response(NOTHING)
+    response = replace(scene, true=replace(bare, masses=((place, mass),))).response(NOTHING)
     put = replace(scene, true=bare).response(effect("point_mass", at=place, mass=mass))
-    level = np.sqrt(np.median(abs(own) ** 2))
-    apart = abs(own - put) / np.maximum(abs(own), level)
+    level = np.sqrt(np.median(abs(response) ** 2))
+    apart = abs(response - put) / np.maximum(abs(response), level)
     assert np.quantile(apart, 0.9) < 1e-3  # beside resonances without damping
     assert np.median(apart) < 1e-4
 
@@ -116,8 +116,10 @@ def test_all_draws_of_a_form_have_the_same_numbers(form):
         natural = imperfect_scenes.elastic(scene.nominal)
         assert np.sum((natural > low) & (natural < high)) == 8
         assert (len(scene.sensors), len(scene.actuators), scene.frequency.size) == (4, 1, 160)
-        for one in (*scene.sensors, *scene.actuators):
-            assert np.all(np.abs(np.subtract(one.true, one.recorded)) <= one.within)
+        for instrument in (*scene.sensors, *scene.actuators):
+            assert np.all(
+                np.abs(np.subtract(instrument.true, instrument.recorded)) <= instrument.within
+            )
         for name, (least, most) in scene.priors.items():
             assert least < getattr(scene.true, name) < most
             assert least < getattr(scene.nominal, name) < most
@@ -128,13 +130,13 @@ def test_the_nominal_fit_reaches_an_exact_structure(form):
     scene = drawn((6, 0), form, NO_FLAWS)
     fit = NominalFit(scene)
     exact = scene.response(NOTHING)
-    both = (*scene.sensors, *scene.actuators)
-    places = [at for one in both for at in flat(one.true)]
+    instruments = (*scene.sensors, *scene.actuators)
+    places = [at for instrument in instruments for at in flat(instrument.true)]
     truth = np.array([getattr(scene.true, name) for name in NAMES] + places)
     np.testing.assert_allclose(fit.predicted(truth), exact, atol=2e-3 * abs(exact).max())
-    found = fit.of(exact)
-    assert 1 <= found.chi2 < 1.1
-    np.testing.assert_allclose(found.values[:3], truth[:3], rtol=0.03)
+    fit_of_exact = fit.of(exact)
+    assert 1 <= fit_of_exact.chi2 < 1.1
+    np.testing.assert_allclose(fit_of_exact.values[:3], truth[:3], rtol=0.03)
 
 
 @pytest.mark.parametrize(
@@ -148,31 +150,31 @@ def test_the_nominal_fit_reaches_an_exact_structure(form):
     ],
 )
 def test_an_effect_shows_as_much_as_was_asked(seed, name, ratio):
-    found = imperfect_draws.draw(seed, name, ratio)
-    assert found.hidden.name == name
-    assert 1 <= (found.ratio - 1) / (ratio - 1) < 1.1
-    chi2 = [best_chi2(found, record) for record in (found.baseline, *found.records)]
-    assert chi2[1] / chi2[0] == pytest.approx(found.ratio, rel=0.05)
+    draw = imperfect_draws.draw(seed, name, ratio)
+    assert draw.hidden.name == name
+    assert 1 <= (draw.ratio - 1) / (ratio - 1) < 1.1
+    chi2 = [best_chi2(draw, record) for record in (draw.baseline, *draw.records)]
+    assert chi2[1] / chi2[0] == pytest.approx(draw.ratio, rel=0.05)
     assert chi2[0] > 20
 
 
 def test_a_misplaced_sensor_shows_at_least_as_much_as_was_asked():
-    found = imperfect_draws.draw(4, "misplaced_sensor", 4.0)
-    assert found.ratio >= 4
-    [sensor] = [one for one in found.sensors if one.name == found.hidden["sensor"]]
-    assert abs(found.hidden["position"] - sensor.recorded) >= 3 * sensor.within
+    draw = imperfect_draws.draw(4, "misplaced_sensor", 4.0)
+    assert draw.ratio >= 4
+    [sensor] = [candidate for candidate in draw.sensors if candidate.name == draw.hidden["sensor"]]
+    assert abs(draw.hidden["position"] - sensor.recorded) >= 3 * sensor.within
 
 
-def best_chi2(found, record):
+def best_chi2(draw, record):
     """Of the nominal structure, with the noise that the coherence tells."""
     scene = Scene(
-        found.form,
-        found.nominal,
-        found.priors,
-        found.true,
-        found.gains,
-        found.sensors,
-        found.actuators,
+        draw.form,
+        draw.nominal,
+        draw.priors,
+        draw.true,
+        draw.gains,
+        draw.sensors,
+        draw.actuators,
         record.frequency,
         NOTHING,
     )
@@ -183,11 +185,13 @@ def best_chi2(found, record):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_before_and_after_share_all_flaws(seed):
-    found = imperfect_draws.draw(seed)
-    assert found.hidden == NOTHING
-    assert far(found.records[0], found.baseline) < 5 / np.sqrt(found.baseline.frf.size)
+    draw = imperfect_draws.draw(seed)
+    assert draw.hidden == NOTHING
+    assert far(draw.records[0], draw.baseline) < 5 / np.sqrt(draw.baseline.frf.size)
     changed = imperfect_draws.draw(seed, "gain_error")
-    others = [n for n, one in enumerate(changed.sensors) if one.name != changed.hidden["sensor"]]
+    others = [
+        n for n, sensor in enumerate(changed.sensors) if sensor.name != changed.hidden["sensor"]
+    ]
     [after], before = changed.records, changed.baseline
     wrong = int(*{*range(4)} - {*others})
     assert far(after, before, others) < 5 / np.sqrt(before.frf[others].size)
@@ -196,8 +200,8 @@ def test_before_and_after_share_all_flaws(seed):
 
 def far(record, other, sensors=slice(None)):
     """By how much the mean square of a difference exceeds that of independent noise."""
-    both = record.variance() + other.variance()
-    return float(abs(np.mean((np.abs(record.frf - other.frf) ** 2 / both)[sensors]) - 1))
+    variance = record.variance() + other.variance()
+    return float(abs(np.mean((np.abs(record.frf - other.frf) ** 2 / variance)[sensors]) - 1))
 
 
 def test_a_draw_is_its_seed():
