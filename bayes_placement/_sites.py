@@ -1,8 +1,9 @@
 """Numbers of a tree that are still distributions: listed with their owner, sampled, replaced."""
 
 import enum
+import functools
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 import equinox as eqx
 import jax
@@ -215,15 +216,16 @@ def substitute(tree: Tree, values: Mapping[str, Any]) -> Tree:
 
 def unknowns(tree: Any) -> list[Unknown]:
     """List the distributions of a tree in the order in which they are sampled."""
-    leaves = jax.tree_util.tree_flatten_with_path(tree, is_leaf=is_unknown)[0]
-    return [_unknown(tree, path, leaf) for path, leaf in leaves if is_unknown(leaf)]
+    leaves, structure = _flattened(tree)
+    described_leaves = zip(_descriptions(structure), leaves, strict=True)
+    return [_unknown(of, leaf) for of, leaf in described_leaves if isinstance(leaf, Distribution)]
 
 
 def leaves_with_unit(tree: Any) -> list[Leaf]:
     """List numbers and distributions of a tree whose fields have a unit, with their paths."""
-    leaves = jax.tree_util.tree_flatten_with_path(tree, is_leaf=is_unknown)[0]
-    listed = [_leaf(tree, path, leaf) for path, leaf in leaves]
-    return [leaf for leaf in listed if leaf.unit]
+    leaves, structure = _flattened(tree)
+    described_leaves = zip(_descriptions(structure), leaves, strict=True)
+    return [_leaf(of, leaf) for of, leaf in described_leaves if of.steps.unit]
 
 
 def described(prior: Distribution) -> str:
@@ -261,24 +263,45 @@ def _quantile(prior: Distribution, probability: float, unknown: float) -> float:
 
 def _mapped(tree: Tree, function: Callable[[Unknown], Any]) -> Tree:
     """Replace each distribution by the value of a function of the unknown."""
-    return jax.tree_util.tree_map_with_path(
-        lambda path, leaf: function(_unknown(tree, path, leaf)) if is_unknown(leaf) else leaf,
-        tree,
-        is_leaf=is_unknown,
+    leaves, structure = _flattened(tree)
+    mapped = [
+        function(_unknown(of, leaf)) if isinstance(leaf, Distribution) else leaf
+        for of, leaf in zip(_descriptions(structure), leaves, strict=True)
+    ]
+    return cast(Tree, jax.tree.unflatten(structure, mapped))
+
+
+class _Description(NamedTuple):
+    """What is known of a leaf from its place in a tree."""
+
+    steps: _Steps
+    name: str
+
+
+def _flattened(tree: Any) -> tuple[list[Any], Any]:
+    """Leaves of a tree, a distribution being one, and its structure."""
+    return jax.tree.flatten(tree, is_leaf=lambda leaf: isinstance(leaf, Distribution))
+
+
+@functools.lru_cache(maxsize=512)
+def _descriptions(structure: Any) -> tuple[_Description, ...]:
+    """Description of each leaf of a structure: trees of one structure are asked for many times."""
+    tree = jax.tree.unflatten(structure, range(structure.num_leaves))
+    paths = [path for path, _ in jax.tree_util.tree_flatten_with_path(tree)[0]]
+    return tuple(
+        _Description(_steps(tree, path), ".".join(_word(key) for key in path)) for path in paths
     )
 
 
-def _unknown(tree: Any, path: tuple[Any, ...], leaf: Distribution) -> Unknown:
-    steps = _steps(tree, path)
+def _unknown(of: _Description, leaf: Distribution) -> Unknown:
+    steps = of.steps
     field, *components = steps.within or ("",)
-    name = ".".join(_word(key) for key in path)
-    return Unknown(steps.owner, field, steps.role, leaf, steps.unit, name, ".".join(components))
+    return Unknown(steps.owner, field, steps.role, leaf, steps.unit, of.name, ".".join(components))
 
 
-def _leaf(tree: Any, path: tuple[Any, ...], leaf: Any) -> Leaf:
-    steps = _steps(tree, path)
-    name = ".".join(_word(key) for key in path)
-    return Leaf(steps.owner, (steps.within or ("",))[0], name, steps.unit, leaf)
+def _leaf(of: _Description, leaf: Any) -> Leaf:
+    steps = of.steps
+    return Leaf(steps.owner, (steps.within or ("",))[0], of.name, steps.unit, leaf)
 
 
 def _steps(tree: Any, path: tuple[Any, ...]) -> _Steps:

@@ -278,6 +278,7 @@ def test_faults_of_the_data_are_told_once_before_any_work(tmp_path):
     assert "12 lines from" in done.output  # as the table of the experiment says
 
 
+@pytest.mark.long
 def test_lines_of_a_large_measurement_are_thinned_and_the_reason_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr("bayes_placement.cli._lines.MOST_VALUES", 31)
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT)
@@ -287,6 +288,7 @@ def test_lines_of_a_large_measurement_are_thinned_and_the_reason_is_told(tmp_pat
     assert "since 40 values take long (--lines 20 takes all)." in done.output
 
 
+@pytest.mark.long
 def test_a_model_error_can_be_declared_for_a_command(tmp_path):
     folder = tmp_path / "declared"
     (tmp_path / "model.py").write_text(MODEL + NOTHING + MEASUREMENT)

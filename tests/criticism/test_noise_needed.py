@@ -73,6 +73,7 @@ def of_unknown_noise():
     )
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")
 def test_unknown_noise_that_takes_up_a_misfit_is_no_explanation(of_unknown_noise):
     misfit = bp.check(bp.infer(of_unknown_noise, measured(MASS), engine=MAP(starts=8)))

@@ -90,7 +90,13 @@ def named(name, soft, shares, tensions):
     ]
 
 
-@pytest.mark.parametrize("case", CHANGES)
+LONG = {"half a plate", "two parts of a plate", "two edges", "an edge and a corner", "all at once"}
+
+
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(name, marks=[pytest.mark.long] if name in LONG else []) for name in CHANGES],
+)
 def test_what_gives_way_responds_as_the_changed_matrices_do(case):
     name, soft, shares, tensions = CHANGES[case]
     model = scene(name)

@@ -100,6 +100,7 @@ def test_methods_agree_on_the_bar():
             assert np.max(estimates["r_hat"]) < 1.01
 
 
+@pytest.mark.long
 def test_an_unknown_noise_level_is_found():
     lines = np.linspace(20.0, 430.0, 42)
     noise = bp.noise.Gaussian(dist.LogUniform(1e-3, 1.0))

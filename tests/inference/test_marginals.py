@@ -169,6 +169,7 @@ def test_common_draws_make_the_likelihood_smooth_and_fresh_draws_do_not():
     assert roughness[True] < 1e-3 * roughness[False]
 
 
+@pytest.mark.long
 def test_placements_drawn_back_follow_the_latent_posterior():
     experiment = at_ratios(two_sensors(bp.noise.Gaussian(0.02)))
     measurement = experiment.nominal_measurement()

@@ -102,6 +102,7 @@ def test_explain_ranks_what_is_new(before, after, candidates):
     assert ranking.words()[0].startswith("New since the baseline is point_mass, with probability")
 
 
+@pytest.mark.long
 def test_explain_says_that_nothing_is_new(before, candidates):
     again = measured(imperfect(1), 4)
     ranking = explain(experiment(), again, baseline=before, candidates=candidates)

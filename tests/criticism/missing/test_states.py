@@ -30,6 +30,7 @@ def ledger():
     return result
 
 
+@pytest.mark.long
 def test_a_growing_mass_is_one_effect_of_the_right_size_in_each_state(ledger):
     (course,) = ledger.courses
     assert course.kind == "point_mass"
@@ -39,12 +40,14 @@ def test_a_growing_mass_is_one_effect_of_the_right_size_in_each_state(ledger):
         assert estimates["at"].low < 0.313 < estimates["at"].high
 
 
+@pytest.mark.long
 def test_only_what_has_changed_is_new(ledger):
     assert ledger.new == {"10 nuts": ("point_mass",), "again": (), "20 nuts": ("point_mass",)}
     changes = [state.change for state in ledger.courses[0].in_state.values()]
     assert changes == [NEW, UNCHANGED, CHANGED]
 
 
+@pytest.mark.long
 def test_the_ledger_of_states_prints_one_line_with_all_sizes(ledger):
     table = ledger.table()
     assert [*table.columns] == [*MASSES]
@@ -57,6 +60,7 @@ def test_the_ledger_of_states_prints_one_line_with_all_sizes(ledger):
     assert 'since "again" point_mass is another: mass 0.1' in text
 
 
+@pytest.mark.long
 def test_the_ledger_of_states_is_written(ledger, tmp_path):
     ledger.write(tmp_path / "states.json")
     content = json.loads((tmp_path / "states.json").read_text())
@@ -123,6 +127,7 @@ def test_another_candidate_is_another_effect():
     assert [[*course.in_state] for course in courses] == [["a"], ["b"]]
 
 
+@pytest.mark.long
 def test_residuals_of_several_states_are_those_of_each(ledger):
     """With values of its own for some unknowns of a state, and the errors among those of a size."""
     first, last = (

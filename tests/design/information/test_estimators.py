@@ -151,6 +151,7 @@ def exact_divergences(experiment, count):
         yield information.from_prior_draws(np.asarray(likelihoods(z)), log_weight).kl
 
 
+@pytest.mark.long
 def test_the_expected_gain_of_the_bar_is_the_mean_of_exact_divergences():
     """Placement unknown by 4 cm, which moves the outputs by thirty times their error."""
     experiment = bar.placed(*P2, bp.noise.Gaussian(SMALL_ERROR))

@@ -219,6 +219,7 @@ def test_regions_in_space(region, target):
     npt.assert_allclose(placement.positions["s1"], target, atol=0.004)
 
 
+@pytest.mark.long
 def test_places_on_a_plate_are_evaluated_as_such():
     region = bp.positions.Box((0.2, 0.15, 0.0), within=(0.1, 0.1, 0.0))
     search = design.Evolutionary(populations=1, scattered=1, generations=1)

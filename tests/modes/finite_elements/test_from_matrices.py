@@ -109,7 +109,7 @@ def some_rows(matrices, axes, count):
     return rows, matrices.position[node], np.eye(3)[matrices.dof[rows, 1] - 1]
 
 
-@model_names
+@pytest.mark.parametrize("name", ["portal", pytest.param("plate", marks=pytest.mark.long)])
 def test_natural_frequencies_are_those_handed_over(model, name):
     count, _ = RECOMMENDED[name]
     modes = kept(model, count)

@@ -55,7 +55,7 @@ def block():
     return Matrices(**solid((8, 3, 3), (1.0, 0.2, 0.15)))
 
 
-@pytest.fixture(scope="module", params=["portal", "plate"])
+@pytest.fixture(scope="module", params=["portal", pytest.param("plate", marks=pytest.mark.long)])
 def handed_over(request, shared_data):
     folder = shared_data / "cases" / "models" / request.param
     if not folder.is_dir():
