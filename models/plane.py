@@ -217,18 +217,16 @@ class InexactShapes(bp.effects.InstrumentEffect):
     ----------
     error
         Error for each sensor and mode [1].
-    about
-        Whether a line is near the resonance of a mode, [mode, line].
     """
 
     absent: ClassVar = ("error", 0.0)
     error: Any
-    about: np.ndarray
     name: str = eqx.field(static=True, default="inexact_shapes", kw_only=True)
 
     def recorded(self, frf, omega, channels):
         """FRF multiplied by 1 + error near each resonance."""
-        return frf * (1 + jnp.asarray(self.error) @ self.about)[:, None]
+        error = jnp.asarray(self.error)
+        return frf * (1 + error @ about(omega / (2 * np.pi))[: error.shape[1]])[:, None]
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["InexactShapes"]:
@@ -286,7 +284,7 @@ def lines(modes):
 
 def about(frequency):
     """Tell which resonance a line is near, [mode, line]."""
-    apart = np.abs(frequency - RESONANCES[:, None])
+    apart = abs(frequency - RESONANCES[:, None])
     return (apart < 1.5) & (apart == apart.min(axis=0))
 
 
@@ -339,7 +337,7 @@ def experiment_of(plane, frequency, modes, miss):
         noise=bp.noise.Gaussian(deviation[None, None]),
     )
     error = dist.Normal(np.zeros((len(PLATES), modes)), 0.1).to_event(2)
-    return with_exact_shapes + InexactShapes(error, about(frequency)[:modes])
+    return with_exact_shapes + InexactShapes(error)
 
 
 def below(plane):

@@ -86,8 +86,14 @@ def compared_with_baseline(
     for depth in range(1, most_effects):
         if not wants_more_effects(comparison, depth, level):
             break
-        best = comparison.best()
-        pairs = [(best, effect) for effect in _next_best(comparison, best)]
+        # Of two effects at once, the place of the first may be wrong without the second: each of
+        # the best is extended by the others, the same kinds in either order.
+        branches = [h for h in comparison.distinct() if len(h.effects) == depth]
+        pairs = [
+            (branch, effect)
+            for branch in branches[: NARROW.branches]
+            for effect in _next_best(comparison, branch)
+        ]
         comparison = comparison.with_hypotheses(extended(pairs, tick))
     return unchanged, comparison
 
@@ -136,10 +142,10 @@ def _from_both(
     return replace(null, effects=effects, **vars(sized))
 
 
-def _next_best(comparison: Comparison, best: Hypothesis) -> list[Effect]:
-    """The single effects of greatest odds that the best hypothesis does not have."""
+def _next_best(comparison: Comparison, branch: Hypothesis) -> list[Effect]:
+    """The single effects of greatest odds that a hypothesis does not have."""
     singles = [h for h in comparison.distinct() if len(h.effects) == 1]
-    others = [h.effects[0] for h in singles if h.kinds[0] not in best.kinds]
+    others = [h.effects[0] for h in singles if h.kinds[0] not in branch.kinds]
     return others[: NARROW.kinds]
 
 

@@ -102,6 +102,19 @@ def test_an_effect_stays_where_it_was_when_another_one_comes():
     assert mass["mass"].low < 0.05 < mass["mass"].high
 
 
+@pytest.mark.long
+def test_two_effects_that_are_new_at_once_are_found_in_their_places():
+    """Scanned before the gain, the mass seems to be elsewhere."""
+    hidden = (effects.point_mass(0.313, 0.05), effects.gain_error("s2", -0.06))
+    before, after = measured(imperfect(201), 402), measured(imperfect(201, *hidden), 1407)
+    candidates = effects.library(experiment(), ["point_mass", "gain_error"])
+    ledger = improve(experiment(), after, baseline=before, candidates=candidates, most_effects=2)
+    assert sorted(ledger.verdict) == ["gain_error", "point_mass"]
+    mass = {name.split(".")[-1]: value for name, value in ledger.steps[-1].parameters.items()}
+    assert mass["at"].low < 0.313 < mass["at"].high
+    assert mass["mass"].low < 0.05 < mass["mass"].high
+
+
 def claimed_effect(kind="point_mass", *arguments):
     """An effect, as far as it matters which of them it is."""
     return FoundEffect(effects.EFFECTS[kind](*arguments), "", {}, None)
