@@ -434,7 +434,7 @@ def test_much_damage_is_told(readers, tmp_path_factory, name, changes):
 
 
 @pytest.mark.long
-@settings(max_examples=300, **QUIET)
+@settings(max_examples=100, **QUIET)
 @given(changes=CHANGES)
 def test_much_damage_of_a_mesh_is_told(readers, tmp_path_factory, changes):
     check_damage_is_told(tmp_path_factory.mktemp("damaged"), *readers["mesh"], changes)
