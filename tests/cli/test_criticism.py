@@ -265,6 +265,7 @@ measurement = dataclasses.replace(measurement, frf=measurement.frf[[0, 0]])
 """
 
 
+@pytest.mark.long
 def test_faults_of_the_data_are_told_once_before_any_work(tmp_path):
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT, REPEATED)
     done = run("check", model, "--out", tmp_path / "out", "--lines", 12)

@@ -42,10 +42,11 @@ def frf(setup):
     [
         (effects.point_mass(AT, 0.2), effects.point_mass(AT, -0.2, name="hole")),
         (effects.ground_spring(AT, 3e4), effects.ground_spring(AT, -3e4, name="softer")),
-        (
+        pytest.param(
             effects.local_stiffness_loss(AT, 0.05, 0.4),
             # Flexibility grows by loss / (1 - loss) and falls by gain / (1 + gain).
             effects.local_stiffness_loss(AT, 0.05, -2.0, name="patch"),
+            marks=pytest.mark.long,
         ),
     ],
     ids=["mass", "spring", "stiffness"],

@@ -117,6 +117,7 @@ def test_an_unknown_noise_level_is_found():
     assert 0.08 < float(sigma.std()) < 0.16
 
 
+@pytest.mark.long
 def test_complex_responses_tell_the_sign_of_the_modes():
     experiment = bp.Experiment(
         bar.bar(),

@@ -102,6 +102,7 @@ def test_clamped_ends_and_edges_may_be_compliant(study):
         assert all(f"support {at}" in words for at, words in zip(where, settings, strict=True))
 
 
+@pytest.mark.long
 def test_orientation_matters(study):
     experiment, measurement, *_ = study("08_portal-02")
     data = experiment.data(measurement)

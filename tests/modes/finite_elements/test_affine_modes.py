@@ -96,6 +96,7 @@ def _frequencies(modes):
     return modes.solved().natural_frequency
 
 
+@pytest.mark.long
 def test_natural_frequencies_stay_right_on_a_square_plate():
     for values in draws(["corner", "strip"], 3, 1):
         values = values | {"density": 1.07}
@@ -290,6 +291,7 @@ def test_receptances_and_gradients_are_those_of_direct_solutions_in_the_basis(la
         np.testing.assert_allclose(slopes[..., number] / size, expected / size, atol=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", LAWS)
 @AT
 def test_receptances_and_gradients_are_those_of_direct_solutions_of_all_matrices(law, at):

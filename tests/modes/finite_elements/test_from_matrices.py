@@ -207,6 +207,7 @@ def test_a_scikit_fem_plate_of_morley_converges_to_that_of_navier():
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.4)
 
 
+@pytest.mark.long
 def test_a_scikit_fem_plate_of_morley_responds_as_its_matrices_do():
     handed = handed_plate(skfem.ElementTriMorley)
     modes = finite_elements.modes(*handed, up_to=6000.0)
@@ -256,6 +257,7 @@ def test_a_scikit_fem_solid_has_the_longitudinal_modes_of_a_rod():
     assert (np.abs(natural / expected[0] - 1) > 0.05).sum() >= 4  # bending and torsion beside them
 
 
+@pytest.mark.long
 def test_a_scikit_fem_solid_responds_as_its_matrices_do():
     handed = handed_rod()
     modes = finite_elements.modes(*handed, up_to=12000.0)
