@@ -283,14 +283,23 @@ def _flattened(tree: Any) -> tuple[list[Any], Any]:
     return jax.tree.flatten(tree, is_leaf=lambda leaf: isinstance(leaf, Distribution))
 
 
-@functools.lru_cache(maxsize=512)
 def _descriptions(structure: Any) -> tuple[_Description, ...]:
     """Description of each leaf of a structure: trees of one structure are asked for many times."""
+    try:
+        return _kept_descriptions(structure)
+    except (TypeError, ValueError):  # fixed fields that cannot be compared, such as arrays
+        return _new_descriptions(structure)
+
+
+def _new_descriptions(structure: Any) -> tuple[_Description, ...]:
     tree = jax.tree.unflatten(structure, range(structure.num_leaves))
     paths = [path for path, _ in jax.tree_util.tree_flatten_with_path(tree)[0]]
     return tuple(
         _Description(_steps(tree, path), ".".join(_word(key) for key in path)) for path in paths
     )
+
+
+_kept_descriptions = functools.lru_cache(maxsize=512)(_new_descriptions)
 
 
 def _unknown(of: _Description, leaf: Distribution) -> Unknown:

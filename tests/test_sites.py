@@ -121,3 +121,24 @@ def test_a_tree_without_unknowns_is_left_alone():
     leaf = Leaf(mass=1.0, share=(2.0,), label="a")
     assert _sites.unknowns(leaf) == []
     assert _sites.realise(leaf) == leaf
+
+
+class Incomparable:
+    """What cannot be compared, as arrays cannot."""
+
+    def __eq__(self, other):
+        raise ValueError("ambiguous")
+
+    def __hash__(self):
+        return 0
+
+
+class Marked(eqx.Module):
+    mass: object = eqx.field(metadata=_sites.unit("kg"))
+    mark: Incomparable = eqx.field(static=True)
+
+
+def test_trees_with_fixed_fields_that_cannot_be_compared_have_their_unknowns():
+    for _ in range(2):
+        (unknown,) = _sites.unknowns(Marked(dist.Normal(), Incomparable()))
+        assert (unknown.name, unknown.unit) == ("mass", "kg")

@@ -175,7 +175,7 @@ def courses_of(
 
     Parameters
     ----------
-    found
+    effects_by_state
         The effects that were found in each state, by label.
     change
         Says what became of an effect between two states.
