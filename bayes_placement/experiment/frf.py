@@ -13,6 +13,7 @@ from ..effects.effect import Attachment, CubicAttachment, Omega
 from ..modes.eigenpairs import coupling_receptance
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
+from ..modes.uneven_stiffness import with_uneven_stiffness
 from .structure import Structure
 
 NEWTON_STEPS = 60
@@ -69,6 +70,8 @@ def receptance(
         If an attachment depends on the amplitude and no force is known.
     """
     modes = structure.proper_modes()
+    if mode_error is not None:
+        modes = mode_error.uneven(modes)
     linear = [
         PortStiffness(
             attachment.points(modes)
@@ -131,11 +134,19 @@ class ModeError(NamedTuple):
         Factors on natural frequencies and on what the damping law says of them [1].
     ports
         What is added to the shapes at attachments, by name [kg^-1/2].
+    stiffness
+        Modal stiffness that the pieces have in excess, over the natural frequencies of the two
+        modes [1]; None where none is known.
     """
 
     frequency: Float[Array, "erroneous"]
     damping: Float[Array, "erroneous"]
     ports: Mapping[str, Float[Array, "port erroneous"]] = MappingProxyType({})
+    stiffness: Float[Array, "mode mode"] | None = None
+
+    def uneven(self, modes: Modes) -> Modes:
+        """Return the modes of the structure of uneven stiffness."""
+        return modes if self.stiffness is None else with_uneven_stiffness(modes, self.stiffness)
 
     def over(self, modes: int) -> "ModeError":
         """Return the factors of all modes, one for those that are exact."""

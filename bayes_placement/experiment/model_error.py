@@ -23,6 +23,8 @@ from .._sites import Role, Unknown, is_unknown, owners, unit
 from .._types import InputError, Parameter
 from ..effects.instruments import Instruments
 from ..effects.scales import Scales
+from ..modes.modes import Modes
+from ..modes.uneven_stiffness import energy_shares
 from .frf import ModeError
 
 MARGIN = 1.3
@@ -30,27 +32,30 @@ MARGIN = 1.3
 little, and their static flexibility is that of the model."""
 
 SIDES = ("sensor", "actuator")
-SIZES = ("frequency", "damping", "shape", "gain")
+SIZES = ("frequency", "damping", "shape", "gain", "stiffness")
+
+MOST_PIECES = 24
+"""Most pieces of uneven stiffness, where their number is not asked for."""
 
 Size: TypeAlias = Parameter | None
 """Common size of errors, a number or a distribution; None where there are none."""
 
 
-class ErrorsOfModes(eqx.Module):
-    """Errors of modes.
+class ErrorsInOrder(eqx.Module):
+    """Errors of modes or of pieces.
 
     Parameters
     ----------
     size
         Their common size.
     standard
-        Errors over it, standard normal [mode].
+        Errors over it, standard normal [mode or piece].
     """
 
     size: Parameter = eqx.field(metadata=unit("1"))
     standard: Parameter = eqx.field(metadata=unit("1"))
 
-    def values(self) -> Float[Array, "mode"]:
+    def values(self) -> Float[Array, "error"]:
         """Errors [1]."""
         return jnp.asarray(self.size) * jnp.asarray(self.standard)
 
@@ -85,12 +90,17 @@ class ErrorsOfChannels(eqx.Module):
 
 @dataclass(frozen=True)
 class Modal:
-    """Natural frequencies, damping, shapes and gains that differ from those of the model.
+    """Natural frequencies, damping, shapes, gains and stiffness that differ from the model.
 
     The natural frequency of a mode is that of the model times exp(frequency * e), its damping that
     of the model times exp(damping * e'), its shape at a channel that of the model plus
     shape * rms * e'', rms being the root mean square of a mass-normalised shape, and a channel
     records 1 + gain * e''' times the motion. All e are standard normal and independent.
+
+    Stiffness varies along a structure: each piece of a uniform bar or beam, or each region of a
+    finite element model, has the stiffness of the model times exp(stiffness * e''''). This moves
+    natural frequencies and shapes together, as errors of single modes do not. Of a model without
+    regions nothing is known of its pieces, and its stiffness has no errors.
 
     The sizes are unknown as a rule. Their joint mode with the errors lies at zero and means
     nothing; `improve` and `explain` find them with the errors integrated out.
@@ -103,44 +113,63 @@ class Modal:
         Standard deviation of shapes over their root mean square [1].
     gain
         Relative standard deviation of the sensitivity of channels [1].
+    stiffness
+        Standard deviation of the logarithm of the stiffness of pieces [1].
     modes
         Number of elastic modes with errors; by default those up to 1.3 times the greatest line.
+    pieces
+        Number of pieces of a uniform bar or beam; by default two for each of these modes, at most
+        24: what strains a mode varies twice as fast as its shape.
 
     Raises
     ------
     InputError
-        If a size is not positive, or there is no mode.
+        If a size is not positive, or there is no mode or piece.
     """
 
     frequency: Size = field(default_factory=lambda: LogUniform(1e-5, 0.1))
     damping: Size = field(default_factory=lambda: LogUniform(1e-3, 1.0))
     shape: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
     gain: Size = field(default_factory=lambda: LogUniform(1e-4, 0.1))
+    stiffness: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
     modes: int | None = None
+    pieces: int | None = None
 
     def __post_init__(self) -> None:
         """Check the sizes."""
         for word in SIZES:
             _check_size(word, getattr(self, word))
-        _check_modes(self.modes)
+        _check_number("modes", self.modes, "at least one mode must have errors")
+        _check_number("pieces", self.pieces, "a structure has at least one piece")
 
     def on(self, scales: Scales) -> "ModalErrors":
         """Return an error for each mode and channel of an experiment."""
-        modes = scales.setup.nominal().structure.proper_modes()
+        structure = scales.setup.nominal().structure
+        modes = structure.proper_modes()
         rigid = modes.rigid_body_modes
         natural = np.asarray(compiled(_natural_frequency)(modes))[rigid:]
         below = int(np.sum(natural < MARGIN * scales.band[1]))
         count = min(natural.size, max(1, below) if self.modes is None else self.modes)
+        shares = self._energy_shares(structure.modes.solved(), count)
         return ModalErrors(
-            frequency=_of_modes(self.frequency, count),
-            damping=_of_modes(self.damping, count),
+            frequency=_in_order(self.frequency, count),
+            damping=_in_order(self.damping, count),
             shape=_of_channels(self.shape, scales.instruments, count),
             gain=_of_channels(self.gain, scales.instruments),
+            stiffness=None if shares is None else _in_order(self.stiffness, len(shares)),
+            energy_shares=shares,
             ports=OrderedDict(),
             rms_shape=1 / math.sqrt(scales.mass),
             modes=count,
             rigid_body_modes=rigid,
         )
+
+    def _energy_shares(
+        self, modes: Modes, count: int
+    ) -> Float[np.ndarray, "piece mode mode"] | None:
+        if self.stiffness is None:
+            return None
+        return energy_shares(modes, self.pieces or min(2 * count, MOST_PIECES))
 
 
 class ModalErrors(eqx.Module):
@@ -148,8 +177,10 @@ class ModalErrors(eqx.Module):
 
     Parameters
     ----------
-    frequency, damping, shape, gain
+    frequency, damping, shape, gain, stiffness
         Errors of each, None where there are none.
+    energy_shares
+        Share of each piece in the strain energy between modes [1]; None where none is known.
     ports
         Errors of the shapes over their size where something is attached to the structure, by the
         name of the attachment: what it feels differs from the model as what a sensor reads does.
@@ -161,10 +192,12 @@ class ModalErrors(eqx.Module):
         Number of rigid-body modes before them.
     """
 
-    frequency: ErrorsOfModes | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
-    damping: ErrorsOfModes | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    frequency: ErrorsInOrder | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    damping: ErrorsInOrder | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     shape: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     gain: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    stiffness: ErrorsInOrder | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    energy_shares: Float[np.ndarray | Array, "piece mode mode"] | None
     ports: OrderedDict[str, Parameter] = eqx.field(metadata=owners(Role.MODEL_ERROR))
     rms_shape: float
     modes: int = eqx.field(static=True)
@@ -179,7 +212,13 @@ class ModalErrors(eqx.Module):
         frequency, damping = (
             jnp.concatenate([jnp.ones(self.rigid_body_modes), factor]) for factor in factors
         )
-        return ModeError(frequency, damping, self._port_errors())
+        return ModeError(frequency, damping, self._port_errors(), self._excess_stiffness())
+
+    def _excess_stiffness(self) -> Float[Array, "mode mode"] | None:
+        if self.stiffness is None:
+            return None
+        excess = jnp.expm1(self.stiffness.values())
+        return jnp.tensordot(excess, jnp.asarray(self.energy_shares), 1)
 
     def _port_errors(self) -> dict[str, Float[Array, "port mode"]]:
         if self.shape is None:
@@ -225,8 +264,8 @@ def shares_size(unknown: Unknown, size: Unknown) -> bool:
     return is_error and unknown.owner.kind in kinds
 
 
-def _of_modes(size: Size, count: int) -> ErrorsOfModes | None:
-    return None if size is None else ErrorsOfModes(size, _standard_normal(count))
+def _in_order(size: Size, count: int) -> ErrorsInOrder | None:
+    return None if size is None else ErrorsInOrder(size, _standard_normal(count))
 
 
 def _of_channels(size: Size, instruments: Instruments, *shape: int) -> ErrorsOfChannels | None:
@@ -270,9 +309,9 @@ def _check_size(word: str, size: Size) -> None:
         )
 
 
-def _check_modes(modes: int | None) -> None:
-    if modes is not None and modes < 1:
+def _check_number(word: str, number: int | None, reason: str) -> None:
+    if number is not None and number < 1:
         raise InputError(
-            f"model_error.Modal(modes={modes}) was given; at least one mode must have errors. "
-            "Without model error: model_error=None."
+            f"model_error.Modal({word}={number}) was given; {reason}. Without model error: "
+            "model_error=None."
         )

@@ -16,9 +16,22 @@ _ROUNDING = 1e-12  # of the greatest eigenvalue, below which one counts as zero
 
 
 class DerivedModes(Modes):
-    """Modes derived from those of the structure before it was changed."""
+    """Modes derived from those of the structure before it was changed.
+
+    Parameters
+    ----------
+    modes
+        The modes before.
+    of_modes
+        Combinations of them.
+    eigenvalues
+        Squares of the natural angular frequencies [(rad/s)^2].
+    repeated_coupling
+        Stiffness between modes of one frequency; None where its derivative is zero.
+    """
 
     modes: eqx.AbstractVar[Modes]
+    of_modes: eqx.AbstractVar[Float[Array, "mode mode"]]
     eigenvalues: eqx.AbstractVar[Float[Array, "mode"]]
     repeated_coupling: eqx.AbstractVar[Float[Array, "mode mode"] | None]
 
@@ -47,7 +60,7 @@ class ChangedModes(DerivedModes):
 
     modes: Modes
     eigenvalues: Float[Array, "mode"]
-    combination: Float[Array, "mode mode"]
+    of_modes: Float[Array, "mode mode"]
     bending: Float[Array, "mode mode"]
     flexibility: Float[Array, "mode mode"]
     repeated_coupling: Float[Array, "mode mode"]
@@ -58,7 +71,7 @@ class ChangedModes(DerivedModes):
         self, position: Float[Array, "*coordinate"], derivative: int = 0
     ) -> Float[Array, "axis mode"]:
         """Mass-normalised mode shapes [kg^-1/2] and their derivatives."""
-        return self.modes.shapes(position, derivative) @ self.combination
+        return self.modes.shapes(position, derivative) @ self.of_modes
 
     def static_flexibility(
         self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
@@ -109,7 +122,7 @@ def changed(
     return ChangedModes(
         modes=modes,
         eigenvalues=eigenvalues,
-        combination=combination,
+        of_modes=combination,
         bending=combination if bending is None else bending @ combination,
         flexibility=flexible @ elastic.T - jnp.diag(diagonal),
         repeated_coupling=repeated,
@@ -122,9 +135,9 @@ def over_changed_modes(
     modes: Modes, matrix: Float[Array, "mode mode"]
 ) -> Float[Array, "mode mode"]:
     """Transform a matrix over the original modes to one over the changed modes."""
-    if isinstance(modes, ChangedModes):
+    if isinstance(modes, DerivedModes):
         before = over_changed_modes(modes.modes, matrix)
-        return modes.combination.T @ before @ modes.combination
+        return modes.of_modes.T @ before @ modes.of_modes
     if isinstance(modes, UnknownModes):
         scale = 1 / jnp.sqrt(modes.masses())
         return scale[:, None] * matrix * scale

@@ -200,7 +200,7 @@ def costs():
     def by_modes(values):
         named = zip((f"parameter.{name}" for name in modes.parameter), values, strict=True)
         solved = substitute(modes, dict(named)).solved()
-        to, come_from = read @ solved.combination, driven @ solved.combination
+        to, come_from = read @ solved.of_modes, driven @ solved.of_modes
         natural = solved.angular_frequency()
         loss = bp.damping.Modal(0.01).loss(natural, jnp.asarray(omega), 0)
         modal = 1 / ((natural**2)[:, None] - omega**2 + loss)

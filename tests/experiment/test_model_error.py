@@ -1,5 +1,7 @@
 """Model error: the identity at zero, the law of each error, and what is refused."""
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +12,9 @@ from numpyro.infer.util import log_density
 import bayes_placement as bp
 from bayes_placement._sites import Role
 from bayes_placement.experiment.resized import with_more_sensors
-from tests.criticism.small import TRUTH, experiment, measured
+from tests.criticism.small import LINES, TRUTH, experiment, measured
+from tests.simulator.fine_elements import Line
+from tests.simulator.hidden_structures import Instrument, accelerance
 
 SIZES = {
     "model_error.frequency.size": 0.01,
@@ -22,7 +26,8 @@ SIZES = {
 
 @pytest.fixture(scope="module")
 def erroneous():
-    return experiment().fix(TRUTH).with_model_error(bp.model_error.Modal()).fix(SIZES)
+    modal = bp.model_error.Modal(stiffness=None)
+    return experiment().fix(TRUTH).with_model_error(modal).fix(SIZES)
 
 
 def errors(erroneous, seed=None):
@@ -99,10 +104,11 @@ def test_modes_above_the_band_are_exact(erroneous):
 def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
     with_errors = experiment().with_model_error(bp.model_error.Modal())
     rows = [unknown for unknown in with_errors.unknowns if unknown.role is Role.MODEL_ERROR]
-    assert {unknown.owner.kind for unknown in rows} == {"frequency", "damping", "shape", "gain"}
+    kinds = {"frequency", "damping", "shape", "gain", "stiffness"}
+    assert {unknown.owner.kind for unknown in rows} == kinds
     table = str(with_errors)
-    assert all(f"model_error.{kind}.size" in table for kind in ("frequency", "shape", "gain"))
-    standard = sum(int(np.prod(row.distribution.shape())) for row in rows) - 4
+    assert all(f"model_error.{kind}.size" in table for kind in kinds)
+    standard = sum(int(np.prod(row.distribution.shape())) for row in rows) - len(kinds)
     assert table.count("standard") == 1 and f"{standard} Normal(0, 1)" in table
     values = {
         unknown.name: numpyro.distributions.biject_to(unknown.distribution.support)(
@@ -117,7 +123,7 @@ def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
 
 
 def test_a_size_of_none_leaves_no_unknowns():
-    only = bp.model_error.Modal(damping=None, shape=None, gain=None)
+    only = bp.model_error.Modal(damping=None, shape=None, gain=None, stiffness=None)
     with_errors = experiment().with_model_error(only)
     kinds = {u.owner.kind for u in with_errors.unknowns if u.role is Role.MODEL_ERROR}
     assert kinds == {"frequency"}
@@ -129,6 +135,40 @@ def test_a_size_of_none_leaves_no_unknowns():
 def test_a_size_that_is_not_positive_is_refused(size):
     with pytest.raises(ValueError, match="positive"):
         bp.model_error.Modal(frequency=size)
+
+
+def test_uneven_stiffness_is_that_of_finite_elements():
+    """A bar of pieces of other stiffness; 24 kept modes span its modes to some 1e-4."""
+    size, count = 0.04, 12
+    standard = np.random.default_rng(4).standard_normal(count)
+    others = dict.fromkeys(("frequency", "damping", "shape", "gain"))
+    modes = bp.beams.bar(24, length=1.0, area=1e-3, youngs_modulus=1.02e9, density=9000.0)
+    even = bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(0.035)),
+        sensors=[bp.Sensor("s1", at=0.237), bp.Sensor("s2", at=0.618)],
+        actuators=[bp.Actuator("a1", at=0.411)],
+        frequency=LINES,
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+        model_error=bp.model_error.Modal(**others, stiffness=size, pieces=count),
+    )
+    uneven = even.fix({"model_error.stiffness.standard": standard})
+    bar = Line("bar", "fixed-fixed", 1.0, 1e-3, 1.02e9, 9000.0, 0.035)
+    places = {
+        item.name: float(item.position) for item in [*even.sensor.values(), *even.actuator.values()]
+    }
+    s1, s2, a1 = (Instrument(name, at, 0.0, 1, at) for name, at in places.items())
+    expected, without = (
+        accelerance(replace(bar, pieces=tuple(factors)), [s1, s2], [a1], LINES)
+        for factors in (np.exp(size * standard), np.ones(count))
+    )
+    error = np.abs(frf(uneven) - expected)
+    assert np.sum(error**2) < 1e-3 * np.sum(np.abs(expected - without) ** 2)
+
+
+def test_a_piece_is_needed():
+    with pytest.raises(ValueError, match="pieces=0"):
+        bp.model_error.Modal(pieces=0)
 
 
 def test_a_transducer_that_the_errors_do_not_know_is_named(erroneous):
@@ -169,7 +209,9 @@ def frf_between(erroneous, values, port):
         frequency=concrete.frequency,
         observe=concrete.observe,
         noise=None,
-        model_error=bp.model_error.Modal(**{n.split(".")[1]: v for n, v in SIZES.items()}),
+        model_error=bp.model_error.Modal(
+            **{n.split(".")[1]: v for n, v in SIZES.items()}, stiffness=None
+        ),
     )
     side = "model_error.shape.standard"
     known_values = {

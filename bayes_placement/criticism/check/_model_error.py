@@ -13,8 +13,12 @@ OF_WHAT = {
     "damping": "damping",
     "shape": "mode shapes",
     "gain": "sensitivities",
+    "stiffness": "stiffness along the structure",
 }
 """What errors of each kind are of."""
+
+COUNTED = {"frequency": "mode", "damping": "mode", "shape": "mode", "stiffness": "piece"}
+"""What is counted along the last dimension of errors of a kind."""
 
 
 class Errors(NamedTuple):
@@ -84,11 +88,11 @@ def _means(array: xr.DataArray, size: np.ndarray) -> Iterator[tuple[str, float]]
     """Place of each error in words, and its posterior mean."""
     product = array.values * np.reshape(size, size.shape + (1,) * (array.ndim - size.ndim))
     means = np.mean(product, axis=(0, 1))
-    of_modes = array.attrs["owner"] in ("frequency", "damping")
+    counted = COUNTED.get(array.attrs["owner"])
     transducer = array.attrs["component"].replace(".", " ")
     for index, mean in np.ndenumerate(means):
-        mode = f"mode {index[-1] + 1}" if of_modes or array.attrs["owner"] == "shape" else ""
-        yield ", ".join(filter(None, [transducer, mode])), float(mean)
+        number = f"{counted} {index[-1] + 1}" if counted else ""
+        yield ", ".join(filter(None, [transducer, number])), float(mean)
 
 
 def _percent(share: float) -> str:

@@ -223,7 +223,12 @@ class Ledger:
 
 def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
     """Say how much model error a model needs, and how much it needed before."""
-    words = {"frequency": "natural frequencies", "shape": "mode shapes", "gain": "sensitivities"}
+    words = {
+        "frequency": "natural frequencies",
+        "shape": "mode shapes",
+        "gain": "sensitivities",
+        "stiffness": "stiffness along the structure",
+    }
     parts = []
     for kind, size in step.model_error.items():
         was = "" if before is None else f" (before: {_percent(before.model_error[kind].mean)})"
