@@ -13,7 +13,7 @@ from ..effects.effect import Attachment, CubicAttachment, Omega
 from ..modes.eigenpairs import coupling_receptance
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
-from ..modes.uneven_stiffness import with_uneven_stiffness
+from ..modes.uneven_pieces import Excess, with_uneven_pieces
 from .structure import Structure
 
 NEWTON_STEPS = 60
@@ -134,19 +134,18 @@ class ModeError(NamedTuple):
         Factors on natural frequencies and on what the damping law says of them [1].
     ports
         What is added to the shapes at attachments, by name [kg^-1/2].
-    stiffness
-        Modal stiffness that the pieces have in excess, over the natural frequencies of the two
-        modes [1]; None where none is known.
+    pieces
+        What uneven pieces add to the modal matrices; None where no piece is known.
     """
 
     frequency: Float[Array, "erroneous"]
     damping: Float[Array, "erroneous"]
     ports: Mapping[str, Float[Array, "port erroneous"]] = MappingProxyType({})
-    stiffness: Float[Array, "mode mode"] | None = None
+    pieces: Excess | None = None
 
     def uneven(self, modes: Modes) -> Modes:
-        """Return the modes of the structure of uneven stiffness."""
-        return modes if self.stiffness is None else with_uneven_stiffness(modes, self.stiffness)
+        """Return the modes of the structure with uneven pieces."""
+        return modes if self.pieces is None else with_uneven_pieces(modes, self.pieces)
 
     def over(self, modes: int) -> "ModeError":
         """Return the factors of all modes, one for those that are exact."""

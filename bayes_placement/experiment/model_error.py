@@ -24,7 +24,7 @@ from .._types import InputError, Parameter
 from ..effects.instruments import Instruments
 from ..effects.scales import Scales
 from ..modes.modes import Modes
-from ..modes.uneven_stiffness import energy_shares
+from ..modes.uneven_pieces import Excess, PieceShares, piece_shares
 from .frf import ModeError
 
 MARGIN = 1.3
@@ -32,10 +32,10 @@ MARGIN = 1.3
 little, and their static flexibility is that of the model."""
 
 SIDES = ("sensor", "actuator")
-SIZES = ("frequency", "damping", "shape", "gain", "stiffness")
+SIZES = ("frequency", "damping", "shape", "gain", "stiffness", "mass")
 
 MOST_PIECES = 24
-"""Most pieces of uneven stiffness, where their number is not asked for."""
+"""Most pieces of a line, where their number is not asked for."""
 
 Size: TypeAlias = Parameter | None
 """Common size of errors, a number or a distribution; None where there are none."""
@@ -90,17 +90,17 @@ class ErrorsOfChannels(eqx.Module):
 
 @dataclass(frozen=True)
 class Modal:
-    """Natural frequencies, damping, shapes, gains and stiffness that differ from the model.
+    """Natural frequencies, damping, shapes, gains, stiffness and mass that differ from the model.
 
     The natural frequency of a mode is that of the model times exp(frequency * e), its damping that
     of the model times exp(damping * e'), its shape at a channel that of the model plus
     shape * rms * e'', rms being the root mean square of a mass-normalised shape, and a channel
     records 1 + gain * e''' times the motion. All e are standard normal and independent.
 
-    Stiffness varies along a structure: each piece of a uniform bar or beam, or each region of a
-    finite element model, has the stiffness of the model times exp(stiffness * e''''). This moves
-    natural frequencies and shapes together, as errors of single modes do not. Of a model without
-    regions nothing is known of its pieces, and its stiffness has no errors.
+    Stiffness and mass vary along a structure: each piece of a uniform bar or beam, or each region
+    of a finite element model, has the stiffness of the model times exp(stiffness * e), and its mass
+    likewise. This moves natural frequencies and shapes together, as errors of single modes do not.
+    Of a model without regions no piece is known, and neither error exists.
 
     The sizes are unknown as a rule. Their joint mode with the errors lies at zero and means
     nothing; `improve` and `explain` find them with the errors integrated out.
@@ -113,8 +113,8 @@ class Modal:
         Standard deviation of shapes over their root mean square [1].
     gain
         Relative standard deviation of the sensitivity of channels [1].
-    stiffness
-        Standard deviation of the logarithm of the stiffness of pieces [1].
+    stiffness, mass
+        Standard deviation of the logarithm of the stiffness and of the mass of pieces [1].
     modes
         Number of elastic modes with errors; by default those up to 1.3 times the greatest line.
     pieces
@@ -132,6 +132,7 @@ class Modal:
     shape: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
     gain: Size = field(default_factory=lambda: LogUniform(1e-4, 0.1))
     stiffness: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
+    mass: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
     modes: int | None = None
     pieces: int | None = None
 
@@ -150,26 +151,25 @@ class Modal:
         natural = np.asarray(compiled(_natural_frequency)(modes))[rigid:]
         below = int(np.sum(natural < MARGIN * scales.band[1]))
         count = min(natural.size, max(1, below) if self.modes is None else self.modes)
-        shares = self._energy_shares(structure.modes.solved(), count)
+        shares = self._piece_shares(structure.modes.solved(), count)
         return ModalErrors(
             frequency=_in_order(self.frequency, count),
             damping=_in_order(self.damping, count),
             shape=_of_channels(self.shape, scales.instruments, count),
             gain=_of_channels(self.gain, scales.instruments),
-            stiffness=None if shares is None else _in_order(self.stiffness, len(shares)),
-            energy_shares=shares,
+            stiffness=_of_pieces(self.stiffness, shares),
+            mass=_of_pieces(self.mass, shares),
+            shares=shares,
             ports=OrderedDict(),
             rms_shape=1 / math.sqrt(scales.mass),
             modes=count,
             rigid_body_modes=rigid,
         )
 
-    def _energy_shares(
-        self, modes: Modes, count: int
-    ) -> Float[np.ndarray, "piece mode mode"] | None:
-        if self.stiffness is None:
+    def _piece_shares(self, modes: Modes, count: int) -> PieceShares | None:
+        if self.stiffness is None and self.mass is None:
             return None
-        return energy_shares(modes, self.pieces or min(2 * count, MOST_PIECES))
+        return piece_shares(modes, self.pieces or min(2 * count, MOST_PIECES))
 
 
 class ModalErrors(eqx.Module):
@@ -177,10 +177,10 @@ class ModalErrors(eqx.Module):
 
     Parameters
     ----------
-    frequency, damping, shape, gain, stiffness
+    frequency, damping, shape, gain, stiffness, mass
         Errors of each, None where there are none.
-    energy_shares
-        Share of each piece in the strain energy between modes [1]; None where none is known.
+    shares
+        Share of each piece in the energies between modes; None where no piece has errors.
     ports
         Errors of the shapes over their size where something is attached to the structure, by the
         name of the attachment: what it feels differs from the model as what a sensor reads does.
@@ -197,7 +197,8 @@ class ModalErrors(eqx.Module):
     shape: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     gain: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     stiffness: ErrorsInOrder | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
-    energy_shares: Float[np.ndarray | Array, "piece mode mode"] | None
+    mass: ErrorsInOrder | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    shares: PieceShares | None
     ports: OrderedDict[str, Parameter] = eqx.field(metadata=owners(Role.MODEL_ERROR))
     rms_shape: float
     modes: int = eqx.field(static=True)
@@ -212,13 +213,15 @@ class ModalErrors(eqx.Module):
         frequency, damping = (
             jnp.concatenate([jnp.ones(self.rigid_body_modes), factor]) for factor in factors
         )
-        return ModeError(frequency, damping, self._port_errors(), self._excess_stiffness())
+        return ModeError(frequency, damping, self._port_errors(), self._excess())
 
-    def _excess_stiffness(self) -> Float[Array, "mode mode"] | None:
-        if self.stiffness is None:
+    def _excess(self) -> Excess | None:
+        if self.shares is None:
             return None
-        excess = jnp.expm1(self.stiffness.values())
-        return jnp.tensordot(excess, jnp.asarray(self.energy_shares), 1)
+        return Excess(
+            _weighted(self.shares.stiffness, self.stiffness),
+            _weighted(self.shares.mass, self.mass),
+        )
 
     def _port_errors(self) -> dict[str, Float[Array, "port mode"]]:
         if self.shape is None:
@@ -266,6 +269,19 @@ def shares_size(unknown: Unknown, size: Unknown) -> bool:
 
 def _in_order(size: Size, count: int) -> ErrorsInOrder | None:
     return None if size is None else ErrorsInOrder(size, _standard_normal(count))
+
+
+def _of_pieces(size: Size, shares: PieceShares | None) -> ErrorsInOrder | None:
+    return None if shares is None else _in_order(size, len(shares.mass))
+
+
+def _weighted(
+    shares: Float[np.ndarray | Array, "piece mode mode"], errors: ErrorsInOrder | None
+) -> Float[Array, "mode mode"]:
+    """Sum of the shares of pieces times their relative excess."""
+    if errors is None:
+        return jnp.zeros(shares.shape[1:])
+    return jnp.tensordot(jnp.expm1(errors.values()), jnp.asarray(shares), 1)
 
 
 def _of_channels(size: Size, instruments: Instruments, *shape: int) -> ErrorsOfChannels | None:

@@ -26,7 +26,7 @@ SIZES = {
 
 @pytest.fixture(scope="module")
 def erroneous():
-    modal = bp.model_error.Modal(stiffness=None)
+    modal = bp.model_error.Modal(stiffness=None, mass=None)
     return experiment().fix(TRUTH).with_model_error(modal).fix(SIZES)
 
 
@@ -104,7 +104,7 @@ def test_modes_above_the_band_are_exact(erroneous):
 def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
     with_errors = experiment().with_model_error(bp.model_error.Modal())
     rows = [unknown for unknown in with_errors.unknowns if unknown.role is Role.MODEL_ERROR]
-    kinds = {"frequency", "damping", "shape", "gain", "stiffness"}
+    kinds = {"frequency", "damping", "shape", "gain", "stiffness", "mass"}
     assert {unknown.owner.kind for unknown in rows} == kinds
     table = str(with_errors)
     assert all(f"model_error.{kind}.size" in table for kind in kinds)
@@ -123,7 +123,8 @@ def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
 
 
 def test_a_size_of_none_leaves_no_unknowns():
-    only = bp.model_error.Modal(damping=None, shape=None, gain=None, stiffness=None)
+    absent = dict.fromkeys(("damping", "shape", "gain", "stiffness", "mass"))
+    only = bp.model_error.Modal(**absent)
     with_errors = experiment().with_model_error(only)
     kinds = {u.owner.kind for u in with_errors.unknowns if u.role is Role.MODEL_ERROR}
     assert kinds == {"frequency"}
@@ -141,7 +142,7 @@ def test_uneven_stiffness_is_that_of_finite_elements():
     """A bar of pieces of other stiffness; 24 kept modes span its modes to some 1e-4."""
     size, count = 0.04, 12
     standard = np.random.default_rng(4).standard_normal(count)
-    others = dict.fromkeys(("frequency", "damping", "shape", "gain"))
+    others = dict.fromkeys(("frequency", "damping", "shape", "gain", "mass"))
     modes = bp.beams.bar(24, length=1.0, area=1e-3, youngs_modulus=1.02e9, density=9000.0)
     even = bp.Experiment(
         bp.Structure(modes, damping=bp.damping.Modal(0.035)),
@@ -210,7 +211,7 @@ def frf_between(erroneous, values, port):
         observe=concrete.observe,
         noise=None,
         model_error=bp.model_error.Modal(
-            **{n.split(".")[1]: v for n, v in SIZES.items()}, stiffness=None
+            **{n.split(".")[1]: v for n, v in SIZES.items()}, stiffness=None, mass=None
         ),
     )
     side = "model_error.shape.standard"

@@ -14,10 +14,17 @@ OF_WHAT = {
     "shape": "mode shapes",
     "gain": "sensitivities",
     "stiffness": "stiffness along the structure",
+    "mass": "mass along the structure",
 }
 """What errors of each kind are of."""
 
-COUNTED = {"frequency": "mode", "damping": "mode", "shape": "mode", "stiffness": "piece"}
+COUNTED = {
+    "frequency": "mode",
+    "damping": "mode",
+    "shape": "mode",
+    "stiffness": "piece",
+    "mass": "piece",
+}
 """What is counted along the last dimension of errors of a kind."""
 
 

@@ -228,6 +228,7 @@ def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
         "shape": "mode shapes",
         "gain": "sensitivities",
         "stiffness": "stiffness along the structure",
+        "mass": "mass along the structure",
     }
     parts = []
     for kind, size in step.model_error.items():

@@ -186,6 +186,7 @@ def _nodal(
         interpolation,
         flexibility=matrices.static_flexibility(rows),
         regions=_over_modes(model, matrices.regions),
+        region_masses=_region_masses(matrices, model),
         members=_over_modes(model, members),
         centres=_centres(matrices, {**matrices.regions, **members}, soft or {}),
         static_shapes=shapes,
@@ -204,6 +205,24 @@ def _over_modes(
     free = np.arange(model.shape.shape[1]) < model.rigid_body_modes
     modal = {name: model.shape.T @ (part @ model.shape) for name, part in parts.items()}
     return {name: np.where(free | free[:, None], 0.0, part) for name, part in modal.items()}
+
+
+def _region_masses(
+    matrices: Matrices, model: ModalModel
+) -> dict[str, Float[np.ndarray, "mode mode"]]:
+    """Mass of each region over the modes.
+
+    What regions share, their common nodes, is shared out by the diagonals of their stiffness.
+    """
+    diagonals = {name: region.diagonal() for name, region in matrices.regions.items()}
+    total = sum(diagonals.values(), np.zeros(len(model.shape)))
+    inertia = matrices.mass @ model.shape
+    masses = {}
+    for name, diagonal in diagonals.items():
+        share = np.divide(diagonal, total, out=np.zeros_like(total), where=total > 0)
+        product = (share[:, None] * model.shape).T @ inertia
+        masses[name] = (product + product.T) / 2
+    return masses
 
 
 def _residual(

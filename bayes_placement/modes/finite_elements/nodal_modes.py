@@ -71,6 +71,7 @@ class NodalModes(Modes):
     youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
     density: Parameter = eqx.field(metadata=unit("kg/m3"))
     regions: NamedMatrices
+    region_masses: NamedMatrices
     members: NamedMatrices
     static_shapes: StaticShapes
     nominal: tuple[float, float] = eqx.field(static=True)
@@ -218,6 +219,7 @@ def modes_from_shapes(
     nominal: tuple[float, float] = (1.0, 1.0),
     flexibility: Float[np.ndarray, "row row"] | None = None,
     regions: Mapping[str, np.ndarray] | None = None,
+    region_masses: Mapping[str, np.ndarray] | None = None,
     members: Mapping[str, np.ndarray] | None = None,
     centres: Mapping[str, Coordinates] | None = None,
     static_shapes: StaticShapes | None = None,
@@ -245,6 +247,8 @@ def modes_from_shapes(
         modes; None if not known, which leaves a plain modal sum.
     regions
         Stiffness [(rad/s)^2] of each region over the modes, by name.
+    region_masses
+        Mass [1] of each region over the modes, by name; zero by default.
     members
         Geometric stiffness [(rad/s)^2 / N] of each member under a unit tension over the modes.
     centres
@@ -276,6 +280,9 @@ def modes_from_shapes(
         youngs_modulus=youngs_modulus,
         density=density,
         regions=NamedMatrices.of(regions or {}, count),
+        region_masses=NamedMatrices.of(
+            region_masses or dict.fromkeys(regions or {}, np.zeros((count, count))), count
+        ),
         members=NamedMatrices.of(members or {}, count),
         static_shapes=static_shapes or no_static_shapes(*shape.shape),
         nominal=nominal,

@@ -1,0 +1,134 @@
+"""Modes of a structure whose stiffness and mass differ a little from piece to piece."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._compiled import compiled
+from .beams.uniform_line import UniformLine
+from .changed import ChangedModes, DerivedModes, changed
+from .finite_elements.nodal_modes import NodalModes, nodal_of
+from .modes import Modes
+
+_NODES = 8
+"""Nodes of quadrature in a piece, besides four for each half-wave of the shortest mode in it."""
+
+
+class PieceShares(NamedTuple):
+    """Share of each piece in the energies between modes.
+
+    Parameters
+    ----------
+    stiffness
+        Modal stiffness of each piece over omega_r omega_s [1]. Summed over the pieces of a line it
+        is one between an elastic mode and itself, and zero else.
+    mass
+        Modal mass of each piece [1], the same of all modes.
+    """
+
+    stiffness: Float[np.ndarray | Array, "piece mode mode"]
+    mass: Float[np.ndarray | Array, "piece mode mode"]
+
+
+class Excess(NamedTuple):
+    """What uneven pieces add to the modal matrices of the structure beneath all changes.
+
+    Parameters
+    ----------
+    stiffness
+        Modal stiffness over omega_r omega_s [1].
+    mass
+        Modal mass [1].
+    """
+
+    stiffness: Float[Array, "mode mode"]
+    mass: Float[Array, "mode mode"]
+
+
+def piece_shares(modes: Modes, pieces: int) -> PieceShares | None:
+    """Share of each piece in the energies between modes; None where no piece is known.
+
+    Parameters
+    ----------
+    modes
+        Modes whose parameters are numbers.
+    pieces
+        Number of pieces of equal length of a uniform bar or beam. Those of a finite element model
+        are its regions, as many as it has.
+    """
+    base = _beneath(modes)
+    if isinstance(base, UniformLine):
+        return _of_line(base, pieces)
+    nodal = nodal_of(base)
+    return None if nodal is None or not nodal.regions.names else _of_regions(nodal)
+
+
+def with_uneven_pieces(modes: Modes, excess: Excess) -> ChangedModes:
+    """Modes once stiffness and mass differ, in the span of the modes."""
+    natural = _beneath(modes).angular_frequency()
+    stiffness = natural[:, None] * excess.stiffness * natural
+    return changed(modes, _over(modes, stiffness), _over(modes, excess.mass))
+
+
+def _over(modes: Modes, matrix: Float[Array, "mode mode"]) -> Float[Array, "mode mode"]:
+    """Matrix over modes, from what it is over those beneath them.
+
+    Shapes that opened interfaces add to the span are left out: pieces are no more exact than that.
+    """
+    if not isinstance(modes, DerivedModes):
+        return matrix
+    return modes.of_modes.T @ _over(modes.modes, matrix) @ modes.of_modes
+
+
+def _beneath(modes: Modes) -> Modes:
+    return _beneath(modes.modes) if isinstance(modes, DerivedModes) else modes
+
+
+def _of_line(line: UniformLine, pieces: int) -> PieceShares:
+    waves = line.wave_numbers[-1] / np.pi / pieces
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES + 4 * int(np.ceil(waves)))
+    within = (np.arange(pieces)[:, None] + (nodes + 1) / 2) / pieces
+    length, area, density, stiffness = (
+        float(value)  # type: ignore[arg-type]
+        for value in (line.length, line.area, line.density, line.stiffness)
+    )
+    read = compiled(_shapes_and_strains)(line, within.ravel() * length)
+    shapes, strains = (np.reshape(rows, (pieces, nodes.size, -1)) for rows in read)
+    strains = strains / _elastic(line)
+    weights = (weights * length / (2 * pieces))[:, None]
+    return PieceShares(
+        stiffness * np.einsum("pnr,pns->prs", weights * strains, strains),
+        density * area * np.einsum("pnr,pns->prs", weights * shapes, shapes),
+    )
+
+
+def _shapes_and_strains(
+    line: UniformLine, position: Float[np.ndarray | Array, "point"]
+) -> tuple[Float[Array, "point mode"], Float[Array, "point mode"]]:
+    """Shapes, and axial strains of a bar or curvatures of a beam."""
+
+    def at(place: Float[Array, ""]) -> tuple[Array, Array]:
+        return line.shapes(place)[0], line.shapes(place, line.half_order)[0]
+
+    return jax.vmap(at)(jnp.asarray(position))
+
+
+def _of_regions(nodal: NodalModes) -> PieceShares:
+    natural = _elastic(nodal)
+    scale = float(nodal.stiffness_scale() / nodal.mass_scale())
+    stiffness = np.asarray(nodal.regions.matrices) * scale / (natural[:, None] * natural)
+    return PieceShares(stiffness, np.asarray(nodal.region_masses.matrices))
+
+
+def _elastic(modes: Modes) -> Float[np.ndarray, "mode"]:
+    """Natural angular frequencies [rad/s], infinite for rigid-body modes, which strain nothing."""
+    natural = np.array(compiled(_angular_frequency)(modes))
+    natural[: modes.rigid_body_modes] = np.inf
+    return natural
+
+
+def _angular_frequency(modes: Modes) -> Float[Array, "mode"]:
+    return modes.angular_frequency()
