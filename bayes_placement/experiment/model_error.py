@@ -31,6 +31,9 @@ MARGIN = 1.3
 """Natural frequency over the greatest line up to which a mode is erroneous: those above matter
 little, and their static flexibility is that of the model."""
 
+LEAST_MIXED = 20
+"""Least number of elastic modes that uneven pieces mix: fewer hardly differ from piece to piece."""
+
 SIDES = ("sensor", "actuator")
 SIZES = ("frequency", "damping", "shape", "gain", "stiffness", "mass")
 
@@ -151,7 +154,7 @@ class Modal:
         natural = np.asarray(compiled(_natural_frequency)(modes))[rigid:]
         below = int(np.sum(natural < MARGIN * scales.band[1]))
         count = min(natural.size, max(1, below) if self.modes is None else self.modes)
-        shares = self._piece_shares(structure.modes.solved(), count)
+        shares = self._piece_shares(structure.modes.solved(), rigid, count)
         return ModalErrors(
             frequency=_in_order(self.frequency, count),
             damping=_in_order(self.damping, count),
@@ -166,10 +169,12 @@ class Modal:
             rigid_body_modes=rigid,
         )
 
-    def _piece_shares(self, modes: Modes, count: int) -> PieceShares | None:
+    def _piece_shares(self, modes: Modes, rigid: int, count: int) -> PieceShares | None:
+        """Shares of the pieces, over the modes with errors and those that these mix with."""
         if self.stiffness is None and self.mass is None:
             return None
-        return piece_shares(modes, self.pieces or min(2 * count, MOST_PIECES))
+        pieces = self.pieces or min(2 * count, MOST_PIECES)
+        return piece_shares(modes, pieces, rigid + max(2 * count, LEAST_MIXED))
 
 
 class ModalErrors(eqx.Module):

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..positions.bounds import Bounds
-from .eigenpairs import eigenpairs
+from .eigenpairs import Eigenpairs, eigenpairs
 from .finite_elements.nodal_modes import UnknownModes
 from .modes import Modes
 
@@ -86,14 +86,15 @@ class ChangedModes(DerivedModes):
 
 def changed(
     modes: Modes,
-    stiffness: Float[Array, "mode mode"],
-    mass: Float[Array, "mode mode"] | None = None,
+    stiffness: Float[Array, "mixed mixed"],
+    mass: Float[Array, "mixed mixed"] | None = None,
     bending: Float[Array, "mode mode"] | None = None,
 ) -> ChangedModes:
     """Modes once modal stiffness [(rad/s)^2] and modal mass [1] are added.
 
-    The Ritz procedure in the span of the kept modes. With nothing added the matrices are diagonal,
-    for which the eigensolver returns them and the identity, bit for bit.
+    The Ritz procedure in the span of the kept modes, or of the lowest of them: matrices over fewer
+    modes leave those above as they are. With nothing added the matrices are diagonal, for which the
+    eigensolver returns them and the identity, bit for bit.
 
     Parameters
     ----------
@@ -106,15 +107,11 @@ def changed(
     """
     before = modes.angular_frequency() ** 2
     coupling = modes.coupling()
-    total = jnp.diag(before) + stiffness + (0.0 if coupling is None else coupling)
-    if mass is None:
-        eigenvalues, combination, repeated = eigenpairs(total)
-    else:
-        factor = jnp.linalg.cholesky(jnp.eye(before.size) + mass)
-        left = jax.scipy.linalg.solve_triangular(factor, total, lower=True)
-        reduced = jax.scipy.linalg.solve_triangular(factor, left.T, lower=True)
-        eigenvalues, vectors, repeated = eigenpairs(reduced)
-        combination = jax.scipy.linalg.solve_triangular(factor.T, vectors, lower=False)
+    coupled = jnp.zeros((before.size, before.size)) if coupling is None else coupling
+    mixed, count = slice(0, len(stiffness)), before.size - len(stiffness)
+    lowest = _ritz(jnp.diag(before)[mixed, mixed] + stiffness + coupled[mixed, mixed], mass)
+    eigenvalues = jnp.concatenate([lowest.values, before[len(stiffness) :]])
+    combination = jax.scipy.linalg.block_diag(lowest.vectors, jnp.eye(count))
     rigid = modes.rigid_body_modes
     elastic = combination[:, rigid:]
     flexible = elastic / eigenvalues[rigid:]
@@ -125,10 +122,23 @@ def changed(
         of_modes=combination,
         bending=combination if bending is None else bending @ combination,
         flexibility=flexible @ elastic.T - jnp.diag(diagonal),
-        repeated_coupling=repeated,
+        repeated_coupling=coupled.at[mixed, mixed].set(lowest.coupling),
         axes=modes.axes,
         rigid_body_modes=rigid,
     )
+
+
+def _ritz(
+    stiffness: Float[Array, "mode mode"], mass: Float[Array, "mode mode"] | None
+) -> Eigenpairs:
+    """Eigenpairs of a stiffness, and of a mass that is added to the identity."""
+    if mass is None:
+        return eigenpairs(stiffness)
+    factor = jnp.linalg.cholesky(jnp.eye(len(mass)) + mass)
+    left = jax.scipy.linalg.solve_triangular(factor, stiffness, lower=True)
+    reduced = eigenpairs(jax.scipy.linalg.solve_triangular(factor, left.T, lower=True))
+    vectors = jax.scipy.linalg.solve_triangular(factor.T, reduced.vectors, lower=False)
+    return reduced._replace(vectors=vectors)
 
 
 def over_changed_modes(

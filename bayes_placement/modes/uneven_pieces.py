@@ -48,7 +48,7 @@ class Excess(NamedTuple):
     mass: Float[Array, "mode mode"]
 
 
-def piece_shares(modes: Modes, pieces: int) -> PieceShares | None:
+def piece_shares(modes: Modes, pieces: int, count: int) -> PieceShares | None:
     """Share of each piece in the energies between modes; None where no piece is known.
 
     Parameters
@@ -58,17 +58,23 @@ def piece_shares(modes: Modes, pieces: int) -> PieceShares | None:
     pieces
         Number of pieces of equal length of a uniform bar or beam. Those of a finite element model
         are its regions, as many as it has.
+    count
+        Number of the lowest modes, rigid-body modes among them, that uneven pieces mix.
     """
     base = _beneath(modes)
-    if isinstance(base, UniformLine):
-        return _of_line(base, pieces)
     nodal = nodal_of(base)
-    return None if nodal is None or not nodal.regions.names else _of_regions(nodal)
+    if isinstance(base, UniformLine):
+        shares = _of_line(base, pieces)
+    elif nodal is not None and nodal.regions.names:
+        shares = _of_regions(nodal)
+    else:
+        return None
+    return PieceShares(*(share[:, :count, :count] for share in shares))
 
 
 def with_uneven_pieces(modes: Modes, excess: Excess) -> ChangedModes:
-    """Modes once stiffness and mass differ, in the span of the modes."""
-    natural = _beneath(modes).angular_frequency()
+    """Modes once stiffness and mass differ, in the span of as many of them as there are shares."""
+    natural = _beneath(modes).angular_frequency()[: len(excess.mass)]
     stiffness = natural[:, None] * excess.stiffness * natural
     return changed(modes, _over(modes, stiffness), _over(modes, excess.mass))
 
@@ -80,7 +86,8 @@ def _over(modes: Modes, matrix: Float[Array, "mode mode"]) -> Float[Array, "mode
     """
     if not isinstance(modes, DerivedModes):
         return matrix
-    return modes.of_modes.T @ _over(modes.modes, matrix) @ modes.of_modes
+    combination = modes.of_modes[: len(matrix), : len(matrix)]
+    return combination.T @ _over(modes.modes, matrix) @ combination
 
 
 def _beneath(modes: Modes) -> Modes:

@@ -44,8 +44,8 @@ def modes(form):
     return getattr(bp.beams, form)(**values, **section, ends=even.ends, modes=30)
 
 
-def uneven(even, stiffness=1.0, mass=1.0, pieces=PIECES):
-    shares = piece_shares(even, pieces)
+def uneven(even, stiffness=1.0, mass=1.0, pieces=PIECES, count=60):
+    shares = piece_shares(even, pieces, count)
     factors = (np.broadcast_to(factor, pieces) - 1 for factor in (stiffness, mass))
     sums = (jnp.tensordot(f, share, 1) for f, share in zip(factors, shares, strict=True))
     return with_uneven_pieces(even, Excess(*sums))
@@ -55,7 +55,7 @@ def uneven(even, stiffness=1.0, mass=1.0, pieces=PIECES):
 def test_shares_of_all_pieces_are_the_entire_energy(form):
     even = modes(form)
     rigid = even.rigid_body_modes
-    stiffness, mass = (share.sum(axis=0) for share in piece_shares(even, PIECES))
+    stiffness, mass = (share.sum(axis=0) for share in piece_shares(even, PIECES, 30))
     np.testing.assert_allclose(stiffness[rigid:, rigid:], np.eye(30 - rigid), atol=1e-9)
     np.testing.assert_array_equal(stiffness[:rigid], 0.0)
     np.testing.assert_allclose(mass, np.eye(30), atol=1e-9)
@@ -65,7 +65,7 @@ def test_shares_of_all_pieces_are_the_entire_energy(form):
 def test_few_pieces_of_many_half_waves_are_integrated_exactly(kind, ends):
     even = line(kind, ends, modes=40)
     rigid = even.rigid_body_modes
-    stiffness, mass = (share.sum(axis=0) for share in piece_shares(even, 2))
+    stiffness, mass = (share.sum(axis=0) for share in piece_shares(even, 2, 40))
     np.testing.assert_allclose(stiffness[rigid:, rigid:], np.eye(40 - rigid), atol=1e-9)
     np.testing.assert_allclose(mass, np.eye(40), atol=1e-9)
 
@@ -82,6 +82,17 @@ def test_natural_frequencies_are_those_of_finite_elements(form):
     excess = after / before - expected
     assert np.ptp(expected) > 1e-3
     assert np.all(excess > -1e-5) and np.all(excess < 3e-4)
+
+
+def test_modes_above_those_that_mix_stay_as_they_are():
+    even = modes("bar")
+    few, all_mixed = (uneven(even, scene("bar")[0].pieces, count=count) for count in (20, 60))
+    after, expected = few.natural_frequency, all_mixed.natural_frequency
+    np.testing.assert_array_equal(after[20:], even.natural_frequency[20:])
+    change = np.abs(expected[:10] / even.natural_frequency[:10] - 1)
+    assert np.all(np.abs(after[:10] / expected[:10] - 1) < 0.05 * np.max(change))
+    at = jnp.asarray(0.3)
+    np.testing.assert_array_equal(few.shapes(at)[:, 20:], even.shapes(at)[:, 20:])
 
 
 def test_static_flexibility_is_the_sum_of_the_pieces_in_series():
@@ -116,7 +127,7 @@ def test_one_factor_everywhere_scales_every_eigenvalue():
 
 
 def test_pieces_of_shapes_alone_are_unknown():
-    assert piece_shares(Linear(), PIECES) is None
+    assert piece_shares(Linear(), PIECES, 3) is None
 
 
 def linear_elements(factors, count=1200):
@@ -147,7 +158,7 @@ def test_uneven_mass_is_that_of_finite_elements():
 def test_a_region_has_the_mass_of_its_elements():
     """But for the nodes on its edge, which it shares with its neighbours."""
     _, even = scene("plate")
-    shares = piece_shares(modes("plate"), PIECES).mass
+    shares = piece_shares(modes("plate"), PIECES, 30).mass
     places = np.stack(np.meshgrid(*(np.linspace(0, 1, 801)[:-1] + 1 / 1600,) * 2), axis=-1)
     x, y = places[..., 0], places[..., 1]
     first = np.sin(np.pi * x) ** 2 * np.sin(np.pi * y) ** 2 * 4 / 800**2
@@ -160,7 +171,7 @@ def test_a_region_has_the_mass_of_its_elements():
 
 def test_slopes_in_the_excess_are_those_of_differences():
     even = line("bar", "fixed-free")
-    shares = piece_shares(even, 4)
+    shares = piece_shares(even, 4, 24)
 
     def frequency(excess):
         sums = (jnp.tensordot(excess, share, 1) for share in (shares.stiffness, shares.mass[::-1]))

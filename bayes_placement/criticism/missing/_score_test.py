@@ -104,7 +104,7 @@ def _of_candidate(
 
 def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signatures:
     problem, effect = candidate.problem, candidate.effect
-    points = _weak_points(problem, effect, most)
+    points = weak_points(problem, effect, most)
     columns = others(problem, list(fields_of(effect, problem)))
     points[:, columns] = candidate.scan.points[0, columns]
     change = model.projected(problem.squares.residuals(points)[0] - model.start)
@@ -114,7 +114,8 @@ def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signa
     return _Signatures(points[felt], change[felt] / size[felt])
 
 
-def _weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:
+def weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:
+    """Coordinates of an effect at its weakest, along its places and settings; of all else zero."""
     columns, fields = [], fields_of(effect, problem)
     coordinates = sum(field in effect.place_fields for field in fields.values())
     for name, word in fields.items():

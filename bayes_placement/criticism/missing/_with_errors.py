@@ -22,6 +22,7 @@ from ._posterior_odds import (
     steps_to,
     wants_more_effects,
 )
+from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, Tick, one_more_effect, single_effects
 
 
@@ -214,7 +215,7 @@ def _deepened(
 
 def _deepened_with_errors(question: Question, exact: Comparison, tick: Tick) -> Comparison:
     assert question.errors is not None
-    comparison = _refitted(exact, _best_variants(exact.hypotheses), question.errors, tick)
+    comparison = _single_effects_with_errors(question, exact, tick)
     for depth in range(1, question.most_effects):
         if not wants_more_effects(comparison, depth, question.level):
             break
@@ -229,31 +230,47 @@ def _deepened_with_errors(question: Question, exact: Comparison, tick: Tick) -> 
             exact._replace(hypotheses=[exact.hypotheses[0], *counterparts]), depth, tick, NARROW
         )
         further = [h for h in deeper.hypotheses if len(h.effects) == depth + 1]
-        refitted = _refitted(deeper, further, question.errors, tick)
-        comparison = comparison.with_hypotheses(refitted.hypotheses)
+        refitted = _refitted(_by_evidence(further), question.errors, tick)
+        comparison = comparison.with_hypotheses(refitted)
     return comparison
 
 
+def _single_effects_with_errors(question: Question, exact: Comparison, tick: Tick) -> Comparison:
+    """None and single effects with model error, of each kind the variants of most evidence."""
+    assert question.errors is not None
+    null = with_errors(exact.hypotheses[0], question.errors)
+    singles = _best_variants(exact.hypotheses)
+    if passes(null, question.level):
+        singles = worth_fitting(null, exact, singles)
+    refitted = _refitted(singles, question.errors, tick, [null])
+    return exact._replace(hypotheses=finite([null, *refitted]))
+
+
 def _best_variants(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """None and single effects, of each kind the variants of the greatest evidence."""
-    ranked = sorted(hypotheses, key=lambda exact: exact.fit.log_evidence, reverse=True)
+    """Single effects, of each kind the variants of the greatest evidence."""
     count: Counter[tuple[str, ...]] = Counter()
     chosen = []
-    for hypothesis in ranked:
+    for hypothesis in _by_evidence(hypotheses):
         count[hypothesis.kinds] += 1
-        if len(hypothesis.effects) < 2 and count[hypothesis.kinds] <= VARIANTS_WITH_ERRORS:
+        if len(hypothesis.effects) == 1 and count[hypothesis.kinds] <= VARIANTS_WITH_ERRORS:
             chosen.append(hypothesis)
     return chosen
 
 
+def _by_evidence(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    return sorted(hypotheses, key=lambda exact: exact.fit.log_evidence, reverse=True)
+
+
 def _refitted(
-    exact: Comparison, hypotheses: Sequence[Hypothesis], errors: ModalErrors, tick: Tick
-) -> Comparison:
+    hypotheses: Sequence[Hypothesis],
+    errors: ModalErrors,
+    tick: Tick,
+    rivals: Sequence[Hypothesis] = (),
+) -> list[Hypothesis]:
+    """Fit hypotheses with model error, in their order; those far behind others are given up."""
     refitted: list[Hypothesis] = []
-    for hypothesis in sorted(hypotheses, key=lambda exact: exact.fit.log_evidence, reverse=True):
-        # What all others are compared with is never given up.
-        rival = early_evidence_of_best(refitted) if hypothesis.effects else -np.inf
+    for hypothesis in hypotheses:
+        rival = early_evidence_of_best([*rivals, *refitted])
         refitted.append(with_errors(hypothesis, errors, rival))
         tick()
-    # The model as given stands first, as everywhere.
-    return exact._replace(hypotheses=finite(sorted(refitted, key=lambda fit: len(fit.effects))))
+    return finite(refitted)
