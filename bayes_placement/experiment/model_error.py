@@ -34,6 +34,9 @@ little, and their static flexibility is that of the model."""
 LEAST_MIXED = 20
 """Least number of elastic modes that uneven pieces mix: fewer hardly differ from piece to piece."""
 
+DAMPING_MARGIN = 3.0
+"""The same for damping, which modes far above the lines still show: by it alone these are lossy."""
+
 SIDES = ("sensor", "actuator")
 SIZES = ("frequency", "damping", "shape", "gain", "stiffness", "mass")
 
@@ -119,7 +122,8 @@ class Modal:
     stiffness, mass
         Standard deviation of the logarithm of the stiffness and of the mass of pieces [1].
     modes
-        Number of elastic modes with errors; by default those up to 1.3 times the greatest line.
+        Number of elastic modes with errors; by default those up to 1.3 times the greatest line, and
+        of damping those up to 3 times.
     pieces
         Number of pieces of a uniform bar or beam; by default two for each of these modes, at most
         24: what strains a mode varies twice as fast as its shape.
@@ -152,12 +156,14 @@ class Modal:
         modes = structure.proper_modes()
         rigid = modes.rigid_body_modes
         natural = np.asarray(compiled(_natural_frequency)(modes))[rigid:]
-        below = int(np.sum(natural < MARGIN * scales.band[1]))
-        count = min(natural.size, max(1, below) if self.modes is None else self.modes)
+        count, damped = (
+            min(natural.size, self.modes or max(1, int(np.sum(natural < margin * scales.band[1]))))
+            for margin in (MARGIN, DAMPING_MARGIN)
+        )
         shares = self._piece_shares(structure.modes.solved(), rigid, count)
         return ModalErrors(
             frequency=_in_order(self.frequency, count),
-            damping=_in_order(self.damping, count),
+            damping=_in_order(self.damping, damped),
             shape=_of_channels(self.shape, scales.instruments, count),
             gain=_of_channels(self.gain, scales.instruments),
             stiffness=_of_pieces(self.stiffness, shares),
