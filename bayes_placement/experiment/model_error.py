@@ -38,7 +38,7 @@ DAMPING_MARGIN = 3.0
 """The same for damping, which modes far above the lines still show: by it alone these are lossy."""
 
 SIDES = ("sensor", "actuator")
-SIZES = ("frequency", "damping", "shape", "gain", "stiffness", "mass")
+SIZES = ("frequency", "damping", "shape", "gain", "unevenness")
 
 MOST_PIECES = 24
 """Most pieces of a line, where their number is not asked for."""
@@ -47,23 +47,59 @@ Size: TypeAlias = Parameter | None
 """Common size of errors, a number or a distribution; None where there are none."""
 
 
-class ErrorsInOrder(eqx.Module):
-    """Errors of modes or of pieces.
+class ErrorsOfModes(eqx.Module):
+    """Errors of modes.
 
     Parameters
     ----------
     size
         Their common size.
     standard
-        Errors over it, standard normal [mode or piece].
+        Errors over it, standard normal [mode].
     """
 
     size: Parameter = eqx.field(metadata=unit("1"))
     standard: Parameter = eqx.field(metadata=unit("1"))
 
-    def values(self) -> Float[Array, "error"]:
+    def values(self) -> Float[Array, "mode"]:
         """Errors [1]."""
         return jnp.asarray(self.size) * jnp.asarray(self.standard)
+
+
+class StandardOfPieces(eqx.Module):
+    """Errors of the stiffness and of the mass of pieces over their size, standard normal."""
+
+    stiffness: Parameter
+    mass: Parameter
+
+
+class ErrorsOfPieces(eqx.Module):
+    """Errors of pieces of a structure.
+
+    Parameters
+    ----------
+    size
+        Their common size.
+    standard
+        Errors over it.
+    shares
+        Share of each piece in the energies between modes.
+    """
+
+    size: Parameter = eqx.field(metadata=unit("1"))
+    standard: StandardOfPieces = eqx.field(metadata=unit("1"))
+    shares: PieceShares
+
+    def excess(self) -> Excess:
+        """What they add to the modal matrices."""
+        pairs = zip((self.standard.stiffness, self.standard.mass), self.shares, strict=True)
+        size = jnp.asarray(self.size)
+        return Excess(
+            *(
+                jnp.tensordot(jnp.expm1(size * jnp.asarray(standard)), jnp.asarray(share), 1)
+                for standard, share in pairs
+            )
+        )
 
 
 class StandardOfChannels(eqx.Module):
@@ -96,7 +132,7 @@ class ErrorsOfChannels(eqx.Module):
 
 @dataclass(frozen=True)
 class Modal:
-    """Natural frequencies, damping, shapes, gains, stiffness and mass that differ from the model.
+    """Natural frequencies, damping, shapes, gains and pieces that differ from those of the model.
 
     The natural frequency of a mode is that of the model times exp(frequency * e), its damping that
     of the model times exp(damping * e'), its shape at a channel that of the model plus
@@ -104,9 +140,10 @@ class Modal:
     records 1 + gain * e''' times the motion. All e are standard normal and independent.
 
     Stiffness and mass vary along a structure: each piece of a uniform bar or beam, or each region
-    of a finite element model, has the stiffness of the model times exp(stiffness * e), and its mass
-    likewise. This moves natural frequencies and shapes together, as errors of single modes do not.
-    Of a model without regions no piece is known, and neither error exists.
+    of a finite element model, has the stiffness of the model times exp(unevenness * e), and its
+    mass likewise. This moves natural frequencies and shapes together, as errors of single modes do
+    not. Both have one size, since a wave hardly tells a stiffer piece from one that is lighter and
+    as much longer. Of a model without regions no piece is known.
 
     The sizes are unknown as a rule. Their joint mode with the errors lies at zero and means
     nothing; `improve` and `explain` find them with the errors integrated out.
@@ -119,8 +156,8 @@ class Modal:
         Standard deviation of shapes over their root mean square [1].
     gain
         Relative standard deviation of the sensitivity of channels [1].
-    stiffness, mass
-        Standard deviation of the logarithm of the stiffness and of the mass of pieces [1].
+    unevenness
+        Standard deviation of the logarithms of the stiffness and of the mass of pieces [1].
     modes
         Number of elastic modes with errors; by default those up to 1.3 times the greatest line, and
         of damping those up to 3 times.
@@ -138,8 +175,7 @@ class Modal:
     damping: Size = field(default_factory=lambda: LogUniform(1e-3, 1.0))
     shape: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
     gain: Size = field(default_factory=lambda: LogUniform(1e-4, 0.1))
-    stiffness: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
-    mass: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
+    unevenness: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
     modes: int | None = None
     pieces: int | None = None
 
@@ -160,27 +196,28 @@ class Modal:
             min(natural.size, self.modes or max(1, int(np.sum(natural < margin * scales.band[1]))))
             for margin in (MARGIN, DAMPING_MARGIN)
         )
-        shares = self._piece_shares(structure.modes.solved(), rigid, count)
         return ModalErrors(
-            frequency=_in_order(self.frequency, count),
-            damping=_in_order(self.damping, damped),
+            frequency=_of_modes(self.frequency, count),
+            damping=_of_modes(self.damping, damped),
             shape=_of_channels(self.shape, scales.instruments, count),
             gain=_of_channels(self.gain, scales.instruments),
-            stiffness=_of_pieces(self.stiffness, shares),
-            mass=_of_pieces(self.mass, shares),
-            shares=shares,
+            unevenness=self._of_pieces(structure.modes.solved(), rigid, count),
             ports=OrderedDict(),
             rms_shape=1 / math.sqrt(scales.mass),
             modes=count,
             rigid_body_modes=rigid,
         )
 
-    def _piece_shares(self, modes: Modes, rigid: int, count: int) -> PieceShares | None:
-        """Shares of the pieces, over the modes with errors and those that these mix with."""
-        if self.stiffness is None and self.mass is None:
+    def _of_pieces(self, modes: Modes, rigid: int, count: int) -> ErrorsOfPieces | None:
+        """Errors of pieces, over the modes with errors and those that these mix with."""
+        if self.unevenness is None:
             return None
         pieces = self.pieces or min(2 * count, MOST_PIECES)
-        return piece_shares(modes, pieces, rigid + max(2 * count, LEAST_MIXED))
+        shares = piece_shares(modes, pieces, rigid + max(2 * count, LEAST_MIXED))
+        if shares is None:
+            return None
+        standard = (_standard_normal(len(share)) for share in shares)
+        return ErrorsOfPieces(self.unevenness, StandardOfPieces(*standard), shares)
 
 
 class ModalErrors(eqx.Module):
@@ -188,10 +225,8 @@ class ModalErrors(eqx.Module):
 
     Parameters
     ----------
-    frequency, damping, shape, gain, stiffness, mass
+    frequency, damping, shape, gain, unevenness
         Errors of each, None where there are none.
-    shares
-        Share of each piece in the energies between modes; None where no piece has errors.
     ports
         Errors of the shapes over their size where something is attached to the structure, by the
         name of the attachment: what it feels differs from the model as what a sensor reads does.
@@ -203,13 +238,11 @@ class ModalErrors(eqx.Module):
         Number of rigid-body modes before them.
     """
 
-    frequency: ErrorsInOrder | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
-    damping: ErrorsInOrder | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    frequency: ErrorsOfModes | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    damping: ErrorsOfModes | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     shape: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     gain: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
-    stiffness: ErrorsInOrder | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
-    mass: ErrorsInOrder | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
-    shares: PieceShares | None
+    unevenness: ErrorsOfPieces | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     ports: OrderedDict[str, Parameter] = eqx.field(metadata=owners(Role.MODEL_ERROR))
     rms_shape: float
     modes: int = eqx.field(static=True)
@@ -224,15 +257,8 @@ class ModalErrors(eqx.Module):
         frequency, damping = (
             jnp.concatenate([jnp.ones(self.rigid_body_modes), factor]) for factor in factors
         )
-        return ModeError(frequency, damping, self._port_errors(), self._excess())
-
-    def _excess(self) -> Excess | None:
-        if self.shares is None:
-            return None
-        return Excess(
-            _weighted(self.shares.stiffness, self.stiffness),
-            _weighted(self.shares.mass, self.mass),
-        )
+        pieces = None if self.unevenness is None else self.unevenness.excess()
+        return ModeError(frequency, damping, self._port_errors(), pieces)
 
     def _port_errors(self) -> dict[str, Float[Array, "port mode"]]:
         if self.shape is None:
@@ -278,21 +304,8 @@ def shares_size(unknown: Unknown, size: Unknown) -> bool:
     return is_error and unknown.owner.kind in kinds
 
 
-def _in_order(size: Size, count: int) -> ErrorsInOrder | None:
-    return None if size is None else ErrorsInOrder(size, _standard_normal(count))
-
-
-def _of_pieces(size: Size, shares: PieceShares | None) -> ErrorsInOrder | None:
-    return None if shares is None else _in_order(size, len(shares.mass))
-
-
-def _weighted(
-    shares: Float[np.ndarray | Array, "piece mode mode"], errors: ErrorsInOrder | None
-) -> Float[Array, "mode mode"]:
-    """Sum of the shares of pieces times their relative excess."""
-    if errors is None:
-        return jnp.zeros(shares.shape[1:])
-    return jnp.tensordot(jnp.expm1(errors.values()), jnp.asarray(shares), 1)
+def _of_modes(size: Size, count: int) -> ErrorsOfModes | None:
+    return None if size is None else ErrorsOfModes(size, _standard_normal(count))
 
 
 def _of_channels(size: Size, instruments: Instruments, *shape: int) -> ErrorsOfChannels | None:

@@ -26,7 +26,7 @@ SIZES = {
 
 @pytest.fixture(scope="module")
 def erroneous():
-    modal = bp.model_error.Modal(stiffness=None, mass=None)
+    modal = bp.model_error.Modal(unevenness=None)
     return experiment().fix(TRUTH).with_model_error(modal).fix(SIZES)
 
 
@@ -84,7 +84,8 @@ def test_the_response_is_the_modal_sum_of_the_erroneous_modes(erroneous):
     exact = frf(experiment().fix(TRUTH)) / -(omega**2)
     left_out = exact - np.einsum("sr,ar,rf->saf", *kept)
     natural[:count] *= np.exp(0.01 * values["model_error.frequency.standard"])
-    ratio[:count] *= np.exp(0.2 * values["model_error.damping.standard"])
+    damping = np.exp(0.2 * values["model_error.damping.standard"])
+    ratio[: damping.size] *= damping
     shifted = [side("sensor", True), side("actuator", True), modal(natural, ratio, omega)]
     factors = np.multiply.outer(gains("sensor"), gains("actuator"))[..., None]
     expected = factors * (np.einsum("sr,ar,rf->saf", *shifted) + left_out)
@@ -99,12 +100,14 @@ def test_modes_above_the_band_are_exact(erroneous):
     natural = np.asarray(erroneous.structure.modes.natural_frequency)
     count = erroneous.model_error.modes
     assert natural[count - 1] < 1.3 * 700.0 <= natural[count]
+    damped = erroneous.model_error.damping.standard.shape()[0]
+    assert damped == np.sum(natural < 3.0 * 700.0) > count
 
 
 def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
     with_errors = experiment().with_model_error(bp.model_error.Modal())
     rows = [unknown for unknown in with_errors.unknowns if unknown.role is Role.MODEL_ERROR]
-    kinds = {"frequency", "damping", "shape", "gain", "stiffness", "mass"}
+    kinds = {"frequency", "damping", "shape", "gain", "unevenness"}
     assert {unknown.owner.kind for unknown in rows} == kinds
     table = str(with_errors)
     assert all(f"model_error.{kind}.size" in table for kind in kinds)
@@ -123,7 +126,7 @@ def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
 
 
 def test_a_size_of_none_leaves_no_unknowns():
-    absent = dict.fromkeys(("damping", "shape", "gain", "stiffness", "mass"))
+    absent = dict.fromkeys(("damping", "shape", "gain", "unevenness"))
     only = bp.model_error.Modal(**absent)
     with_errors = experiment().with_model_error(only)
     kinds = {u.owner.kind for u in with_errors.unknowns if u.role is Role.MODEL_ERROR}
@@ -142,7 +145,7 @@ def test_uneven_stiffness_is_that_of_finite_elements():
     """A bar of pieces of other stiffness; 24 kept modes span its modes to some 1e-4."""
     size, count = 0.04, 12
     standard = np.random.default_rng(4).standard_normal(count)
-    others = dict.fromkeys(("frequency", "damping", "shape", "gain", "mass"))
+    others = dict.fromkeys(("frequency", "damping", "shape", "gain"))
     modes = bp.beams.bar(24, length=1.0, area=1e-3, youngs_modulus=1.02e9, density=9000.0)
     even = bp.Experiment(
         bp.Structure(modes, damping=bp.damping.Modal(0.035)),
@@ -151,9 +154,10 @@ def test_uneven_stiffness_is_that_of_finite_elements():
         frequency=LINES,
         observe=bp.observe.Complex("acceleration"),
         noise=None,
-        model_error=bp.model_error.Modal(**others, stiffness=size, pieces=count),
+        model_error=bp.model_error.Modal(**others, unevenness=size, pieces=count),
     )
-    uneven = even.fix({"model_error.stiffness.standard": standard})
+    of_pieces = {"stiffness": standard, "mass": np.zeros(count)}
+    uneven = even.fix({f"model_error.unevenness.standard.{k}": v for k, v in of_pieces.items()})
     bar = Line("bar", "fixed-fixed", 1.0, 1e-3, 1.02e9, 9000.0, 0.035)
     places = {
         item.name: float(item.position) for item in [*even.sensor.values(), *even.actuator.values()]
@@ -211,7 +215,7 @@ def frf_between(erroneous, values, port):
         observe=concrete.observe,
         noise=None,
         model_error=bp.model_error.Modal(
-            **{n.split(".")[1]: v for n, v in SIZES.items()}, stiffness=None, mass=None
+            **{n.split(".")[1]: v for n, v in SIZES.items()}, unevenness=None
         ),
     )
     side = "model_error.shape.standard"

@@ -13,8 +13,7 @@ OF_WHAT = {
     "damping": "damping",
     "shape": "mode shapes",
     "gain": "sensitivities",
-    "stiffness": "stiffness along the structure",
-    "mass": "mass along the structure",
+    "unevenness": "stiffness and mass along the structure",
 }
 """What errors of each kind are of."""
 
@@ -22,8 +21,7 @@ COUNTED = {
     "frequency": "mode",
     "damping": "mode",
     "shape": "mode",
-    "stiffness": "piece",
-    "mass": "piece",
+    "unevenness": "piece",
 }
 """What is counted along the last dimension of errors of a kind."""
 

@@ -227,8 +227,7 @@ def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
         "frequency": "natural frequencies",
         "shape": "mode shapes",
         "gain": "sensitivities",
-        "stiffness": "stiffness along the structure",
-        "mass": "mass along the structure",
+        "unevenness": "stiffness and mass along the structure",
     }
     parts = []
     for kind, size in step.model_error.items():
