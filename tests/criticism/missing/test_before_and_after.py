@@ -23,7 +23,7 @@ def imperfect(seed, *hidden):
 
     What is hidden adds its errors after those of the bar, which stay as they are.
     """
-    declared = bp.model_error.Modal(**SIZES)
+    declared = bp.model_error.Modal(**SIZES, unevenness=None)
     erroneous = experiment().fix(TRUTH).with_model_error(declared)
     for effect in hidden:
         erroneous = erroneous + effect

@@ -102,7 +102,13 @@ def test_model_error_is_a_rival_of_what_no_candidate_explains():
     library = effects.library(experiment(), ["time_delay"])
     ledger = improve(experiment(), measured(MASS, seed=4), candidates=library)
     assert ledger.verdict == ()
-    assert set(ledger.steps[0].model_error) == {"frequency", "damping", "shape", "gain"}
+    assert set(ledger.steps[0].model_error) == {
+        "frequency",
+        "damping",
+        "shape",
+        "gain",
+        "unevenness",
+    }
     assert ledger.steps[0].chi2_when_exact > 2
     assert "a model error explains the data better than any candidate" in ledger.sentence()
 

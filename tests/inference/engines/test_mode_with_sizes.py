@@ -14,7 +14,8 @@ ERRORS = 0.01 * np.array([1.2, -0.7, 0.4, -1.5, 0.9])
 
 
 def only_frequency(size):
-    return bp.model_error.Modal(frequency=size, damping=None, shape=None, gain=None)
+    absent = dict.fromkeys(("damping", "shape", "gain", "unevenness"))
+    return bp.model_error.Modal(frequency=size, **absent)
 
 
 def measured(true, ratio=0.005):
