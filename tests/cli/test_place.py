@@ -196,6 +196,7 @@ def test_of_many_lines_some_are_taken_evenly(tmp_path):
     assert "2 lines from 125 to 175 Hz" in said
 
 
+@pytest.mark.long
 def test_data_come_first_and_then_there_is_less_to_learn(tmp_path, first):
     model = written(tmp_path, MEASUREMENT.format(draws=1000))
     measurement = bp.io.model.read(model).measurement

@@ -91,6 +91,7 @@ def test_each_state_has_its_ledger_and_figures(of_states):
         assert {"ledger.json", "ledger.txt", "error_falls.png", "before_and_after.png"} <= names
 
 
+@pytest.mark.long
 def test_states_may_be_given_as_files(of_states, tmp_path):
     states = model_files.read(of_states[0] / "study.py").states
     files = []

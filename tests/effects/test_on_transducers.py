@@ -101,7 +101,7 @@ def test_a_misplaced_hit_is_a_misplaced_sensor_of_the_reciprocal_test():
 # ------------------------------------------------------------------------------ exciters
 
 
-@pytest.mark.parametrize("mounted", ["roving", "fixed"])
+@pytest.mark.parametrize("mounted", [pytest.param("roving", marks=pytest.mark.long), "fixed"])
 def test_the_mass_of_an_exciter_is_a_mass_where_it_drives(mounted, plain):
     mass = 0.3
     response = frf(experiment(mounted=mounted) + effects.actuator_mass(mass))

@@ -300,6 +300,7 @@ def test_the_table_has_a_row_for_each_fault():
     assert table.loc[0, "value"] > table.loc[0, "threshold"]
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::bayes_placement.inference.infer.InferenceWarning")
 def test_the_result_of_an_inference_and_its_check_tell_the_faults():
     experiment = exchanged()

@@ -153,7 +153,10 @@ def test_kernels_estimate_the_integral_over_gains():
     assert value == pytest.approx(expected, abs=0.01)
 
 
-@pytest.mark.parametrize("engine", [bp.engines.MAP(), bp.engines.SMC(particles=1000)])
+@pytest.mark.parametrize(
+    "engine",
+    [bp.engines.MAP(), pytest.param(bp.engines.SMC(particles=1000), marks=pytest.mark.long)],
+)
 def test_engines_find_the_evidence_of_gains(engine):
     # The outputs are linear in the logs of the gains, so Laplace's approximation is exact.
     measured, expected = closed_form(SIGMA)

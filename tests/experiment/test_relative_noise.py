@@ -107,7 +107,9 @@ def test_ratio_floor_and_factor_may_be_unknown():
     assert setup.noise.deviation(setup.data(measured)) is None
 
 
-@pytest.mark.parametrize(("ratio", "floor"), [(0.05, 0.5), (0.01, 2.0)])
+@pytest.mark.parametrize(
+    ("ratio", "floor"), [pytest.param(0.05, 0.5, marks=pytest.mark.long), (0.01, 2.0)]
+)
 def test_ratio_and_floor_are_found(ratio, floor):
     prior = dist.LogUniform(1e-3, 0.1), dist.LogUniform(1e-2, 1e2)
     setup = experiment(bp.noise.Relative(*prior))

@@ -32,7 +32,15 @@ def experiment_and_measurement(noise=0.05):
     return experiment, experiment.nominal_measurement()
 
 
-@pytest.fixture(scope="module", params=SMALL)
+TAKE_LONG = ("nuts", "smc")
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(name, marks=pytest.mark.long) if name in TAKE_LONG else name for name in SMALL
+    ],
+)
 def small(request):
     """A tiny run of each method."""
     engine, marginal = SMALL[request.param]

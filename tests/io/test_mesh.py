@@ -176,6 +176,7 @@ def test_elements_of_nodes_that_are_not_there_are_refused(tmp_path):
             mesh.read(path)
 
 
+@pytest.mark.long
 def test_a_mesh_that_never_ends_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(mesh, "SECONDS", 4.0)
     path = tmp_path / "part.ply"

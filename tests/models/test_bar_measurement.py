@@ -39,6 +39,7 @@ def test_the_script_knows_nothing_of_the_package():
     assert imported <= {"argparse", "json", "numpy", "pathlib", "pyuff", "scipy", "typing"}
 
 
+@pytest.mark.long
 def test_the_mesh_has_converged(exact):
     frequency, response = (values[[0, 37, 76, 99]] for values in exact)  # near two resonances
     finer = bar_measurement.accelerance(frequency, 2 * bar_measurement.ELEMENTS)

@@ -46,6 +46,7 @@ def test_the_committed_truth_is_the_one_that_the_script_tells(made):
     assert (made / name).read_bytes() == (MODELS / name).read_bytes()
 
 
+@pytest.mark.long
 def test_the_committed_measurement_is_the_one_that_the_script_makes(made):
     ours, theirs = (
         pyuff.UFF(str(folder / "hidden_effect.uff")).read_sets() for folder in (made, MODELS)

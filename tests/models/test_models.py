@@ -12,6 +12,7 @@ def bar_result():
     return bp.infer(bar.experiment, bar.measurement, key=0)
 
 
+@pytest.mark.long
 def test_the_bar_study_covers_its_truth(bar_result):
     for name, truth in bar.truth.items():
         draws = bar_result["posterior"][name].values

@@ -293,6 +293,7 @@ def bars():
     return results
 
 
+@pytest.mark.long
 def test_inferences_of_two_quantities_are_one_and_the_same(bars):
     comparison = compare(bars)
     first, second = comparison.table.to_dict("records")

@@ -85,6 +85,7 @@ def test_of_an_exact_model_an_effect_is_new_too():
     assert improve(experiment(), again, **settings).verdict == ()
 
 
+@pytest.mark.long
 def test_with_unknown_noise_the_same_mass_is_new(before, after):
     unknown = bp.noise.Relative(dist.LogUniform(1e-3, 0.3))
     noisy = eqx.tree_at(lambda tree: tree.noise, experiment(), unknown)
@@ -95,6 +96,7 @@ def test_with_unknown_noise_the_same_mass_is_new(before, after):
     assert "The baseline alone needs noise of" in ledger.sentence()
 
 
+@pytest.mark.long
 def test_explain_ranks_what_is_new(before, after, candidates):
     ranking = explain(experiment(), after, baseline=before, candidates=candidates)
     assert ranking.claimed == ("point_mass",)

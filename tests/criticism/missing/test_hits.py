@@ -81,7 +81,11 @@ def measured(hidden):
             "swapped_actuators (actuators h1 and h4, prob",
             marks=pytest.mark.long,
         ),
-        (effects.frequency_drift("h4", -0.008), "frequency_drift (actuator h4, prob"),
+        pytest.param(
+            effects.frequency_drift("h4", -0.008),
+            "frequency_drift (actuator h4, prob",
+            marks=pytest.mark.long,
+        ),
     ],
     ids=lambda value: getattr(value, "name", ""),
 )

@@ -54,6 +54,7 @@ def test_sobol_points_go_on_as_independent_draws():
     assert len(np.unique(further)) == further.size and 0.3 < further.std() < 2
 
 
+@pytest.mark.long
 def test_more_outputs_than_sobol_points_have_coordinates():
     """The lines beyond the first three tell nothing, so the gain is that of three."""
     forms = np.zeros((2, 10_700))  # two parts each

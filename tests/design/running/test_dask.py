@@ -42,6 +42,7 @@ def test_a_scheduler_is_found_by_its_address(cluster, full_map):
         assert small_maps.computed(executor=executor).identical(full_map)
 
 
+@pytest.mark.long
 def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, full_map, tmp_path, monkeypatch):
     marker = tmp_path / "killed"
     monkeypatch.setattr(_dispatch, "compute_packed", partial(small_maps.stop_once, marker))

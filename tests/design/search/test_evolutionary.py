@@ -75,7 +75,10 @@ def test_it_is_the_best_of_a_fine_grid_by_fewer_trials(placement):
 
 @pytest.mark.parametrize(
     ("ratios", "best"),
-    [((bar.PRIOR, 0.04), {0.5}), ((bar.PRIOR, bar.PRIOR), {0.25, 0.75})],
+    [
+        pytest.param((bar.PRIOR, 0.04), {0.5}, marks=pytest.mark.long),
+        ((bar.PRIOR, bar.PRIOR), {0.25, 0.75}),
+    ],
     ids=["the first ratio", "both"],
 )
 def test_the_bar_of_the_paper(ratios, best):
@@ -138,6 +141,7 @@ def test_nothing_that_is_forbidden_is_ever_tried():
     assert placement.positions["s1"] > 0.3  # on the other hill
 
 
+@pytest.mark.long
 def test_a_best_place_at_an_edge_of_what_is_allowed_is_found():
     placement = two_places(forbidden=[(0.78, 0.9)], search=design.Evolutionary(populations=2))
     assert (

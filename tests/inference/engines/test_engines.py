@@ -139,6 +139,7 @@ def test_nuts_says_that_it_does_not_hop():
     assert any("have not mixed: R-hat" in warning for warning in draws.warnings)
 
 
+@pytest.mark.long
 def test_a_symmetry_lets_smc_switch_between_modes():
     # All particles start in one mode, whose differences lead nowhere else: only the mirror does.
     mirror = (lambda values: {"x": -values["x"]},)
@@ -247,6 +248,7 @@ def test_wrong_settings_are_errors():
         engines.SMC(particles=30)
 
 
+@pytest.mark.long
 def test_nuts_runs_in_blocks_whatever_the_number_of_draws():
     shares = []
     target = UnconstrainedModel(linear_gaussian, LAWS)

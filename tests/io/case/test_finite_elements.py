@@ -71,6 +71,7 @@ def test_every_angle_of_a_triaxial_sensor_is_unknown(study):
     assert distributions["sensor.s4.position.x"].low == pytest.approx(0.48)
 
 
+@pytest.mark.long
 def test_effects_may_sit_on_every_member_or_on_the_plate(study):
     portal = study("08_portal-02").experiment.structure.modes
     assert [str(name) for name in portal.members.names] == [

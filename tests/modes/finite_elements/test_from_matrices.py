@@ -117,7 +117,7 @@ def test_natural_frequencies_are_those_handed_over(model, name):
     np.testing.assert_allclose(frequency, model.frequency[:count], rtol=1e-6)
 
 
-@model_names
+@pytest.mark.parametrize("name", ["portal", pytest.param("plate", marks=pytest.mark.long)])
 def test_receptances_are_those_of_a_direct_solution(model, name):
     count, in_band = RECOMMENDED[name]
     modes = kept(model, count)
