@@ -179,19 +179,20 @@ def instruments(
             places.append(place)
     names = [f"s{n + 1}" for n in range(SENSORS)] + [f"a{n + 1}" for n in range(ACTUATORS)]
     axis = 1 if isinstance(structure, Line) and structure.kind == "bar" else 3
+    # Every second one is turned round; the same in all draws, which then share compiled functions.
+    directions = [axis * (-1) ** number for number in range(len(names))]
     made = tuple(
-        mounted(generator, name, place, within, axis)
-        for name, place in zip(names, places, strict=True)
+        mounted(generator, name, place, within, direction)
+        for name, place, direction in zip(names, places, directions, strict=True)
     )
     return made[:SENSORS], made[SENSORS:]
 
 
 def mounted(
-    generator: np.random.Generator, name: str, place: np.ndarray, within: float, axis: int
+    generator: np.random.Generator, name: str, place: np.ndarray, within: float, direction: int
 ) -> Instrument:
     true = place + generator.uniform(-within, within, place.size)
-    sign = int(generator.choice([-1, 1]))
-    return Instrument(name, place_of(place), within, sign * axis, place_of(true))
+    return Instrument(name, place_of(place), within, direction, place_of(true))
 
 
 def place_of(coordinates: np.ndarray):
