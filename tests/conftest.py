@@ -35,6 +35,18 @@ assert "bayes_placement" not in sys.modules, "bayes_placement was imported befor
 install_import_hook("bayes_placement", "beartype.beartype")
 
 
+@pytest.fixture(scope="module")
+def optimised():
+    """Functions of a module are compiled to run fast, where running takes longer than compiling."""
+    import jax  # only now, once its variables are set
+
+    name = "jax_disable_most_optimizations"
+    before = jax.config.values[name]
+    jax.config.update(name, False)
+    yield
+    jax.config.update(name, before)
+
+
 @pytest.fixture(scope="session")
 def shared_data():
     folder = (Path(__file__).parents[1] / "../shared/data").resolve()

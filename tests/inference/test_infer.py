@@ -77,7 +77,7 @@ def test_draws_lie_within_their_priors(small):
     assert 0.21 <= position.min() <= position.max() <= 0.29
 
 
-@pytest.mark.parametrize("name", ["importance", "smc"])
+@pytest.mark.parametrize("name", ["importance", pytest.param("smc", marks=pytest.mark.long)])
 def test_a_seed_gives_the_same_result_bit_for_bit(name):
     engine, marginal = SMALL[name]
     first, again = (
@@ -219,7 +219,9 @@ def test_the_deviation_is_observed(small):
     np.testing.assert_array_equal(small["observed_data"]["deviation"].values, 0.05)
 
 
-@pytest.mark.parametrize("name", ["importance", "grid", "nuts", "smc"])
+@pytest.mark.parametrize(
+    "name", ["importance", "grid", pytest.param("nuts", marks=pytest.mark.long), "smc"]
+)
 def test_other_numbers_are_not_compiled_again(name, monkeypatch):
     engine, marginal = SMALL[name]
     bp.infer(*experiment_and_measurement(), engine=engine, marginal=marginal)

@@ -77,6 +77,7 @@ def test_it_also_runs_as_a_script_from_anywhere(tmp_path):
     assert "a bar with a clamp left on it" in said.stdout
 
 
+@pytest.mark.long
 def test_the_mesh_has_converged(exact):
     lines = [5, 70, 135, -1]
     finer = script.accelerance(script.FREQUENCY[lines], 2 * bar_measurement.ELEMENTS)

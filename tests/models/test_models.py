@@ -20,6 +20,7 @@ def test_the_bar_study_covers_its_truth(bar_result):
         assert low <= truth <= high, name
 
 
+@pytest.mark.long
 def test_the_bar_study_identifies_the_damping_at_uncertain_positions(bar_result):
     estimates = bar_result["estimates"].to_dataset()
     assert estimates.sel(unknown="structure.damping.ratio.1")["cv"] < 0.1
@@ -27,6 +28,7 @@ def test_the_bar_study_identifies_the_damping_at_uncertain_positions(bar_result)
     assert estimates["kl_parameters"] > 4
 
 
+@pytest.mark.long
 def test_sensor_and_actuator_of_the_bar_can_be_exchanged(bar_result):
     sensor, actuator = (
         bar_result["posterior"][n] for n in ("sensor.s1.position", "actuator.a1.position")
@@ -37,7 +39,7 @@ def test_sensor_and_actuator_of_the_bar_can_be_exchanged(bar_result):
 
 
 @pytest.fixture(scope="module")
-def beam_result(request):
+def beam_result(request, optimised):
     shared = request.getfixturevalue("shared_data")
     measurement = bp.io.uff.read(
         shared / "measured/free_free_beam/measured.uff", require_positions=False

@@ -282,6 +282,7 @@ def test_the_sum_over_all_modes_is_the_direct_solution():
         assert np.isclose(value, read @ np.linalg.solve(dynamic, driven), rtol=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("line", [BAR, BEAM], ids=["bar", "beam"])
 def test_natural_frequencies_converge_with_the_fourth_power_of_the_mesh(line):
     fine = plant(line, elements=200).natural[4]

@@ -32,6 +32,7 @@ def test_a_supported_plate_has_naviers_frequencies_and_shapes():
     assert abs(plate_plant(PLATE).rows([place])[0, 0]) == pytest.approx(first, rel=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "ends", "sides", "table"),
     [

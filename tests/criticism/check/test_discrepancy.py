@@ -16,7 +16,11 @@ def fitted(tree):
     return discrepancy.discrepancy(tree)
 
 
-@pytest.fixture(scope="module", params=[True, False], ids=["known noise", "unknown noise"])
+@pytest.fixture(
+    scope="module",
+    params=[True, pytest.param(False, marks=pytest.mark.long)],
+    ids=["known noise", "unknown noise"],
+)
 def fits(request, correct_model):
     """Discrepancies of many correct models and of as many that miss a bump of 5 deviations."""
     known = request.param

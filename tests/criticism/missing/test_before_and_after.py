@@ -73,6 +73,7 @@ def test_where_nothing_is_new_nothing_is_claimed(before, candidates):
     assert "Nothing is claimed to be new" in ledger.sentence()
 
 
+@pytest.mark.long
 def test_of_an_exact_model_an_effect_is_new_too():
     before, after, again = (
         small_measured(*hidden, seed=seed) for seed, hidden in enumerate([(), (MASS,), ()])
