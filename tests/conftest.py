@@ -9,6 +9,10 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
+# Each worker has one thread for dense algebra: they share the cores. Read when NumPy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import pytest
 from jaxtyping import install_import_hook
 

@@ -97,6 +97,7 @@ def _means(array: xr.DataArray, size: np.ndarray) -> Iterator[tuple[str, float]]
     transducer = array.attrs["component"].replace(".", " ")
     for index, mean in np.ndenumerate(means):
         number = f"{counted} {index[-1] + 1}" if counted else ""
+        number += f" of {means.size}" if counted == "piece" else ""
         yield ", ".join(filter(None, [transducer, number])), float(mean)
 
 

@@ -20,9 +20,9 @@ def worth_fitting(
 ) -> list[Hypothesis]:
     """Effects whose predicted odds exceed those of no effect, the most promising first.
 
-    The prediction is optimistic: of each place and setting it takes the best strength, errors of
-    the sizes that they have without the effect. Where these are settled, an effect that gains
-    little moves them little, and the gain changes in the second order only.
+    The prediction is optimistic: of each place and setting it takes the best strength, of either
+    sign, with errors of the sizes that they have without the effect. Where these are settled, an
+    effect that gains little moves them little, and the gain changes in the second order only.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class _ErroneousModel:
             "bi,bi->b", absorbed, np.linalg.solve(self.curvature, absorbed.T).T
         )
         felt = stiffness > 0
-        gain = 0.5 * np.maximum(pull[felt], 0.0) ** 2 / stiffness[felt]
+        gain = 0.5 * pull[felt] ** 2 / stiffness[felt]
         return float(logsumexp(gain) - np.log(len(points))) if felt.any() else -np.inf
 
     def _points(self, hypothesis: Hypothesis) -> tuple[np.ndarray, Problem]:

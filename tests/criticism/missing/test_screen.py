@@ -1,0 +1,60 @@
+"""Which effects are worth a fit beside a model error."""
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import effects
+from bayes_placement.criticism.missing._candidates import candidates_of
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
+from bayes_placement.criticism.missing._posterior_odds import LEVEL, passes
+from bayes_placement.criticism.missing._screen import _ErroneousModel, worth_fitting
+from bayes_placement.criticism.missing._search import single_effects
+from bayes_placement.inference.engines.levenberg_marquardt import minimise
+from tests.criticism.missing.test_before_and_after import imperfect, measured
+from tests.criticism.small import experiment
+
+SIZES = {"frequency": 0.01, "damping": 0.2, "shape": 0.05, "gain": 0.01, "unevenness": 0.01}
+
+
+def screened(*hidden, seed=1):
+    """The fit with model error, and all single effects, of a bar that is not as its model."""
+    errors = experiment().with_model_error(bp.model_error.Modal(**SIZES)).model_error
+    data = experiment().data(measured(imperfect(seed, *hidden), seed + 1))
+    library = effects.library(experiment(), ["point_mass", "gain_error", "time_delay"])
+    candidates = candidates_of(experiment(), library)
+    exact = single_effects(null_hypothesis(experiment(), data, errors), candidates, lambda: None)
+    return with_errors(exact.hypotheses[0], errors), exact
+
+
+@pytest.fixture(scope="module")
+def with_gain():
+    return screened(effects.gain_error("s2", -0.08))
+
+
+def test_the_effect_that_is_missing_is_the_most_promising(with_gain):
+    null, exact = with_gain
+    assert passes(null, LEVEL)  # the errors take up what is missing
+    first, *_ = worth_fitting(null, exact, exact.hypotheses[1:])
+    assert first.kinds == ("gain_error",)
+    assert first.problem.experiment.instrument_effects["gain_error"].transducer == 1
+
+
+def test_what_a_fit_gains_is_what_is_predicted(with_gain):
+    """At the sizes without the effect: one strength, no place, residuals nearly linear in it."""
+    null, exact = with_gain
+    (hypothesis, *_) = worth_fitting(null, exact, exact.hypotheses[1:])
+    model = _ErroneousModel(null)
+    points, problem = model._points(hypothesis)
+    objective = problem.squares.objective()
+    _, normal = minimise(objective, points[:1], steps=30)
+    gained = null.problem.squares.objective().cost(null.fit.point[None]) - normal.cost
+    # The strength itself has a prior, whose cost is at most some units.
+    assert model.log_evidence_gained(hypothesis) == pytest.approx(float(gained[0]), rel=0.1, abs=2)
+
+
+def test_where_nothing_is_missing_little_is_worth_a_fit():
+    null, exact = screened(seed=7)
+    kept = worth_fitting(null, exact, exact.hypotheses[1:])
+    assert len(kept) < len(exact.hypotheses[1:]) / 2
+    assert np.isfinite(null.fit.log_evidence)
