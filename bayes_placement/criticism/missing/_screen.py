@@ -14,15 +14,22 @@ from ._score_test import weak_points
 POINTS = 200
 """Greatest number of places and settings of an effect."""
 
+ALWAYS = 4
+"""Effects that are fitted whatever is predicted, those by which the exact model gains most: a large
+effect is not linear in its strength."""
+
+ROUNDS = 12
+"""Estimates of the sizes of errors."""
+
 
 def worth_fitting(
     null: Hypothesis, exact: Comparison, hypotheses: Sequence[Hypothesis]
 ) -> list[Hypothesis]:
-    """Effects whose predicted odds exceed those of no effect, the most promising first.
+    """Effects whose predicted odds exceed those of no effect, and a few more, the best first.
 
     The prediction is optimistic: of each place and setting it takes the best strength, of either
-    sign, with errors of the sizes that they have without the effect. Where these are settled, an
-    effect that gains little moves them little, and the gain changes in the second order only.
+    sign. At the best of them errors have sizes of their own: where a single error was large because
+    an effect is missing, the size of all others falls with it.
 
     Parameters
     ----------
@@ -31,7 +38,7 @@ def worth_fitting(
     exact
         The comparison without model error, for the prior odds.
     hypotheses
-        Single effects, fitted without model error.
+        Single effects, fitted without model error, in descending order of evidence.
     """
     model = _ErroneousModel(null)
     prior_of_none = exact.log_prior(null)
@@ -40,7 +47,7 @@ def worth_fitting(
         for hypothesis in hypotheses
     ]
     ranked = sorted(zip(odds, range(len(odds)), strict=True), reverse=True)
-    return [hypotheses[number] for predicted, number in ranked if predicted > 0]
+    return [hypotheses[number] for predicted, number in ranked if predicted > 0 or number < ALWAYS]
 
 
 class _ErroneousModel:
@@ -48,8 +55,10 @@ class _ErroneousModel:
 
     def __init__(self, null: Hypothesis):
         self.null = null
-        residual, _, slopes, _ = null.problem.squares.jacobian(null.fit.point[None])
+        problem = null.problem
+        residual, _, slopes, _ = problem.squares.jacobian(null.fit.point[None])
         self.residual, self.slopes = residual[0], slopes[0]
+        self.errors = [problem.errors_of(size) for size in problem.unknown_sizes]
         self.curvature = self.slopes @ self.slopes.T + np.eye(len(self.slopes))
 
     def log_evidence_gained(self, hypothesis: Hypothesis) -> float:
@@ -64,8 +73,34 @@ class _ErroneousModel:
             "bi,bi->b", absorbed, np.linalg.solve(self.curvature, absorbed.T).T
         )
         felt = stiffness > 0
+        if not felt.any():
+            return -np.inf
         gain = 0.5 * pull[felt] ** 2 / stiffness[felt]
-        return float(logsumexp(gain) - np.log(len(points))) if felt.any() else -np.inf
+        best = change[felt][np.argmax(gain)]
+        return float(logsumexp(gain) - np.log(len(points)) + self._gained_by_other_sizes(best))
+
+    def _gained_by_other_sizes(self, change: np.ndarray) -> float:
+        """Log evidence gained once errors have the sizes that suit them beside an effect.
+
+        MacKay's estimate of the sizes, as for a fit, of the model that is linear in the errors and
+        in the strength of the effect. Any strength is as probable.
+        """
+        slopes = np.vstack([self.slopes, change])
+        information = slopes @ slopes.T
+        pull = information[:, :-1] @ self.null.fit.point - slopes @ self.residual
+        precision = np.ones(len(slopes))
+        precision[-1] = 1e-12 * information[-1, -1]
+        evidence = []
+        for _ in range(ROUNDS):
+            curvature = information + np.diag(precision)
+            covariance = np.linalg.inv(curvature)
+            point = covariance @ pull
+            widths = np.sum(np.log(precision)) - np.linalg.slogdet(curvature)[1]
+            evidence.append(0.5 * (pull @ point + widths))
+            for places in self.errors:
+                determined = 1 - precision[places] * np.diag(covariance)[places]
+                precision[places] = np.sum(determined) / np.sum(point[places] ** 2)
+        return max(evidence) - evidence[0]
 
     def _points(self, hypothesis: Hypothesis) -> tuple[np.ndarray, Problem]:
         """The effect at its weakest, at all its places and where the exact model has it."""
