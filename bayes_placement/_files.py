@@ -2,12 +2,25 @@
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from ._types import WritingError
+
+try:
+    import fcntl
+except ImportError:  # Windows: files cannot be locked so, and leftovers stay
+    fcntl = None  # type: ignore[assignment]
+
+UNFINISHED = ".unfinished-"
+"""Part of the names of files that are still being written, or were when their process ended."""
 
 
 def write_atomically(path: str | Path, write: Callable[[Path], object]) -> Path:
-    """Write a temporary file in the same folder and rename it once it is complete.
+    """Write a temporary file in the same folder and rename it once it is on the disk.
+
+    Temporary files of processes that were killed are deleted.
 
     Parameters
     ----------
@@ -20,18 +33,91 @@ def write_atomically(path: str | Path, write: Callable[[Path], object]) -> Path:
     -------
     Path
         The path.
+
+    Raises
+    ------
+    WritingError
+        If the system does not let it be written: the disk is full, or the folder read-only.
     """
     target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(
-        suffix=target.suffix, prefix=f".{target.stem}-", dir=target.parent
-    )
-    os.close(handle)
-    temporary = Path(name)
     try:
-        write(temporary)
-        temporary.chmod(0o644)  # temporary files are private, results are not
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        delete_leftovers(target.parent)
+        with _temporary(target) as temporary:
+            write(temporary)
+            temporary.chmod(0o644)  # temporary files are private, results are not
+            _to_disk(temporary)
+            temporary.replace(target)
+        with suppress(OSError):  # not all systems flush folders
+            _to_disk(target.parent)
+    except OSError as error:
+        raise WritingError(
+            f"{target} could not be written ({error.strerror or error}); a folder that can be "
+            "written to, with room, is needed. Files that were written before are complete, and an "
+            "earlier file of this name is as it was. Make room or give another folder, and run "
+            "again."
+        ) from error
     return target
+
+
+def delete_leftovers(folder: Path) -> None:
+    """Delete temporary files that a process left in a folder when it was killed.
+
+    Those that are just being written are locked, and stay.
+    """
+    for path in folder.glob(f".*{UNFINISHED}*"):
+        # It is being written, was deleted meanwhile, or is in a read-only folder.
+        with suppress(OSError), _locked(path):
+            path.unlink()
+
+
+def lock(handle: int) -> None:
+    """Lock an open file until it is closed, be it by the end of the process.
+
+    Raises
+    ------
+    BlockingIOError
+        If it was opened and locked a second time.
+    OSError
+        If the system cannot lock files.
+    """
+    if fcntl is None:
+        raise OSError("this system cannot lock files")
+    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    handle = os.open(path, os.O_RDWR)
+    try:
+        lock(handle)
+        yield
+    finally:
+        os.close(handle)
+
+
+@contextmanager
+def _temporary(target: Path) -> Iterator[Path]:
+    """A temporary file beside a file, locked meanwhile and deleted if it is still there after."""
+    handle, name = tempfile.mkstemp(
+        suffix=target.suffix, prefix=f".{target.stem}{UNFINISHED}", dir=target.parent
+    )
+    if fcntl is None:  # Windows renames no open file
+        os.close(handle)
+    try:
+        with suppress(OSError):
+            lock(handle)
+        yield Path(name)
+    finally:
+        Path(name).unlink(missing_ok=True)
+        if fcntl is not None:
+            os.close(handle)
+
+
+def _to_disk(path: Path) -> None:
+    """Wait until a file or a folder has reached the disk: a rename may reach it earlier."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

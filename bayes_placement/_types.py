@@ -42,6 +42,10 @@ class NumericalError(PackageError, ArithmeticError):
     """A factorisation or an iteration whose result cannot be trusted."""
 
 
+class WritingError(PackageError, OSError):
+    """A file that the system does not let be written."""
+
+
 class WorkerError(PackageError, RuntimeError):
     """A worker process that was lost, or that cannot read what it was sent."""
 

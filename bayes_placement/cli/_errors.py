@@ -1,5 +1,6 @@
 """Errors of a command: our own in one sentence, those of the user's model with their traceback."""
 
+import sysconfig
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,9 +9,12 @@ from types import TracebackType
 
 import typer
 
+ABOUT_FRAMES_OF_JAX = "JAX_TRACEBACK_FILTERING"
+"""In a note that JAX adds to errors about frames that are not shown."""
+
 PACKAGE = Path(__file__).parents[1]
-REFUSED, FAILED = 2, 1
-"""Exit codes: what was given cannot be treated; the user's model or this package failed."""
+REFUSED, FAILED, STOPPED = 2, 1, 130
+"""Exit codes: what was given cannot be treated; the user's model or this package failed; Ctrl-C."""
 
 
 @contextmanager
@@ -18,8 +22,8 @@ def errors_in_words(model: Path, *, show_traceback: bool) -> Iterator[None]:
     """End a command with what helps the user most.
 
     Errors of this package, and files that cannot be read or written, are one sentence. Errors in
-    the user's model file keep their traceback, from the line of that file on; all other errors
-    keep all of it.
+    the user's model file keep the part of their traceback that is in the user's files; all other
+    errors keep all of it.
 
     Parameters
     ----------
@@ -30,17 +34,18 @@ def errors_in_words(model: Path, *, show_traceback: bool) -> Iterator[None]:
     """
     try:
         yield
+    except KeyboardInterrupt:
+        typer.secho("Stopped before anything was computed.", err=True)
+        raise typer.Exit(STOPPED) from None
     except Exception as error:
         if show_traceback:
             raise
         if _is_ours(error, model):
             typer.secho(f"error: {_place(error, model)}{error}", err=True, fg="red")
             raise typer.Exit(REFUSED) from error
-        frames = _from_model(error, model)
-        if frames is None:
+        if not _is_of_model(error, model):
             raise
-        text = traceback.format_exception(type(error), error, frames)
-        typer.echo("".join(text), err=True, nl=False)
+        typer.echo("".join(_model_traceback(error, model)), err=True, nl=False)
         raise typer.Exit(FAILED) from error
 
 
@@ -61,6 +66,30 @@ def _from_model(error: Exception, model: Path) -> TracebackType | None:
     while frames is not None and Path(frames.tb_frame.f_code.co_filename) != model.resolve():
         frames = frames.tb_next
     return frames
+
+
+def _is_of_model(error: Exception, model: Path) -> bool:
+    """Whether an error came up in the model file, or in something that it called."""
+    if isinstance(error, SyntaxError) and error.filename == str(model.resolve()):
+        return True
+    return _from_model(error, model) is not None
+
+
+def _model_traceback(error: Exception, model: Path) -> Iterator[str]:
+    """Lines of the traceback in files of the user; of libraries that they call the error alone."""
+    told = traceback.TracebackException(type(error), error, _from_model(error, model))
+    told.stack = traceback.StackSummary.from_list(
+        [frame for frame in told.stack if _is_of_user(frame.filename)]
+    )
+    notes = told.__notes__ or []
+    told.__notes__ = [note for note in notes if ABOUT_FRAMES_OF_JAX not in note]
+    return told.format(chain=False)
+
+
+def _is_of_user(file: str) -> bool:
+    paths = sysconfig.get_paths()
+    folders = {Path(paths[name]) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
+    return not file.startswith("<") and not {PACKAGE, *folders} & {*Path(file).parents}
 
 
 def _place(error: Exception, model: Path) -> str:

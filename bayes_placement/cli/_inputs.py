@@ -1,4 +1,4 @@
-"""What every command begins with: the study, its measurement, the folder, the posterior."""
+"""What every command begins with: the study, its measurement, the posterior."""
 
 import warnings
 from pathlib import Path
@@ -15,7 +15,6 @@ from ..inference import cross_check
 from ..inference.infer import InferenceWarning, infer
 from ..io import case, formats, model
 from ._lines import choose_lines
-from ._result_files import make_folder
 from ._terminal import print_list, print_text
 
 
@@ -49,11 +48,10 @@ def read_inputs(
     path: Path,
     data: Path | None,
     command: str,
-    out: Path,
     most_lines: int | None,
     model_error: bool = False,
 ) -> Inputs:
-    """Read study and measurement, make the folder of the results, and print what is begun with.
+    """Read study and measurement, and print what is begun with.
 
     That is the experiment, which lines are taken and why, and what is wrong with the data.
 
@@ -65,8 +63,6 @@ def read_inputs(
         Universal file of the measurement; None for that of the study.
     command
         Name of the command, for messages.
-    out
-        Folder of the results.
     most_lines
         Most lines that are taken; None for all, as long as there are not too many values.
     model_error
@@ -85,7 +81,6 @@ def read_inputs(
     if model_error and study.experiment.model_error is None:
         study = study._replace(experiment=study.experiment.with_model_error(Modal()))
     measurement = read_measurement(study, data, path, command)
-    make_folder(out)
     lines = choose_lines(study.experiment, measurement, most_lines)
     study = study._replace(experiment=lines.experiment)
     print_text(console, f"{study.experiment}\n")

@@ -70,7 +70,7 @@ class Request:
                     '--state "undamaged=before.uff" --state "5 mm cut=after.uff".'
                 )
             data = [*self.states.values()][-1]
-        return read_inputs(self.path, data, command, self.out, self.most_lines, self.model_error)
+        return read_inputs(self.path, data, command, self.most_lines, self.model_error)
 
     def of_states(self, study: Study) -> Mapping[str, Measurements]:
         """What was measured in each of several states, by label; empty where one is asked for."""

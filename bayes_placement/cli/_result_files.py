@@ -5,28 +5,12 @@ from functools import partial
 from pathlib import Path
 
 import pandas as pd
+import xarray as xr
 from matplotlib.figure import Figure
 
 from .._files import write_atomically
-from .._types import InputError
 
 DOTS_PER_INCH = 120
-
-
-def make_folder(out: Path) -> None:
-    """Make the folder before anything is computed, since results could not be written later.
-
-    Raises
-    ------
-    InputError
-        If it is a file.
-    """
-    if out.exists() and not out.is_dir():
-        raise InputError(
-            f"--out {out} is a file. A folder is needed, which is made if it is not there: "
-            "--out results."
-        )
-    out.mkdir(parents=True, exist_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -42,6 +26,13 @@ def write_report(path: Path, table: pd.DataFrame, sentences: Sequence[str]) -> N
 def write_table(path: Path, table: pd.DataFrame, *, index: bool = True) -> None:
     """Write a table as CSV."""
     write_atomically(path, lambda temporary: table.to_csv(temporary, index=index))
+
+
+def write_data(path: Path, data: xr.Dataset) -> None:
+    """Write arrays with their coordinates as netCDF."""
+    # In memory first: HDF5 ends the interpreter where the disk is full.
+    content = bytes(data.to_netcdf(engine="h5netcdf"))
+    write_atomically(path, lambda temporary: temporary.write_bytes(content))
 
 
 def write_figures(figures: Mapping[str, Figure], out: Path) -> None:

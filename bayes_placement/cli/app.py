@@ -160,7 +160,7 @@ def update(
     traceback: Traceback = False,
 ) -> None:
     """Infer what measured FRFs say about a model's parameters, with placement unknown."""
-    with _prepared(model, no_cache, traceback):
+    with _prepared(model, out, no_cache, traceback):
         from . import update
 
         update.run(model, data, engine, marginal, out, seed)
@@ -179,7 +179,7 @@ def check(
     traceback: Traceback = False,
 ) -> None:
     """Say whether a model explains measured FRFs; if not, at which sensor, in which band."""
-    with _prepared(model, no_cache, traceback):
+    with _prepared(model, out, no_cache, traceback):
         from . import check
 
         check.run(model, data, engine, out, seed, lines, model_error)
@@ -199,7 +199,7 @@ def explain(
     traceback: Traceback = False,
 ) -> None:
     """Say which physical effect a model lacks, with a probability for each."""
-    with _prepared(model, no_cache, traceback):
+    with _prepared(model, out, no_cache, traceback):
         from . import _missing_effects, explain
 
         kinds = _split(effects)
@@ -223,7 +223,7 @@ def improve(
     traceback: Traceback = False,
 ) -> None:
     """Add what a model lacks, effect by effect, until only the noise is left."""
-    with _prepared(model, no_cache, traceback):
+    with _prepared(model, out, no_cache, traceback):
         from . import _missing_effects, improve
 
         kinds, states = _split(effects), _missing_effects.states_by_label(state or [])
@@ -253,7 +253,7 @@ def place(
     traceback: Traceback = False,
 ) -> None:
     """Say where sensors and actuators tell most about the parameters, tolerances included."""
-    with _prepared(model, no_cache, traceback):
+    with _prepared(model, out, no_cache, traceback):
         from . import place
 
         options = place.Options(
@@ -276,8 +276,8 @@ def _split(words: str | None) -> list[str] | None:
 
 
 @contextmanager
-def _prepared(model: Path, no_cache: bool, traceback: bool) -> Iterator[None]:
-    """Run a command with the compilation cache, and with errors and warnings for people."""
+def _prepared(model: Path, out: Path, no_cache: bool, traceback: bool) -> Iterator[None]:
+    """Run a command in its folder, with the compilation cache, and with errors for people."""
     with errors_in_words(model, show_traceback=traceback):
         # Zeros and overflows within this package and its libraries are treated where they occur;
         # those of a model file are the user's to see.
@@ -288,4 +288,7 @@ def _prepared(model: Path, no_cache: bool, traceback: bool) -> Iterator[None]:
             from ._compilation_cache import use_compilation_cache
 
             use_compilation_cache()
-        yield
+        from ._result_folder import result_folder
+
+        with result_folder(out):
+            yield

@@ -43,7 +43,7 @@ def run(
     model_error
         Whether a model error is declared.
     """
-    inputs = read_inputs(path, data, "check", out, most_lines, model_error)
+    inputs = read_inputs(path, data, "check", most_lines, model_error)
     method = named_method(inputs.study, engine, "latent")
     with progress_bars(inputs.console, ["posterior", "check"]) as begin:
         posterior = infer_posterior(

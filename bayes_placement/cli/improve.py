@@ -12,7 +12,7 @@ from ..experiment.experiment import Experiment, Measurements
 from ..plots import ledger as plots
 from ._inputs import Inputs
 from ._missing_effects import Request
-from ._result_files import make_folder, write_figures, write_table, write_text
+from ._result_files import write_figures, write_table, write_text
 from ._terminal import print_list, print_text, terminal_table
 
 FITS = "before_and_after.png"
@@ -52,7 +52,6 @@ def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measureme
     write_table(request.out / "states.csv", ledger.table())
     for number, (label, of_state) in enumerate(ledger.ledgers.items(), 1):
         folder = request.out / f"state_{number}"
-        make_folder(folder)
         _write(of_state, inputs._replace(measurement=states[label]), folder)
         print_text(inputs.console, f'Ledger and figures of "{label}": {folder}/')
 

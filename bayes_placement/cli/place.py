@@ -11,7 +11,6 @@ import pandas as pd
 import xarray as xr
 
 from .. import design
-from .._files import write_atomically
 from .._progress import progress_bars, terminal_console
 from .._types import InputError
 from ..design import information
@@ -26,7 +25,7 @@ from ..plots import placement as plots
 from ._estimators import named_estimator
 from ._inputs import read_measurement, read_study
 from ._positions_to_try import positions_to_try
-from ._result_files import make_folder, write_figures, write_table, write_text
+from ._result_files import write_data, write_figures, write_table, write_text
 from ._terminal import print_list, print_text, terminal_table
 
 MOST_ROWS = 10
@@ -98,7 +97,6 @@ def run(path: Path, data: Path | None, options: Options, out: Path) -> None:
     all_lines = with_sensors(_planned(study, earlier, options), options.sensors)
     experiment = with_lines(all_lines, options.lines)
     positions = positions_to_try(experiment, options.search, options.places)
-    make_folder(out)
     print_text(console, f"{experiment}\n")
     print_list(console, _words_on_lines(all_lines, experiment))
     tasks = [EARLIER_DATA] if earlier is not None else []
@@ -211,6 +209,6 @@ def _write(best: Placement, sentences: list[str], maps: list[xr.Dataset], out: P
     write_table(out / "placements.csv", best.table)
     figures = {"placements.png": plots.placements(best)}
     for learnt in maps:
-        write_atomically(out / "map.nc", partial(learnt.to_netcdf, engine="h5netcdf"))
+        write_data(out / "map.nc", learnt)
         figures["map.png"] = plots.information(learnt)
     write_figures(figures, out)

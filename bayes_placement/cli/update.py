@@ -23,7 +23,7 @@ from ._inputs import (
     read_measurement,
     read_study,
 )
-from ._result_files import make_folder, write_figures, write_table, write_text
+from ._result_files import write_figures, write_table, write_text
 from ._terminal import print_list, print_text
 
 Results = dict[str, xr.DataTree]
@@ -57,7 +57,6 @@ def run(
     study = read_study(path)
     chosen = _chosen_methods(study, engine, marginal)
     measurement = read_measurement(study, data, path, "update")
-    make_folder(out)
     print_text(console, f"{study.experiment}\n")
     print_data_faults(console, study, measurement)
     with progress_bars(console, [method.name for method in chosen]) as begin:

@@ -29,7 +29,10 @@ def write(result: xr.DataTree, path: str | Path) -> Path:
     """
     needed = "a tree of results is needed, as bp.infer and bp.simulate return it"
     check_kind("result", result, xr.DataTree, needed, "io.netcdf.write(result, path)")
-    return write_atomically(path, lambda temporary: _write_sealed(result, temporary))
+    # In memory first: HDF5 ends the interpreter where the disk is full.
+    content = bytes(result.to_netcdf(engine="h5netcdf"))
+    seal = _SEAL + hashlib.sha256(content).hexdigest().encode() + b"\n"
+    return write_atomically(path, lambda temporary: temporary.write_bytes(content + seal))
 
 
 def read(path: str | Path) -> xr.DataTree:
@@ -57,13 +60,6 @@ def read(path: str | Path) -> xr.DataTree:
     if WARNINGS in result.attrs:
         result.attrs[WARNINGS] = warnings_of(result)
     return result
-
-
-def _write_sealed(result: xr.DataTree, path: Path) -> None:
-    result.to_netcdf(path, engine="h5netcdf")
-    seal = _SEAL + _checksum(path, path.stat().st_size) + b"\n"
-    with path.open("ab") as file:
-        file.write(seal)
 
 
 def _check_seal(path: Path) -> None:

@@ -44,6 +44,37 @@ def test_no_error_of_the_model_files_own_is_taken_for_ours(tmp_path, text):
     assert "study.py" in answer.output.splitlines()[1]
 
 
+TRACED = """import jax, jax.numpy as jnp
+from near import product
+
+experiment = jax.jit(product)(jnp.ones(3))
+"""
+NEAR = """import jax.numpy as jnp
+
+def product(x):
+    return x if jnp.sum(x) > 0 else -x
+"""
+
+
+def test_of_an_error_in_a_library_the_users_frames_are_shown_alone(tmp_path):
+    (tmp_path / "near.py").write_text(NEAR)
+    lines = run(tmp_path, TRACED).output.splitlines()
+    assert [line for line in lines if 'File "' in line] == [
+        f'  File "{tmp_path / "study.py"}", line 4, in <module>',
+        f'  File "{tmp_path / "near.py"}", line 4, in product',
+    ]
+    assert len(lines) < 12
+    assert "TRACEBACK_FILTERING" not in " ".join(lines)
+
+
+def test_a_mistake_of_syntax_is_shown_with_its_line_alone(tmp_path):
+    answer = run(tmp_path, "experiment = (\n")
+    assert answer.exit_code == 1
+    first, *_, last = answer.output.splitlines()
+    assert first == f'  File "{tmp_path / "study.py"}", line 1'
+    assert last == "SyntaxError: '(' was never closed"
+
+
 def test_our_own_error_in_the_model_file_tells_its_line(tmp_path):
     text = "import bayes_placement as bp\n\nmodes = bp.beams.bar(0, length=1.0, area=1.0, "
     answer = run(tmp_path, text + "youngs_modulus=1.0, density=1.0)\n")
@@ -104,7 +135,7 @@ def test_warnings_of_numpy_are_shown_for_the_model_file_alone(tmp_path):
     log_of_zero = "numpy.log10(numpy.zeros(1))"
     with warnings.catch_warnings(record=True) as caught:
         warnings.resetwarnings()
-        with commands._prepared(tmp_path / "study.py", no_cache=True, traceback=False):
+        with commands._prepared(tmp_path / "study.py", tmp_path, no_cache=True, traceback=False):
             exec(log_of_zero, {"__name__": "bayes_placement.frf", "numpy": np})
             assert not caught
             exec(log_of_zero, {"__name__": "_model_study", "numpy": np})

@@ -72,11 +72,12 @@ def test_a_reader_of_the_old_file_is_not_disturbed_by_a_newer_one(tmp_path):
 def test_a_write_that_breaks_off_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
     netcdf.write(tree(), tmp_path / "result.nc")
 
-    def full_disk(self, path, **options):
-        Path(path).write_bytes(b"half a fi")
+    def full_disk(self, content):
+        with self.open("wb") as file:
+            file.write(b"half a fi")
         raise OSError("No space left on device")
 
-    monkeypatch.setattr(xr.DataTree, "to_netcdf", full_disk)
+    monkeypatch.setattr(Path, "write_bytes", full_disk)
     with pytest.raises(OSError, match="No space left"):
         netcdf.write(tree(2.5), tmp_path / "result.nc")
     assert netcdf.read(tmp_path / "result.nc")["posterior"]["sensor.s1.position"][0, 0] == 1.5

@@ -23,6 +23,7 @@ VERSION = version("bayes_placement")
 class Store:
     """A folder with a NumPy file for each finished chunk, named by a hash of all its inputs.
 
+    Each file holds its name too, so that one that was copied under another is not believed.
     Files are complete or absent: a run that is killed leaves at most a temporary file, which is
     never read, and two runs may share a folder.
 
@@ -52,7 +53,7 @@ class Store:
         except FileNotFoundError:
             return None
         try:
-            return _checked(content)
+            return _checked(content, path.stem)
         except (OSError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile) as error:
             warnings.warn(
                 f"{path} is damaged ({error}). Its cells are computed again, and it is replaced.",
@@ -64,13 +65,15 @@ class Store:
         """Store the information gain of a chunk [cell, 1 + replicate]."""
         if self.folder is None:
             return
+        path = self._path(self.folder, chunk)
         arrays: dict[str, Any] = {
+            "key": np.array(path.stem),
             "information_gain": gain[:, 0],
             "information_gain_jackknife": gain[:, 1:],
             "settings": np.array(str(chunk.task.settings())),
             **chunk.recorded(),
         }
-        write_atomically(self._path(self.folder, chunk), partial(np.savez, **arrays))
+        write_atomically(path, partial(np.savez, **arrays))
 
     def _path(self, folder: Path, chunk: Chunk) -> Path:
         return folder / f"{content_hash(VERSION, chunk.content())}.npz"
@@ -87,10 +90,12 @@ def _make_writable(folder: Path) -> None:
         pass  # fails here and not after the first chunk if the folder is not writable
 
 
-def _checked(content: bytes) -> np.ndarray:
-    """Information gain in a file, after a check of its check sums (CRC-32)."""
+def _checked(content: bytes, key: str) -> np.ndarray:
+    """Information gain in a file, after a check of its check sums (CRC-32) and of its key."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         if archive.testzip() is not None:
             raise InputError("its numbers are not those that were written")
     with np.load(io.BytesIO(content)) as arrays:
+        if str(arrays["key"]) != key:
+            raise InputError("it holds another chunk, which was copied under this name")
         return np.column_stack([arrays["information_gain"], arrays["information_gain_jackknife"]])

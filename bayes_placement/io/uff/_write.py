@@ -1,7 +1,6 @@
 """Write a measurement as a universal file (datasets 164, 2411, and 58 or 58b)."""
 
 import json
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -60,14 +59,7 @@ def write(path: str | Path, measurement: Measurement, *, binary: bool = False) -
     check_distinct("actuator", measurement.actuators)
     datasets = [_units(), _nodes(measurement), *_functions(measurement, binary)]
     content = b"".join(datasets)
-    write_atomically(path, lambda temporary: _write_to_disk(temporary, content))
-
-
-def _write_to_disk(path: Path, content: bytes) -> None:
-    with path.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
+    write_atomically(path, lambda temporary: temporary.write_bytes(content))
 
 
 def _text(*lines: str) -> bytes:

@@ -125,6 +125,14 @@ def test_a_damaged_file_is_computed_anew_and_said(harm, store, full_map, counted
     assert computed(store=store).identical(full_map) and len(counted) == 1
 
 
+def test_a_file_that_was_copied_under_the_name_of_another_is_not_believed(store, full_map, counted):
+    first, second, *_ = sorted(store.iterdir())
+    second.write_bytes(first.read_bytes())
+    with pytest.warns(UserWarning, match=rf"{second.name} is damaged \(it holds another chunk"):
+        assert computed(store=store).identical(full_map)
+    assert len(counted) == 1
+
+
 def test_what_a_killed_writer_left_is_of_no_consequence(store, full_map, counted):
     for path in list(store.iterdir())[:2]:
         (store / f".{path.stem}-abc.npz").write_bytes(b"half")

@@ -1,0 +1,123 @@
+"""Files are complete or not there: full disks, killed writers, two writers at once."""
+
+import errno
+import resource
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import bayes_placement as bp
+from bayes_placement import _files
+from bayes_placement._files import write_atomically
+from bayes_placement._types import WritingError
+from bayes_placement.cli import _result_files
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def fail_half_way(path):
+    path.write_text("half")
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_an_earlier_file_stays_where_a_new_one_fails(tmp_path):
+    write_atomically(tmp_path / "a.txt", lambda path: path.write_text("whole"))
+    with pytest.raises(WritingError, match=r"a.txt could not be written \(No space left"):
+        write_atomically(tmp_path / "a.txt", fail_half_way)
+    assert names(tmp_path) == ["a.txt"] and (tmp_path / "a.txt").read_text() == "whole"
+
+
+def test_a_folder_that_is_a_file_is_said(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(WritingError, match=r"could not be written \((File exists|Not a directory)"):
+        write_atomically(tmp_path / "file" / "a.txt", lambda path: path.write_text("whole"))
+
+
+@contextmanager
+def files_of_at_most(size):
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+NUMBERS = xr.Dataset({"a": ("draw", np.random.default_rng(0).standard_normal(5000))})
+
+
+def figure():
+    drawn = plt.figure()
+    plt.close(drawn)
+    return drawn
+
+
+def measured():
+    frf = np.random.default_rng(0).standard_normal((1, 1, 500)) + 1j
+    return bp.Measurement.from_arrays(
+        frf, np.arange(1.0, 501.0), sensors=["s1"], actuators=["a1"], quantity="mobility"
+    )
+
+
+WRITERS = {
+    "result.nc": lambda path: bp.io.netcdf.write(xr.DataTree(NUMBERS), path),
+    "map.nc": lambda path: _result_files.write_data(path, NUMBERS),
+    "a.csv": lambda path: _result_files.write_table(path, pd.DataFrame(NUMBERS["a"])),
+    "a.txt": lambda path: _result_files.write_text(path, "words " * 5000),
+    "a.png": lambda path: _result_files.write_figures({path.name: figure()}, path.parent),
+    "a.uff": lambda path: bp.io.uff.write(path, measured()),
+    "a.npz": lambda path: write_atomically(path, lambda at: np.savez(at, a=NUMBERS["a"])),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_full_disk_is_one_sentence_and_leaves_nothing(tmp_path, name):
+    with files_of_at_most(1000), pytest.raises(WritingError, match=f"{name} could not be written"):
+        WRITERS[name](tmp_path / name)
+    assert names(tmp_path) == []
+    WRITERS[name](tmp_path / name)
+    assert names(tmp_path) == [name]
+
+
+def test_what_a_killed_writer_left_is_deleted_by_the_next(tmp_path):
+    (tmp_path / f".b{_files.UNFINISHED}abc.npz").write_bytes(b"half")
+    (tmp_path / ".of_somebody_else").touch()
+    write_atomically(tmp_path / "a.txt", lambda path: path.write_text("whole"))
+    assert names(tmp_path) == [".of_somebody_else", "a.txt"]
+
+
+def test_what_another_is_writing_stays(tmp_path):
+    def write_both(path):
+        write_atomically(tmp_path / "b.txt", lambda inner: inner.write_text("b"))
+        path.write_text("a")
+
+    write_atomically(tmp_path / "a.txt", write_both)
+    assert names(tmp_path) == ["a.txt", "b.txt"]
+
+
+def killed_writers(folder, moments):
+    root = Path(__file__).parents[1]
+    command = [sys.executable, "-m", "tests.killed_writers", str(folder), str(moments)]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return int(done.stdout)
+
+
+def test_killed_writers_leave_complete_files(tmp_path):
+    assert killed_writers(tmp_path, 20) > 0, "no moment was within a file"
+    write_atomically(tmp_path / "last.txt", lambda path: path.write_text("whole"))
+    assert names(tmp_path) == ["last.txt", "result.npz", "result.txt"]
+
+
+@pytest.mark.long
+def test_writers_that_are_killed_often_leave_complete_files(tmp_path):
+    killed_writers(tmp_path, 500)
