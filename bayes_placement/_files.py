@@ -1,10 +1,12 @@
 """Files that are complete or not there at all."""
 
+import json
 import os
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from ._types import WritingError
 
@@ -121,3 +123,11 @@ def _to_disk(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def write_json(path: str | Path, content: Any) -> Path:
+    """Write numbers and words as JSON, whole or not at all."""
+    text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
+    return write_atomically(
+        path, lambda temporary: temporary.write_text(f"{text}\n", encoding="utf-8")
+    )

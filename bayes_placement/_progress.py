@@ -1,5 +1,6 @@
-"""Progress bars with the time left, in the terminal."""
+"""Progress with the time left: bars in the terminal, plain lines in a file."""
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
@@ -18,6 +19,9 @@ from ._types import Progress
 WIDTH_OF_A_FILE = 140
 """Columns of what is written to a file or a pipe, so that a row of a table stays on one line."""
 
+BETWEEN_LINES = 10.0
+"""Time [s] from one line of progress in a file to the next, at least."""
+
 
 def terminal_console() -> Console:
     """Return the terminal, or a wide console where the output goes to a file or a pipe."""
@@ -25,35 +29,36 @@ def terminal_console() -> Console:
     return console if console.is_terminal else Console(width=WIDTH_OF_A_FILE)
 
 
+def progress_console() -> Console:
+    """Return standard error, so that progress is no part of what a command answers."""
+    console = Console(stderr=True)
+    return console if console.is_terminal else Console(stderr=True, width=WIDTH_OF_A_FILE)
+
+
 @contextmanager
 def progress_bars(console: Console, tasks: Sequence[str]) -> Iterator[Callable[[str], Progress]]:
-    """Show a bar for each task, with the time left of the one that runs.
+    """Show how far each task is, with the time left of the one that runs.
 
     Yields a function that begins a task: it takes the name of the task and returns the function
-    to which the task reports the share that is done. A task ends when the next one begins.
+    to which the task reports the share that is done. A task ends when the next one begins. What is
+    shown never runs backwards.
 
     Parameters
     ----------
     console
-        Where the bars are shown.
+        Where it is shown: bars in a terminal or notebook, else plain lines.
     tasks
         Names of the tasks.
     """
-    with _bars(console) as bars:
-        numbers = {task: bars.add_task(task, total=1.0, start=False, word="") for task in tasks}
-        running: list[TaskID] = []
-
-        def begin(task: str) -> Progress:
-            _finish(bars, running)
-            number = numbers[task]
-            running.append(number)
-            bars.start_task(number)
-            bars.update(number, word="time left")
-            # Results are still to be laid out when an engine reports that all is done.
-            return lambda share: bars.update(number, completed=min(share, 0.99))
-
-        yield begin
-        _finish(bars, running)
+    if console.is_terminal or console.is_jupyter:
+        with _bars(console) as bars:
+            shown: _Tasks | _Lines = _Tasks(bars, tasks)
+            yield shown.begin
+            shown.finish()
+    else:
+        shown = _Lines(console)
+        yield shown.begin
+        shown.finish()
 
 
 @contextmanager
@@ -65,13 +70,77 @@ def progress_bar(task: str = "computed") -> Iterator[Progress]:
     task
         Text before the bar.
     """
-    with progress_bars(terminal_console(), [task]) as begin:
+    with progress_bars(progress_console(), [task]) as begin:
         yield begin(task)
 
 
-def _finish(bars: Bars, running: list[TaskID]) -> None:
-    while running:
-        bars.update(running.pop(), completed=1.0, word="took")
+class _Tasks:
+    """Bars of tasks, of which one runs."""
+
+    def __init__(self, bars: Bars, tasks: Sequence[str]):
+        self.bars = bars
+        self.numbers = {
+            task: bars.add_task(task, total=1.0, start=False, word="") for task in tasks
+        }
+        self.running: list[TaskID] = []
+
+    def begin(self, task: str) -> Progress:
+        """Begin a task, which ends the one before."""
+        self.finish()
+        number = self.numbers[task]
+        self.running.append(number)
+        self.bars.start_task(number)
+        self.bars.update(number, word="time left")
+        return lambda share: self._report(number, share)
+
+    def _report(self, number: TaskID, share: float) -> None:
+        # Results are still to be laid out when an engine reports that all is done.
+        known = min(share, 0.99)
+        self.bars.update(number, completed=max(self.bars.tasks[number].completed, known))
+
+    def finish(self) -> None:
+        """End the task that runs."""
+        while self.running:
+            self.bars.update(self.running.pop(), completed=1.0, word="took")
+
+
+class _Lines:
+    """A line for a task now and then, and one at its end."""
+
+    def __init__(self, console: Console):
+        self.console = console
+        self.task, self.began, self.told, self.share = "", 0.0, 0.0, 0.0
+
+    def begin(self, task: str) -> Progress:
+        """Begin a task, which ends the one before."""
+        self.finish()
+        self.task, self.began, self.share = task, time.monotonic(), 0.0
+        self.told = self.began
+        return self.report
+
+    def report(self, share: float) -> None:
+        """Tell the share that is done and the time left, where enough time has passed."""
+        now = time.monotonic()
+        self.share = max(self.share, min(share, 0.99))
+        if self.task and now - self.told >= BETWEEN_LINES and self.share > 0:
+            left = (now - self.began) * (1 - self.share) / self.share
+            self._print(f"{self.task}: {100 * self.share:.0f} %, about {_duration(left)} left")
+            self.told = now
+
+    def finish(self) -> None:
+        """End the task that runs."""
+        if self.task:
+            self._print(f"{self.task}: 100 %, took {_duration(time.monotonic() - self.began)}")
+            self.task = ""
+
+    def _print(self, text: str) -> None:
+        self.console.print(text, highlight=False, soft_wrap=True, markup=False)
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
 
 
 def _bars(console: Console) -> Bars:

@@ -30,6 +30,10 @@ class InputError(PackageError, ValueError):
     """What was given, what is needed, why, and the line that fixes it."""
 
 
+class UsageError(InputError):
+    """A command that was typed wrongly, whatever the model and the data are."""
+
+
 class InfeasibleError(InputError):
     """A method that cannot treat this experiment, where another one can."""
 

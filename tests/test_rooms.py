@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "bayes_placement"
 # A room imports from the rooms before it, never from those after it; all use the shared modules.
 ROOMS = "positions modes effects experiment inference criticism design io plots cli".split()  # noqa: SIM905
 SHARED = ("_types", "_compiled", "_sites", "_random", "_files", "_progress")
-MOST_AT_ROOT = 8
+MOST_AT_ROOT = 10
 LINES, FUNCTION_LINES = 400, 50
 FORBIDDEN = {"hasattr", "super", "print"}
 BUILTINS = {*dir(builtins), "__file__", "__path__"}
@@ -58,7 +58,7 @@ def test_the_package_consists_of_these_rooms():
     folders = {path.name for path in PACKAGE.iterdir() if path.is_dir()} - {"__pycache__"}
     assert folders == set(ROOMS)
     files = {path.stem for path in PACKAGE.glob("*.py")}
-    assert files == {"__init__", *SHARED}
+    assert files == {"__init__", "__main__", *SHARED}
     assert len([path for path in PACKAGE.iterdir() if path.is_file()]) <= MOST_AT_ROOT
 
 
@@ -67,7 +67,7 @@ def test_imports_go_one_way_between_rooms():
     offenders = [
         f"{name(path)} imports {other}"
         for path in TREES
-        if room(path) != "__init__"
+        if room(path) not in ("__init__", "__main__")
         for other in imported_rooms(path)
         if other != room(path)
         and (other not in order or order.index(other) > order.index(room(path)))

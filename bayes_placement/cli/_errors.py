@@ -1,5 +1,6 @@
-"""Errors of a command: our own in one sentence, those of the user's model with their traceback."""
+"""Errors of a command in words, and its exit codes."""
 
+import json
 import sysconfig
 import traceback
 from collections.abc import Iterator
@@ -9,16 +10,20 @@ from types import TracebackType
 
 import typer
 
+PACKAGE = Path(__file__).parents[1]
+
+MODEL_FAILS, USAGE, REFUSED, FAILED, STOPPED = 1, 2, 3, 4, 130
+"""Exit codes besides 0: the model fails its check; the command was typed wrongly; the model file
+or the data are refused; this program or the system failed; Ctrl-C."""
+
 ABOUT_FRAMES_OF_JAX = "JAX_TRACEBACK_FILTERING"
 """In a note that JAX adds to errors about frames that are not shown."""
 
-PACKAGE = Path(__file__).parents[1]
-REFUSED, FAILED, STOPPED = 2, 1, 130
-"""Exit codes: what was given cannot be treated; the user's model or this package failed; Ctrl-C."""
-
 
 @contextmanager
-def errors_in_words(model: Path, *, show_traceback: bool) -> Iterator[None]:
+def errors_in_words(
+    model: Path, *, show_traceback: bool = False, as_json: bool = False
+) -> Iterator[None]:
     """End a command with what helps the user most.
 
     Errors of this package, and files that cannot be read or written, are one sentence. Errors in
@@ -31,22 +36,50 @@ def errors_in_words(model: Path, *, show_traceback: bool) -> Iterator[None]:
         The model file.
     show_traceback
         Whether the traceback is shown in any case.
+    as_json
+        Whether an object of JSON with the error is written to standard output, too.
     """
     try:
         yield
+    except (typer.Exit, typer.Abort):
+        raise
     except KeyboardInterrupt:
-        typer.secho("Stopped before anything was computed.", err=True)
+        _say("Stopped before anything was computed.", STOPPED, as_json)
         raise typer.Exit(STOPPED) from None
     except Exception as error:
-        if show_traceback:
-            raise
-        if _is_ours(error, model):
-            typer.secho(f"error: {_place(error, model)}{error}", err=True, fg="red")
-            raise typer.Exit(REFUSED) from error
-        if not _is_of_model(error, model):
-            raise
-        typer.echo("".join(_model_traceback(error, model)), err=True, nl=False)
-        raise typer.Exit(FAILED) from error
+        code, words = _in_words(error, model, show_traceback)
+        _say(words, code, as_json)
+        raise typer.Exit(code) from error
+
+
+def _in_words(error: Exception, model: Path, show_traceback: bool) -> tuple[int, str]:
+    """Exit code and text of an error."""
+    if _is_ours(error, model):
+        code, words = _code(error), f"error: {_place(error, model)}{error}"
+    elif _is_of_model(error, model):
+        code, words = REFUSED, "".join(_model_traceback(error, model))
+    else:
+        code, words = FAILED, _traceback(error)
+    return code, _traceback(error) if show_traceback else words
+
+
+def _code(error: Exception) -> int:
+    """Exit code of an error of this package, or of a file that cannot be read."""
+    from .._types import InputError, UsageError
+
+    if isinstance(error, UsageError | FileNotFoundError | IsADirectoryError):
+        return USAGE
+    return REFUSED if isinstance(error, InputError) else FAILED
+
+
+def _say(words: str, code: int, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps({"error": words, "exit_code": code}, ensure_ascii=False))
+    typer.secho(words.rstrip(), err=True, fg="red" if words.startswith("error") else None)
+
+
+def _traceback(error: Exception) -> str:
+    return "".join(traceback.format_exception(error))
 
 
 def _is_ours(error: Exception, model: Path) -> bool:

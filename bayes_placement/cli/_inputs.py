@@ -1,21 +1,21 @@
-"""What every command begins with: the study, its measurement, the posterior."""
+"""What every command begins with: the study, its measurement, the folder, the posterior."""
 
 import warnings
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import xarray as xr
-from rich.console import Console
 
-from .._progress import terminal_console
-from .._types import InputError, Progress
+from .._types import Progress, UsageError
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.model_error import Modal
 from ..inference import cross_check
 from ..inference.infer import InferenceWarning, infer
 from ..io import case, formats, model
+from ..io._gate import files_read
 from ._lines import choose_lines
-from ._terminal import print_list, print_text
+from ._run import Output, Run
+from ._terminal import Screen
 
 
 class Inputs(NamedTuple):
@@ -23,8 +23,10 @@ class Inputs(NamedTuple):
 
     Parameters
     ----------
-    console
-        The terminal.
+    screen
+        Where the command shows what it does.
+    run
+        The run, with its folder.
     study
         The model file or case folder, read.
     measurement
@@ -33,7 +35,8 @@ class Inputs(NamedTuple):
         Faults of the measurement that were printed, a sentence each.
     """
 
-    console: Console
+    screen: Screen
+    run: Run
     study: model.Study
     measurement: Measurements
     data_faults: list[str]
@@ -48,10 +51,12 @@ def read_inputs(
     path: Path,
     data: Path | None,
     command: str,
+    output: Output,
     most_lines: int | None,
     model_error: bool = False,
+    **settings: Any,
 ) -> Inputs:
-    """Read study and measurement, and print what is begun with.
+    """Read study and measurement, make the folder of the results, and print what is begun with.
 
     That is the experiment, which lines are taken and why, and what is wrong with the data.
 
@@ -63,11 +68,15 @@ def read_inputs(
         Universal file of the measurement; None for that of the study.
     command
         Name of the command, for messages.
+    output
+        Where the results go.
     most_lines
         Most lines that are taken; None for all, as long as there are not too many values.
     model_error
         Whether the modes and channels of the study differ from the model by unknown sizes; a model
         error that it declares stays.
+    **settings
+        Further options of the command, for the record.
 
     Raises
     ------
@@ -76,23 +85,26 @@ def read_inputs(
     InputError
         If a file does not hold what is needed.
     """
-    console = terminal_console()
-    study = read_study(path)
+    screen = output.screen
+    with files_read() as files:
+        study = read_study(path)
+        measurement = read_measurement(study, data, path, command)
     if model_error and study.experiment.model_error is None:
         study = study._replace(experiment=study.experiment.with_model_error(Modal()))
-    measurement = read_measurement(study, data, path, command)
     lines = choose_lines(study.experiment, measurement, most_lines)
     study = study._replace(experiment=lines.experiment)
-    print_text(console, f"{study.experiment}\n")
-    print_text(console, lines.sentence)
-    return Inputs(console, study, measurement, print_data_faults(console, study, measurement))
+    settings = {"lines": most_lines, "model_error": model_error, **settings}
+    run = output.begin(command, path, files=files, **settings)
+    screen.text(f"{study.experiment}\n")
+    screen.text(lines.sentence)
+    return Inputs(screen, run, study, measurement, print_data_faults(screen, study, measurement))
 
 
-def print_data_faults(console: Console, study: model.Study, measurement: Measurements) -> list[str]:
+def print_data_faults(screen: Screen, study: model.Study, measurement: Measurements) -> list[str]:
     """Print what the checks of the data say, and return the faults."""
     checks = study.experiment.check_data(measurement)
-    print_list(console, checks.words())
-    print_text(console, "")
+    screen.list(checks.words())
+    screen.text("")
     return checks.sentences()
 
 
@@ -116,7 +128,7 @@ def read_measurement(
 
     Raises
     ------
-    InputError
+    UsageError
         If there is neither.
     """
     if data is not None:
@@ -124,7 +136,7 @@ def read_measurement(
     if study.measurement is None and study.states:
         return [*study.states.values()][-1]
     if study.measurement is None:
-        raise InputError(
+        raise UsageError(
             f"{path} declares no `measurement` and no --data file is given. Measured FRFs are "
             f"needed: bayes-placement {command} {path} --data measured.uff"
         )

@@ -5,14 +5,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from .._progress import progress_bars
-from .._types import InputError
+from .._types import InputError, UsageError
 from ..effects import library
 from ..experiment.experiment import Measurements
 from ..io.formats import read_measurement
 from ..io.model import Study
 from ._inputs import Inputs, read_inputs
-from ._terminal import print_text
+from ._run import Output
 
 Result = TypeVar("Result")
 
@@ -29,8 +28,8 @@ class Request:
         Universal file of the measurement; None for that of the study.
     kinds
         Kinds of effects to try; None for all that apply.
-    out
-        Folder of the results.
+    output
+        Where the results go.
     most_lines
         Most lines that are taken; None for all, unless there are too many values.
     model_error
@@ -46,7 +45,7 @@ class Request:
     path: Path
     data: Path | None
     kinds: list[str] | None
-    out: Path
+    output: Output
     most_lines: int | None
     model_error: bool = False
     baseline: Path | None = None
@@ -58,19 +57,30 @@ class Request:
 
         Raises
         ------
-        InputError
+        UsageError
             If files of several states are given beside those of one.
         """
         data = self.data
         if self.states:
             if self.data or self.baseline or self.alone:
-                raise InputError(
+                raise UsageError(
                     "--state was given beside --data, --baseline or --alone; the states alone are "
                     "needed, since the first is the baseline of all others: "
                     '--state "undamaged=before.uff" --state "5 mm cut=after.uff".'
                 )
             data = [*self.states.values()][-1]
-        return read_inputs(self.path, data, command, self.most_lines, self.model_error)
+        return read_inputs(
+            self.path,
+            data,
+            command,
+            self.output,
+            self.most_lines,
+            self.model_error,
+            effects=self.kinds,
+            baseline=self.baseline,
+            alone=self.alone,
+            states=self.states,
+        )
 
     def of_states(self, study: Study) -> Mapping[str, Measurements]:
         """What was measured in each of several states, by label; empty where one is asked for."""
@@ -102,7 +112,7 @@ class Request:
         if baseline is None:
             return self.searched(command, function, inputs, inputs.measurement)
         words = "An earlier state was measured too: the effects are what is new since."
-        print_text(inputs.console, f"{words} Without it: --alone.")
+        inputs.screen.text(f"{words} Without it: --alone.")
         return self.searched(command, function, inputs, inputs.measurement, baseline=baseline)
 
     def searched(
@@ -114,8 +124,11 @@ class Request:
         **settings: Any,
     ) -> Result:
         """Return what a function finds in what was measured; its progress is shown."""
-        effects = library(inputs.experiment, self.kinds)
-        with progress_bars(inputs.console, [command]) as begin:
+        try:
+            effects = library(inputs.experiment, self.kinds)
+        except InputError as error:
+            raise UsageError(str(error)) from error
+        with inputs.screen.progress([command]) as begin:
             return function(
                 inputs.experiment,
                 measured,
@@ -130,14 +143,14 @@ def states_by_label(words: Sequence[str]) -> dict[str, Path]:
 
     Raises
     ------
-    InputError
+    UsageError
         If a word is no such pair, or a label is given twice.
     """
     pairs = [word.partition("=") for word in words]
     labels = [label.strip() for label, _, _ in pairs]
     for word, label, (_, _, file) in zip(words, labels, pairs, strict=True):
         if not label or not file or labels.count(label) > 1:
-            raise InputError(
+            raise UsageError(
                 f"--state {word!r} was given; a label and a file are needed, each label once, "
                 'since it is the name of the state: --state "5 mm cut=cut5.uff".'
             )

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._types import InputError
+from .._types import InputError, UsageError
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
 from ..plots.structure import outline
@@ -41,7 +41,7 @@ def positions_to_try(experiment: Experiment, search: str, count: int) -> dict[st
         If a transducer can be mounted nowhere, or the search cannot treat so many placements.
     """
     if search == "evolutionary" and in_space(experiment.structure.modes.bounds()):
-        raise InputError(
+        raise UsageError(
             "--search evolutionary moves along a line, but this structure lies in space. Give "
             "--search sequential or forward, or use bp.place with a tolerance for each transducer."
         )
@@ -53,14 +53,14 @@ def positions_to_try(experiment: Experiment, search: str, count: int) -> dict[st
     }
     nowhere = [name for name, remaining in allowed.items() if not remaining]
     if nowhere:
-        raise InputError(
+        raise UsageError(
             f'At none of {len(positions)} positions "{nowhere[0]}" can be mounted with its '
             "tolerance. Try more positions, --places 200, or use bp.place with positions of your "
             "own."
         )
     placements = np.prod([len(remaining) for remaining in allowed.values()], dtype=float)
     if search == "exhaustive" and placements > MOST_PLACEMENTS:
-        raise InputError(
+        raise UsageError(
             f"--search exhaustive would try {placements:.2g} placements of {', '.join(allowed)}. "
             "Give --search forward (or evolutionary), fewer --sensors or fewer --places."
         )

@@ -1,21 +1,30 @@
 """The folder of the results: looked at before anything is computed, and of one run at a time."""
 
+import hashlib
+import json
 import os
 import platform
 import shlex
 import shutil
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import typer
 
 from .._files import UNFINISHED, delete_leftovers, lock
-from .._types import InputError
+from .._types import UsageError
 from ._errors import STOPPED
+
+RESULTS = Path("results")
+"""Folder of the results of all models."""
+
+RECORD = "run.json"
+"""File with what the runs in a folder were given and what they have written, by command."""
 
 RUNNING = ".running"
 """File that says in a line which run writes into a folder, and is locked by it."""
@@ -27,8 +36,23 @@ SHOWN = 4
 """Files that are named after Ctrl-C, at most."""
 
 
+class ResultFolder(NamedTuple):
+    """Where a run writes.
+
+    Parameters
+    ----------
+    path
+        The folder of its results.
+    shared
+        The folder of what the runs of one model share.
+    """
+
+    path: Path
+    shared: Path
+
+
 @contextmanager
-def result_folder(out: Path) -> Iterator[None]:
+def result_folder(model: Path, command: str, out: Path | None) -> Iterator[ResultFolder]:
     """Make the folder of the results and keep other runs out of it; say what is kept after Ctrl-C.
 
     Temporary files that a killed run left are deleted. A folder in which nothing was written is
@@ -36,24 +60,40 @@ def result_folder(out: Path) -> Iterator[None]:
 
     Parameters
     ----------
+    model
+        Model file or case folder.
+    command
+        Name of the command.
     out
-        The folder.
+        The folder that the user names; None for a new one, `results/MODEL/COMMAND-1` and so on.
 
     Raises
     ------
-    InputError
-        If it cannot be written to, its disk is full, or another run writes into it.
+    UsageError
+        If it cannot be written to, its disk is full, it holds results of another model, or another
+        run writes into it.
     """
-    new = _made(out)
+    home = RESULTS / model.resolve().stem
+    new = _made_new(home, command) if out is None else _made(out)
+    folder = ResultFolder(new[0], home) if out is None else ResultFolder(out, out)
+    with _of_one_run(folder, new):
+        _check_model(folder.path, model)
+        yield folder
+
+
+@contextmanager
+def _of_one_run(results: ResultFolder, new: list[Path]) -> Iterator[None]:
+    """Keep other runs out of a folder; delete in the end what is empty of those made for it."""
+    out = results.path
     try:
         with _claimed(out):
             for folder in (out, *(path for path in out.iterdir() if path.is_dir())):
                 delete_leftovers(folder)
-            before = _versions(out)
+            before = _versions(results.shared)
             try:
                 yield
             except KeyboardInterrupt:
-                typer.secho(_words_on_kept(out, before), err=True)
+                typer.secho(_words_on_kept(results, before), err=True)
                 raise typer.Exit(STOPPED) from None
     finally:
         for folder in new:
@@ -64,7 +104,7 @@ def result_folder(out: Path) -> Iterator[None]:
 def _made(out: Path) -> list[Path]:
     """Make a folder, and return those that were made for it, the innermost first."""
     if out.exists() and not out.is_dir():
-        raise InputError(
+        raise UsageError(
             f"--out {out} is a file. A folder is needed, which is made if it is not there: "
             "--out results."
         )
@@ -74,6 +114,62 @@ def _made(out: Path) -> list[Path]:
     except OSError as error:
         raise _not_writable(out, error) from error
     return new
+
+
+def _made_new(home: Path, command: str) -> list[Path]:
+    """Make a folder that was not there, and return it and those that were made for it."""
+    new = [folder for folder in (home, *home.parents) if not folder.exists()]
+    number = 1
+    while True:
+        folder = home / f"{command}-{number}"
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:  # of an earlier run, or of one that begins at this moment
+            number += 1
+        except OSError as error:
+            raise _not_writable(folder, error) from error
+        else:
+            return [folder, *new]
+
+
+def _check_model(out: Path, model: Path) -> None:
+    """Refuse a folder with results of another model, which would be replaced."""
+    source = source_of(model)
+    for record in records(out).values():
+        other = record["model"]
+        if source["path"] != other["path"] and source["sha256"] != other["sha256"]:
+            raise UsageError(
+                f"--out {out} holds results of another model, {other['path']}. A folder of its "
+                "own is needed, since files of one name would be replaced: leave out --out, or "
+                f"give --out {out}_{model.resolve().stem}."
+            )
+
+
+def records(folder: Path) -> dict[str, Any]:
+    """Records of the runs in a folder, by command; empty where there are none that can be read."""
+    try:
+        content = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    known = isinstance(content, dict) and all(
+        isinstance(record, dict) and {"model", "files"} <= set(record)
+        for record in content.values()
+    )
+    return content if known else {}
+
+
+def source_of(model: Path) -> Mapping[str, str]:
+    """Path and hash of a model file, or of `case.json` of a folder."""
+    return identified(model / "case.json" if model.is_dir() else model)
+
+
+def identified(path: Path) -> Mapping[str, str]:
+    """Path and SHA-256 of a file; the latter is empty where there is none."""
+    if not path.is_file():
+        return {"path": str(path.resolve()), "sha256": ""}
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return {"path": str(path.resolve()), "sha256": digest}
 
 
 @contextmanager
@@ -121,12 +217,12 @@ def _is_still(handle: int, path: Path) -> bool:
         return False
 
 
-def _in_use(out: Path, path: Path) -> InputError:
+def _in_use(out: Path, path: Path) -> UsageError:
     try:
         whose = f" ({path.read_text(encoding='utf-8', errors='replace').strip()})"
     except OSError:  # it has just ended
         whose = ""
-    return InputError(
+    return UsageError(
         f"--out {out} is in use by another run{whose}; one run at a time is needed, since both "
         f"would write the same files. Wait until it ends, or give another folder: --out {out}-2."
     )
@@ -135,7 +231,7 @@ def _in_use(out: Path, path: Path) -> InputError:
 def _check_room(out: Path) -> None:
     usage = shutil.disk_usage(out)
     if usage.total and usage.free < LEAST_ROOM:
-        raise InputError(
+        raise UsageError(
             f"--out {out} is on a disk with {usage.free / 1e6:.1f} MB left; "
             f"{LEAST_ROOM / 1e6:.0f} MB are needed before anything is computed, since results and "
             "figures are written there. Make room, or give a folder on another disk."
@@ -156,8 +252,8 @@ def _write_line(handle: int, out: Path) -> None:
         raise _not_writable(out, error) from error
 
 
-def _not_writable(out: Path, error: OSError) -> InputError:
-    return InputError(
+def _not_writable(out: Path, error: OSError) -> UsageError:
+    return UsageError(
         f"--out {out} cannot be written to ({error.strerror}); a folder that can be is needed "
         "before anything is computed, since results are written there: --out ~/results."
     )
@@ -165,19 +261,23 @@ def _not_writable(out: Path, error: OSError) -> InputError:
 
 def _versions(out: Path) -> dict[Path, tuple[int, int]]:
     """Files below a folder, each with what changes when it is written anew."""
-    files = (path for path in out.rglob("*") if path.is_file() and path.name != RUNNING)
+    files = (path for path in out.rglob("*") if path.is_file())
+    files = (path for path in files if path.name not in (RUNNING, RECORD))
     stats = {path: path.stat() for path in files if UNFINISHED not in path.name}
     return {path: (stat.st_ino, stat.st_mtime_ns) for path, stat in stats.items()}
 
 
-def _words_on_kept(out: Path, before: dict[Path, tuple[int, int]]) -> str:
+def _words_on_kept(results: ResultFolder, before: dict[Path, tuple[int, int]]) -> str:
     """Sentence on the files that a run wrote until it was stopped."""
-    after = _versions(out)
+    out, after = results.path, _versions(results.shared)
     written = sorted(path for path, version in after.items() if before.get(path) != version)
     if not written:
         return f"Stopped. Nothing of this run is in {out} yet."
     names = [path.name for path in written if path.parent == out]
-    folders = Counter(path.parent.relative_to(out) for path in written if path.parent != out)
+    parents = (path.parent for path in written if path.parent != out)
+    folders = Counter(
+        folder.relative_to(out) if folder.is_relative_to(out) else folder for folder in parents
+    )
     more = [f"{len(names) - SHOWN} more"] if len(names) > SHOWN else []
     parts = [*names[:SHOWN], *more, *(f"{count} in {folder}/" for folder, count in folders.items())]
     return f"Stopped. What was finished is complete and stays in {out}: {', '.join(parts)}."

@@ -4,14 +4,17 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
 from ._errors import errors_in_words
 from ._names import EngineName, EstimatorName, FitEngineName, MarginalName, SearchName
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+if TYPE_CHECKING:
+    from ._run import Output
+
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
 
 Study = Annotated[
     Path,
@@ -127,7 +130,16 @@ Dask = Annotated[
     str | None,
     typer.Option(help='Dask scheduler, tcp://host:8786, or "local" with --workers processes.'),
 ]
-Out = Annotated[Path, typer.Option(help="Folder for results, tables and figures.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(help="Folder of the results. Default: a new one, results/MODEL/COMMAND-1."),
+]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", help="Show the verdict and the folder of the results only.")
+]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Answer with one object of JSON on standard output.")
+]
 Seed = Annotated[int, typer.Option(help="The same seed gives the same result.")]
 NoCache = Annotated[
     bool,
@@ -140,12 +152,29 @@ Traceback = Annotated[
     bool, typer.Option("--traceback", help="Show where in the program an error came up.")
 ]
 
-RESULTS = Path("results")
+
+def _show_version(wanted: bool) -> bool:
+    if wanted:
+        from .. import __version__
+
+        typer.echo(f"bayes-placement {__version__}")
+        raise typer.Exit
+    return wanted
+
+
+Version = Annotated[
+    bool,
+    typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
+]
 
 
 @app.callback()
-def main() -> None:
-    """Bayesian updating of structures whose sensors are at uncertain positions."""
+def main(version: Version = False) -> None:
+    """Bayesian updating of structures whose sensors are at uncertain positions.
+
+    Exit codes: 0 done; 1 the model fails its check; 2 the command was typed wrongly; 3 the model
+    file or the data are refused; 4 this program failed; 130 interrupted.
+    """
 
 
 @app.command()
@@ -154,16 +183,19 @@ def update(
     data: Data = None,
     engine: Engine = "all",
     marginal: Marginal = None,
-    out: Out = RESULTS,
+    out: Out = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
     seed: Seed = 0,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
     """Infer what measured FRFs say about a model's parameters, with placement unknown."""
-    with _prepared(model, out, no_cache, traceback):
+    common = Common(model, "update", out, quiet, as_json, no_cache, traceback)
+    with _prepared(common) as output:
         from . import update
 
-        update.run(model, data, engine, marginal, out, seed)
+        _end(update.run(model, data, engine, marginal, output, seed))
 
 
 @app.command()
@@ -173,16 +205,19 @@ def check(
     engine: FitEngine = "map",
     lines: MostLines = None,
     model_error: ModelError = False,
-    out: Out = RESULTS,
+    out: Out = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
     seed: Seed = 0,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
     """Say whether a model explains measured FRFs; if not, at which sensor, in which band."""
-    with _prepared(model, out, no_cache, traceback):
+    common = Common(model, "check", out, quiet, as_json, no_cache, traceback)
+    with _prepared(common) as output:
         from . import check
 
-        check.run(model, data, engine, out, seed, lines, model_error)
+        _end(check.run(model, data, engine, output, seed, lines, model_error))
 
 
 @app.command()
@@ -194,18 +229,22 @@ def explain(
     model_error: ModelError = False,
     baseline: Baseline = None,
     alone: Alone = False,
-    out: Out = RESULTS,
+    out: Out = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
     """Say which physical effect a model lacks, with a probability for each."""
-    with _prepared(model, out, no_cache, traceback):
+    common = Common(model, "explain", out, quiet, as_json, no_cache, traceback)
+    with _prepared(common) as output:
         from . import _missing_effects, explain
 
         kinds = _split(effects)
-        explain.run(
-            _missing_effects.Request(model, data, kinds, out, lines, model_error, baseline, alone)
+        request = _missing_effects.Request(
+            model, data, kinds, output, lines, model_error, baseline, alone
         )
+        _end(explain.run(request))
 
 
 @app.command()
@@ -218,20 +257,22 @@ def improve(
     baseline: Baseline = None,
     state: States = None,
     alone: Alone = False,
-    out: Out = RESULTS,
+    out: Out = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
     """Add what a model lacks, effect by effect, until only the noise is left."""
-    with _prepared(model, out, no_cache, traceback):
+    common = Common(model, "improve", out, quiet, as_json, no_cache, traceback)
+    with _prepared(common) as output:
         from . import _missing_effects, improve
 
         kinds, states = _split(effects), _missing_effects.states_by_label(state or [])
-        improve.run(
-            _missing_effects.Request(
-                model, data, kinds, out, lines, model_error, baseline, alone, states
-            )
+        request = _missing_effects.Request(
+            model, data, kinds, output, lines, model_error, baseline, alone, states
         )
+        _end(improve.run(request))
 
 
 @app.command()
@@ -247,13 +288,16 @@ def place(
     noise: Noise = None,
     workers: Workers = None,
     dask: Dask = None,
-    out: Out = RESULTS,
+    out: Out = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
     seed: Seed = 0,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
     """Say where sensors and actuators tell most about the parameters, tolerances included."""
-    with _prepared(model, out, no_cache, traceback):
+    common = Common(model, "place", out, quiet, as_json, no_cache, traceback)
+    with _prepared(common) as output:
         from . import place
 
         options = place.Options(
@@ -268,27 +312,47 @@ def place(
             dask=dask,
             seed=seed,
         )
-        place.run(model, data, options, out)
+        _end(place.run(model, data, options, output))
+
+
+def _end(code: int) -> None:
+    """End a command with an exit code."""
+    if code:
+        raise typer.Exit(code)
 
 
 def _split(words: str | None) -> list[str] | None:
     return None if words is None else [word.strip() for word in words.split(",")]
 
 
+class Common(NamedTuple):
+    """What every command is given."""
+
+    model: Path
+    command: str
+    out: Path | None
+    quiet: bool
+    as_json: bool
+    no_cache: bool
+    traceback: bool
+
+
 @contextmanager
-def _prepared(model: Path, out: Path, no_cache: bool, traceback: bool) -> Iterator[None]:
+def _prepared(options: Common) -> Iterator["Output"]:
     """Run a command in its folder, with the compilation cache, and with errors for people."""
-    with errors_in_words(model, show_traceback=traceback):
+    with errors_in_words(options.model, show_traceback=options.traceback, as_json=options.as_json):
         # Zeros and overflows within this package and its libraries are treated where they occur;
         # those of a model file are the user's to see.
         warnings.filterwarnings(
             "ignore", category=RuntimeWarning, module=r"(?!_model_)", append=True
         )
-        if not no_cache:
+        if not options.no_cache:
             from ._compilation_cache import use_compilation_cache
 
             use_compilation_cache()
         from ._result_folder import result_folder
 
-        with result_folder(out):
-            yield
+        with result_folder(options.model, options.command, options.out) as folder:
+            from ._run import Output
+
+            yield Output(folder, options.quiet, options.as_json)

@@ -1,7 +1,6 @@
 """`bayes-placement improve`: add what a model lacks, effect by effect."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from ..criticism.fitted import fitted_steps
@@ -12,48 +11,60 @@ from ..experiment.experiment import Experiment, Measurements
 from ..plots import ledger as plots
 from ._inputs import Inputs
 from ._missing_effects import Request
-from ._result_files import write_figures, write_table, write_text
-from ._terminal import print_list, print_text, terminal_table
+from ._run import Run
+from ._terminal import terminal_table
 
 FITS = "before_and_after.png"
 
 
-def run(request: Request) -> None:
-    """Add effects until only the noise is left, and write ledger, tables and figures."""
+def run(request: Request) -> int:
+    """Add effects until only the noise is left, and write ledger, tables and figures.
+
+    Returns
+    -------
+    int
+        The exit code: 1 where the last model fails its check.
+    """
     inputs = request.read("improve")
     states = request.of_states(inputs.study)
-    if states:
-        _run_states(request, inputs, states)
-    else:
-        _run_one(request, inputs)
-    print_text(inputs.console, f"Everything is in {request.out}/")
+    return _run_states(request, inputs, states) if states else _run_one(request, inputs)
 
 
-def _run_one(request: Request, inputs: Inputs) -> None:
+def _run_one(request: Request, inputs: Inputs) -> int:
     """Treat one measurement, with a baseline or without."""
+    screen = inputs.screen
     ledger = request.search("improve", improve, inputs)
-    inputs.console.print(terminal_table(ledger.table(), "added"))
-    print_list(inputs.console, ledger.words())
-    _write(ledger, inputs, request.out)
-    print_text(inputs.console, f"Suspicion along the structure: {request.out / 'suspicion.png'}")
-    print_text(inputs.console, f"Response and error before and after: {request.out / FITS}")
+    verdict, *further = ledger.words()
+    screen.verdict(verdict)
+    screen.show(terminal_table(ledger.table(), "added"))
+    screen.list(further)
+    _write(ledger, inputs, inputs.run)
+    folder = inputs.run.folder
+    screen.text(f"Suspicion along the structure: {folder / 'suspicion.png'}")
+    screen.text(f"Response and error before and after: {folder / FITS}")
+    return inputs.run.finish(screen, verdict, ledger.to_json(), passed=not ledger.unexplained)
 
 
-def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measurements]) -> None:
+def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measurements]) -> int:
     """Treat several states; the ledger of each goes into a folder of its own."""
+    screen, run = inputs.screen, inputs.run
     for label, measurement in [*states.items()][:-1]:  # those of the last were printed
         faults = inputs.experiment.check_data(measurement).sentences()
-        print_list(inputs.console, [f'"{label}": {fault}' for fault in faults])
+        screen.list(f'"{label}": {fault}' for fault in faults)
     ledger = request.searched("improve", _improve_states, inputs, states)
-    inputs.console.print(terminal_table(ledger.table(), "effect"))
-    print_list(inputs.console, ledger.words())
-    ledger.write(request.out / "states.json")
-    write_text(request.out / "states.txt", str(ledger))
-    write_table(request.out / "states.csv", ledger.table())
+    verdict, *further = ledger.words()
+    screen.verdict(verdict)
+    screen.show(terminal_table(ledger.table(), "effect"))
+    screen.list(further)
+    run.json("states.json", ledger.to_json())
+    run.text("states.txt", str(ledger))
+    run.table("states.csv", ledger.table())
     for number, (label, of_state) in enumerate(ledger.ledgers.items(), 1):
-        folder = request.out / f"state_{number}"
-        _write(of_state, inputs._replace(measurement=states[label]), folder)
-        print_text(inputs.console, f'Ledger and figures of "{label}": {folder}/')
+        within = run.within(f"state_{number}")
+        _write(of_state, inputs._replace(measurement=states[label]), within)
+        screen.text(f'Ledger and figures of "{label}": {within.folder}/')
+    explained = not any(of_state.unexplained for of_state in ledger.ledgers.values())
+    return run.finish(screen, verdict, ledger.to_json(), passed=explained)
 
 
 def _improve_states(
@@ -62,11 +73,11 @@ def _improve_states(
     return improve(experiment, states, **settings)
 
 
-def _write(ledger: Ledger, inputs: Inputs, out: Path) -> None:
-    ledger.write(out / "ledger.json")
-    write_text(out / "ledger.txt", str(ledger))
-    write_table(out / "compared.csv", ledger.compared, index=False)
-    write_table(out / "suspicion.csv", ledger.suspicion, index=False)
+def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
+    run.json("ledger.json", ledger.to_json())
+    run.text("ledger.txt", str(ledger))
+    run.table("compared.csv", ledger.compared, index=False)
+    run.table("suspicion.csv", ledger.suspicion, index=False)
     fits = fitted_steps(ledger, inputs.experiment, inputs.measurement)
     figures = {
         "error_falls.png": plots.error_falls(ledger),
@@ -74,4 +85,4 @@ def _write(ledger: Ledger, inputs: Inputs, out: Path) -> None:
         "probabilities.png": plots.probabilities(ledger),
         FITS: plots.before_and_after(fits),
     }
-    write_figures(figures, out)
+    run.figures(figures)

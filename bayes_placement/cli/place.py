@@ -11,8 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from .. import design
-from .._progress import progress_bars, terminal_console
-from .._types import InputError
+from .._types import UsageError
 from ..design import information
 from ..design.maps import information_map
 from ..design.place import Placement, place
@@ -20,13 +19,14 @@ from ..design.planned import planned
 from ..design.running.executors import workers
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.resized import with_lines, with_more_sensors, with_only
+from ..io._gate import files_read
 from ..io.model import Study
 from ..plots import placement as plots
 from ._estimators import named_estimator
 from ._inputs import read_measurement, read_study
 from ._positions_to_try import positions_to_try
-from ._result_files import write_data, write_figures, write_table, write_text
-from ._terminal import print_list, print_text, terminal_table
+from ._run import Output, Run
+from ._terminal import terminal_table
 
 MOST_ROWS = 10
 """Placements, at most, that are shown in the terminal."""
@@ -77,7 +77,7 @@ class Options(NamedTuple):
     seed: int
 
 
-def run(path: Path, data: Path | None, options: Options, out: Path) -> None:
+def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
     """Search for the best placement, and write tables, a map and figures.
 
     Parameters
@@ -88,48 +88,54 @@ def run(path: Path, data: Path | None, options: Options, out: Path) -> None:
         Universal file of an earlier measurement; None where there is none.
     options
         Options of the command.
-    out
-        Folder of the results.
+    output
+        Where the results go.
     """
-    console = terminal_console()
-    study = read_study(path)
-    earlier = _earlier_data(study, data, path, options)
+    screen = output.screen
+    with files_read() as files:
+        study = read_study(path)
+        earlier = _earlier_data(study, data, path, options)
     all_lines = with_sensors(_planned(study, earlier, options), options.sensors)
     experiment = with_lines(all_lines, options.lines)
     positions = positions_to_try(experiment, options.search, options.places)
-    print_text(console, f"{experiment}\n")
-    print_list(console, _words_on_lines(all_lines, experiment))
+    run = output.begin("place", path, files=files, **options._asdict())
+    screen.text(f"{experiment}\n")
+    screen.list(_words_on_lines(all_lines, experiment))
     tasks = [EARLIER_DATA] if earlier is not None else []
     maps = [MAP] if _has_map(positions, options.search) else []
     with (
         workers(options.workers, dask=options.dask) as executor,
-        progress_bars(console, [*tasks, PLACE, *maps]) as begin,
+        screen.progress([*tasks, PLACE, *maps]) as begin_task,
     ):
         estimator, warned = named_estimator(
-            options.estimator, study, earlier, options.seed, partial(begin, EARLIER_DATA)
+            options.estimator, study, earlier, options.seed, partial(begin_task, EARLIER_DATA)
         )
         settings: dict[str, Any] = {
             "estimator": estimator,
             "about": options.about,
             "key": options.seed,
             "executor": executor,
-            "store": out / "chunks",
+            "store": run.shared / "chunks",
         }
         search = SEARCHES[options.search]()
         with warnings.catch_warnings(record=True) as doubts:
             warnings.simplefilter("always", information.InformationWarning)
-            best = place(experiment, positions, search=search, progress=begin(PLACE), **settings)
+            best = place(
+                experiment, positions, search=search, progress=begin_task(PLACE), **settings
+            )
             # An exhaustive search has left all cells of the map in the store.
             drawn = [
-                information_map(experiment, positions, progress=begin(task), **settings)
+                information_map(experiment, positions, progress=begin_task(task), **settings)
                 for task in maps
             ]
     # The last doubt is about all that was estimated.
     sentences = [str(best), *warned, *(str(doubt.message) for doubt in doubts[-1:])]
-    console.print(terminal_table(_table(best), "rank"))
-    print_list(console, sentences)
-    _write(best, sentences, drawn, out)
-    print_text(console, f"Tables and figures are in {out}/")
+    screen.verdict(sentences[0])
+    screen.show(terminal_table(_table(best), "rank"))
+    screen.list(sentences[1:])
+    _write(best, sentences, drawn, run)
+    placed = {name: np.asarray(at).tolist() for name, at in best.positions.items()}
+    return run.finish(screen, sentences[0], {"positions": placed, "sentences": sentences})
 
 
 def _earlier_data(
@@ -151,7 +157,7 @@ def _planned(study: Study, earlier: Measurements | None, options: Options) -> Ex
         and noise is not None
         and noise.reads_measurement
     ):
-        raise InputError(
+        raise UsageError(
             f"The model declares noise.{type(noise).__name__}(), which reads the output error from "
             "a measurement, but there is none. Give --data measured.uff, an earlier measurement of "
             "the same kind, or the standard deviation of log10 of the amplitude: --noise 0.01."
@@ -171,7 +177,7 @@ def with_sensors(experiment: Experiment, count: int | None) -> Experiment:
     if count is None or count == len(sensors):
         return experiment
     if count < 1:
-        raise InputError(
+        raise UsageError(
             f"--sensors {count} was given; at least one sensor is needed: --sensors 2."
         )
     if count < len(sensors):
@@ -204,11 +210,11 @@ def _table(best: Placement) -> pd.DataFrame:
     return table.set_axis(np.arange(len(table)) + 1, axis="index").head(MOST_ROWS)
 
 
-def _write(best: Placement, sentences: list[str], maps: list[xr.Dataset], out: Path) -> None:
-    write_text(out / "placement.txt", "\n".join(sentences))
-    write_table(out / "placements.csv", best.table)
+def _write(best: Placement, sentences: list[str], maps: list[xr.Dataset], run: Run) -> None:
+    run.text("placement.txt", "\n".join(sentences))
+    run.table("placements.csv", best.table)
     figures = {"placements.png": plots.placements(best)}
     for learnt in maps:
-        write_data(out / "map.nc", learnt)
+        run.dataset("map.nc", learnt)
         figures["map.png"] = plots.information(learnt)
-    write_figures(figures, out)
+    run.figures(figures)

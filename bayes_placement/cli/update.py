@@ -9,11 +9,10 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from .._progress import progress_bars, terminal_console
-from .._types import InputError
+from .._types import UsageError
 from ..inference import cross_check
 from ..inference.report import Report, report
-from ..io import netcdf
+from ..io._gate import files_read
 from ..io.model import Study
 from ..plots import posterior as plots
 from ._inputs import (
@@ -23,8 +22,8 @@ from ._inputs import (
     read_measurement,
     read_study,
 )
-from ._result_files import write_figures, write_table, write_text
-from ._terminal import print_list, print_text
+from ._run import Output, Run
+from ._terminal import Screen
 
 Results = dict[str, xr.DataTree]
 
@@ -34,8 +33,8 @@ Cross-check. variation: posterior standard deviation over mean, the uncertainty 
 
 
 def run(
-    path: Path, data: Path | None, engine: str, marginal: str | None, out: Path, seed: int
-) -> None:
+    path: Path, data: Path | None, engine: str, marginal: str | None, output: Output, seed: int
+) -> int:
     """Infer by one method or several, compare them, and write results, tables and figures.
 
     Parameters
@@ -48,35 +47,39 @@ def run(
         Name of the engine; `all` for several that check each other.
     marginal
         Name of the marginal that goes with one engine; None for latent placement.
-    out
-        Folder of the results.
+    output
+        Where the results go.
     seed
         Seed of all engines.
     """
-    console = terminal_console()
-    study = read_study(path)
-    chosen = _chosen_methods(study, engine, marginal)
-    measurement = read_measurement(study, data, path, "update")
-    print_text(console, f"{study.experiment}\n")
-    print_data_faults(console, study, measurement)
-    with progress_bars(console, [method.name for method in chosen]) as begin:
+    screen = output.screen
+    with files_read() as files:
+        study = read_study(path)
+        chosen = _chosen_methods(study, engine, marginal)
+        measurement = read_measurement(study, data, path, "update")
+    run = output.begin("update", path, files=files, seed=seed, engine=engine, marginal=marginal)
+    screen.text(f"{study.experiment}\n")
+    print_data_faults(screen, study, measurement)
+    with screen.progress([method.name for method in chosen]) as begin_task:
         results = {
             method.name: infer_posterior(
-                study.experiment, measurement, method, seed, begin(method.name)
+                study.experiment, measurement, method, seed, begin_task(method.name)
             )
             for method in chosen
         }
     comparison = report(results)
-    _print(console, comparison)
-    _write(results, comparison, study.truth, out)
-    print_text(console, f"Results and figures are in {out}/")
+    verdict = comparison.words()[-1]
+    screen.verdict(verdict)
+    _print(screen, comparison)
+    _write(results, comparison, study.truth, run)
+    return run.finish(screen, verdict, {"methods": comparison.table.to_dict("index")})
 
 
 def _chosen_methods(study: Study, engine: str, marginal: str | None) -> list[cross_check.Method]:
     if engine != "all":
         return [named_method(study, engine, marginal or "latent")]
     if marginal is not None:
-        raise InputError(
+        raise UsageError(
             f"--marginal {marginal} was given without --engine. A marginal goes with one engine, "
             "since --engine all runs several marginals that check each other: "
             f"--engine smc --marginal {marginal}."
@@ -84,11 +87,11 @@ def _chosen_methods(study: Study, engine: str, marginal: str | None) -> list[cro
     return cross_check.standard_methods(study.experiment, study.engine)
 
 
-def _print(console: Console, comparison: Report) -> None:
-    console.print(TITLE, soft_wrap=True)
-    for table in _tables(console, comparison.table):
-        console.print(table)
-    print_list(console, comparison.words())
+def _print(screen: Screen, comparison: Report) -> None:
+    screen.text(TITLE)
+    for table in _tables(screen.console, comparison.table):
+        screen.show(table)
+    screen.list(comparison.words()[:-1])
 
 
 def _tables(console: Console, figures: pd.DataFrame) -> Iterator[Table]:
@@ -120,12 +123,11 @@ def _table(figures: pd.DataFrame) -> Table:
     return table
 
 
-def _write(results: Results, comparison: Report, truth: Mapping[str, float], out: Path) -> None:
+def _write(results: Results, comparison: Report, truth: Mapping[str, float], run: Run) -> None:
     for number, (method, result) in enumerate(results.items()):
-        name = "result.nc" if number == 0 else f"result_{method.replace(' ', '_')}.nc"
-        netcdf.write(result, out / name)
-    write_table(out / "cross_check.csv", comparison.table.T)
-    write_text(out / "cross_check.txt", str(comparison))
+        run.tree("result.nc" if number == 0 else f"result_{method.replace(' ', '_')}.nc", result)
+    run.table("cross_check.csv", comparison.table.T)
+    run.text("cross_check.txt", str(comparison))
     first = next(iter(results.values()))
     figures = {
         "measured_against_band.png": plots.measured_against_band(first),
@@ -133,4 +135,4 @@ def _write(results: Results, comparison: Report, truth: Mapping[str, float], out
         "placement.png": plots.placement(first, truth=truth),
         "methods.png": plots.methods(results, truth=truth),
     }
-    write_figures(figures, out)
+    run.figures(figures)

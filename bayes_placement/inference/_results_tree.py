@@ -1,7 +1,6 @@
 """The tree of results of one inference, in ArviZ's groups."""
 
 from collections.abc import Iterator
-from importlib.metadata import version
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,10 +11,10 @@ from ..experiment.noise import Data
 from .divergence import Divergence
 from .engines.engine import EngineDraws
 from .estimates import Figures, Weighting, figures, scalars
+from .record import versions
 from .results import RESPONSE_WHEN_EXACT, named_draws, numbered, outputs
 from .symmetries import Values
 
-PACKAGES = ("bayes_placement", "numpyro", "jax", "numpy", "blackjax", "arviz-base")
 EQUAL_DRAWS = 1000
 """Draws of equal weight that stand for weighted ones in the posterior."""
 
@@ -81,7 +80,7 @@ def tree(inference: Inference, record: dict[str, Any]) -> xr.DataTree:
         weighted["log_weight"] = (("chain", "draw"), np.asarray(draws.log_weight))
         groups["weighted"] = weighted
     result = xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
-    result.attrs = record | {f"version_{name}": version(name) for name in PACKAGES}
+    result.attrs = record | {f"version_{name}": number for name, number in versions().items()}
     return result
 
 

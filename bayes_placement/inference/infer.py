@@ -22,6 +22,7 @@ from .engines.least_squares import LeastSquares
 from .estimates import Weighting, standard_error
 from .marginals.marginal import DrawPlacement, Marginal
 from .names import of_name
+from .record import origin
 from .results import DATA_FAULTS, RESPONSE_WHEN_EXACT, WARNINGS
 from .simulate import sample_prior
 from .symmetries import Values, symmetries
@@ -69,8 +70,9 @@ def infer(
     xarray.DataTree
         Groups `posterior`, `sample_stats`, `log_likelihood`, `posterior_predictive`,
         `observed_data`, `prior` as ArviZ has them, and `estimates`: figures with standard errors,
-        divergence from the prior, log evidence. The attributes carry versions, seed, settings,
-        and two lists of sentences: `warnings`, and `data_faults` of the measurement.
+        divergence from the prior, log evidence. The attributes carry versions, date, seed,
+        settings, hashes of experiment and measurement, and two lists of sentences: `warnings`, and
+        `data_faults` of the measurement.
 
     Raises
     ------
@@ -102,6 +104,7 @@ def infer(
     record = {
         **method[0].settings(),
         **method[1].settings(),
+        **origin(experiment, measurement),
         "experiment": str(experiment),
         "seed": recorded_seed(key),
         WARNINGS: sentences,

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,26 @@ LARGEST = 1e30
 
 MOST_BYTES = 8 << 30
 """Largest file that is read into memory [bytes]."""
+
+
+_FILES_READ: ContextVar[list[Path] | None] = ContextVar("_FILES_READ", default=None)
+
+
+@contextmanager
+def files_read() -> Iterator[list[Path]]:
+    """Collect the files that readers open meanwhile, each once, in the order of their reading."""
+    files: list[Path] = []
+    token = _FILES_READ.set(files)
+    try:
+        yield files
+    finally:
+        _FILES_READ.reset(token)
+
+
+def _note(path: Path) -> None:
+    files = _FILES_READ.get()
+    if files is not None and path not in files:
+        files.append(path)
 
 
 @contextmanager
@@ -36,6 +57,7 @@ def reading(path: Path, contents: str, remedy: str) -> Iterator[None]:
     """
     try:
         yield
+        _note(path)
     except MissingExtraError:
         raise
     except InputError as error:

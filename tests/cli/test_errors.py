@@ -1,6 +1,7 @@
 """Errors on the command line: ours in one sentence, those of a model file with traceback."""
 
 import ast
+import json
 import sys
 import warnings
 from pathlib import Path
@@ -26,7 +27,7 @@ def run(folder, text, *options):
 
 def test_an_error_in_the_model_file_keeps_its_traceback(tmp_path):
     answer = run(tmp_path, "def half(x):\n    return x / 0\n\nexperiment = half(1)\n")
-    assert answer.exit_code == 1
+    assert answer.exit_code == 3
     first, line, *_, last = answer.output.splitlines()
     assert first == "Traceback (most recent call last):"
     assert line == f'  File "{tmp_path / "study.py"}", line 4, in <module>'
@@ -39,7 +40,7 @@ def test_an_error_in_the_model_file_keeps_its_traceback(tmp_path):
 )
 def test_no_error_of_the_model_files_own_is_taken_for_ours(tmp_path, text):
     answer = run(tmp_path, text)
-    assert answer.exit_code == 1
+    assert answer.exit_code == 3
     assert answer.output.startswith("Traceback")
     assert "study.py" in answer.output.splitlines()[1]
 
@@ -69,7 +70,7 @@ def test_of_an_error_in_a_library_the_users_frames_are_shown_alone(tmp_path):
 
 def test_a_mistake_of_syntax_is_shown_with_its_line_alone(tmp_path):
     answer = run(tmp_path, "experiment = (\n")
-    assert answer.exit_code == 1
+    assert answer.exit_code == 3
     first, *_, last = answer.output.splitlines()
     assert first == f'  File "{tmp_path / "study.py"}", line 1'
     assert last == "SyntaxError: '(' was never closed"
@@ -78,7 +79,7 @@ def test_a_mistake_of_syntax_is_shown_with_its_line_alone(tmp_path):
 def test_our_own_error_in_the_model_file_tells_its_line(tmp_path):
     text = "import bayes_placement as bp\n\nmodes = bp.beams.bar(0, length=1.0, area=1.0, "
     answer = run(tmp_path, text + "youngs_modulus=1.0, density=1.0)\n")
-    assert answer.exit_code == 2
+    assert answer.exit_code == 3
     (line,) = answer.output.splitlines()
     assert line.startswith("error: study.py, line 3: modes=0 was given")
 
@@ -98,14 +99,15 @@ def test_an_error_within_this_package_keeps_all_of_its_traceback(tmp_path, monke
     monkeypatch.setattr(check, "check", broken)
     monkeypatch.setattr(check, "infer_posterior", lambda *arguments: None)
     answer = run(tmp_path, EXPERIMENT + "measurement = experiment.nominal_measurement()\n")
-    assert answer.exit_code == 1
-    assert answer.exception is error
+    assert answer.exit_code == 4
+    assert answer.output.splitlines()[-1] == f"{type(error).__name__}: inside"
+    assert "in broken" in answer.output
 
 
 def test_a_traceback_of_our_own_errors_is_shown_if_asked_for(tmp_path):
     answer = run(tmp_path, EXPERIMENT, "--traceback")
-    assert answer.exit_code == 1
-    assert "declares no `measurement`" in str(answer.exception)
+    assert answer.exit_code == 2
+    assert "Traceback" in answer.output and "declares no `measurement`" in answer.output
 
 
 @pytest.mark.parametrize("kind", [NumericalError, WorkerError])
@@ -116,7 +118,7 @@ def test_a_computation_that_cannot_go_on_is_one_sentence(tmp_path, monkeypatch, 
     monkeypatch.setattr(check, "check", broken)
     monkeypatch.setattr(check, "infer_posterior", lambda *arguments: None)
     answer = run(tmp_path, EXPERIMENT + "measurement = experiment.nominal_measurement()\n")
-    assert answer.exit_code == 2
+    assert answer.exit_code == 4
     assert answer.output.splitlines()[-1] == "error: A worker was lost."
 
 
@@ -126,20 +128,30 @@ def test_a_missing_extra_is_named_in_one_sentence(tmp_path, monkeypatch):
     path.write_text(EXPERIMENT)
     words = ["place", str(path), "--dask", "local", "--out", str(tmp_path / "out")]
     answer = CliRunner().invoke(app, words)
-    assert answer.exit_code == 2
+    assert answer.exit_code == 4
     assert 'pip install "bayes_placement[dask]"' in answer.output
     assert "Traceback" not in answer.output
 
 
 def test_warnings_of_numpy_are_shown_for_the_model_file_alone(tmp_path):
+    out = tmp_path / "out"
+    common = commands.Common(tmp_path / "study.py", "check", out, False, False, True, False)
     log_of_zero = "numpy.log10(numpy.zeros(1))"
     with warnings.catch_warnings(record=True) as caught:
         warnings.resetwarnings()
-        with commands._prepared(tmp_path / "study.py", tmp_path, no_cache=True, traceback=False):
+        with commands._prepared(common):
             exec(log_of_zero, {"__name__": "bayes_placement.frf", "numpy": np})
             assert not caught
             exec(log_of_zero, {"__name__": "_model_study", "numpy": np})
     assert [warning.category for warning in caught] == [RuntimeWarning]
+
+
+def test_an_error_is_an_object_where_json_is_asked_for(tmp_path):
+    answer = run(tmp_path, EXPERIMENT, "--json")
+    assert answer.exit_code == 2
+    content = json.loads(answer.stdout)
+    assert content["exit_code"] == 2
+    assert "declares no `measurement`" in content["error"]
 
 
 PLAIN = ("ValueError", "ImportError", "RuntimeError", "ArithmeticError")

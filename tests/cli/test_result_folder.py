@@ -70,13 +70,13 @@ def test_a_full_disk_is_refused_before_the_model_is_read(study, tmp_path, monkey
 def test_a_folder_in_which_nothing_was_written_is_deleted(study, tmp_path):
     (tmp_path / "deep").mkdir()
     study.write_text("experiment = 1\n")
-    assert run(study, tmp_path / "deep" / "new" / "results").exit_code == 2
+    assert run(study, tmp_path / "deep" / "new" / "results").exit_code == 3
     assert list((tmp_path / "deep").iterdir()) == []
 
 
 def test_a_second_run_into_a_folder_is_refused_and_told_whose_it_is(study, tmp_path):
     out = tmp_path / "results"
-    with _result_folder.result_folder(out):
+    with _result_folder.result_folder(study, "check", out):
         line = refused(study, out)
     assert f"is in use by another run (process {os.getpid()} on " in line
     assert "one run at a time is needed, since both would write the same files" in line
@@ -90,7 +90,7 @@ def test_after_a_run_that_was_killed_the_next_says_so_and_deletes_what_was_not_f
     (out / _result_folder.RUNNING).write_text("process 9 on here since 2026-01-01: improve a.py\n")
     for folder in (out, out / "chunks"):
         (folder / f".misfit{UNFINISHED}x.csv").touch()
-    monkeypatch.setattr(check, "run", lambda *arguments: None)
+    monkeypatch.setattr(check, "run", lambda *arguments: 0)
     answer = run(study, out)
     assert answer.exit_code == 0
     assert answer.output == (
@@ -101,7 +101,8 @@ def test_after_a_run_that_was_killed_the_next_says_so_and_deletes_what_was_not_f
 
 
 def stop_after(names):
-    def stopped(path, data, engine, out, *rest):
+    def stopped(path, data, engine, output, *rest):
+        out = output.folder.path
         for name in names:
             (out / name).parent.mkdir(exist_ok=True)
             (out / name).write_text("new")

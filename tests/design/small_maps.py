@@ -17,7 +17,7 @@ from bayes_placement.design._candidates import candidates, combinations
 from bayes_placement.design._parameters_of_interest import nominal_values
 from bayes_placement.design.running import _dispatch
 from bayes_placement.design.running import chunks as chunking
-from bayes_placement.design.running._content_hash import content_hash
+from bayes_placement.experiment.content_hash import content_hash
 from models import bar
 from tests.design import at_work
 from tests.effects import models_in_space

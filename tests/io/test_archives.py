@@ -263,6 +263,6 @@ def test_the_command_line_says_one_sentence_of_a_truncated_matrix(tmp_path, shar
     path.chmod(0o644)
     path.write_bytes(content[: len(content) // 2])
     done = CliRunner().invoke(app, ["check", str(tmp_path / "04_portal-01")])
-    assert done.exit_code == 2
+    assert done.exit_code == 3
     assert done.output.startswith("error: ") and "K.npz" in done.output
     assert len(done.output.splitlines()) == 1

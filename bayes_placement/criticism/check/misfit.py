@@ -107,7 +107,7 @@ class Misfit:
         """Say what is wrong with the data, whether and where the model fails, and of priors."""
         return [
             *self.data_faults,
-            self._verdict(),
+            self.verdict(),
             *self._model_error_words(),
             *self._whiteness_words(),
             *(self._worst_words(kind) for kind in _ROWS if self._some_fail(kind)),
@@ -141,7 +141,8 @@ class Misfit:
             return False
         return float(self.worst(kind)["corrected"]) < self.level
 
-    def _verdict(self) -> str:
+    def verdict(self) -> str:
+        """Say in one sentence whether the model explains the data."""
         if np.isnan(self.p_value):
             return "Whether the model explains the data cannot be decided: " + (
                 "it has as many unknowns as data." if self.noise_known else _TOO_FEW

@@ -6,6 +6,7 @@ from ..._types import Progress, no_progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
+from ...inference.record import record
 from ._alternatives import alternatives
 from ._candidates import candidates_of, check_experiment
 from ._posterior_odds import LEVEL
@@ -80,4 +81,5 @@ def explain(
         alternatives=alternatives(comparison, shown, sampled),
         claimed=comparison.best().kinds,
         baseline=None if before is None else fitted_model(before, {}),
+        record=record(experiment, [measurement, baseline]),
     )

@@ -14,6 +14,7 @@ from ...effects.effect import Effect
 from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
+from ...inference.record import record
 from ._alternatives import alternatives
 from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions
@@ -172,6 +173,7 @@ class _Search(NamedTuple):
             alternatives=alternatives(comparison, comparison.distinct(), sampled),
             cautions=cautions(best, sampled.get(id(best))),
             baseline=None if before is None else fitted_model(before, {}),
+            record=record(self.experiment, [measurement, baseline]),
         )
         return _Improved(ledger, best, found_effects(best, steps[-1]))
 

@@ -1,6 +1,6 @@
 """Record of an improvement: the error that falls step by step, in words and JSON."""
 
-import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..._files import write_atomically
+from ..._files import write_json
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import Alternative
 from ._posterior_odds import NONE, NOTHING
@@ -48,6 +48,8 @@ class Ledger:
         What to doubt in the last step: priors piled up at an edge, a fit reached from one start.
     baseline
         The model as given, fitted to the earlier state alone; None where there is only one state.
+    record
+        Where it comes from: versions, date, seed, hashes of experiment and measurement, units.
     """
 
     steps: tuple[FittedModel, ...]
@@ -62,6 +64,7 @@ class Ledger:
     alternatives: tuple[Alternative, ...] = field(repr=False)
     cautions: tuple[str, ...] = ()
     baseline: FittedModel | None = None
+    record: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def to_json(self) -> dict[str, Any]:
         """Return the ledger as numbers and words for a file."""
@@ -75,12 +78,12 @@ class Ledger:
             "unexplained": self.unexplained,
             "cautions": list(self.cautions),
             "wall_seconds": self.seconds,
+            "record": dict(self.record),
         }
 
     def write(self, path: str | Path) -> None:
         """Write the ledger as JSON, whole or not at all."""
-        text = json.dumps(self.to_json(), indent=1, allow_nan=False)
-        write_atomically(Path(path), lambda temporary: temporary.write_text(f"{text}\n"))
+        write_json(path, self.to_json())
 
     def table(self) -> pd.DataFrame:
         """One row a step."""

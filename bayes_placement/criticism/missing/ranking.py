@@ -1,12 +1,16 @@
 """Which effect a model may lack: every kind of candidate with its probability."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
+from ..._files import write_json
 from ...inference.alternative_explanation import Alternative
 from ._posterior_odds import NONE, NOTHING
-from .fitted_model import FittedModel, number_or_blank
+from .fitted_model import FittedModel, number_or_blank, number_or_none
 from .ledger import (
     DOUBTED,
     alone_in_words,
@@ -41,6 +45,8 @@ class Ranking:
     baseline
         The model as given, fitted to the earlier state alone; None where there is only one state.
         Effects are then what is new since.
+    record
+        Where it comes from: versions, date, seed, hashes of experiment and measurement, units.
     """
 
     steps: tuple[FittedModel, ...]
@@ -50,6 +56,23 @@ class Ranking:
     alternatives: tuple[Alternative, ...] = field(repr=False)
     claimed: tuple[str, ...] = ()
     baseline: FittedModel | None = None
+    record: Mapping[str, Any] = field(default_factory=dict, repr=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the ranking as numbers and words for a file."""
+        return {
+            "explanations": [step.to_json() for step in self.steps],
+            "claimed": list(self.claimed),
+            "probabilities": {
+                kind: number_or_none(share) for kind, share in self.probabilities.items()
+            },
+            "confounded": [list(pair) for pair in self.confounded],
+            "record": dict(self.record),
+        }
+
+    def write(self, path: str | Path) -> None:
+        """Write the ranking as JSON, whole or not at all."""
+        write_json(path, self.to_json())
 
     def table(self) -> pd.DataFrame:
         """One row for each kind, the most probable first."""

@@ -1,6 +1,5 @@
 """Ledger of several states of one structure: what is new in each, and how it grows."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from ..._files import write_atomically
+from ..._files import write_json
 from ._changes import CHANGED, NEW, UNCHANGED, FoundEffect, change
 from .fitted_model import number_or_none
 from .ledger import Ledger, alone_in_words, misfit_columns
@@ -158,8 +157,7 @@ class LedgerOfStates:
 
     def write(self, path: str | Path) -> None:
         """Write it as JSON, whole or not at all."""
-        text = json.dumps(self.to_json(), indent=1, allow_nan=False)
-        write_atomically(Path(path), lambda temporary: temporary.write_text(f"{text}\n"))
+        write_json(path, self.to_json())
 
     def __str__(self) -> str:
         """Table of the effects, then the sentences."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..._files import write_atomically
 from ..._types import InputError
-from ._content_hash import content_hash
+from ...experiment.content_hash import content_hash
 from .chunks import Chunk
 
 VERSION = version("bayes_placement")

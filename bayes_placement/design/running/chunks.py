@@ -14,10 +14,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._types import InputError, WorkerError
+from ...experiment.content_hash import content_hash
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates, placed
 from ..information.estimator import Estimator
-from ._content_hash import content_hash
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from bayes_placement import information
 from bayes_placement.design.information.estimator import Estimator
 from bayes_placement.design.running import _dispatch, _store, executors
 from bayes_placement.design.running import chunks as chunking
-from bayes_placement.design.running._content_hash import content_hash
+from bayes_placement.experiment.content_hash import content_hash
 from bayes_placement.io.model import read
 from models import bar
 from tests.design import at_work, killed, small_maps

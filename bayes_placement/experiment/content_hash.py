@@ -9,7 +9,6 @@ import dataclasses
 import functools
 import hashlib
 import inspect
-import io
 import pickle
 from typing import Any
 
@@ -25,15 +24,27 @@ VERSIONED = ("bayes_placement", "numpyro", "jax", "numpy", "builtins")
 
 def content_hash(*values: Any) -> str:
     """SHA-256 of numbers, strings, distributions and modules, with their whole content."""
-    stream = io.BytesIO()
-    _ContentPickler(stream).dump(values)
-    return hashlib.sha256(stream.getvalue()).hexdigest()
+    digest = _Digest()
+    _ContentPickler(digest).dump(values)
+    return digest.sha256.hexdigest()
+
+
+class _Digest:
+    """A file that keeps nothing but the hash of what is written: matrices may be large."""
+
+    def __init__(self) -> None:
+        self.sha256 = hashlib.sha256()
+
+    def write(self, content: Any) -> int:
+        """Take the next bytes."""
+        self.sha256.update(content)
+        return memoryview(content).nbytes
 
 
 class _ContentPickler(pickle.Pickler):
     """Writes content only: neither shared references nor cached values."""
 
-    def __init__(self, stream: io.BytesIO):
+    def __init__(self, stream: _Digest):
         pickle.Pickler.__init__(self, stream, protocol=5)
         self.fast = True  # each object in full at every occurrence
 

@@ -1,0 +1,212 @@
+"""A run of a command: its folder, what it was given, and the files that it has written."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+import xarray as xr
+from matplotlib.figure import Figure
+
+from .._files import write_atomically, write_json
+from ..inference.record import now, versions
+from ..io import netcdf
+from ._errors import MODEL_FAILS
+from ._result_folder import RECORD, ResultFolder, identified, records, source_of
+from ._terminal import Screen
+
+DOTS_PER_INCH = 120
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run of a command; each file that it writes is complete or not there.
+
+    Parameters
+    ----------
+    command
+        Name of the command.
+    top
+        Folder of its results.
+    folder
+        The same, or a folder in it for a part of them.
+    shared
+        Folder of what the runs of one model share.
+    record
+        What it was given, and what it has written so far; the content of `run.json`.
+    began
+        When it began [s].
+    """
+
+    command: str
+    top: Path
+    folder: Path
+    shared: Path
+    record: dict[str, Any]
+    began: float = field(default_factory=time.perf_counter)
+
+    @property
+    def files(self) -> list[str]:
+        """Names of the files that have been written."""
+        return list(self.record["files"])
+
+    def within(self, name: str) -> "Run":
+        """Return the run with a folder inside its own, for the files of a part of it."""
+        return replace(self, folder=self.folder / name)
+
+    def text(self, name: str, text: str) -> None:
+        """Write a text file."""
+        self._write(name, lambda path: path.write_text(f"{text}\n", encoding="utf-8"))
+
+    def report(self, name: str, table: pd.DataFrame, sentences: Sequence[str]) -> None:
+        """Write a table and the sentences below it as text."""
+        lines = [table.to_string(), "", *(f"- {sentence}" for sentence in sentences)]
+        self.text(name, "\n".join(lines))
+
+    def table(self, name: str, table: pd.DataFrame, *, index: bool = True) -> None:
+        """Write a table as CSV."""
+        self._write(name, lambda path: table.to_csv(path, index=index))
+
+    def json(self, name: str, content: Mapping[str, Any]) -> None:
+        """Write numbers and words, with the record of the run, as JSON."""
+        record = {**content.get("record", {}), **self._given()}
+        write_json(self.folder / name, {**content, "record": record})
+        self._note(name)
+
+    def tree(self, name: str, result: xr.DataTree) -> None:
+        """Write a tree of results as netCDF."""
+        netcdf.write(result, self.folder / name)
+        self._note(name)
+
+    def dataset(self, name: str, dataset: xr.Dataset) -> None:
+        """Write labelled arrays as netCDF."""
+        # In memory first: HDF5 ends the interpreter where the disk is full.
+        content = bytes(dataset.to_netcdf(engine="h5netcdf"))
+        self._write(name, lambda path: path.write_bytes(content))
+
+    def figures(self, figures: Mapping[str, Figure]) -> None:
+        """Write figures by the names of their files."""
+        for name, figure in figures.items():
+            self._write(name, partial(figure.savefig, dpi=DOTS_PER_INCH))
+
+    def finish(
+        self, screen: Screen, verdict: str, result: Mapping[str, Any], *, passed: bool = True
+    ) -> int:
+        """Note that the run is complete, and say where its results are in the last line.
+
+        Parameters
+        ----------
+        screen
+            Where it is said.
+        verdict
+            What the run says, in a sentence.
+        result
+            What is told where JSON is asked for.
+        passed
+            Whether the model passes its check.
+
+        Returns
+        -------
+        int
+            The exit code.
+        """
+        code = 0 if passed else MODEL_FAILS
+        seconds = time.perf_counter() - self.began
+        self.record.update(finished=True, verdict=verdict, exit_code=code, seconds=seconds)
+        self._write_record()
+        screen.verdict(f"Results are in {self.top}/")
+        screen.json({**self.record, "folder": str(self.top), "result": result})
+        return code
+
+    def _write(self, name: str, write: Callable[[Path], object]) -> None:
+        write_atomically(self.folder / name, write)
+        self._note(name)
+
+    def _note(self, name: str) -> None:
+        path = str(self.folder.relative_to(self.top) / name)
+        if path not in self.record["files"]:
+            self.record["files"].append(path)
+        self._write_record()
+
+    def _given(self) -> dict[str, Any]:
+        """Record without what changes while the run goes on."""
+        changing = {"finished", "files", "verdict", "exit_code", "seconds"}
+        return {key: value for key, value in self.record.items() if key not in changing}
+
+    def _write_record(self) -> None:
+        others = records(self.top)
+        write_json(self.top / RECORD, {**others, self.command: self.record})
+
+
+class Output(NamedTuple):
+    """Where a command puts what it finds.
+
+    Parameters
+    ----------
+    folder
+        Folder of the results, which is there.
+    quiet, as_json
+        See `Screen`.
+    """
+
+    folder: ResultFolder
+    quiet: bool = False
+    as_json: bool = False
+
+    @property
+    def screen(self) -> Screen:
+        """Where the command shows what it does."""
+        return Screen.of(self.quiet, self.as_json)
+
+    def begin(
+        self,
+        command: str,
+        model: Path,
+        *,
+        files: Sequence[Path] = (),
+        seed: int = 0,
+        **settings: Any,
+    ) -> Run:
+        """Begin a run.
+
+        Parameters
+        ----------
+        command
+            Name of the command.
+        model
+            Model file or case folder.
+        files
+            Files of data that were read.
+        seed
+            Seed of all random numbers.
+        **settings
+            Options of the command, numbers and words.
+        """
+        record: dict[str, Any] = {
+            "command": command,
+            "date": now(),
+            "versions": versions(),
+            "model": source_of(model),
+            "data": [identified(file) for file in files if file.is_file()],
+            "seed": seed,
+            "units": "SI",
+            "settings": {key: _plain(value) for key, value in settings.items()},
+            "finished": False,
+            "files": [],
+        }
+        folder = self.folder.path
+        return Run(command, folder, folder, self.folder.shared, record)
+
+
+def _plain(value: Any) -> Any:
+    """Write an option as JSON can hold it."""
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value

@@ -1,0 +1,86 @@
+"""Memory that a computation needs, known before it is compiled, and batches that keep it small."""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import jax
+import numpy as np
+from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
+
+MOST_BYTES = 1 << 29
+"""Memory [bytes] that the evaluations of one batch may take together."""
+
+
+def working_bytes(function: Callable[..., Any], *arguments: Any) -> int:
+    """Return the most memory [bytes] that a function holds at once, besides its arguments.
+
+    Every intermediate array counts from where it is computed to where it is used last. XLA fuses
+    many of them and needs less.
+
+    Parameters
+    ----------
+    function
+        What is to be computed.
+    *arguments
+        Arrays, or their shapes and kinds as `jax.ShapeDtypeStruct`.
+    """
+    return _greatest(jax.make_jaxpr(function)(*arguments).jaxpr)
+
+
+def affordable_batch(function: Callable[..., Any], argument: Any, most: int) -> int:
+    """Return how many evaluations of a function fit into memory at once.
+
+    Parameters
+    ----------
+    function
+        What is computed for each element of a batch.
+    argument
+        Array of one element, or its shape and kind.
+    most
+        Most elements of a batch; at least one is returned.
+    """
+    return int(np.clip(MOST_BYTES // max(working_bytes(function, argument), 1), 1, most))
+
+
+def _greatest(jaxpr: Jaxpr) -> int:
+    """Most bytes that are alive at once while a program runs, its arguments left out."""
+    last_use = _last_uses(jaxpr)
+    alive = most = 0
+    for number, equation in enumerate(jaxpr.eqns):
+        within = max(map(_greatest, _parts(equation.params)), default=0)
+        alive += sum(map(_size, equation.outvars))
+        most = max(most, alive + within)
+        used = {variable for variable in equation.invars if isinstance(variable, Var)}
+        alive -= sum(
+            _size(variable)
+            for variable in used
+            if last_use[variable] == number and variable not in jaxpr.invars
+            if variable not in jaxpr.constvars
+        )
+    return most
+
+
+def _last_uses(jaxpr: Jaxpr) -> Mapping[Var, int]:
+    """Number of the equation that uses each variable last; that after all for what is returned."""
+    uses = {
+        variable: number
+        for number, equation in enumerate(jaxpr.eqns)
+        for variable in equation.invars
+        if not isinstance(variable, Literal)
+    }
+    returned = [variable for variable in jaxpr.outvars if not isinstance(variable, Literal)]
+    return uses | dict.fromkeys(returned, len(jaxpr.eqns))
+
+
+def _parts(params: Mapping[str, Any]) -> Iterator[Jaxpr]:
+    """Programs inside an equation: bodies of loops and calls, of which one runs at a time."""
+    for value in params.values():
+        for part in value if isinstance(value, list | tuple) else [value]:
+            if isinstance(part, ClosedJaxpr):
+                yield part.jaxpr
+            elif isinstance(part, Jaxpr):
+                yield part
+
+
+def _size(variable: Any) -> int:
+    return int(np.prod(variable.aval.shape)) * int(variable.aval.dtype.itemsize)
