@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.metadata import version as installed_version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -155,9 +156,7 @@ Traceback = Annotated[
 
 def _show_version(wanted: bool) -> bool:
     if wanted:
-        from .. import __version__
-
-        typer.echo(f"bayes-placement {__version__}")
+        typer.echo(f"bayes-placement {installed_version('bayes_placement')}")
         raise typer.Exit
     return wanted
 
