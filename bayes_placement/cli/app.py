@@ -152,6 +152,20 @@ NoCache = Annotated[
 Traceback = Annotated[
     bool, typer.Option("--traceback", help="Show where in the program an error came up.")
 ]
+ForeignFile = Annotated[
+    Path,
+    typer.Argument(
+        help="Measured FRFs: universal file, .mat, .npz, HDF5, CSV, .xlsx; or a folder with data, "
+        "mapping and channel table."
+    ),
+]
+Mapping = Annotated[
+    Path | None,
+    typer.Option(help="TOML file that says what the data do not: axes, names, units, case."),
+]
+CaseFolder = Annotated[Path, typer.Option("--out", help="Folder for the case.")]
+
+CASE = Path("case")
 
 
 def _show_version(wanted: bool) -> bool:
@@ -272,6 +286,23 @@ def improve(
             model, data, kinds, output, lines, model_error, baseline, alone, states
         )
         _end(improve.run(request))
+
+
+@app.command(name="import")
+def import_file(
+    path: ForeignFile,
+    mapping: Mapping = None,
+    out: CaseFolder = CASE,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+    traceback: Traceback = False,
+) -> None:
+    """Turn files of other programs into a case folder, and say what was read and what was not."""
+    common = Common(path, "import", out, quiet, as_json, True, traceback)
+    with _prepared(common) as output:
+        from . import import_file
+
+        _end(import_file.run(path, mapping, output))
 
 
 @app.command()

@@ -11,5 +11,8 @@ SUBMODULES = {
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submodules=SUBMODULES,
-    submod_attrs={"formats": ["read_matrices", "read_measurement", "read_modes"]},
+    submod_attrs={
+        "formats": ["read_matrices", "read_measurement", "read_modes"],
+        "mapped": ["read"],
+    },
 )

@@ -1,49 +1,20 @@
-"""A process of its own that reads a mesh by meshio: `python _mesh_process.py MESH RESULT.npz`.
+"""Reads a mesh by meshio, in a process of its own: see `_child.py`."""
 
-Damaged meshes make some of meshio's readers run for ever, exit or take all memory. Nothing of this
-package is imported here.
-"""
-
-import json
-import sys
-import warnings
+from typing import Any
 
 import meshio
 import numpy as np
 
-MEMORY_BYTES = 8 << 30
 
-
-def main(path: str, result: str) -> None:
-    """Write what a mesh holds as arrays, and the names of its elements and sets as JSON."""
-    _limit_memory()
-    warnings.simplefilter("ignore")  # of other libraries; meshio prints its own complaints
+def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Points, elements and sets of a mesh as arrays `KIND NAME`."""
     content = meshio.read(path)
     elements: dict[str, list[np.ndarray]] = {}
     for block in content.cells:
         elements.setdefault(block.type, []).append(np.asarray(block.data, dtype=np.int64))
-    kinds = {
-        "elements": {name: np.concatenate(blocks) for name, blocks in elements.items()},
-        "set": _node_sets(content),
-    }
-    arrays = {
-        f"{kind} {number}": values
-        for kind, named in kinds.items()
-        for number, values in enumerate(named.values())
-    }
-    names = json.dumps({kind: list(named) for kind, named in kinds.items()})
-    arrays |= {"names": np.array(names), "points": np.asarray(content.points, dtype=float)}
-    np.savez(result, **arrays)  # type: ignore[arg-type]
-
-
-def _limit_memory() -> None:
-    try:
-        import resource
-    except ImportError:  # not on this system
-        return
-    _, most = resource.getrlimit(resource.RLIMIT_AS)
-    wanted = MEMORY_BYTES if most == resource.RLIM_INFINITY else min(MEMORY_BYTES, most)
-    resource.setrlimit(resource.RLIMIT_AS, (wanted, most))
+    corners = {f"elements {name}": np.concatenate(blocks) for name, blocks in elements.items()}
+    sets = {f"set {name}": nodes for name, nodes in _node_sets(content).items()}
+    return {"points": np.asarray(content.points, dtype=float), **corners, **sets}, {}
 
 
 def _node_sets(content: meshio.Mesh) -> dict[str, np.ndarray]:
@@ -76,10 +47,3 @@ def _physical_groups(content: meshio.Mesh) -> dict[str, list[np.ndarray]]:
         ]
         for name, (group, dimension) in content.field_data.items()
     }
-
-
-if __name__ == "__main__":
-    try:
-        main(*sys.argv[1:])
-    except (Exception, SystemExit) as error:  # noqa: BLE001, readers of meshio raise any exception
-        sys.exit(f"{type(error).__name__}: {error}")

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from .._types import InputError
 from ..experiment.measurement import Measurement
 from ..modes.finite_elements.modal_model import ModalModel
+from . import _contents as content
 from ._gate import path_of
 from .matrix_files import SystemMatrices
 
@@ -25,15 +26,16 @@ class Format(NamedTuple):
         Function in this room that reads a file: `uff.read`.
     options
         Arguments of that function where the caller does not give them.
-    beginning
-        First bytes of every file of this format; they tell it where the suffix does not.
+    content
+        What its bytes tell that it is, a name of `io._contents`; they have the last word over the
+        suffix. Empty where only the suffix tells.
     """
 
     contents: str
     suffixes: tuple[str, ...]
     reader: str
     options: Mapping[str, Any] = {}
-    beginning: bytes = b""
+    content: str = ""
 
     def read(self, path: Path, *others: Any, **options: Any) -> Any:
         """Read a file; modules of formats are imported here, not before."""
@@ -45,12 +47,19 @@ class Format(NamedTuple):
 UNIVERSAL = (".uff", ".unv", ".bunv", ".uf")
 
 FORMATS = [
-    Format("measurement", UNIVERSAL, "uff.read", {"require_positions": False}, b"    -1"),
-    Format("modes", UNIVERSAL, "uff.read_modes", {}, b"    -1"),
-    Format("modes", (".npz",), "npz_modes.read"),
+    Format("measurement", UNIVERSAL, "uff.read", {"require_positions": False}, content.UNIVERSAL),
+    Format("measurement", (".mat",), "mapped.read_measurement", {}, content.MAT),
+    Format("measurement", (), "mapped.read_measurement", {}, content.MAT_HDF5),
+    Format("measurement", (".npz",), "mapped.read_measurement", {}, content.NPZ),
+    Format("measurement", (".h5", ".hdf5"), "mapped.read_measurement", {}, content.HDF5),
+    Format("measurement", (".xlsx",), "mapped.read_measurement", {}, content.WORKBOOK),
+    Format("measurement", (".toml",), "mapped.read_measurement"),
+    Format("measurement", (".csv", ".tsv", ".txt"), "mapped.read_measurement", {}, content.TEXT),
+    Format("modes", UNIVERSAL, "uff.read_modes", {}, content.UNIVERSAL),
+    Format("modes", (".npz",), "npz_modes.read", {}, content.NPZ),
     Format("modes", (".op2",), "nastran.read_modes"),
     Format("matrices", (".op4",), "nastran.read_matrices"),
-    Format("matrices", (".npz", ".mtx", ".mtx.gz"), "matrix_files.read"),
+    Format("matrices", (".npz", ".mtx", ".mtx.gz"), "matrix_files.read", {}, content.MATRIX_MARKET),
 ]
 
 
@@ -62,7 +71,7 @@ def read_measurement(path: str | Path, **options: Any) -> Measurement:
     Parameters
     ----------
     path
-        The file; its suffix, or else its first bytes, tell the format.
+        The file; its bytes, or else its suffix, tell the format.
     **options
         Arguments of the reader of that format.
 
@@ -83,7 +92,7 @@ def read_modes(path: str | Path, **options: Any) -> ModalModel:
     Parameters
     ----------
     path
-        The file; its suffix, or else its first bytes, tell the format.
+        The file; its bytes, or else its suffix, tell the format.
     **options
         Arguments of the reader of that format, such as `modal_mass`.
 
@@ -130,18 +139,25 @@ def _format(contents: str, path: Path) -> Format:
             "Path(...).resolve()."
         )
     formats = [known for known in FORMATS if known.contents == contents]
-    name = path.name.lower()
-    for known in formats:
-        if name.endswith(known.suffixes):
-            return known
-    with path.open("rb") as file:
-        beginning = file.read(max(len(known.beginning) for known in formats))
-    for known in formats:
-        if known.beginning and beginning.startswith(known.beginning):
-            return known
+    chosen = _by_content(formats, path) or _by_suffix(formats, path)
+    if chosen is not None:
+        return chosen
     suffixes = dict.fromkeys(suffix for known in formats for suffix in known.suffixes)
     raise InputError(
         f"{path} has no suffix of a format for {contents}; one of {', '.join(suffixes)} is "
         "needed, since the suffix tells the format. Rename the file, or read it with the "
         f"function of its format, such as bp.io.{formats[0].reader}(path)."
     )
+
+
+def _by_content(formats: list[Format], path: Path) -> Format | None:
+    """Format that the bytes tell; those of text are told by their suffix, if they have one."""
+    told = content.content_of(path)
+    if told == content.TEXT and _by_suffix(formats, path):
+        return None
+    return next((known for known in formats if told and known.content == told), None)
+
+
+def _by_suffix(formats: list[Format], path: Path) -> Format | None:
+    name = path.name.lower()
+    return next((known for known in formats if name.endswith(known.suffixes)), None)

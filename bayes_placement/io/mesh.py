@@ -1,10 +1,6 @@
 """Meshes of many formats, by meshio: nodes, elements and named sets of nodes."""
 
 import importlib.util
-import json
-import subprocess
-import sys
-import tempfile
 import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,13 +11,10 @@ from jaxtyping import Float, Int
 
 from .._types import InputError, MissingExtraError
 from ..modes.finite_elements.modal_model import ModalModel
+from . import _reader_process
 from ._gate import check_plausible, existing, reading
-from ._npz_archive import NpzArchive
 
-SECONDS, SECONDS_PER_MEGABYTE = 10.0, 2.0
-"""Time that reading a mesh may take: at least, and for each megabyte."""
-
-_CHILD = Path(__file__).with_name("_mesh_process.py")
+_READER = Path(__file__).with_name("_mesh_process.py")
 _REMEDY = "Convert it, or give node numbers and coordinates as arrays."
 
 
@@ -140,29 +133,19 @@ class _Contents(NamedTuple):
 
 def _contents_of(path: Path) -> _Contents:
     """Run meshio in a process of its own, whose time and memory are limited."""
-    path.open("rb").close()  # whoever may not read it is told so, not that a process failed
-    allowed = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
-    with tempfile.TemporaryDirectory() as folder:
-        result = Path(folder) / "mesh.npz"
-        command = [sys.executable, "-P", str(_CHILD), str(path.absolute()), str(result)]
-        try:
-            done = subprocess.run(command, capture_output=True, timeout=allowed, check=False)
-        except subprocess.TimeoutExpired as error:
-            raise _refused(path, f"it did not end within {allowed:.0f} s") from error
-        said = " ".join(done.stderr.decode("utf-8", "replace").split())
-        if done.returncode or not result.is_file():
-            raise _refused(path, said[-300:] or f"its process ended with {done.returncode}")
-        return _unpacked(NpzArchive(result, "a mesh"), said)
+    result = _reader_process.run(_READER, path, "a mesh", lambda reason: _refused(path, reason))
+    return _Contents(
+        result.arrays["points"],
+        _of_kind("elements ", result.arrays),
+        _of_kind("set ", result.arrays),
+        result.complaints,
+    )
 
 
-def _unpacked(archive: NpzArchive, said: str) -> _Contents:
-    """Arrays of the child by what they are; their names are `elements NAME` and `set NAME`."""
-    names = json.loads(str(archive.array("names")))
-    arrays = {
-        kind: {name: archive.array(f"{kind} {number}") for number, name in enumerate(listed)}
-        for kind, listed in names.items()
+def _of_kind(kind: str, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {
+        name.removeprefix(kind): values for name, values in arrays.items() if name.startswith(kind)
     }
-    return _Contents(archive.array("points"), arrays["elements"], arrays["set"], said)
 
 
 def _mesh(path: Path, content: _Contents, length_unit: float) -> Mesh:

@@ -1,6 +1,8 @@
 """Datasets of a universal file as pyuff decodes them, checked to be complete."""
 
 import re
+from collections import Counter
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -80,6 +82,19 @@ def load(path: Path, data: int = FUNCTION) -> list[Dataset]:
         Dataset(place, numbers[index], _decoded(file, index, numbers[index], place))
         for index, place in places.items()
     ]
+
+
+def left_out(path: Path, function_types: Collection[int]) -> dict[str, int]:
+    """Count what a file holds besides nodes, units and functions of some types, in words."""
+    kinds: Counter[str] = Counter()
+    for block in _blocks(path):
+        if block.number == FUNCTION:
+            kind = int(block.lines[5][:5])
+            if kind not in function_types:
+                kinds[f"dataset {FUNCTION} of function type {kind}"] += 1
+        elif block.number not in {*NODES, UNITS}:
+            kinds[f"dataset {block.number}"] += 1
+    return dict(kinds)
 
 
 def _decoded(file: Any, index: int, number: int, place: str) -> dict[str, Any]:

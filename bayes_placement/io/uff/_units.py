@@ -1,20 +1,16 @@
 """Quantities of FRFs and factors to SI, from unit labels, data types and dataset 164."""
 
-import re
 from typing import NamedTuple
 
 import numpy as np
 
 from ...experiment import quantities
+from .._frf_units import FORCE, LENGTH, STANDARD_GRAVITY, plain
 from ._datasets import UNITS, Dataset, MeasurementFileError
 
 QUANTITY = {quantity.data_type: quantity for quantity in quantities.QUANTITIES}
 FORCE_TYPE, FREQUENCY_TYPE = 13, 18
 _UNSTATED = {"", "NONE"}
-
-_LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "in": 0.0254, "ft": 0.3048}
-_FORCE = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "kgf": 9.80665, "lbf": 4.4482216152605}
-_STANDARD_GRAVITY = {"g": 9.80665, "gn": 9.80665}  # a gram is no acceleration
 
 
 class FileUnits(NamedTuple):
@@ -116,17 +112,17 @@ def scale(dataset: Dataset, units: FileUnits) -> float:
     """
     quantity = quantities.quantity_of(quantity_of(dataset))
     rate = quantities.in_ascii(quantity.rate)
-    motions = {f"{unit}{rate}": factor for unit, factor in _LENGTH.items()}
+    motions = {f"{unit}{rate}": factor for unit, factor in LENGTH.items()}
     if quantity.frf == "accelerance":
-        motions |= _STANDARD_GRAVITY
+        motions |= STANDARD_GRAVITY
     motion, shared_force = _split(_label(dataset, "ordinate"))
     force = _label(dataset, "orddenom")
     numerator = _factor(dataset, motion, motions, units.length if units.stated else None)
     stated_force = units.force if units.stated else None
     if shared_force and force not in _UNSTATED:
-        stated_force = _factor(dataset, shared_force, _FORCE, stated_force)
+        stated_force = _factor(dataset, shared_force, FORCE, stated_force)
     denominator = _factor(
-        dataset, shared_force if force in _UNSTATED else force, _FORCE, stated_force
+        dataset, shared_force if force in _UNSTATED else force, FORCE, stated_force
     )
     return numerator / denominator
 
@@ -137,10 +133,9 @@ def _label(dataset: Dataset, side: str) -> str:
 
 def _split(label: str) -> tuple[str, str]:
     """Split a label such as (m/s2)/N, which some writers put into the numerator, at the force."""
-    plain = re.sub(r"[ ()]", "", label).replace("**", "^").replace("²", "^2").replace("sec", "s")
-    plain = re.sub(r"/s2(?=/|$)", "/s^2", plain)
-    motion, _, force = plain.rpartition("/")
-    return (motion, force) if motion and force in _FORCE else (plain, "")
+    spelt = plain(label)
+    motion, _, force = spelt.rpartition("/")
+    return (motion, force) if motion and force in FORCE else (spelt, "")
 
 
 def _factor(dataset: Dataset, label: str, known: dict[str, float], stated: float | None) -> float:

@@ -77,15 +77,15 @@ def _units() -> bytes:
 
 def _nodes(measurement: Measurement) -> bytes:
     lines = []
-    for name, node in _node_numbers(measurement).items():
+    for name, node in node_numbers(measurement).items():
         if name in measurement.positions:
             coordinates = (f"{value:25.16e}" for value in measurement.positions[name])
             lines += [f"{node:10d}{0:10d}{0:10d}{0:10d}", "".join(coordinates)]
     return _dataset("  2411", *lines) if lines else b""
 
 
-def _node_numbers(measurement: Measurement) -> dict[str, int]:
-    """Node of each transducer; a name that sensors and actuators share is a single node."""
+def node_numbers(measurement: Measurement) -> dict[str, int]:
+    """Node that `write` gives to each transducer; a shared name is a single node."""
     sensors = list(dict.fromkeys(channel.name for channel in measurement.sensors))
     actuators = list(dict.fromkeys(channel.name for channel in measurement.actuators))
     if _named_by_node(measurement):
@@ -112,7 +112,7 @@ def _functions(measurement: Measurement, binary: bool) -> Iterator[bytes]:
     )
     coherence = _FunctionType("Coherence", 6, _record(0, "Coherence", "NONE"), _record(0))
     functions = ((frf, measurement.frf), (coherence, measurement.coherence))
-    nodes = _node_numbers(measurement)
+    nodes = node_numbers(measurement)
     number = 0
     for function_type, values in functions:
         if values is None:

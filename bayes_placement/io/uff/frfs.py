@@ -12,6 +12,7 @@ from ...experiment.measurement import Channel, Measurement, Position
 from ...experiment.quantities import converted
 from .._gate import check_plausible, path_of, reading
 from ._datasets import FUNCTION, Dataset, MeasurementFileError, load
+from ._datasets import left_out as _datasets_left_out
 from ._nodes import node_positions
 from ._units import FileUnits, check_abscissa, file_units, quantity_of, scale
 
@@ -86,6 +87,17 @@ def read(
         measurement = _assembled(datasets, frfs, transducers, positions, averages, quantity)
         _check_values(Path(path), measurement)
         return measurement
+
+
+def left_out(path: str | Path) -> dict[str, int]:
+    """Count what `read` leaves out of a universal file, in words.
+
+    Raises
+    ------
+    MeasurementFileError
+        If it is no universal file.
+    """
+    return _datasets_left_out(Path(path), (_FRF, _COHERENCE))
 
 
 def _check_values(path: Path, measurement: Measurement) -> None:

@@ -1,0 +1,60 @@
+"""`bayes-placement import`: files of other programs as a case folder."""
+
+from functools import partial
+from pathlib import Path
+
+from .._files import write_atomically
+from ..io import case, mapped, uff
+from ._run import Output
+
+DATA, REPORT = "measured.uff", "import_report.txt"
+
+
+def run(path: Path, mapping: Path | None, output: Output) -> int:
+    """Read a file, write a case folder, or the data alone where nothing is said of a structure.
+
+    Parameters
+    ----------
+    path
+        The file, or a folder with data, mapping and channel table.
+    mapping
+        What the file does not say; None where it says all, or where the folder holds a mapping.
+    output
+        Where the case goes.
+
+    Returns
+    -------
+    int
+        The exit code.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a file is missing.
+    InputError
+        If a file is damaged, or something is missing that neither file nor mapping says.
+    """
+    imported = mapped.read(path, mapping)
+    out, stated = output.folder.path, imported.mapping.case
+    run = output.begin("import", path, files=[file for file in (path, mapping) if file])
+    if stated is None:
+        write = partial(uff.write, measurement=imported.measurement, binary=True)
+        write_atomically(out / DATA, write)
+    else:
+        case.write(out, imported.measurement, imported.channels, stated)
+    run.text(REPORT, str(imported.report))
+    words = imported.report.words()
+    output.screen.list(words)
+    verdict = _next(out, is_case=stated is not None)
+    output.screen.verdict(verdict)
+    return run.finish(output.screen, verdict, {"sentences": words})
+
+
+def _next(out: Path, *, is_case: bool) -> str:
+    """What was written, and what to do with it."""
+    if is_case:
+        return f"A case was written. Next: bayes-placement improve {out}"
+    return (
+        f"FRFs were written. Next: bayes-placement improve model.py --data {out / DATA}; or let "
+        "the mapping say of which structure they are, in a table [case], and import again."
+    )

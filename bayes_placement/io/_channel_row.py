@@ -1,0 +1,45 @@
+"""One row of a channel table, in SI."""
+
+from typing import NamedTuple
+
+Point = tuple[float, float, float]
+
+
+class ChannelRow(NamedTuple):
+    """One channel of a channel table.
+
+    Parameters
+    ----------
+    name
+        Name of the transducer.
+    role
+        `sensor` or `actuator`.
+    node
+        Number of its node, or None.
+    position, tolerance
+        Coordinates and their tolerances [m], or None.
+    direction
+        +-1, +-2, +-3; 0 where not stated.
+    angle_tolerance
+        Tolerance of its orientation [rad], or None.
+    sensitivity
+        Signal over what is sensed [V per SI], or None.
+    senses
+        Quantity of its FRF, or `force`; empty without sensitivity.
+    """
+
+    name: str
+    role: str
+    node: int | None = None
+    position: Point | None = None
+    tolerance: Point | None = None
+    direction: int = 0
+    angle_tolerance: float | None = None
+    sensitivity: float | None = None
+    senses: str = ""
+
+    @property
+    def label(self) -> str:
+        """Label of the channel, such as `s1+x`."""
+        sign = "-" if self.direction < 0 else "+"
+        return self.name + (f"{sign}{'xyz'[abs(self.direction) - 1]}" if self.direction else "")

@@ -1,0 +1,41 @@
+"""A process of its own that runs a reader: `python _child.py READER.py FILE RESULT.npz`.
+
+Damaged files make some libraries run for ever, exit or take all memory. Nothing of this package is
+imported here.
+"""
+
+import json
+import runpy
+import sys
+import warnings
+
+import numpy as np
+
+MEMORY_BYTES = 8 << 30
+
+
+def main(reader: str, path: str, result: str) -> None:
+    """Write the arrays that the function `read` of a reader returns, and what it tells as JSON."""
+    _limit_memory()
+    warnings.simplefilter("ignore")  # of other libraries; some print their own complaints
+    arrays, told = runpy.run_path(reader)["read"](path)
+    text = np.array(json.dumps({**told, "names": list(arrays)}))
+    numbered = {f"array {number}": values for number, values in enumerate(arrays.values())}
+    np.savez(result, told=text, **numbered)
+
+
+def _limit_memory() -> None:
+    try:
+        import resource
+    except ImportError:  # not on this system
+        return
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    wanted = MEMORY_BYTES if most == resource.RLIM_INFINITY else min(MEMORY_BYTES, most)
+    resource.setrlimit(resource.RLIMIT_AS, (wanted, most))
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except (Exception, SystemExit) as error:  # noqa: BLE001, libraries raise any exception
+        sys.exit(f"{type(error).__name__}: {error}")

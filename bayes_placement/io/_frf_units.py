@@ -1,0 +1,73 @@
+"""Units of FRFs, lengths, forces, frequencies and sensitivities in files, as factors to SI."""
+
+import math
+import re
+from typing import NamedTuple
+
+from ..experiment.quantities import QUANTITIES, in_ascii
+
+LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "in": 0.0254, "ft": 0.3048}
+FORCE = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "kgf": 9.80665, "lbf": 4.4482216152605}
+STANDARD_GRAVITY = {"g": 9.80665, "gn": 9.80665}  # a gram is no acceleration
+FREQUENCY = {"Hz": 1.0, "kHz": 1e3, "rad/s": 1 / math.tau, "1/min": 1 / 60, "rpm": 1 / 60}
+ANGLE = {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180}
+VOLTAGE = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6}
+_RATES = {in_ascii(quantity.rate): quantity.frf for quantity in QUANTITIES}
+
+
+class FrfUnit(NamedTuple):
+    """Quantity of FRFs in a unit, and the factor of that unit to SI."""
+
+    quantity: str
+    factor: float
+
+
+class VoltageUnit(NamedTuple):
+    """Factor of the unit of FRFs in voltage over voltage."""
+
+    factor: float
+
+
+class SensitivityUnit(NamedTuple):
+    """What an instrument senses (the quantity of its FRF, or `force`), and its unit [V per SI]."""
+
+    senses: str
+    factor: float
+
+
+def plain(label: str) -> str:
+    """Spell a unit in one way: no blanks or parentheses, `s^2`."""
+    text = re.sub(r"[ ()]", "", label).replace("**", "^").replace("²", "^2").replace("sec", "s")
+    return re.sub(r"/s2(?=/|$)", "/s^2", text)
+
+
+def frf_unit(label: str) -> FrfUnit | VoltageUnit | None:
+    """Return what a unit of FRFs means, such as `(m/s^2)/N`, `g/lbf` or `V/V`; None if unknown."""
+    numerator, _, denominator = plain(label).rpartition("/")
+    if numerator in VOLTAGE and denominator in VOLTAGE:
+        return VoltageUnit(VOLTAGE[numerator] / VOLTAGE[denominator])
+    motion = _motion(numerator)
+    if motion is None or denominator not in FORCE:
+        return None
+    return FrfUnit(motion.quantity, motion.factor / FORCE[denominator])
+
+
+def sensitivity_unit(label: str) -> SensitivityUnit | None:
+    """Return what a unit of a sensitivity means, such as `mV/N`; None if unknown."""
+    voltage, _, sensed = plain(label).partition("/")
+    if voltage not in VOLTAGE:
+        return None
+    if sensed in FORCE:
+        return SensitivityUnit("force", VOLTAGE[voltage] / FORCE[sensed])
+    motion = _motion(sensed)
+    return SensitivityUnit(motion.quantity, VOLTAGE[voltage] / motion.factor) if motion else None
+
+
+def _motion(unit: str) -> FrfUnit | None:
+    """Quantity and factor of a unit of motion, such as `m/s^2`."""
+    if unit in STANDARD_GRAVITY:
+        return FrfUnit("accelerance", STANDARD_GRAVITY[unit])
+    length, slash, rate = unit.partition("/")
+    if length not in LENGTH or slash + rate not in _RATES:
+        return None
+    return FrfUnit(_RATES[slash + rate], LENGTH[length])

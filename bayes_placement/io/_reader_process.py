@@ -1,0 +1,79 @@
+"""Readers that can end, hang or fill the interpreter: each runs in a process of its own."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._types import InputError
+from ._npz_archive import NpzArchive
+
+SECONDS, SECONDS_PER_MEGABYTE = 10.0, 2.0
+"""Time that reading a file may take: at least, and for each megabyte."""
+
+_CHILD = Path(__file__).with_name("_child.py")
+
+# HDF5 loads filters from folders that the environment names; a file could ask for one of them.
+_NO_PLUGINS = {"HDF5_PLUGIN_PRELOAD": "::"}
+
+
+class ReaderResult(NamedTuple):
+    """What a process wrote: arrays by name, what it tells besides, and its complaints."""
+
+    arrays: dict[str, np.ndarray]
+    told: dict[str, Any]
+    complaints: str
+
+
+def run(
+    script: Path, path: Path, contents: str, refused: Callable[[str], InputError]
+) -> ReaderResult:
+    """Read a file by `read(path)` of a script, whose time and memory are limited.
+
+    Parameters
+    ----------
+    script
+        Defines `read`, which returns arrays by name and what it tells besides, for JSON; nothing
+        of this package is imported there.
+    path
+        The file.
+    contents
+        What it holds, for messages.
+    refused
+        Makes the error of a reason.
+
+    Raises
+    ------
+    InputError
+        If the process fails, ends, or takes too long.
+    """
+    path.open("rb").close()  # whoever may not read it is told so, not that a process failed
+    allowed = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
+    with tempfile.TemporaryDirectory() as folder:
+        result = Path(folder) / "result.npz"
+        files = [_CHILD, script, path.absolute(), result]
+        command = [sys.executable, "-P", *map(str, files)]
+        environment = {**os.environ, **_NO_PLUGINS}
+        try:
+            done = subprocess.run(
+                command, capture_output=True, timeout=allowed, check=False, env=environment
+            )
+        except subprocess.TimeoutExpired as error:
+            raise refused(f"it did not end within {allowed:.0f} s") from error
+        said = " ".join(done.stderr.decode("utf-8", "replace").split())
+        if done.returncode or not result.is_file():
+            raise refused(said[-300:] or f"its process ended with {done.returncode}")
+        return _unpacked(NpzArchive(result, contents), said)
+
+
+def _unpacked(archive: NpzArchive, said: str) -> ReaderResult:
+    """Arrays by the names in `told`, which is JSON; a name of an array may hold anything."""
+    told = json.loads(str(archive.array("told")))
+    arrays = {name: archive.array(f"array {n}") for n, name in enumerate(told.pop("names"))}
+    return ReaderResult(arrays, told, said)

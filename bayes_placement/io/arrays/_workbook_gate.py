@@ -1,0 +1,51 @@
+"""The letter of a workbook: a zip of XML, none of which is believed before it is counted."""
+
+import re
+import zipfile
+from pathlib import Path
+
+from ..._types import InputError
+
+_PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_ENCRYPTED, _PATCHED, _STRONG = 0x1, 0x20, 0x40
+_GREATEST_RATIO = 1100  # deflate packs 1032 bytes into one at most
+_MOST_BYTES = 512 << 20
+_ENTITIES = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
+
+
+def check(path: Path) -> None:
+    """Refuse a workbook whose members are packed otherwise, too large, or define entities.
+
+    Every member is read to its end, where its checksum is compared.
+
+    Raises
+    ------
+    InputError
+        If there is such a member.
+    """
+    with zipfile.ZipFile(path) as archive:
+        members = archive.infolist()
+        names = [member.filename for member in members]
+        if len(set(names)) < len(names):
+            raise InputError("one of its members stands twice, and either could be meant")
+        total = sum(member.file_size for member in members)
+        if total > _MOST_BYTES:
+            raise InputError(f"it unpacks to {total} bytes, and at most {_MOST_BYTES} are read")
+        for member in members:
+            _check_member(member)
+            if _ENTITIES.search(archive.read(member)):
+                raise InputError(f"its member {member.filename!r} defines entities")
+
+
+def _check_member(member: zipfile.ZipInfo) -> None:
+    name = member.filename
+    if name.startswith("/") or ".." in Path(name).parts or "\\" in name:
+        raise InputError(f"its member {name!r} leads out of it")
+    if member.compress_type not in _PACKINGS:
+        raise InputError(f"its member {name!r} is packed in a way that workbooks do not use")
+    if member.flag_bits & (_ENCRYPTED | _PATCHED | _STRONG):
+        raise InputError(f"its member {name!r} is encrypted or patched")
+    if member.file_size > _GREATEST_RATIO * (member.compress_size + 1):
+        raise InputError(
+            f"its member {name!r} announces {member.file_size} bytes in {member.compress_size}"
+        )

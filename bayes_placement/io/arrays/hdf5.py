@@ -1,0 +1,39 @@
+"""HDF5 and MATLAB 7.3 files as named arrays, read in a process of their own.
+
+HDF5 ends the interpreter on some damaged files.
+"""
+
+from functools import partial
+from pathlib import Path
+
+from ..._types import InputError
+from .. import _reader_process
+from .._gate import existing
+from .named_arrays import NamedArrays
+
+_READER = Path(__file__).with_name("_hdf5_process.py")
+
+
+def load(path: Path) -> NamedArrays:
+    """Read the datasets of a file, or the variables of a MATLAB file.
+
+    Links to other files, virtual datasets and filters that HDF5 does not bring are left out.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it is damaged, or announces more than its bytes can hold.
+    """
+    refused = partial(_refused, existing(path, "an HDF5 file"))
+    result = _reader_process.run(_READER, path, "HDF5", refused)
+    told = result.told
+    return NamedArrays(path, told["form"], result.arrays, told["units"], told["faults"])
+
+
+def _refused(path: Path, reason: str) -> InputError:
+    return InputError(
+        f"{path} cannot be read as HDF5 ({reason}); a complete file is needed. Write it again, or "
+        "take another copy."
+    )

@@ -1,0 +1,39 @@
+"""Named arrays of any file, by what its bytes say it is."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from ..._types import InputError
+from .. import _contents
+from .._gate import existing
+from . import hdf5, mat, npz, text, workbook
+from .named_arrays import NamedArrays
+
+LOADERS: dict[str, Callable[[Path], NamedArrays]] = {
+    _contents.MAT: mat.load,
+    _contents.MAT_HDF5: hdf5.load,
+    _contents.HDF5: hdf5.load,
+    _contents.NPZ: npz.load,
+    _contents.WORKBOOK: workbook.load,
+    _contents.TEXT: text.load,
+}
+
+
+def load(path: Path) -> NamedArrays:
+    """Read the arrays of a file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it is none of these, or its reader refuses it.
+    """
+    content = _contents.content_of(existing(path, "a file of measured FRFs"))
+    if content not in LOADERS:
+        raise InputError(
+            f"{path} is none of the files of arrays that are read: {', '.join(LOADERS)}, told by "
+            "its first bytes; one of these, or a universal file, is needed, since the bytes tell "
+            "the format. Export it again, or save it in MATLAB by save('measured.mat', '-v7')."
+        )
+    return LOADERS[content](path)

@@ -1,0 +1,40 @@
+"""MATLAB files (.mat) of version 5 to 7 as named arrays, by SciPy and pymatreader."""
+
+import warnings
+from pathlib import Path
+
+from ..._types import InputError
+from .._gate import existing, reading
+from . import _mat_gate
+from .named_arrays import NamedArrays, flattened
+
+_FORM = "a MATLAB 5 to 7 file"
+_REMEDY = "Save it again in MATLAB: save('measured.mat', '-v7')."
+
+
+def load(path: Path) -> NamedArrays:
+    """Read the variables of a file; fields of structures are `structure.field`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it is damaged, or nothing in it can be read.
+    """
+    import pymatreader
+
+    with reading(path, _FORM, _REMEDY):
+        variables = _mat_gate.variables(existing(path, "a MATLAB file").read_bytes())
+        names = [variable.name for variable in variables if not variable.reason]
+        left_out = {variable.name: variable.reason for variable in variables if variable.reason}
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # what a library skips would be missing without a word
+            content = pymatreader.read_mat(path, variable_names=names) if names else {}
+        held = flattened(path, _FORM, {name: content[name] for name in names})
+        return held._replace(left_out={**left_out, **held.left_out})
+
+
+def refused(path: Path, reason: str) -> InputError:
+    """Error of a file that another version of MATLAB wrote."""
+    return InputError(f"{path} cannot be read as {_FORM} ({reason}); {_REMEDY}")

@@ -1,0 +1,198 @@
+"""Columns of text (CSV, TSV, blanks) as named arrays."""
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from itertools import takewhile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._types import InputError
+from .._gate import existing, reading
+from .named_arrays import NamedArrays
+
+_MOST_BYTES = 512 << 20
+_FORM = "columns of text"
+_REMEDY = "Export the columns again, with a comma, a semicolon or a tab between them."
+_COMMENTS = ("#", "%", "//", "!")
+_UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]]*)[\])]\s*")
+_SEPARATORS = ("\t", ";", ",")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|[+-]?inf", re.IGNORECASE)
+
+
+class Rows(NamedTuple):
+    """Rows of a text file: names of its columns, cells, and lines before them that say nothing."""
+
+    names: list[str]
+    cells: list[list[str]]
+    skipped: list[str]
+
+
+def load(path: Path) -> NamedArrays:
+    """Read columns of numbers, or of numbers and texts, by their heading.
+
+    The columns are separated by tabs, semicolons, commas or blanks; a comma is the decimal point
+    only where semicolons or tabs separate. The heading is the last line before the numbers. A unit
+    may stand in it in brackets: `frequency [Hz]`. Columns without heading are `column 1` and so on.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If the rows have different lengths, or a column mixes numbers and texts.
+    """
+    with reading(path, _FORM, _REMEDY):
+        rows = read_rows(path)
+        return of_rows(path, _FORM, rows.names, rows.cells, rows.skipped)
+
+
+def read_rows(path: Path) -> Rows:
+    """Read the rows of a file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it holds other things than text, or rows of different lengths.
+    """
+    lines = [line for line in _text(path).splitlines() if line.strip()]
+    rows, decimal = _split_rows(lines)
+    width = Counter(map(len, rows)).most_common(1)[0][0]
+    first = _first_of_numbers(rows, width, decimal)
+    before = [*_commented(lines), *rows[:first]]
+    cells = [[_with_point(cell, decimal) for cell in row] for row in rows[first:]]
+    _check_lengths(cells, width, first)
+    return _with_names(before, cells)
+
+
+def read_table(path: Path) -> Rows:
+    """Read a table whose first row, comments apart, names its columns; cells may be empty.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it holds other things than text, or rows of different lengths.
+    """
+    rows, decimal = _split_rows([line for line in _text(path).splitlines() if line.strip()])
+    names, *cells = [[_with_point(cell, decimal) for cell in row] for row in rows]
+    _check_lengths(cells, len(names), 1)
+    return Rows(names, cells, [])
+
+
+def of_rows(
+    path: Path, form: str, names: Sequence[str], cells: list[list[str]], skipped: Sequence[str]
+) -> NamedArrays:
+    """Make named arrays of rows; a unit in brackets behind a name stands beside the array.
+
+    Raises
+    ------
+    InputError
+        If two columns have one name, or a column mixes numbers and texts.
+    """
+    plain, units = {}, {}
+    for name, column in zip(names, zip(*cells, strict=True), strict=True):
+        match = _UNIT.fullmatch(name)
+        label = match["name"] if match and match["name"] else name
+        if label in plain:
+            raise InputError(f"two columns are named {label!r}, and either could be meant")
+        plain[label] = _column(label, column)
+        if match and match["name"]:
+            units[label] = match["unit"].strip()
+    left_out = {f"line {text[:60]!r}": "it stands before the columns" for text in skipped}
+    return NamedArrays(path, form, plain, units, left_out)
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number."""
+    return _NUMBER.fullmatch(cell.strip()) is not None
+
+
+def _text(path: Path) -> str:
+    size = existing(path, "a text file").stat().st_size
+    if size > _MOST_BYTES:
+        raise InputError(f"it has {size} bytes, and at most {_MOST_BYTES} are read as text")
+    data = path.read_bytes()
+    if b"\0" in data:
+        raise InputError("it holds bytes that are no text")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def _split_rows(lines: list[str]) -> tuple[list[list[str]], str]:
+    """Cells of the lines that are no comments, and the decimal point in them."""
+    plain = [line for line in lines if not line.lstrip().startswith(_COMMENTS)]
+    if not plain:
+        raise InputError("it has no row")
+    separator = _separator(plain)
+    return [_split(line, separator) for line in plain], "," if separator in ("\t", ";") else "."
+
+
+def _separator(lines: list[str]) -> str:
+    """What separates the columns: what stands in most rows; blanks where nothing else does."""
+    rows = [sum(separator in line for line in lines) for separator in _SEPARATORS]
+    most = max(rows)
+    return _SEPARATORS[rows.index(most)] if 2 * most > len(lines) else ""
+
+
+def _split(line: str, separator: str) -> list[str]:
+    if not separator:
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+
+
+def _commented(lines: list[str]) -> list[list[str]]:
+    """Comments before the first row, as rows: a heading may be one."""
+    head = takewhile(lambda line: line.lstrip().startswith(_COMMENTS), lines)
+    texts = [line.lstrip().lstrip("#%/!").strip() for line in head]
+    return [_split(text, _separator([text])) for text in texts if text]
+
+
+def _with_point(cell: str, decimal: str) -> str:
+    pointed = cell.replace(",", ".") if decimal == "," and cell.count(",") == 1 else cell
+    return pointed if is_number(pointed) else cell
+
+
+def _first_of_numbers(rows: list[list[str]], width: int, decimal: str) -> int:
+    """First of the rows that have a number; the heading of a table has none."""
+    for number, row in enumerate(rows):
+        if len(row) == width and any(is_number(_with_point(cell, decimal)) for cell in row):
+            return number
+    raise InputError("no row of it has a number")
+
+
+def _check_lengths(cells: list[list[str]], width: int, first: int) -> None:
+    for number, row in enumerate(cells, start=first + 1):
+        if len(row) != width:
+            raise InputError(
+                f"row {number} has {len(row)} columns and earlier ones have {width}; a cell is "
+                "missing or left over"
+            )
+
+
+def _with_names(before: list[list[str]], cells: list[list[str]]) -> Rows:
+    """The heading is the last line before the numbers that has a word for each column."""
+    width = len(cells[0])
+    if before and len(before[-1]) == width and not any(map(is_number, before[-1])):
+        *skipped, names = before
+        return Rows(names, cells, [" ".join(row) for row in skipped])
+    names = [f"column {number}" for number in range(1, width + 1)]
+    return Rows(names, cells, [" ".join(row) for row in before])
+
+
+def _column(name: str, cells: Sequence[str]) -> np.ndarray:
+    numeric = [is_number(cell) for cell in cells]
+    if all(numeric):
+        return np.array([float(re.sub("[dD]", "e", cell)) for cell in cells])
+    if any(numeric):
+        wrong = cells[numeric.index(False)]
+        raise InputError(f"the column {name!r} holds numbers and {wrong!r}, which is none")
+    return np.array(cells)

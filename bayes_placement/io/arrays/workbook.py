@@ -1,0 +1,101 @@
+"""Sheets of a workbook (.xlsx) as rows and as named arrays, by openpyxl."""
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+from ..._types import InputError
+from .._gate import existing, reading
+from . import _workbook_gate
+from .named_arrays import NamedArrays
+from .text import is_number, of_rows
+
+FORM = "a workbook"
+_REMEDY = "Save it again as .xlsx, with numbers and texts only."
+_MOST_CELLS = 20_000_000
+
+
+def load(path: Path) -> NamedArrays:
+    """Read the columns of all sheets; those of further sheets are `sheet!column`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it is damaged, or a sheet is no table.
+    """
+    with reading(path, FORM, _REMEDY):
+        sheets = {title: rows for title, rows in read_sheets(path).items() if len(rows) > 1}
+        tables = {
+            title: of_rows(path, FORM, _heading(title, rows[0]), rows[1:], ())
+            for title, rows in sheets.items()
+        }
+        alone = len(tables) == 1
+        return NamedArrays(
+            path,
+            FORM,
+            {_name(t, n, alone): v for t, table in tables.items() for n, v in table.arrays.items()},
+            {_name(t, n, alone): u for t, table in tables.items() for n, u in table.units.items()},
+            {},
+        )
+
+
+def _name(sheet: str, column: str, alone: bool) -> str:
+    return column if alone else f"{sheet}!{column}"
+
+
+def read_sheets(path: Path) -> dict[str, list[list[str]]]:
+    """Rows of each sheet as texts; empty rows, and empty columns at the end, are left out.
+
+    A formula is what it was when the workbook was saved.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it is damaged.
+    """
+    import openpyxl
+
+    with reading(path, FORM, _REMEDY), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of styles and extensions that are not read
+        _workbook_gate.check(existing(path, FORM))
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
+        try:
+            return {sheet.title: _rows(sheet) for sheet in book.worksheets}
+        finally:
+            book.close()
+
+
+def _rows(sheet: Any) -> list[list[str]]:
+    sheet.reset_dimensions()  # which a file may state wrongly
+    rows, count = [], 0
+    for row in sheet.iter_rows(values_only=True):
+        cells = [_cell(value) for value in row]
+        count += len(cells)
+        if count > _MOST_CELLS:
+            raise InputError(f"the sheet {sheet.title!r} has more than {_MOST_CELLS} cells")
+        if any(cells):
+            rows.append(cells)
+    width = max((_width(row) for row in rows), default=0)
+    return [[*row[:width], *[""] * (width - len(row))] for row in rows]
+
+
+def _width(row: list[str]) -> int:
+    return max(number for number, cell in enumerate(row, start=1) if cell)
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        return repr(value)
+    return "" if value is None else str(value).strip()
+
+
+def _heading(title: str, row: list[str]) -> list[str]:
+    if any(is_number(cell) or not cell for cell in row):
+        raise InputError(
+            f"the first row of the sheet {title!r} names no columns: it holds {row[:8]}"
+        )
+    return row

@@ -1,0 +1,8 @@
+"""Files of arrays with a mapping that says what they are, as measurements."""
+
+from .._channel_row import ChannelRow
+from .importing import Imported, read, read_measurement
+from .mapping import Mapping
+from .report import ImportReport
+
+__all__ = ["ChannelRow", "ImportReport", "Imported", "Mapping", "read", "read_measurement"]

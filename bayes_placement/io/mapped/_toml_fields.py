@@ -1,0 +1,144 @@
+"""Fields of a mapping file (TOML), each known by name and checked, with errors that name both."""
+
+import difflib
+import math
+import tomllib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..._types import InputError
+from .._gate import existing, reading
+
+_MOST_BYTES = 1 << 20
+
+
+class Table(NamedTuple):
+    """A table of a mapping: its content, and where it stands, for messages."""
+
+    content: dict[str, Any]
+    place: str
+    path: str = ""
+
+    def error(self, name: str, needed: str, example: str) -> InputError:
+        """Error that says what stands in a field and what is needed there."""
+        held = f"is {self.content[name]!r}" if name in self.content else "is missing"
+        return InputError(
+            f"{self.place}: {self.dotted(name)} {held}; {needed} is needed there. For example, "
+            f"write {example}."
+        )
+
+    def dotted(self, name: str) -> str:
+        """Path of a field."""
+        return f"{self.path}.{name}" if self.path else name
+
+    def check_known(self, known: Iterable[str]) -> None:
+        """Refuse a field that is not known: a misspelt one would be ignored.
+
+        Raises
+        ------
+        InputError
+            If there is one, with the nearest known one.
+        """
+        names = list(known)
+        for name in self.content:
+            if name not in names:
+                nearest = difflib.get_close_matches(name, names, n=1, cutoff=0.0)[0]
+                raise InputError(
+                    f"{self.place}: the field {self.dotted(name)} is not known; the nearest known "
+                    f'one is "{nearest}". Only known fields are taken, since a misspelt one would '
+                    f"be ignored; known are {', '.join(names)}: correct its name."
+                )
+
+    def value(
+        self, name: str, accepts: Callable[[Any], bool], needed: str, example: str
+    ) -> Any | None:
+        """Return a field, None where it is not there.
+
+        Raises
+        ------
+        InputError
+            If its value is of another kind.
+        """
+        if name not in self.content:
+            return None
+        if not accepts(self.content[name]):
+            raise self.error(name, needed, example)
+        return self.content[name]
+
+    def text(self, name: str, example: str) -> str | None:
+        """Return a text, None where it is not there.
+
+        Raises
+        ------
+        InputError
+            If it is none.
+        """
+        return self.value(name, is_text, "a text", f'{name} = "{example}"')
+
+    def number(self, name: str, example: str, least: float = -math.inf) -> float | None:
+        """Return a finite number, None where it is not there.
+
+        Raises
+        ------
+        InputError
+            If it is none, or too small.
+        """
+        above = f" of at least {least:g}" if least > -math.inf else ""
+        return self.value(
+            name,
+            lambda value: is_number(value) and value >= least,
+            f"a finite number{above}",
+            f"{name} = {example}",
+        )
+
+    def table(self, name: str) -> "Table | None":
+        """Return a table in a field, None where it is not there.
+
+        Raises
+        ------
+        InputError
+            If it is none.
+        """
+        content = self.value(
+            name, lambda value: isinstance(value, dict), "a table", f"{name} = {{ ... }}"
+        )
+        return None if content is None else Table(content, self.place, self.dotted(name))
+
+
+def load(path: Path) -> Table:
+    """Read a TOML file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it is no TOML, or too large.
+    """
+    size = existing(path, "a mapping (TOML)").stat().st_size
+    with reading(path, "TOML", 'Write one field a line, such as frequency = { array = "f" }.'):
+        if size > _MOST_BYTES:
+            raise InputError(f"it has {size} bytes, and a mapping has at most {_MOST_BYTES}")
+        content = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    return Table(content, str(path))
+
+
+def is_text(value: Any) -> bool:
+    """Whether a value is a text that is not blank."""
+    return isinstance(value, str) and bool(value.strip())
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a finite number."""
+    return isinstance(value, int | float) and type(value) is not bool and math.isfinite(value)
+
+
+def is_column(value: Any) -> bool:
+    """Whether a value names an array, or is the number of a column."""
+    return is_text(value) or (type(value) is int and value >= 1)
+
+
+def are_texts(value: Any) -> bool:
+    """Whether a value lists texts."""
+    return isinstance(value, list) and bool(value) and all(map(is_text, value))

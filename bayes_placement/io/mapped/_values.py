@@ -1,0 +1,228 @@
+"""Arrays of a file by the rules of a mapping: FRFs, coherence, lines and labels, in SI."""
+
+import difflib
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._types import InputError
+from .._frf_units import FREQUENCY, FrfUnit, VoltageUnit, frf_unit
+from ..arrays.named_arrays import NamedArrays
+from .mapping import AXES, Column, FrequencyRule, FrfRule
+
+_NO_UNIT = {"dB", "deg", "°", "rad", "-", "1", ""}
+
+
+class Lines(NamedTuple):
+    """Frequencies [Hz], and a sentence that says where they come from."""
+
+    frequency: np.ndarray
+    sentence: str
+
+
+def array_of(held: NamedArrays, column: Column, kinds: str = "biuf") -> np.ndarray:
+    """Return an array by its name, or a column by its number.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it holds something else.
+    """
+    name = _name(held, column)
+    values = held.arrays[name]
+    if values.dtype.kind not in kinds:
+        needed = "texts" if kinds == "U" else "numbers" if "c" in kinds else "real numbers"
+        raise InputError(
+            f"{held.path}: {name} holds {_kind(values)}; {needed} are needed there. Name another "
+            "array in the mapping."
+        )
+    return values
+
+
+def _kind(values: np.ndarray) -> str:
+    return {"U": "text", "c": "complex numbers"}.get(values.dtype.kind, "real numbers")
+
+
+def _name(held: NamedArrays, column: Column) -> str:
+    names = list(held.arrays)
+    if isinstance(column, int) and column <= len(names):
+        return names[column - 1]
+    if column in held.arrays:
+        return str(column)
+    nearest = difflib.get_close_matches(str(column), names, n=1, cutoff=0.0)
+    similar = f' The nearest is "{nearest[0]}".' if nearest else ""
+    reason = f" {column} was not read: {held.left_out[column]}." if column in held.left_out else ""
+    raise InputError(
+        f"{held.path} has no array {column!r} that is read; it has {', '.join(names) or 'none'}."
+        f"{reason}{similar} Correct the name in the mapping."
+    )
+
+
+def lines_of(held: NamedArrays, rule: FrequencyRule, count: int) -> Lines:
+    """Frequencies [Hz] of an array or of an even axis.
+
+    Raises
+    ------
+    InputError
+        If the unit is unknown or contradicts the file, or the array has another length.
+    """
+    stated = held.units.get(_name(held, rule.array)) if rule.array is not None else None
+    unit = _agreed(held, rule.unit, stated, "frequency")
+    if unit not in FREQUENCY:
+        raise InputError(
+            f"{held.path}: the unit of the frequency is {unit!r}; one of {', '.join(FREQUENCY)} "
+            'is needed, since lines are compared in Hz. Write frequency = { ..., unit = "Hz" }.'
+        )
+    if rule.array is not None:
+        values = np.squeeze(array_of(held, rule.array)).astype(float).reshape(-1)
+        origin = f"array {_name(held, rule.array)}"
+    else:
+        first, step = (_number(held, value) for value in (rule.first, rule.step))
+        values = first + step * np.arange(count)
+        origin = f"first {first:g}, step {step:g} as the mapping says"
+    if values.size != count:
+        raise InputError(
+            f"{held.path}: the frequency has {values.size} lines and the FRFs have {count} for "
+            "each pair; both must agree, since a line belongs to each value. Correct frequency, "
+            "sensors or actuators."
+        )
+    values = values * FREQUENCY[unit]
+    sentence = (
+        f"Frequency: {origin}, in {unit}: {count} lines from {values[0]:g} to {values[-1]:g} Hz."
+    )
+    return Lines(values, sentence)
+
+
+def _number(held: NamedArrays, value: float | str | None) -> float:
+    if not isinstance(value, str):
+        return float(value or 0.0)
+    values = array_of(held, value)
+    if values.size != 1:
+        raise InputError(f"{held.path}: {value} has {values.size} numbers; one is needed there.")
+    return float(values.item())
+
+
+def frf_of(held: NamedArrays, rule: FrfRule) -> np.ndarray:
+    """Complex numbers of a rule, in the unit of the file.
+
+    Raises
+    ------
+    InputError
+        If an array is missing, or its parts have different sizes.
+    """
+    arrays = {
+        part: array_of(held, column, "biufc" if part == "array" else "biuf")
+        for part, column in rule.parts.items()
+    }
+    shapes = {values.shape for values in arrays.values()}
+    if len(shapes) > 1:
+        raise InputError(
+            f"{held.path}: {' and '.join(map(str, rule.parts.values()))} have the sizes "
+            f"{' and '.join(map(str, shapes))}; the same are needed, since they are parts of one."
+        )
+    if "array" in arrays:
+        return arrays["array"].astype(complex)
+    first, second = (values.astype(float) for values in arrays.values())
+    names = tuple(arrays)
+    if names == ("real", "imaginary"):
+        return first + 1j * second
+    amplitude = 10 ** (first / 20) if names[0] == "decibel" else first
+    return amplitude * np.exp(1j * second * (math.pi / 180 if names[1] == "degrees" else 1.0))
+
+
+def unit_of(held: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
+    """Unit of the FRFs of a rule, as the mapping or the file states it.
+
+    Raises
+    ------
+    InputError
+        If it is not known, or both contradict each other.
+    """
+    stated = {
+        held.units[_name(held, column)]
+        for column in rule.parts.values()
+        if _name(held, column) in held.units
+    } - _NO_UNIT
+    if len(stated) > 1:
+        raise InputError(f"{held.path}: FRFs of one pair are in {' and in '.join(sorted(stated))}.")
+    label = _agreed(held, rule.unit, next(iter(stated), None), "FRFs")
+    unit = frf_unit(label)
+    if unit is None:
+        raise InputError(
+            f"{held.path}: the unit of the FRFs is {label!r}; one such as (m/s^2)/N, (m/s)/N, m/N, "
+            "g/N, mm/N or V/V (with sensitivities) is needed, since quantity and factor follow "
+            'from it. Write unit = "(m/s^2)/N" in the mapping.'
+        )
+    return unit
+
+
+def _agreed(held: NamedArrays, given: str | None, stated: str | None, what: str) -> str:
+    if (
+        given is not None
+        and stated is not None
+        and given.replace(" ", "") != stated.replace(" ", "")
+    ):
+        raise InputError(
+            f"{held.path}: the mapping says that the {what} are in {given!r} and the file says "
+            f"{stated!r}; both must agree, since either could be meant. Correct the one that is "
+            "wrong."
+        )
+    return given or stated or ""
+
+
+def arranged(
+    held: NamedArrays,
+    what: str,
+    values: np.ndarray,
+    axes: tuple[str, ...] | None,
+    sizes: dict[str, int],
+) -> np.ndarray:
+    """Arrange an array as sensor, actuator, frequency.
+
+    Axes of one element may be missing in the array, since MATLAB drops them.
+
+    Raises
+    ------
+    InputError
+        If its sizes are not those of the axes.
+    """
+    if axes is None:
+        axes = _only_axes(held, what, values, sizes)
+    missing = [axis for axis in AXES if axis not in axes]
+    expected = tuple(sizes[axis] for axis in axes)
+    fits = _without_ones(values.shape) == _without_ones(expected)
+    if not fits or any(sizes[axis] > 1 for axis in missing):
+        raise InputError(
+            f"{held.path}: {what} has {_sizes(values.shape)} numbers, but the mapping makes them "
+            f"{_sizes(expected)} ({', '.join(axes)}), with {sizes['sensor']} sensors, "
+            f"{sizes['actuator']} actuators and {sizes['frequency']} lines; both must agree, since "
+            "each value has one place. Correct axes, sensors or actuators."
+        )
+    complete = values.reshape((*expected, *(1 for _ in missing)))
+    order = (*axes, *missing)
+    return np.transpose(
+        complete, [order.index(axis) for axis in ("sensor", "actuator", "frequency")]
+    )
+
+
+def _only_axes(
+    held: NamedArrays, what: str, values: np.ndarray, sizes: dict[str, int]
+) -> tuple[str, ...]:
+    """Axes of an array of one pair, which has one axis only."""
+    if sizes["sensor"] * sizes["actuator"] > 1:
+        raise InputError(
+            f"{held.path}: {what} has {_sizes(values.shape)} numbers and nothing says which axis "
+            "is which; a mapping must say so, since nothing is guessed. Write axes = "
+            '["frequency", "sensor", "actuator"] in it, in the order of the array.'
+        )
+    return ("frequency",)
+
+
+def _without_ones(shape: Iterable[int]) -> tuple[int, ...]:
+    return tuple(size for size in shape if size != 1)
+
+
+def _sizes(shape: Iterable[int]) -> str:
+    return " x ".join(map(str, shape)) or "1"

@@ -1,0 +1,306 @@
+"""What a file does not say itself, in a mapping (TOML): axes, names, units, and the case."""
+
+from collections.abc import Mapping as Dictionary
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..._types import InputError, check_kind
+from ._toml_fields import Table, are_texts, is_column, is_number, is_text, load
+
+AXES = ("frequency", "sensor", "actuator")
+CONVENTIONS = {"exp(+i w t)": False, "exp(-i w t)": True}
+_PARTS = (
+    ("array",),
+    ("real", "imaginary"),
+    ("magnitude", "degrees"),
+    ("magnitude", "radians"),
+    ("decibel", "degrees"),
+    ("decibel", "radians"),
+)
+_PART_NAMES = ("array", "real", "imaginary", "magnitude", "decibel", "degrees", "radians")
+_FRF_FIELDS = (*_PART_NAMES, "axes", "unit", "sensor", "actuator", "coherence")
+_FREQUENCY_FIELDS = ("array", "first", "step", "unit")
+KNOWN = (
+    "file",
+    "channels",
+    "frf",
+    "coherence",
+    "frequency",
+    "sensors",
+    "actuators",
+    "unit",
+    "averages",
+    "force_level",
+    "convention",
+    "case",
+    "note",
+)
+
+Column = str | int
+
+
+class FrequencyRule(NamedTuple):
+    """Where the lines are: in an array, or evenly from a first one; numbers may be array names."""
+
+    array: Column | None
+    first: float | str | None
+    step: float | str | None
+    unit: str | None
+
+
+class FrfRule(NamedTuple):
+    """Where FRFs are.
+
+    Parameters
+    ----------
+    parts
+        Arrays by what they hold: `array`, or `real` and `imaginary`, or `magnitude` or `decibel`
+        with `degrees` or `radians`.
+    axes
+        Axes of these arrays in their order; None where there is one sensor and one actuator.
+    unit
+        Unit of the FRFs; None where the file states it.
+    sensor, actuator
+        Channels, where the arrays hold one pair; None for all.
+    coherence
+        Array of the coherence of this pair.
+    """
+
+    parts: dict[str, Column]
+    axes: tuple[str, ...] | None
+    unit: str | None
+    sensor: str | None = None
+    actuator: str | None = None
+    coherence: Column | None = None
+
+
+class Mapping(NamedTuple):
+    """What a mapping says; None or empty where it says nothing.
+
+    Parameters
+    ----------
+    place
+        Where it comes from, for messages; empty where there is no mapping.
+    folder
+        Folder in which the files that it names are; None where there is no mapping.
+    file, channels
+        Names of the files of the data and of the channel table.
+    frf
+        Rules of the FRFs.
+    coherence
+        Array of the coherence.
+    coherence_axes
+        Its axes; None for those of the FRFs.
+    frequency
+        Rule of the lines.
+    sensors, actuators
+        Labels, or the name of an array of texts.
+    averages, force_level
+        As in `Measurement`.
+    conjugate
+        Whether the file was made under exp(-i w t).
+    case
+        Fields for a case folder.
+    """
+
+    place: str = ""
+    folder: Path | None = None
+    file: str | None = None
+    channels: str | dict[str, Any] | None = None
+    frf: tuple[FrfRule, ...] = ()
+    coherence: Column | None = None
+    coherence_axes: tuple[str, ...] | None = None
+    frequency: FrequencyRule | None = None
+    sensors: tuple[str, ...] | str | None = None
+    actuators: tuple[str, ...] | str | None = None
+    averages: int | None = None
+    force_level: float | None = None
+    conjugate: bool = False
+    case: dict[str, Any] | None = None
+
+
+def read(source: Any) -> Mapping:
+    """Read a mapping from a TOML file, or from a dictionary of the same fields.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If a field is not known, or its value of another kind.
+    """
+    if source is None:
+        return Mapping()
+    needed = "the path of a TOML file or a dictionary is needed, which says what the file does not"
+    check_kind("mapping", source, (str, Path, Dictionary), needed, 'mapping="measured.toml"')
+    if isinstance(source, Dictionary):
+        return of_table(Table(dict(source), "mapping"), Path())
+    return of_table(load(Path(source)), Path(source).parent)
+
+
+def of_table(table: Table, folder: Path) -> Mapping:
+    """Check the fields of a mapping.
+
+    Raises
+    ------
+    InputError
+        If a field is not known, or its value of another kind.
+    """
+    table.check_known(KNOWN)
+    unit = table.text("unit", "(m/s^2)/N")
+    return Mapping(
+        table.place,
+        folder,
+        file=_file_name(table, "file", "measured.mat"),
+        channels=_channels(table),
+        frf=_frf_rules(table, unit),
+        **_coherence(table),
+        frequency=_frequency(table),
+        sensors=_labels(table, "sensors", '["s1+x", "s2+x"]'),
+        actuators=_labels(table, "actuators", '["a1+x"]'),
+        averages=_averages(table),
+        force_level=table.number("force_level", "1.0", least=0.0),
+        conjugate=CONVENTIONS[_convention(table)],
+        case=table.value("case", _is_table, "a table", "[case]"),
+    )
+
+
+def _file_name(table: Table, name: str, example: str) -> str | None:
+    """Name of a file in the folder of the mapping; no path leads out of it."""
+    return table.value(
+        name,
+        lambda value: is_text(value) and value == Path(value).name and value not in (".", ".."),
+        "the name of a file in the folder of the mapping",
+        f'{name} = "{example}"',
+    )
+
+
+def _channels(table: Table) -> str | dict[str, Any] | None:
+    if _is_table(table.content.get("channels")):
+        return table.content["channels"]
+    return _file_name(table, "channels", "channels.xlsx")
+
+
+def _frf_rules(table: Table, unit: str | None) -> tuple[FrfRule, ...]:
+    held = table.value(
+        "frf",
+        lambda value: _is_table(value) or (isinstance(value, list) and all(map(_is_table, value))),
+        "a table, or a list of tables, one for each pair,",
+        'frf = { array = "H", axes = ["frequency", "sensor", "actuator"], unit = "(m/s^2)/N" }',
+    )
+    if held is None:
+        return ()
+    if _is_table(held):
+        return (_frf_rule(Table(held, table.place, "frf"), unit, pair=False),)
+    listed = [Table(item, table.place, f"frf[{number}]") for number, item in enumerate(held)]
+    return tuple(_frf_rule(item, unit, pair=True) for item in listed)
+
+
+def _frf_rule(table: Table, unit: str | None, *, pair: bool) -> FrfRule:
+    table.check_known(_FRF_FIELDS)
+    names = tuple(name for name in _PART_NAMES if name in table.content)
+    if names not in _PARTS:
+        raise InputError(
+            f"{table.place}: {table.path} has the parts {', '.join(names) or 'none'}; one of "
+            f"{'; '.join(' and '.join(parts) for parts in _PARTS)} is needed, since FRFs are "
+            f'complex. For example, write {table.path} = {{ real = "Re", imaginary = "Im" }}.'
+        )
+    needed = "the name of an array, or the number of a column from 1,"
+    parts: dict[str, Any] = {
+        name: table.value(name, is_column, needed, f'{name} = "H"') for name in names
+    }
+    if pair and not {"sensor", "actuator"} <= table.content.keys():
+        raise table.error(
+            "sensor" if "actuator" in table.content else "actuator",
+            "the label of a channel of each pair",
+            '[[frf]] with sensor = "s1+x" and actuator = "a1+x"',
+        )
+    return FrfRule(
+        parts,
+        _axes(table),
+        table.text("unit", "(m/s^2)/N") or unit,
+        table.text("sensor", "s1+x"),
+        table.text("actuator", "a1+x"),
+        table.value("coherence", is_column, needed, 'coherence = "C"'),
+    )
+
+
+def _axes(table: Table) -> tuple[str, ...] | None:
+    value = table.value(
+        "axes",
+        lambda value: are_texts(value) and set(value) <= set(AXES) and len({*value}) == len(value),
+        f"a list of {', '.join(AXES)}, in the order of the array, each once,",
+        'axes = ["frequency", "sensor", "actuator"]',
+    )
+    return None if value is None else tuple(value)
+
+
+def _coherence(table: Table) -> dict[str, Any]:
+    if not _is_table(table.content.get("coherence")):
+        needed = "the name of an array, or a table with `array` and `axes`,"
+        return {"coherence": table.value("coherence", is_column, needed, 'coherence = "C"')}
+    inner = Table(table.content["coherence"], table.place, "coherence")
+    inner.check_known(("array", "axes"))
+    name = inner.value("array", is_column, "the name of an array", 'array = "C"')
+    if name is None:
+        raise inner.error("array", "the name of an array", 'coherence = { array = "C" }')
+    return {"coherence": name, "coherence_axes": _axes(inner)}
+
+
+def _frequency(table: Table) -> FrequencyRule | None:
+    example = 'frequency = { array = "f", unit = "Hz" }'
+    held = table.content.get("frequency")
+    if held is None:
+        return None
+    if is_column(held):
+        return FrequencyRule(held, None, None, None)
+    if not _is_table(held):
+        raise table.error("frequency", "an array with its unit, or first and step,", example)
+    inner = Table(held, table.place, "frequency")
+    inner.check_known(_FREQUENCY_FIELDS)
+    rule = FrequencyRule(
+        inner.value("array", is_column, "the name of an array", 'array = "f"'),
+        inner.value("first", _is_number_or_name, "a number [unit]", "first = 10.0"),
+        inner.value("step", _is_number_or_name, "a number [unit]", "step = 0.5"),
+        inner.text("unit", "Hz"),
+    )
+    if (rule.array is None) != (rule.first is not None and rule.step is not None):
+        raise table.error("frequency", "either an array, or first and step,", example)
+    return rule
+
+
+def _labels(table: Table, name: str, example: str) -> tuple[str, ...] | str | None:
+    value = table.value(
+        name,
+        lambda value: are_texts(value) or is_text(value),
+        "a list of labels in their order, or the name of an array of texts,",
+        f"{name} = {example}",
+    )
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _averages(table: Table) -> int | None:
+    return table.value(
+        "averages",
+        lambda value: type(value) is int and value >= 1,
+        "a whole number of at least 1",
+        "averages = 16",
+    )
+
+
+def _convention(table: Table) -> str:
+    value = table.value(
+        "convention",
+        lambda value: isinstance(value, str) and value in CONVENTIONS,
+        f"one of {', '.join(CONVENTIONS)}",
+        'convention = "exp(+i w t)"',
+    )
+    return value or "exp(+i w t)"
+
+
+def _is_number_or_name(value: Any) -> bool:
+    return is_number(value) or is_text(value)
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, dict)

@@ -1,0 +1,255 @@
+"""A measurement of named arrays and a mapping."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._types import InputError
+from ...experiment.measurement import Measurement
+from ...experiment.quantities import quantity_of
+from ...positions.channel import Channel, match, parsed
+from .._channel_row import ChannelRow
+from .._frf_units import FrfUnit, VoltageUnit
+from .._gate import check_plausible, reading
+from ..arrays.named_arrays import NamedArrays
+from . import _lines_needed, _values
+from .mapping import FrfRule, Mapping
+from .report import ImportReport, report
+
+_REMEDY = "Correct the mapping, or export the file again."
+
+
+class Assembled(NamedTuple):
+    """FRFs of labelled channels, not yet in SI."""
+
+    frf: np.ndarray
+    coherence: np.ndarray | None
+    frequency: np.ndarray
+    sensors: tuple[str, ...]
+    actuators: tuple[str, ...]
+    unit: FrfUnit | VoltageUnit
+    sentences: list[str]
+
+
+def measurement_of(
+    held: NamedArrays, mapping: Mapping, rows: list[ChannelRow]
+) -> tuple[Measurement, ImportReport]:
+    """Make a measurement of arrays by what a mapping and a channel table say of them.
+
+    Raises
+    ------
+    InputError
+        If something is not said, with the lines that say it, or contradicts the arrays.
+    """
+    labels = {
+        f"{role}s": [row.label for row in rows if row.role == role]
+        for role in ("sensor", "actuator")
+    }
+    _lines_needed.check_complete(mapping, held, labels)
+    with (
+        reading(held.path, held.format, _REMEDY),
+        np.errstate(over="ignore", invalid="ignore"),  # what is not finite is refused below
+    ):
+        single = any(rule.sensor is not None for rule in mapping.frf)
+        raw = _pairs(held, mapping) if single else _block(held, mapping)
+        in_si, sentence = _in_si(raw, mapping, rows)
+        measurement = _named(in_si, mapping, rows)
+        check_plausible(held.path, frf=measurement.frf[measurement.measured])
+    sentences = [*raw.sentences, sentence, *_of_settings(measurement, mapping)]
+    left_out = {**held.left_out, **_unused(held, mapping)}
+    return measurement, report(held.path, held.format, sentences, left_out, measurement)
+
+
+def _block(held: NamedArrays, mapping: Mapping) -> Assembled:
+    """FRFs that stand in one array."""
+    rule = mapping.frf[0]
+    sensors = _labels(held, mapping.sensors)
+    actuators = _labels(held, mapping.actuators)
+    values = _values.frf_of(held, rule)
+    pairs = len(sensors) * len(actuators)
+    lines = _lines(held, mapping, values.size // pairs)
+    sizes = {
+        "sensor": len(sensors),
+        "actuator": len(actuators),
+        "frequency": lines.frequency.size,
+    }
+    what = " and ".join(map(str, rule.parts.values()))
+    frf = _values.arranged(held, what, values, rule.axes, sizes)
+    coherence = None
+    if mapping.coherence is not None:
+        axes = mapping.coherence_axes or rule.axes
+        known = _values.array_of(held, mapping.coherence).astype(float)
+        coherence = _values.arranged(held, str(mapping.coherence), known, axes, sizes)
+    size = " x ".join(map(str, values.shape))
+    order = ", ".join(rule.axes or ("frequency",))
+    sentence = f"FRFs: {what}, {size} numbers as {order}."
+    return Assembled(
+        frf,
+        coherence,
+        lines.frequency,
+        sensors,
+        actuators,
+        _values.unit_of(held, rule),
+        [sentence, lines.sentence],
+    )
+
+
+def _pairs(held: NamedArrays, mapping: Mapping) -> Assembled:
+    """FRFs of which each pair has arrays of its own."""
+    rules = mapping.frf
+    sensors = tuple(dict.fromkeys(str(rule.sensor) for rule in rules))
+    actuators = tuple(dict.fromkeys(str(rule.actuator) for rule in rules))
+    units = {_values.unit_of(held, rule) for rule in rules}
+    if len(units) > 1:
+        raise InputError("its FRFs have several units; one is needed, since a measurement has one")
+    lines = _lines(held, mapping, _values.frf_of(held, rules[0]).size)
+    shape = len(sensors), len(actuators), lines.frequency.size
+    frf = np.full(shape, np.nan, complex)
+    coherence = np.full(shape, np.nan)
+    for rule in rules:
+        pair = sensors.index(str(rule.sensor)), actuators.index(str(rule.actuator))
+        if not np.isnan(frf[pair]).all():
+            raise InputError(f"the pair {rule.sensor} / {rule.actuator} stands twice")
+        frf[pair] = _of_pair(held, rule, _values.frf_of(held, rule), shape[2])
+        if rule.coherence is not None:
+            known = _values.array_of(held, rule.coherence).astype(float)
+            coherence[pair] = _of_pair(held, rule, known, shape[2])
+    known_coherence = None if np.isnan(coherence).all() else coherence
+    sentence = f"FRFs: {len(rules)} pairs of columns or arrays, each with its own names."
+    unit = units.pop()
+    return Assembled(
+        frf, known_coherence, lines.frequency, sensors, actuators, unit, [sentence, lines.sentence]
+    )
+
+
+def _of_pair(held: NamedArrays, rule: FrfRule, values: np.ndarray, lines: int) -> np.ndarray:
+    sizes = {"sensor": 1, "actuator": 1, "frequency": lines}
+    what = f"{rule.sensor} / {rule.actuator}"
+    return _values.arranged(held, what, values, rule.axes, sizes)[0, 0]
+
+
+def _lines(held: NamedArrays, mapping: Mapping, count: int) -> _values.Lines:
+    if mapping.frequency is None:
+        raise InputError("nothing says at which frequencies its FRFs are")
+    return _values.lines_of(held, mapping.frequency, count)
+
+
+def _labels(held: NamedArrays, labels: tuple[str, ...] | str | None) -> tuple[str, ...]:
+    if isinstance(labels, str):
+        texts = np.atleast_1d(_values.array_of(held, labels, "U")).ravel()
+        return tuple(str(text).strip() for text in texts)
+    return labels or ()
+
+
+def _in_si(raw: Assembled, mapping: Mapping, rows: list[ChannelRow]) -> tuple[Assembled, str]:
+    """Values in SI under exp(+i w t), and a sentence on their unit."""
+    frf = np.conj(raw.frf) if mapping.conjugate else raw.frf
+    sign = "conjugated, since the file is under exp(-i w t)" if mapping.conjugate else ""
+    if isinstance(raw.unit, FrfUnit):
+        factor, quantity = raw.unit.factor, raw.unit.quantity
+        words = f"Unit: {quantity}, times {factor:g} to {quantity_of(quantity).unit}"
+        scaled = raw._replace(frf=frf * factor)
+    else:
+        factors, quantity = _by_sensitivity(raw, rows)
+        words = f"Unit: voltages, divided by the sensitivities of the channel table to {quantity}"
+        unit = FrfUnit(quantity, 1.0)
+        scaled = raw._replace(frf=frf * raw.unit.factor * factors, unit=unit)
+    return scaled, f"{words}{', ' + sign if sign else ''}."
+
+
+def _by_sensitivity(raw: Assembled, rows: list[ChannelRow]) -> tuple[np.ndarray, str]:
+    """Factors of each pair that turn voltages into the quantity that the sensors sense."""
+    sensors = [_row(label, rows, "sensor") for label in raw.sensors]
+    actuators = [_row(label, rows, "actuator") for label in raw.actuators]
+    for row in (*sensors, *actuators):
+        senses_force = row.senses == "force"
+        if row.sensitivity is None or senses_force == (row.role == "sensor"):
+            needed = "mV/N" if row.role == "actuator" else "mV/(m/s^2)"
+            raise InputError(
+                "its FRFs are in voltage over voltage, and the channel table has no sensitivity of "
+                f"the {row.role} {row.label} in a unit such as {needed}; those of all are "
+                "needed, since the FRFs are divided by them. Add the columns sensitivity and unit"
+            )
+    quantities = {row.senses for row in sensors}
+    if len(quantities) > 1:
+        raise InputError(f"its sensors sense {' and '.join(sorted(quantities))}; one is needed")
+    by_sensor = np.array([row.sensitivity for row in sensors])
+    by_actuator = np.array([row.sensitivity for row in actuators])
+    return (by_actuator[None, :] / by_sensor[:, None])[:, :, None], quantities.pop()
+
+
+def _row(label: str, rows: list[ChannelRow], role: str) -> ChannelRow:
+    """Row of a channel in the table, found as channels are."""
+    of_role = [row for row in rows if row.role == role]
+    if not of_role:
+        raise InputError(
+            f"there is no {role} in a channel table; its sensitivity is needed. Name one in the "
+            'mapping: channels = "channels.xlsx"'
+        )
+    recorded = tuple(Channel(row.name, row.direction) for row in of_role)
+    return of_role[match(Channel.parse(label), recorded, role).number]
+
+
+def _named(raw: Assembled, mapping: Mapping, rows: list[ChannelRow]) -> Measurement:
+    """The measurement, with directions and positions of the channel table."""
+    quantity = raw.unit.quantity if isinstance(raw.unit, FrfUnit) else ""
+    sensors, actuators = parsed(raw.sensors), parsed(raw.actuators)
+    if rows:
+        sensors = tuple(_with_direction(channel, rows, "sensor") for channel in sensors)
+        actuators = tuple(_with_direction(channel, rows, "actuator") for channel in actuators)
+    return Measurement.from_arrays(
+        raw.frf,
+        raw.frequency,
+        sensors=sensors,
+        actuators=actuators,
+        quantity=quantity,
+        coherence=raw.coherence,
+        averages=mapping.averages,
+        positions=positions_of(rows),
+        force_level=mapping.force_level,
+    )
+
+
+def _with_direction(channel: Channel, rows: list[ChannelRow], role: str) -> Channel:
+    if channel.direction:
+        return channel
+    row = _row(channel.label, rows, role)
+    return Channel(channel.name, row.direction)
+
+
+def positions_of(rows: list[ChannelRow]) -> dict[str, tuple[float, float, float]]:
+    """Recorded coordinates [m] by the name of the transducer."""
+    return {row.name: row.position for row in rows if row.position is not None}
+
+
+def _of_settings(measurement: Measurement, mapping: Mapping) -> list[str]:
+    """Sentences on coherence and averages."""
+    sentences = []
+    if measurement.coherence is None:
+        sentences.append("Coherence: none, so that the noise is not known from the file.")
+    else:
+        averages = measurement.averages or "an unknown number of"
+        sentences.append(f"Coherence: read, of {averages} averages.")
+    if measurement.positions:
+        sentences.append(f"Positions: of {', '.join(measurement.positions)}, in m.")
+    return sentences
+
+
+def _unused(held: NamedArrays, mapping: Mapping) -> dict[str, str]:
+    """Arrays that neither the mapping nor the file's own names call."""
+    rule = mapping.frequency
+    columns = [
+        *(column for frf in mapping.frf for column in (*frf.parts.values(), frf.coherence)),
+        mapping.coherence,
+        mapping.sensors,
+        mapping.actuators,
+        *((rule.array, rule.first, rule.step) if rule else ()),
+    ]
+    names = list(held.arrays)
+    called = {
+        names[column - 1] if isinstance(column, int) and column <= len(names) else column
+        for column in columns
+        if isinstance(column, int | str)
+    }
+    own = {"quantity", "averages"} if "frf" in called else set()
+    return {name: "the mapping does not name it" for name in names if name not in called | own}

@@ -1,0 +1,334 @@
+"""Named arrays of MATLAB, HDF5, NumPy, text and workbooks, most written by other programs."""
+
+import pickle
+import struct
+import zipfile
+import zlib
+from pathlib import Path
+
+import h5py
+import numpy as np
+import openpyxl
+import pandas as pd
+import pytest
+import scipy.io
+import scipy.io.matlab
+
+from bayes_placement.io import arrays
+from bayes_placement.io.arrays import text
+
+OF_MATLAB = Path(scipy.io.matlab.__file__).parent / "tests/data"
+OF_H5PY = Path(h5py.__file__).parent / "tests/data_files"
+THETA = np.pi / 4 * np.arange(9)
+
+
+def load(path):
+    held = arrays.load(Path(path))
+    return held.arrays
+
+
+def of_matlab(name):
+    path = OF_MATLAB / name
+    if not path.is_file():
+        pytest.skip(f"this build of SciPy comes without its MATLAB files: there is no {path}")
+    return path
+
+
+# ------------------------------------------------------- written by MATLAB itself, on three systems
+
+VERSIONS = ["6.1_SOL2", "6.5.1_GLNX86", "7.1_GLNX86", "7.4_GLNX86"]
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_files_of_matlab_6_and_7_are_read(version):
+    double = load(of_matlab(f"testdouble_{version}.mat"))["testdouble"]
+    np.testing.assert_allclose(double, THETA)
+    complex_numbers = load(of_matlab(f"testcomplex_{version}.mat"))["testcomplex"]
+    np.testing.assert_allclose(complex_numbers, np.exp(1j * THETA), atol=1e-15)
+    cube = load(of_matlab(f"test3dmatrix_{version}.mat"))["test3dmatrix"]
+    np.testing.assert_array_equal(cube, np.arange(1, 25).reshape((2, 3, 4), order="F"))
+    structure = load(of_matlab(f"teststruct_{version}.mat"))
+    np.testing.assert_allclose(structure["teststruct.doublefield"], np.sqrt([2, np.e**2, np.pi**2]))
+    assert str(structure["teststruct.stringfield"]) == "Rats live on no evil star."
+    names = load(of_matlab(f"teststringarray_{version}.mat"))["teststringarray"]
+    assert names.tolist() == ["one  ", "two  ", "three"]
+
+
+def test_a_file_of_matlab_7_3_is_read():
+    double = load(of_matlab("testhdf5_7.4_GLNX86.mat"))["testdouble"]
+    np.testing.assert_allclose(double, THETA)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("testobject_7.4_GLNX86.mat", "object of a class"),
+        ("testfunc_7.4_GLNX86.mat", "function"),
+        ("testsparse_7.4_GLNX86.mat", "sparse"),
+        ("testcell_7.4_GLNX86.mat", "neither numbers nor text"),
+    ],
+)
+def test_what_is_not_read_of_matlab_says_why(name, reason):
+    held = arrays.load(of_matlab(name))
+    assert not held.arrays
+    [(_, why)] = held.left_out.items()
+    assert reason in why
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("corrupted_zlib_checksum.mat", "cannot be unpacked"),
+        ("corrupted_zlib_data.mat", "another length"),
+        ("malformed1.mat", "announces 658840 bytes"),
+        ("bad_miuint32.mat", "no sizes"),
+        ("testdouble_4.2c_SOL2.mat", "none of the files of arrays"),
+    ],
+)
+def test_damaged_files_of_matlab_are_refused(name, reason):
+    with pytest.raises(ValueError, match=rf"{name}.*{reason}"):
+        arrays.load(of_matlab(name))
+
+
+# ----------------------------------------------------------------------- written by other libraries
+
+
+def test_files_of_h5py_are_read():
+    path = OF_H5PY / "compound-dtype-complex.h5"
+    if not path.is_file():
+        pytest.skip(f"this build of h5py comes without its files: there is no {path}")
+    held = load(path)
+    assert {values.dtype.kind for values in held.values()} == {"c"}
+    with h5py.File(path) as file:
+        places = {name: file[name].id.get_offset() for name in held}
+    for name in ("<c16", "<c8", ">c16", ">c8"):  # the bytes as they lie in the file
+        stored = np.fromfile(path, name, count=100, offset=places[name])
+        np.testing.assert_array_equal(held[name], stored)
+
+
+def write_matlab_7_3(path, **variables):
+    """Write what MATLAB writes: a block of 512 bytes, then HDF5 with the axes reversed."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in variables.items():
+            if isinstance(values, str):
+                letters = np.frombuffer(values.encode("utf-16-le"), "<u2").reshape(-1, 1)
+                file[name], kind = letters, "char"
+            elif isinstance(values, dict):
+                kind = "struct"
+                for field, inner in values.items():
+                    file[f"{name}/{field}"] = np.atleast_2d(inner).T
+                    file[f"{name}/{field}"].attrs["MATLAB_class"] = np.bytes_("double")
+            else:
+                stored = np.atleast_2d(values).T
+                if np.iscomplexobj(stored):
+                    pair = np.empty(stored.shape, [("real", "<f8"), ("imag", "<f8")])
+                    pair["real"], pair["imag"] = stored.real, stored.imag
+                    stored = pair
+                file.create_dataset(name, data=stored, compression="gzip")
+                kind = "double"
+            file[name].attrs["MATLAB_class"] = np.bytes_(kind)
+    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM"
+    with path.open("r+b") as file:
+        file.write(head)
+
+
+def test_a_file_of_the_documented_layout_of_matlab_7_3_is_read(tmp_path):
+    path = tmp_path / "measured.mat"
+    frf = np.arange(24.0).reshape(4, 3, 2) * (1 + 2j)
+    write_matlab_7_3(path, H=frf, label="plate", axis={"f": [1.0, 2.0, 3.0, 4.0]})
+    held = arrays.load(path)
+    assert held.format == "a MATLAB 7.3 file"
+    np.testing.assert_array_equal(held.arrays["H"], frf)
+    np.testing.assert_array_equal(held.arrays["axis.f"], [1, 2, 3, 4])
+    assert str(held.arrays["label"]) == "plate"
+
+
+@pytest.mark.parametrize("options", [{}, {"do_compression": True}])
+def test_files_of_scipy_are_read(tmp_path, options):
+    content = {"H": np.eye(3) * 1j, "names": ["s1", "s2"], "run": {"f": [1.0, 2.0], "unit": "Hz"}}
+    scipy.io.savemat(tmp_path / "a.mat", content, **options)
+    held = load(tmp_path / "a.mat")
+    np.testing.assert_array_equal(held["H"], np.eye(3) * 1j)
+    assert held["names"].tolist() == ["s1", "s2"]
+    np.testing.assert_array_equal(held["run.f"], [1, 2])
+    assert str(held["run.unit"]) == "Hz"
+
+
+def test_lists_that_mix_numbers_and_texts_are_left_out(tmp_path):
+    cells = np.array([1.0, "x"], dtype=object)
+    scipy.io.savemat(tmp_path / "a.mat", {"mixed": cells, "f": [1.0, 2.0]})
+    held = arrays.load(tmp_path / "a.mat")
+    assert held.left_out == {"mixed": "it holds neither numbers nor text"}
+    assert list(held.arrays) == ["f"]
+
+
+def test_hdf5_opens_no_other_file(tmp_path):
+    with h5py.File(tmp_path / "secret.h5", "w") as file:
+        file["key"] = np.arange(4.0)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["g/f"] = np.arange(3.0)
+        file["g/f"].attrs["units"] = "Hz"
+        file["g/again"] = file["g"]
+        file["outside"] = h5py.ExternalLink("secret.h5", "/key")
+        layout = h5py.VirtualLayout((4,), "f8")
+        layout[:] = h5py.VirtualSource(tmp_path / "secret.h5", "key", (4,))
+        file.create_virtual_dataset("virtual", layout)
+        file.create_dataset(
+            "external", (4,), "f8", external=[(str(tmp_path / "secret.h5"), 0, h5py.h5f.UNLIMITED)]
+        )
+    held = arrays.load(tmp_path / "a.h5")
+    np.testing.assert_array_equal(held.arrays.pop("g/f"), [0, 1, 2])
+    assert held.units == {"g/f": "Hz"}
+    assert not held.arrays
+    assert held.left_out == {
+        "g/again": "it is another name of an object that is read already",
+        "outside": "it is a link to another place, which is not followed",
+        "virtual": "its values stand in another file, which is not opened",
+        "external": "its values stand in another file, which is not opened",
+    }
+
+
+def test_hdf5_that_announces_more_than_it_holds_is_refused(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.create_dataset("H", (1 << 20, 1 << 20), "f8", chunks=(8, 8))  # 8 TiB, none of them
+    with pytest.raises(ValueError, match=r"a\.h5 .* /H announces 8796093022208 bytes in 0 stored"):
+        arrays.load(tmp_path / "a.h5")
+
+
+def test_a_file_that_ends_the_interpreter_is_refused(tmp_path, monkeypatch):
+    from bayes_placement.io.arrays import hdf5
+
+    reader = tmp_path / "reader.py"
+    reader.write_text("import os\ndef read(path):\n    os.abort()\n")
+    monkeypatch.setattr(hdf5, "_READER", reader)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["f"] = 1.0
+    with pytest.raises(ValueError, match=r"a\.h5 .*its process ended with -6"):
+        arrays.load(tmp_path / "a.h5")
+
+
+# --------------------------------------------------------------------------------------------- text
+
+
+@pytest.mark.parametrize(
+    ("content", "columns", "units"),
+    [
+        ("frequency [Hz],H\n1,2\n3,4e-1\n", {"frequency": [1, 3], "H": [2, 0.4]}, "Hz"),
+        ("\ufefffrequency (Hz)\tH\n1\t2\n3\t.4\n", {"frequency": [1, 3], "H": [2, 0.4]}, "Hz"),
+        ("frequency [Hz];H\n1,0;2\n3;0,4\n", {"frequency": [1, 3], "H": [2, 0.4]}, "Hz"),
+        ("% measured\n% frequency H\n1 2\n\n3 4D-1\n", {"frequency": [1, 3], "H": [2, 0.4]}, None),
+        ("1 2\n3 0.4\n", {"column 1": [1, 3], "column 2": [2, 0.4]}, None),
+    ],
+)
+def test_columns_are_read(tmp_path, content, columns, units):
+    (tmp_path / "a.csv").write_text(content, encoding="utf-8")
+    held = arrays.load(tmp_path / "a.csv")
+    assert {name: values.tolist() for name, values in held.arrays.items()} == columns
+    assert held.units.get("frequency") == units
+
+
+def test_lines_above_the_columns_are_told(tmp_path):
+    (tmp_path / "a.txt").write_text("Laboratory; plate 3\nf;H\n1;2\n")
+    held = arrays.load(tmp_path / "a.txt")
+    assert held.left_out == {"line 'Laboratory plate 3'": "it stands before the columns"}
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("f,H\n1,2\n3\n", "row 3 has 1 columns and earlier ones have 2"),
+        ("f,H\n1,2\n3,x\n", "the column 'H' holds numbers and 'x'"),
+        ("f,f\n1,2\n", "two columns are named 'f'"),
+        ("f,H\na,b\n", "no row of it has a number"),
+        ("# nothing\n", "it has no row"),
+    ],
+)
+def test_wrong_columns_are_refused(tmp_path, content, reason):
+    (tmp_path / "a.csv").write_text(content)
+    with pytest.raises(ValueError, match=rf"a\.csv.*{reason}"):
+        arrays.load(tmp_path / "a.csv")
+
+
+def test_too_much_text_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(text, "_MOST_BYTES", 10)
+    (tmp_path / "a.csv").write_text("f,H\n1,2\n3,4\n")
+    with pytest.raises(ValueError, match=r"a\.csv.* it has 12 bytes, and at most 10"):
+        arrays.load(tmp_path / "a.csv")
+
+
+# ------------------------------------------------------------------------------ workbooks and NumPy
+
+
+def test_workbooks_of_pandas_are_read(tmp_path):
+    table = pd.DataFrame({"frequency [Hz]": [1.0, 2.0], "name": ["a", "b"]})
+    with pd.ExcelWriter(tmp_path / "a.xlsx", engine="openpyxl") as file:
+        table.to_excel(file, sheet_name="one", index=False)
+    held = arrays.load(tmp_path / "a.xlsx")
+    np.testing.assert_array_equal(held.arrays["frequency"], [1, 2])
+    assert held.arrays["name"].tolist() == ["a", "b"]
+    assert held.units == {"frequency": "Hz"}
+
+
+def test_columns_of_several_sheets_are_told_apart(tmp_path):
+    book = openpyxl.Workbook()
+    for sheet in (book.active, book.create_sheet("second")):
+        sheet.append(["f", "H"])
+        sheet.append([1, 2.5])
+    book.save(tmp_path / "a.xlsx")
+    assert list(load(tmp_path / "a.xlsx")) == ["Sheet!f", "Sheet!H", "second!f", "second!H"]
+
+
+def with_member(path, name, content, **options):
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr(name, content, **options)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "options", "reason"),
+    [
+        ("xl/bomb.xml", bytes(50_000_000), {"compress_type": zipfile.ZIP_BZIP2}, "packed in a way"),
+        ("xl/a.xml", b'<!DOCTYPE a [<!ENTITY b "c">]>', {}, "defines entities"),
+        ("../a.xml", b"", {}, "leads out of it"),
+    ],
+)
+def test_workbooks_that_are_no_tables_are_refused(tmp_path, name, content, options, reason):
+    path = tmp_path / "a.xlsx"
+    book = openpyxl.Workbook()
+    book.active.append(["f"])
+    book.active.append([1])
+    book.save(path)
+    with_member(path, name, content, **options)
+    with pytest.raises(ValueError, match=rf"a\.xlsx.*{reason}"):
+        arrays.load(path)
+
+
+def test_pickles_are_never_loaded(tmp_path):
+    class Trap:
+        def __reduce__(self):
+            return (Path.touch, (tmp_path / "sprung",))
+
+    np.savez(tmp_path / "a.npz", H=np.array([Trap()], dtype=object))
+    (tmp_path / "a.mat").write_bytes(pickle.dumps(Trap()))
+    for name in ("a.npz", "a.mat"):
+        with pytest.raises(ValueError, match=name):
+            arrays.load(tmp_path / name)
+    assert not (tmp_path / "sprung").exists()
+
+
+def test_a_matlab_file_that_announces_too_much_is_refused(tmp_path):
+    """A variable of 2^31 - 1 squared numbers, of which eight bytes are there."""
+    flags = struct.pack("<IIII", 6, 8, 6, 0)
+    sizes = struct.pack("<IIii", 5, 8, 2**31 - 1, 2**31 - 1)
+    name = struct.pack("<HH4s", 1, 1, b"H")
+    values = struct.pack("<IId", 9, 8, 1.0)
+    body = flags + sizes + name + values
+    element = struct.pack("<II", 14, len(body)) + body
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
+    (tmp_path / "a.mat").write_bytes(head + element)
+    with pytest.raises(ValueError, match=r"a\.mat.* announces 4611686014132420609 numbers"):
+        arrays.load(tmp_path / "a.mat")
+    packed = zlib.compress(element)
+    packed_element = struct.pack("<II", 15, len(packed)) + packed
+    (tmp_path / "a.mat").write_bytes(head + packed_element)
+    with pytest.raises(ValueError, match=r"a\.mat.* announces 4611686014132420609 numbers"):
+        arrays.load(tmp_path / "a.mat")
