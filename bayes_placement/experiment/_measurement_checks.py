@@ -126,6 +126,34 @@ def variance(values: np.ndarray, measured: np.ndarray, lines: np.ndarray, label:
         )
 
 
+def stated_variance(
+    values: np.ndarray, measured: np.ndarray, lines: np.ndarray, label: PairLabel
+) -> None:
+    """Refuse a stated variance that is zero or unknown where a pair was measured."""
+    useless = np.argwhere(~(values > 0) & measured[..., None])
+    if useless.size:
+        row, column, line = useless[0].tolist()
+        raise InputError(
+            f"The variance of {label(row, column)} at {lines[line]:g} Hz is "
+            f"{values[row, column, line]:g}; a positive one is needed, since a likelihood without "
+            "noise is infinite. Repeats that agree in all digits are one record copied; without "
+            "them state the error: noise.Gaussian(sigma)."
+        )
+
+
+def not_negative(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> None:
+    """Refuse variances that are negative or infinite, and gaps; NaN at every line is unknown."""
+    known = ~np.isnan(values).all(axis=-1, keepdims=True)
+    wrong = np.argwhere(~((values >= 0) & np.isfinite(values)) & known)
+    if wrong.size:
+        row, column, line = wrong[0].tolist()
+        raise InputError(
+            f"variance is {values[row, column, line]:g} for {label(row, column)} at "
+            f"{lines[line]:g} Hz; it must be finite and not negative, being E|error|^2. Give NaN "
+            "at every line of a pair where it is unknown."
+        )
+
+
 def not_measured(requested: np.ndarray, nearest: np.ndarray) -> InputError:
     """Return the error that names the missing lines [Hz] and the measured ones next to them."""
     pairs = zip(requested[:5], nearest, strict=False)

@@ -15,7 +15,7 @@ PAIRS = ("sensor", "actuator")
 
 
 def dataset(measurement: "Measurement") -> xr.Dataset:
-    """Return FRFs, coherence and recorded positions of a measurement, labelled by channel.
+    """Return FRFs, coherence, variance and recorded positions, labelled by channel.
 
     Complex numbers are an axis `part`, since files of datasets hold real numbers only.
     """
@@ -29,6 +29,9 @@ def dataset(measurement: "Measurement") -> xr.Dataset:
     }
     if measurement.coherence is not None:
         variables["coherence"] = ((*PAIRS, "frequency"), measurement.coherence, {"units": "1"})
+    if measurement.variance is not None:
+        squared = {"long_name": "variance of the FRF", "units": f"({units})^2"}
+        variables["variance"] = ((*PAIRS, "frequency"), measurement.variance, squared)
     coordinates = {
         "sensor": [channel.label for channel in measurement.sensors],
         "actuator": [channel.label for channel in measurement.actuators],

@@ -1,4 +1,4 @@
-"""Variance of the noise of measured FRFs: by their coherence, or by the scatter of their lines."""
+"""Variance of the noise of measured FRFs: stated, by coherence, or by the scatter of lines."""
 
 from typing import TYPE_CHECKING
 
@@ -21,15 +21,24 @@ Pairs = Float[np.ndarray, "sensor actuator frequency"]
 def noise_variance(measurement: "Measurement") -> Pairs:
     """Variance E|error|^2 of each FRF value [unit of the FRF squared]; NaN where not measured.
 
-    By coherence and averages where they are known, else by the scatter of neighbouring lines.
+    As stated, else by coherence and averages where they are known, else by the scatter of
+    neighbouring lines.
     """
-    scatter = scatter_variance(measurement.frf)
+    variance = scatter_variance(measurement.frf)
+    known = [] if measurement.variance is None else [measurement.variance]
+    if measurement.coherence is not None and measurement.averages is not None:
+        known.append(by_coherence(measurement))
+    for better in reversed(known):
+        variance = np.where(np.isfinite(better), better, variance)
+    return variance
+
+
+def by_coherence(measurement: "Measurement") -> Pairs:
+    """Variance of an H1 estimate by its coherence and averages, which must be known."""
     coherence, averages = measurement.coherence, measurement.averages
-    if coherence is None or averages is None:
-        return scatter
+    assert coherence is not None and averages is not None
     with np.errstate(divide="ignore", invalid="ignore"):
-        stated = np.abs(measurement.frf) ** 2 * (1 - coherence) / (averages * coherence)
-    return np.where(np.isfinite(stated), stated, scatter)
+        return np.asarray(np.abs(measurement.frf) ** 2 * (1 - coherence) / (averages * coherence))
 
 
 def scatter_variance(frf: Complex[np.ndarray, "sensor actuator frequency"]) -> Pairs:

@@ -305,8 +305,7 @@ class Experiment(eqx.Module):
             .channels(self.sensor_channels, self.actuator_channels)
             .converted(self.observe.quantity)
         )
-        reads_coherence = self.noise is not None and self.noise.reads_coherence
-        variance = chosen.noise_variance() if reads_coherence else None
+        variance = None if self.noise is None else self.noise.variance(chosen)
         amplitude = self.noise is not None and self.noise.reads_amplitude
         return measured_outputs(self.observe, chosen.frf, variance, amplitude=amplitude)
 

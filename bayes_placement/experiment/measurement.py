@@ -1,6 +1,6 @@
 """Measured FRFs of labelled channels: their conversion, and the choice of lines and channels."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -10,8 +10,9 @@ import xarray as xr
 from .._types import InputError
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
 from . import _measurement_checks as checks
-from . import _measurement_dataset, line_choice
-from .quantities import converted, frf_name, quantity_of
+from . import _measurement_dataset, _noise_level, line_choice
+from ._measurement_words import sentence
+from .quantities import converted, frf_name
 
 __all__ = ["Channel", "Channels", "Measurement"]
 
@@ -48,6 +49,9 @@ class Measurement:
         Recorded coordinates [m] by the name of the transducer, as far as they are known.
     force_level
         Amplitude of the force [N], or None.
+    variance
+        Variance E|error|^2 of each FRF value [unit of the FRF squared] in the shape of the FRFs, as
+        repeats show it, NaN for pairs where unknown; or None.
 
     Raises
     ------
@@ -64,11 +68,13 @@ class Measurement:
     averages: float | int | None = None
     positions: dict[str, Position] = field(default_factory=dict)
     force_level: float | int | None = None
+    variance: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check the values."""
-        for name, dtype in (("frf", complex), ("frequency", float), ("coherence", float)):
+        for name in ("frf", "frequency", *_OF_LINES):
             if getattr(self, name) is not None:
+                dtype = complex if name == "frf" else float
                 object.__setattr__(self, name, _frozen(getattr(self, name), dtype))
         object.__setattr__(self, "positions", checks.positions(self.positions))
         for channel in self.sensors + self.actuators:
@@ -80,6 +86,9 @@ class Measurement:
         if self.coherence is not None:
             checks.shape("coherence", self.coherence, self._shape)
             checks.coherence(self.coherence, self.frequency, self._label)
+        if self.variance is not None:
+            checks.shape("variance", self.variance, self._shape)
+            checks.not_negative(self.variance, self.frequency, self._label)
         checks.averages(self.averages)
         checks.force_level(self.force_level)
 
@@ -96,12 +105,13 @@ class Measurement:
         averages: float | int | None = None,
         positions: Mapping[str, Sequence[float | int]] | None = None,
         force_level: float | int | None = None,
+        variance: Any = None,
     ) -> "Measurement":
         """Make a measurement of plain arrays and channel labels.
 
         Parameters
         ----------
-        frf, coherence
+        frf, coherence, variance
             Array-likes of shape (sensor, actuator, frequency), or (frequency,) where there is one
             sensor channel and one actuator channel.
         frequency
@@ -118,8 +128,9 @@ class Measurement:
         """
         checks.numeric("frf", frf, "iufc")
         checks.numeric("frequency", frequency, "iuf")
-        if coherence is not None:
-            checks.numeric("coherence", coherence, "iuf")
+        for name, values in (("coherence", coherence), ("variance", variance)):
+            if values is not None:
+                checks.numeric(name, values, "iuf")
         rows, columns = parsed(sensors), parsed(actuators)
         check_distinct("sensor", rows)
         check_distinct("actuator", columns)
@@ -134,6 +145,7 @@ class Measurement:
             averages=averages,
             positions=checks.positions(positions or {}),
             force_level=force_level,
+            variance=None if variance is None else _as_pairs(variance, single),
         )
 
     @property
@@ -154,7 +166,9 @@ class Measurement:
             If the quantity is none of these, or 0 Hz would have to be divided by.
         """
         frf = converted(self.frf, self.frequency, self.quantity, quantity)
-        return replace(self, frf=frf, quantity=quantity)
+        factor = converted(np.ones(self.frequency.size), self.frequency, self.quantity, quantity)
+        variance = None if self.variance is None else self.variance * np.abs(factor) ** 2
+        return replace(self, frf=frf, quantity=quantity, variance=variance)
 
     def band(self, low: float | int, high: float | int) -> "Measurement":
         """Return the lines from low to high [Hz], both included.
@@ -226,7 +240,7 @@ class Measurement:
         return replace(
             self,
             frf=self.frf[pick] * signs[:, :, None],
-            coherence=None if self.coherence is None else self.coherence[pick],
+            **self._of_lines(lambda values: values[pick]),
             sensors=tuple(row.channel for row in rows),
             actuators=tuple(column.channel for column in columns),
         )
@@ -310,12 +324,26 @@ class Measurement:
                 "follows from the two together. Give them to the measurement, or state the error: "
                 "noise.Gaussian(sigma)."
             )
-        with np.errstate(divide="ignore", invalid="ignore"):
-            variance = (
-                np.abs(self.frf) ** 2 * (1 - self.coherence) / (self.averages * self.coherence)
-            )
+        variance = _noise_level.by_coherence(self)
         checks.variance(variance, self.measured, self.frequency, self._label)
         return variance
+
+    def stated_variance(self) -> np.ndarray:
+        """Variance E|error|^2 of each FRF value, as the measurement states it.
+
+        Raises
+        ------
+        ValueError
+            If it states none, or none that is positive where something was measured.
+        """
+        if self.variance is None:
+            raise InputError(
+                "The measurement states no variance of its FRFs; one is needed, since the size of "
+                "the error is read from it. Take time records, bp.time_records.frf(...), state it, "
+                "Measurement.from_arrays(..., variance=...), or use noise.FromCoherence()."
+            )
+        checks.stated_variance(self.variance, self.measured, self.frequency, self._label)
+        return self.variance
 
     def to_dataset(self) -> xr.Dataset:
         """Return the measurement as a labelled dataset, complex numbers as an axis `part`."""
@@ -323,18 +351,7 @@ class Measurement:
 
     def __repr__(self) -> str:
         """Say what was measured in one paragraph."""
-        low, high = self.frequency[0], self.frequency[-1]
-        coherence = "no coherence" if self.coherence is None else "with coherence"
-        averages = "" if self.averages is None else f", {self.averages} averages"
-        force = "" if self.force_level is None else f", force {self.force_level:g} N"
-        return (
-            f"Measurement: {self.quantity} [{quantity_of(self.quantity).unit}] of "
-            f"{_counted(len(self.sensors), 'sensor channel')} for "
-            f"{_counted(len(self.actuators), 'actuator channel')}, "
-            f"{_counted(int(self.measured.sum()), 'pair')} measured, "
-            f"{self.frequency.size} lines from {low:g} to {high:g} Hz, "
-            f"{coherence}{averages}{force}."
-        )
+        return sentence(self)
 
     def _label(self, row: int, column: int) -> str:
         return f"{self.sensors[row].label} / {self.actuators[column].label}"
@@ -349,10 +366,20 @@ class Measurement:
         return self._at(np.flatnonzero(keep))
 
     def _at(self, index: np.ndarray) -> "Measurement":
-        coherence = None if self.coherence is None else self.coherence[..., index]
         return replace(
-            self, frf=self.frf[..., index], frequency=self.frequency[index], coherence=coherence
+            self,
+            frf=self.frf[..., index],
+            frequency=self.frequency[index],
+            **self._of_lines(lambda values: values[..., index]),
         )
+
+    def _of_lines(self, pick: Callable[[np.ndarray], np.ndarray]) -> dict[str, Any]:
+        """Pick what is known of each line besides its FRF."""
+        values = {name: getattr(self, name) for name in _OF_LINES}
+        return {name: pick(array) for name, array in values.items() if array is not None}
+
+
+_OF_LINES = ("coherence", "variance")
 
 
 def _frozen(values: Any, dtype: type) -> np.ndarray:
@@ -368,7 +395,3 @@ def _frozen(values: Any, dtype: type) -> np.ndarray:
 def _as_pairs(values: Any, single: bool) -> np.ndarray:
     array = np.asarray(values)
     return array[None, None] if single and array.ndim == 1 else array
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,65 +1,22 @@
 """Output error: the Gaussian distribution of measured outputs around predicted ones, Eq. (21)."""
 
 import abc
-from collections.abc import Sequence
 from typing import Any, ClassVar, TypeAlias
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool
+from jaxtyping import Array
 from numpyro.distributions import Distribution, MultivariateNormal, Normal
 
 from .._sites import is_unknown, unit
 from .._types import InputError, Parameter, Response
+from ._data import Data
 from ._noise_values import not_negative, positive, positive_definite
+from .measurement import Measurement
 
 Chosen: TypeAlias = slice | np.ndarray
 """Some channels: a slice of them, or their numbers."""
-
-
-class Data(eqx.Module):
-    """Measured outputs, in the shape of the predicted ones.
-
-    Parameters
-    ----------
-    z
-        Measured outputs; zero where nothing was measured.
-    measured
-        Where something was measured.
-    deviation
-        Standard deviation of each output known from coherence and averages, or None.
-    relative, absolute
-        Standard deviation of each output for E|error|^2 = |H|^2, |H| being the measured amplitude,
-        and for E|error|^2 = 1; None where the noise does not need them.
-    """
-
-    z: Response
-    measured: Bool[np.ndarray, "sensor actuator *level_and_part frequency"]
-    deviation: Response | None = None
-    relative: Response | None = None
-    absolute: Response | None = None
-
-    def of(self, sensors: Any = slice(None), actuators: Any = slice(None)) -> "Data":
-        """Return the data of some sensor and actuator channels."""
-
-        def pick(values: Any) -> Any:
-            return None if values is None else values[sensors][:, actuators]
-
-        return Data(*(pick(getattr(self, name)) for name in _FIELDS))
-
-    @staticmethod
-    def at_levels(runs: "Sequence[Data]") -> "Data":
-        """Return the data of several force levels, one run each, as one."""
-
-        def stacked(values: list[Any]) -> Any:
-            xp = np if isinstance(values[0], np.ndarray) else jnp
-            return None if values[0] is None else xp.stack(values, axis=2)
-
-        return Data(*(stacked([getattr(run, name) for run in runs]) for name in _FIELDS))
-
-
-_FIELDS = ("z", "measured", "deviation", "relative", "absolute")
 
 
 class Noise(eqx.Module):
@@ -69,9 +26,12 @@ class Noise(eqx.Module):
     ----------
     reads_amplitude
         Whether its level is read from the amplitude of the measured FRFs.
+    reads_variance
+        Whether its level is read from the variance that a measurement states.
     """
 
     reads_amplitude: ClassVar[bool] = False
+    reads_variance: ClassVar[bool] = False
 
     @property
     @abc.abstractmethod
@@ -81,7 +41,17 @@ class Noise(eqx.Module):
     @property
     def reads_measurement(self) -> bool:
         """Whether its level is read from a measurement."""
-        return self.reads_coherence or self.reads_amplitude
+        return self.reads_coherence or self.reads_variance or self.reads_amplitude
+
+    def variance(self, measurement: Measurement) -> np.ndarray | None:
+        """Variance E|error|^2 of each FRF value, where it is read from a measurement.
+
+        Raises
+        ------
+        InputError
+            If the measurement does not have what it is read from.
+        """
+        return measurement.noise_variance() if self.reads_coherence else None
 
     @abc.abstractmethod
     def distribution(
@@ -222,14 +192,53 @@ class FromCoherence(Noise):
                 "measurement, and none is given here. Give a measurement with both, or use "
                 "noise.Gaussian(sigma)."
             )
-        deviation = data.deviation * jnp.asarray(self.factor)
-        return _masked(Normal(predicted, jnp.sqrt(deviation**2 + kernel)), data)
+        return _of_known_level(predicted, data, data.deviation * jnp.asarray(self.factor), kernel)
 
     def deviation(self, data: Data) -> Response | None:
         """Return the known deviation times the factor; None where this is a distribution."""
-        if is_unknown(self.factor) or data.deviation is None:
-            return None
-        return data.deviation * jnp.asarray(self.factor)
+        return _known_deviation(data, self.factor)
+
+
+class FromVariance(Noise):
+    """Independent errors whose variance at each line comes with the measurement.
+
+    The variance is E|error|^2 of a complex FRF, as the scatter of repeats shows it
+    (`time_records.frf`); half of it is in the real and half in the imaginary part. Other than
+    `FromCoherence` it holds for any estimator.
+
+    Parameters
+    ----------
+    scale
+        Factor on the standard deviation [1]: 1, or a distribution where repeats do not show all
+        errors, as of a sensor that was not mounted anew.
+    """
+
+    reads_coherence: ClassVar[bool] = False
+    reads_variance: ClassVar[bool] = True
+    scale: Parameter = eqx.field(metadata=unit("1"))
+
+    def __init__(self, scale: Parameter = 1.0):
+        self.scale = positive("noise.FromVariance(scale)", "scale", scale)
+
+    def variance(self, measurement: Measurement) -> np.ndarray | None:
+        """Variance E|error|^2 of each FRF value, as the measurement states it."""
+        return measurement.stated_variance()
+
+    def distribution(
+        self, predicted: Response, data: Data | None, kernel: Any = 0.0
+    ) -> Distribution:
+        """Independent normal distribution of every output."""
+        if data is None or data.deviation is None:
+            raise InputError(
+                "noise.FromVariance reads its level from the variance that a measurement states, "
+                "and none is given here. Give a measurement of time_records.frf, or use "
+                "noise.Gaussian(sigma)."
+            )
+        return _of_known_level(predicted, data, data.deviation * jnp.asarray(self.scale), kernel)
+
+    def deviation(self, data: Data) -> Response | None:
+        """Return the known deviation times the scale; None where this is a distribution."""
+        return _known_deviation(data, self.scale)
 
 
 class Relative(Noise):
@@ -310,6 +319,18 @@ class Relative(Noise):
                 "or leave coherence out."
             )
         return jnp.sqrt(variance + (data.deviation * jnp.asarray(self.coherence)) ** 2)
+
+
+def _of_known_level(
+    predicted: Response, data: Data, deviation: Response, kernel: Any
+) -> Distribution:
+    return _masked(Normal(predicted, jnp.sqrt(deviation**2 + kernel)), data)
+
+
+def _known_deviation(data: Data, factor: Parameter) -> Response | None:
+    if is_unknown(factor) or data.deviation is None:
+        return None
+    return data.deviation * jnp.asarray(factor)
 
 
 def _channels(sigma: Array, sensors: Chosen, actuators: Chosen) -> Array:

@@ -1,5 +1,7 @@
 """Names by path, the paper's nominal outputs, data that fit, models written by hand."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -484,3 +486,18 @@ def test_a_line_at_zero_is_refused_where_the_structure_is_free():
             observe=bp.observe.Complex("displacement"),
             noise=None,
         )
+
+
+def test_a_stated_variance_reaches_the_noise_in_the_quantity_that_is_observed(measured):
+    variance = 0.01 * np.abs(measured.frf) ** 2 * np.arange(1.0, 6.0)
+    stated = dataclasses.replace(measured, variance=variance)
+    for quantity in ("acceleration", "displacement"):
+        chosen = small(observe=bp.observe.Complex(quantity), noise=bp.noise.FromVariance(2.0))
+        level = np.asarray(chosen.noise.deviation(chosen.data(stated)))
+        expected = 2 * np.sqrt(stated.converted(quantity).variance / 2)
+        np.testing.assert_allclose(level, np.stack([expected] * 2, axis=2), rtol=1e-12)
+
+
+def test_noise_from_variance_needs_a_measurement_that_states_one(measured):
+    with pytest.raises(ValueError, match="states no variance of its FRFs"):
+        small(noise=bp.noise.FromVariance()).data(measured)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
+from bayes_placement.experiment._noise_level import noise_variance
 from bayes_placement.experiment.line_choice import half_power_bandwidth, resonances
 
 NATURAL, DAMPING = np.array([40.0, 47.0, 130.0, 260.0]), 0.01
@@ -195,3 +196,13 @@ def test_the_choice_serves_an_experiment():
         noise=bp.noise.FromCoherence(),
     )
     assert experiment.data(modal()).z.shape[-1] == 30
+
+
+def test_the_noise_of_lines_is_what_the_measurement_states_best():
+    measured = modal(LINES[::50])
+    by_coherence = noise_variance(measured)
+    stated = np.full_like(by_coherence, 2.0)
+    stated[1] = np.nan
+    known = noise_variance(dataclasses.replace(measured, variance=stated))
+    np.testing.assert_array_equal(known[[0, 2]], 2.0)
+    np.testing.assert_array_equal(known[1], by_coherence[1])

@@ -323,3 +323,55 @@ def test_an_frf_and_its_motion_are_one_quantity(frf, motion):
     actual, expected = (measurement().converted(word) for word in (motion, frf))
     assert actual.quantity == expected.quantity == frf
     np.testing.assert_array_equal(actual.frf, expected.frf)
+
+
+VARIANCE = GENERATOR.uniform(0.01, 0.1, (3, 2, 4))
+
+
+def test_a_stated_variance_follows_lines_and_channels():
+    stated = measurement(variance=VARIANCE)
+    np.testing.assert_array_equal(stated.stated_variance(), VARIANCE)
+    np.testing.assert_array_equal(stated.lines([10.0, 40.0]).variance, VARIANCE[..., [1, 3]])
+    chosen = stated.channels(["s2", "s1-x"], ["a2+y"])
+    np.testing.assert_array_equal(chosen.variance, VARIANCE[[2, 0]][:, [1]])
+    assert "with coherence and with variance" in repr(stated)
+    assert stated.to_dataset()["variance"].attrs["units"] == "((m/s²)/N)^2"
+    with pytest.raises(ValueError, match="read-only"):
+        stated.variance[0, 0, 0] = 1.0
+
+
+def test_a_stated_variance_is_converted_with_its_frf():
+    converted = measurement(variance=VARIANCE).converted("receptance")
+    omega = 2 * np.pi * FREQUENCY
+    np.testing.assert_allclose(converted.variance, VARIANCE / omega**4, rtol=1e-12)
+    np.testing.assert_allclose(
+        converted.variance / np.abs(converted.frf) ** 2, VARIANCE / np.abs(FRF) ** 2
+    )
+
+
+def test_a_stated_variance_is_asked_for():
+    with pytest.raises(ValueError, match=r"states no variance of its FRFs; .*time_records\.frf"):
+        measurement().stated_variance()
+
+
+@pytest.mark.parametrize("wrong", [0.0, np.nan])
+def test_a_stated_variance_must_be_known_where_something_was_measured(wrong):
+    values = VARIANCE.copy()
+    values[1, 0] = wrong
+    stated = measurement(variance=values)
+    with pytest.raises(ValueError, match=r"variance of s1-z / a1-z at 5 Hz is .*; a positive one"):
+        stated.stated_variance()
+
+
+@pytest.mark.parametrize("wrong", [-0.1, np.inf, np.nan])
+def test_a_variance_must_be_finite_and_not_negative(wrong):
+    values = VARIANCE.copy()
+    values[2, 1, 3] = wrong
+    with pytest.raises(ValueError, match=r"variance is .* for s2 / a2\+y at 40 Hz; it must be fin"):
+        measurement(variance=values)
+
+
+def test_the_shape_of_a_variance_is_that_of_the_frfs():
+    with pytest.raises(ValueError, match=r"variance has shape \(3, 2, 3\)"):
+        measurement(variance=VARIANCE[..., :3])
+    assert single(variance=VARIANCE[0, 0]).variance.shape == (1, 1, 4)

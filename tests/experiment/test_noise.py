@@ -65,6 +65,7 @@ def test_a_level_for_each_part_is_kept_as_it_is():
         (noise.Gaussian(dist.HalfNormal(0.1)), [("sigma", "unit of z")]),
         (noise.Covariance(np.eye(4), scale=dist.LogNormal(0.0, 1.0)), [("scale", "1")]),
         (noise.FromCoherence(dist.LogNormal(0.0, 0.5)), [("factor", "1")]),
+        (noise.FromVariance(dist.LogNormal(0.0, 0.5)), [("scale", "1")]),
         (noise.Gaussian(0.1), []),
     ],
 )
@@ -111,6 +112,29 @@ def test_from_coherence_needs_coherence(data):
         noise.FromCoherence().distribution(jnp.asarray(PREDICTED), data)
 
 
+def test_from_variance_takes_each_level_from_the_data():
+    deviation = GENERATOR.uniform(0.1, 0.5, PREDICTED.shape)
+    data = data_for(PREDICTED, deviation)
+    error = noise.FromVariance(2.0)
+    density = log_density(error, PREDICTED, data)
+    np.testing.assert_allclose(density, stats.norm.logpdf(data.z, PREDICTED, 2 * deviation))
+    np.testing.assert_allclose(error.deviation(data), 2 * deviation)
+    assert noise.FromVariance(dist.LogUniform(0.5, 2.0)).deviation(data) is None
+
+
+@pytest.mark.parametrize("data", [None, data_for(PREDICTED)], ids=["simulation", "no variance"])
+def test_from_variance_needs_a_variance(data):
+    with pytest.raises(ValueError, match=r"reads its level from the variance that a measurement"):
+        noise.FromVariance().distribution(jnp.asarray(PREDICTED), data)
+
+
+def test_what_a_noise_reads_from_a_measurement():
+    stated = noise.FromVariance()
+    assert stated.reads_measurement and stated.reads_variance and not stated.reads_coherence
+    assert noise.FromCoherence().reads_measurement and not noise.FromCoherence().reads_variance
+    assert not noise.Gaussian(0.1).reads_measurement
+
+
 def test_only_from_coherence_reads_coherence():
     assert noise.FromCoherence().reads_coherence
     assert not noise.Gaussian(0.1).reads_coherence
@@ -121,7 +145,9 @@ LEVEL = GENERATOR.uniform(0.1, 0.5, PREDICTED.shape)
 KERNEL = GENERATOR.uniform(0.01, 0.2, PREDICTED.shape)
 
 
-@pytest.mark.parametrize("error", [noise.Gaussian(LEVEL), noise.FromCoherence()])
+@pytest.mark.parametrize(
+    "error", [noise.Gaussian(LEVEL), noise.FromCoherence(), noise.FromVariance()]
+)
 def test_a_kernel_adds_its_variance(error):
     data = data_for(PREDICTED, LEVEL)
     density = log_density(error, PREDICTED, data, jnp.asarray(KERNEL))
@@ -137,7 +163,9 @@ def test_a_kernel_adds_its_variance_to_a_covariance():
         np.testing.assert_allclose(density[pair], joint.logpdf(data.z[pair]), rtol=1e-10)
 
 
-@pytest.mark.parametrize("error", [noise.Gaussian(LEVEL), noise.FromCoherence()])
+@pytest.mark.parametrize(
+    "error", [noise.Gaussian(LEVEL), noise.FromCoherence(), noise.FromVariance()]
+)
 def test_what_was_not_measured_has_no_density(error):
     gaps = [(0, 1), (1, 2)]
     data = data_for(PREDICTED, LEVEL, gaps)
@@ -183,6 +211,7 @@ def test_noise_that_is_not_positive_is_refused(value):
     for kind, word in (
         (noise.Gaussian, "standard deviation"),
         (noise.FromCoherence, "factor"),
+        (noise.FromVariance, "scale"),
         (lambda scale: noise.Covariance(np.eye(4), scale), "scale"),
     ):
         with pytest.raises(ValueError, match=rf"was given a {word} of .*; the {word} must be pos"):

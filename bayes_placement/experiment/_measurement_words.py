@@ -1,0 +1,33 @@
+"""What was measured, in one sentence."""
+
+from typing import TYPE_CHECKING
+
+from .quantities import quantity_of
+
+if TYPE_CHECKING:
+    from .measurement import Measurement
+
+
+def sentence(measurement: "Measurement") -> str:
+    """Say what was measured: quantity, channels, lines and what is known of the noise."""
+    low, high = measurement.frequency[0], measurement.frequency[-1]
+    averages = "" if measurement.averages is None else f", {measurement.averages} averages"
+    level = measurement.force_level
+    force = "" if level is None else f", force {level:g} N"
+    return (
+        f"Measurement: {measurement.quantity} [{quantity_of(measurement.quantity).unit}] of "
+        f"{_counted(len(measurement.sensors), 'sensor channel')} for "
+        f"{_counted(len(measurement.actuators), 'actuator channel')}, "
+        f"{_counted(int(measurement.measured.sum()), 'pair')} measured, "
+        f"{measurement.frequency.size} lines from {low:g} to {high:g} Hz, "
+        f"{_known(measurement)}{averages}{force}."
+    )
+
+
+def _known(measurement: "Measurement") -> str:
+    coherence = "no coherence" if measurement.coherence is None else "with coherence"
+    return coherence if measurement.variance is None else f"{coherence} and with variance"
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
