@@ -26,6 +26,7 @@ from .inference import engines, marginals
 from .inference.infer import infer
 from .inference.report import report
 from .inference.simulate import simulate
+from .io import time_records
 from .modes import beams, finite_elements
 
 __version__: str
@@ -61,4 +62,5 @@ __all__ = [
     "positions",
     "report",
     "simulate",
+    "time_records",
 ]

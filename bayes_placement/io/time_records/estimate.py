@@ -1,0 +1,63 @@
+"""An estimated FRF: the measurement, what was done to the records, and what speaks against it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...effects.exponential_window import ExponentialWindow
+from ...experiment.measurement import Measurement
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """FRFs that were estimated from time records.
+
+    Parameters
+    ----------
+    measurement
+        FRFs with coherence, number of averages and the variance of each line, which
+        `noise.FromVariance` reads.
+    estimator
+        `H1`, `H2` or `Hv`.
+    repeats
+        Hits or segments that were used.
+    scatter
+        Variance of each line by its own repeats alone, of shape (sensor, actuator, frequency).
+    done
+        What was done to the records, in words.
+    left_out
+        What was left out and why, a sentence for each.
+    warnings
+        What speaks against the estimate, a sentence for each.
+    time_constant
+        Time constant [s] of an exponential window on force and response, or None.
+    """
+
+    measurement: Measurement
+    estimator: str
+    repeats: int
+    scatter: Float[np.ndarray, "sensor actuator frequency"]
+    done: tuple[str, ...]
+    left_out: tuple[str, ...]
+    warnings: tuple[str, ...]
+    time_constant: float | None
+
+    @property
+    def effects(self) -> tuple[ExponentialWindow, ...]:
+        """Effects that the windows have on the FRFs, known: `experiment + effect` for each.
+
+        An exponential window is a damping that the structure does not have.
+        """
+        return () if self.time_constant is None else (ExponentialWindow(1 / self.time_constant),)
+
+    def __str__(self) -> str:
+        """Say what was estimated, from what, and what speaks against it."""
+        done = "".join(f", {words}" for words in self.done)
+        return "\n".join(
+            [
+                str(self.measurement),
+                f"By {self.estimator} from {self.repeats} repeats{done}.",
+                *(f"- {sentence}" for sentence in (*self.left_out, *self.warnings)),
+            ]
+        )

@@ -1,0 +1,249 @@
+"""FRFs from time records of one force and the responses to it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Complex
+
+from ..._types import InputError, check_count, check_kind, shown
+from ...experiment._measurement_checks import band as check_band
+from ...experiment.measurement import Measurement
+from ...positions.channel import Channel, Channels
+from . import estimators, pooling
+from .estimate import Estimate
+from .excitation import Excitation, Spectra
+from .recording import Recording, joined
+from .records import records
+
+CORRELATED = 1.5
+"""Lines worth one from which on a likelihood of independent lines is said to be too narrow."""
+
+FEW_REPEATS = 5
+"""Repeats below which the variance rests on the likeness of neighbouring lines."""
+
+
+def frf(
+    force: Any,
+    response: Any,
+    rate: float | int,
+    *,
+    excitation: Excitation,
+    quantity: str,
+    actuator: str | Channel,
+    sensors: Channels | None = None,
+    band: tuple[float | int, float | int] | None = None,
+    estimator: str = "H1",
+    every: int | None = None,
+    neighbours: int | None = None,
+    ranges: Mapping[str, float | int] | None = None,
+) -> Estimate:
+    """Estimate FRFs from time records of one force and the responses to it.
+
+    The variance of each line is that of the jackknife over the repeats, pooled over neighbouring
+    lines so far that it is known to 10 %: it contains all that differs from repeat to repeat.
+    What repeats have in common it does not contain, such as the bias of H1 by noise of the force,
+    Smm / Sff of |H|, and an error of a sensitivity.
+
+    Parameters
+    ----------
+    force
+        Force [N]: the samples of one record, or those of several, (record, sample) or a sequence.
+    response
+        Motion in SI in the form of the force, for each sensor: a mapping from sensor labels, or a
+        sequence in the order of `sensors`. That of one sensor may stand alone.
+    rate
+        Sampling rate [Hz], the same of all channels, which are sampled together.
+    excitation
+        `Impacts(...)` or `Continuous(...)`.
+    quantity
+        What the sensors record: `displacement`, `velocity` or `acceleration`.
+    actuator
+        Label of the force: that of an actuator of the experiment.
+    sensors
+        Labels of the responses, where they are no mapping.
+    band
+        First and last line [Hz], both included; None for all below half of the rate.
+    estimator
+        `H1`, which noise of the response does not bias; `H2`, which noise of the force does not
+        bias; `Hv`, their geometric mean.
+    every
+        Which lines are kept: every second one with 2. None for as many as have independent errors,
+        since a likelihood counts each line once.
+    neighbours
+        Lines over which the variance is pooled; 1 for each line by itself. None for as many as
+        needed.
+    ranges
+        Greatest values that channels can record, by label: whatever reaches them is overloaded.
+
+    Raises
+    ------
+    InputError
+        If an argument is wrong, a channel is overloaded throughout, or fewer than two repeats are
+        left.
+    """
+    _check_options(estimator, excitation, every=every, neighbours=neighbours)
+    recorded = records(force, response, rate, sensors=sensors, actuator=actuator, ranges=ranges)
+    spectra = _in_band(excitation.spectra(recorded), band)
+    _check_spectra(spectra)
+    step = every or max(1, round(spectra.correlated_lines))
+    kept = _thinned(spectra, step)
+    rows = [_of_sensor(kept, motion, estimator, neighbours) for motion in kept.response]
+    frfs, coherence, scatter, variance = np.array(rows).swapaxes(0, 1)[:, :, None]
+    measurement = Measurement.from_arrays(
+        frfs,
+        kept.frequency,
+        sensors=recorded.sensors,
+        actuators=[recorded.actuator],
+        quantity=quantity,
+        coherence=coherence.real,
+        averages=int(kept.averages),
+        variance=variance.real,
+    )
+    return Estimate(
+        measurement=measurement,
+        estimator=estimator,
+        repeats=len(kept.force),
+        scatter=scatter.real,
+        done=kept.done,
+        left_out=kept.left_out,
+        warnings=(*kept.warnings, *_warnings(kept)),
+        time_constant=kept.time_constant,
+    )
+
+
+def frf_of(
+    recordings: Recording | Sequence[Recording],
+    actuator: str | Channel,
+    *,
+    excitation: Excitation,
+    **options: Any,
+) -> Estimate:
+    """Estimate FRFs from recordings whose channels bear the labels of sensors and actuators.
+
+    Parameters
+    ----------
+    recordings
+        One recording, or several with the same channels, such as one for each hit.
+    actuator
+        Label of the force; all other channels are responses.
+    excitation
+        `Impacts(...)` or `Continuous(...)`.
+    **options
+        Further arguments of `frf`.
+
+    Raises
+    ------
+    InputError
+        If the channels differ, the force is no force, or the responses are of several quantities.
+    """
+    label = Channel.parse(actuator).label
+    together = joined(recordings, label)
+    return frf(
+        together.force,
+        together.response,
+        together.rate,
+        excitation=excitation,
+        quantity=together.quantity,
+        actuator=label,
+        **options,
+    )
+
+
+def _of_sensor(
+    spectra: Spectra,
+    motion: Complex[np.ndarray, "repeat frequency"],
+    estimator: str,
+    neighbours: int | None,
+) -> Complex[np.ndarray, "value frequency"]:
+    """FRF, coherence, variance by the repeats of each line, and pooled variance of a sensor."""
+    function = estimators.ESTIMATORS[estimator]
+    each = estimators.products(spectra.force, motion)
+    total = estimators.summed(each)
+    response = function(total)
+    scatter = estimators.scatter(function, each, spectra.averages)
+    count = neighbours or pooling.neighbours(spectra.averages, spectra.correlated_lines)
+    variance = pooling.pooled(scatter, total.force, np.abs(response), spectra.averages, count)
+    return np.array([response, estimators.coherence(total), scatter, variance])
+
+
+def _in_band(spectra: Spectra, band: tuple[float | int, float | int] | None) -> Spectra:
+    if band is None:
+        return spectra
+    check_band(*band)
+    kept = np.flatnonzero((spectra.frequency >= band[0]) & (spectra.frequency <= band[1]))
+    if not kept.size:
+        lines = spectra.frequency
+        raise InputError(
+            f"band=({band[0]:g}, {band[1]:g}) was given; one that holds a line is needed, and "
+            f"there are {lines.size} from {lines[0]:g} to {lines[-1]:g} Hz."
+        )
+    return _with_lines(spectra, slice(int(kept[0]), int(kept[-1]) + 1))
+
+
+def _with_lines(spectra: Spectra, kept: slice) -> Spectra:
+    return replace(
+        spectra,
+        frequency=spectra.frequency[kept],
+        force=spectra.force[:, kept],
+        response=spectra.response[..., kept],
+    )
+
+
+def _thinned(spectra: Spectra, step: int) -> Spectra:
+    """Keep every second line with a step of 2, in the middle of those left out."""
+    if step == 1:
+        return spectra
+    words = f"every {step}th line, since the window correlates the errors of neighbouring lines"
+    return replace(
+        _with_lines(spectra, slice((step - 1) // 2, None, step)),
+        correlated_lines=max(1.0, spectra.correlated_lines / step),
+        done=(*spectra.done, words),
+    )
+
+
+def _check_options(estimator: str, excitation: Any, **counts: int | None) -> None:
+    if estimator not in estimators.ESTIMATORS:
+        raise InputError(
+            f"estimator={shown(estimator)} was given; one of {', '.join(estimators.ESTIMATORS)} is "
+            "needed: estimator='H1' where the response has the most noise."
+        )
+    check_kind(
+        "excitation",
+        excitation,
+        Excitation,
+        "how the structure was excited is needed, since records are cut accordingly",
+        "time_records.Impacts(duration=1.0, before=0.02), or time_records.Continuous(segment=1.0)",
+    )
+    for name, number in counts.items():
+        if number is not None:
+            check_count(name, number, 1, f"{name}=1")
+
+
+def _check_spectra(spectra: Spectra) -> None:
+    """Refuse a force or a response without any content at a line, and repeats that are one."""
+    power = np.sum(np.abs(np.concatenate([spectra.force[None], spectra.response])) ** 2, axis=1)
+    silent = np.argwhere(~(power > 0))
+    if silent.size:
+        row, line = silent[0].tolist()
+        raise InputError(
+            f"The {'force' if row == 0 else 'response'} has no content at "
+            f"{spectra.frequency[line]:g} Hz; some is needed at every line, since an FRF is their "
+            "ratio. Leave such lines out: band=(10.0, 800.0)."
+        )
+
+
+def _warnings(spectra: Spectra) -> Iterator[str]:
+    if spectra.averages < FEW_REPEATS:
+        yield (
+            f"{spectra.averages:.3g} independent repeats know the variance of a line by itself to "
+            f"{100 / np.sqrt(spectra.averages - 1):.0f} % only: it rests on the likeness of "
+            f"neighbouring lines. Take {FEW_REPEATS} or more."
+        )
+    if spectra.correlated_lines > CORRELATED:
+        yield (
+            f"Errors of neighbouring lines are correlated, {spectra.correlated_lines:.2g} lines "
+            "being worth one, and a likelihood counts each line: posteriors are too narrow. Leave "
+            f"every= out, or take every={round(spectra.correlated_lines)}."
+        )

@@ -1,0 +1,83 @@
+"""Estimators of the FRF from repeats, their coherence, and their variance by the jackknife."""
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+Lines = Float[np.ndarray, "*repeat frequency"]
+ComplexLines = Complex[np.ndarray, "*repeat frequency"]
+
+
+class Products(NamedTuple):
+    """Sums over repeats: |X|^2, conj(X) Y and |Y|^2 of force X and response Y."""
+
+    force: Lines
+    cross: ComplexLines
+    response: Lines
+
+
+def h1(products: Products) -> ComplexLines:
+    """Return Gxy / Gxx, which noise on the response does not bias."""
+    return products.cross / products.force
+
+
+def h2(products: Products) -> ComplexLines:
+    """Return Gyy / Gyx, which noise on the force does not bias."""
+    return products.response / np.conj(products.cross)
+
+
+def hv(products: Products) -> ComplexLines:
+    """Geometric mean of H1 and H2: total least squares with both signals scaled to one size.
+
+    Rocklin, Crowley and Vold, A comparison of H1, H2 and Hv frequency response functions, IMAC 3
+    (1985) 272.
+    """
+    phase = products.cross / np.abs(products.cross)
+    return np.sqrt(products.response / products.force) * phase
+
+
+ESTIMATORS: Mapping[str, Callable[[Products], ComplexLines]] = {"H1": h1, "H2": h2, "Hv": hv}
+
+
+def products(
+    force: Complex[np.ndarray, "repeat frequency"],
+    response: Complex[np.ndarray, "repeat frequency"],
+) -> Products:
+    """Products of force and response in each repeat."""
+    return Products(np.abs(force) ** 2, np.conj(force) * response, np.abs(response) ** 2)
+
+
+def summed(each: Products) -> Products:
+    """Return the sums over repeats."""
+    return Products(*(values.sum(axis=0) for values in each))
+
+
+def coherence(total: Products) -> Float[np.ndarray, "frequency"]:
+    """Ordinary coherence |Gxy|^2 / (Gxx Gyy)."""
+    return np.minimum(np.abs(total.cross) ** 2 / (total.force * total.response), 1.0)
+
+
+def scatter(
+    estimator: Callable[[Products], ComplexLines], each: Products, averages: float
+) -> Float[np.ndarray, "frequency"]:
+    """Variance E|error|^2 of an estimate by the jackknife: one repeat left out at a time.
+
+    With n repeats of which `averages` are independent it is
+    (n - 1)^2 mean|H_k - mean H_k|^2 / (averages - 1), which for independent ones is that of
+    Thomson and Chave (1991). It holds for any estimator, and where repeats differ in strength.
+
+    Parameters
+    ----------
+    estimator
+        FRF by sums over repeats.
+    each
+        Products of each repeat.
+    averages
+        Number of independent repeats that they are worth.
+    """
+    others = Products(*(values.sum(axis=0) - values for values in each))
+    without = estimator(others)
+    spread = np.mean(np.abs(without - without.mean(axis=0)) ** 2, axis=0)
+    return np.asarray((len(without) - 1) ** 2 * spread / (averages - 1))

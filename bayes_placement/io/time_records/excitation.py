@@ -1,0 +1,64 @@
+"""How a structure was excited: what turns its records into spectra of repeats."""
+
+import abc
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from .records import Records
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """Spectra of force and responses in every repeat.
+
+    Parameters
+    ----------
+    frequency
+        Lines [Hz].
+    force, response
+        Spectra of each repeat, all in one unit of theirs.
+    averages
+        Number of independent repeats that they are worth: fewer where repeats overlap.
+    correlated_lines
+        Number of neighbouring lines that are worth one, since a window correlates their errors.
+    done
+        What was done to the records, in words.
+    left_out
+        What was left out and why, a sentence for each.
+    warnings
+        What speaks against the estimate, a sentence for each.
+    time_constant
+        Time constant [s] of an exponential window on force and response, or None.
+    """
+
+    frequency: Float[np.ndarray, "frequency"]
+    force: Complex[np.ndarray, "repeat frequency"]
+    response: Complex[np.ndarray, "sensor repeat frequency"]
+    averages: float
+    correlated_lines: float
+    done: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    time_constant: float | None = None
+
+
+class Excitation(abc.ABC):
+    """A kind of excitation, and how its records are cut and windowed."""
+
+    @abc.abstractmethod
+    def spectra(self, records: Records) -> Spectra:
+        """Spectra of the repeats that the records hold.
+
+        Raises
+        ------
+        InputError
+            If fewer than two repeats are left.
+        """
+
+
+def lines(count: int, rate: float) -> Float[np.ndarray, "frequency"]:
+    """Lines [Hz] of a transform of that many samples, without 0 Hz and the Nyquist frequency."""
+    frequency = np.fft.rfftfreq(count, 1 / rate)
+    return frequency[1 : (count + 1) // 2]

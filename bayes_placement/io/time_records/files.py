@@ -1,0 +1,173 @@
+"""Recordings from files: WAV, TDMS, MDF, and whatever holds arrays by name (MATLAB, CSV, HDF5)."""
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..._types import InputError, check_kind
+from .._frf_units import plain
+from .._gate import check_plausible, existing, path_of, reading
+from ..arrays import load as load_arrays
+from . import mdf, tdms, wav
+from .clock import rate_of, rate_of_times
+from .recording import Recording, Signal
+from .records import Samples
+from .sampled import Sampled
+
+LOADERS: Mapping[bytes, Callable[[Path, Iterable[str]], Sampled]] = {
+    b"RIFF": wav.load,
+    b"RIFX": wav.load,
+    b"TDSm": tdms.load,
+    b"MDF ": mdf.load,
+}
+"""Readers of formats with a sampling rate of their own, by their first bytes."""
+
+
+def read(
+    path: str | Path,
+    channels: Mapping[str, Signal],
+    *,
+    rate: float | int | None = None,
+    time: str | None = None,
+) -> Recording:
+    """Read channels that were sampled together.
+
+    WAV, TDMS and MDF files have a sampling rate; for files of arrays (MATLAB 5 to 7.3, CSV, NumPy,
+    HDF5, workbooks) it is given, or follows from a column of times. The first bytes tell the
+    format. Names in TDMS files are `group/channel`, in WAV files `channel 1` and so on.
+
+    Parameters
+    ----------
+    path
+        The file.
+    channels
+        For each label of a sensor or actuator, what it is in the file.
+    rate
+        Sampling rate [Hz], where the file has none.
+    time
+        Name of the array with the times [s] of the samples.
+
+    Raises
+    ------
+    MissingExtraError
+        If the library of a format is not installed.
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If a channel is not in the file, its unit contradicts that of the file, the sampling rate is
+        not known or not even, or the reader refuses the file.
+    """
+    file = existing(path_of(path), "a file of time records")
+    _check_channels(channels)
+    with reading(file, "a file of time records", "Export it again."):
+        sources = [_name(signal) for signal in channels.values()]
+        held = _load(file, [*sources, *([] if time is None else [time])])
+        raw = {label: _samples(held, signal) for label, signal in channels.items()}
+        _check_lengths(raw)
+        times = None if time is None else rate_of_times(_times(held, time))
+        known = rate_of({held.rates[name] for name in sources if name in held.rates}, rate, times)
+    scales = {label: signal.scale() for label, signal in channels.items()}
+    samples = {label: values * scales[label].factor for label, values in raw.items()}
+    check_plausible(file, **samples)
+    quantity = {label: scale.quantity for label, scale in scales.items()}
+    return Recording(known, samples, quantity)
+
+
+def _check_channels(channels: Any) -> None:
+    needed = "a Signal for each label is needed, since names and units are not guessed"
+    instead = "{'hammer': Signal('Force', 'N'), 's1': Signal('Acc 1', 'm/s^2')}"
+    check_kind("channels", channels, Mapping, needed, instead)
+    for label, signal in channels.items():
+        check_kind(f"channels[{label!r}]", signal, Signal, needed, instead)
+    if not channels:
+        raise InputError(f"channels={{}} was given; {needed}: {instead}.")
+
+
+def _load(path: Path, names: list[str]) -> Sampled:
+    with path.open("rb") as file:
+        beginning = file.read(4)
+    if beginning in LOADERS:
+        return LOADERS[beginning](path, names)
+    held = load_arrays(path)
+    return Sampled(held.arrays, held.units, {})
+
+
+def _name(signal: Signal) -> str:
+    return signal.source if isinstance(signal.source, str) else signal.source[0]
+
+
+def _array(held: Sampled, name: str) -> np.ndarray:
+    if name not in held.arrays:
+        close = difflib.get_close_matches(name, held.arrays, n=1)
+        meant = f" Did you mean {close[0]!r}?" if close else ""
+        raise InputError(
+            f"There is no {name!r} in it.{meant} It holds {', '.join(map(repr, held.arrays))}: "
+            "name one of them in Signal(...)."
+        )
+    array = held.arrays[name]
+    if array.dtype.kind not in "iuf":
+        raise InputError(
+            f"{name!r} holds {array.dtype}; real numbers are needed, since it is a record in time."
+        )
+    return array
+
+
+def _samples(held: Sampled, signal: Signal) -> Samples:
+    """Samples of a channel, in the unit of the file."""
+    name = _name(signal)
+    array = np.squeeze(_array(held, name))
+    stated = held.units.get(name, "")
+    if stated and plain(stated) != plain(signal.unit):
+        raise InputError(
+            f"{name!r} is in {stated!r} by the file, and Signal says {signal.unit!r}; one unit is "
+            f"needed, since either could be meant: Signal({name!r}, unit={stated!r})."
+        )
+    if isinstance(signal.source, str) == (array.ndim == 1):
+        return np.asarray(array if array.ndim == 1 else _column(name, array, signal.source), float)
+    named = "one column of several" if array.ndim == 1 else "no column"
+    raise InputError(
+        f"{name!r} has the shape {array.shape}, and Signal names {named}; the samples of one "
+        f"channel are needed: Signal({name!r}, ...) for one row, Signal(({name!r}, 1), ...) for "
+        "several."
+    )
+
+
+def _times(held: Sampled, name: str) -> Samples:
+    """Times [s] of the samples."""
+    unit = held.units.get(name, "")
+    if unit not in ("", "s"):
+        raise InputError(
+            f"The times {name!r} are in {unit!r} by the file; seconds are needed, since the "
+            "sampling rate is in Hz. Give the rate instead: rate=4096.0, without time=."
+        )
+    return np.asarray(_array(held, name), float).ravel()
+
+
+def _column(name: str, array: np.ndarray, source: Any) -> np.ndarray:
+    """Channel of an array of several, along whose longer axis time goes."""
+    number = source[1]
+    if array.ndim != 2 or array.shape[0] == array.shape[1]:
+        raise InputError(
+            f"{name!r} has the shape {array.shape}; samples and channels are needed, the samples "
+            "along the longer axis, since it does not say which is which."
+        )
+    rows = array if array.shape[0] < array.shape[1] else array.T
+    if not 1 <= number <= len(rows):
+        raise InputError(
+            f"Column {number} of {name!r} was requested, which has {len(rows)}; one from 1 to "
+            f"{len(rows)} is needed: Signal(({name!r}, 1), ...)."
+        )
+    return np.asarray(rows[number - 1])
+
+
+def _check_lengths(samples: Mapping[str, Samples]) -> None:
+    lengths = {label: values.size for label, values in samples.items()}
+    if len(set(lengths.values())) > 1:
+        counts = ", ".join(f"{label} {count}" for label, count in lengths.items())
+        raise InputError(
+            f"The channels have different numbers of samples: {counts}; the same samples of all "
+            "are needed, since force and response are compared in time. Export them together."
+        )

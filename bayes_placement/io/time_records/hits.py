@@ -1,0 +1,97 @@
+"""Hits of a hammer in records: where they begin, and whether there is more than one."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import find_peaks
+
+from .records import Records, Samples
+
+AUTOMATIC = 0.1
+"""Share of the greatest force of a record at which a hit begins, where no force is stated."""
+
+DEVIATIONS = 6.0
+"""Deviations of the noise before a hit that a second peak of the force exceeds."""
+
+
+class Hit(NamedTuple):
+    """A hit in a record.
+
+    Parameters
+    ----------
+    record
+        Number of the record.
+    onset
+        Sample at which the force passes the trigger.
+    part
+        Samples that belong to the hit.
+    """
+
+    record: int
+    onset: int
+    part: slice
+
+
+def whole_records(records: Records) -> list[Hit]:
+    """Return a hit for each record, with all samples of it."""
+    return [
+        Hit(number, onset(force), slice(0, force.size))
+        for number, force in enumerate(records.force)
+    ]
+
+
+def onset(force: Samples) -> int:
+    """Sample at which the force passes a tenth of its greatest value."""
+    size = np.abs(force - np.median(force))
+    return int(np.argmax(size >= AUTOMATIC * size.max()))
+
+
+def found(records: Records, trigger: float | None, before: int, length: int) -> list[Hit]:
+    """Find hits in records by the force that passes a trigger.
+
+    Parameters
+    ----------
+    records
+        The records.
+    trigger
+        Force [N] at which a hit begins; None for a tenth of the greatest force of the record.
+    before, length
+        Samples before the trigger, and of each hit in all.
+    """
+    return [
+        Hit(number, begin, slice(begin - before, begin - before + length))
+        for number, force in enumerate(records.force)
+        for begin in _onsets(force, trigger, length - before)
+    ]
+
+
+def _onsets(force: Samples, trigger: float | None, blind: int) -> list[int]:
+    """Samples at which the force passes the trigger, not within a hit that began before."""
+    size = np.abs(force - np.median(force))
+    level = AUTOMATIC * float(size.max()) if trigger is None else trigger
+    above = np.flatnonzero((size[1:] >= level) & (size[:-1] < level)) + 1
+    chosen: list[int] = []
+    for begin in above.tolist():
+        if not chosen or begin >= chosen[-1] + blind:
+            chosen.append(begin)
+    return chosen
+
+
+def second_hit(force: Samples, quiet: int, share: float) -> int | None:
+    """Sample of a second peak in the force of a hit; None where there is one peak only.
+
+    Parameters
+    ----------
+    force
+        Force [N] without its offset.
+    quiet
+        Samples at the beginning that hold noise only.
+    share
+        Share of the greatest peak that a second one exceeds, and stands out by.
+    """
+    peak = int(np.argmax(np.abs(force)))
+    noise = float(np.std(force[:quiet])) if quiet > 1 else 0.0
+    least = max(share * abs(float(force[peak])), DEVIATIONS * noise)
+    peaks, _ = find_peaks(np.sign(force[peak]) * force, height=least, prominence=least)
+    others = [place for place in peaks.tolist() if place != peak]
+    return others[0] if others else None

@@ -1,0 +1,217 @@
+"""Impact tests: hits of a hammer, each a repeat, with windows on force and response."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from ..._types import InputError
+from . import overload
+from .excitation import Excitation, Spectra, lines
+from .hits import Hit, found, second_hit, whole_records
+from .records import FEWEST_SAMPLES, Records, Samples, positive
+
+DECAYED = 0.01
+"""Share of its greatest size to which a response has to decay until the end of its record."""
+
+NOISE = 3.0
+"""Ratio to the noise before the hit that the end of a record may have."""
+
+END = 0.05
+"""Share of a record that is its end, and whose size is compared."""
+
+
+@dataclass(frozen=True)
+class Impacts(Excitation):
+    """Hits of a hammer.
+
+    The offset of each channel is its mean in the first half of what was recorded before the hit;
+    it is subtracted. Hits with two peaks of the force, with an overloaded channel, or that are cut
+    off by the end of the record are left out.
+
+    Parameters
+    ----------
+    duration
+        Length [s] of each hit, which are then found in the records; None where each record is one
+        hit, as it was triggered.
+    before
+        Time [s] that each hit has before its trigger; needed with `duration`, and 0 where not
+        stated otherwise.
+    trigger
+        Force [N] at which a hit begins; None for a tenth of the greatest force of the record.
+    force_window
+        Time [s] after the trigger for which the force is kept, and a quarter of it before; it falls
+        as half a cosine within another quarter, and all else is noise. None for all.
+    time_constant
+        Time constant tau [s] of a window exp(-t / tau) on force and response, or None. It adds
+        1 / (tau omega_n) to each damping ratio, which `Estimate.effects` says.
+    double_hit
+        Share of the greatest force that a second peak exceeds where the hammer hit twice.
+
+    Raises
+    ------
+    InputError
+        If a time is not positive, or `before` is missing or not shorter than `duration`.
+    """
+
+    duration: float | int | None = None
+    before: float | int | None = None
+    trigger: float | int | None = None
+    force_window: float | int | None = None
+    time_constant: float | int | None = None
+    double_hit: float | int = 0.1
+
+    def __post_init__(self) -> None:
+        """Check the times."""
+        for name in ("duration", "before", "trigger", "force_window", "time_constant"):
+            value = getattr(self, name)
+            if value is not None:
+                positive(name, value, f"time_records.Impacts({name}=0.5)")
+        if self.duration is None:
+            return
+        if self.before is None or self.before >= self.duration:
+            raise InputError(
+                f"Impacts(duration={self.duration:g}, before={self.before}) was given; a time "
+                "before the trigger that is shorter than the duration is needed, since a force "
+                "begins before it passes the trigger: Impacts(duration=1.0, before=0.02)."
+            )
+
+    def spectra(self, records: Records) -> Spectra:
+        """Spectra of the hits that are left."""
+        hits = self._hits(records)
+        reasons = [self._fault(records, hit) for hit in hits]
+        kept = [hit for hit, reason in zip(hits, reasons, strict=True) if reason is None]
+        left_out = tuple(
+            f"Hit {number} of {len(hits)} is left out: {reason}."
+            for number, reason in enumerate(reasons, 1)
+            if reason is not None
+        )
+        _check_count(len(kept), left_out)
+        _check_lengths(kept)
+        return replace(self._of_hits(records, kept), left_out=left_out)
+
+    def _hits(self, records: Records) -> list[Hit]:
+        if self.duration is None:
+            return whole_records(records)
+        length = round(self.duration * records.rate)
+        if length < FEWEST_SAMPLES:
+            raise InputError(
+                f"Impacts(duration={self.duration:g}) has {length} samples at {records.rate:g} Hz; "
+                f"at least {FEWEST_SAMPLES} are needed, to be transformed to lines: duration=1.0."
+            )
+        return found(records, self.trigger, round((self.before or 0.0) * records.rate), length)
+
+    def _fault(self, records: Records, hit: Hit) -> str | None:
+        """Why a hit cannot be used; None where it can."""
+        force = records.force[hit.record]
+        if hit.part.start < 0 or hit.part.stop > force.size:
+            return "the record begins too late or ends too early for it"
+        reason = overload.fault(records, hit.record, hit.part)
+        if reason is not None:
+            return reason
+        quiet = self._quiet(records.rate)
+        second = second_hit(_without_offset(force[hit.part], quiet), quiet, self.double_hit)
+        if second is None:
+            return None
+        return f"the hammer hit twice, again at {second / records.rate:.4g} s of its record"
+
+    def _quiet(self, rate: float) -> int:
+        """Samples at the beginning of a hit that hold noise only."""
+        return int((self.before or 0.0) * rate / 2)
+
+    def _of_hits(self, records: Records, hits: list[Hit]) -> Spectra:
+        quiet = self._quiet(records.rate)
+
+        def stacked(rows: tuple[Samples, ...]) -> Float[np.ndarray, "repeat sample"]:
+            return np.array([_without_offset(rows[hit.record][hit.part], quiet) for hit in hits])
+
+        force = stacked(records.force)
+        response = np.array([stacked(rows) for rows in records.response])
+        window = self._decay(force.shape[-1], records.rate)
+        pulse = np.array([self._pulse(hit, force.shape[-1], records.rate) for hit in hits])
+        frequency = lines(force.shape[-1], records.rate)
+        used = slice(1, 1 + frequency.size)
+        return Spectra(
+            frequency=frequency,
+            force=np.fft.rfft(force * pulse * window)[..., used],
+            response=np.fft.rfft(response * window)[..., used],
+            averages=float(len(hits)),
+            correlated_lines=float(window.size * np.sum(window**4) / np.sum(window**2) ** 2),
+            done=tuple(self._done(window)),
+            warnings=tuple(_undecayed(records, response, window, quiet)),
+            time_constant=self.time_constant,
+        )
+
+    def _decay(self, count: int, rate: float) -> Samples:
+        if self.time_constant is None:
+            return np.ones(count)
+        return np.exp(-np.arange(count) / (rate * self.time_constant))
+
+    def _pulse(self, hit: Hit, count: int, rate: float) -> Samples:
+        """Window on the force: 1 around the pulse, then half a cosine, then 0."""
+        if self.force_window is None:
+            return np.ones(count)
+        after = (np.arange(count) - (hit.onset - hit.part.start)) / rate
+        quarter = self.force_window / 4
+        outside = np.maximum(after - self.force_window, -after - quarter)
+        fall = np.clip(outside / quarter, 0.0, 1.0)
+        return (1 + np.cos(np.pi * fall)) / 2
+
+    def _done(self, window: Samples) -> Iterator[str]:
+        if self.force_window is not None:
+            yield f"force window of {self.force_window:g} s"
+        if self.time_constant is not None:
+            yield (
+                f"exponential window of time constant {self.time_constant:g} s on force and "
+                f"response, {window[-1]:.2g} at its end"
+            )
+
+
+def _without_offset(samples: Samples, quiet: int) -> Samples:
+    return samples - samples[:quiet].mean() if quiet > 0 else samples
+
+
+def _check_count(kept: int, left_out: tuple[str, ...]) -> None:
+    if kept < 2:
+        reasons = " ".join(left_out)
+        raise InputError(
+            f"{kept} hit{'' if kept == 1 else 's'} can be used; at least two are needed, since the "
+            "coherence of a single one is 1 whatever the noise is, and its error unknown. Hit "
+            "again, or give duration= and before= where one record holds all hits: "
+            f"Impacts(duration=1.0, before=0.02). {reasons}".rstrip()
+        )
+
+
+def _check_lengths(hits: list[Hit]) -> None:
+    lengths = {hit.part.stop - hit.part.start for hit in hits}
+    if len(lengths) > 1:
+        raise InputError(
+            f"The hits have {min(lengths)} to {max(lengths)} samples; one length is needed, since "
+            "all have the same lines. Cut them: Impacts(duration=1.0, before=0.02)."
+        )
+
+
+def _undecayed(
+    records: Records,
+    response: Float[np.ndarray, "sensor repeat sample"],
+    window: Samples,
+    quiet: int,
+) -> Iterator[str]:
+    """Name the sensor whose response goes on most at the end of the record."""
+    windowed = response * window
+    block = max(1, round(END * window.size))
+    blocks = window.size // block
+    parts = windowed[..., -blocks * block :].reshape(*windowed.shape[:-1], blocks, block)
+    size = np.sqrt(np.mean(parts**2, axis=(1, -1)))  # (sensor, block), over all hits
+    noise = np.sqrt(np.mean(response[..., :quiet] ** 2, axis=(1, 2))) if quiet > 1 else 0.0
+    share = size[:, -1] / size.max(axis=-1)
+    goes_on = (share > DECAYED) & (size[:, -1] > NOISE * noise * window[-1])
+    if goes_on.any():
+        worst = int(np.argmax(np.where(goes_on, share, 0.0)))
+        yield (
+            f"The response of {records.sensors[worst].label} has not decayed at the end of its "
+            f"record, where it is {100 * share[worst]:.2g} % of its greatest size: what is cut off "
+            "errs the resonances. Record longer, or take an exponential window: "
+            f"Impacts(time_constant={window.size / records.rate / 5:.2g})."
+        )

@@ -1,0 +1,117 @@
+"""Measurements of other places on the same lines, such as those of a roving hammer, as one."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..._types import InputError, check_kind
+from ...experiment.measurement import Measurement
+from ...positions.channel import Channel
+
+
+def merged(measurements: Sequence[Measurement]) -> Measurement:
+    """Join measurements of other pairs of sensors and actuators on the same lines.
+
+    Pairs that none of them holds are not measured. The number of averages is kept where all have
+    the same; else it is not known, and the noise follows from the variance: `noise.FromVariance`.
+
+    Parameters
+    ----------
+    measurements
+        Those of each place of the hammer, or of the sensors.
+
+    Raises
+    ------
+    InputError
+        If lines or quantities differ, or two hold the same pair.
+    """
+    runs = list(measurements)
+    needed = "measurements on the same lines are needed, since they become one"
+    for run in runs:
+        check_kind("measurements", run, Measurement, needed, "merged([first, second])")
+    if not runs:
+        raise InputError(f"No measurement was given; {needed}: merged([first, second]).")
+    first = runs[0]
+    for run in runs[1:]:
+        _check_alike(first, run)
+    sensors = list(dict.fromkeys(channel for run in runs for channel in run.sensors))
+    actuators = list(dict.fromkeys(channel for run in runs for channel in run.actuators))
+    _check_distinct(runs)
+    averages = {run.averages for run in runs}
+    levels = {run.force_level for run in runs}
+    places = [_places(run, sensors, actuators) for run in runs]
+    shape = len(sensors), len(actuators), first.frequency.size
+    return Measurement(
+        frf=_filled([run.frf for run in runs], places, shape, complex),
+        frequency=first.frequency,
+        sensors=tuple(sensors),
+        actuators=tuple(actuators),
+        quantity=first.quantity,
+        coherence=_known([run.coherence for run in runs], places, shape),
+        averages=averages.pop() if len(averages) == 1 else None,
+        positions={name: place for run in runs for name, place in run.positions.items()},
+        force_level=levels.pop() if len(levels) == 1 else None,
+        variance=_known([run.variance for run in runs], places, shape),
+    )
+
+
+def _places(
+    run: Measurement, sensors: list[Channel], actuators: list[Channel]
+) -> tuple[np.ndarray, ...]:
+    """Rows and columns of a measurement among all, as an index of its block."""
+    rows = [sensors.index(channel) for channel in run.sensors]
+    return np.ix_(rows, [actuators.index(channel) for channel in run.actuators])
+
+
+def _known(
+    values: Sequence[np.ndarray | None],
+    places: list[tuple[np.ndarray, ...]],
+    shape: tuple[int, int, int],
+) -> np.ndarray | None:
+    """What is known of each line in one array; None where none knows it."""
+    if all(array is None for array in values):
+        return None
+    return _filled(values, places, shape, float)
+
+
+def _filled(
+    values: Sequence[np.ndarray | None],
+    places: list[tuple[np.ndarray, ...]],
+    shape: tuple[int, int, int],
+    dtype: type,
+) -> np.ndarray:
+    """Blocks of measurements in one array, NaN elsewhere."""
+    result: np.ndarray = np.full(shape, np.nan, dtype)
+    for array, block in zip(values, places, strict=True):
+        if array is not None:
+            result[block] = np.where(np.isnan(array), result[block], array)
+    return result
+
+
+def _check_alike(first: Measurement, run: Measurement) -> None:
+    if run.quantity != first.quantity:
+        raise InputError(
+            f"Measurements of {first.quantity} and of {run.quantity} were given; one quantity is "
+            f"needed, since a measurement has one: measurement.converted({first.quantity!r})."
+        )
+    if not np.array_equal(run.frequency, first.frequency):
+        raise InputError(
+            f"Measurements of {first.frequency.size} and {run.frequency.size} lines were given, or "
+            "of other ones; the same lines are needed, since FRFs are not interpolated across "
+            "resonances. Take common ones first: measurement.lines(frequency)."
+        )
+
+
+def _check_distinct(runs: Sequence[Measurement]) -> None:
+    pairs = [
+        (run.sensors[row].label, run.actuators[column].label)
+        for run in runs
+        for row, column in np.argwhere(run.measured).tolist()
+    ]
+    repeated = next((pair for number, pair in enumerate(pairs) if pair in pairs[:number]), None)
+    if repeated is not None:
+        raise InputError(
+            f"{repeated[0]} / {repeated[1]} is in two of the measurements; each pair is needed "
+            "once, since its data would count twice. Estimate repeats of a pair together: "
+            "time_records.frf(force=[...], response=[...])."
+        )

@@ -1,0 +1,212 @@
+"""Recordings of several channels: samples in SI with the labels of sensors and actuators."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._types import InputError, check_kind
+from ...experiment.quantities import motion_name
+from .._frf_units import FORCE, VOLTAGE, frf_unit, plain, sensitivity_unit
+from .records import Samples
+
+FORCE_QUANTITY = "force"
+RATES = 1e-4
+"""Relative difference of sampling rates that are one."""
+
+_AMOUNT = re.compile(r"\s*(?P<number>[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)?\s*(?P<unit>\S.*?)\s*")
+
+
+@dataclass(frozen=True)
+class Signal:
+    """What a channel of a file is: its name there, and its unit.
+
+    Parameters
+    ----------
+    source
+        Name in the file; with the number of the column, from 1, where that holds several:
+        `("acc", 2)`.
+    unit
+        What 1 in the file is, such as `N`, `m/s^2`, `g` or `V`; with a number where it is not one
+        unit: `10 V` for a WAV file of a range of 10 V, since such a file holds shares of it.
+    sensitivity
+        Of the transducer, where the file holds volts: `2.25 mV/N`, `100 mV/g`.
+
+    Raises
+    ------
+    InputError
+        If a unit is not known, volts have no sensitivity, or another unit has one.
+    """
+
+    source: str | tuple[str, int]
+    unit: str
+    sensitivity: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check the units."""
+        self.scale()
+
+    def scale(self) -> "Scale":
+        """Return what is sensed, and the factor of the file's numbers to SI."""
+        number, unit = _amount("unit", self.unit)
+        if plain(unit) in VOLTAGE:
+            sensed = self._sensed()
+            return Scale(sensed.quantity, number * VOLTAGE[plain(unit)] * sensed.factor)
+        if self.sensitivity is not None:
+            raise InputError(
+                f"Signal({self.source!r}, unit={self.unit!r}, sensitivity={self.sensitivity!r}) "
+                "was given; a sensitivity is needed where the file holds volts only, since it "
+                "would count twice: unit='V', or no sensitivity."
+            )
+        if plain(unit) in FORCE:
+            return Scale(FORCE_QUANTITY, number * FORCE[plain(unit)])
+        motion = frf_unit(f"{plain(unit)}/N")
+        if motion is None or not isinstance(motion, tuple) or len(motion) != 2:
+            raise _unknown("unit", self.unit, "N, m/s^2, g, m/s, mm or V")
+        return Scale(motion_name(motion.quantity), number * motion.factor)
+
+    def _sensed(self) -> "Scale":
+        if self.sensitivity is None:
+            raise InputError(
+                f"Signal({self.source!r}, unit={self.unit!r}) was given without sensitivity; one "
+                "is needed for volts, since nothing else says what a volt is: sensitivity="
+                "'100 mV/g'."
+            )
+        number, unit = _amount("sensitivity", self.sensitivity)
+        sensed = sensitivity_unit(unit)
+        if sensed is None:
+            raise _unknown("sensitivity", self.sensitivity, "2.25 mV/N, 100 mV/g, 10 mV/(m/s^2)")
+        senses = sensed.senses
+        quantity = senses if senses == FORCE_QUANTITY else motion_name(senses)
+        return Scale(quantity, 1 / (number * sensed.factor))
+
+
+class Scale(NamedTuple):
+    """What a channel senses, and the factor of its numbers to SI."""
+
+    quantity: str
+    factor: float
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Channels that were sampled together.
+
+    Parameters
+    ----------
+    rate
+        Sampling rate [Hz].
+    samples
+        Samples in SI by the label of the sensor or actuator.
+    quantity
+        `force`, `displacement`, `velocity` or `acceleration` of each channel.
+    """
+
+    rate: float
+    samples: Mapping[str, Samples]
+    quantity: Mapping[str, str]
+
+    def __getitem__(self, label: str) -> Samples:
+        """Samples of a channel in SI."""
+        if label not in self.samples:
+            raise InputError(
+                f"The channel {label!r} was requested; the recording has "
+                f"{', '.join(self.samples)}: name one of them."
+            )
+        return self.samples[label]
+
+    def __str__(self) -> str:
+        """Say what was recorded."""
+        length = next(iter(self.samples.values())).size
+        channels = ", ".join(f"{label} ({self.quantity[label]})" for label in self.samples)
+        return f"Recording of {length / self.rate:.4g} s at {self.rate:g} Hz: {channels}."
+
+
+class Joined(NamedTuple):
+    """Records of several recordings by channel."""
+
+    rate: float
+    force: list[Samples]
+    response: dict[str, list[Samples]]
+    quantity: str
+
+
+def joined(recordings: Recording | Sequence[Recording], actuator: str) -> Joined:
+    """Lay out recordings as records of a force and of responses.
+
+    Raises
+    ------
+    InputError
+        If the channels, quantities or rates differ, or the force is no force.
+    """
+    several = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    needed = "one recording or several are needed, since each holds repeats"
+    instead = "bp.time_records.read(path, channels)"
+    for recording in several:
+        check_kind("recordings", recording, Recording, needed, instead)
+    if not several:
+        raise InputError(f"No recording was given; {needed}: {instead}.")
+    first = several[0]
+    for recording in several[1:]:
+        _check_alike(first, recording)
+    force = first.quantity.get(actuator)
+    if force != FORCE_QUANTITY:
+        raise InputError(
+            f"{actuator!r} was named as the force, and it "
+            f"{'is no channel' if force is None else f'records {force}'}; a channel in newtons is "
+            f"needed, since an FRF is motion per force. The channels are: {first}"
+        )
+    sensors = [label for label in first.samples if label != actuator]
+    quantities = {first.quantity[label] for label in sensors}
+    if len(quantities) != 1 or FORCE_QUANTITY in quantities:
+        raise InputError(
+            f"The responses record {' and '.join(sorted(quantities)) or 'nothing'}; one quantity "
+            "of motion is needed, since a measurement has one. Estimate each by itself, and join "
+            "them: time_records.merged([first.converted('accelerance'), ...])."
+        )
+    return Joined(
+        first.rate,
+        [recording[actuator] for recording in several],
+        {label: [recording[label] for recording in several] for label in sensors},
+        quantities.pop(),
+    )
+
+
+def _check_alike(first: Recording, other: Recording) -> None:
+    if dict(first.quantity) != dict(other.quantity) or not same_rate(first.rate, other.rate):
+        raise InputError(
+            "The recordings differ in channels or sampling rate; repeats of one test are needed, "
+            f"since they are averaged. First: {first} Another: {other}"
+        )
+
+
+def same_rate(first: float, second: float) -> bool:
+    """Tell whether two sampling rates [Hz] are one."""
+    return abs(first - second) <= RATES * first
+
+
+def _amount(what: str, text: Any) -> tuple[float, str]:
+    """Number and unit of a text such as `2.25 mV/N`; 1 without a number."""
+    check_kind(what, text, str, "a unit as text is needed, since none is guessed", f"{what}='N'")
+    match = _AMOUNT.fullmatch(text)
+    number = float(match["number"] or 1) if match and _is_number(match["number"]) else np.nan
+    if match is None or not (np.isfinite(number) and number != 0):
+        raise _unknown(what, text, "10 V" if what == "unit" else "100 mV/g")
+    return number, match["unit"]
+
+
+def _is_number(text: str | None) -> bool:
+    try:
+        float(text or 1)
+    except ValueError:
+        return False
+    return True
+
+
+def _unknown(what: str, text: str, examples: str) -> InputError:
+    return InputError(
+        f"{what}={text!r} was given; a known one is needed, since a guessed unit would be a silent "
+        f"factor, such as {examples}."
+    )

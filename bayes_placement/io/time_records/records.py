@@ -1,0 +1,198 @@
+"""Force and responses as they were recorded, checked: one array for each record of each channel."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ..._types import InputError, check_kind, finite_number, shown
+from ...positions.channel import Channel, Channels, check_distinct, parsed
+
+FEWEST_SAMPLES = 16
+"""Fewest samples of a record of which lines can be had."""
+
+Samples = Float[np.ndarray, "_"]
+"""Samples of one record; others may be of another length."""
+
+
+@dataclass(frozen=True)
+class Records:
+    """Records of one force and of the responses to it.
+
+    Parameters
+    ----------
+    rate
+        Sampling rate [Hz].
+    force
+        Force [N] of each record.
+    response
+        Motion of each sensor channel in each record, in SI.
+    sensors
+        Sensor channels.
+    actuator
+        Channel of the force.
+    ranges
+        Greatest values that channels can record, by their labels.
+    """
+
+    rate: float
+    force: tuple[Samples, ...]
+    response: tuple[tuple[Samples, ...], ...]
+    sensors: tuple[Channel, ...]
+    actuator: Channel
+    ranges: Mapping[str, float]
+
+    def channels(self, record: int) -> dict[str, Samples]:
+        """Samples of every channel in one record, the force first, by label."""
+        responses = {
+            sensor.label: rows[record]
+            for sensor, rows in zip(self.sensors, self.response, strict=True)
+        }
+        return {self.actuator.label: self.force[record], **responses}
+
+
+def records(
+    force: Any,
+    response: Any,
+    rate: float | int,
+    *,
+    sensors: Channels | None,
+    actuator: str | Channel,
+    ranges: Mapping[str, float | int] | None,
+) -> Records:
+    """Check what was given and lay it out by channel and record.
+
+    Raises
+    ------
+    InputError
+        If shapes do not agree, a sample is not finite, or the rate is not positive.
+    """
+    if isinstance(response, Mapping) and sensors is None:
+        sensors, response = [*response], [*response.values()]
+    if sensors is None:
+        raise InputError(
+            "The responses were given without names; a sensor label is needed for each, since "
+            "channels are matched by name: sensors=['s1', 's2'], or response={'s1': ..., 's2': "
+            "...}."
+        )
+    rows = parsed(sensors)
+    check_distinct("sensor", rows)
+    forces = _of_channel("force", force)
+    responses = tuple(
+        _of_channel(f"response of {sensor.label}", values)
+        for sensor, values in zip(rows, _by_sensor(response, len(rows), force), strict=True)
+    )
+    for sensor, motion in zip(rows, responses, strict=True):
+        _check_lengths(sensor.label, motion, forces)
+    column = Channel.parse(actuator)
+    limits = _ranges(ranges, {column.label, *(sensor.label for sensor in rows)})
+    return Records(positive("rate", rate, "rate=4096.0"), forces, responses, rows, column, limits)
+
+
+def positive(argument: str, value: Any, instead: str) -> float:
+    """Return a finite number above zero.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    number = finite_number(argument, value, instead)
+    if not number > 0:
+        raise InputError(
+            f"{argument}={number:g} was given; a number above 0 is needed, in SI units: {instead}."
+        )
+    return number
+
+
+def _by_sensor(response: Any, count: int, force: Any) -> Sequence[Any]:
+    """Responses of each sensor; those of a single one may come as the force does."""
+    if count == 1 and _depth(response) == _depth(force):
+        return [response]
+    if len(response) != count:
+        raise InputError(
+            f"The responses have {len(response)} rows for {count} sensor channels; one row for "
+            "each is needed, of the same form as the force: response={'s1': ..., 's2': ...}."
+        )
+    return list(response)
+
+
+def _depth(values: Any) -> int:
+    """Number of axes: of an array, or of arrays in sequences that need not be equally long."""
+    if not isinstance(values, list | tuple):
+        return np.ndim(values)
+    nested = bool(values) and isinstance(values[0], list | tuple | np.ndarray)
+    return 1 + (_depth(values[0]) if nested else 0)
+
+
+def _of_channel(what: str, values: Any) -> tuple[Samples, ...]:
+    """Records of a channel: a single one, or the rows of an array or of a sequence."""
+    depth = _depth(values)
+    if depth not in (1, 2):
+        raise InputError(
+            f"The {what} was given as {shown(values)} of {depth} axes; the samples of one record, "
+            "or a sequence of records is needed, since repeats are counted: force=[hit1, hit2]."
+        )
+    rows = [values] if depth == 1 else list(values)
+    if not rows:
+        raise InputError(
+            f"The {what} has no record; at least one is needed, since FRFs are estimated from "
+            "records: force=[hit1, hit2]."
+        )
+    return tuple(_samples(what, row) for row in rows)
+
+
+def _samples(what: str, row: Any) -> Samples:
+    array = np.asarray(row)
+    if array.dtype.kind not in "iuf" or array.ndim != 1 or array.size < FEWEST_SAMPLES:
+        raise InputError(
+            f"A record of the {what} is {shown(row)} of shape {array.shape} and {array.dtype}; at "
+            f"least {FEWEST_SAMPLES} real numbers in a row are needed, since it is transformed to "
+            "lines: np.asarray(record, dtype=float)."
+        )
+    samples = array.astype(float)
+    wrong = np.flatnonzero(~np.isfinite(samples))
+    if wrong.size:
+        raise InputError(
+            f"Sample {wrong[0]} of the {what} is {samples[wrong[0]]:g}; finite samples are needed, "
+            "since a gap spoils every line of its record. Leave the record out."
+        )
+    return samples
+
+
+def _check_lengths(label: str, motion: Sequence[Samples], forces: Sequence[Samples]) -> None:
+    if len(motion) != len(forces):
+        raise InputError(
+            f"{label} has {len(motion)} records and the force has {len(forces)}; one for each is "
+            "needed, since each response belongs to a force. Leave out what has no partner."
+        )
+    for number, (row, force) in enumerate(zip(motion, forces, strict=True), 1):
+        if row.size != force.size:
+            raise InputError(
+                f"Record {number} of {label} has {row.size} samples and its force {force.size}; "
+                "the same samples of both are needed, since they are compared in time. Cut both "
+                "to the same start and length."
+            )
+
+
+def _ranges(ranges: Mapping[str, float | int] | None, labels: set[str]) -> dict[str, float]:
+    check_kind(
+        "ranges",
+        ranges,
+        (Mapping, type(None)),
+        "the greatest value by channel is needed, since each channel has its own",
+        "ranges={'hammer': 500.0, 's1': 490.0}",
+    )
+    limits = dict(ranges or {})
+    unknown = sorted(set(limits) - labels)
+    if unknown:
+        raise InputError(
+            f"ranges names {unknown[0]!r}, which is no channel; one of {', '.join(sorted(labels))} "
+            "is needed, since a range belongs to a channel."
+        )
+    return {
+        label: positive(f"ranges[{label!r}]", limit, "ranges={'s1': 490.0}")
+        for label, limit in limits.items()
+    }
