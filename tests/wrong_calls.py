@@ -56,6 +56,19 @@ def sensor_somewhere():
     return experiment(sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.2, within=0.02))])
 
 
+def time_records(force=None, **changes):
+    arguments = {
+        "response": np.ones((2, 64)),
+        "rate": 64.0,
+        "sensors": ["s1"],
+        "actuator": "a1",
+        "quantity": "acceleration",
+        "excitation": bp.time_records.Impacts(),
+    } | changes
+    force = np.ones((2, 64)) if force is None else force
+    return bp.time_records.frf(force, arguments.pop("response"), arguments.pop("rate"), **arguments)
+
+
 CALLS = {
     "prior swapped": (
         lambda: experiment(structure=structure(bp.damping.Modal(dist.Uniform(0.06, 0.02)))),
@@ -820,6 +833,54 @@ CALLS = {
     "frf unknown by level": (
         lambda: experiment(force_levels=[1.0, 2.0]).frf(),
         "Still unknown: structure.damping.ratio; the response of an experiment needs a number in",
+    ),
+    "noise scale text": (
+        lambda: bp.noise.FromVariance("small"),
+        "noise.FromVariance(scale) was given 'small'; numbers or a distribution are",
+    ),
+    "records of text": (
+        lambda: time_records("force"),
+        "The force was given as 'force' of 0 axes; the samples of one record, or a",
+    ),
+    "records unexcited": (
+        lambda: time_records(excitation="hammer"),
+        "excitation='hammer' was given; how the structure was excited is needed, since",
+    ),
+    "records rate text": (
+        lambda: time_records(rate="4096"),
+        "rate='4096' was given; one finite number is needed, in SI units: rate=4096.0.",
+    ),
+    "records without names": (
+        lambda: time_records(sensors=None),
+        "The responses were given without names; a sensor label is needed for each,",
+    ),
+    "records estimator": (
+        lambda: time_records(estimator=1),
+        "estimator=1 was given; one of H1, H2, Hv is needed: estimator='H1' where",
+    ),
+    "records ranges": (
+        lambda: time_records(ranges=10.0),
+        "ranges=10.0 was given; the greatest value by channel is needed, since each",
+    ),
+    "impacts duration": (
+        lambda: bp.time_records.Impacts(duration="long"),
+        "duration='long' was given; one finite number is needed, in SI units:",
+    ),
+    "channels without units": (
+        lambda: bp.time_records.read(__file__, {"hammer": "F"}),
+        "channels['hammer']='F' was given; a Signal for each label is needed, since",
+    ),
+    "signal without unit": (
+        lambda: bp.time_records.Signal("F", None),
+        "unit=None was given; a unit as text is needed, since none is guessed:",
+    ),
+    "recording none": (
+        lambda: bp.time_records.frf_of([measurement()], "a1", excitation=bp.time_records.Impacts()),
+        "recordings=an object of Measurement was given; one recording or several are",
+    ),
+    "merged none": (
+        lambda: bp.time_records.merged([experiment()]),
+        "measurements=an object of Experiment was given; measurements on the same",
     ),
 }
 """What is called wrongly, and how the sentence begins that it gets."""

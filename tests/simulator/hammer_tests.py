@@ -19,7 +19,7 @@ STEPS = 8
 
 @dataclass(frozen=True)
 class Pulse:
-    """A hit of a soft hammer: its greatest force [N], when it is reached [s], half its width [s]."""
+    """A hit of a hammer: its greatest force [N], when it is reached and its deviation [s]."""
 
     force: float
     time: float

@@ -92,7 +92,7 @@ def _load(path: Path, names: list[str]) -> Sampled:
     if beginning in LOADERS:
         return LOADERS[beginning](path, names)
     held = load_arrays(path)
-    return Sampled(held.arrays, held.units, {})
+    return Sampled(held.arrays, held.units, {}, held.left_out)
 
 
 def _name(signal: Signal) -> str:
@@ -100,6 +100,11 @@ def _name(signal: Signal) -> str:
 
 
 def _array(held: Sampled, name: str) -> np.ndarray:
+    if name in held.left_out:
+        raise InputError(
+            f"{name!r} cannot be used: {held.left_out[name]}; one row of numbers is needed, since "
+            "it is a record in time. Export it as such, under a name of its own."
+        )
     if name not in held.arrays:
         close = difflib.get_close_matches(name, held.arrays, n=1)
         meant = f" Did you mean {close[0]!r}?" if close else ""

@@ -1,15 +1,16 @@
 """MDF files (versions 3 and 4) of vehicle tests, by asammdf."""
 
-import importlib.util
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ..._types import InputError, MissingExtraError
+from ..._types import InputError
 from .clock import rate_of_times
-from .sampled import Sampled
+from .sampled import Sampled, run_library
+
+_SCRIPT = Path(__file__).with_name("_mdf_process.py")
+_TIMES = "times of group {}"
 
 
 def load(path: Path, names: Iterable[str]) -> Sampled:
@@ -20,43 +21,25 @@ def load(path: Path, names: Iterable[str]) -> Sampled:
     MissingExtraError
         If asammdf is not installed.
     InputError
-        If a name stands for several channels, or time stamps are not even.
+        If it refuses the file, or the time stamps of these channels are not even or begin at other
+        times.
     """
-    if importlib.util.find_spec("asammdf") is None:
-        raise MissingExtraError(
-            f"{path} cannot be read, since asammdf is not installed, which knows MDF files. "
-            'Install it: pip install "bayes_placement[mdf]".'
-        )
-    from asammdf import MDF
-
-    with MDF(path) as file:
-        signals = {name: _signal(file, name) for name in names if name in file.channels_db}
-        others = {name: np.empty(0) for name in file.channels_db}
-    _check_times(signals)
+    held = run_library(path, _SCRIPT, "asammdf", extra="mdf", form="MDF")
+    groups = held.told["groups"]
+    times = {name: held.arrays[_TIMES.format(groups[name])] for name in names if name in groups}
+    _check_starts(times)
     return Sampled(
-        arrays={**others, **{name: np.asarray(signal.samples) for name, signal in signals.items()}},
-        units={name: signal.unit for name, signal in signals.items()},
-        rates={name: rate_of_times(signal.timestamps) for name, signal in signals.items()},
+        arrays={name: held.arrays[name] for name in groups},
+        units=held.told["units"],
+        rates={name: rate_of_times(values) for name, values in times.items()},
+        left_out=held.told["faults"],
     )
 
 
-def _signal(file: Any, name: str) -> Any:
-    """Channel of a name that stands once."""
-    places = file.channels_db[name]
-    if len(places) > 1:
-        raise InputError(
-            f"{len(places)} channels are named {name!r}, in the groups "
-            f"{', '.join(str(group) for group, _ in places)}; one is needed, since any could be "
-            "meant. Export the one that is wanted under a name of its own."
-        )
-    ((group, index),) = places
-    return file.get(name, group=group, index=index)
-
-
-def _check_times(signals: dict[str, Any]) -> None:
+def _check_starts(times: Mapping[str, np.ndarray]) -> None:
     """Refuse channels of which one began later than another."""
-    starts = {name: float(signal.timestamps[0]) for name, signal in signals.items()}
-    if starts and max(starts.values()) - min(starts.values()) > 0:
+    starts = {name: float(values[0]) for name, values in times.items()}
+    if starts and max(starts.values()) > min(starts.values()):
         late = max(starts, key=lambda name: starts[name])
         raise InputError(
             f"{late!r} begins at {starts[late]:g} s and another channel at "

@@ -1,11 +1,11 @@
 """TDMS files of LabVIEW, by npTDMS."""
 
-import importlib.util
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..._types import MissingExtraError
-from .sampled import Sampled
+from .sampled import Sampled, run_library
+
+_SCRIPT = Path(__file__).with_name("_tdms_process.py")
 
 
 def load(path: Path, names: Iterable[str]) -> Sampled:
@@ -15,23 +15,9 @@ def load(path: Path, names: Iterable[str]) -> Sampled:
     ------
     MissingExtraError
         If npTDMS is not installed.
+    InputError
+        If it refuses the file.
     """
-    if importlib.util.find_spec("nptdms") is None:
-        raise MissingExtraError(
-            f"{path} cannot be read, since npTDMS is not installed, which knows TDMS files. "
-            'Install it: pip install "bayes_placement[tdms]".'
-        )
-    from nptdms import TdmsFile
-
-    channels = {
-        f"{group.name}/{channel.name}": channel
-        for group in TdmsFile.read(path).groups()
-        for channel in group.channels()
-    }
-    stated = {name: channel.properties.get("unit_string", "") for name, channel in channels.items()}
-    steps = {name: channel.properties.get("wf_increment", 0) for name, channel in channels.items()}
-    return Sampled(
-        arrays={name: channel[:] for name, channel in channels.items()},
-        units={name: str(unit) for name, unit in stated.items()},
-        rates={name: 1 / float(step) for name, step in steps.items() if step > 0},
-    )
+    held = run_library(path, _SCRIPT, "nptdms", extra="tdms", form="TDMS")
+    told = held.told
+    return Sampled(held.arrays, told["units"], told["rates"], told["faults"])

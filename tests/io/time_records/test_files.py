@@ -194,7 +194,9 @@ def test_mdf_channels_of_one_name_or_of_other_times_are_refused(tmp_path):
     check(read(path, NEWTONS))
     with pytest.raises(ValueError, match=r"'late' begins at 0.5 s and another channel at 0 s"):
         read(path, NEWTONS | {"s1": Signal("late", "m/s^2")})
-    with pytest.raises(ValueError, match=r"2 channels are named 'twice', in the groups 3, 4"):
+    with pytest.raises(
+        ValueError, match=r"'twice' cannot be used: 2 channels have this name, in groups 3, 4"
+    ):
         read(path, NEWTONS | {"s1": Signal("twice", "m/s^2")})
 
 
@@ -233,9 +235,8 @@ def test_what_a_file_does_not_say_is_asked_for(tmp_path):
         read(tmp_path / "hit.mat", NEWTONS, rate=RATE)
     with pytest.raises(ValueError, match=r"'words' holds .*; real numbers are needed"):
         read(tmp_path / "hit.mat", {"hammer": Signal("words", "N")}, rate=RATE)
-    for channels in ({}, {"hammer": "F"}):
-        with pytest.raises(ValueError, match=r"a Signal for each label is needed"):
-            read(tmp_path / "hit.mat", channels, rate=RATE)
+    with pytest.raises(ValueError, match=r"a Signal for each label is needed"):
+        read(tmp_path / "hit.mat", {}, rate=RATE)
 
 
 @pytest.mark.parametrize(
