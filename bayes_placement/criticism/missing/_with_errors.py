@@ -1,7 +1,8 @@
 """The same hypotheses with and without model error: which of the two the data ask for."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -130,15 +131,21 @@ def answered(
     exact = single_effects(null, question.effects, tick)
     if question.declared:
         return Answer(null, _deepened_with_errors(question, exact, tick), exact)
-    if passes(null, question.level):
+    if passes(exact.best(), question.level):
         return Answer(null, exact, exact)
-    erroneous = _erroneous(question, exact, tick)
-    explained = erroneous is not None and passes(erroneous.best(), question.level)
-    rival = -np.inf if erroneous is None else _odds(erroneous)
-    exact = _deepened(question, exact, NARROW if explained else Breadth(), rival, tick)
-    if erroneous is None or _odds(exact) > rival:
+    rivals = _rivals(question, exact)
+    if not rivals:
+        return Answer(null, _deepened(question, exact, Breadth(), -np.inf, tick), exact)
+    # More effects of an exact model are tried first: that takes a fraction of what all effects
+    # beside a model error take, and where they explain the data nothing else is needed.
+    rival = max(map(exact.log_odds, rivals.values()))
+    exact = _deepened(question, exact, NARROW, rival, tick)
+    if passes(exact.best(), question.level) and _odds(exact) > rival:
         return Answer(null, exact, exact)
-    return Answer(null, erroneous, exact)
+    erroneous = _deepened_with_errors(question, exact, tick, rivals)
+    if not passes(erroneous.best(), question.level):
+        exact = _deepened(question, exact, Breadth(), _odds(erroneous), tick)
+    return Answer(null, exact if _odds(exact) > _odds(erroneous) else erroneous, exact)
 
 
 def ticks(progress: Progress, count: int, share: tuple[float, float]) -> Tick:
@@ -189,14 +196,19 @@ def _odds(comparison: Comparison) -> float:
     return comparison.log_odds(comparison.best())
 
 
-def _erroneous(question: Question, exact: Comparison, tick: Tick) -> Comparison | None:
-    """The hypotheses with model error; None where it explains less than the best of the others."""
+def _rivals(question: Question, exact: Comparison) -> dict[Hypothesis, Hypothesis]:
+    """None and the best single effect with model error, by what they are without.
+
+    None of them where the model error explains less than the best effect alone.
+    """
+    if question.errors is None:
+        return {}
     best = exact.best()
-    if question.errors is None or passes(best, question.level):
-        return None
-    if exact.log_odds(with_errors(best, question.errors)) < exact.log_odds(best):
-        return None
-    return _deepened_with_errors(question, exact, tick)
+    rivals = {best: with_errors(best, question.errors)}
+    if exact.log_odds(rivals[best]) < exact.log_odds(best):
+        return {}
+    none = exact.hypotheses[0]
+    return {none: with_errors(none, question.errors)} | rivals
 
 
 def _deepened(
@@ -213,9 +225,15 @@ def _deepened(
     return comparison
 
 
-def _deepened_with_errors(question: Question, exact: Comparison, tick: Tick) -> Comparison:
+def _deepened_with_errors(
+    question: Question,
+    exact: Comparison,
+    tick: Tick,
+    fitted: Mapping[Hypothesis, Hypothesis] = MappingProxyType({}),
+) -> Comparison:
+    """Effects with model error, one more at a time; some were fitted, by what they are without."""
     assert question.errors is not None
-    comparison = _single_effects_with_errors(question, exact, tick)
+    comparison = _single_effects_with_errors(question, exact, tick, fitted)
     for depth in range(1, question.most_effects):
         if not wants_more_effects(comparison, depth, question.level):
             break
@@ -235,14 +253,20 @@ def _deepened_with_errors(question: Question, exact: Comparison, tick: Tick) -> 
     return comparison
 
 
-def _single_effects_with_errors(question: Question, exact: Comparison, tick: Tick) -> Comparison:
+def _single_effects_with_errors(
+    question: Question,
+    exact: Comparison,
+    tick: Tick,
+    fitted: Mapping[Hypothesis, Hypothesis],
+) -> Comparison:
     """None and single effects with model error, of each kind the variants of most evidence."""
     assert question.errors is not None
-    null = with_errors(exact.hypotheses[0], question.errors)
+    none = exact.hypotheses[0]
+    null = fitted.get(none) or with_errors(none, question.errors)
     singles = _best_variants(exact.hypotheses)
     if passes(null, question.level):
         singles = worth_fitting(null, exact, singles)
-    refitted = _refitted(singles, question.errors, tick, [null])
+    refitted = _refitted(singles, question.errors, tick, {**fitted, none: null})
     return exact._replace(hypotheses=finite([null, *refitted]))
 
 
@@ -265,12 +289,12 @@ def _refitted(
     hypotheses: Sequence[Hypothesis],
     errors: ModalErrors,
     tick: Tick,
-    rivals: Sequence[Hypothesis] = (),
+    fitted: Mapping[Hypothesis, Hypothesis] = MappingProxyType({}),
 ) -> list[Hypothesis]:
     """Fit hypotheses with model error, in their order; those far behind others are given up."""
     refitted: list[Hypothesis] = []
     for hypothesis in hypotheses:
-        rival = early_evidence_of_best([*rivals, *refitted])
-        refitted.append(with_errors(hypothesis, errors, rival))
+        rival = early_evidence_of_best([*fitted.values(), *refitted])
+        refitted.append(fitted.get(hypothesis) or with_errors(hypothesis, errors, rival))
         tick()
     return finite(refitted)
