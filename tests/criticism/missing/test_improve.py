@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from bayes_placement import effects
+from bayes_placement.criticism.missing import _with_errors
+from bayes_placement.criticism.missing._hypotheses import with_errors
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
 from tests.criticism.small import GAIN, MASS, experiment, measured
@@ -24,9 +26,19 @@ def with_mass(candidates):
     return improve(experiment(), measured(MASS, seed=1), candidates=candidates)
 
 
+FITTED_WITH_ERRORS = []
+"""Kinds of the hypotheses that were fitted with a model error where two effects are missing."""
+
+
 @pytest.fixture(scope="module")
 def with_both(candidates):
-    return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=candidates)
+    def counted(exact, *arguments):
+        FITTED_WITH_ERRORS.append(exact.kinds)
+        return with_errors(exact, *arguments)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(_with_errors, "with_errors", counted)
+        return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=candidates)
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +83,11 @@ def test_two_effects_at_once_are_found(with_both):
     assert falling[-1] < 1.2
     error = with_both.steps[-1].parameters["instrument_effects.gain_error.error"]
     assert error.low < GAIN.error < error.high
+
+
+def test_where_two_effects_explain_all_model_errors_are_not_tried_beside_every_effect(with_both):
+    assert not with_both.unexplained
+    assert [(with_both.steps[1].added,), ()] == FITTED_WITH_ERRORS
 
 
 def test_where_nothing_is_missing_nothing_is_claimed(with_nothing):
