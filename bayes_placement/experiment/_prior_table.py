@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpyro.distributions import TransformedDistribution
+from numpyro.distributions import ExpandedDistribution, Independent, TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from .._sites import Role, Unknown
@@ -40,6 +40,10 @@ def _is_standard_error(unknown: Unknown) -> bool:
 
 def _described(distribution: Any) -> str:
     """Write a distribution as its name and arguments, Uniform(0.02, 0.06), or as it was made."""
+    if isinstance(distribution, Independent):
+        return _described(distribution.base_dist)
+    if isinstance(distribution, ExpandedDistribution):
+        return f"{int(np.prod(distribution.shape()))} {_described(distribution.base_dist)}"
     if type(distribution) is TransformedDistribution:
         words = _described(distribution.base_dist)
         for transform in distribution.transforms:

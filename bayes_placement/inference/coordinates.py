@@ -15,6 +15,7 @@ from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 from numpyro.distributions import (
     Distribution,
+    ExpandedDistribution,
     Independent,
     Normal,
     TransformedDistribution,
@@ -29,6 +30,9 @@ from .._types import InfeasibleError
 from .symmetries import Values
 
 Vector = Float[Array, "unknown"]
+
+ALIKE = (Independent, ExpandedDistribution)
+"""Distributions that repeat another one."""
 
 
 class Coordinates:
@@ -150,7 +154,7 @@ def _quantile(
 ) -> Array:
     """Value at a standard normal coordinate of this probability."""
     probability = probability.reshape(shape)
-    if isinstance(distribution, Independent):
+    if isinstance(distribution, ALIKE):
         return _quantile(distribution.base_dist, normal, probability, shape)
     if isinstance(distribution, Normal):
         return distribution.loc + distribution.scale * normal
@@ -161,7 +165,7 @@ def _quantile(
         for transform in distribution.transforms:
             value = transform(value)
         return value
-    return jnp.broadcast_to(distribution.icdf(probability), distribution.shape())
+    return jnp.broadcast_to(distribution.icdf(probability), shape)
 
 
 def _quantiles(distribution: Distribution, normal: Array) -> Array:
@@ -175,7 +179,7 @@ def _quantiles(distribution: Distribution, normal: Array) -> Array:
 
 def _score(distribution: Distribution, value: Any) -> Array:
     """Standard normal coordinate of a value: the inverse of `_quantile`."""
-    if isinstance(distribution, Independent):
+    if isinstance(distribution, ALIKE):
         return _score(distribution.base_dist, value)
     if isinstance(distribution, Normal):
         return (value - distribution.loc) / distribution.scale
@@ -190,7 +194,7 @@ def _score(distribution: Distribution, value: Any) -> Array:
 
 def _plain_quantile(distribution: Distribution, normal: np.ndarray) -> np.ndarray | None:
     """Values of common distributions by NumPy, which compiles nothing; None for any other."""
-    if isinstance(distribution, Independent):
+    if isinstance(distribution, ALIKE):
         return _plain_quantile(distribution.base_dist, normal)
     if isinstance(distribution, Normal):
         return np.asarray(distribution.loc) + np.asarray(distribution.scale) * normal
@@ -204,21 +208,14 @@ def _plain_quantile(distribution: Distribution, normal: np.ndarray) -> np.ndarra
     return None
 
 
-def _base(distribution: Distribution) -> Distribution:
-    """Return the distribution at the base of transforms and independent dimensions."""
-    while isinstance(distribution, Independent | TransformedDistribution):
-        distribution = distribution.base_dist
-    return distribution
-
-
 def _invertible(distribution: Distribution) -> bool:
     """Tell whether values and standard normal coordinates can be converted in both directions."""
-    base = _base(distribution)
-    monotonic = all(
-        transform.domain.event_dim == 0 for transform in getattr(distribution, "transforms", ())
-    )
-    return monotonic and (
-        isinstance(base, Normal | Uniform) or (_has(base, "icdf") and _has(base, "cdf"))
+    while isinstance(distribution, (*ALIKE, TransformedDistribution)):
+        if any(step.domain.event_dim > 0 for step in getattr(distribution, "transforms", ())):
+            return False
+        distribution = distribution.base_dist
+    return isinstance(distribution, Normal | Uniform) or (
+        _has(distribution, "icdf") and _has(distribution, "cdf")
     )
 
 

@@ -79,9 +79,12 @@ def from_posterior_draws(
     Divergence
         Minus the entropy of the draws, less the mean log prior. Its error consists of the standard
         error of the mean and of the bias, estimated from the change with twice as many neighbours.
+        NaN where there are not more draws than unknowns: these span no volume.
     """
     flat = vectors.reshape(-1, vectors.shape[-1])
     unique, first, inverse = np.unique(flat, axis=0, return_index=True, return_inverse=True)
+    if len(unique) <= max(vectors.shape[-1], 2 * neighbours):
+        return Divergence(float("nan"), float("nan"))
     prior = log_prior.reshape(-1)[first]
     log_ratio = _log_density(unique, neighbours) - prior
     coarse = _log_density(unique, 2 * neighbours) - prior

@@ -6,6 +6,7 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from scipy import stats
+from scipy.special import ndtr
 
 from bayes_placement._types import InfeasibleError
 from bayes_placement.inference.coordinates import Coordinates
@@ -27,6 +28,30 @@ def test_a_quantile_of_the_coordinate_is_that_of_the_law(word):
     law, reference = EXPECTED[word]
     values = Coordinates({"x": law}).named(POINTS[:, None])["x"]
     np.testing.assert_allclose(values, reference.ppf(QUANTILES), rtol=1e-9)
+
+
+REPEATED = ("repeated", "repeated_logarithm")
+
+OTHERS = {
+    "repeated": dist.Uniform(-1.0, 3.0).expand((2, 3)).to_event(1),
+    "repeated_logarithm": dist.LogNormal(jnp.array([0.3, -1.0]), 0.7).expand((3, 2)).to_event(2),
+    "gamma": dist.Gamma(2.0, 1.5),
+    "vector": dist.Normal(jnp.zeros(3), jnp.array([0.1, 2.0, 5.0])).to_event(1),
+    "simplex": dist.Dirichlet(jnp.array([0.7, 2.0, 3.0])),
+    "correlated": dist.MultivariateNormal(jnp.array([1.0, -1.0]), jnp.array([[2.0, 1], [1, 3]])),
+}
+
+
+@pytest.mark.parametrize("word", [*REPEATED])
+def test_repeated_priors_have_standard_normal_coordinates(word):
+    coordinates = Coordinates({"x": OTHERS[word]})
+    points = np.random.default_rng(0).standard_normal((5, 6))
+    plain = coordinates.named(points)["x"]
+    np.testing.assert_allclose(plain, jax.vmap(coordinates.values)(points)["x"], rtol=1e-12)
+    assert plain.shape == (5, *OTHERS[word].shape())
+    expected = [dist.Uniform(-1, 3), dist.LogNormal(jnp.array([0.3, -1.0]), 0.7)]
+    law = expected[[*REPEATED].index(word)]
+    np.testing.assert_allclose(law.cdf(plain).reshape(5, 6), ndtr(points), rtol=1e-9)
 
 
 def test_every_unknown_has_its_place_and_shape():
@@ -56,14 +81,6 @@ def test_values_without_compiling_are_those_of_the_model(word):
     np.testing.assert_allclose(
         plain, jax.vmap(coordinates.values)(POINTS[:, None])["x"], rtol=1e-12
     )
-
-
-OTHERS = {
-    "gamma": dist.Gamma(2.0, 1.5),
-    "vector": dist.Normal(jnp.zeros(3), jnp.array([0.1, 2.0, 5.0])).to_event(1),
-    "simplex": dist.Dirichlet(jnp.array([0.7, 2.0, 3.0])),
-    "correlated": dist.MultivariateNormal(jnp.array([1.0, -1.0]), jnp.array([[2.0, 1], [1, 3]])),
-}
 
 
 @pytest.mark.parametrize("word", [*EXPECTED, *OTHERS])

@@ -133,6 +133,13 @@ def test_repeated_draws_count_once():
     np.testing.assert_allclose(double.kl, single.kl)
 
 
+@pytest.mark.parametrize("draws", [3, 20])
+def test_no_more_draws_than_unknowns_tell_no_density(draws):
+    vectors = np.random.default_rng(5).normal(size=(1, draws, 20))
+    estimate = information.from_posterior_draws(vectors, np.zeros((1, draws)))
+    assert np.isnan(estimate.kl) and np.isnan(estimate.error)
+
+
 def test_two_modes_are_two_modes():
     # Half of the draws 30 standard deviations off: the entropy grows by log 2.
     rng = np.random.default_rng(6)

@@ -11,8 +11,8 @@ import scipy.linalg
 
 import bayes_placement as bp
 from bayes_placement.modes.uneven_pieces import Excess, piece_shares, with_uneven_pieces
-from tests.benchmarks.imperfect_experiments import plate_modes
 from tests.in_space import Linear
+from tests.meshed_plates import plate_modes
 from tests.simulator.imperfect_scenes import Sizes, drawn, elastic
 
 PIECES = 12

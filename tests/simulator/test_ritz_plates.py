@@ -7,7 +7,7 @@ import pytest
 import skfem
 from scipy.sparse.linalg import eigsh
 
-from tests.benchmarks import imperfect_experiments
+from tests import meshed_plates
 from tests.simulator.fine_elements import effect
 from tests.simulator.ritz_plates import Plate, plate_plant
 
@@ -55,11 +55,11 @@ def test_a_weak_patch_is_where_finite_elements_have_it(region):
     sides = np.linspace(0, PLATE.length, 25), np.linspace(0, PLATE.width, 25)
     mesh = skfem.MeshQuad.init_tensor(*sides)
     basis = skfem.Basis(mesh, skfem.ElementQuadBFS())
-    stiffness = imperfect_experiments.stiffness(PLATE, basis)
-    patches = imperfect_experiments.regions(PLATE, mesh)
+    stiffness = meshed_plates.stiffness(PLATE, basis)
+    patches = meshed_plates.regions(PLATE, mesh)
     assert abs(sum(patches.values()) - stiffness).max() < 1e-9 * abs(stiffness).max()
-    mass = imperfect_experiments.mass(PLATE, basis)
-    fixed = imperfect_experiments.supported(basis, PLATE)
+    mass = meshed_plates.mass(PLATE, basis)
+    fixed = meshed_plates.supported(basis, PLATE)
     weak = stiffness - 0.3 * patches[f"patch {region}"]
     kept = np.setdiff1d(np.arange(basis.N), fixed)
     inner = [one[kept][:, kept] for one in (stiffness, weak, mass)]
