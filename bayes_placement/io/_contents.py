@@ -1,17 +1,21 @@
 """What a file is, told by its bytes: suffixes are wrong too often."""
 
+import re
 import zipfile
 from pathlib import Path
 
 UNIVERSAL, MAT, MAT_HDF5, HDF5 = "universal file", "MATLAB 5 to 7", "MATLAB 7.3", "HDF5"
 NPZ, WORKBOOK, TEXT = "NumPy archive", "workbook", "text"
-MATRIX_MARKET = "Matrix Market"
+MATRIX_MARKET, ABAQUS_MATRIX = "Matrix Market", "Abaqus matrix"
 UNKNOWN = ""
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _HDF5_OFFSETS = (0, 512, 1024, 2048)  # behind a user block
 _MAT_VERSIONS = (b"\x00\x01IM", b"\x01\x00MI")
 _BEGINNINGS = {b"    -1": UNIVERSAL, b"%%MatrixMarket": MATRIX_MARKET}
+_ABAQUS = re.compile(
+    rb"(?:\s*\*[^\n]*\n)*\s*(?:\d+\s*,\s*){4}[-+\d.eEdD]+\s*\r?\n"
+)  # comments, entry
 _HEAD_BYTES = 4096
 _CONTROLS = set(range(32)) - {9, 10, 12, 13, 26}
 
@@ -29,7 +33,9 @@ def content_of(path: Path) -> str:
         return MAT
     if head.startswith(b"PK\x03\x04"):
         return _content_of_zip(path)
-    return TEXT if head and not _CONTROLS & set(head) else UNKNOWN
+    if not head or _CONTROLS & set(head):
+        return UNKNOWN
+    return ABAQUS_MATRIX if _ABAQUS.match(head.lstrip()) else TEXT
 
 
 def _content_of_zip(path: Path) -> str:

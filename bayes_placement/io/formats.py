@@ -59,6 +59,8 @@ FORMATS = [
     Format("modes", (".npz",), "npz_modes.read", {}, content.NPZ),
     Format("modes", (".op2",), "nastran.read_modes"),
     Format("matrices", (".op4",), "nastran.read_matrices"),
+    Format("matrices", (".full",), "ansys.read_matrices"),
+    Format("matrices", (".inp",), "abaqus.read_matrices", {}, content.ABAQUS_MATRIX),
     Format("matrices", (".npz", ".mtx", ".mtx.gz"), "matrix_files.read", {}, content.MATRIX_MARKET),
 ]
 
@@ -153,9 +155,15 @@ def _format(contents: str, path: Path) -> Format:
 def _by_content(formats: list[Format], path: Path) -> Format | None:
     """Format that the bytes tell; those of text are told by their suffix, if they have one."""
     told = content.content_of(path)
-    if told == content.TEXT and _by_suffix(formats, path):
+    if told in (content.TEXT, content.ABAQUS_MATRIX) and _is_text(formats, path):
         return None
     return next((known for known in formats if told and known.content == told), None)
+
+
+def _is_text(formats: list[Format], path: Path) -> bool:
+    """Whether the suffix is that of a format of text, or of one that is known by it alone."""
+    known = _by_suffix(formats, path)
+    return known is not None and known.content in ("", content.TEXT, content.UNIVERSAL)
 
 
 def _by_suffix(formats: list[Format], path: Path) -> Format | None:

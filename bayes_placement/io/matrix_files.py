@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse
+from jaxtyping import Int
 
 from .._types import InputError
 from . import _matrix_market, _sparse_archive
@@ -26,11 +27,15 @@ class SystemMatrices(NamedTuple):
         Mass [kg], csc.
     regions
         Stiffness of each region by name, csc.
+    dof
+        Node number and direction (1 to 6 for x, y, z, rx, ry, rz) of each row, where the file
+        states them.
     """
 
     stiffness: scipy.sparse.csc_array
     mass: scipy.sparse.csc_array
     regions: dict[str, scipy.sparse.csc_array]
+    dof: Int[np.ndarray, "dof 2"] | None = None
 
 
 def read(

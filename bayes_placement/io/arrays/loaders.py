@@ -16,7 +16,10 @@ LOADERS: dict[str, Callable[[Path], NamedArrays]] = {
     _contents.NPZ: npz.load,
     _contents.WORKBOOK: workbook.load,
     _contents.TEXT: text.load,
+    _contents.ABAQUS_MATRIX: text.load,  # five columns of numbers may be anything
 }
+
+_NAMES = [content for content in LOADERS if content != _contents.ABAQUS_MATRIX]
 
 
 def load(path: Path) -> NamedArrays:
@@ -32,7 +35,7 @@ def load(path: Path) -> NamedArrays:
     content = _contents.content_of(existing(path, "a file of measured FRFs"))
     if content not in LOADERS:
         raise InputError(
-            f"{path} is none of the files of arrays that are read: {', '.join(LOADERS)}, told by "
+            f"{path} is none of the files of arrays that are read: {', '.join(_NAMES)}, told by "
             "its first bytes; one of these, or a universal file, is needed, since the bytes tell "
             "the format. Export it again, or save it in MATLAB by save('measured.mat', '-v7')."
         )

@@ -1,0 +1,82 @@
+"""Matrices with a node and a direction for each row, in units of a program, as matrices in SI."""
+
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse
+from jaxtyping import Float, Int
+
+from .._types import InputError, finite_number
+from .matrix_files import SystemMatrices, system_matrices
+
+DIRECTIONS = 6
+Rows = Int[np.ndarray, "_ 2"]
+
+
+def in_si(
+    path: Path,
+    matrices: dict[str, scipy.sparse.csc_array],
+    dof: Rows,
+    *,
+    length_unit: float,
+    mass_unit: float,
+) -> SystemMatrices:
+    """Turn matrices into SI and check them.
+
+    Parameters
+    ----------
+    path
+        The file, for messages.
+    matrices
+        `stiffness` and `mass`, on the same degrees of freedom.
+    dof
+        Node and direction of each row.
+    length_unit, mass_unit
+        What one unit of the file is in m and in kg; time is in s.
+
+    Raises
+    ------
+    InputError
+        If a row is no translation or rotation, a unit is not positive, a row has neither stiffness
+        nor mass, or the matrices are not those of an undamped structure.
+    """
+    for name, unit in (("length_unit", length_unit), ("mass_unit", mass_unit)):
+        if finite_number(name, unit, f"{name}=1e-3") <= 0:
+            raise InputError(f"{name}={unit} was given; a positive number is needed: {name}=1e-3.")
+    _check_rows(path, dof)
+    scale = np.where(dof[:, 1] > 3, length_unit, 1.0)  # a rotation has no length
+    spread = scipy.sparse.diags_array(scale)
+    scaled = {
+        name: scipy.sparse.csc_array(mass_unit * (spread @ matrix @ spread))
+        for name, matrix in matrices.items()
+    }
+    system = system_matrices(scaled, {name: f"{path}, {name}" for name in matrices})
+    return system._replace(dof=dof)
+
+
+def without_rows(
+    matrices: dict[str, scipy.sparse.csc_array], dof: Rows, held: np.ndarray
+) -> tuple[dict[str, scipy.sparse.csc_array], Rows]:
+    """Leave out the rows that are held."""
+    free = np.flatnonzero(~held)
+    return {name: matrix[free][:, free] for name, matrix in matrices.items()}, dof[free]
+
+
+def _check_rows(path: Path, dof: Rows) -> None:
+    wrong = np.flatnonzero((dof[:, 0] < 1) | (dof[:, 1] < 1) | (dof[:, 1] > DIRECTIONS))
+    if wrong.size:
+        node, direction = dof[wrong[0]].tolist()
+        raise InputError(
+            f"{path} holds degree of freedom {direction} of node {node}; 1 to {DIRECTIONS} of "
+            "nodes from 1 are needed (x, y, z, rx, ry, rz), since the structure moves and turns "
+            "only. Leave internal nodes, pressures and temperatures out of the matrices."
+        )
+
+
+def lowest_frequencies(system: SystemMatrices, count: int) -> Float[np.ndarray, "mode"]:
+    """Lowest natural frequencies [Hz] of matrices without rigid-body modes."""
+    from scipy.sparse.linalg import eigsh
+
+    stiffness, mass = (scipy.sparse.csc_matrix(matrix) for matrix in system[:2])
+    values = eigsh(stiffness, count, mass, sigma=0.0, return_eigenvectors=False)
+    return np.sqrt(np.sort(values)) / (2 * np.pi)

@@ -1,0 +1,194 @@
+"""Stiffness and mass of Ansys (`.full`), and its modes (`.rst`), by ansys-mapdl-reader.
+
+That library reads some files of Ansys 2021 and later wrongly without a word (its issues 110, 235,
+402 and 409), and ends the interpreter on others: it runs in a process of its own, and nothing that
+it reads is believed before the matrices confirm it.
+"""
+
+import importlib.util
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse
+
+from .._types import InputError, MissingExtraError
+from ..modes.finite_elements.modal_model import ModalModel
+from . import _reader_process
+from ._foreign_matrices import in_si, without_rows
+from ._gate import check_plausible, existing, path_of, reading
+from .matrix_files import SystemMatrices
+
+_READER = Path(__file__).with_name("_ansys_process.py")
+_REMEDY = "Write it again in a modal analysis, uncompressed: /FCOMP,RST,0."
+_IN_SI = ("", "SI", "MKS", "User Defined")
+_DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
+_ORTHONORMAL, _SAME_FREQUENCY = 1e-4, 1e-4  # result files may be in single precision
+
+
+def read_matrices(
+    path: str | Path, *, length_unit: float | None = None, mass_unit: float | None = None
+) -> SystemMatrices:
+    """Read stiffness and mass of a `.full` file, without the degrees of freedom that are held.
+
+    The result states node and direction of each row in `dof`.
+
+    Parameters
+    ----------
+    path
+        The file, of a modal analysis with a consistent mass.
+    length_unit, mass_unit
+        What one unit of the model is in m and in kg: 1e-3 and 1e3 for mm, t, s. Where the file
+        does not say that it is in other units, 1.
+
+    Raises
+    ------
+    MissingExtraError
+        If ansys-mapdl-reader is not installed.
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it cannot be read, states other units than SI and none is given, or does not hold the
+        matrices of an undamped structure.
+    """
+    file = path_of(path)
+    result = _read(file)
+    with reading(file, "matrices of Ansys", _REMEDY):
+        if "stiffness value" not in result.arrays:
+            raise InputError("it holds results and no matrices; the .full file is needed")
+        units = _units(file, result.told["units"], length_unit, mass_unit)
+        dof = result.arrays["dof"]
+        matrices = {name: _matrix(result.arrays, name, len(dof)) for name in ("stiffness", "mass")}
+        held = (matrices["stiffness"].diagonal() == 0) & (matrices["mass"].diagonal() == 0)
+        kept, rows = without_rows(matrices, dof, held)
+        return in_si(file, kept, rows, length_unit=units[0], mass_unit=units[1])
+
+
+def read_modes(
+    path: str | Path,
+    matrices: str | Path,
+    *,
+    length_unit: float | None = None,
+    mass_unit: float | None = None,
+) -> ModalModel:
+    """Read nodes and modes of a `.rst` file, confirmed by the matrices of a `.full` file.
+
+    Parameters
+    ----------
+    path
+        The file of results of a modal analysis, with shapes normalised to the mass.
+    matrices
+        The `.full` file of the same analysis.
+    length_unit, mass_unit
+        As in `read_matrices`.
+
+    Raises
+    ------
+    MissingExtraError
+        If ansys-mapdl-reader is not installed.
+    FileNotFoundError
+        If a file is missing.
+    InputError
+        If a file cannot be read, or the modes are not those of the matrices.
+    """
+    file = path_of(path)
+    system = read_matrices(matrices)
+    result = _read(file)
+    with reading(file, "modes of Ansys", _REMEDY):
+        if "shape" not in result.arrays:
+            raise InputError("it holds matrices and no results; the .rst file is needed")
+        units = _units(file, result.told["units"], length_unit, mass_unit)
+        check_plausible(file, shapes=result.arrays["shape"], nodes=result.arrays["position"])
+        directions = [_DIRECTIONS.get(name, 0) for name in result.told["directions"]]
+        shape = np.zeros((*result.arrays["shape"].shape[:2], 6))
+        for column, direction in enumerate(directions):
+            if direction:
+                shape[:, :, direction - 1] = result.arrays["shape"][:, :, column]
+        frequency = result.arrays["frequency"]
+        _check_modes(system, result.arrays["node"], shape, frequency)
+        return ModalModel.from_arrays(
+            node=result.arrays["node"],
+            position=result.arrays["position"],
+            shape=np.moveaxis(shape, 0, -1),
+            natural_frequency=frequency,
+            modal_mass=1.0,
+            length_unit=units[0],
+            mass_unit=units[1],
+        ).without_unused_directions()
+
+
+def _read(path: Path) -> _reader_process.ReaderResult:
+    if not _is_installed():
+        raise MissingExtraError(
+            f"{path} cannot be read, since ansys-mapdl-reader is not installed, which knows the "
+            'files of Ansys. Install it: pip install "bayes_placement[ansys]".'
+        )
+    refused = partial(_refused, existing(path, "a file of Ansys (.full, .rst)"))
+    return _reader_process.run(_READER, path, "a file of Ansys", refused)
+
+
+def _is_installed() -> bool:
+    names = ("ansys", "ansys.mapdl", "ansys.mapdl.reader")  # each within the one before
+    return all(importlib.util.find_spec(name) is not None for name in names)
+
+
+def _refused(path: Path, reason: str) -> InputError:
+    return InputError(
+        f"{path} cannot be read as a file of Ansys ({reason}); a .full or .rst file of a modal "
+        f"analysis is needed. {_REMEDY}"
+    )
+
+
+def _units(
+    path: Path, stated: str, length_unit: float | None, mass_unit: float | None
+) -> tuple[float, float]:
+    """Units of the file; where it states others than SI, they must be given."""
+    if stated not in _IN_SI and (length_unit is None or mass_unit is None):
+        raise InputError(
+            f"{path} states the units {stated}; what one unit of length and of mass is in SI is "
+            "needed, since matrices are in kg, m, s here: length_unit=1e-3, mass_unit=1e3 for mm, "
+            "t, s."
+        )
+    return length_unit or 1.0, mass_unit or 1.0
+
+
+def _matrix(arrays: dict[str, np.ndarray], name: str, size: int) -> scipy.sparse.csc_array:
+    """Symmetric matrix of its upper triangle."""
+    row, column, value = (arrays[f"{name} {part}"] for part in ("row", "column", "value"))
+    if row.size and not (min(row.min(), column.min()) >= 0 and max(row.max(), column.max()) < size):
+        raise InputError(f"an index of its {name} lies outside of it")
+    if (row > column).any():
+        raise InputError(f"its {name} is not the upper triangle that was asked for")
+    off = row != column
+    places = np.append(row, column[off]), np.append(column, row[off])
+    return scipy.sparse.csc_array((np.append(value, value[off]), places), shape=(size, size))
+
+
+def _check_modes(
+    system: SystemMatrices, node: np.ndarray, shape: np.ndarray, frequency: np.ndarray
+) -> None:
+    """Refuse shapes that are not orthonormal in the mass, or have other frequencies."""
+    dof = system.dof if system.dof is not None else np.zeros((0, 2), np.int64)
+    missing = np.setdiff1d(dof[:, 0], node)
+    if missing.size:
+        raise InputError(f"node {missing[0]} of the matrices has no shape in it")
+    order = np.argsort(node)
+    place = order[np.searchsorted(node[order], dof[:, 0])]
+    vectors = shape[:, place, dof[:, 1] - 1]
+    masses = vectors @ (system.mass @ vectors.T)
+    error = np.abs(masses - np.eye(len(vectors))).max()
+    if not error < _ORTHONORMAL:
+        raise InputError(
+            f"its shapes are not orthonormal in the mass of the matrices (error {error:.2g}), so "
+            "that they are of another analysis, or read wrongly, as compressed results of Ansys "
+            "2021 and later are. Write them uncompressed, normalised to the mass"
+        )
+    stiffnesses = np.einsum("mi,im->m", vectors, system.stiffness @ vectors.T)
+    computed = np.sqrt(np.abs(stiffnesses)) / (2 * np.pi)
+    apart = np.abs(computed - frequency) > _SAME_FREQUENCY * frequency.max()
+    if apart.any():
+        mode = int(np.argmax(apart))
+        raise InputError(
+            f"its mode {mode + 1} is at {frequency[mode]:.6g} Hz, and its shape has "
+            f"{computed[mode]:.6g} Hz in the matrices; both files must be of one analysis"
+        )
