@@ -62,6 +62,7 @@ def measurements(draw):
         quantity=draw(st.sampled_from(["receptance", "mobility", "accelerance"])),
         averages=draw(st.none() | st.integers(1, 999)),
         force_level=draw(st.none() | st.floats(0.01, 100)),
+        variance=draw(st.none() | st.just(0.01 * np.abs(frf) ** 2 + 0.5)),
     )
 
 
@@ -70,6 +71,9 @@ def check_measurement_comes_back(folder, measurement, binary):
     back = uff.read(folder / "measured.uff", require_positions=False)
     np.testing.assert_allclose(back.frf, measurement.frf, rtol=1e-11)
     np.testing.assert_allclose(back.frequency, measurement.frequency, rtol=1e-9)
+    assert (back.variance is None) == (measurement.variance is None)
+    if measurement.variance is not None:
+        np.testing.assert_allclose(back.variance, measurement.variance, rtol=1e-11)
     assert (back.sensors, back.actuators) == (measurement.sensors, measurement.actuators)
     assert (back.averages, back.force_level) == (measurement.averages, measurement.force_level)
 

@@ -1,4 +1,4 @@
-"""Output error of a case: what the coherence states, or a ratio and a floor."""
+"""Output error of a case: what variance or coherence state, or a ratio and a floor."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,7 +8,7 @@ from numpyro.distributions import LogUniform
 
 from ..._types import Parameter
 from ...experiment.measurement import Measurement
-from ...experiment.noise import FromCoherence, Noise, Relative
+from ...experiment.noise import FromCoherence, FromVariance, Noise, Relative
 from ._json_fields import CaseError, FieldRule, JsonObject, is_number
 
 RATIO, FLOOR = (1e-3, 0.3), (1e-4, 0.3)
@@ -40,7 +40,9 @@ def stated_noise(measurement: JsonObject) -> Noise | None:
 
 
 def noise_by_data(runs: Sequence[Measurement]) -> Noise:
-    """What the coherence states; without any, unknown shares of |H| and of its median."""
+    """What variance or coherence state; without any, unknown shares of |H| and of its median."""
+    if all(run.variance is not None for run in runs):
+        return FromVariance()
     if any(run.coherence is not None for run in runs):
         return FromCoherence()
     median = float(

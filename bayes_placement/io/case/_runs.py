@@ -65,9 +65,8 @@ def read_runs(folder: Path, settings: MeasurementSettings) -> CaseRuns:
         label: _of_state(folder, settings, f'states, "{label}",', files)
         for label, files in settings.states.items()
     }
-    if noise.reads_coherence:
-        _check_noise(folder, [(names, measured), (settings.baseline, baseline)])
-        _check_noise(folder, [(settings.states[label], states[label]) for label in states])
+    _check_noise(folder, noise, [(names, measured), (settings.baseline, baseline)])
+    _check_noise(folder, noise, [(settings.states[label], states[label]) for label in states])
     return CaseRuns(measured, baseline, states, noise)
 
 
@@ -110,12 +109,12 @@ def _check_lines(folder: Path, names: Sequence[str], measured: Runs) -> None:
             )
 
 
-def _check_noise(folder: Path, files: Sequence[tuple[Sequence[str], Runs]]) -> None:
+def _check_noise(folder: Path, noise: Noise, files: Sequence[tuple[Sequence[str], Runs]]) -> None:
     """Refuse a measurement whose noise is not known, where that of others is."""
     for names, runs in files:
         for name, run in zip(names, runs, strict=True):
             try:
-                run.noise_variance()
+                noise.variance(run)
             except ValueError as error:
                 raise CaseError(
                     f"{folder / name} does not state its noise: {error} A case needs the coherence "

@@ -84,13 +84,17 @@ def load(path: Path, data: int = FUNCTION) -> list[Dataset]:
     ]
 
 
+VARIANCE_NOTE = '{"function": "variance"}'
+"""ID line 4 of the variance of an FRF, for which the format has no type of function."""
+
+
 def left_out(path: Path, function_types: Collection[int]) -> dict[str, int]:
     """Count what a file holds besides nodes, units and functions of some types, in words."""
     kinds: Counter[str] = Counter()
     for block in _blocks(path):
         if block.number == FUNCTION:
             kind = int(block.lines[5][:5])
-            if kind not in function_types:
+            if kind not in function_types and block.lines[3].strip() != VARIANCE_NOTE:
                 kinds[f"dataset {FUNCTION} of function type {kind}"] += 1
         elif block.number not in {*NODES, UNITS}:
             kinds[f"dataset {block.number}"] += 1

@@ -11,6 +11,7 @@ from ..._files import write_atomically
 from ..._types import InputError
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, check_distinct
+from ._datasets import VARIANCE_NOTE
 from ._units import FORCE_TYPE, FREQUENCY_TYPE, stated_for
 
 _ID_WIDTH = 80
@@ -32,8 +33,8 @@ class _FunctionType(NamedTuple):
 def write(path: str | Path, measurement: Measurement, *, binary: bool = False) -> None:
     """Write a measurement as a universal file in SI, from which `read` gives it back.
 
-    ASCII files keep 13 digits of FRFs and coherences and 7 of a frequency axis; binary files keep
-    everything. The file is complete before it replaces an earlier one.
+    ASCII files keep 13 digits of FRFs, coherences and variances and 7 of a frequency axis; binary
+    files keep everything. The file is complete before it replaces an earlier one.
 
     Transducers whose names are all whole numbers keep them as node numbers. Otherwise sensors are
     numbered from 1 and actuators from 101 (or above the last sensor), and ID line 5 of each
@@ -105,13 +106,18 @@ def _is_node_number(name: str) -> bool:
 
 
 def _functions(measurement: Measurement, binary: bool) -> Iterator[bytes]:
-    """Every FRF, then every coherence."""
+    """Every FRF, then every coherence, then every variance."""
     motion, label = stated_for(measurement.quantity)
     frf = _FunctionType(
         "FRF", 4, _record(motion, "Response", label), _record(FORCE_TYPE, "Force", "N")
     )
     coherence = _FunctionType("Coherence", 6, _record(0, "Coherence", "NONE"), _record(0))
-    functions = ((frf, measurement.frf), (coherence, measurement.coherence))
+    variance = _FunctionType("Variance", 0, _record(0, "Variance", "SI"), _record(0))
+    functions = (
+        (frf, measurement.frf),
+        (coherence, measurement.coherence),
+        (variance, measurement.variance),
+    )
     nodes = node_numbers(measurement)
     number = 0
     for function_type, values in functions:
@@ -136,11 +142,12 @@ def _record(data_type: int, axis: str = "NONE", unit: str = "NONE") -> str:
 def _identity(measurement: Measurement, title: str, pair: tuple[Channel, Channel]) -> list[str]:
     """Five ID lines; the last two hold what the format has no field for."""
     sensor, actuator = pair
-    title = f"{title} {sensor.label} / {actuator.label}"[:_ID_WIDTH]
     settings = {"averages": measurement.averages, "force_level": measurement.force_level}
     known = {key: value for key, value in settings.items() if value is not None}
+    note = VARIANCE_NOTE if title == "Variance" else _note(known)
+    heading = f"{title} {sensor.label} / {actuator.label}"[:_ID_WIDTH]
     names = {} if _named_by_node(measurement) else {"names": [sensor.name, actuator.name]}
-    return [f"{line:<80}" for line in (title, "NONE", "NONE", _note(known), _note(names))]
+    return [f"{line:<80}" for line in (heading, "NONE", "NONE", note, _note(names))]
 
 
 def _note(content: dict[str, Any]) -> str:

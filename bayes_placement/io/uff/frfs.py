@@ -11,12 +11,12 @@ from ..._types import check_kind
 from ...experiment.measurement import Channel, Measurement, Position
 from ...experiment.quantities import converted
 from .._gate import check_plausible, path_of, reading
-from ._datasets import FUNCTION, Dataset, MeasurementFileError, load
+from ._datasets import FUNCTION, VARIANCE_NOTE, Dataset, MeasurementFileError, load
 from ._datasets import left_out as _datasets_left_out
 from ._nodes import node_positions
 from ._units import FileUnits, check_abscissa, file_units, quantity_of, scale
 
-_FRF, _COHERENCE = 4, 6
+_GENERAL, _FRF, _COHERENCE = 0, 4, 6
 _DECADES = 1e40
 _Node = tuple[int, int]  # number and direction
 
@@ -43,9 +43,10 @@ def read(
 ) -> Measurement:
     """Read the FRFs of a universal file (UFF), ASCII or binary, into a measurement in SI.
 
-    FRFs (dataset 58, function type 4) and their coherences (type 6) are read, nodes from dataset
-    15 or 2411; other datasets and entity names are ignored. Values are in the units of their
-    labels, else of dataset 164, else SI; coordinates in those of dataset 164, else metres.
+    FRFs (dataset 58, function type 4), their coherences (type 6) and the variances that `write`
+    records are read, nodes from dataset 15 or 2411; other datasets and entity names are ignored.
+    Values are in the units of their labels, else of dataset 164, else SI; coordinates in those of
+    dataset 164, else metres.
 
     Parameters
     ----------
@@ -138,6 +139,7 @@ def _assembled(
         averages=averages if averages is not None else _noted(frfs, "averages"),
         positions=positions,
         force_level=_noted(frfs, "force_level"),
+        variance=_variance(datasets, frfs, sensors, actuators, quantity),
     )
 
 
@@ -311,17 +313,47 @@ def _arranged(
 def _coherence(
     datasets: list[Dataset], frfs: list[_Function], sensors: list[_Node], actuators: list[_Node]
 ) -> np.ndarray | None:
-    pairs = {(frf.sensor, frf.actuator) for frf in frfs}
-    coherences = [
-        _function(dataset, np.real(dataset.fields["data"]))
+    coherences = [dataset for dataset in datasets if _type(dataset) == _COHERENCE]
+    functions = _of_frfs(coherences, frfs)
+    return _arranged(functions, sensors, actuators) if functions else None
+
+
+def _variance(
+    datasets: list[Dataset],
+    frfs: list[_Function],
+    sensors: list[_Node],
+    actuators: list[_Node],
+    quantity: str,
+) -> np.ndarray | None:
+    """Variance of each FRF as `write` records it, in SI of the quantity of the FRF."""
+    variances = [
+        dataset
         for dataset in datasets
-        if dataset.number == FUNCTION and dataset.fields["func_type"] == _COHERENCE
+        if _type(dataset) == _GENERAL and dataset.fields["id4"].strip() == VARIANCE_NOTE
     ]
-    of_frfs = [function for function in coherences if (function.sensor, function.actuator) in pairs]
-    if not of_frfs:
-        return None
-    _check_same_lines([frfs[0], *of_frfs])
-    return _arranged(of_frfs, sensors, actuators)
+    stated = {(frf.sensor, frf.actuator): frf.quantity for frf in frfs}
+    functions = []
+    for function in _of_frfs(variances, frfs):
+        source = stated[function.sensor, function.actuator]
+        one = np.ones(function.frequency.size)
+        factor = np.abs(converted(one, function.frequency, source, quantity)) ** 2
+        functions.append(function._replace(values=function.values * factor))
+    return _arranged(functions, sensors, actuators) if functions else None
+
+
+def _type(dataset: Dataset) -> int | None:
+    """Type of a function; None for another dataset."""
+    return dataset.fields["func_type"] if dataset.number == FUNCTION else None
+
+
+def _of_frfs(datasets: list[Dataset], frfs: list[_Function]) -> list[_Function]:
+    """Functions of real numbers that belong to one of the FRFs, on the same lines."""
+    pairs = {(frf.sensor, frf.actuator) for frf in frfs}
+    functions = [_function(dataset, np.real(dataset.fields["data"])) for dataset in datasets]
+    of_frfs = [function for function in functions if (function.sensor, function.actuator) in pairs]
+    if of_frfs:
+        _check_same_lines([frfs[0], *of_frfs])
+    return of_frfs
 
 
 def _positions(

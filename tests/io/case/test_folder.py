@@ -1,6 +1,7 @@
 """A case folder becomes an experiment and its measurement, and each wrong field is named."""
 
 import copy
+import dataclasses
 import json
 import math
 import re
@@ -653,6 +654,16 @@ def test_without_coherence_the_noise_is_unknown(tmp_path):
     assert noise.floor.high == pytest.approx(0.3 * 1.5)  # the median amplitude of channels 1 and 2
     assert "The level of the noise is not known" in str(study.experiment)
     assert "noise is not known" not in str(case.read(written(tmp_path)).experiment)
+
+
+def test_a_variance_in_every_file_is_the_noise(tmp_path):
+    stated = measured()
+    variance = 0.01 * np.abs(stated.frf) ** 2
+    study = case.read(written(tmp_path, measured=dataclasses.replace(stated, variance=variance)))
+    assert isinstance(study.experiment.noise, bp.noise.FromVariance)
+    deviation = np.asarray(study.experiment.data(study.measurement).deviation)
+    expected = 0.01 * np.abs(study.measurement.frf) ** 2
+    np.testing.assert_allclose(2 * deviation[:, :, 0] ** 2, expected, rtol=1e-9)
 
 
 def test_levels_with_coherence_and_without_are_refused(tmp_path):

@@ -546,3 +546,26 @@ def test_two_numbers_of_averages_are_refused(tmp_path):
 def test_an_id_line_of_others_is_no_note(tmp_path):
     path = by_pyuff(tmp_path, nodes(1, 101), function(id4="{run 3}", id5="[wing]"))
     assert uff.read(path).averages is None
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_a_stated_variance_comes_back_in_the_quantity_asked_for(tmp_path, binary):
+    frf = np.stack([FRF, 2 * FRF, np.full(4, np.nan), 3 * FRF]).reshape(2, 2, 4)
+    variance = np.abs(frf) ** 2 * np.linspace(0.01, 0.04, 4)
+    variance[0, 1] = np.nan
+    measurement = Measurement.from_arrays(
+        frf,
+        FREQUENCY,
+        sensors=["s1+x", "s2+x"],
+        actuators=["a1", "a2"],
+        quantity="mobility",
+        averages=5,
+        variance=variance,
+    )
+    uff.write(tmp_path / "measured.uff", measurement, binary=binary)
+    back = uff.read(tmp_path / "measured.uff", require_positions=False)
+    np.testing.assert_allclose(back.variance, variance, rtol=1e-11)
+    assert (back.averages, back.coherence) == (5, None)
+    other = uff.read(tmp_path / "measured.uff", require_positions=False, quantity="accelerance")
+    np.testing.assert_allclose(other.variance, variance * (2 * np.pi * FREQUENCY) ** 2, rtol=1e-11)
+    assert uff.frfs.left_out(tmp_path / "measured.uff") == {}
