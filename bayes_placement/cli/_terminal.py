@@ -1,6 +1,7 @@
 """What a command shows: text and tables on standard output, progress on standard error."""
 
 import json
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any, NamedTuple
@@ -13,6 +14,12 @@ from rich.table import Table
 
 from .._progress import progress_bars, progress_console, terminal_console
 from .._types import Progress, no_progress
+
+UNBROKEN = re.compile(r"\S+(?: ± [^\s,]+(?: [^\s\d,]\S{0,6}(?!\S))?,?| or \S+)*")
+"""A word, a number with its error and unit, or several numbers of which one holds."""
+
+BETWEEN = 3
+"""Characters between two columns of a table."""
 
 
 class Screen(NamedTuple):
@@ -51,9 +58,15 @@ class Screen(NamedTuple):
             self.text(f"- {sentence}")
 
     def show(self, table: RenderableType) -> None:
-        """Print a table."""
+        """Print a table that is laid out."""
         if not self.quiet and not self.as_json:
             self.console.print(table)
+
+    def table(self, data: pd.DataFrame, index_title: str) -> None:
+        """Print a table as wide as the terminal, and what its columns mean."""
+        self.show(terminal_table(data, index_title, self.console.width))
+        for note in notes(data):
+            self.text(f"  {note}")
 
     def verdict(self, text: str) -> None:
         """Print what is shown in any case, save where JSON is asked for."""
@@ -78,13 +91,84 @@ def print_text(console: Console, text: object) -> None:
     console.print(str(text), highlight=False, soft_wrap=True, markup=False)
 
 
-def terminal_table(data: pd.DataFrame, index_title: str) -> Table:
-    """Lay out a data frame; a cell that is too wide is broken between words, never in a number."""
+NOTES = {
+    "chi2 per datum": "chi2 per datum: squared misfit over that of the noise; a right model has 1.",
+    "log evidence": "log evidence: greater is better; a difference of 3 is a factor of 20 in odds.",
+    "held out": "held out: how well data left out of the fit are predicted, the mean log density "
+    "of a datum; greater is better.",
+    "p of score": "p of score: probability of so strong a trace of the effect in a right model.",
+    "information [nat]": "nat: unit of information; 0.69 nat, a bit, halves what is possible.",
+    "p of whiteness": "p of whiteness: small where residuals of neighbouring lines are alike.",
+    "predictive p": "predictive p: share of data simulated by the model with a larger misfit.",
+    "exact chi2": "exact chi2: chi2 per datum without the model error.",
+}
+"""What columns of tables mean, by their heading."""
+
+
+def notes(table: pd.DataFrame) -> list[str]:
+    """Explain the columns of a table that are not plain."""
+    return [note for heading, note in NOTES.items() if heading in table.columns]
+
+
+def terminal_table(data: pd.DataFrame, index_title: str, width: int) -> Table:
+    """Lay out a data frame in so many columns of characters; no word and no number is broken.
+
+    Where its columns do not fit, each row is a paragraph of its own.
+
+    Parameters
+    ----------
+    data
+        The table, of words.
+    index_title
+        Heading of its index.
+    width
+        Width of the terminal.
+    """
+    headings = [index_title, *map(str, data.columns)]
+    rows = [[str(cell) for cell in (name, *row)] for name, row in data.iterrows()]
+    columns = [[heading, *(row[place] for row in rows)] for place, heading in enumerate(headings)]
+    least = [max(map(_longest, column)) for column in columns]
+    room = width - sum(least) - BETWEEN * len(least) - 1
+    if room < 0:
+        return _paragraphs(headings, rows, width)
     table = Table(box=SIMPLE_HEAD)
-    table.add_column(index_title, overflow="fold")
-    for column in data.columns:
-        justify: JustifyMethod = "left" if column == "parameters" else "right"
-        table.add_column(escape(str(column)), justify=justify, overflow="fold")
-    for name, row in data.iterrows():
-        table.add_row(*(escape(str(value)) for value in (name, *row)))
+    for heading, narrow, column in zip(headings, least, columns, strict=True):
+        is_text = heading in (index_title, "parameters", "unit")
+        justify: JustifyMethod = "left" if is_text else "right"
+        used = min(narrow + room, max(map(len, column)))
+        room -= used - narrow
+        table.add_column(_wrapped(heading, used), justify=justify, width=used)
+    widths = [column.width or width for column in table.columns]
+    for row in rows:
+        table.add_row(*map(_wrapped, row, widths))
     return table
+
+
+def _paragraphs(headings: list[str], rows: list[list[str]], width: int) -> Table:
+    """Each row as a paragraph: its name, then a line for each of its cells."""
+    room = width - max(map(len, headings)) - 7
+    table = Table(box=None, show_header=False, padding=(0, 1))
+    table.add_column()
+    table.add_column()
+    for name, *cells in rows:
+        table.add_row(escape(headings[0]), _wrapped(name, room))
+        for heading, cell in zip(headings[1:], cells, strict=True):
+            if cell:
+                table.add_row(f"  {escape(heading)}", _wrapped(cell, room))
+        table.add_row()
+    return table
+
+
+def _wrapped(text: str, width: int) -> str:
+    """Text in lines of so many characters, broken between words and never in a number."""
+    lines = [""]
+    for part in UNBROKEN.findall(text):
+        if lines[-1] and len(lines[-1]) + 1 + len(part) > width:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {part}".lstrip()
+    return escape("\n".join(lines))
+
+
+def _longest(text: str) -> int:
+    """Characters of the longest part of a text that is not to be broken."""
+    return max(map(len, UNBROKEN.findall(text)), default=0)

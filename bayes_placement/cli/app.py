@@ -26,7 +26,10 @@ Data = Annotated[
     typer.Option(help="Measured FRFs (UFF dataset 58). Default: the model's `measurement`."),
 ]
 Engine = Annotated[
-    EngineName, typer.Option(help="One engine, or all of those that check each other.")
+    EngineName | None,
+    typer.Option(
+        help="One engine, or all of those that check each other. Default: the model's, or smc."
+    ),
 ]
 Marginal = Annotated[
     MarginalName | None,
@@ -194,7 +197,7 @@ def main(version: Version = False) -> None:
 def update(
     model: Study,
     data: Data = None,
-    engine: Engine = "all",
+    engine: Engine = None,
     marginal: Marginal = None,
     out: Out = None,
     quiet: Quiet = False,

@@ -11,7 +11,6 @@ from ..plots import misfit as plots
 from ..plots import posterior as posterior_plots
 from ._inputs import infer_posterior, named_method, read_inputs
 from ._run import Output, Run
-from ._terminal import terminal_table
 
 
 def run(
@@ -59,7 +58,7 @@ def run(
         begin("check")
         misfit = check(posterior)
     screen.verdict(misfit.verdict())
-    screen.show(terminal_table(misfit.table(), "group"))
+    screen.table(misfit.table(), "group")
     sentences = [*misfit.words(), *warnings_of(posterior)]
     told = {misfit.verdict(), *inputs.data_faults}
     screen.list(sentence for sentence in sentences if sentence not in told)

@@ -6,7 +6,6 @@ from ..experiment.experiment import Experiment
 from ..plots import ledger as plots
 from ._missing_effects import Request
 from ._run import Run
-from ._terminal import terminal_table
 
 
 def run(request: Request) -> int:
@@ -15,7 +14,7 @@ def run(request: Request) -> int:
     ranking = request.search("explain", explain, inputs)
     verdict, *further = ranking.words()
     inputs.screen.verdict(verdict)
-    inputs.screen.show(terminal_table(ranking.table(), "effect"))
+    inputs.screen.table(ranking.table(), "effect")
     inputs.screen.list(further)
     _write(ranking, inputs.experiment, inputs.run)
     return inputs.run.finish(inputs.screen, verdict, ranking.to_json())

@@ -12,7 +12,6 @@ from ..plots import ledger as plots
 from ._inputs import Inputs
 from ._missing_effects import Request
 from ._run import Run
-from ._terminal import terminal_table
 
 FITS = "before_and_after.png"
 
@@ -36,7 +35,7 @@ def _run_one(request: Request, inputs: Inputs) -> int:
     ledger = request.search("improve", improve, inputs)
     verdict, *further = ledger.words()
     screen.verdict(verdict)
-    screen.show(terminal_table(ledger.table(), "added"))
+    screen.table(ledger.table(), "added")
     screen.list(further)
     _write(ledger, inputs, inputs.run)
     folder = inputs.run.folder
@@ -54,7 +53,7 @@ def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measureme
     ledger = request.searched("improve", _improve_states, inputs, states)
     verdict, *further = ledger.words()
     screen.verdict(verdict)
-    screen.show(terminal_table(ledger.table(), "effect"))
+    screen.table(ledger.table(), "effect")
     screen.list(further)
     run.json("states.json", ledger.to_json())
     run.text("states.txt", str(ledger))

@@ -26,7 +26,6 @@ from ._estimators import named_estimator
 from ._inputs import read_measurement, read_study
 from ._positions_to_try import positions_to_try
 from ._run import Output, Run
-from ._terminal import terminal_table
 
 MOST_ROWS = 10
 """Placements, at most, that are shown in the terminal."""
@@ -131,7 +130,7 @@ def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
     # The last doubt is about all that was estimated.
     sentences = [str(best), *warned, *(str(doubt.message) for doubt in doubts[-1:])]
     screen.verdict(sentences[0])
-    screen.show(terminal_table(_table(best), "rank"))
+    screen.table(_table(best), "rank")
     screen.list(sentences[1:])
     _write(best, sentences, drawn, run)
     placed = {name: np.asarray(at).tolist() for name, at in best.positions.items()}

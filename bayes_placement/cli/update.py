@@ -9,9 +9,11 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from .._types import UsageError
+from .._types import InfeasibleError, UsageError
+from ..experiment.experiment import Measurements
 from ..inference import cross_check
-from ..inference.report import Report, report
+from ..inference import summary as summaries
+from ..inference.report import Report, numbers, report
 from ..io._gate import files_read
 from ..io.model import Study
 from ..plots import posterior as plots
@@ -33,9 +35,16 @@ Cross-check. variation: posterior standard deviation over mean, the uncertainty 
 
 
 def run(
-    path: Path, data: Path | None, engine: str, marginal: str | None, output: Output, seed: int
+    path: Path,
+    data: Path | None,
+    engine: str | None,
+    marginal: str | None,
+    output: Output,
+    seed: int,
 ) -> int:
-    """Infer by one method or several, compare them, and write results, tables and figures.
+    """Infer by a method or several, and write results, tables and figures.
+
+    Each result is written and shown as it comes.
 
     Parameters
     ----------
@@ -44,47 +53,112 @@ def run(
     data
         Universal file of the measurement; None for that of the study.
     engine
-        Name of the engine; `all` for several that check each other.
+        Name of the engine; `all` for several methods that check each other; None for the one that
+        suits the study.
     marginal
         Name of the marginal that goes with one engine; None for latent placement.
     output
         Where the results go.
     seed
         Seed of all engines.
+
+    Returns
+    -------
+    int
+        The exit code.
     """
     screen = output.screen
     with files_read() as files:
         study = read_study(path)
         chosen = _chosen_methods(study, engine, marginal)
         measurement = read_measurement(study, data, path, "update")
+    possible = _possible(chosen, study, measurement)
     run = output.begin("update", path, files=files, seed=seed, engine=engine, marginal=marginal)
     screen.text(f"{study.experiment}\n")
     print_data_faults(screen, study, measurement)
-    with screen.progress([method.name for method in chosen]) as begin_task:
-        results = {
-            method.name: infer_posterior(
-                study.experiment, measurement, method, seed, begin_task(method.name)
+    screen.list(possible.left_out)
+    results: Results = {}
+    for number, method in enumerate(possible.methods):
+        with screen.progress([method.name]) as begin:
+            result = infer_posterior(
+                study.experiment, measurement, method, seed, begin(method.name)
             )
-            for method in chosen
-        }
-    comparison = report(results)
-    verdict = comparison.words()[-1]
-    screen.verdict(verdict)
-    _print(screen, comparison)
-    _write(results, comparison, study.truth, run)
-    return run.finish(screen, verdict, {"methods": comparison.table.to_dict("index")})
+        results[method.name] = result
+        _keep(run, method.name, result, is_first=number == 0)
+        left = [other.name for other in possible.methods[number + 1 :]]
+        if left or number:  # one result alone is shown below what it says
+            _show(screen, method.name, result)
+            screen.text(f"Left to do: {', '.join(left)}." if left else "")
+    return _conclude(screen, run, results, study, possible.left_out)
 
 
-def _chosen_methods(study: Study, engine: str, marginal: str | None) -> list[cross_check.Method]:
-    if engine != "all":
-        return [named_method(study, engine, marginal or "latent")]
-    if marginal is not None:
+def _chosen_methods(
+    study: Study, engine: str | None, marginal: str | None
+) -> list[cross_check.Method]:
+    if engine == "all" and marginal is not None:
         raise UsageError(
-            f"--marginal {marginal} was given without --engine. A marginal goes with one engine, "
-            "since --engine all runs several marginals that check each other: "
+            f"--marginal {marginal} was given beside --engine all. A marginal goes with one "
+            "engine, since --engine all runs several marginals that check each other: "
             f"--engine smc --marginal {marginal}."
         )
-    return cross_check.standard_methods(study.experiment, study.engine)
+    if engine == "all":
+        return cross_check.standard_methods(study.experiment, study.engine)
+    if engine is None and marginal is None:
+        return cross_check.standard_methods(study.experiment, study.engine)[:1]
+    return [named_method(study, engine or "smc", marginal or "latent")]
+
+
+def _possible(
+    chosen: list[cross_check.Method], study: Study, measurement: Measurements
+) -> cross_check.Feasible:
+    """The methods that can be done; refuses where there is none."""
+    possible = cross_check.feasible(chosen, study.experiment, measurement)
+    if not possible.methods:
+        raise InfeasibleError(" ".join(possible.left_out))
+    return possible
+
+
+def _keep(run: Run, name: str, result: xr.DataTree, *, is_first: bool) -> None:
+    """Write a result as its method ends."""
+    run.tree("result.nc" if is_first else f"result_{name.replace(' ', '_')}.nc", result)
+    rows = summaries.summary(result)
+    suffix = "" if is_first else f"_{name.replace(' ', '_')}"
+    run.table(f"parameters{suffix}.csv", summaries.numbers(rows))
+
+
+def _show(screen: Screen, name: str, result: xr.DataTree) -> None:
+    screen.text(f"\n{name}, {result.attrs['seconds']:.0f} s:")
+    screen.table(summaries.words(summaries.summary(result)), "unknown")
+
+
+def _conclude(screen: Screen, run: Run, results: Results, study: Study, left_out: list[str]) -> int:
+    """Say what all results say together, and write what is left to be written."""
+    first = next(iter(results.values()))
+    rows = summaries.summary(first)
+    peaks = [f"{row.in_words()}." for row in rows if row.peaks]
+    comparison = report(results)
+    agreement = comparison.words()[-1]
+    several = len(results) > 1
+    verdict = agreement if several else _verdict(rows, next(iter(results)))
+    screen.verdict(verdict)
+    if several:
+        _print(screen, comparison)
+    else:
+        _show(screen, next(iter(results)), first)
+        screen.list(comparison.warnings)
+    screen.list(peaks)
+    _write(results, comparison, study.truth, run)
+    table = summaries.numbers(rows).reset_index().to_dict("records")
+    told = {"parameters": table, "sentences": [*comparison.words(), *peaks], "left_out": left_out}
+    return run.finish(screen, verdict, told)
+
+
+def _verdict(rows: list[summaries.UnknownSummary], method: str) -> str:
+    """Say what one method found, in a sentence."""
+    parted = sum(bool(row.peaks) for row in rows)
+    places = f"; {parted} of them have more than one likely value" if parted else ""
+    unknowns = "1 unknown is" if len(rows) == 1 else f"{len(rows)} unknowns are"
+    return f"{unknowns} inferred by {method}{places}. --engine all checks it by other methods."
 
 
 def _print(screen: Screen, comparison: Report) -> None:
@@ -124,15 +198,15 @@ def _table(figures: pd.DataFrame) -> Table:
 
 
 def _write(results: Results, comparison: Report, truth: Mapping[str, float], run: Run) -> None:
-    for number, (method, result) in enumerate(results.items()):
-        run.tree("result.nc" if number == 0 else f"result_{method.replace(' ', '_')}.nc", result)
-    run.table("cross_check.csv", comparison.table.T)
-    run.text("cross_check.txt", str(comparison))
+    if len(results) > 1:
+        run.table("cross_check.csv", numbers(results), index=False)
+        run.text("cross_check.txt", str(comparison))
     first = next(iter(results.values()))
     figures = {
         "measured_against_band.png": plots.measured_against_band(first),
         "parameters.png": plots.parameters(first, truth=truth),
         "placement.png": plots.placement(first, truth=truth),
-        "methods.png": plots.methods(results, truth=truth),
     }
+    if len(results) > 1:
+        figures["methods.png"] = plots.methods(results, truth=truth)
     run.figures(figures)

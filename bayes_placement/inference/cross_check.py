@@ -1,17 +1,22 @@
 """The methods that check each other on one experiment: engines, each with a marginal."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ..experiment.experiment import Experiment
+from .._types import InfeasibleError
+from ..experiment.experiment import Experiment, Measurements
 from . import engines, marginals
 from .engines.engine import Engine
+from .infer import memory_needed
 from .marginals.marginal import Marginal
+from .memory import available_bytes
 from .names import of_name
 
 GRID_UNKNOWNS = 2
 """Most parameters that a grid over the prior is laid for."""
 
 SIZES: dict[str, dict[str, Any]] = {
+    "smc": {"particles": 1000},
     "importance": {"draws": 4000},
     "grid": {"nodes": 24},
     "quadrature": {"nodes": 128},
@@ -54,19 +59,73 @@ def standard_methods(experiment: Experiment, engine: Engine | None = None) -> li
 
     Notes
     -----
-    Latent placement by SMC and by NUTS, the paper's kernel density estimate by importance
-    sampling, and, where parameters are few, placement integrated by quadrature on a grid of the
-    prior.
+    Latent placement by SMC; where parameters are few, placement integrated by quadrature on a grid
+    of the prior; the paper's kernel density estimate by importance sampling; and latent placement
+    by NUTS.
     """
     reported = method("smc", "latent")
     if engine is not None:
         name = f"latent {type(engine).__name__.lower()}"
         reported = reported._replace(name=name, engine=engine)
-    latent = [reported, method("nuts", "latent")]
+    chains = method("nuts", "latent")
     parameters = [unknown for unknown in experiment.unknowns if not unknown.is_of_transducer]
     if len(parameters) == len(experiment.unknowns):
-        return latent
+        return [reported, chains]
     fits_grid = len(parameters) <= GRID_UNKNOWNS
     gridded = fits_grid and all(parameter.distribution.shape() == () for parameter in parameters)
     exact = [method("grid", "quadrature")] if gridded else []
-    return [*latent, method("importance", "kde"), *exact]
+    return [reported, *exact, method("importance", "kde"), chains]
+
+
+class Feasible(NamedTuple):
+    """Methods that can treat an experiment on this machine, and why the others cannot.
+
+    Parameters
+    ----------
+    methods
+        Those that can, in their order.
+    left_out
+        A sentence on each of the others.
+    """
+
+    methods: list[Method]
+    left_out: list[str]
+
+
+def feasible(
+    methods: Sequence[Method], experiment: Experiment, measurement: Measurements
+) -> Feasible:
+    """Look, before anything is computed, which methods can treat an experiment.
+
+    Parameters
+    ----------
+    methods
+        The methods.
+    experiment, measurement
+        As of `infer`.
+    """
+    able, left_out = [], []
+    for candidate in methods:
+        reason = _obstacle(candidate, experiment, measurement)
+        if reason:
+            left_out.append(f"{candidate.name} is left out: {reason}")
+        else:
+            able.append(candidate)
+    return Feasible(able, left_out)
+
+
+def _obstacle(candidate: Method, experiment: Experiment, measurement: Measurements) -> str:
+    """Why a method cannot be used; empty where it can."""
+    try:
+        needed = memory_needed(
+            experiment, measurement, engine=candidate.engine, marginal=candidate.marginal
+        )
+    except InfeasibleError as error:
+        return str(error)
+    free = available_bytes()
+    if free is not None and needed > free:
+        return (
+            f"a single evaluation needs up to {needed / 2**30:.2g} GiB of memory, of which "
+            f"{free / 2**30:.2g} GiB are free. Take fewer lines, or fewer nodes or draws."
+        )
+    return ""

@@ -4,6 +4,7 @@ import time
 import warnings
 from typing import Any
 
+import equinox as eqx
 import jax
 import numpy as np
 import xarray as xr
@@ -21,6 +22,7 @@ from .engines.engine import Engine, EngineDraws
 from .engines.least_squares import LeastSquares
 from .estimates import Weighting, standard_error
 from .marginals.marginal import DrawPlacement, Marginal
+from .memory import affordable_batch
 from .names import of_name
 from .record import origin
 from .results import DATA_FAULTS, RESPONSE_WHEN_EXACT, WARNINGS
@@ -30,7 +32,7 @@ from .unconstrained import UnconstrainedModel
 from .weights import LEAST_NODES
 
 BATCH = 256
-"""Draws whose outputs are predicted at once."""
+"""Draws whose outputs are predicted at once, at most."""
 
 
 class InferenceWarning(UserWarning):
@@ -146,15 +148,7 @@ def _inference(
 ) -> Inference:
     """Run the engine, draw integrated placements back and predict the outputs of each draw."""
     marginal_key, engine_key, prediction_key, prior_key = jax.random.split(key, 4)
-    priors = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
-    moves = symmetries(experiment) if marginal.samples_placement else ()
-    posterior = UnconstrainedModel(
-        marginal.model(experiment, data, marginal_key),
-        priors,
-        moves,
-        jax.tree_util.Partial(_least_squares, marginal, experiment, data),
-        jax.tree_util.Partial(_hierarchy, marginal, experiment, data),
-    )
+    posterior = _posterior(experiment, data, marginal, marginal_key)
     draws = engine.run(posterior, engine_key, progress)
     parents = equal_draws(draws)
     draw_placement = marginal.placement(experiment, data, marginal_key)
@@ -174,6 +168,48 @@ def _inference(
         mode=None if draws.mode is None else posterior.constrain(draws.mode),
         prior=sample_prior(experiment, prior_key),
     )
+
+
+def _posterior(
+    experiment: Experiment, data: Data, marginal: Marginal, key: Key
+) -> UnconstrainedModel:
+    """What an engine explores."""
+    priors = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
+    moves = symmetries(experiment) if marginal.samples_placement else ()
+    return UnconstrainedModel(
+        marginal.model(experiment, data, key),
+        priors,
+        moves,
+        jax.tree_util.Partial(_least_squares, marginal, experiment, data),
+        jax.tree_util.Partial(_hierarchy, marginal, experiment, data),
+    )
+
+
+def memory_needed(
+    experiment: Experiment,
+    measurement: Measurements,
+    *,
+    engine: Engine | str = "smc",
+    marginal: Marginal | str = "latent",
+) -> int:
+    """Memory [bytes] that an inference needs at least, known before anything is computed.
+
+    Parameters
+    ----------
+    experiment, measurement, engine, marginal
+        As of `infer`.
+
+    Raises
+    ------
+    InputError
+        As `infer`; `InfeasibleError` if the engine or the marginal cannot treat this experiment.
+    """
+    explorer, treatment = _engine(engine), _marginal(marginal)
+    _check(experiment)
+    data = experiment.data(measurement)
+    posterior = _posterior(experiment, data, treatment, jax_key(0))
+    explorer.check(posterior.dimension)
+    return explorer.working_bytes(posterior)
 
 
 def _least_squares(marginal: Marginal, experiment: Experiment, data: Data) -> LeastSquares | None:
@@ -196,30 +232,35 @@ def _predictions(
     chains, count = position.shape[:2]
     flat = position.reshape(chains * count, -1)
     keys = jax.random.split(key, chains * count)
-    predictions = compiled(_predicted)(experiment, data, posterior, draw_placement, flat, keys)
+    predict = Prediction(experiment, data, posterior, draw_placement)
+    batch = affordable_batch(lambda pair: predict(*pair), (flat[0], keys[0]), BATCH)
+    predictions = compiled(_predicted)(predict, batch, flat, keys)
     return jax.tree.map(lambda x: np.asarray(x).reshape(chains, count, *x.shape[1:]), predictions)
 
 
-def _predicted(
-    experiment: Experiment,
-    data: Data,
-    posterior: UnconstrainedModel,
-    draw_placement: DrawPlacement | None,
-    flat: Any,
-    keys: Any,
-) -> Any:
-    """Values, outputs and statistics of vectors [draw, unknown], see `_predictions`."""
+class Prediction(eqx.Module):
+    """Values, outputs and statistics of one vector, see `_predictions`."""
 
-    def predict(flat: Any, key: Key) -> tuple[Values, dict[str, Any], dict[str, Any]]:
-        values = posterior.constrain(flat)
+    experiment: Experiment
+    data: Data
+    posterior: UnconstrainedModel
+    draw_placement: DrawPlacement | None
+
+    def __call__(self, flat: Any, key: Key) -> tuple[Values, dict[str, Any], dict[str, Any]]:
+        """Draw an integrated placement back, and predict the outputs."""
+        values = self.posterior.constrain(flat)
         stats: dict[str, Any] = {}
         place_key, noise_key = jax.random.split(key)
-        if draw_placement is not None:
-            placement, stats = draw_placement(substitute(experiment, values), place_key)
+        if self.draw_placement is not None:
+            substituted = substitute(self.experiment, values)
+            placement, stats = self.draw_placement(substituted, place_key)
             values = {**values, **placement}
-        return values, _outputs(substitute(experiment, values), data, noise_key), stats
+        placed = substitute(self.experiment, values)
+        return values, _outputs(placed, self.data, noise_key), stats
 
-    return jax.lax.map(lambda pair: predict(*pair), (flat, keys), batch_size=BATCH)
+
+def _predicted(predict: Prediction, batch: int, flat: Any, keys: Any) -> Any:
+    return jax.lax.map(lambda pair: predict(*pair), (flat, keys), batch_size=batch)
 
 
 def _outputs(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:

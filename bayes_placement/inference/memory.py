@@ -1,6 +1,7 @@
 """Memory that a computation needs, known before it is compiled, and batches that keep it small."""
 
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -27,6 +28,16 @@ def working_bytes(function: Callable[..., Any], *arguments: Any) -> int:
     return _greatest(jax.make_jaxpr(function)(*arguments).jaxpr)
 
 
+def available_bytes() -> int | None:
+    """Memory [bytes] that is free on this machine; None where the system does not say it."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+    except OSError:
+        return None
+    free = [line.split() for line in lines if line.startswith("MemAvailable:")]
+    return int(free[0][1]) * 1024 if free else None
+
+
 def affordable_batch(function: Callable[..., Any], argument: Any, most: int) -> int:
     """Return how many evaluations of a function fit into memory at once.
 
@@ -40,6 +51,23 @@ def affordable_batch(function: Callable[..., Any], argument: Any, most: int) -> 
         Most elements of a batch; at least one is returned.
     """
     return int(np.clip(MOST_BYTES // max(working_bytes(function, argument), 1), 1, most))
+
+
+def mapped(function: Callable[[Any], Any], arguments: Any, batch: int) -> Any:
+    """Return the values of a function for each element of arrays, a batch of them at once.
+
+    Parameters
+    ----------
+    function
+        What is computed for each element.
+    arguments
+        Tree of arrays with the elements along their first axis.
+    batch
+        Elements at once.
+    """
+    if batch >= jax.tree.leaves(arguments)[0].shape[0]:
+        return jax.vmap(function)(arguments)
+    return jax.lax.map(function, arguments, batch_size=batch)
 
 
 def _greatest(jaxpr: Jaxpr) -> int:

@@ -117,6 +117,27 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
     return Report(table, _disagreements(comparisons), len(comparisons), warnings)
 
 
+def numbers(results: Mapping[str, xr.DataTree]) -> pd.DataFrame:
+    """Figures of several results as numbers, for a file.
+
+    Parameters
+    ----------
+    results
+        What `infer` returned, by a name for each method.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each method and figure: `method`, `figure`, `value`, `standard_error`.
+    """
+    rows = [
+        (name, figure, value, error)
+        for name, result in results.items()
+        for figure, value, error in _figures(result)
+    ]
+    return pd.DataFrame(rows, columns=["method", "figure", "value", "standard_error"])
+
+
 def _summaries(disagreements: list[Comparison]) -> list[str]:
     """One sentence for each pair of methods, about the figure that they differ most on."""
     pairs: dict[tuple[str, str], list[Comparison]] = {}

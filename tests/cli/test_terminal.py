@@ -33,11 +33,45 @@ def said(console):
 
 def test_no_figure_is_broken_where_the_terminal_is_narrow(console):
     table = pd.DataFrame.from_dict(ROWS, "index", columns=COLUMNS)
-    console.print(_terminal.terminal_table(table, "group"))
+    console.print(_terminal.terminal_table(table, "group", 80))
     words = said(console).split()
     for row in ROWS.values():
         assert all(figure in words for figure in row)
     assert max(map(len, said(console).splitlines())) <= 80
+
+
+WIDE = {
+    "effect": ["shear_and_rotary_inertia", "misplaced_actuator"],
+    "probability": ["0.999", "0.001"],
+    "chi2 per datum": ["1.02", "2.14e+03"],
+    "log evidence": ["-1264254.2", "-1.2"],
+    "held out": ["3.214", "-4.1"],
+    "p of score": ["1.2e-300", "0.5"],
+    "parameters": ["share 1.0003 ± 0.0002, at 0.36782 ± 0.0012 m", "offset 0.01 ± 0.002 m"],
+}
+
+
+@pytest.mark.parametrize("width", [60, 80, 100, 140])
+def test_no_word_is_broken_at_any_width(width):
+    console = Console(file=io.StringIO(), width=width)
+    table = pd.DataFrame(WIDE).set_index("effect")
+    console.print(_terminal.terminal_table(table, "effect", width))
+    text = said(console)
+    for column, cells in WIDE.items():
+        assert all(word in text.split() for word in column.split())
+        for cell in cells:
+            words = cell.replace("at ", "").split(", ")
+            assert all(word in text for word in words)
+    assert max(map(len, text.splitlines())) <= width
+
+
+def test_columns_that_are_not_plain_are_explained(console):
+    screen = _terminal.Screen(console, console)
+    screen.table(pd.DataFrame(WIDE).set_index("effect"), "effect")
+    assert "held out: how well data left out of the fit are predicted" in said(console)
+    assert "nat:" not in said(console)
+    screen.table(pd.DataFrame({"information [nat]": ["2.1"]}), "rank")
+    assert "nat: unit of information" in said(console)
 
 
 def test_words_are_printed_as_they_are(console):
@@ -100,6 +134,6 @@ def test_progress_and_answers_go_to_different_places():
 
 def test_brackets_in_a_table_are_no_markup(console):
     table = pd.DataFrame({"s1 [m]": ["0.2 [b]"]}, index=["[i]"])
-    console.print(_terminal.terminal_table(table, "rank"))
+    console.print(_terminal.terminal_table(table, "rank", 80))
     for word in ("s1 [m]", "0.2 [b]", "[i]"):
         assert word in said(console)

@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from pandas import DataFrame
+from pandas import DataFrame, read_csv
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -14,6 +14,7 @@ import bayes_placement as bp
 from bayes_placement.cli import _run
 from bayes_placement.cli import update as commands
 from bayes_placement.cli.app import app
+from bayes_placement.inference import cross_check
 from bayes_placement.inference.infer import InferenceWarning
 
 MODEL = """
@@ -79,10 +80,8 @@ def test_help_answers_without_loading_anything_heavy():
 def test_a_run_writes_result_tables_and_figures(first):
     folder, _ = first
     assert sorted(path.name for path in (folder / "out").iterdir()) == [
-        "cross_check.csv",
-        "cross_check.txt",
         "measured_against_band.png",
-        "methods.png",
+        "parameters.csv",
         "parameters.png",
         "placement.png",
         "result.nc",
@@ -90,10 +89,10 @@ def test_a_run_writes_result_tables_and_figures(first):
     ]
     for path in (folder / "out").glob("*.png"):
         assert path.read_bytes().startswith(b"\x89PNG")
-    for name in ("cross_check.csv", "cross_check.txt"):
-        text = (folder / "out" / name).read_text()
-        assert "kde importance" in text
-        assert "structure.damping.ratio.1 mean" in text
+    table = read_csv(folder / "out" / "parameters.csv", index_col=0)
+    ratio = table.loc["structure.damping.ratio.1"]
+    assert 0.02 < ratio["low_95"] < ratio["mean"] < ratio["high_95"] < 0.06
+    assert 0 < ratio["sd"] < 0.02 and ratio["unit"] == 1
 
 
 def test_a_run_shows_priors_figures_and_where_the_results_are(first):
@@ -197,9 +196,48 @@ def test_an_unknown_word_is_answered_with_the_known_ones(tmp_path, option, known
     assert known in message
 
 
-def test_a_marginal_needs_an_engine(tmp_path):
-    message = refused(written(tmp_path, MODEL + MEASUREMENT), "--marginal", "kde")
+def test_a_marginal_goes_with_one_engine(tmp_path):
+    words = ("--engine", "all", "--marginal", "kde")
+    message = refused(written(tmp_path, MODEL + MEASUREMENT), *words)
     assert "--engine smc --marginal kde" in message
+
+
+SMALL = {"smc": {"particles": 80, "populations": 2, "moves": 2}, "nuts": {"warmup": 8, "draws": 8}}
+
+
+def test_methods_are_shown_and_written_as_they_come(tmp_path, monkeypatch):
+    small = cross_check.SIZES | SMALL | {"importance": {"draws": 50}, "quadrature": {"nodes": 16}}
+    monkeypatch.setattr(cross_check, "SIZES", small)
+    infer, seen = commands.infer_posterior, []
+
+    def watched(*arguments):
+        seen.append(sorted(path.name for path in (tmp_path / "out").glob("*.nc")))
+        return infer(*arguments)
+
+    monkeypatch.setattr(commands, "infer_posterior", watched)
+    monkeypatch.setattr(_run.Run, "figures", lambda run, figures: None)
+    done = run(written(tmp_path, MODEL + MEASUREMENT), "--engine", "all", "--out", tmp_path / "out")
+    assert done.exit_code == 0, (done.output, done.exception)
+    grid, kde = "result_quadrature_grid.nc", "result_kde_importance.nc"
+    assert seen == [[], ["result.nc"], ["result.nc", grid], ["result.nc", kde, grid]]
+    assert "Left to do: quadrature grid, kde importance, latent nuts." in done.output
+    assert "Left to do: latent nuts." in done.output
+    table = read_csv(tmp_path / "out" / "cross_check.csv")
+    assert table["value"].dtype == table["standard_error"].dtype == float
+    assert set(table["method"]) >= {"latent smc", "quadrature grid", "latent nuts"}
+    assert "kde importance" in (tmp_path / "out" / "cross_check.txt").read_text()
+
+
+def test_a_method_that_cannot_be_done_alone_is_refused(tmp_path):
+    text = MODEL.replace("dist.Uniform(0.02, 0.06)", "dist.Uniform(0.02, 0.06)")
+    text = text.replace("at=0.3", "at=bp.positions.Segment(0.3, within=0.04)").replace(
+        'bp.Sensor("s1", at=bp.positions.Segment(0.25, within=0.04))',
+        '*(bp.Sensor(name, at=bp.positions.Segment(0.25, within=0.04)) for name in "pqr")',
+    )
+    words = ("--engine", "grid", "--marginal", "latent", "--out", tmp_path / "out")
+    message = refused(written(tmp_path, text + MEASUREMENT), *words, code=3)
+    assert "latent grid is left out: engines.Grid(24) over 5 unknowns has 8e+06 nodes" in message
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_folder_that_is_a_file_is_refused_before_anything_is_computed(tmp_path):
@@ -214,7 +252,9 @@ def test_an_engine_that_the_model_sizes_keeps_its_size(tmp_path):
     (method,) = commands._chosen_methods(study, "importance", None)
     (other,) = commands._chosen_methods(study, "smc", None)
     assert method.engine == bp.engines.Importance(draws=60)
-    assert other.engine == bp.engines.SMC()
+    (default,) = commands._chosen_methods(study, None, None)
+    assert other.engine == bp.engines.SMC(particles=1000)
+    assert default.engine == bp.engines.Importance(draws=60)
 
 
 @pytest.mark.parametrize(("width", "tables"), [(80, 2), (140, 1)])

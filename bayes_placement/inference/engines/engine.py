@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from ..._compiled import compiled
 from ..._types import Key, Progress
+from ..memory import affordable_batch, working_bytes
 from .empirical_bayes import Hierarchy
 from .least_squares import LeastSquares
 
@@ -104,6 +105,20 @@ class Engine(eqx.Module):
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Explore a posterior, reporting the share done."""
 
+    def check(self, dimension: int) -> None:
+        """Refuse a posterior of so many unknowns that it cannot explore; none by default.
+
+        Raises
+        ------
+        InfeasibleError
+            If it cannot.
+        """
+        return
+
+    def working_bytes(self, posterior: PosteriorDensity) -> int:
+        """Memory [bytes] that it needs at least besides the draws: that of a single evaluation."""
+        return working_bytes(posterior.log_likelihood, jnp.zeros(posterior.dimension))
+
     @abc.abstractmethod
     def settings(self) -> dict[str, Any]:
         """What determines the result, for the record."""
@@ -122,8 +137,9 @@ def log_likelihoods_in_batches(
     batch: int,
     progress: Progress,
 ) -> Float[Array, "draw"]:
-    """Log likelihoods of many vectors, compiled for a batch of them."""
+    """Log likelihoods of many vectors, compiled for a batch of them that fits into memory."""
     evaluate = compiled(log_likelihoods).bound(posterior)
+    batch = affordable_batch(posterior.log_likelihood, vectors[0], batch)
     count = vectors.shape[0]
     # The last batch is filled up, so that a second shape need not be compiled.
     padding = jnp.repeat(vectors[:1], -count % batch, axis=0)

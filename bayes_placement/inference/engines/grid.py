@@ -53,7 +53,7 @@ class Grid(Engine):
 
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Weight every node by its prior weight and its likelihood."""
-        self._check(posterior.dimension)
+        self.check(posterior.dimension)
         box: Box = [(0.0, 1.0)] * posterior.dimension
         while True:
             vectors, log_weight = posterior.prior_quadrature(self.nodes, box)
@@ -65,7 +65,8 @@ class Grid(Engine):
                 return _diagnosed(draws, cube)
             box = refined
 
-    def _check(self, dimension: int) -> None:
+    def check(self, dimension: int) -> None:
+        """Refuse more nodes than are affordable."""
         size = self.nodes**dimension
         if size > MOST_NODES:
             raise InfeasibleError(

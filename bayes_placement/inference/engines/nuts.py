@@ -14,6 +14,12 @@ from ..._types import Key, Progress, check_count
 from .engine import Engine, EngineDraws, PosteriorDensity
 
 GOOD_R_HAT = 1.01
+SEPARATE = 3.0
+"""R-hat of chains at rest above which they sit in modes between which they do not hop."""
+
+FIRST_LOOK = 3
+"""Blocks after which chains are looked at for the first time."""
+
 BLOCK = 100
 """Steps between two reports of the progress, at most."""
 
@@ -22,7 +28,8 @@ class NUTS(Engine):
     """No-U-turn sampler of NumPyro, its chains started from the prior.
 
     It does not hop between separate modes: chains that start in different ones show as an R-hat
-    above one. SMC finds the modes' weights.
+    above one, and are stopped where they sit far apart and at rest in two blocks of steps in
+    succession, since more steps would not mix them. SMC finds the modes' weights.
 
     Parameters
     ----------
@@ -48,31 +55,37 @@ class NUTS(Engine):
         start_key, chain_key = jax.random.split(key)
         start = posterior.sample_prior(start_key, self.chains)
         keys = jax.random.split(chain_key, self.chains)
-        kept = self._sample(posterior, keys, start, progress)
+        blocks, length = self._sample(posterior, keys, start, progress)
+        stopped = len(blocks) * length < self.warmup + self.draws
+        # Of chains that were stopped, the last block is at rest.
+        span = slice(-length, None) if stopped else slice(self.warmup, self.warmup + self.draws)
+        kept = {
+            name: jnp.asarray(
+                np.concatenate([block[name] for block in blocks])[span].swapaxes(0, 1)
+            )
+            for name in blocks[0]
+        }
         likelihood = compiled(_log_likelihoods)(posterior, kept["position"])
-        return self._draws(kept, likelihood)
+        return self._draws(kept, likelihood, len(blocks) * length if stopped else None)
 
     def _sample(
         self, posterior: PosteriorDensity, keys: Any, start: Any, progress: Progress
-    ) -> dict[str, Any]:
-        """Statistics and positions of the draws [chain, draw, ...], by name."""
+    ) -> tuple[list[dict[str, np.ndarray]], int]:
+        """Statistics and positions [step, chain, ...] of each block, and its number of steps."""
         total = self.warmup + self.draws
         # Blocks of one length, so that only one is compiled; what is too much is cut off.
         count = -(-total // BLOCK)
         length = -(-total // count)
         state = compiled(NUTS.begun)(self, posterior, keys, start)
         block = compiled(NUTS.continued).bound(self, posterior, length)
-        blocks = []
+        blocks: list[dict[str, np.ndarray]] = []
         for number in range(1, count + 1):
             state, kept = block(keys, start, state)
             blocks.append(jax.tree.map(np.asarray, kept))
             progress(number / count)
-        return {
-            name: jnp.asarray(
-                np.concatenate([kept[name] for kept in blocks])[self.warmup : total].swapaxes(0, 1)
-            )
-            for name in blocks[0]
-        }
+            if number >= FIRST_LOOK and all(map(_are_apart, blocks[-2:])):
+                break
+        return blocks, length
 
     def begun(self, posterior: PosteriorDensity, keys: Any, start: Any) -> Any:
         """State of all chains before the first step."""
@@ -107,7 +120,8 @@ class NUTS(Engine):
         )
         return kernel, kernel.init(keys, self.warmup, start, (), {})
 
-    def _draws(self, kept: dict[str, Any], likelihood: Any) -> EngineDraws:
+    def _draws(self, kept: dict[str, Any], likelihood: Any, stopped: int | None) -> EngineDraws:
+        """Lay out the draws; `stopped` is the number of steps of chains that were stopped."""
         position = kept.pop("position")
         r_hat = float(np.max(array_stats.rhat(np.moveaxis(np.asarray(position), 2, 0))))
         divergences = int(np.sum(kept["diverging"]))
@@ -116,7 +130,11 @@ class NUTS(Engine):
             log_likelihood=likelihood,
             stats=kept,
             attributes={"divergences": divergences},
-            warnings=_warnings(r_hat, divergences, position.shape[0] * position.shape[1]),
+            warnings=(
+                _warnings(r_hat, divergences, position.shape[0] * position.shape[1])
+                if stopped is None
+                else (_words_on_stop(r_hat, stopped, self.warmup + self.draws),)
+            ),
         )
 
     def settings(self) -> dict[str, Any]:
@@ -128,6 +146,28 @@ class NUTS(Engine):
 def _log_likelihoods(posterior: PosteriorDensity, position: Any) -> Any:
     """Log likelihoods [chain, draw] of draws [chain, draw, unknown]."""
     return jax.vmap(jax.vmap(posterior.log_likelihood))(position)
+
+
+def _are_apart(block: dict[str, np.ndarray]) -> bool:
+    """Whether chains sit far from each other, and none of them is still on its way."""
+    log_density, position = block["lp"], block["position"]
+    if position.shape[1] < 2:
+        return False
+    halves = np.array_split(log_density, 2)
+    drift = np.abs(halves[1].mean(axis=0) - halves[0].mean(axis=0))
+    if np.any(drift > log_density.std(axis=0)):
+        return False
+    within = position.var(axis=0, ddof=1).mean(axis=0)
+    between = position.mean(axis=0).var(axis=0, ddof=1)
+    return bool(np.any(between > (SEPARATE**2 - 1) * within))
+
+
+def _words_on_stop(r_hat: float, steps: int, total: int) -> str:
+    return (
+        f"The chains were stopped after {steps} of {total} steps: they sit in separate modes "
+        f"(R-hat = {r_hat:.3g}), between which NUTS does not hop, so more steps would not mix "
+        "them; use engines.SMC()."
+    )
 
 
 def _warnings(r_hat: float, divergences: int, draws: int) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from jaxtyping import Array, Float
 
 from ..._compiled import compiled
 from ..._types import InputError, Key, Progress, check_count
+from ..memory import affordable_batch, mapped
 from .engine import Engine, EngineDraws, PosteriorDensity
 
 GOOD_R_HAT = 1.05
@@ -84,9 +85,11 @@ class SMC(Engine):
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Temper every population from the prior to the posterior."""
         size = self.particles // self.populations
-        likelihood = compiled(_log_likelihoods).bound(posterior, size)
+        batch = affordable_batch(posterior.log_likelihood, jnp.zeros(posterior.dimension), size)
+        likelihood = compiled(_log_likelihoods).bound(posterior, batch)
         stages = _Stages(
-            compiled(SMC.resampled).bound(self, size), compiled(SMC.moved).bound(self, posterior)
+            compiled(SMC.resampled).bound(self, size),
+            compiled(SMC.moved).bound(self, posterior, batch),
         )
         tempered = []
         for number, population_key in enumerate(jax.random.split(key, self.populations)):
@@ -123,8 +126,13 @@ class SMC(Engine):
         raised = population.temperature + jnp.clip(delta, 0.0, remainder)
         return jnp.where(remainder - delta < 1e-9, 1.0, raised)
 
-    def moved(self, posterior: PosteriorDensity, key: Key, population: _Population) -> _Population:
-        """Random walk of every particle at one temperature, then a jump to a symmetric image."""
+    def moved(
+        self, posterior: PosteriorDensity, batch: int, key: Key, population: _Population
+    ) -> _Population:
+        """Random walk of every particle at one temperature, then a jump to a symmetric image.
+
+        A batch of particles is moved at once.
+        """
         particles = population.particles
         pairs = population.scale * 2.38 / jnp.sqrt(2 * particles.shape[1])
 
@@ -142,10 +150,10 @@ class SMC(Engine):
             return _jump_to_image(posterior, density, image_key, state), rate
 
         keys = jax.random.split(key, particles.shape[0])
-        moved, rates = jax.vmap(walk)(keys, particles)
+        moved, rates = mapped(lambda pair: walk(*pair), (keys, particles), batch)
         return population._replace(
             particles=moved,
-            log_likelihood=jax.vmap(posterior.log_likelihood)(moved),
+            log_likelihood=mapped(posterior.log_likelihood, moved, batch),
             scale=population.scale * jnp.exp(jnp.mean(rates) - TARGET_ACCEPTANCE),
         )
 
@@ -173,8 +181,8 @@ class SMC(Engine):
         }
 
 
-def _log_likelihoods(posterior: PosteriorDensity, size: int, particles: Any) -> Any:
-    return jax.lax.map(posterior.log_likelihood, particles, batch_size=size)
+def _log_likelihoods(posterior: PosteriorDensity, batch: int, particles: Any) -> Any:
+    return jax.lax.map(posterior.log_likelihood, particles, batch_size=batch)
 
 
 def _start(particles: Any, likelihood: Any, number: int) -> _Population:

@@ -139,6 +139,21 @@ def test_nuts_says_that_it_does_not_hop():
     assert any("have not mixed: R-hat" in warning for warning in draws.warnings)
 
 
+def test_nuts_stops_with_words_where_chains_cannot_mix():
+    # Of four chains some start in the mode at -2, others in that at 2, and none ever hops.
+    _, draws = run(engines.NUTS(warmup=1000, draws=1000), two_modes, TWO_MODES, key=0)
+    (warning,) = draws.warnings
+    assert "The chains were stopped after 300 of 2000 steps: they sit in separate modes" in warning
+    assert "use engines.SMC()" in warning
+    assert draws.position.shape == (4, 100, 1)
+
+
+def test_nuts_does_not_stop_chains_that_mix():
+    _, draws = run(engines.NUTS(warmup=200, draws=300))
+    assert draws.position.shape == (4, 300, 2)
+    assert not draws.warnings
+
+
 @pytest.mark.long
 def test_a_symmetry_lets_smc_switch_between_modes():
     # All particles start in one mode, whose differences lead nowhere else: only the mirror does.
@@ -150,7 +165,7 @@ def test_a_symmetry_lets_smc_switch_between_modes():
         likelihood = jax.vmap(target.log_likelihood)(particles)
         start = _start(particles, likelihood, 0)._replace(temperature=jnp.ones(()))
         engine = engines.SMC(particles=2000, moves=2)
-        moved = jax.jit(lambda key, state: engine.moved(target, key, state))(  # noqa: B023
+        moved = jax.jit(lambda key, state: engine.moved(target, 500, key, state))(  # noqa: B023
             jax.random.PRNGKey(1), start
         )
         share = np.mean(jax.vmap(target.constrain)(moved.particles)["x"] < 0)

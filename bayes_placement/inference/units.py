@@ -1,0 +1,70 @@
+"""Numbers in the units in which people read them: mm, %, GPa; files stay in SI."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+PERCENT = ("ratio", "damping_ratio", "loss_factor", "loss", "drift", "size", "error")
+"""Fields without unit that are told in percent."""
+
+MULTIPLES = {
+    "m": ((0.0, 1e3, "mm"), (10.0, 1.0, "m")),
+    "Pa": ((0.0, 1.0, "Pa"), (1e5, 1e-6, "MPa"), (1e8, 1e-9, "GPa")),
+    "kg": ((0.0, 1e3, "g"), (0.1, 1.0, "kg")),
+    "s": ((0.0, 1e6, "µs"), (1e-3, 1e3, "ms"), (1.0, 1.0, "s")),
+    "N/m": ((0.0, 1.0, "N/m"), (1e4, 1e-3, "kN/m"), (1e7, 1e-6, "MN/m")),
+    "N": ((0.0, 1.0, "N"), (1e4, 1e-3, "kN")),
+    "rad": ((0.0, 180 / np.pi, "°"),),
+}
+"""By SI unit: from which size on a factor and a unit are taken."""
+
+
+class ReadableUnit(NamedTuple):
+    """A unit for people.
+
+    Parameters
+    ----------
+    factor
+        What a number in SI is multiplied by.
+    name
+        The unit; empty for a plain number.
+    """
+
+    factor: float
+    name: str
+
+    def number(self, value: float, deviation: float) -> str:
+        """Write a number in SI in this unit, to the second digit of its standard deviation."""
+        scaled = value * self.factor
+        return f"{scaled:.{decimals(deviation * self.factor)}f}" if np.isfinite(scaled) else "-"
+
+    def spread(self, deviation: float) -> str:
+        """Write a standard deviation in SI in this unit."""
+        scaled = deviation * self.factor
+        return f"{scaled:.{decimals(scaled)}f}" if np.isfinite(scaled) else "-"
+
+
+def readable(unit: str, field: str, size: float) -> ReadableUnit:
+    """Return the unit in which people read a number.
+
+    Parameters
+    ----------
+    unit
+        Its unit in SI.
+    field
+        Last word of its name, which tells shares from other numbers without unit.
+    size
+        Its greatest absolute value.
+    """
+    if unit in ("", "1"):
+        return ReadableUnit(100.0, "%") if field in PERCENT else ReadableUnit(1.0, "")
+    steps = [step for step in MULTIPLES.get(unit, ((0.0, 1.0, unit),)) if size >= step[0]]
+    _, factor, name = steps[-1]
+    return ReadableUnit(factor, name)
+
+
+def decimals(deviation: float) -> int:
+    """Decimals that show two digits of a standard deviation; at most twelve."""
+    if not (np.isfinite(deviation) and deviation > 0):
+        return 4
+    return int(np.clip(1 - np.floor(np.log10(deviation)), 0, 12))
