@@ -11,7 +11,7 @@ from jaxtyping import Float
 from .._types import InputError, UsageError
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
-from ..plots.structure import outline
+from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
 
 MOST_PLACEMENTS = 100_000
@@ -48,7 +48,7 @@ def positions_to_try(experiment: Experiment, search: str, count: int) -> dict[st
     positions = positions_on(experiment, count)
     transducers = {**experiment.sensor, **experiment.actuator}
     allowed: dict[str, Sequence[Any]] = {
-        name: [at for at in positions if _can_be_at(experiment, transducer, at)]
+        name: [at for at in positions if can_be_at(experiment, transducer, at)]
         for name, transducer in transducers.items()
     }
     nowhere = [name for name, remaining in allowed.items() if not remaining]
@@ -102,7 +102,7 @@ def far_apart(points: Points, count: int) -> Float[np.ndarray, "chosen 3"]:
     return points[chosen]
 
 
-def _can_be_at(experiment: Experiment, transducer: Transducer, at: Any) -> bool:
+def can_be_at(experiment: Experiment, transducer: Transducer, at: Any) -> bool:
     try:
         transducer.moved(at, experiment.structure.modes)
     except InputError:

@@ -40,7 +40,7 @@ def fitted(
         expected of the `noise`.
     """
     data = experiment.data(measurement)
-    concrete = experiment.fix(_with_arrays(experiment, values))
+    concrete = experiment.fix(with_arrays(experiment, values))
     predicted, variance = map(np.asarray, compiled(_prediction)(concrete, data))
     measured, part = np.asarray(data.z), -2 if experiment.observe.parts > 1 else None
     error = np.sqrt(_over_parts((measured - predicted) ** 2, part))
@@ -107,6 +107,22 @@ def effect_places(ledger: Ledger) -> dict[str, Recorded]:
     return effect_locations(ledger.experiment, ledger.steps[-1].values)
 
 
+def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Any]:
+    """Values of the unknowns by name, the elements of an array put together.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    values
+        Value of every unknown, elements of arrays one by one (`structure.damping.ratio[0]`).
+    """
+    return {
+        unknown.name: _value(unknown.name, unknown.distribution.shape(), values)
+        for unknown in experiment.unknowns
+    }
+
+
 def _prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:
     """Predicted outputs and the variance of the noise of each."""
     assert concrete.noise is not None
@@ -118,14 +134,6 @@ def _prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:
 def _over_parts(squares: np.ndarray, part: int | None) -> Any:
     """Sum over the real and the imaginary part of complex outputs."""
     return squares if part is None else squares.sum(axis=part)
-
-
-def _with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str, Any]:
-    """Values of the unknowns, the elements of an array put together."""
-    return {
-        unknown.name: _value(unknown.name, unknown.distribution.shape(), values)
-        for unknown in experiment.unknowns
-    }
 
 
 def _value(name: str, shape: tuple[int, ...], values: Mapping[str, float]) -> Any:

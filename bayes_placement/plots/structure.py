@@ -1,6 +1,5 @@
 """Figure of a structure with its sensors and actuators, and of scores at its points."""
 
-import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,14 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..experiment.experiment import Experiment
-from ..modes.finite_elements.interpolation import (
-    Elements,
-    Nearest,
-    Scattered,
-    reference_corners,
-)
-from ..modes.finite_elements.nodal_modes import nodal_of
-from ..modes.modes import Modes
+from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
 from ._figures import STAR, color_bar, panels
 
@@ -26,9 +18,6 @@ Points = Float[np.ndarray, "point 3"]
 
 LEAST_COLOUR_RANGE = 5.0
 """Smallest range of colours of a map [standard deviations]."""
-
-MOST_LINES = 20_000
-"""Largest number of lines drawn of a mesh; of a larger mesh, every n-th line is drawn."""
 
 FLAT = 1e-6
 """Share of the largest side below which a structure has no extent."""
@@ -193,34 +182,6 @@ def name_axes(panel: Panel, view: View) -> None:
         panel.xaxis.labelpad = panel.yaxis.labelpad = _LABEL_DISTANCE
     else:
         panel.set_aspect("equal")
-
-
-def outline(modes: Modes) -> tuple[Points, str]:
-    """Lines of the mesh, separated by NaN, or nodes; and the format string to draw them."""
-    nodal = nodal_of(modes)
-    mesh = None if nodal is None else nodal.interpolation
-    if isinstance(mesh, Nearest | Scattered):
-        return np.asarray(mesh.centre), "."
-    if isinstance(mesh, Elements):
-        corners = reference_corners(mesh.edges.shape[2], mesh.simplex)
-        return _lines(np.asarray(mesh.origin), np.asarray(mesh.edges), corners, mesh.simplex), "-"
-    low, high = np.array(modes.bounds())
-    box = reference_corners(3, simplex=False)
-    return _lines(low[None], np.diag(high - low)[None], box, simplex=False), "-"
-
-
-def _lines(origin: np.ndarray, edges: np.ndarray, corners: np.ndarray, simplex: bool) -> Points:
-    """Edges of cells: of a simplex between all corners, else between neighbouring corners."""
-    pairs = [
-        pair
-        for pair in itertools.combinations(range(len(corners)), 2)
-        if simplex or np.abs(corners[pair[0]] - corners[pair[1]]).sum() == 1
-    ]
-    place = origin[:, None] + corners @ edges.mT
-    ends = place[:, np.array(pairs)].reshape(-1, 2, 3)
-    ends = ends[:: -(-len(ends) // MOST_LINES)]
-    gaps = np.full((len(ends), 1, 3), np.nan)
-    return np.concatenate([ends, gaps], axis=1).reshape(-1, 3)
 
 
 def extent(experiment: Experiment | None, rows: pd.DataFrame) -> Points:

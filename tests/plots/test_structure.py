@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from skfem import Basis, ElementHex1, ElementQuad1, ElementVector, MeshHex, MeshQuad
 
 import bayes_placement as bp
-from bayes_placement.modes.finite_elements import interpolation, modes_from_shapes
+from bayes_placement.modes.finite_elements import interpolation, modes_from_shapes, outline
 from bayes_placement.plots import structure as structure_plots
 from tests.in_space import BOUNDS, Linear
 from tests.simulator.element_models import nodes
@@ -30,9 +30,9 @@ def modes(reading, position=CORNERS):
     return modes_from_shapes(handed_over, reading)
 
 
-def lines(outline):
+def lines(drawn):
     """Set of lines, each the set of its two ends."""
-    points, style = outline
+    points, style = drawn
     assert style == "-"
     parts = points.reshape(-1, 3, 3)
     assert np.isnan(parts[:, 2]).all()
@@ -66,12 +66,12 @@ def experiment(structure_modes, at=(0.0, 1.0, 0.0)):
 
 def test_lines_triangles_and_tetrahedra_are_drawn_by_their_edges():
     segments = modes(elements([0, 1], [0, 3]))
-    assert lines(structure_plots.outline(segments)) == pairs((0, 1), (0, 3))
+    assert lines(outline.outline(segments)) == pairs((0, 1), (0, 3))
     face = modes(elements([0, 1, 2]))
-    assert lines(structure_plots.outline(face)) == pairs((0, 1), (0, 2), (1, 2))
+    assert lines(outline.outline(face)) == pairs((0, 1), (0, 2), (1, 2))
     solid = modes(elements([0, 1, 2, 3]))
     edges = pairs((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
-    assert lines(structure_plots.outline(solid)) == edges
+    assert lines(outline.outline(solid)) == edges
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_lines_triangles_and_tetrahedra_are_drawn_by_their_edges():
     ids=["rectangles", "bricks"],
 )
 def test_rectangles_and_bricks_have_no_diagonals(mesh, element, count):
-    edges = lines(structure_plots.outline(modes(boxes(mesh, element))))
+    edges = lines(outline.outline(modes(boxes(mesh, element))))
     assert len(edges) == count
     for start, end in edges:
         assert np.count_nonzero(np.subtract(start, end)) == 1
@@ -93,21 +93,21 @@ def test_rectangles_and_bricks_have_no_diagonals(mesh, element, count):
 def test_nodes_without_elements_are_dots(read):
     position = np.random.default_rng(1).uniform(size=(15, 3))
     handed_over = model(position)
-    points, style = structure_plots.outline(modes_from_shapes(handed_over, read(handed_over)))
+    points, style = outline.outline(modes_from_shapes(handed_over, read(handed_over)))
     assert style == "."
     np.testing.assert_allclose(points, position)
 
 
 def test_modes_that_do_not_tell_their_nodes_are_a_box():
-    edges = lines(structure_plots.outline(Linear()))
+    edges = lines(outline.outline(Linear()))
     assert len(edges) == 12
     assert {end for line in edges for end in line} >= set(BOUNDS)
 
 
 def test_of_a_large_mesh_some_lines_are_drawn(monkeypatch):
-    monkeypatch.setattr(structure_plots, "MOST_LINES", 4)
+    monkeypatch.setattr(outline, "MOST_LINES", 4)
     solid = modes(elements([0, 1, 2, 3]))
-    assert len(lines(structure_plots.outline(solid))) == 3
+    assert len(lines(outline.outline(solid))) == 3
 
 
 @pytest.mark.parametrize(

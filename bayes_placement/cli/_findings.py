@@ -1,0 +1,115 @@
+"""What each command leaves for its report, beside its tables and figures."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..criticism.check.misfit import Misfit
+from ..criticism.findings import Model, draws_of_result, findings, models_of
+from ..criticism.missing.ledger import Ledger
+from ..criticism.missing.ranking import Ranking
+from ..experiment.experiment import Experiment, Measurements
+from ..inference.alternative_explanation import draws_of
+from ..inference.estimates import scalars
+from ..inference.results import warnings_of
+from ._next_measurement import next_measurement
+
+FINDINGS = "findings.nc"
+"""Name of the file."""
+
+DATA = "data"
+"""What warns of the faults of a measurement."""
+
+
+def of_result(
+    result: Ledger | Ranking,
+    experiment: Experiment,
+    measurement: Measurements,
+    data_faults: Sequence[str],
+    *,
+    with_next: bool,
+) -> xr.DataTree:
+    """Return what `improve` or `explain` found, for figures.
+
+    Parameters
+    ----------
+    result
+        What it returned.
+    experiment, measurement
+        What it was given.
+    data_faults
+        Faults of the measurement, a sentence each.
+    with_next
+        Whether to search for the next measurement too, which takes some seconds.
+    """
+    models = models_of(result, experiment)
+    sentences = result.words()
+    about: dict[str, Any] = {
+        "command": "improve" if isinstance(result, Ledger) else "explain",
+        "verdict": sentences[0],
+        "sentences": sentences,
+        "warnings": [[DATA, fault] for fault in data_faults],
+        "confounded": [list(pair) for pair in result.confounded],
+    }
+    if with_next:
+        about["next"] = next_measurement(experiment, measurement, result.alternatives)
+    draws = draws_of_result(result)
+    return findings(models, draws, measurement, about, result.alternatives)
+
+
+def of_posterior(
+    posterior: xr.DataTree,
+    experiment: Experiment,
+    measurement: Measurements,
+    sentences: Sequence[str],
+    warnings: Sequence[Sequence[str]],
+    command: str,
+) -> xr.DataTree:
+    """Return what an inference found, for figures.
+
+    Parameters
+    ----------
+    posterior
+        What `infer` returned.
+    experiment, measurement
+        What it was given.
+    sentences
+        What is said of it, the verdict first.
+    warnings
+        Methods and what they warn of.
+    command
+        Name of the command.
+    """
+    about = {
+        "command": command,
+        "verdict": sentences[0],
+        "sentences": list(sentences),
+        "warnings": [list(pair) for pair in warnings],
+    }
+    model = Model("best draw of the posterior", experiment, _best(posterior))
+    return findings([model], draws_of(posterior) or {}, measurement, about)
+
+
+def of_check(
+    posterior: xr.DataTree, misfit: Misfit, experiment: Experiment, measurement: Measurements
+) -> xr.DataTree:
+    """Return what `check` found, for figures."""
+    engine = str(posterior.attrs["engine"])
+    faults = set(misfit.data_faults)
+    said = [sentence for sentence in misfit.words() if sentence not in faults]
+    warned = [[engine, sentence] for sentence in warnings_of(posterior)]
+    warned += [[DATA, fault] for fault in misfit.data_faults]
+    return of_posterior(posterior, experiment, measurement, said, warned, "check")
+
+
+def _best(posterior: xr.DataTree) -> Mapping[str, float]:
+    """Values of all unknowns at the draw of greatest likelihood, elements of arrays one by one."""
+    total = posterior["sample_stats"].to_dataset()["log_likelihood_total"].values
+    chain, draw = np.unravel_index(int(np.nanargmax(total)), total.shape)
+    return {
+        name: float(values[chain, draw])
+        for variable, draws in posterior["posterior"].to_dataset().data_vars.items()
+        for name, values in scalars(str(variable), draws.values)
+    }

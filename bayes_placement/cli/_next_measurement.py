@@ -1,0 +1,107 @@
+"""Where one more sensor would tell most, for a report: a search of bounded time."""
+
+import time
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .._types import PackageError
+from ..design import information
+from ..design.information.estimator import Estimator
+from ..design.place import Placement, place
+from ..design.planned import planned
+from ..experiment.experiment import Experiment, Measurements
+from ..experiment.resized import with_lines
+from ..inference.alternative_explanation import Alternative
+from ..positions.bounds import position_text
+from ._positions_to_try import can_be_at, positions_on
+
+LINES, PLACES = 12, 15
+"""Frequency lines and places of the search: few, since a person waits for the report."""
+
+SECONDS = 10.0
+"""Time after which no further place is tried [s]."""
+
+FIRST = 3
+"""Places that are tried at first, to see how long it takes."""
+
+
+def next_measurement(
+    experiment: Experiment, measurement: Measurements, alternatives: Sequence[Alternative]
+) -> dict[str, Any]:
+    """Return where one more measurement with the first sensor moved decides most.
+
+    That is where the explanations that are left are told apart best (`Separation`). All other
+    instruments stay where they are.
+
+    Parameters
+    ----------
+    experiment
+        The experiment with the effects that were found.
+    measurement
+        What was measured, which tells the noise of the next one.
+    alternatives
+        Explanations that are left, the one that is reported first.
+
+    Returns
+    -------
+    dict
+        `sentence`, and the places with their expected gain: `columns`, `rows` and a `caption`.
+    """
+    if len(alternatives) < 2:
+        words = "One explanation is left, so that there is nothing for a next measurement to decide"
+        return _only(f"{words}; bayes-placement place MODEL says where its numbers get sharper.")
+    sensor = next(iter(experiment.sensor))
+    try:
+        few = with_lines(planned(experiment, measurement), LINES)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", information.InformationWarning)
+            estimator = information.Separation(alternatives=tuple(alternatives))
+            best = _search(few, sensor, estimator)
+    except PackageError as error:
+        return _only(f"Where to measure next was not searched for: {error}")
+    return _in_words(best, sensor, alternatives)
+
+
+def _only(sentence: str) -> dict[str, Any]:
+    """A sentence in the place of a search."""
+    return {"sentence": sentence, "columns": [], "rows": [], "caption": ""}
+
+
+def _search(experiment: Experiment, sensor: str, estimator: Estimator) -> Placement:
+    """Try some places, then as many more as the time allows."""
+    positions = [
+        at
+        for at in positions_on(experiment, PLACES)
+        if can_be_at(experiment, experiment.sensor[sensor], at)
+    ]
+    began = time.perf_counter()
+    best = place(
+        experiment, {sensor: positions[:: max(1, len(positions) // FIRST)]}, estimator=estimator
+    )
+    taken = time.perf_counter() - began
+    if taken * len(positions) / max(1, len(best.table)) > SECONDS:
+        return best
+    return place(experiment, {sensor: positions}, estimator=estimator)
+
+
+def _in_words(best: Placement, sensor: str, alternatives: Sequence[Alternative]) -> dict[str, Any]:
+    axes = [column for column in map(str, best.table) if column.partition(".")[0] == sensor]
+    where = position_text(np.round(best.positions[sensor], 4))
+    gain = f"{best.information_gain:.2g} ± {best.information_gain_se:.1g} nat"
+    shares = np.array([alternative.probability for alternative in alternatives])
+    shares /= shares.sum()
+    entropy = float(-(shares * np.log(shares)).sum())
+    names = " and ".join(alternative.name for alternative in alternatives[:2])
+    what = f"tells {names} apart best: {gain} of the {entropy:.2g} nat that decide"
+    table = best.table[[*axes, "information_gain", "information_gain_se"]]
+    return {
+        "sentence": f"With {sensor} at {where} m, and all else where it is, one more measurement "
+        f"{what}.",
+        "columns": [*(f"{axis} [m]" for axis in axes), "expected gain [nat]", "its error [nat]"],
+        "rows": table.to_numpy(float).tolist(),
+        "caption": f"Expected gain of one more measurement with {sensor} moved; its tolerance "
+        "counts, bars are two standard errors.",
+    }

@@ -1,0 +1,94 @@
+"""Measured and predicted outputs with the noise and the size of the model error."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import xarray as xr
+from jaxtyping import Array, Float
+
+from ..._compiled import compiled
+from ..._sites import Role
+from ..._types import Response
+from ...experiment.experiment import Experiment, Measurements
+from ..fitted import fitted, with_arrays
+
+ERROR_DRAWS = 48
+"""Draws of the model error of which the root mean square is taken."""
+
+
+def fit(
+    experiment: Experiment, measurement: Measurements, values: Mapping[str, float]
+) -> xr.Dataset:
+    """Return what `fitted` returns, with phases and the size of the model error.
+
+    Parameters
+    ----------
+    experiment, measurement, values
+        As of `fitted`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Besides what `fitted` returns, `measured_phase` and `predicted_phase` [deg] of complex
+        outputs, and `model_error`, the root mean square over draws of the errors of what the
+        response then differs by; zero where the model is exact.
+    """
+    dataset = fitted(experiment, measurement, values)
+    part = -2 if experiment.observe.parts > 1 else None
+    error = _model_error(experiment, values)
+    size = dataset["error"]
+    if error is None:
+        dataset["model_error"] = xr.zeros_like(size)
+    else:
+        square = error**2 if part is None else (error**2).sum(axis=part)
+        dataset["model_error"] = size.copy(data=np.sqrt(square))
+    if part is not None:
+        concrete = experiment.fix(with_arrays(experiment, values))
+        measured = np.asarray(experiment.data(measurement).z)
+        predicted = np.asarray(compiled(_predict)(concrete))
+        for name, outputs in (("measured", measured), ("predicted", predicted)):
+            phase = np.where(np.isfinite(dataset["measured"]), _phase(outputs), np.nan)
+            dataset[f"{name}_phase"] = (size.dims, phase, {"units": "deg"})
+    return dataset
+
+
+def _phase(outputs: np.ndarray) -> np.ndarray:
+    """Phase [deg] of outputs whose last axis but one is their real and imaginary part."""
+    real, imaginary = np.moveaxis(outputs, -2, 0)
+    return np.degrees(np.arctan2(imaginary, real))
+
+
+def _model_error(experiment: Experiment, values: Mapping[str, float]) -> np.ndarray | None:
+    """Root mean square of what errors of the model change in each output; None without any."""
+    arrays = with_arrays(experiment, values)
+    errors = {
+        unknown.name: unknown.distribution
+        for unknown in experiment.unknowns
+        if unknown.role is Role.MODEL_ERROR
+    }
+    if not errors:
+        return None
+    keys = jax.random.split(jax.random.key(1), len(errors))
+    draws = {
+        name: prior.sample(key, (ERROR_DRAWS,))
+        for (name, prior), key in zip(errors.items(), keys, strict=True)
+    }
+    others = {name: value for name, value in arrays.items() if name not in errors}
+    return np.asarray(jax.jit(_spread)(experiment.fix(others), draws))
+
+
+def _spread(experiment: Experiment, draws: dict[str, Array]) -> Response:
+    exact = {name: jnp.zeros(values.shape[1:]) for name, values in draws.items()}
+    middle = experiment.fix(exact).predict()
+
+    def square(drawn: dict[str, Array]) -> Float[Array, "..."]:
+        return (experiment.fix(drawn).predict() - middle) ** 2
+
+    return jnp.sqrt(jnp.mean(jax.lax.map(square, draws), axis=0))
+
+
+def _predict(concrete: Experiment) -> Any:
+    return concrete.predict()

@@ -1,0 +1,165 @@
+"""Where sensors, actuators and effects were recorded, and where they are inferred to be."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import xarray as xr
+
+from ...experiment.experiment import Experiment
+from ...experiment.transducers import Transducer
+from ...inference.alternative_explanation import JointDraws
+from ...positions.places import coordinates
+from ...positions.vectors import unit_vector
+from ..missing._location import locations
+
+DRAWS = 400
+"""Draws of a position that are kept."""
+
+AXES = (1, 2, 3)
+
+
+def places(
+    experiment: Experiment, prior: JointDraws, posterior: JointDraws, values: Mapping[str, float]
+) -> xr.Dataset:
+    """Return positions and orientations of all instruments, and positions of effects.
+
+    Parameters
+    ----------
+    experiment
+        The experiment with its effects.
+    prior, posterior
+        Draws [draw, ...] of its unknowns, by name.
+    values
+        Means of its unknowns, elements of arrays one by one; they stand for draws that are not
+        known.
+
+    Returns
+    -------
+    xarray.Dataset
+        By instrument or effect (`item`, with its `kind`): `recorded`, `prior` and `posterior`
+        coordinates [m]; `tilt`, the angle [deg] of the first channel against its record, and
+        `direction_recorded`, `direction` as inferred. NaN where there is none; coordinates that a
+        line does not have are zero.
+    """
+    sides: dict[str, Any] = {"sensor": experiment.sensor, "actuator": experiment.actuator}
+    rows = [
+        _row(experiment, kind, transducer, (prior, posterior))
+        for kind, side in sides.items()
+        for transducer in side.values()
+    ]
+    known = posterior or {name: np.array([value]) for name, value in values.items()}
+    rows += [
+        _effect_row(effect, experiment, known)
+        for effect in experiment.effects
+        if effect.place_fields
+    ]
+    names = [row.pop("name") for row in rows]
+    kinds = [row.pop("kind") for row in rows]
+    dimensions = {
+        "recorded": ("item", "axis"),
+        "prior": ("item", "draw", "axis"),
+        "posterior": ("item", "draw", "axis"),
+        "tilt": ("item", "draw"),
+        "direction_recorded": ("item", "axis"),
+        "direction": ("item", "axis"),
+    }
+    units = {"tilt": "deg", "direction": "1", "direction_recorded": "1"}
+    variables = {
+        word: (of, np.stack([row[word] for row in rows]), {"units": units.get(word, "m")})
+        for word, of in dimensions.items()
+    }
+    labels = {"item": names, "kind": ("item", kinds), "axis": ["x", "y", "z"]}
+    return xr.Dataset(variables, coords=labels)
+
+
+def _row(
+    experiment: Experiment, kind: str, transducer: Transducer, draws: tuple[JointDraws, JointDraws]
+) -> dict[str, Any]:
+    """Record and draws of one instrument."""
+    (prior, _), (posterior, directions) = (_drawn(experiment, kind, transducer, d) for d in draws)
+    recorded = unit_vector(transducer.directions[0])
+    row = {
+        "name": transducer.name,
+        "kind": kind,
+        "recorded": _three(np.asarray(transducer.recorded, float)),
+        "prior": prior,
+        "posterior": posterior,
+        "tilt": np.full(DRAWS, np.nan),
+        "direction_recorded": np.asarray(recorded, float),
+        "direction": np.full(3, np.nan),
+    }
+    if transducer.angles is not None:
+        cosine = np.clip(directions @ row["direction_recorded"], -1.0, 1.0)
+        row["tilt"] = np.degrees(np.arccos(cosine))
+        mean = directions.mean(axis=0)
+        row["direction"] = mean / np.linalg.norm(mean)
+    return row
+
+
+def _effect_row(effect: Any, experiment: Experiment, draws: JointDraws) -> dict[str, Any]:
+    """Draws of the place of one effect."""
+    count = min(DRAWS, len(next(iter(draws.values()))))
+    thinned = {
+        name: np.asarray(values)[_rows(len(values), count)] for name, values in draws.items()
+    }
+    found = locations(effect, experiment, thinned, count)
+    on_line = np.isnan(found[:, 1:]).all() and np.isfinite(found[:, 0]).all()
+    filled = np.where(np.isnan(found), 0.0, found) if on_line else found
+    nowhere = np.full((DRAWS, 3), np.nan)
+    return {
+        "name": effect.name,
+        "kind": "effect",
+        "recorded": nowhere[0],
+        "prior": nowhere,
+        "posterior": filled[_rows(count, DRAWS)],
+        "tilt": nowhere[:, 0],
+        "direction_recorded": nowhere[0],
+        "direction": nowhere[0],
+    }
+
+
+def _drawn(
+    experiment: Experiment, kind: str, transducer: Transducer, draws: JointDraws
+) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates [draw, 3] and direction [draw, 3] of the first channel at draws."""
+    own = [
+        unknown.name
+        for unknown in experiment.unknowns
+        if unknown.owner == (kind, transducer.name) and unknown.field in ("position", "angles")
+    ]
+    missing = [name for name in own if name not in draws]
+    if missing:
+        return np.full((DRAWS, 3), np.nan), np.full((DRAWS, 3), np.nan)
+    chosen = {name: _chosen(draws[name]) for name in own}
+
+    def at(values: dict[str, Any]) -> tuple[Any, Any]:
+        side = getattr(experiment.fix(values), kind)
+        there = side[transducer.name]
+        direction = jnp.asarray(there.points(AXES).direction)[0]
+        return jnp.atleast_1d(coordinates(there.position)), direction
+
+    if not own:
+        position, direction = at({})
+        found = np.asarray(position)[None], np.asarray(direction)[None]
+    else:
+        position, direction = jax.jit(jax.vmap(at))(chosen)
+        found = np.asarray(position), np.asarray(direction)
+    rows = _rows(len(found[0]), DRAWS)
+    return np.stack([_three(row) for row in found[0]])[rows], found[1][rows]
+
+
+def _chosen(draws: np.ndarray) -> np.ndarray:
+    return np.asarray(draws)[_rows(len(draws), DRAWS)]
+
+
+def _rows(count: int, wanted: int) -> np.ndarray:
+    """Numbers of `wanted` of `count` draws, evenly spread, some of them repeated where few."""
+    return (np.arange(wanted) * count) // wanted
+
+
+def _three(coordinates: np.ndarray) -> np.ndarray:
+    """Three coordinates; those that a line does not have are zero."""
+    return np.pad(np.atleast_1d(coordinates), (0, 3 - np.size(coordinates)))

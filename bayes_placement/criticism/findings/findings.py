@@ -1,0 +1,156 @@
+"""What a run found, as one tree of labelled arrays: all that its report draws."""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+import xarray as xr
+
+from ..._sites import Role
+from ...experiment.experiment import Experiment, Measurements
+from ...inference.alternative_explanation import Alternative, JointDraws
+from ...inference.results import named_draws
+from ..missing.ledger import NOTHING, Ledger
+from ..missing.ranking import Ranking
+from ._fits import fit
+from ._places import places
+from ._shapes import outline_of, shapes
+
+ABOUT = "about"
+"""Attribute of the findings: words on the run, as JSON."""
+
+AS_GIVEN = "as given"
+
+MOST_DRAWS = 1000
+"""Draws, at most, that are kept of the prior and of the posterior."""
+
+
+class Model(NamedTuple):
+    """A model with values of its unknowns.
+
+    Parameters
+    ----------
+    name
+        Its name in figures.
+    experiment
+        The experiment, some numbers of which are unknown.
+    values
+        Value of every unknown, elements of arrays one by one (`structure.damping.ratio[0]`).
+    """
+
+    name: str
+    experiment: Experiment
+    values: Mapping[str, float]
+
+
+def models_of(result: Ledger | Ranking, experiment: Experiment) -> list[Model]:
+    """Return the model as given and the one with all effects that were named, as fitted.
+
+    Parameters
+    ----------
+    result
+        What `improve` or `explain` returned.
+    experiment
+        The experiment as it was given.
+    """
+    if isinstance(result, Ledger):
+        first, last = result.steps[0], result.steps[-1]
+    else:
+        first = next((step for step in result.steps if not step.effects), result.steps[0])
+        last = result.steps[0]
+    steps = [first, last] if last.effects and last is not first else [last]
+    return [
+        Model(
+            f"with {' and '.join(step.effects)}" if step.effects else AS_GIVEN,
+            step.experiment or experiment,
+            step.values,
+        )
+        for step in steps
+    ]
+
+
+def draws_of_result(result: Ledger | Ranking) -> JointDraws:
+    """Draws of the unknowns of the model that was named; none where it is no alternative."""
+    kinds = result.verdict if isinstance(result, Ledger) else _named(result)
+    name = " + ".join(kinds) or NOTHING
+    return next((item.draws for item in result.alternatives if item.name == name), {})
+
+
+def _named(ranking: Ranking) -> tuple[str, ...]:
+    best = ranking.steps[0]
+    return (best.kind,) if best.kind else ()
+
+
+def findings(
+    models: Sequence[Model],
+    draws: JointDraws,
+    measurement: Measurements,
+    about: Mapping[str, Any],
+    alternatives: Sequence[Alternative] = (),
+) -> xr.DataTree:
+    """Lay out what a report shows of a run.
+
+    Parameters
+    ----------
+    models
+        The model as given and, if there is another, the one that is reported.
+    draws
+        Draws [draw, ...] of the unknowns of the latter, by name.
+    measurement
+        What was measured.
+    about
+        Words on the run, for JSON.
+    alternatives
+        Explanations that the data leave; those beside the reported one are named.
+
+    Returns
+    -------
+    xarray.DataTree
+        `posterior` and `prior`, draws by name with units and roles; `fit_0` and on, what each
+        model predicts with the measurement; `places`, where sensors, actuators and effects were
+        recorded and are inferred; `outline` and `shapes_0` and on, mode shapes of each model.
+    """
+    last = models[-1].experiment
+    prior, posterior = _prior(last), _shown(last, draws)
+    groups = {
+        "posterior": named_draws(last, _one_chain(posterior)),
+        "prior": named_draws(last, _one_chain(prior)),
+        "places": places(last, prior, posterior, models[-1].values),
+        "outline": outline_of(last),
+    }
+    for number, model in enumerate(models):
+        groups[f"fit_{number}"] = fit(model.experiment, measurement, model.values)
+        groups[f"shapes_{number}"] = shapes(model.experiment, model.values, groups["outline"])
+    tree = xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
+    words = dict(about) | {
+        "models": [model.name for model in models],
+        "alternatives": [[item.name, item.probability] for item in alternatives],
+    }
+    tree.attrs[ABOUT] = json.dumps(words, allow_nan=False)
+    return tree
+
+
+def _shown(experiment: Experiment, draws: JointDraws) -> JointDraws:
+    """Draws of all unknowns but the many errors of the model, thinned."""
+    names = [
+        unknown.name
+        for unknown in experiment.unknowns
+        if unknown.role is not Role.MODEL_ERROR and unknown.name in draws
+    ]
+    return {name: draws[name][:: -(-len(draws[name]) // MOST_DRAWS)] for name in names}
+
+
+def _prior(experiment: Experiment) -> JointDraws:
+    """Draws of the same unknowns from their priors."""
+    unknowns = [item for item in experiment.unknowns if item.role is not Role.MODEL_ERROR]
+    keys = jax.random.split(jax.random.key(0), max(1, len(unknowns)))
+    return {
+        unknown.name: np.asarray(unknown.distribution.sample(key, (MOST_DRAWS,)))
+        for unknown, key in zip(unknowns, keys, strict=False)
+    }
+
+
+def _one_chain(draws: JointDraws) -> dict[str, Any]:
+    return {name: np.asarray(values)[None] for name, values in draws.items()}

@@ -1,0 +1,188 @@
+"""Natural frequencies and mode shapes of a structure with what is attached to it."""
+
+import itertools
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from scipy.optimize import brentq
+
+from .._compiled import compiled
+from ..modes.modes import Modes
+from ..modes.points import Points, joined
+from .structure import Structure
+
+STEPS = 400
+"""Frequencies at which changes of sign are looked for."""
+
+SAME = 1e-9
+"""Share of a natural frequency to which it is found."""
+
+
+class NaturalModes(NamedTuple):
+    """Natural frequencies and mode shapes without damping.
+
+    Parameters
+    ----------
+    frequency
+        Natural frequencies [Hz], ascending, without those of rigid-body modes.
+    shape
+        Displacement at points along x, y and z, the greatest of each mode being 1.
+    """
+
+    frequency: Float[np.ndarray, "mode"]
+    shape: Float[np.ndarray, "mode point 3"]
+
+
+def natural_modes(structure: Structure, points: Any, up_to: float, most: int) -> NaturalModes:
+    """Return the natural modes of a structure with its linear attachments, without damping.
+
+    With the amplitudes q of the modes of the structure proper and an attachment of the dynamic
+    stiffness Z at ports p, (diag(omega_n^2) + Phi_p' (1/Z + R)^-1 Phi_p - omega^2) q = 0. R is the
+    static flexibility of the modes left out (MacNeal 1971, DOI 10.1016/0045-7949(71)90031-9). A
+    natural frequency is where an eigenvalue of this matrix falls through zero; at the natural
+    frequency of an absorber by itself it jumps upwards instead.
+
+    Parameters
+    ----------
+    structure
+        Structure whose parameters are numbers. Springs that depend on the amplitude are left out.
+    points
+        Points [point, ...] at which shapes are read [m]: numbers on a line, else three each.
+    up_to
+        Greatest frequency [Hz].
+    most
+        Most modes, the lowest ones.
+    """
+    pencil = _Pencil(structure, *map(np.asarray, compiled(_at_ports)(structure)))
+    grid = 2 * np.pi * up_to * (np.arange(STEPS) + 1) / STEPS
+    found = list(_roots(pencil, grid, most))
+    frequency = np.array([root for root, _ in found]) / (2 * np.pi)
+    if not found:
+        return NaturalModes(frequency, np.zeros((0, len(points), 3)))
+    shape = np.zeros((len(found), len(points), 3))
+    read, left_out = map(np.asarray, compiled(_at_points)(structure, jnp.asarray(points)))
+    for mode, (root, branch) in enumerate(found):
+        amplitude = pencil.vector(root, branch)
+        modulus, attached = pencil.attached(root)
+        # The forces of the attachments also bend what the kept modes leave out.
+        force = -attached @ pencil.shapes @ amplitude
+        for axis, number in enumerate(structure.modes.axes):
+            kept = read[:, axis] @ amplitude
+            shape[mode, :, number - 1] = kept + left_out[axis] @ force / modulus
+    largest = np.linalg.norm(shape, axis=2).max(axis=1)
+    return NaturalModes(frequency, shape / largest[:, None, None])
+
+
+class _Pencil(NamedTuple):
+    """Modal matrix of a structure as a function of the angular frequency.
+
+    Parameters
+    ----------
+    structure
+        The structure.
+    natural
+        Natural angular frequencies [mode] of the structure proper [rad/s].
+    shapes
+        Shapes at the ports of all attachments [port, mode] [kg^-1/2].
+    residual
+        Flexibility between ports of the modes left out [m/N].
+    """
+
+    structure: Structure
+    natural: np.ndarray
+    shapes: np.ndarray
+    residual: np.ndarray
+
+    def attached(self, omega: float) -> tuple[float, np.ndarray]:
+        """Modulus over that as drawn [1], and stiffness between ports as kept modes feel it."""
+        modulus, stiffness = compiled(_at_line)(self.structure, jnp.array([omega]))
+        return float(modulus), self._felt(float(modulus), np.asarray(stiffness))
+
+    def _felt(self, modulus: float, stiffness: np.ndarray) -> np.ndarray:
+        felt = np.eye(stiffness.size) + stiffness[:, None] * self.residual / modulus
+        return np.linalg.solve(felt, np.diag(stiffness))
+
+    def matrix(self, omega: float) -> np.ndarray:
+        """Modal dynamic stiffness [(rad/s)^2]."""
+        modulus, attached = self.attached(omega)
+        added = self.shapes.T @ attached @ self.shapes
+        return np.diag(self.natural**2 * modulus - omega**2) + (added + added.T) / 2
+
+    def eigenvalues(self, omega: float) -> np.ndarray:
+        """Eigenvalues of the matrix, ascending."""
+        return np.linalg.eigvalsh(self.matrix(omega))
+
+    def vector(self, omega: float, branch: int) -> np.ndarray:
+        """Amplitudes of the modes at a natural frequency."""
+        vector: np.ndarray = np.linalg.eigh(self.matrix(omega))[1][:, branch]
+        return vector
+
+
+def _roots(pencil: _Pencil, grid: np.ndarray, most: int) -> Iterator[tuple[float, int]]:
+    """Angular frequencies at which an eigenvalue falls through zero, and its number."""
+    before, count = pencil.eigenvalues(grid[0]), 0
+    for low, high in itertools.pairwise(grid):
+        after = pencil.eigenvalues(high)
+        for branch in np.flatnonzero((before > 0) & (after <= 0)):
+            if count < most:
+                yield _root(pencil, low, high, int(branch)), int(branch)
+            count += 1
+        if count >= most:
+            return
+        before = after
+
+
+def _root(pencil: _Pencil, low: float, high: float, branch: int) -> float:
+    root = brentq(lambda omega: pencil.eigenvalues(omega)[branch], low, high, rtol=SAME)
+    return float(root)
+
+
+def _ports(structure: Structure, modes: Modes) -> Points | None:
+    """Ports of all attachments; None where nothing is attached."""
+    groups = [attachment.points(modes) for attachment in structure.attachments]
+    return joined(groups) if groups else None
+
+
+def _at_ports(structure: Structure) -> tuple[Array, Array, Array]:
+    """Natural angular frequencies, shapes at the ports, and the flexibility left out there."""
+    modes = structure.proper_modes()
+    natural, ports = modes.angular_frequency(), _ports(structure, modes)
+    if ports is None:
+        return natural, jnp.zeros((0, natural.size)), jnp.zeros((0, 0))
+    return natural, ports.exact_shapes(modes), _left_out(modes, ports, ports)
+
+
+def _at_line(structure: Structure, omega: Float[Array, "1"]) -> tuple[Array, Array]:
+    """Modulus over that as drawn [1], and dynamic stiffness of each port [N/m], without loss."""
+    modes = structure.proper_modes()
+    stiffness = [
+        jnp.broadcast_to(jnp.real(attachment.dynamic_stiffness(omega)), attachment.count(modes))
+        for attachment in structure.attachments
+    ]
+    modulus = jnp.real(structure.relative_modulus(omega))[0]
+    return modulus, jnp.concatenate([jnp.zeros(0), *stiffness])
+
+
+def _at_points(structure: Structure, points: Any) -> tuple[Array, Array]:
+    """Shapes [point, axis, mode] [kg^-1/2], and flexibility left out [axis, point, port] [m/N]."""
+    modes = structure.proper_modes()
+    ports, axes = _ports(structure, modes), len(modes.axes)
+    read = jax.vmap(modes.shapes)(points)
+    if ports is None:
+        return read, jnp.zeros((axes, points.shape[0], 0))
+    along = [jnp.broadcast_to(row, (points.shape[0], axes)) for row in np.eye(axes)]
+    return read, jnp.stack([_left_out(modes, Points(points, row), ports) for row in along])
+
+
+def _left_out(modes: Modes, points: Points, ports: Points) -> Array:
+    """Static flexibility of the modes left out [point, port] [m/N]; zero where it is not known."""
+    static = points.static_flexibility(modes, ports)
+    if static is None:
+        return jnp.zeros((points.position.shape[0], ports.position.shape[0]))
+    elastic = slice(modes.rigid_body_modes, None)
+    kept = points.exact_shapes(modes)[:, elastic] / modes.angular_frequency()[elastic] ** 2
+    return static - kept @ ports.exact_shapes(modes)[:, elastic].T

@@ -1,0 +1,103 @@
+"""What the folder of a run holds of what a report shows."""
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+import xarray as xr
+
+from ..._types import InputError
+from ...criticism.findings.findings import ABOUT
+from ...io import netcdf
+
+FINDINGS = "findings.nc"
+"""File of the arrays that figures are drawn from."""
+
+LEDGER, RUNS = "ledger.json", "run.json"
+
+_FILES = (FINDINGS, LEDGER, "explanation.csv", "misfit.csv", "cross_check.csv", "placements.csv")
+
+
+class Saved(NamedTuple):
+    """What is known of a run.
+
+    Parameters
+    ----------
+    folder
+        The folder of the results.
+    about
+        Words on the run: its verdict, sentences, warnings and settings.
+    findings
+        Arrays; empty where none were kept.
+    ledger
+        The ledger, as in its file; empty where there is none.
+    runs
+        What the runs in the folder were given, by command, as `run.json` says.
+    """
+
+    folder: Path
+    about: dict[str, Any]
+    findings: xr.DataTree
+    ledger: dict[str, Any]
+    runs: dict[str, Any]
+
+    def table(self, name: str) -> pd.DataFrame | None:
+        """Return a table of the folder by the name of its file; None where there is none."""
+        path = self.folder / name
+        return pd.read_csv(path) if path.is_file() else None
+
+    def group(self, name: str) -> xr.Dataset | None:
+        """Return arrays of the findings; None where there are none."""
+        return self.findings[name].to_dataset() if name in self.findings.children else None
+
+    @property
+    def models(self) -> list[str]:
+        """Names of the models."""
+        return [str(name) for name in self.about.get("models", [])]
+
+
+def saved(folder: str | Path) -> Saved:
+    """Read what a run left in its folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such folder.
+    InputError
+        If it holds no results, or damaged ones.
+    """
+    place = Path(folder)
+    if not place.is_dir():
+        raise FileNotFoundError(
+            f"There is no folder {place}. Results are written by `bayes-placement improve MODEL "
+            "--out results`."
+        )
+    if not any((place / name).is_file() for name in _FILES):
+        raise InputError(
+            f"{place} holds no results ({', '.join(_FILES)}); the folder of a run is needed, since "
+            "a report shows what it found: bayes-placement improve MODEL --out results."
+        )
+    path = place / FINDINGS
+    arrays = netcdf.read(path) if path.is_file() else xr.DataTree()
+    about = json.loads(arrays.attrs.get(ABOUT, "{}"))
+    top = place.parent if place.name.startswith("state_") else place
+    return Saved(place, about, arrays, _json(place / LEDGER), runs(top))
+
+
+def runs(folder: Path) -> dict[str, Any]:
+    """Return what the runs in a folder were given, by command; empty where that was not kept."""
+    return _json(folder / RUNS)
+
+
+def _json(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        return {}
+    try:
+        stated: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise InputError(
+            f"{path} cannot be read as JSON ({error}); the file of a run is needed, since its "
+            "numbers are shown. Run the command again."
+        ) from error
+    return stated

@@ -1,0 +1,79 @@
+"""Look of the figures of a report: small, with units, colours that follow the page."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ._svg import FLOOR, INK, svg_of
+from .content import Drawing, Table
+
+WIDTH = 8.6
+"""Width of a figure [inch]."""
+
+MOST_POINTS = 500
+"""Points of a curve that are drawn; the data hold all."""
+
+_LOOK: dict[str, Any] = {
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "axes.edgecolor": FLOOR,
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.6,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "axes.formatter.use_mathtext": False,
+    "axes.formatter.useoffset": False,
+    "path.simplify_threshold": 0.5,
+}
+
+
+@contextmanager
+def look() -> Iterator[None]:
+    """Draw within as figures of a report look."""
+    with rc_context(_LOOK):
+        yield
+
+
+def panels(rows: int, columns: int, height: float, **settings: Any) -> tuple[Figure, np.ndarray]:
+    """Return a figure outside pyplot with panels [row, column], each of a height [inch]."""
+    figure = Figure(figsize=(WIDTH, max(1.4, height * rows)), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, **settings)
+    return figure, axes
+
+
+def legend(figure: Figure, axes: np.ndarray) -> None:
+    """Put one legend above all panels, where it hides nothing."""
+    entries: dict[str, Any] = {}
+    for panel in axes.flat:
+        handles, labels = panel.get_legend_handles_labels()
+        entries |= dict(zip(labels, handles, strict=True))
+    if entries:
+        place: dict[str, Any] = {"loc": "outside upper left", "ncols": min(4, len(entries))}
+        figure.legend(list(entries.values()), list(entries), **place)
+
+
+def drawing(figure: Figure, data: Table | None) -> Drawing:
+    """Return a figure as SVG that follows the page, with its numbers."""
+    return Drawing(svg_of(figure), data, follows_theme=True)
+
+
+def thinned(count: int) -> np.ndarray:
+    """Numbers of points of a curve that are drawn."""
+    return np.unique(np.linspace(0, count - 1, min(count, MOST_POINTS)).astype(int))
+
+
+def decade_labels(panel: Axes, side: str = "y") -> None:
+    """Write the numbers of a logarithmic axis as they are, without raised digits."""
+    axis: Any = panel.yaxis if side == "y" else panel.xaxis
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_formatter(lambda value, _: "")

@@ -1,0 +1,172 @@
+"""Figures of matplotlib as small SVG, and SVG of any origin checked before it enters a page."""
+
+import io
+import re
+from collections.abc import Iterator
+from xml.etree import ElementTree
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from ..._types import InputError
+
+Element = ElementTree.Element
+
+DIGITS = 2
+"""Digits behind the point of coordinates, in points of 1/72 inch."""
+
+LARGEST = 4_000_000
+"""Letters of the largest SVG that is taken."""
+
+INK, PAPER = "#000000", "#ffffff"
+BEFORE, AFTER, DATA, FLOOR, FAINT = "#d55e00", "#0072b2", "#cc3377", "#7f7f7f", "#d9d9d9"
+FOURTH, FIFTH = "#009e73", "#e69f00"
+"""Colours of figures of a report, which differ for the colour-blind as well (Okabe and Ito)."""
+
+_VARIABLES = {
+    INK: "ink",
+    PAPER: "paper",
+    BEFORE: "before",
+    AFTER: "after",
+    DATA: "data",
+    FLOOR: "floor",
+    FAINT: "faint",
+    FOURTH: "fourth",
+    FIFTH: "fifth",
+}
+_SHAPES = {"path", "use", "rect", "circle", "ellipse", "line", "polyline", "polygon", "image"}
+_TAGS = {"svg", "g", "defs", "text", "tspan", "clipPath", "title", "desc"} | _SHAPES
+_TAGS |= {"linearGradient", "stop", "pattern", "symbol", "marker", "mask"}
+_RULE = "*{stroke-linejoin: round"
+_HREFS = ("href", "{http://www.w3.org/1999/xlink}href")
+_NUMBER = re.compile(rf"-?\d+\.\d{{{DIGITS + 1},}}(?:e-?\d+)?")
+_NUMBERS = ("d", "x", "y", "transform", "points", "width", "height")
+_FONT = re.compile(r"font: (?:(\w+) )?([\d.]+px) [^;]*")
+_OUTSIDE = re.compile(r"(?i)(url\(\s*['\"]?(?!#)|@import|expression\(|javascript:|https?:)")
+
+
+def svg_of(figure: Figure) -> str:
+    """Draw a figure as SVG: text as text, no date, coordinates to a hundredth of a point."""
+    file = io.StringIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "report"}):
+        figure.savefig(file, format="svg", transparent=True, metadata={"Date": None})
+    return checked_svg(file.getvalue())
+
+
+def checked_svg(text: str) -> str:
+    """Return the SVG without what a drawing does not need, or refuse it.
+
+    Scripts, addresses outside the drawing and elements of other kinds are refused, since the text
+    becomes a part of a page.
+
+    Raises
+    ------
+    InputError
+        If the text is no such drawing.
+    """
+    start = text.find("<svg")
+    if start < 0 or len(text) > LARGEST or "<!ENTITY" in text:
+        raise InputError(
+            f"A figure of {len(text)} letters was given; one svg element of at most {LARGEST} "
+            'letters is needed, since it becomes a part of a page: add_figure("<svg ...></svg>").'
+        )
+    try:
+        root = ElementTree.fromstring(text[start:])
+    except ElementTree.ParseError as error:
+        raise InputError(
+            f"A figure was given that is no SVG ({error}); one svg element is needed, since it "
+            'becomes a part of a page: add_figure("<svg ...></svg>").'
+        ) from error
+    _remove_descriptions(root)
+    for element in root.iter():
+        _check(element)
+        _shorten(element)
+    _fit(root)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def with_own_names(svg: str, prefix: str) -> str:
+    """Give the identifiers of a drawing a prefix of its own, and drop those nobody refers to."""
+    used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', svg))
+
+    def identifier(match: re.Match[str]) -> str:
+        return f' id="{prefix}{match[1]}"' if match[1] in used else ""
+
+    named = re.sub(r' id="([^"]*)"', identifier, svg)
+    return re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}", named)
+
+
+def with_theme(svg: str) -> str:
+    """Replace the colours of a report by those of the page, light or dark."""
+    for colour, name in _VARIABLES.items():
+        svg = svg.replace(colour, f"var(--{name})")
+    return svg
+
+
+def _remove_descriptions(root: Element) -> None:
+    """Remove the metadata, which no reader sees, and the rule of matplotlib that the page has."""
+    for parent in list(root.iter()):
+        for child in list(parent):
+            is_rule = _tag(child) == "style" and (child.text or "").startswith(_RULE)
+            if _tag(child) == "metadata" or is_rule:
+                parent.remove(child)
+
+
+def _check(element: Element) -> None:
+    """Refuse what a drawing does not need.
+
+    Raises
+    ------
+    InputError
+        If there is such a thing.
+    """
+    forbidden = [_tag(element)] if _tag(element) not in _TAGS else list(_forbidden(element))
+    if forbidden:
+        raise InputError(
+            f"A figure with {forbidden[0]} was given; a drawing without scripts and addresses is "
+            "needed, since it becomes a part of a page: figure.savefig(file, format='svg')."
+        )
+
+
+def _forbidden(element: Element) -> Iterator[str]:
+    for name, value in element.attrib.items():
+        if name in _HREFS:
+            if not value.startswith(("#", "data:image/png;base64,")):
+                yield f"{name}={value[:40]}"
+        elif name.lower().startswith("on") or _OUTSIDE.search(value):
+            yield name
+    if _OUTSIDE.search(element.text or ""):
+        yield f"an address in {_tag(element)}"
+
+
+def _shorten(element: Element) -> None:
+    """Round coordinates, drop name spaces, and leave the family of letters to the page."""
+    element.tag = _tag(element)
+    for name in list(element.attrib):
+        value = element.attrib.pop(name)
+        if name in _NUMBERS:
+            value = _NUMBER.sub(_rounded, value)
+        if name == "style":
+            value = _FONT.sub(r"font-size: \2", value).replace("; ", ";").replace(": ", ":")
+        if name != "version":
+            element.set(name.rpartition("}")[2], value)
+    element.tail = None
+    if element.text is not None and not element.text.strip():
+        element.text = None
+
+
+def _fit(root: Element) -> None:
+    """Let the drawing be as wide as the page, at most as wide as it was drawn."""
+    width = re.match(r"[\d.]+", root.attrib.pop("width", ""))
+    root.attrib.pop("height", None)
+    if width is not None:
+        root.set("style", f"max-width:{float(width[0]) * 4 / 3:.0f}px")
+    root.set("role", "img")
+
+
+def _rounded(match: re.Match[str]) -> str:
+    return f"{float(match[0]):.{DIGITS}f}".rstrip("0").rstrip(".")
+
+
+def _tag(element: Element) -> str:
+    return str(element.tag).rpartition("}")[2]

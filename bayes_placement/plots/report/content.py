@@ -1,0 +1,279 @@
+"""What stands in a report: texts, tables, figures and moving shapes, as JSON and back."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from ..._types import InputError
+
+Cell: TypeAlias = str | float | int | None
+
+DIGITS = 6
+"""Significant digits of numbers in the data of a figure."""
+
+
+class Table(NamedTuple):
+    """A table: the names of its columns and its rows.
+
+    Parameters
+    ----------
+    columns
+        Names of the columns, with units.
+    rows
+        Cells, numbers as numbers.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as lists."""
+        return {"columns": list(self.columns), "rows": [list(row) for row in self.rows]}
+
+    @classmethod
+    def from_json(cls, stated: Mapping[str, Any]) -> "Table":
+        """Read it from lists."""
+        rows = tuple(tuple(_cell(cell) for cell in row) for row in stated["rows"])
+        return cls(tuple(str(column) for column in stated["columns"]), rows)
+
+    @classmethod
+    def of(cls, frame: pd.DataFrame, *, index: str | None = None) -> "Table":
+        """Take a data frame, with its index as a first column of the name `index`."""
+        columns = [str(column) for column in frame.columns]
+        cells = [[_cell(value) for value in row] for row in frame.itertuples(index=False)]
+        if index is not None:
+            columns = [index, *columns]
+            cells = [
+                [str(name), *row] for name, row in zip(frame.index.tolist(), cells, strict=True)
+            ]
+        return cls(tuple(columns), tuple(map(tuple, cells)))
+
+    def csv(self) -> str:
+        """Comma-separated values with a heading."""
+        frame = pd.DataFrame([list(row) for row in self.rows], columns=list(self.columns))
+        text: str = frame.to_csv(index=False, float_format=f"%.{DIGITS}g", lineterminator="\n")
+        return text
+
+
+class Text(NamedTuple):
+    """A paragraph, or a list of sentences.
+
+    Parameters
+    ----------
+    sentences
+        The sentences.
+    """
+
+    sentences: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as a list."""
+        return {"sentences": list(self.sentences)}
+
+    @classmethod
+    def from_json(cls, stated: Mapping[str, Any]) -> "Text":
+        """Read it from a list."""
+        return cls(tuple(str(sentence) for sentence in stated["sentences"]))
+
+
+class Drawing(NamedTuple):
+    """A figure as SVG, with its numbers.
+
+    Parameters
+    ----------
+    svg
+        The drawing, one `svg` element.
+    data
+        What is drawn; None where that is not known.
+    follows_theme
+        Whether its black and white are those of the page; a figure of another origin stays on a
+        light ground.
+    """
+
+    svg: str
+    data: Table | None = None
+    follows_theme: bool = False
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the drawing and its numbers."""
+        data = None if self.data is None else self.data.to_json()
+        return {"svg": self.svg, "data": data, "follows_theme": self.follows_theme}
+
+    @classmethod
+    def from_json(cls, stated: Mapping[str, Any]) -> "Drawing":
+        """Read the drawing and its numbers."""
+        data = stated["data"]
+        table = None if data is None else Table.from_json(data)
+        return cls(str(stated["svg"]), table, bool(stated["follows_theme"]))
+
+
+class MovingShapes(NamedTuple):
+    """Mode shapes that move, of one or several models beside each other.
+
+    Parameters
+    ----------
+    points
+        Points of the structure [m], three coordinates each.
+    lines
+        Pairs of numbers of points that are joined; none where the points stand alone.
+    models
+        By the name of a model, its natural frequencies [Hz] and shapes [mode, point, 3], the
+        greatest displacement of each being 1.
+    note
+        How displacements are drawn.
+    marks
+        What is marked on the structure: a `name`, where it is (`at` [m]), and its `kind`, a sensor,
+        an actuator or an effect.
+    """
+
+    points: list[list[float]]
+    lines: list[list[int]]
+    models: list[dict[str, Any]]
+    note: str
+    marks: list[dict[str, Any]]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as lists."""
+        return dict(self._asdict())
+
+    @classmethod
+    def from_json(cls, stated: Mapping[str, Any]) -> "MovingShapes":
+        """Read it from lists of numbers."""
+        models = [
+            {
+                "name": str(model["name"]),
+                "frequencies": np.asarray(model["frequencies"], float).tolist(),
+                "shapes": np.asarray(model["shapes"], float).tolist(),
+            }
+            for model in stated["models"]
+        ]
+        points = np.asarray(stated["points"], float).tolist()
+        lines = np.asarray(stated["lines"], int).tolist()
+        marks = [
+            {word: str(mark[word]) for word in ("name", "kind")}
+            | {"at": np.asarray(mark["at"], float).tolist()}
+            for mark in stated["marks"]
+        ]
+        return cls(points, lines, models, str(stated["note"]), marks)
+
+    @property
+    def data(self) -> Table:
+        """The shapes, one row for each model, mode and point."""
+        rows = tuple(
+            (model["name"], number + 1, frequency, *point, *shift)
+            for model in self.models
+            for number, (frequency, shape) in enumerate(
+                zip(model["frequencies"], model["shapes"], strict=True)
+            )
+            for point, shift in zip(self.points, shape, strict=True)
+        )
+        places, shifts = ("x [m]", "y [m]", "z [m]"), ("ux [1]", "uy [1]", "uz [1]")
+        return Table(("model", "mode", "natural frequency [Hz]", *places, *shifts), rows)
+
+
+Content: TypeAlias = Text | Table | Drawing | MovingShapes
+
+KINDS: dict[str, Any] = {
+    "text": Text,
+    "table": Table,
+    "figure": Drawing,
+    "moving_shapes": MovingShapes,
+}
+"""Kinds of content by their names in JSON."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """One piece of a report.
+
+    Parameters
+    ----------
+    section
+        Section in which it stands.
+    title
+        Its heading.
+    content
+        What is shown.
+    caption
+        One sentence that says what is to be seen.
+    tags
+        Words by which a reader filters.
+    by_user
+        Whether a user added it: a new run leaves it in place.
+    """
+
+    section: str
+    title: str
+    content: Content
+    caption: str = ""
+    tags: tuple[str, ...] = ()
+    by_user: bool = field(default=False)
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of its content."""
+        return next(name for name, kind in KINDS.items() if isinstance(self.content, kind))
+
+    @property
+    def data(self) -> Table | None:
+        """Its numbers, for a file; None for a text."""
+        if isinstance(self.content, Table):
+            return self.content
+        return None if isinstance(self.content, Text) else self.content.data
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as numbers and words for a file."""
+        return {
+            "section": self.section,
+            "title": self.title,
+            "kind": self.kind,
+            "caption": self.caption,
+            "tags": list(self.tags),
+            "by_user": self.by_user,
+            "content": self.content.to_json(),
+        }
+
+    @classmethod
+    def from_json(cls, stated: Mapping[str, Any]) -> "Item":
+        """Read it from a file.
+
+        Raises
+        ------
+        InputError
+            If its kind is not known.
+        """
+        kind = stated["kind"]
+        if kind not in KINDS:
+            raise InputError(
+                f'An item of the kind "{kind}" was given; {", ".join(KINDS)} are known, since only '
+                'these can be shown: "kind": "text".'
+            )
+        return cls(
+            section=str(stated["section"]),
+            title=str(stated["title"]),
+            content=KINDS[kind].from_json(stated["content"]),
+            caption=str(stated["caption"]),
+            tags=tags_of(stated["tags"]),
+            by_user=bool(stated["by_user"]),
+        )
+
+
+def tags_of(words: Sequence[str]) -> tuple[str, ...]:
+    """Tags without repetition, in their order."""
+    return tuple(dict.fromkeys(str(word) for word in words))
+
+
+def _cell(value: Any) -> Cell:
+    """Return a number that JSON knows, or text; None for what is not known."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool | np.bool_):
+        return str(value)
+    if isinstance(value, int | np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return None if value is None else str(value)

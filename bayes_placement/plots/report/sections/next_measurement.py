@@ -1,0 +1,74 @@
+"""What the data do not tell apart, and where to measure next so that it is decided."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from .._saved import Saved
+from .._style import drawing, legend, panels
+from .._svg import AFTER, DATA
+from ..content import Item, Table, Text
+from ..report import NEXT
+
+TAGS = ("next measurement",)
+
+
+def items(saved: Saved) -> Iterator[Item]:
+    """Say what is confounded, name the alternatives, and draw the expected gain."""
+    if saved.ledger or "alternatives" in saved.about:
+        yield Item(NEXT, "What these data do not tell apart", Text(_confounded(saved)), tags=TAGS)
+    alternatives = (
+        [(str(name), float(share)) for name, share in saved.about["alternatives"]]
+        if ("alternatives" in saved.about)
+        else []
+    )
+    if len(alternatives) > 1:
+        total = sum(share for _, share in alternatives)
+        rows = tuple((name, share / total) for name, share in alternatives)
+        table = Table(("explanation", "probability among these [1]"), rows)
+        words = "Explanations that the next measurement is to tell apart, by their odds."
+        yield Item(NEXT, "Explanations that are left", table, words, TAGS)
+    search = saved.about.get("next")
+    if search is None and "alternatives" in saved.about:
+        words = (
+            "Where to measure next was not searched for: run the command with --report, or "
+            "bayes-placement place MODEL --estimator separation."
+        )
+        yield Item(NEXT, "The next measurement", Text((words,)), tags=TAGS)
+    if search is not None:
+        yield Item(NEXT, "The next measurement", Text((str(search["sentence"]),)), tags=TAGS)
+        if search["rows"]:
+            yield _gain(search)
+
+
+def _confounded(saved: Saved) -> tuple[str, ...]:
+    pairs = saved.ledger.get("confounded", saved.about.get("confounded", []))
+    if not pairs:
+        return ("No two of the effects that were tried explain these data equally well.",)
+    return tuple(
+        f"These data do not distinguish {first} from {second}: either of them explains the data."
+        for first, second in pairs
+    )
+
+
+def _gain(search: dict[str, Any]) -> Item:
+    """Draw the gain along a line, or list the best places in space."""
+    columns = tuple(str(column) for column in search["columns"])
+    rows = tuple(tuple(row) for row in search["rows"])
+    table = Table(columns, rows)
+    if len(columns) != 3:
+        return Item(NEXT, "Expected gain", table, str(search["caption"]), TAGS)
+    numbers = np.array(sorted(rows), float)
+    figure, axes = panels(1, 1, 2.4)
+    panel = axes[0, 0]
+    at, gain, error = numbers.T
+    panel.errorbar(at, gain, 2 * error, fmt="o-", color=AFTER, markersize=3, linewidth=1)
+    best = int(np.argmax(gain))
+    style: dict[str, Any] = {"color": DATA, "markersize": 11, "linestyle": "none"}
+    panel.plot(at[best], gain[best], "*", label="best place", **style)
+    panel.set_xlabel(columns[0])
+    panel.set_ylabel("expected gain [nat]")
+    panel.set_ylim(bottom=min(0.0, float((gain - 2 * error).min())))
+    legend(figure, axes)
+    return Item(NEXT, "Expected gain", drawing(figure, table), str(search["caption"]), TAGS)

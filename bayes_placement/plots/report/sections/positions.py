@@ -1,0 +1,167 @@
+"""Where sensors, actuators and effects were recorded, and where they are inferred to be."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .._projection import Projection, draw_outline
+from .._saved import Saved
+from .._style import drawing, legend, panels
+from .._svg import AFTER, DATA, FAINT, FLOOR, INK
+from .._units import INTERVAL, summary
+from ..content import Drawing, Item, Table
+from ..report import PLACES
+
+DEVIATIONS = 2.45
+"""Deviations of an ellipse that holds 95 % of a normal distribution in the plane."""
+
+MILLIMETRE = 1e3
+"""Millimetres in a metre."""
+
+TAGS = ("structure", "placement")
+_MARKS = {"sensor": "^", "actuator": "v", "effect": "*"}
+
+
+def items(saved: Saved) -> Iterator[Item]:
+    """Draw the structure, and the deviation of every instrument from its record."""
+    places, outline = saved.group("places"), saved.group("outline")
+    if places is None or outline is None:
+        return
+    caption = (
+        "Open marks are recorded places, filled ones the inferred, with ellipses that hold 95 %; a "
+        "star is an effect that was found."
+    )
+    table = Table(_COLUMNS, tuple(_rows(places)))
+    yield Item(PLACES, "Structure", _structure(places, outline, table), caption, TAGS)
+    if _moved(places):
+        yield Item(
+            PLACES,
+            "Deviation from the record",
+            _deviations(places, table),
+            "The pale bar is the stated tolerance; the dot is the inferred place with the interval "
+            "that holds 95 %.",
+            TAGS,
+        )
+    yield Item(
+        PLACES,
+        "Positions and orientations",
+        table,
+        "Recorded and inferred coordinates; tilt is the angle of the first channel against its "
+        "record.",
+        TAGS,
+    )
+
+
+_COLUMNS = (
+    "name",
+    "kind",
+    "axis",
+    "recorded",
+    "inferred",
+    "standard deviation",
+    "95 % from",
+    "95 % to",
+    "unit",
+)
+
+
+def _rows(places: xr.Dataset) -> Iterator[tuple[Any, ...]]:
+    """One row for each coordinate that is not always the same, and for each tilt."""
+    for name in places["item"].values:
+        item = places.sel(item=name)
+        kind = str(item["kind"].item())
+        recorded = item["recorded"].values * MILLIMETRE
+        draws = item["posterior"].values * MILLIMETRE
+        for axis, word in enumerate("xyz"):
+            values = draws[:, axis]
+            if np.ptp(values) > 0 or (axis == 0 and np.isfinite(values).all()):
+                known = None if np.isnan(recorded[axis]) else float(recorded[axis])
+                yield (str(name), kind, word, known, *summary(values), "mm")
+        if np.isfinite(item["tilt"].values).all():
+            yield (str(name), kind, "tilt", 0.0, *summary(item["tilt"].values), "deg")
+
+
+def _structure(places: xr.Dataset, outline: xr.Dataset, data: Table) -> Drawing:
+    on_a_line = bool(outline.attrs["on_a_line"])
+    view = Projection.of(outline["point"].values)
+    figure, axes = panels(1, 1, 1.5 if on_a_line else 3.8)
+    panel = axes[0, 0]
+    draw_outline(panel, outline, view)
+    for name in places["item"].values:
+        _draw_item(panel, places.sel(item=name), str(name), view)
+    if on_a_line:
+        panel.set(yticks=[], ylabel="", xlabel="position along the structure [m]", aspect="auto")
+        panel.spines["left"].set_visible(False)
+        panel.set_ylim(-1.2, 1.6)
+    legend(figure, axes)
+    return drawing(figure, data)
+
+
+def _draw_item(panel: Any, item: xr.Dataset, name: str, view: Projection) -> None:
+    """Draw the record, the inferred place and its ellipse, and the direction."""
+    kind = str(item["kind"].item())
+    marker, colour = _MARKS[kind], DATA if kind == "effect" else AFTER
+    recorded, draws = item["recorded"].values, item["posterior"].values
+    shared: dict[str, Any] = {"linestyle": "none", "marker": marker}
+    if np.isfinite(recorded).all():
+        hollow: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": INK}
+        panel.plot(
+            *view.at(recorded[None]), markersize=8, label=f"{kind} as recorded", **hollow, **shared
+        )
+    if not np.isfinite(draws).all():
+        return
+    at = view.at(draws.mean(axis=0)[None])
+    label = "effect as found" if kind == "effect" else f"{kind} as inferred"
+    size = 11 if kind == "effect" else 4.5
+    panel.plot(*at, color=colour, markersize=size, label=label, **shared)
+    panel.plot(*view.ellipse(draws, DEVIATIONS), color=colour, linewidth=1)
+    panel.annotate(name, at[:, 0], (0, 9), textcoords="offset points", ha="center", fontsize=8)
+    if np.isfinite(item["direction"].values).all():
+        _draw_directions(panel, item, view, draws.mean(axis=0))
+
+
+def _draw_directions(panel: Any, item: xr.Dataset, view: Projection, at: np.ndarray) -> None:
+    """Draw the recorded direction of the first channel, and the inferred one."""
+    length = 0.12 * max(np.ptp(panel.get_xlim()), np.ptp(panel.get_ylim()))
+    for word, colour in (("direction_recorded", INK), ("direction", AFTER)):
+        ends = view.at(np.stack([at, at + length * item[word].values]))
+        panel.plot(*ends, color=colour, linewidth=1.2)
+
+
+def _moved(places: xr.Dataset) -> list[tuple[str, int]]:
+    """Coordinates that are uncertain, of instruments."""
+    return [
+        (str(name), axis)
+        for name in places["item"].values
+        for axis in range(3)
+        if str(places["kind"].sel(item=name).item()) != "effect"
+        if float(np.ptp(places["prior"].sel(item=name).values[:, axis])) > 0
+        if np.isfinite(places["posterior"].sel(item=name).values[:, axis]).all()
+    ]
+
+
+def _deviations(places: xr.Dataset, data: Table) -> Drawing:
+    """One row for each uncertain coordinate: its tolerance and where it is inferred to be."""
+    rows = _moved(places)[::-1]
+    figure, axes = panels(1, 1, 0.8 + 0.28 * len(rows))
+    panel = axes[0, 0]
+    for number, (name, axis) in enumerate(rows):
+        item = places.sel(item=name)
+        recorded = item["recorded"].values[axis]
+        prior, posterior = (
+            (item[word].values[:, axis] - recorded) * MILLIMETRE for word in ("prior", "posterior")
+        )
+        low, high = float(prior.min()), float(prior.max())
+        panel.barh(number, high - low, left=low, height=0.6, color=FAINT, label="tolerance")
+        ends = np.percentile(posterior, INTERVAL)
+        panel.plot(ends, [number, number], color=AFTER, linewidth=2.5, label="95 % interval")
+        mean: dict[str, Any] = {"color": AFTER, "markersize": 5, "linestyle": "none"}
+        panel.plot(posterior.mean(), number, "o", label="inferred", **mean)
+    panel.axvline(0.0, color=FLOOR, linewidth=0.8)
+    names = [f"{name} {'xyz'[axis]}" for name, axis in rows]
+    panel.set_yticks(range(len(rows)), names)
+    panel.set_xlabel("deviation from the recorded place [mm]")
+    legend(figure, axes)
+    return drawing(figure, data)

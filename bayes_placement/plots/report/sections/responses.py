@@ -1,0 +1,159 @@
+"""Measured and predicted responses, before and after, with the noise and the model error."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ....experiment.experiment import FORCE_LEVEL
+from .._saved import Saved
+from .._style import decade_labels, drawing, legend, panels, thinned
+from .._svg import AFTER, BEFORE, DATA, FIFTH, INK
+from ..content import Item, Table
+from ..report import RESPONSES
+
+MOST_CHANNELS = 12
+"""Channel pairs that are drawn; those with the largest error before."""
+
+DECIBEL = 20.0
+"""Decibel of a factor of ten in amplitude."""
+
+
+HALF_TURN = 180.0
+"""Jump of a phase [deg] that is none."""
+
+
+def items(saved: Saved) -> Iterator[Item]:
+    """Draw each channel pair: amplitude, phase, and the error with what explains it."""
+    fits = [saved.group(f"fit_{number}") for number in range(len(saved.models))]
+    named = {name: fit for name, fit in zip(saved.models, fits, strict=True) if fit is not None}
+    if not named:
+        return
+    channels = [_flat(fit) for fit in named.values()]
+    order = _by_error(channels[0])
+    for channel in order[:MOST_CHANNELS]:
+        pairs = {name: fit.isel(channel=channel) for name, fit in zip(named, channels, strict=True)}
+        yield _item(pairs)
+
+
+def _flat(fit: xr.Dataset) -> xr.Dataset:
+    """Put sensors, actuators and force levels into one dimension."""
+    dimensions = [word for word in ("sensor", "actuator", FORCE_LEVEL) if word in fit.dims]
+    return fit.stack(channel=dimensions, create_index=False)
+
+
+def _by_error(fit: xr.Dataset) -> list[int]:
+    """Numbers of measured channels; where there are too many, those of largest error first."""
+    error = (fit["error"] / fit["noise"]).transpose("channel", "frequency").values
+    measured = np.isfinite(error).any(axis=1)
+    numbers = np.flatnonzero(measured)
+    if len(numbers) <= MOST_CHANNELS:
+        return [int(number) for number in numbers]
+    size = np.sqrt(np.nanmean(error[numbers] ** 2, axis=1))
+    return [int(number) for number in numbers[np.argsort(-size)]]
+
+
+def _item(fits: dict[str, xr.Dataset]) -> Item:
+    first = next(iter(fits.values()))
+    title = _title(first)
+    has_phase = "measured_phase" in first
+    heights = [1.0, 0.45, 0.8] if has_phase else [1.0, 0.8]
+    figure, axes = panels(
+        len(heights), 1, 1.75, sharex=True, gridspec_kw={"height_ratios": heights}
+    )
+    colours = [BEFORE, AFTER] if len(fits) > 1 else [AFTER]
+    for (name, fit), colour in zip(fits.items(), colours, strict=True):
+        shown = fit.isel(frequency=thinned(fit.sizes["frequency"]))
+        _draw_response(axes[0, 0], shown, name, colour)
+        if has_phase:
+            _draw_phase(axes[1, 0], shown, colour)
+        _draw_error(axes[-1, 0], shown, name, colour)
+    _draw_measured(axes, first.isel(frequency=thinned(first.sizes["frequency"])), has_phase)
+    _draw_floors(axes[-1, 0], [*fits.values()][-1])
+    axes[-1, 0].set_xlabel("frequency [Hz]")
+    legend(figure, axes)
+    caption = (
+        f"Dots are measured and lines are predicted at {title}; below, an error above the noise is "
+        "what the model lacks."
+    )
+    content = drawing(figure, Table.of(_data(fits)))
+    return Item(RESPONSES, title, content, caption, ("response", "error"))
+
+
+def _title(channel: xr.Dataset) -> str:
+    level = f", {channel[FORCE_LEVEL].item():g} N" if FORCE_LEVEL in channel.coords else ""
+    return f"sensor {channel['sensor'].item()}, actuator {channel['actuator'].item()}{level}"
+
+
+def _decibel(values: Any, is_logarithm: bool) -> Any:
+    return DECIBEL * values if is_logarithm else values
+
+
+def _draw_response(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
+    unit = str(fit["predicted"].attrs["units"])
+    logarithm = unit.startswith("log10 of ")
+    values = _decibel(fit["predicted"].values, logarithm)
+    panel.plot(fit["frequency"].values, values, color=colour, linewidth=1.2, label=name)
+    panel.set_ylabel(f"dB re 1 {_bracket(unit)}" if logarithm else unit, fontsize=8)
+
+
+def _bracket(unit: str) -> str:
+    """What stands in the brackets of a unit: (m/s²)/N."""
+    return unit[unit.rfind("[") + 1 :].removesuffix("]")
+
+
+def _draw_phase(panel: Any, fit: xr.Dataset, colour: str) -> None:
+    phase = fit["predicted_phase"].values
+    jumps = np.abs(np.diff(phase, prepend=phase[:1])) > HALF_TURN
+    shown = np.where(jumps, np.nan, phase)  # no line from one end of the axis to the other
+    panel.plot(fit["frequency"].values, shown, color=colour, linewidth=1.2)
+    panel.set_ylabel("phase [deg]", fontsize=8)
+    panel.set_yticks([-180, 0, 180])
+
+
+def _draw_measured(axes: np.ndarray, fit: xr.Dataset, has_phase: bool) -> None:
+    """Draw what was measured, above the lines."""
+    style: dict[str, Any] = {"color": DATA, "markersize": 2.4, "linestyle": "none", "zorder": 5}
+    logarithm = str(fit["measured"].attrs["units"]).startswith("log10 of ")
+    lines, values = fit["frequency"].values, _decibel(fit["measured"].values, logarithm)
+    axes[0, 0].plot(lines, values, "o", label="measured", **style)
+    if has_phase:
+        axes[1, 0].plot(lines, fit["measured_phase"].values, "o", **style)
+
+
+def _draw_error(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
+    values = np.where(fit["error"].values > 0, fit["error"].values, np.nan)
+    panel.plot(fit["frequency"].values, values, color=colour, linewidth=0.8)
+    panel.set_yscale("log")
+    unit = str(fit["error"].attrs["units"])
+    short = "log10 of ratio" if unit.startswith("log10") else _bracket(unit)
+    panel.set_ylabel(f"error [{short}]", fontsize=8)
+    decade_labels(panel)
+
+
+def _draw_floors(panel: Any, fit: xr.Dataset) -> None:
+    """Draw what an error of a correct model is made of."""
+    shown = fit.isel(frequency=thinned(fit.sizes["frequency"]))
+    lines = shown["frequency"].values
+    panel.plot(lines, shown["noise"].values, color=INK, linewidth=1, label="noise")
+    if float(shown["model_error"].max()) > 0:
+        values = shown["model_error"].values
+        panel.plot(lines, values, "--", color=FIFTH, linewidth=1, label="model error")
+
+
+def _data(fits: dict[str, xr.Dataset]) -> pd.DataFrame:
+    """All numbers of a channel pair, one row a line."""
+    first = next(iter(fits.values()))
+    unit = first["measured"].attrs["units"]
+    columns = {"frequency [Hz]": first["frequency"].values, f"measured, {unit}": first["measured"]}
+    if "measured_phase" in first:
+        columns["measured phase [deg]"] = first["measured_phase"]
+    for name, fit in fits.items():
+        columns[f"{name}: predicted"] = fit["predicted"]
+        if "predicted_phase" in fit:
+            columns[f"{name}: phase [deg]"] = fit["predicted_phase"]
+        for word in ("error", "noise", "model_error"):
+            columns[f"{name}: {word.replace('_', ' ')}"] = fit[word]
+    return pd.DataFrame({name: np.asarray(values) for name, values in columns.items()})

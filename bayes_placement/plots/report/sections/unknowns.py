@@ -1,0 +1,122 @@
+"""Prior and posterior of every unknown, with units."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ....inference.estimates import scalars
+from .._saved import Saved
+from .._style import drawing, legend, panels
+from .._svg import AFTER, FLOOR
+from .._units import INTERVAL, Scale, scale_of, summary
+from ..content import Item, Table
+from ..report import UNKNOWNS
+
+COLUMNS, MOST_PANELS = 3, 24
+BINS = 30
+
+TAGS = ("unknowns",)
+
+
+class _Unknown(NamedTuple):
+    """Draws of one number in the unit in which it is told."""
+
+    name: str
+    role: str
+    scale: Scale
+    prior: np.ndarray
+    posterior: np.ndarray
+
+
+def items(saved: Saved) -> Iterator[Item]:
+    """List every unknown, and draw what the data say of it."""
+    prior, posterior = saved.group("prior"), saved.group("posterior")
+    if prior is None:
+        return
+    unknowns = list(_unknowns(prior, posterior))
+    if not unknowns:
+        return
+    yield Item(
+        UNKNOWNS,
+        "Every unknown",
+        _table(unknowns),
+        "What was known before, and what the data say: mean, standard deviation, and the interval "
+        "that holds 95 %.",
+        TAGS,
+    )
+    drawn = [unknown for unknown in unknowns if unknown.posterior.size][:MOST_PANELS]
+    if drawn:
+        yield _densities(drawn)
+
+
+def _unknowns(prior: xr.Dataset, posterior: xr.Dataset | None) -> Iterator[_Unknown]:
+    known = {} if posterior is None else {str(name): posterior[name] for name in posterior}
+    for name, draws in prior.data_vars.items():
+        role, unit = str(draws.attrs["role"]), str(draws.attrs["units"])
+        after = dict(scalars(str(name), known[str(name)].values)) if str(name) in known else {}
+        for word, before in scalars(str(name), draws.values):
+            scale = scale_of(word, unit)
+            drawn = np.ravel(after.get(word, np.zeros(0))) * scale.factor
+            yield _Unknown(word, role, scale, np.ravel(before) * scale.factor, drawn)
+
+
+def _table(unknowns: list[_Unknown]) -> Table:
+    columns = (
+        "unknown",
+        "unit",
+        "prior from",
+        "prior to",
+        "mean",
+        "standard deviation",
+        "95 % from",
+        "95 % to",
+        "for",
+    )
+    rows = []
+    for unknown in unknowns:
+        before = [float(f"{end:.3g}") for end in np.percentile(unknown.prior, INTERVAL)]
+        after: tuple[Any, ...] = (None,) * 4
+        if unknown.posterior.size:
+            after = summary(unknown.posterior)
+        rows.append(
+            (unknown.name, unknown.scale.unit, *before, *after, unknown.role.removesuffix(" h"))
+        )
+    return Table(columns, tuple(rows))
+
+
+def _densities(unknowns: list[_Unknown]) -> Item:
+    columns = min(COLUMNS, len(unknowns))
+    figure, axes = panels(-(-len(unknowns) // columns), columns, 1.6)
+    for panel, unknown in zip(axes.flat, unknowns, strict=False):
+        _draw(panel, unknown)
+    for panel in axes.flat[len(unknowns) :]:
+        panel.set_axis_off()
+    legend(figure, axes)
+    rows = [
+        pd.DataFrame({"unknown": unknown.name, "unit": unknown.scale.unit, "draw": thinned})
+        for unknown in unknowns
+        for thinned in [unknown.posterior[:: -(-unknown.posterior.size // 200)]]
+    ]
+    data = Table.of(pd.concat(rows))
+    caption = (
+        "Prior (grey) and posterior (blue); where the posterior is narrow, the axis shows it alone."
+    )
+    return Item(UNKNOWNS, "Prior and posterior", drawing(figure, data), caption, TAGS)
+
+
+def _draw(panel: Any, unknown: _Unknown) -> None:
+    prior, posterior = unknown.prior, unknown.posterior
+    for draws, colour, label in ((prior, FLOOR, "prior"), (posterior, AFTER, "posterior")):
+        density, edges = np.histogram(draws, bins=BINS, density=True)
+        panel.stairs(density, edges, fill=True, color=colour, alpha=0.55, label=label)
+    low, high = float(posterior.min()), float(posterior.max())
+    if high - low < 0.2 * np.ptp(prior):
+        margin = 0.6 * (high - low) or 0.05 * np.ptp(prior)
+        panel.set_xlim(low - margin, high + margin)
+    panel.set_yticks([])
+    panel.locator_params(axis="x", nbins=4)
+    panel.set_title(unknown.name, fontsize=8)
+    panel.set_xlabel("" if unknown.scale.unit == "1" else unknown.scale.unit, fontsize=8)

@@ -1,0 +1,108 @@
+"""The verdict, and the tables that it rests on."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from .._saved import Saved
+from .._units import rounded, scale_of
+from ..content import Cell, Item, Table, Text
+from ..report import ERROR, NEXT, SUSPICION, UNKNOWNS, VERDICT
+
+_TABLES = {
+    "explanation.csv": (
+        VERDICT,
+        "Candidates",
+        "Every kind of effect with its probability and the misfit that it leaves.",
+        ("effect",),
+    ),
+    "misfit.csv": (
+        ERROR,
+        "Misfit by group",
+        "Misfit of all data and of every sensor, actuator and band: chi2 per datum of a correct "
+        "model is as expected, give or take the spread.",
+        ("error",),
+    ),
+    "compared.csv": (
+        SUSPICION,
+        "Hypotheses that were fitted",
+        "Every combination of effects that was fitted; odds count how many there are of a kind.",
+        ("effect",),
+    ),
+    "cross_check.csv": (
+        UNKNOWNS,
+        "Methods beside each other",
+        "What each method says, with the standard error of the computation.",
+        ("unknowns",),
+    ),
+    "placements.csv": (
+        NEXT,
+        "Placements that were tried",
+        "Positions with their expected information gain [nat], the best first.",
+        ("next measurement",),
+    ),
+}
+"""Tables of a run by the names of their files: section, title, caption, tags."""
+
+MOST_ROWS = 25
+"""Rows of a table of a run that are shown; the file has all."""
+
+
+def verdict(saved: Saved) -> str:
+    """Return the answer of a run in one sentence; empty where none was kept."""
+    return str(saved.about.get("verdict", ""))
+
+
+def items(saved: Saved) -> Iterator[Item]:
+    """Say what was found, and show the steps."""
+    sentences = tuple(str(sentence) for sentence in saved.about.get("sentences", []))
+    if sentences:
+        yield Item(VERDICT, "What was found", Text(sentences), tags=("verdict",))
+    if saved.ledger:
+        yield Item(
+            VERDICT,
+            "Steps",
+            _steps(saved.ledger["steps"]),
+            "The model as given, then with one more effect each time: chi2 per datum of a correct "
+            "model is 1; held out is the mean log density [nat] of data that were not fitted.",
+            ("verdict", "error"),
+        )
+
+
+def tables(saved: Saved) -> Iterator[Item]:
+    """Show the tables that the run wrote."""
+    for name, (section, title, caption, tags) in _TABLES.items():
+        frame = saved.table(name)
+        if frame is not None:
+            frame.columns = frame.columns.str.replace("_", " ").str.replace("Unnamed: 0", "")
+            table = Table.of(frame.head(MOST_ROWS))
+            more = f" {len(frame) - MOST_ROWS} more rows are in {name}."
+            words = caption + (more if len(frame) > MOST_ROWS else "")
+            yield Item(section, title, table, words, tags)
+
+
+def _steps(steps: list[dict[str, Any]]) -> Table:
+    columns = ("added", "chi2 per datum", "p", "log evidence", "held out [nat]", "what it is")
+    rows: list[tuple[Cell, ...]] = [
+        (
+            step["added"] or "as given",
+            step["chi2_per_datum"],
+            step["p_value"],
+            step["log_evidence"],
+            step["held_out"],
+            ", ".join(filter(None, (step["setting"], *_parameters(step), step["remark"]))),
+        )
+        for step in steps
+    ]
+    return Table(columns, tuple(rows))
+
+
+def _parameters(step: dict[str, Any]) -> Iterator[str]:
+    """Say what is known of the effect that was added: each number with its deviation."""
+    for name, estimate in step["parameters"].items():
+        owner, _, word = name.partition(f"effects.{step['added']}.")
+        if word and owner in ("structure.", "", "instrument_") and estimate["mean"] is not None:
+            scale = scale_of(name, str(estimate["unit"]))
+            spread = scale.factor * (estimate["standard_deviation"] or 0.0)
+            mean = rounded(scale.factor * estimate["mean"], spread)
+            unit = "" if scale.unit == "1" else f" {scale.unit}"
+            yield f"{word} {mean:.12g} ± {spread:.2g}{unit}"

@@ -1,0 +1,111 @@
+"""The report of a run, from the folder of its results."""
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+
+from ._saved import Saved, runs, saved
+from ._style import look
+from .report import Chapter, Report, json_of
+from .sections import (
+    error,
+    mode_shapes,
+    next_measurement,
+    positions,
+    remarks,
+    responses,
+    suspicion,
+    unknowns,
+    verdict,
+)
+
+PAGE = "report.html"
+"""Name of the page in the folder of a run."""
+
+_SECTIONS = (
+    verdict.items,
+    error.items,
+    responses.items,
+    suspicion.items,
+    verdict.tables,
+    next_measurement.items,
+    unknowns.items,
+    positions.items,
+    mode_shapes.items,
+    remarks.warnings,
+    remarks.settings,
+)
+
+
+def write_report(
+    folder: str | Path,
+    *,
+    to: str | Path | None = None,
+    label: str | None = None,
+    title: str | None = None,
+    comments: Sequence[str] = (),
+) -> Path:
+    """Write the report of a run, from what the run left in its folder.
+
+    Where the report is there already, it keeps its other chapters and all comments: the results of
+    a second state, or of a week later, are added.
+
+    Parameters
+    ----------
+    folder
+        Folder of the results of `check`, `explain`, `improve`, `update` or `place`; or of several
+        states, with a folder for each.
+    to
+        The page; `report.html` in the folder by default. The same as JSON stands beside it.
+    label
+        Name of these results in the report; the name of the folder by default.
+    title
+        Title of the page; as it was, or the name of the folder.
+    comments
+        Words to be added.
+
+    Returns
+    -------
+    Path
+        The page.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such folder.
+    InputError
+        If it holds no results, or the page is of another kind.
+    """
+    source = Path(folder)
+    target = source / PAGE if to is None else Path(to)
+    is_there = json_of(target).is_file()
+    report = Report.read(target) if is_there else Report(_title(source))
+    if title is not None:
+        report.title = title
+    for name, part in _parts(source, label):
+        report.put(_chapter(name, saved(part)))
+    for comment in comments:
+        report.add_text(comment)
+    return report.write(target)
+
+
+def _title(folder: Path) -> str:
+    """Name of the model and of the folder."""
+    models = dict.fromkeys(Path(run["model"]["path"]).stem for run in runs(folder).values())
+    return ", ".join([*models, folder.resolve().name])
+
+
+def _parts(folder: Path, label: str | None) -> list[tuple[str, Path]]:
+    """Folders of results and their names in the report; of several states, one each."""
+    name = label or folder.resolve().name
+    states = sorted(folder.glob("state_*/ledger.json"))
+    if not states:
+        return [(name, folder)]
+    return [(f"{name}, {state.parent.name.replace('_', ' ')}", state.parent) for state in states]
+
+
+def _chapter(label: str, of: Saved) -> Chapter:
+    """All sections of a run, drawn as figures of a report look."""
+    with look():
+        items = list(itertools.chain.from_iterable(section(of) for section in _SECTIONS))
+    return Chapter(label, verdict.verdict(of), items)
