@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from .._types import PackageError
 from ..design import information
 from ..design.information.estimator import Estimator
-from ..design.place import Placement, place
+from ..design.place import place
 from ..design.planned import planned
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.resized import with_lines
@@ -21,11 +22,11 @@ from ._positions_to_try import can_be_at, positions_on
 LINES, PLACES = 12, 15
 """Frequency lines and places of the search: few, since a person waits for the report."""
 
-SECONDS = 10.0
-"""Time after which no further place is tried [s]."""
+GROUPS = 3
+"""Groups in which the places are tried, each of them all over the structure."""
 
-FIRST = 3
-"""Places that are tried at first, to see how long it takes."""
+SECONDS = 6.0
+"""Time after which no further group is tried [s]."""
 
 
 def next_measurement(
@@ -70,38 +71,41 @@ def _only(sentence: str) -> dict[str, Any]:
     return {"sentence": sentence, "columns": [], "rows": [], "caption": ""}
 
 
-def _search(experiment: Experiment, sensor: str, estimator: Estimator) -> Placement:
-    """Try some places, then as many more as the time allows."""
+def _search(experiment: Experiment, sensor: str, estimator: Estimator) -> pd.DataFrame:
+    """Try places in groups, each spread over the structure, as long as the time allows.
+
+    Groups of one size share their compiled program, and all places their random points.
+    """
     positions = [
         at
         for at in positions_on(experiment, PLACES)
         if can_be_at(experiment, experiment.sensor[sensor], at)
     ]
-    began = time.perf_counter()
-    best = place(
-        experiment, {sensor: positions[:: max(1, len(positions) // FIRST)]}, estimator=estimator
-    )
-    taken = time.perf_counter() - began
-    if taken * len(positions) / max(1, len(best.table)) > SECONDS:
-        return best
-    return place(experiment, {sensor: positions}, estimator=estimator)
+    began, tables = time.perf_counter(), list[pd.DataFrame]()
+    for number in range(GROUPS):
+        group = positions[number::GROUPS]
+        if group and (not tables or time.perf_counter() - began < SECONDS):
+            tables.append(place(experiment, {sensor: group}, estimator=estimator).table)
+    return pd.concat(tables).sort_values("information_gain", ascending=False)
 
 
-def _in_words(best: Placement, sensor: str, alternatives: Sequence[Alternative]) -> dict[str, Any]:
-    axes = [column for column in map(str, best.table) if column.partition(".")[0] == sensor]
-    where = position_text(np.round(best.positions[sensor], 4))
-    gain = f"{best.information_gain:.2g} ± {best.information_gain_se:.1g} nat"
+def _in_words(
+    table: pd.DataFrame, sensor: str, alternatives: Sequence[Alternative]
+) -> dict[str, Any]:
+    axes = [column for column in map(str, table) if column.partition(".")[0] == sensor]
+    best = table.iloc[0]
+    where = position_text(np.round(best[axes].to_numpy(float).squeeze(), 4))
     shares = np.array([alternative.probability for alternative in alternatives])
     shares /= shares.sum()
     entropy = float(-(shares * np.log(shares)).sum())
+    gain = f"{best['information_gain']:.2g} ± {best['information_gain_se']:.1g} nat"
     names = " and ".join(alternative.name for alternative in alternatives[:2])
-    what = f"tells {names} apart best: {gain} of the {entropy:.2g} nat that decide"
-    table = best.table[[*axes, "information_gain", "information_gain_se"]]
+    shown = table[[*axes, "information_gain", "information_gain_se"]]
     return {
         "sentence": f"With {sensor} at {where} m, and all else where it is, one more measurement "
-        f"{what}.",
+        f"tells {names} apart best: {gain} of the {entropy:.2g} nat that decide.",
         "columns": [*(f"{axis} [m]" for axis in axes), "expected gain [nat]", "its error [nat]"],
-        "rows": table.to_numpy(float).tolist(),
+        "rows": shown.to_numpy(float).tolist(),
         "caption": f"Expected gain of one more measurement with {sensor} moved; its tolerance "
         "counts, bars are two standard errors.",
     }

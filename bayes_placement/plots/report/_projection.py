@@ -62,11 +62,22 @@ def draw_outline(panel: Any, outline: xr.Dataset, view: Projection) -> None:
     points = view.at(outline["point"].values)
     lines = outline["line"].values
     if not len(lines):
-        panel.plot(*points[:, :: -(-points.shape[1] // MOST_LINES)], ".", color=FAINT, markersize=3)
+        panel.plot(
+            *points[:, :: -(-points.shape[1] // MOST_LINES)],
+            ".",
+            color=FAINT,
+            markersize=3,
+            zorder=0,
+        )
     else:
         ends = points[:, lines[:: -(-len(lines) // MOST_LINES)]]
         gaps = np.full((2, ends.shape[1], 1), np.nan)
-        panel.plot(*np.concatenate([ends, gaps], axis=2).reshape(2, -1), color=FAINT, linewidth=0.8)
+        panel.plot(
+            *np.concatenate([ends, gaps], axis=2).reshape(2, -1),
+            color=FAINT,
+            linewidth=0.8,
+            zorder=0,
+        )
     panel.set_aspect("equal")
     panel.set_xlabel(view.words[0])
     panel.set_ylabel(view.words[1])

@@ -117,7 +117,8 @@ def _draw_item(panel: Any, item: xr.Dataset, name: str, view: Projection) -> Non
     size = 11 if kind == "effect" else 4.5
     panel.plot(*at, color=colour, markersize=size, label=label, **shared)
     panel.plot(*view.ellipse(draws, DEVIATIONS), color=colour, linewidth=1)
-    panel.annotate(name, at[:, 0], (0, 9), textcoords="offset points", ha="center", fontsize=8)
+    near: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 8}
+    panel.annotate(name, at[:, 0], (0, -17 if kind == "effect" else 9), **near)
     if np.isfinite(item["direction"].values).all():
         _draw_directions(panel, item, view, draws.mean(axis=0))
 
