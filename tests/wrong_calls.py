@@ -795,6 +795,18 @@ CALLS = {
         lambda: bp.io.netcdf.write(3, "result.nc"),
         "result=3 was given; a tree of results is needed, as bp.infer and",
     ),
+    "report table": (
+        lambda: bp.plots.report.Report().add_table([[1]]),
+        "table=list of 1 was given; a data frame is needed, since its columns become those of",
+    ),
+    "report figure": (
+        lambda: bp.plots.report.Report().add_figure(3),
+        "figure=3 was given; a figure of matplotlib or the text of an SVG file is needed, since",
+    ),
+    "report text": (
+        lambda: bp.plots.report.Report().add_text(3),
+        "add_text was given 3; a text or a list of sentences is needed, since it is shown as",
+    ),
     "improve one state": (
         lambda: bp.improve(experiment(), {"new": measurement()}),
         "1 states by label were given; at least two are needed and no baseline, since the first",

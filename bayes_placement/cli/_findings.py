@@ -1,6 +1,6 @@
 """What each command leaves for its report, beside its tables and figures."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -88,7 +88,7 @@ def of_posterior(
         "sentences": list(sentences),
         "warnings": [list(pair) for pair in warnings],
     }
-    model = Model("best draw of the posterior", experiment, _best(posterior))
+    model = Model("best draw of the posterior", experiment, _best(experiment, posterior))
     return findings([model], draws_of(posterior) or {}, measurement, about)
 
 
@@ -104,12 +104,17 @@ def of_check(
     return of_posterior(posterior, experiment, measurement, said, warned, "check")
 
 
-def _best(posterior: xr.DataTree) -> Mapping[str, float]:
-    """Values of all unknowns at the draw of greatest likelihood, elements of arrays one by one."""
+def _best(experiment: Experiment, posterior: xr.DataTree) -> dict[str, float]:
+    """Values of all unknowns at the draw of greatest likelihood, elements of arrays one by one.
+
+    Positions that the inference integrated, and did not draw, are where they were recorded.
+    """
     total = posterior["sample_stats"].to_dataset()["log_likelihood_total"].values
     chain, draw = np.unravel_index(int(np.nanargmax(total)), total.shape)
+    drawn = posterior["posterior"].to_dataset().data_vars.items()
+    values = {str(name): draws.values[chain, draw] for name, draws in drawn}
     return {
-        name: float(values[chain, draw])
-        for variable, draws in posterior["posterior"].to_dataset().data_vars.items()
-        for name, values in scalars(str(variable), draws.values)
+        word: float(value[0, 0])
+        for name, known in (experiment.nominal_values() | values).items()
+        for word, value in scalars(name, np.asarray(known)[None, None])
     }

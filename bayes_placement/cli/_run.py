@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from .._files import write_atomically, write_json
 from ..inference.record import now, versions
 from ..io import netcdf
+from ..plots.report import write_report
 from ._errors import MODEL_FAILS
 from ._result_folder import RECORD, ResultFolder, identified, records, source_of
 from ._terminal import Screen
@@ -37,6 +38,8 @@ class Run:
         Folder of what the runs of one model share.
     record
         What it was given, and what it has written so far; the content of `run.json`.
+    with_report
+        Whether its report is written as well.
     began
         When it began [s].
     """
@@ -46,6 +49,7 @@ class Run:
     folder: Path
     shared: Path
     record: dict[str, Any]
+    with_report: bool = False
     began: float = field(default_factory=time.perf_counter)
 
     @property
@@ -117,6 +121,11 @@ class Run:
         seconds = time.perf_counter() - self.began
         self.record.update(finished=True, verdict=verdict, exit_code=code, seconds=seconds)
         self._write_record()
+        if self.with_report:
+            page = write_report(self.top)
+            self._note(page.name)
+            self._note(page.with_suffix(".json").name)
+            screen.text(f"Report to hand on: {page}")
         screen.verdict(f"Results are in {self.top}/")
         screen.json({**self.record, "folder": str(self.top), "result": result})
         return code
@@ -150,11 +159,14 @@ class Output(NamedTuple):
         Folder of the results, which is there.
     quiet, as_json
         See `Screen`.
+    report
+        Whether the report of the run is written as well.
     """
 
     folder: ResultFolder
     quiet: bool = False
     as_json: bool = False
+    report: bool = False
 
     @property
     def screen(self) -> Screen:
@@ -198,7 +210,7 @@ class Output(NamedTuple):
             "files": [],
         }
         folder = self.folder.path
-        return Run(command, folder, folder, self.folder.shared, record)
+        return Run(command, folder, folder, self.folder.shared, record, self.report)
 
 
 def _plain(value: Any) -> Any:

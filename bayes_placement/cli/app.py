@@ -11,6 +11,7 @@ import typer
 
 from ._errors import errors_in_words
 from ._names import EngineName, EstimatorName, FitEngineName, MarginalName, SearchName
+from ._report_command import report
 
 if TYPE_CHECKING:
     from ._run import Output
@@ -144,6 +145,13 @@ Quiet = Annotated[
 AsJson = Annotated[
     bool, typer.Option("--json", help="Answer with one object of JSON on standard output.")
 ]
+WriteReport = Annotated[
+    bool,
+    typer.Option(
+        "--report",
+        help="Write report.html as well, with where to measure next: one file to hand on.",
+    ),
+]
 Seed = Annotated[int, typer.Option(help="The same seed gives the same result.")]
 NoCache = Annotated[
     bool,
@@ -202,12 +210,13 @@ def update(
     out: Out = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
+    report: WriteReport = False,
     seed: Seed = 0,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
     """Infer what measured FRFs say about a model's parameters, with placement unknown."""
-    common = Common(model, "update", out, quiet, as_json, no_cache, traceback)
+    common = Common(model, "update", out, quiet, as_json, report, no_cache, traceback)
     with _prepared(common) as output:
         from . import update
 
@@ -224,12 +233,13 @@ def check(
     out: Out = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
+    report: WriteReport = False,
     seed: Seed = 0,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
     """Say whether a model explains measured FRFs; if not, at which sensor, in which band."""
-    common = Common(model, "check", out, quiet, as_json, no_cache, traceback)
+    common = Common(model, "check", out, quiet, as_json, report, no_cache, traceback)
     with _prepared(common) as output:
         from . import check
 
@@ -248,11 +258,12 @@ def explain(
     out: Out = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
+    report: WriteReport = False,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
     """Say which physical effect a model lacks, with a probability for each."""
-    common = Common(model, "explain", out, quiet, as_json, no_cache, traceback)
+    common = Common(model, "explain", out, quiet, as_json, report, no_cache, traceback)
     with _prepared(common) as output:
         from . import _missing_effects, explain
 
@@ -276,11 +287,12 @@ def improve(
     out: Out = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
+    report: WriteReport = False,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
     """Add what a model lacks, effect by effect, until only the noise is left."""
-    common = Common(model, "improve", out, quiet, as_json, no_cache, traceback)
+    common = Common(model, "improve", out, quiet, as_json, report, no_cache, traceback)
     with _prepared(common) as output:
         from . import _missing_effects, improve
 
@@ -324,12 +336,13 @@ def place(
     out: Out = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
+    report: WriteReport = False,
     seed: Seed = 0,
     no_cache: NoCache = False,
     traceback: Traceback = False,
 ) -> None:
     """Say where sensors and actuators tell most about the parameters, tolerances included."""
-    common = Common(model, "place", out, quiet, as_json, no_cache, traceback)
+    common = Common(model, "place", out, quiet, as_json, report, no_cache, traceback)
     with _prepared(common) as output:
         from . import place
 
@@ -346,6 +359,9 @@ def place(
             seed=seed,
         )
         _end(place.run(model, data, options, output))
+
+
+app.command()(report)
 
 
 def _end(code: int) -> None:
@@ -366,6 +382,7 @@ class Common(NamedTuple):
     out: Path | None
     quiet: bool
     as_json: bool
+    report: bool
     no_cache: bool
     traceback: bool
 
@@ -388,4 +405,4 @@ def _prepared(options: Common) -> Iterator["Output"]:
         with result_folder(options.model, options.command, options.out) as folder:
             from ._run import Output
 
-            yield Output(folder, options.quiet, options.as_json)
+            yield Output(folder, options.quiet, options.as_json, options.report)

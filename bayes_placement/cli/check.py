@@ -9,6 +9,7 @@ from ..criticism.check.misfit import Misfit
 from ..inference.results import warnings_of
 from ..plots import misfit as plots
 from ..plots import posterior as posterior_plots
+from ._findings import FINDINGS, of_check
 from ._inputs import infer_posterior, named_method, read_inputs
 from ._run import Output, Run
 
@@ -63,6 +64,7 @@ def run(
     told = {misfit.verdict(), *inputs.data_faults}
     screen.list(sentence for sentence in sentences if sentence not in told)
     _write(posterior, misfit, sentences, run)
+    run.tree(FINDINGS, of_check(posterior, misfit, inputs.experiment, inputs.measurement))
     return run.finish(screen, misfit.verdict(), {"sentences": sentences}, passed=misfit.passed)
 
 

@@ -2,8 +2,9 @@
 
 from ..criticism.missing.explain import explain
 from ..criticism.missing.ranking import Ranking
-from ..experiment.experiment import Experiment
 from ..plots import ledger as plots
+from ._findings import FINDINGS, of_result
+from ._inputs import Inputs
 from ._missing_effects import Request
 from ._run import Run
 
@@ -16,18 +17,20 @@ def run(request: Request) -> int:
     inputs.screen.verdict(verdict)
     inputs.screen.table(ranking.table(), "effect")
     inputs.screen.list(further)
-    _write(ranking, inputs.experiment, inputs.run)
+    _write(ranking, inputs, inputs.run)
     return inputs.run.finish(inputs.screen, verdict, ranking.to_json())
 
 
-def _write(ranking: Ranking, experiment: Experiment, run: Run) -> None:
+def _write(ranking: Ranking, inputs: Inputs, run: Run) -> None:
     table = ranking.table()
     run.json("explanation.json", ranking.to_json())
     run.table("explanation.csv", table)
     run.report("explanation.txt", table, ranking.words())
     run.table("suspicion.csv", ranking.suspicion, index=False)
     figures = {
-        "suspicion.png": plots.suspicion(ranking, experiment=experiment),
+        "suspicion.png": plots.suspicion(ranking, experiment=inputs.experiment),
         "probabilities.png": plots.probabilities(ranking),
     }
     run.figures(figures)
+    found = (inputs.experiment, inputs.measurement, inputs.data_faults)
+    run.tree(FINDINGS, of_result(ranking, *found, with_next=run.with_report))

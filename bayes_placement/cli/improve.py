@@ -9,6 +9,7 @@ from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.states import LedgerOfStates
 from ..experiment.experiment import Experiment, Measurements
 from ..plots import ledger as plots
+from ._findings import FINDINGS, of_result
 from ._inputs import Inputs
 from ._missing_effects import Request
 from ._run import Run
@@ -85,3 +86,5 @@ def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
         FITS: plots.before_and_after(fits),
     }
     run.figures(figures)
+    found = (inputs.experiment, inputs.measurement, inputs.data_faults)
+    run.tree(FINDINGS, of_result(ledger, *found, with_next=run.with_report))

@@ -14,9 +14,11 @@ from ..experiment.experiment import Measurements
 from ..inference import cross_check
 from ..inference import summary as summaries
 from ..inference.report import Report, numbers, report
+from ..inference.results import warnings_of
 from ..io._gate import files_read
 from ..io.model import Study
 from ..plots import posterior as plots
+from ._findings import FINDINGS, of_posterior
 from ._inputs import (
     infer_posterior,
     named_method,
@@ -89,7 +91,7 @@ def run(
         if left or number:  # one result alone is shown below what it says
             _show(screen, method.name, result)
             screen.text(f"Left to do: {', '.join(left)}." if left else "")
-    return _conclude(screen, run, results, study, possible.left_out)
+    return _conclude(screen, run, results, study._replace(measurement=measurement), possible.left_out)
 
 
 def _chosen_methods(
@@ -150,7 +152,15 @@ def _conclude(screen: Screen, run: Run, results: Results, study: Study, left_out
     _write(results, comparison, study.truth, run)
     table = summaries.numbers(rows).reset_index().to_dict("records")
     told = {"parameters": table, "sentences": [*comparison.words(), *peaks], "left_out": left_out}
+    sentences = [verdict, *comparison.words()[:-1], *peaks, *left_out]
+    found = (study.experiment, study.measurement, sentences, _warned(results), "update")
+    run.tree(FINDINGS, of_posterior(first, *found))
     return run.finish(screen, verdict, told)
+
+
+def _warned(results: Results) -> list[list[str]]:
+    """What each method warns of."""
+    return [[name, line] for name, result in results.items() for line in warnings_of(result)]
 
 
 def _verdict(rows: list[summaries.UnknownSummary], method: str) -> str:

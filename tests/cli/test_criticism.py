@@ -81,6 +81,7 @@ def hidden(tmp_path_factory):
 FILES = {
     "check": [
         "discrepancy.png",
+        "findings.nc",
         "measured_against_band.png",
         "misfit.csv",
         "misfit.txt",
@@ -91,6 +92,7 @@ FILES = {
         "explanation.csv",
         "explanation.json",
         "explanation.txt",
+        "findings.nc",
         "probabilities.png",
         "run.json",
         "suspicion.csv",
@@ -100,6 +102,7 @@ FILES = {
         "before_and_after.png",
         "compared.csv",
         "error_falls.png",
+        "findings.nc",
         "ledger.json",
         "ledger.txt",
         "probabilities.png",

@@ -80,6 +80,7 @@ def test_help_answers_without_loading_anything_heavy():
 def test_a_run_writes_result_tables_and_figures(first):
     folder, _ = first
     assert sorted(path.name for path in (folder / "out").iterdir()) == [
+        "findings.nc",
         "measured_against_band.png",
         "parameters.csv",
         "parameters.png",

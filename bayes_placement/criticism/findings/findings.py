@@ -121,7 +121,8 @@ def findings(
         "outline": outline_of(last),
     }
     for number, model in enumerate(models):
-        groups[f"fit_{number}"] = fit(model.experiment, measurement, model.values)
+        if model.experiment.noise is not None:
+            groups[f"fit_{number}"] = fit(model.experiment, measurement, model.values)
         groups[f"shapes_{number}"] = shapes(model.experiment, model.values, groups["outline"])
     tree = xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
     words = dict(about) | {

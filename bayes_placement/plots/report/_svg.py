@@ -41,7 +41,7 @@ _RULE = "*{stroke-linejoin: round"
 _HREFS = ("href", "{http://www.w3.org/1999/xlink}href")
 _NUMBER = re.compile(rf"-?\d+\.\d{{{DIGITS + 1},}}(?:e-?\d+)?")
 _NUMBERS = ("d", "x", "y", "transform", "points", "width", "height")
-_FONT = re.compile(r"font: (?:(\w+) )?([\d.]+px) [^;]*")
+_FONT = re.compile(r"font: (?:\w+ )*([\d.]+px) [^;]*|font-family: [^;]*;? ?")
 _OUTSIDE = re.compile(r"(?i)(url\(\s*['\"]?(?!#)|@import|expression\(|javascript:|https?:)")
 
 
@@ -147,7 +147,7 @@ def _shorten(element: Element) -> None:
         if name in _NUMBERS:
             value = _NUMBER.sub(_rounded, value)
         if name == "style":
-            value = _FONT.sub(r"font-size: \2", value).replace("; ", ";").replace(": ", ":")
+            value = _FONT.sub(_size_alone, value).replace("; ", ";").replace(": ", ":")
         if name != "version":
             element.set(name.rpartition("}")[2], value)
     element.tail = None
@@ -162,6 +162,11 @@ def _fit(root: Element) -> None:
     if width is not None:
         root.set("style", f"max-width:{float(width[0]) * 4 / 3:.0f}px")
     root.set("role", "img")
+
+
+def _size_alone(match: re.Match[str]) -> str:
+    """Size of letters; their family is that of the page."""
+    return f"font-size: {match[1]}" if match[1] else ""
 
 
 def _rounded(match: re.Match[str]) -> str:

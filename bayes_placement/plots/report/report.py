@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from ..._files import write_atomically
-from ..._types import InputError, check_kind
+from ..._types import InputError, check_kind, shown
 from ._svg import checked_svg, svg_of
 from .content import Content, Drawing, Item, Table, Text, tags_of
 
@@ -146,13 +146,16 @@ class Report:
         InputError
             If it is no text.
         """
-        sentences = (text,) if isinstance(text, str) else tuple(text)
-        if not sentences or not all(isinstance(sentence, str) for sentence in sentences):
+        sentences = (text,) if isinstance(text, str) else text
+        are_words = isinstance(sentences, list | tuple) and all(
+            isinstance(sentence, str) for sentence in sentences
+        )
+        if not are_words or not sentences:
             raise InputError(
-                "add_text was given something else than text; a text or a list of sentences is "
-                'needed, since it is shown as such: add_text("Torque was 8 N m.").'
+                f"add_text was given {shown(text)}; a text or a list of sentences is needed, since "
+                'it is shown as such: add_text("Torque was 8 N m.").'
             )
-        self._add(Text(sentences), title, "", section, ("comment", *tags))
+        self._add(Text(tuple(sentences)), title, "", section, ("comment", *tags))
 
     def add_table(
         self,
@@ -210,7 +213,7 @@ class Report:
             If it is neither, or has a script or an address in it.
         """
         needed = "a figure of matplotlib or the text of an SVG file is needed, since it is drawn"
-        check_kind("figure", figure, (Figure, str), needed, "add_figure(bp.plots.ledger.suspicion(")
+        check_kind("figure", figure, (Figure, str), needed, "add_figure(figure)")
         svg = checked_svg(figure) if isinstance(figure, str) else svg_of(figure)
         drawing = Drawing(svg, None if data is None else Table.of(data))
         self._add(drawing, title, caption, section, ("comment", *tags))

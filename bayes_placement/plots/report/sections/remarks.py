@@ -1,14 +1,15 @@
 """Warnings of every method, then settings, versions and files with their hashes."""
 
 from collections.abc import Iterator, Mapping
+from pathlib import PurePath
 from typing import Any
 
 from .._saved import Saved
 from ..content import Cell, Item, Table, Text
 from ..report import SETTINGS, WARNINGS
 
-KNOWN = ("steps", "verdict", "probabilities", "confounded", "unexplained", "cautions")
-"""Fields of a ledger that stand elsewhere in the report."""
+TOLD = ("date", "seed", "seconds", "units", "settings", "versions")
+"""Fields of the record of a run that are told."""
 
 
 def warnings(saved: Saved) -> Iterator[Item]:
@@ -24,15 +25,28 @@ def warnings(saved: Saved) -> Iterator[Item]:
 
 
 def settings(saved: Saved) -> Iterator[Item]:
-    """List how the run was made, so that it can be made again."""
-    rows: list[tuple[Cell, ...]] = [
-        *_flat(saved.runs),
-        *_flat({name: value for name, value in saved.ledger.items() if name not in KNOWN}),
-        ("folder", saved.folder.name),
-    ]
+    """List how each run was made, so that it can be made again."""
+    rows: list[tuple[Cell, ...]] = [("folder", saved.folder.resolve().name)]
+    files: list[tuple[Cell, ...]] = []
+    for command, run in saved.runs.items():
+        told = {word: run[word] for word in TOLD if word in run}
+        rows += _flat({command: told})
+        given = [("model", run.get("model")), *(("data", file) for file in run.get("data", []))]
+        files += [(command, role, *_name_and_hash(file)) for role, file in given if file]
+    if not saved.runs:
+        rows += _flat(saved.ledger.get("record", {}))
     table = Table(("setting", "value"), tuple(dict.fromkeys(rows)))
-    words = "Settings, seed, versions, files with their SHA-256: with these the run is repeated."
+    words = "Settings, seed and versions, with which the run can be made again."
     yield Item(SETTINGS, "How this was made", table, words, ("settings",))
+    if files:
+        content = Table(("command", "role", "file", "SHA-256"), tuple(files))
+        words = "Files that the run read, by name, with the hash of their content."
+        yield Item(SETTINGS, "Files", content, words, ("settings",))
+
+
+def _name_and_hash(file: Mapping[str, Any]) -> tuple[str, str]:
+    """Name of a file and hash of its content; folders of a person's machine are left out."""
+    return PurePath(str(file["path"])).name, str(file["sha256"])
 
 
 def _flat(values: Any, name: str = "") -> Iterator[tuple[Cell, ...]]:
@@ -44,4 +58,5 @@ def _flat(values: Any, name: str = "") -> Iterator[tuple[Cell, ...]]:
         for number, value in enumerate(values, 1):
             yield from _flat(value, f"{name} {number}")
     elif values is not None:
-        yield (name, values if isinstance(values, int | float) else str(values))
+        is_number = isinstance(values, int | float) and not isinstance(values, bool)
+        yield (name, values if is_number else str(values))

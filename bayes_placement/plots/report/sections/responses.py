@@ -110,7 +110,7 @@ def _draw_phase(panel: Any, fit: xr.Dataset, colour: str) -> None:
     shown = np.where(jumps, np.nan, phase)  # no line from one end of the axis to the other
     panel.plot(fit["frequency"].values, shown, color=colour, linewidth=1.2)
     panel.set_ylabel("phase [deg]", fontsize=8)
-    panel.set_yticks([-180, 0, 180])
+    panel.set(yticks=[-HALF_TURN, 0, HALF_TURN], ylim=(-1.15 * HALF_TURN, 1.15 * HALF_TURN))
 
 
 def _draw_measured(axes: np.ndarray, fit: xr.Dataset, has_phase: bool) -> None:

@@ -49,6 +49,7 @@
       this.extent = Math.max(...[0, 1, 2].map((axis) => this.range(axis)), 1e-9);
       const flat = [0, 1, 2].filter((axis) => this.range(axis) > 1e-6 * this.extent).length;
       this.start = flat < 2 ? [0, 0] : [-0.6, 0.5];
+      this.reach = flat < 2 ? this.extent / 0.91 : Math.hypot(...[0, 1, 2].map((axis) => this.range(axis)));
       if (flat < 2) for (const canvas of this.canvases) canvas.height = 230;
       this.controls();
       this.reset();
@@ -116,7 +117,7 @@
     drawModel(canvas, model, phase) {
       const pen = canvas.getContext("2d");
       const { width, height } = canvas;
-      const scale = Math.min(0.82 * width, 0.95 * height + 0.4 * width) / this.extent;
+      const scale = Math.min(0.9 * width, 1.4 * height) / this.reach;
       pen.clearRect(0, 0, width, height);
       const shape = model.shapes[this.mode];
       const size = Number(this.size.value) * this.extent * Math.cos(phase);
