@@ -1,20 +1,14 @@
 """Commands of `bayes-placement` and their options; JAX is imported only once a command runs."""
 
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib.metadata import version as installed_version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated
 
 import typer
 
-from ._errors import errors_in_words
+from ._begun import Common, begun
 from ._names import EngineName, EstimatorName, FitEngineName, MarginalName, SearchName
 from ._report_command import report
-
-if TYPE_CHECKING:
-    from ._run import Output
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
 
@@ -217,7 +211,7 @@ def update(
 ) -> None:
     """Infer what measured FRFs say about a model's parameters, with placement unknown."""
     common = Common(model, "update", out, quiet, as_json, report, no_cache, traceback)
-    with _prepared(common) as output:
+    with begun(common) as output:
         from . import update
 
         _end(update.run(model, data, engine, marginal, output, seed))
@@ -240,7 +234,7 @@ def check(
 ) -> None:
     """Say whether a model explains measured FRFs; if not, at which sensor, in which band."""
     common = Common(model, "check", out, quiet, as_json, report, no_cache, traceback)
-    with _prepared(common) as output:
+    with begun(common) as output:
         from . import check
 
         _end(check.run(model, data, engine, output, seed, lines, model_error))
@@ -264,7 +258,7 @@ def explain(
 ) -> None:
     """Say which physical effect a model lacks, with a probability for each."""
     common = Common(model, "explain", out, quiet, as_json, report, no_cache, traceback)
-    with _prepared(common) as output:
+    with begun(common) as output:
         from . import _missing_effects, explain
 
         kinds = _split(effects)
@@ -293,7 +287,7 @@ def improve(
 ) -> None:
     """Add what a model lacks, effect by effect, until only the noise is left."""
     common = Common(model, "improve", out, quiet, as_json, report, no_cache, traceback)
-    with _prepared(common) as output:
+    with begun(common) as output:
         from . import _missing_effects, improve
 
         kinds, states = _split(effects), _missing_effects.states_by_label(state or [])
@@ -313,8 +307,8 @@ def import_file(
     traceback: Traceback = False,
 ) -> None:
     """Turn files of other programs into a case folder, and say what was read and what was not."""
-    common = Common(path, "import", out, quiet, as_json, True, traceback)
-    with _prepared(common) as output:
+    common = Common(path, "import", out, quiet, as_json, False, True, traceback)
+    with begun(common) as output:
         from . import import_file
 
         _end(import_file.run(path, mapping, output))
@@ -343,7 +337,7 @@ def place(
 ) -> None:
     """Say where sensors and actuators tell most about the parameters, tolerances included."""
     common = Common(model, "place", out, quiet, as_json, report, no_cache, traceback)
-    with _prepared(common) as output:
+    with begun(common) as output:
         from . import place
 
         options = place.Options(
@@ -372,37 +366,3 @@ def _end(code: int) -> None:
 
 def _split(words: str | None) -> list[str] | None:
     return None if words is None else [word.strip() for word in words.split(",")]
-
-
-class Common(NamedTuple):
-    """What every command is given."""
-
-    model: Path
-    command: str
-    out: Path | None
-    quiet: bool
-    as_json: bool
-    report: bool
-    no_cache: bool
-    traceback: bool
-
-
-@contextmanager
-def _prepared(options: Common) -> Iterator["Output"]:
-    """Run a command in its folder, with the compilation cache, and with errors for people."""
-    with errors_in_words(options.model, show_traceback=options.traceback, as_json=options.as_json):
-        # Zeros and overflows within this package and its libraries are treated where they occur;
-        # those of a model file are the user's to see.
-        warnings.filterwarnings(
-            "ignore", category=RuntimeWarning, module=r"(?!_model_)", append=True
-        )
-        if not options.no_cache:
-            from ._compilation_cache import use_compilation_cache
-
-            use_compilation_cache()
-        from ._result_folder import result_folder
-
-        with result_folder(options.model, options.command, options.out) as folder:
-            from ._run import Output
-
-            yield Output(folder, options.quiet, options.as_json, options.report)

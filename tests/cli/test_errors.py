@@ -11,12 +11,11 @@ import pytest
 from typer.testing import CliRunner
 
 from bayes_placement._types import NumericalError, WorkerError
-from bayes_placement.cli import app as commands
-from bayes_placement.cli import check
+from bayes_placement.cli import _begun, check
 from bayes_placement.cli.app import app
 from tests.cli.studies import EXPERIMENT
 
-PACKAGE = Path(commands.__file__).parents[1]
+PACKAGE = Path(_begun.__file__).parents[1]
 
 
 def run(folder, text, *options):
@@ -135,11 +134,11 @@ def test_a_missing_extra_is_named_in_one_sentence(tmp_path, monkeypatch):
 
 def test_warnings_of_numpy_are_shown_for_the_model_file_alone(tmp_path):
     out = tmp_path / "out"
-    common = commands.Common(tmp_path / "study.py", "check", out, False, False, True, False)
+    common = _begun.Common(tmp_path / "study.py", "check", out, False, False, False, True, False)
     log_of_zero = "numpy.log10(numpy.zeros(1))"
     with warnings.catch_warnings(record=True) as caught:
         warnings.resetwarnings()
-        with commands._prepared(common):
+        with _begun.begun(common):
             exec(log_of_zero, {"__name__": "bayes_placement.frf", "numpy": np})
             assert not caught
             exec(log_of_zero, {"__name__": "_model_study", "numpy": np})

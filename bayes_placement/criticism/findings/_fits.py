@@ -14,6 +14,7 @@ from ..._sites import Role
 from ..._types import Response
 from ...experiment.experiment import Experiment, Measurements
 from ..fitted import fitted, with_arrays
+from ._unknowns import SIZE
 
 ERROR_DRAWS = 48
 """Draws of the model error of which the root mean square is taken."""
@@ -67,7 +68,7 @@ def _model_error(experiment: Experiment, values: Mapping[str, float]) -> np.ndar
     errors = {
         unknown.name: unknown.distribution
         for unknown in experiment.unknowns
-        if unknown.role is Role.MODEL_ERROR
+        if unknown.role is Role.MODEL_ERROR and unknown.field != SIZE
     }
     if not errors:
         return None

@@ -8,7 +8,6 @@ import jax
 import numpy as np
 import xarray as xr
 
-from ..._sites import Role
 from ...experiment.experiment import Experiment, Measurements
 from ...inference.alternative_explanation import Alternative, JointDraws
 from ...inference.results import named_draws
@@ -17,6 +16,7 @@ from ..missing.ranking import Ranking
 from ._fits import fit
 from ._places import places
 from ._shapes import outline_of, shapes
+from ._unknowns import shown_unknowns
 
 ABOUT = "about"
 """Attribute of the findings: words on the run, as JSON."""
@@ -135,17 +135,13 @@ def findings(
 
 def _shown(experiment: Experiment, draws: JointDraws) -> JointDraws:
     """Draws of all unknowns but the many errors of the model, thinned."""
-    names = [
-        unknown.name
-        for unknown in experiment.unknowns
-        if unknown.role is not Role.MODEL_ERROR and unknown.name in draws
-    ]
+    names = [unknown.name for unknown in shown_unknowns(experiment) if unknown.name in draws]
     return {name: draws[name][:: -(-len(draws[name]) // MOST_DRAWS)] for name in names}
 
 
 def _prior(experiment: Experiment) -> JointDraws:
     """Draws of the same unknowns from their priors."""
-    unknowns = [item for item in experiment.unknowns if item.role is not Role.MODEL_ERROR]
+    unknowns = shown_unknowns(experiment)
     keys = jax.random.split(jax.random.key(0), max(1, len(unknowns)))
     return {
         unknown.name: np.asarray(unknown.distribution.sample(key, (MOST_DRAWS,)))

@@ -16,7 +16,9 @@ FINDINGS = "findings.nc"
 
 LEDGER, RUNS = "ledger.json", "run.json"
 
-_FILES = (FINDINGS, LEDGER, "explanation.csv", "misfit.csv", "cross_check.csv", "placements.csv")
+STATES = "states.json"
+
+_FILES = (FINDINGS, LEDGER, STATES, "cross_check.csv", "placements.csv")
 
 
 class Saved(NamedTuple):
@@ -88,6 +90,11 @@ def saved(folder: str | Path) -> Saved:
 def runs(folder: Path) -> dict[str, Any]:
     """Return what the runs in a folder were given, by command; empty where that was not kept."""
     return _json(folder / RUNS)
+
+
+def states(folder: Path) -> list[str]:
+    """Return labels of the later states of a structure; empty where there is only one."""
+    return [str(state["label"]) for state in _json(folder / STATES).get("states", [])]
 
 
 def _json(path: Path) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
-from ._saved import Saved, runs, saved
+from ._saved import Saved, runs, saved, states
 from ._style import look
 from .report import Chapter, Report, json_of
 from .sections import (
@@ -98,10 +98,11 @@ def _title(folder: Path) -> str:
 def _parts(folder: Path, label: str | None) -> list[tuple[str, Path]]:
     """Folders of results and their names in the report; of several states, one each."""
     name = label or folder.resolve().name
-    states = sorted(folder.glob("state_*/ledger.json"))
-    if not states:
-        return [(name, folder)]
-    return [(f"{name}, {state.parent.name.replace('_', ' ')}", state.parent) for state in states]
+    numbered = enumerate(states(folder), 1)
+    return [
+        (name, folder),
+        *((f"{name}, {state}", folder / f"state_{number}") for number, state in numbered),
+    ]
 
 
 def _chapter(label: str, of: Saved) -> Chapter:

@@ -11,7 +11,7 @@ from ....experiment.experiment import FORCE_LEVEL
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels, thinned
 from .._svg import AFTER, BEFORE, DATA, FIFTH, INK
-from ..content import Item, Table
+from ..content import Item, Table, Text
 from ..report import RESPONSES
 
 MOST_CHANNELS = 12
@@ -33,6 +33,12 @@ def items(saved: Saved) -> Iterator[Item]:
         return
     channels = [_flat(fit) for fit in named.values()]
     order = _by_error(channels[0])
+    if len(order) > MOST_CHANNELS:
+        words = (
+            f"{MOST_CHANNELS} of {len(order)} channel pairs are drawn, those of the largest "
+            "error; findings.nc holds all."
+        )
+        yield Item(RESPONSES, "Channel pairs", Text((words,)), tags=("response",))
     for channel in order[:MOST_CHANNELS]:
         pairs = {name: fit.isel(channel=channel) for name, fit in zip(named, channels, strict=True)}
         yield _item(pairs)

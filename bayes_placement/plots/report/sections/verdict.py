@@ -9,6 +9,12 @@ from ..content import Cell, Item, Table, Text
 from ..report import ERROR, NEXT, SUSPICION, UNKNOWNS, VERDICT
 
 _TABLES = {
+    "states.csv": (
+        VERDICT,
+        "Effects in each state",
+        "Every effect with its size in each state, and the misfit that is left.",
+        ("verdict", "effect"),
+    ),
     "explanation.csv": (
         VERDICT,
         "Candidates",
@@ -49,7 +55,8 @@ MOST_ROWS = 25
 
 def verdict(saved: Saved) -> str:
     """Return the answer of a run in one sentence; empty where none was kept."""
-    return str(saved.about.get("verdict", ""))
+    of_runs = [str(run["verdict"]) for run in saved.runs.values() if "verdict" in run]
+    return str(saved.about.get("verdict", " ".join(of_runs)))
 
 
 def items(saved: Saved) -> Iterator[Item]:

@@ -1,0 +1,46 @@
+"""What every command begins with: its folder, errors for people, and compiled functions."""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from ._errors import errors_in_words
+
+if TYPE_CHECKING:
+    from ._run import Output
+
+
+class Common(NamedTuple):
+    """What every command is given."""
+
+    model: Path
+    command: str
+    out: Path | None
+    quiet: bool
+    as_json: bool
+    report: bool
+    no_cache: bool
+    traceback: bool
+
+
+@contextmanager
+def begun(options: Common) -> Iterator["Output"]:
+    """Run a command in its folder, with the compilation cache, and with errors for people."""
+    with errors_in_words(options.model, show_traceback=options.traceback, as_json=options.as_json):
+        # Zeros and overflows within this package and its libraries are treated where they occur;
+        # those of a model file are the user's to see.
+        warnings.filterwarnings(
+            "ignore", category=RuntimeWarning, module=r"(?!_model_)", append=True
+        )
+        if not options.no_cache:
+            from ._compilation_cache import use_compilation_cache
+
+            use_compilation_cache()
+        from ._result_folder import result_folder
+
+        with result_folder(options.model, options.command, options.out) as folder:
+            from ._run import Output
+
+            yield Output(folder, options.quiet, options.as_json, options.report)

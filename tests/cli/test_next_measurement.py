@@ -1,0 +1,87 @@
+"""Where a report says to measure next: by `Separation`, in bounded time, or why not."""
+
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement.cli import _next_measurement
+from bayes_placement.cli._next_measurement import next_measurement
+from bayes_placement.inference.alternative_explanation import Alternative
+
+DRAWS = 200
+
+
+def experiment(noise=0.02):
+    modes = bp.beams.bar(8, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+    return bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(dist.Uniform(0.03, 0.04))),
+        sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.24, within=0.01))],
+        actuators=[bp.Actuator("a1", at=0.4)],
+        frequency=np.linspace(100.0, 400.0, 13),
+        observe=bp.observe.LogAmplitude("acceleration"),
+        noise=None if noise is None else bp.noise.Gaussian(noise),
+    )
+
+
+def alternative(name, mass, probability, of):
+    """A mass in the left or in the right half of the bar: mirror images but for the actuator."""
+    effect = bp.effects.point_mass(dist.Uniform(*mass), dist.Uniform(0.2, 0.4), name=name)
+    explained = of + effect
+    random = np.random.default_rng(1)
+    draws = {
+        unknown.name: np.asarray(random.uniform(*limits(unknown.distribution), DRAWS))
+        for unknown in explained.unknowns
+    }
+    return Alternative(name, probability, explained, draws)
+
+
+def limits(prior):
+    return float(prior.low), float(prior.high)
+
+
+@pytest.fixture(scope="module")
+def alternatives():
+    of = experiment()
+    return (
+        alternative("left", (0.3, 0.32), 1.0, of),
+        alternative("right", (0.68, 0.7), 0.5, of),
+    )
+
+
+def test_the_best_place_tells_the_explanations_apart(alternatives, monkeypatch):
+    monkeypatch.setattr(_next_measurement, "SECONDS", np.inf)
+    found = next_measurement(experiment(), experiment().nominal_measurement(), alternatives)
+    assert found["columns"] == ["s1 [m]", "expected gain [nat]", "its error [nat]"]
+    at, gain, error = np.array(found["rows"]).T
+    assert len(at) == _next_measurement.PLACES
+    assert gain[0] == gain.max()
+    share = np.array([2.0, 1.0]) / 3
+    entropy = float(-(share * np.log(share)).sum())
+    assert np.all(gain < entropy + 5 * error)
+    assert gain[0] > 0.5 * entropy
+    assert f"s1 at {at[0]:.4g} m" in found["sentence"]
+    assert "tells left and right apart best" in found["sentence"]
+    assert f"{entropy:.2g} nat that decide" in found["sentence"]
+
+
+def test_the_search_ends_when_its_time_is_over(alternatives, monkeypatch):
+    monkeypatch.setattr(_next_measurement, "SECONDS", 0.0)
+    found = next_measurement(experiment(), experiment().nominal_measurement(), alternatives)
+    places = sorted(row[0] for row in found["rows"])
+    assert len(places) == _next_measurement.PLACES // _next_measurement.GROUPS
+    assert places[0] < 0.2
+    assert places[-1] > 0.7
+
+
+def test_one_explanation_leaves_nothing_to_decide(alternatives):
+    found = next_measurement(experiment(), experiment().nominal_measurement(), alternatives[:1])
+    assert found["sentence"].startswith("One explanation is left")
+    assert found["rows"] == []
+
+
+def test_why_no_place_was_searched_for_is_said(alternatives):
+    without_noise = experiment(noise=None)
+    found = next_measurement(without_noise, without_noise.nominal_measurement(), alternatives)
+    assert found["sentence"].startswith("Where to measure next was not searched for: ")
+    assert found["rows"] == []
