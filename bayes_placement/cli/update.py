@@ -91,7 +91,7 @@ def run(
         if left or number:  # one result alone is shown below what it says
             _show(screen, method.name, result)
             screen.text(f"Left to do: {', '.join(left)}." if left else "")
-    return _conclude(screen, run, results, study._replace(measurement=measurement), possible.left_out)
+    return _conclude(screen, run, results, (study, measurement), possible.left_out)
 
 
 def _chosen_methods(
@@ -133,8 +133,15 @@ def _show(screen: Screen, name: str, result: xr.DataTree) -> None:
     screen.table(summaries.words(summaries.summary(result)), "unknown")
 
 
-def _conclude(screen: Screen, run: Run, results: Results, study: Study, left_out: list[str]) -> int:
+def _conclude(
+    screen: Screen,
+    run: Run,
+    results: Results,
+    of: tuple[Study, Measurements],
+    left_out: list[str],
+) -> int:
     """Say what all results say together, and write what is left to be written."""
+    study, measurement = of
     first = next(iter(results.values()))
     rows = summaries.summary(first)
     peaks = [f"{row.in_words()}." for row in rows if row.peaks]
@@ -153,7 +160,7 @@ def _conclude(screen: Screen, run: Run, results: Results, study: Study, left_out
     table = summaries.numbers(rows).reset_index().to_dict("records")
     told = {"parameters": table, "sentences": [*comparison.words(), *peaks], "left_out": left_out}
     sentences = [verdict, *comparison.words()[:-1], *peaks, *left_out]
-    found = (study.experiment, study.measurement, sentences, _warned(results), "update")
+    found = (study.experiment, measurement, sentences, _warned(results), "update")
     run.tree(FINDINGS, of_posterior(first, *found))
     return run.finish(screen, verdict, told)
 
