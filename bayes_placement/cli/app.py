@@ -18,7 +18,10 @@ Study = Annotated[
 ]
 Data = Annotated[
     Path | None,
-    typer.Option(help="Measured FRFs (UFF dataset 58). Default: the model's `measurement`."),
+    typer.Option(
+        help="Measured FRFs: universal file, .mat, .npz, HDF5, CSV, .xlsx, or a mapping (TOML) "
+        "that names such a file. Default: the model's `measurement`."
+    ),
 ]
 Engine = Annotated[
     EngineName | None,
@@ -97,7 +100,7 @@ ModelError = Annotated[
 Baseline = Annotated[
     Path | None,
     typer.Option(
-        help="FRFs of an earlier state of the structure (UFF dataset 58): effects are new since. "
+        help="FRFs of an earlier state of the structure, as for --data: effects are new since. "
         "Default: the model's `baseline`, or the files that a case names."
     ),
 ]
@@ -114,7 +117,7 @@ EarlierData = Annotated[
     Path | None,
     typer.Option(
         "--data",
-        help="What has been measured (UFF dataset 58): the next measurement is to add to it.",
+        help="What has been measured, a file as for `update`: the next measurement adds to it.",
     ),
 ]
 Noise = Annotated[

@@ -107,6 +107,20 @@ def test_a_folder_becomes_a_case_and_the_report_says_how(laboratory, tmp_path):
     assert fields["measurement"]["quantity"] == "mobility"
 
 
+def test_a_universal_file_with_a_channel_table_becomes_a_case(laboratory, tmp_path):
+    measured = bp.io.read(laboratory).measurement
+    bp.io.uff.write(tmp_path / "lab.uff", measured)
+    rows = [list(row) for row in TABLE]
+    for row, node in zip(rows[1:], (1, 2, 101), strict=True):  # as the writer numbers them
+        row[2] = node
+    write_table(tmp_path / "channels.csv", rows)
+    (tmp_path / "mapping.toml").write_text(CASE.lstrip())
+    done = run("import", tmp_path, "--out", tmp_path / "case")
+    assert done.exit_code == 0, done.output
+    case = bp.io.case.read(tmp_path / "case")
+    np.testing.assert_allclose(case.measurement.frf, measured.frf, rtol=1e-9)
+
+
 @pytest.mark.long
 def test_a_laboratory_folder_ends_in_a_named_effect(laboratory, tmp_path):
     assert run("import", laboratory, "--out", tmp_path / "case").exit_code == 0

@@ -3,6 +3,7 @@
 MATLAB, MAT-File Format (MathWorks), chapter 1.
 """
 
+import itertools
 import struct
 import zlib
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from ..._types import InputError
 
 HEADER_BYTES = 128
 _MOST_UNPACKED = 2 << 30
+_MOST_ELEMENTS = 2_000_000
 _DEEPEST = 30
 _MATRIX, _COMPRESSED = 14, 15
 _BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
@@ -41,6 +43,13 @@ class _Element(NamedTuple):
     content: memoryview
 
 
+class _Walk(NamedTuple):
+    """A walk through a file: the order of its bytes, and the elements that were met."""
+
+    order: str
+    met: Iterator[int]
+
+
 class _Foreign(Exception):  # noqa: N818, no error: a variable that is left out
     """A variable holds something that is not read."""
 
@@ -56,9 +65,10 @@ def variables(data: bytes) -> list[Variable]:
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None or len(data) <= HEADER_BYTES:
         raise InputError("its first 128 bytes are not those of a MATLAB 5 to 7 file")
+    walk = _Walk(order, itertools.count(1))
     listed = [
-        _variable(order, element)
-        for element in _elements(order, memoryview(data)[HEADER_BYTES:], packed=True)
+        _variable(walk, element)
+        for element in _elements(walk, memoryview(data)[HEADER_BYTES:], packed=True)
     ]
     known = [variable for variable in listed if variable.name]
     names = [variable.name for variable in known]
@@ -67,11 +77,13 @@ def variables(data: bytes) -> list[Variable]:
     return known
 
 
-def _elements(order: str, data: memoryview, *, packed: bool = False) -> Iterator[_Element]:
+def _elements(walk: _Walk, data: memoryview, *, packed: bool = False) -> Iterator[_Element]:
     """Elements that follow each other; they fill the bytes exactly."""
     place = 0
     while place < len(data):
-        element, size = _element(order, data[place:])
+        if next(walk.met) > _MOST_ELEMENTS:
+            raise InputError(f"it has more than {_MOST_ELEMENTS} elements")
+        element, size = _element(walk, data[place:])
         packed_here = element.kind == _COMPRESSED
         if packed_here and not packed:
             raise InputError("a compressed element stands within another one")
@@ -81,11 +93,11 @@ def _elements(order: str, data: memoryview, *, packed: bool = False) -> Iterator
         raise InputError("its last element is cut off")
 
 
-def _element(order: str, data: memoryview) -> tuple[_Element, int]:
+def _element(walk: _Walk, data: memoryview) -> tuple[_Element, int]:
     """First element, and its bytes with its tag."""
     if len(data) < 8:
         raise InputError(f"{len(data)} bytes are left where an element begins")
-    kind, size = struct.unpack_from(f"{order}II", data)
+    kind, size = struct.unpack_from(f"{walk.order}II", data)
     if kind >> 16:  # a small element has its values in the tag
         kind, size = kind & 0xFFFF, kind >> 16
         if size > 4:
@@ -96,15 +108,15 @@ def _element(order: str, data: memoryview) -> tuple[_Element, int]:
     return _Element(kind, data[8 : 8 + size]), 8 + size
 
 
-def _variable(order: str, element: _Element) -> Variable:
+def _variable(walk: _Walk, element: _Element) -> Variable:
     if element.kind == _COMPRESSED:
-        unpacked = list(_elements(order, _unpacked(element.content)))
+        unpacked = list(_elements(walk, _unpacked(element.content)))
         if len(unpacked) != 1:
             raise InputError("a compressed element does not hold one variable")
         element = unpacked[0]
     if element.kind != _MATRIX:
         raise InputError(f"an element of type {element.kind} stands where a variable is needed")
-    return _checked(order, element)
+    return _checked(walk, element)
 
 
 def _unpacked(content: memoryview) -> memoryview:
@@ -118,12 +130,12 @@ def _unpacked(content: memoryview) -> memoryview:
     return memoryview(data)
 
 
-def _checked(order: str, element: _Element) -> Variable:
-    parts = _elements(order, element.content)
+def _checked(walk: _Walk, element: _Element) -> Variable:
+    parts = _elements(walk, element.content)
     header = [part for part, _ in zip(parts, range(3), strict=False)]
     name = _name(header)
     try:
-        _check_matrix(order, element, 0)
+        _check_matrix(walk, element, 0)
     except _Foreign as foreign:
         return Variable(name, str(foreign))
     return Variable(name, "")
@@ -139,40 +151,40 @@ def _name(header: list[_Element]) -> str:
     return ""
 
 
-def _check_matrix(order: str, element: _Element, depth: int) -> None:
+def _check_matrix(walk: _Walk, element: _Element, depth: int) -> None:
     """Check an array with its flags, sizes, name and values."""
     if depth > _DEEPEST:
         raise InputError(f"arrays stand in each other more than {_DEEPEST} deep")
     if not len(element.content):
         return  # an empty array
-    parts = list(_elements(order, element.content))
+    parts = list(_elements(walk, element.content))
     if parts[0].kind != 6 or len(parts[0].content) != 8:
         raise InputError("a variable does not begin with its flags")
-    flags = struct.unpack_from(f"{order}I", parts[0].content)[0]
+    flags = struct.unpack_from(f"{walk.order}I", parts[0].content)[0]
     kind, is_complex = flags & 0xFF, bool(flags >> 8 & _COMPLEX)
     if kind in _FOREIGN:
         raise _Foreign(_FOREIGN[kind])
-    count = prod(_sizes(order, parts))
+    count = prod(_sizes(walk, parts))
     values = parts[3:]
     if kind in _NUMERIC:
         _check_numbers(values, count, 2 if is_complex else 1)
     elif kind == _CHAR:
         _check_texts(values, count)
     elif kind == _CELL:
-        _check_nested(order, values, count, depth)
+        _check_nested(walk, values, count, depth)
     elif kind == _STRUCT:
-        _check_nested(order, values[2:], count * _fields(order, values), depth)
+        _check_nested(walk, values[2:], count * _fields(walk, values), depth)
     else:
         raise InputError(f"a variable is of class {kind}, which MATLAB does not have")
 
 
-def _sizes(order: str, parts: list[_Element]) -> tuple[int, ...]:
+def _sizes(walk: _Walk, parts: list[_Element]) -> tuple[int, ...]:
     if len(parts) < 3 or parts[1].kind != 5 or parts[2].kind not in (1, 16):
         raise InputError("a variable has no sizes or no name")
     content = parts[1].content
     if len(content) % 4 or len(content) < 8:
         raise InputError("the sizes of a variable are cut off")
-    sizes = struct.unpack(f"{order}{len(content) // 4}i", content)
+    sizes = struct.unpack(f"{walk.order}{len(content) // 4}i", content)
     if min(sizes) < 0:
         raise InputError(f"a variable has the sizes {sizes}")
     return sizes
@@ -198,19 +210,19 @@ def _check_texts(values: list[_Element], count: int) -> None:
             raise InputError(f"a text of {count} letters holds {len(value.content)} bytes")
 
 
-def _fields(order: str, values: list[_Element]) -> int:
+def _fields(walk: _Walk, values: list[_Element]) -> int:
     """Number of fields of a structure."""
     if len(values) < 2 or values[0].kind != 5 or len(values[0].content) != 4:
         raise InputError("a structure does not say how long the names of its fields are")
-    longest = struct.unpack_from(f"{order}i", values[0].content)[0]
+    longest = struct.unpack_from(f"{walk.order}i", values[0].content)[0]
     names = values[1].content
     if not 0 < longest <= 64 or len(names) % longest:
         raise InputError("the names of the fields of a structure are cut off")
     return len(names) // longest
 
 
-def _check_nested(order: str, values: list[_Element], count: int, depth: int) -> None:
+def _check_nested(walk: _Walk, values: list[_Element], count: int, depth: int) -> None:
     if len(values) != count or any(value.kind != _MATRIX for value in values):
         raise InputError(f"{len(values)} arrays stand where {count} are announced")
     for value in values:
-        _check_matrix(order, value, depth + 1)
+        _check_matrix(walk, value, depth + 1)

@@ -17,6 +17,7 @@ from .named_arrays import NamedArrays
 _MOST_BYTES = 512 << 20
 _FORM = "columns of text"
 _REMEDY = "Export the columns again, with a comma, a semicolon or a tab between them."
+_LONGEST_NAME = 500
 _COMMENTS = ("#", "%", "//", "!")
 _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]]*)[\])]\s*")
 _SEPARATORS = ("\t", ";", ",")
@@ -98,7 +99,7 @@ def of_rows(
     """
     plain, units = {}, {}
     for name, column in zip(names, zip(*cells, strict=True), strict=True):
-        match = _UNIT.fullmatch(name)
+        match = _UNIT.fullmatch(name[:_LONGEST_NAME])
         label = match["name"] if match and match["name"] else name
         if label in plain:
             raise InputError(f"two columns are named {label!r}, and either could be meant")

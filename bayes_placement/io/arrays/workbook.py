@@ -12,7 +12,7 @@ from .text import is_number, of_rows
 
 FORM = "a workbook"
 _REMEDY = "Save it again as .xlsx, with numbers and texts only."
-_MOST_CELLS = 20_000_000
+_MOST_CELLS, _MOST_ROWS = 20_000_000, 1_048_576
 
 
 def load(path: Path) -> NamedArrays:
@@ -27,17 +27,22 @@ def load(path: Path) -> NamedArrays:
     """
     with reading(path, FORM, _REMEDY):
         sheets = {title: rows for title, rows in read_sheets(path).items() if len(rows) > 1}
-        tables = {
-            title: of_rows(path, FORM, _heading(title, rows[0]), rows[1:], ())
-            for title, rows in sheets.items()
-        }
+        tables: dict[str, NamedArrays] = {}
+        left_out: dict[str, str] = {}
+        for title, rows in sheets.items():
+            try:
+                tables[title] = of_rows(path, FORM, _heading(title, rows[0]), rows[1:], ())
+            except InputError as error:  # such as a channel table, with empty cells
+                left_out[f"sheet {title}"] = f"it is no table of numbers: {error}"
+        if left_out and not tables:
+            raise InputError(next(iter(left_out.values())))
         alone = len(tables) == 1
         return NamedArrays(
             path,
             FORM,
             {_name(t, n, alone): v for t, table in tables.items() for n, v in table.arrays.items()},
             {_name(t, n, alone): u for t, table in tables.items() for n, u in table.units.items()},
-            {},
+            left_out,
         )
 
 
@@ -72,11 +77,13 @@ def read_sheets(path: Path) -> dict[str, list[list[str]]]:
 def _rows(sheet: Any) -> list[list[str]]:
     sheet.reset_dimensions()  # which a file may state wrongly
     rows, count = [], 0
-    for row in sheet.iter_rows(values_only=True):
+    for number, row in enumerate(sheet.iter_rows(values_only=True), start=1):
         cells = [_cell(value) for value in row]
         count += len(cells)
-        if count > _MOST_CELLS:
-            raise InputError(f"the sheet {sheet.title!r} has more than {_MOST_CELLS} cells")
+        if count > _MOST_CELLS or number > _MOST_ROWS:
+            raise InputError(
+                f"the sheet {sheet.title!r} has more than {_MOST_CELLS} cells or {_MOST_ROWS} rows"
+            )
         if any(cells):
             rows.append(cells)
     width = max((_width(row) for row in rows), default=0)

@@ -1,5 +1,6 @@
 """The lines of a mapping that a file needs, written for the arrays that it holds."""
 
+import json
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -33,7 +34,7 @@ def check_complete(mapping: Mapping, held: NamedArrays, table_labels: dict[str, 
     if not lines:
         return
     target = _target(mapping, held)
-    first = [] if mapping.file or mapping.place else [f'file = "{held.path.name}"']
+    first = [] if mapping.file or mapping.place else [f"file = {_quoted(held.path.name)}"]
     raise InputError(
         f"{held.path} holds {described(held.arrays)}, and nothing says "
         f"{', nor '.join(what for what, _ in lines)}; a mapping must say so, since nothing is "
@@ -80,7 +81,7 @@ def _missing(
     for name in ("sensors", "actuators"):
         if not single and getattr(mapping, name) is None:
             known = labels.get(name) or {"sensors": ["s1+x", "s2+x"], "actuators": ["a1+x"]}[name]
-            listed = ", ".join(f'"{label}"' for label in known)
+            listed = ", ".join(map(_quoted, known))
             yield f"of which {name}", f"{name} = [{listed}]  # in the order of the array"
 
 
@@ -105,7 +106,7 @@ def _frf_line(main: str, held: NamedArrays) -> str:
         return _columns_line(held)
     size = " x ".join(map(str, values.shape)) if values is not None else "its"
     listed = ", ".join(f'"{axis}"' for axis in AXES)
-    what = f'array = "{main}"'
+    what = f"array = {_quoted(main)}"
     if values is not None and values.dtype.kind != "c":
         what = 'real = "Re", imaginary = "Im"'
     return (
@@ -119,18 +120,23 @@ def _columns_line(held: NamedArrays) -> str:
     names = [name for name, values in held.arrays.items() if values.dtype.kind in "iuf"]
     real, imaginary = (*names[1:3], "Re", "Im")[:2]
     return (
-        f'frf = [{{ sensor = "s1+x", actuator = "a1+x", real = "{real}", '
-        f'imaginary = "{imaginary}", unit = "(m/s^2)/N" }}]  # one table for each pair'
+        f'frf = [{{ sensor = "s1+x", actuator = "a1+x", real = {_quoted(real)}, '
+        f'imaginary = {_quoted(imaginary)}, unit = "(m/s^2)/N" }}]  # one table for each pair'
     )
 
 
 def _frequency_line(arrays: dict[str, np.ndarray], mapping: Mapping | None = None) -> str:
     if mapping is not None and mapping.frequency is not None and mapping.frequency.array:
-        return f'frequency = {{ array = "{mapping.frequency.array}", unit = "Hz" }}'
+        return f'frequency = {{ array = {_quoted(str(mapping.frequency.array))}, unit = "Hz" }}'
     axis = next((name for name, values in arrays.items() if _is_axis(values)), None)
     if axis is not None:
-        return f'frequency = {{ array = "{axis}", unit = "Hz" }}'
+        return f'frequency = {{ array = {_quoted(axis)}, unit = "Hz" }}'
     return 'frequency = { first = 10.0, step = 0.5, unit = "Hz" }'
+
+
+def _quoted(name: str) -> str:
+    """A text as TOML writes it, which is as JSON does."""
+    return json.dumps(name, ensure_ascii=False)
 
 
 def _is_axis(values: np.ndarray) -> bool:

@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ from .._frf_units import FREQUENCY, FrfUnit, VoltageUnit, frf_unit
 from ..arrays.named_arrays import NamedArrays
 from .mapping import AXES, Column, FrequencyRule, FrfRule
 
+_REFERENCE = re.compile(r"dB( re( 1)? )?", re.IGNORECASE)  # decibels re 1 of the unit behind
 _NO_UNIT = {"dB", "deg", "°", "rad", "-", "1", ""}
 
 
@@ -141,7 +143,7 @@ def unit_of(held: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
         If it is not known, or both contradict each other.
     """
     stated = {
-        held.units[_name(held, column)]
+        _REFERENCE.sub("", held.units[_name(held, column)])
         for column in rule.parts.values()
         if _name(held, column) in held.units
     } - _NO_UNIT

@@ -15,7 +15,7 @@ import scipy.io
 import scipy.io.matlab
 
 from bayes_placement.io import arrays
-from bayes_placement.io.arrays import text
+from bayes_placement.io.arrays import _mat_gate, text
 
 OF_MATLAB = Path(scipy.io.matlab.__file__).parent / "tests/data"
 OF_H5PY = Path(h5py.__file__).parent / "tests/data_files"
@@ -278,6 +278,49 @@ def test_columns_of_several_sheets_are_told_apart(tmp_path):
     assert list(load(tmp_path / "a.xlsx")) == ["Sheet!f", "Sheet!H", "second!f", "second!H"]
 
 
+def test_sheets_that_are_no_tables_of_numbers_are_left_out(tmp_path):
+    book = openpyxl.Workbook()
+    for row in (["name", "x [mm]"], ["s1", 250], ["s2", ""]):
+        book.active.append(row)
+    second = book.create_sheet("FRF")
+    for row in (["f", "H"], [1, 2.5]):
+        second.append(row)
+    book.save(tmp_path / "a.xlsx")
+    held = arrays.load(tmp_path / "a.xlsx")
+    assert list(held.arrays) == ["f", "H"]
+    [(sheet, reason)] = held.left_out.items()
+    assert sheet == "sheet Sheet"
+    assert "the column 'x' holds numbers and ''" in reason
+
+
+def replaced(path, member, old, new):
+    """Replace a text in a member of an archive."""
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    members[member] = members[member].replace(old, new)
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+
+
+def test_a_row_far_below_the_last_one_is_refused(tmp_path):
+    book = openpyxl.Workbook()
+    for row in (["f"], [1]):
+        book.active.append(row)
+    book.save(tmp_path / "a.xlsx")
+    far = b'<row r="99999999999"'
+    replaced(tmp_path / "a.xlsx", "xl/worksheets/sheet1.xml", b'<row r="2"', far)
+    with pytest.raises(ValueError, match=r"a\.xlsx.* has more than .* or 1048576 rows"):
+        arrays.load(tmp_path / "a.xlsx")
+
+
+def test_names_that_cannot_be_printed_are_left_out(tmp_path):
+    np.savez(tmp_path / "a.npz", **{"H\x1b[2J": [1.0], "f": [1.0], "x" * 600: [1.0]})
+    held = arrays.load(tmp_path / "a.npz")
+    assert list(held.arrays) == ["f"]
+    assert "'H\\x1b[2J'" in held.left_out
+
+
 def with_member(path, name, content, **options):
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr(name, content, **options)
@@ -313,6 +356,13 @@ def test_pickles_are_never_loaded(tmp_path):
         with pytest.raises(ValueError, match=name):
             arrays.load(tmp_path / name)
     assert not (tmp_path / "sprung").exists()
+
+
+def test_a_matlab_file_of_very_many_elements_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(_mat_gate, "_MOST_ELEMENTS", 50)
+    scipy.io.savemat(tmp_path / "a.mat", {"cells": np.array(["x"] * 30, dtype=object)})
+    with pytest.raises(ValueError, match=r"a\.mat.* has more than 50 elements"):
+        arrays.load(tmp_path / "a.mat")
 
 
 def test_a_matlab_file_that_announces_too_much_is_refused(tmp_path):

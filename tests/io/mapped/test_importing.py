@@ -328,6 +328,25 @@ def test_a_folder_with_data_table_and_mapping_is_read(tmp_path):
     assert [row.tolerance for row in imported.channels] == [(0.01,) * 3] * 2 + [(0.005,) * 3]
 
 
+def test_a_workbook_may_hold_channels_and_columns(tmp_path):
+    book = openpyxl.Workbook()
+    for row in TABLE:
+        book.active.append([*row, None])
+    second = book.create_sheet("FRF")
+    table = columns("re", "im")
+    for row in (list(table.columns), *table.to_numpy().tolist()):
+        second.append(row)
+    book.save(tmp_path / "a.xlsx")
+    text = PAIRS.replace("FIRST", "real").replace("SECOND", "imaginary")
+    for number, name in ((4, "s2 A"), (5, "s2 B")):
+        text = text.replace(f"= {number}", f'= "{name}"')
+    for name in ("f", "s1 A", "s1 B", "s2 A", "s2 B"):
+        text = text.replace(f'"{name}"', f'"FRF!{name}"')
+    imported = bp.io.read(mapped(tmp_path, "a.xlsx", 'channels = "a.xlsx"\n' + text))
+    check_read(imported)
+    assert imported.measurement.positions["s1"] == (0.25, 0.0, 0.0)
+
+
 def test_a_channel_table_names_the_nodes_of_a_universal_file(tmp_path):
     _write_by_pyuff(tmp_path / "measured.uff")
     rows = [list(row) for row in TABLE]
@@ -506,6 +525,15 @@ def test_units_that_contradict_each_other_are_refused(tmp_path):
     path = mapped(tmp_path, "a.csv", f'file = "FILE"\nfrequency = "f"\n{pair}')
     measurement = bp.io.read(path).measurement
     assert (measurement.quantity, measurement.frequency.tolist()) == ("receptance", [1e3, 2e3])
+
+
+def test_decibels_may_state_their_reference(tmp_path):
+    (tmp_path / "a.csv").write_text(
+        "frequency [Hz],s1/a1 dB [dB re 1 (m/s^2)/N],s1/a1 degrees [deg]\n1,20,90\n2,0,-90\n"
+    )
+    measurement = bp.io.read_measurement(tmp_path / "a.csv")
+    np.testing.assert_allclose(measurement.frf[0, 0], [10j, -1j], atol=1e-14)
+    assert measurement.quantity == "accelerance"
 
 
 def test_the_report_says_what_was_read_and_what_was_not(tmp_path):
