@@ -783,6 +783,38 @@ CALLS = {
         lambda: bp.io.read_measurement("no.uff"),
         "no file no.uff; a file with measurement is needed. Check the folder:",
     ),
+    "read any number": (
+        lambda: bp.io.read(3),
+        "path=3 was given; the path of a file or folder is needed, since it is",
+    ),
+    "read any missing": (
+        lambda: bp.io.read("no.mat"),
+        "There is no file no.mat; a file of measured FRFs is needed",
+    ),
+    "read mapping number": (
+        lambda: bp.io.read("models/bar.uff", 3),
+        "mapping=3 was given; the path of a TOML file or a dictionary is",
+    ),
+    "read mapping misspelt": (
+        lambda: bp.io.read("models/bar.uff", {"averges": 4}),
+        'the field averges is not known; the nearest known one is "averages"',
+    ),
+    "read mapping averages": (
+        lambda: bp.io.read("models/bar.uff", {"averages": 0.5}),
+        "mapping: averages is 0.5; a whole number of at least 1 is needed",
+    ),
+    "read mapping superfluous": (
+        lambda: bp.io.read("models/bar.uff", {"sensors": ["s1"]}),
+        "mapping has the field sensors, and models/bar.uff is a universal file",
+    ),
+    "abaqus missing": (
+        lambda: bp.io.abaqus.read_matrices("no.mtx", "no.mtx"),
+        "There is no file no.mtx; a matrix of Abaqus is needed",
+    ),
+    "abaqus number": (
+        lambda: bp.io.abaqus.read_matrices(3, "no.mtx"),
+        "path=3 was given; the path of a file or folder is needed",
+    ),
     "uff names": (
         lambda: bp.io.uff.read("models/bar.uff", names=["s1"]),
         "names=list of 1 was given; names by the number of the node are needed",
