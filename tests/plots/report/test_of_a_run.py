@@ -73,6 +73,7 @@ def test_every_figure_has_a_sentence_its_numbers_and_tags(chapter):
     assert len(drawn) >= 8
     for figure in drawn:
         assert figure.caption.endswith(".")
+        assert ". " not in figure.caption
         assert len(figure.data.rows) > 0
         assert figure.tags
 
@@ -81,7 +82,8 @@ def test_the_error_is_that_of_the_ledger(folder, chapter):
     steps = json.loads((folder / "ledger.json").read_text())["steps"]
     chi2 = numbers(chapter, "The error falls")["chi2 per datum [1]"]
     assert np.allclose(chi2, [step["chi2_per_datum"] for step in steps], rtol=1e-5)
-    assert "at 4" in table(chapter, "Steps")["what it is"].iloc[-1]  # some 420 mm
+    words = table(chapter, "Steps")["what it is"].iloc[-1]
+    assert words.startswith("at 4") and " mm, mass 0.31" in words  # some 420 mm and 0.3 kg
 
 
 def test_responses_are_those_of_the_measurement_and_of_the_fits(folder, chapter):

@@ -10,7 +10,7 @@ from .._projection import Projection, draw_outline
 from .._saved import Saved
 from .._style import drawing, legend, panels
 from .._svg import AFTER, DATA, FAINT, FLOOR, INK
-from .._units import INTERVAL, summary
+from .._units import INTERVAL, rounded_summary
 from ..content import Drawing, Item, Table
 from ..report import PLACES
 
@@ -78,9 +78,9 @@ def _rows(places: xr.Dataset) -> Iterator[tuple[Any, ...]]:
             values = draws[:, axis]
             if np.ptp(values) > 0 or (axis == 0 and np.isfinite(values).all()):
                 known = None if np.isnan(recorded[axis]) else float(recorded[axis])
-                yield (str(name), kind, word, known, *summary(values), "mm")
+                yield (str(name), kind, word, known, *rounded_summary(values), "mm")
         if np.isfinite(item["tilt"].values).all():
-            yield (str(name), kind, "tilt", 0.0, *summary(item["tilt"].values), "deg")
+            yield (str(name), kind, "tilt", 0.0, *rounded_summary(item["tilt"].values), "deg")
 
 
 def _structure(places: xr.Dataset, outline: xr.Dataset, data: Table) -> Drawing:

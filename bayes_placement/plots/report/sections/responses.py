@@ -80,9 +80,11 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
     _draw_floors(axes[-1, 0], [*fits.values()][-1])
     axes[-1, 0].set_xlabel("frequency [Hz]")
     legend(figure, axes)
+    errs = float([*fits.values()][-1]["model_error"].max()) > 0
+    expected = "the noise and the model error" if errs else "the noise"
     caption = (
-        f"Dots are measured and lines are predicted at {title}; below, an error above the noise is "
-        "what the model lacks."
+        f"Dots are measured and lines are predicted at {title}; below, an error above {expected} "
+        "is what the model lacks."
     )
     content = drawing(figure, Table.of(_data(fits)))
     return Item(RESPONSES, title, content, caption, ("response", "error"))

@@ -49,8 +49,7 @@ def items(saved: Saved) -> Iterator[Item]:
     first = greatest.iloc[0]
     caption = (
         f"The model as given is most suspect of {first['kind']}: {first['size']:.3g} standard "
-        "deviations. Where a model fails badly all is suspect, and the fits decide; kinds without "
-        "a place of their own are in the table."
+        "deviations, but where a model fails badly all is suspect and the fits decide."
     )
     yield Item(SUSPICION, "Suspicion on the structure", content, caption, ("effect", "structure"))
     yield Item(

@@ -8,11 +8,13 @@ import pandas as pd
 import xarray as xr
 
 from ....inference.estimates import scalars
+from ....inference.summary import summary
+from ....inference.units import ReadableUnit, readable
 from .._saved import Saved
 from .._style import drawing, legend, panels
 from .._svg import AFTER, FLOOR
-from .._units import INTERVAL, Scale, scale_of, summary
-from ..content import Item, Table
+from .._units import INTERVAL, rounded_summary
+from ..content import Item, Table, Text
 from ..report import UNKNOWNS
 
 COLUMNS, MOST_PANELS = 3, 24
@@ -26,7 +28,7 @@ class _Unknown(NamedTuple):
 
     name: str
     role: str
-    scale: Scale
+    scale: ReadableUnit
     prior: np.ndarray
     posterior: np.ndarray
 
@@ -47,6 +49,9 @@ def items(saved: Saved) -> Iterator[Item]:
         "that holds 95 %.",
         TAGS,
     )
+    peaks = tuple(f"{row.in_words()}." for row in summary(saved.findings) if row.peaks)
+    if peaks:
+        yield Item(UNKNOWNS, "More than one likely value", Text(peaks), tags=TAGS)
     drawn = [unknown for unknown in unknowns if unknown.posterior.size][:MOST_PANELS]
     if drawn:
         yield _densities(drawn)
@@ -58,8 +63,10 @@ def _unknowns(prior: xr.Dataset, posterior: xr.Dataset | None) -> Iterator[_Unkn
         role, unit = str(draws.attrs["role"]), str(draws.attrs["units"])
         after = dict(scalars(str(name), known[str(name)].values)) if str(name) in known else {}
         for word, before in scalars(str(name), draws.values):
-            scale = scale_of(word, unit)
-            drawn = np.ravel(after.get(word, np.zeros(0))) * scale.factor
+            drawn = np.ravel(after.get(word, np.zeros(0)))
+            size = float(np.abs(drawn if drawn.size else before).max())
+            scale = readable(unit, str(draws.attrs["field"]), size)
+            drawn = drawn * scale.factor
             yield _Unknown(word, role, scale, np.ravel(before) * scale.factor, drawn)
 
 
@@ -80,9 +87,9 @@ def _table(unknowns: list[_Unknown]) -> Table:
         before = [float(f"{end:.3g}") for end in np.percentile(unknown.prior, INTERVAL)]
         after: tuple[Any, ...] = (None,) * 4
         if unknown.posterior.size:
-            after = summary(unknown.posterior)
+            after = rounded_summary(unknown.posterior)
         rows.append(
-            (unknown.name, unknown.scale.unit, *before, *after, unknown.role.removesuffix(" h"))
+            (unknown.name, unknown.scale.name, *before, *after, unknown.role.removesuffix(" h"))
         )
     return Table(columns, tuple(rows))
 
@@ -96,7 +103,7 @@ def _densities(unknowns: list[_Unknown]) -> Item:
         panel.set_axis_off()
     legend(figure, axes)
     rows = [
-        pd.DataFrame({"unknown": unknown.name, "unit": unknown.scale.unit, "draw": thinned})
+        pd.DataFrame({"unknown": unknown.name, "unit": unknown.scale.name, "draw": thinned})
         for unknown in unknowns
         for thinned in [unknown.posterior[:: -(-unknown.posterior.size // 200)]]
     ]
@@ -119,4 +126,4 @@ def _draw(panel: Any, unknown: _Unknown) -> None:
     panel.set_yticks([])
     panel.locator_params(axis="x", nbins=4)
     panel.set_title(unknown.name, fontsize=8)
-    panel.set_xlabel("" if unknown.scale.unit == "1" else unknown.scale.unit, fontsize=8)
+    panel.set_xlabel(unknown.scale.name, fontsize=8)

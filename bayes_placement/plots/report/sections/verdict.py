@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from typing import Any
 
+from ....inference.units import readable
 from .._saved import Saved
-from .._units import rounded, scale_of
+from .._units import rounded
 from ..content import Cell, Item, Table, Text
 from ..report import ERROR, NEXT, SUSPICION, UNKNOWNS, VERDICT
 
@@ -108,8 +109,8 @@ def _parameters(step: dict[str, Any]) -> Iterator[str]:
     for name, estimate in step["parameters"].items():
         owner, _, word = name.partition(f"effects.{step['added']}.")
         if word and owner in ("structure.", "", "instrument_") and estimate["mean"] is not None:
-            scale = scale_of(name, str(estimate["unit"]))
+            field = word.partition("[")[0].rpartition(".")[2]
+            scale = readable(str(estimate["unit"]), field, abs(estimate["mean"]))
             spread = scale.factor * (estimate["standard_deviation"] or 0.0)
             mean = rounded(scale.factor * estimate["mean"], spread)
-            unit = "" if scale.unit == "1" else f" {scale.unit}"
-            yield f"{word} {mean:.12g} ± {spread:.2g}{unit}"
+            yield f"{word} {mean:.12g} ± {spread:.2g} {scale.name}".rstrip()
