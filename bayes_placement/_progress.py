@@ -14,7 +14,7 @@ from rich.progress import (
 )
 from rich.progress import Progress as Bars
 
-from ._types import Progress
+from ._types import Progress, no_progress
 
 WIDTH_OF_A_FILE = 140
 """Columns of what is written to a file or a pipe, so that a row of a table stays on one line."""
@@ -72,6 +72,27 @@ def progress_bar(task: str = "computed") -> Iterator[Progress]:
     """
     with progress_bars(progress_console(), [task]) as begin:
         yield begin(task)
+
+
+@contextmanager
+def shown(progress: Progress | None, task: str) -> Iterator[Progress]:
+    """Report to what the caller gives, or else to a bar where somebody looks at one.
+
+    Parameters
+    ----------
+    progress
+        What the caller gives; None for a bar in a terminal or notebook, and nothing elsewhere.
+    task
+        Text before the bar.
+    """
+    console = progress_console()
+    if progress is not None:
+        yield progress
+    elif console.is_terminal or console.is_jupyter:
+        with progress_bar(task) as report:
+            yield report
+    else:
+        yield no_progress
 
 
 class _Tasks:

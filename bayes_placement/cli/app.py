@@ -127,6 +127,24 @@ Noise = Annotated[
         "the coherence of its data tells.",
     ),
 ]
+LeastDistance = Annotated[
+    float | None,
+    typer.Option(
+        help="Least distance [m] between sensors, and between actuators. Default: 1 % of the "
+        "structure."
+    ),
+]
+Forbidden = Annotated[
+    list[str] | None,
+    typer.Option(help="Region [m] in which nothing is placed, 0.4:0.45; may be repeated."),
+]
+Cost = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Information [nat] that a sensor or actuator must add to be used, s2=0.1; may be "
+        "repeated."
+    ),
+]
 Workers = Annotated[int | None, typer.Option(help="Processes on this machine.", min=1)]
 Dask = Annotated[
     str | None,
@@ -328,6 +346,9 @@ def place(
     places: Places = 19,
     lines: Lines = 20,
     noise: Noise = None,
+    least_distance: LeastDistance = None,
+    forbidden: Forbidden = None,
+    cost: Cost = None,
     workers: Workers = None,
     dask: Dask = None,
     out: Out = None,
@@ -354,6 +375,9 @@ def place(
             workers=workers,
             dask=dask,
             seed=seed,
+            least_distance=least_distance,
+            forbidden=tuple(forbidden or ()),
+            cost=tuple(cost or ()),
         )
         _end(place.run(model, data, options, output))
 

@@ -24,6 +24,7 @@ from ..io.model import Study
 from ..plots import placement as plots
 from ._estimators import named_estimator
 from ._inputs import read_measurement, read_study
+from ._placement_rules import costs, forbidden_regions
 from ._positions_to_try import positions_to_try
 from ._run import Output, Run
 
@@ -62,6 +63,12 @@ class Options(NamedTuple):
         See `bp.design.workers`.
     seed
         Seed of all random numbers.
+    least_distance
+        Least distance [m] between two transducers; None for 1 % of the structure.
+    forbidden
+        Regions in which nothing is placed, as they were typed.
+    cost
+        Cost [nat] of transducers, as it was typed.
     """
 
     estimator: str
@@ -74,6 +81,9 @@ class Options(NamedTuple):
     workers: int | None
     dask: str | None
     seed: int
+    least_distance: float | None = None
+    forbidden: tuple[str, ...] = ()
+    cost: tuple[str, ...] = ()
 
 
 def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
@@ -91,6 +101,7 @@ def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
         Where the results go.
     """
     screen = output.screen
+    regions, prices = forbidden_regions(options.forbidden), costs(options.cost)
     with files_read() as files:
         study = read_study(path)
         earlier = _earlier_data(study, data, path, options)
@@ -112,6 +123,7 @@ def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
         settings: dict[str, Any] = {
             "estimator": estimator,
             "about": options.about,
+            "lines": None,  # chosen above
             "key": options.seed,
             "executor": executor,
             "store": run.shared / "chunks",
@@ -120,7 +132,14 @@ def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
         with warnings.catch_warnings(record=True) as doubts:
             warnings.simplefilter("always", information.InformationWarning)
             best = place(
-                experiment, positions, search=search, progress=begin_task(PLACE), **settings
+                experiment,
+                positions,
+                search=search,
+                least_distance=options.least_distance,
+                forbidden=regions,
+                cost=prices,
+                progress=begin_task(PLACE),
+                **settings,
             )
             # An exhaustive search has left all cells of the map in the store.
             drawn = [

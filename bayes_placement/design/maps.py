@@ -8,11 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .._types import InfeasibleError, Key, Progress, check_kind, no_progress
+from .._progress import shown
+from .._types import InfeasibleError, Key, Progress, check_kind
 from ..experiment.experiment import Experiment
 from ._candidates import Candidates, candidates, combinations
 from .information.estimator import Estimator, jackknife_error
-from .running.evaluation import CHUNK, Evaluation
+from .running.evaluation import CHUNK, MOST_LINES, Evaluation
 
 SIGNIFICANT = 2.0
 """Standard errors above which a difference is significant."""
@@ -26,10 +27,11 @@ def information_map(
     about: Sequence[str] | None = None,
     nominal: Mapping[str, float] | None = None,
     key: int | Key = 0,
+    lines: int | None = MOST_LINES,
     executor: Executor | None = None,
     store: str | Path | None = None,
     chunk: int = CHUNK,
-    progress: Progress = no_progress,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Information about the parameters at each placement of some sensors and actuators.
 
@@ -50,6 +52,9 @@ def information_map(
         Nominal values of parameters, by name; by default the means of their priors.
     key
         Seed or JAX key.
+    lines
+        Frequency lines that are used, evenly over the band, where the experiment has more: more of
+        them take longer and need more draws. None for all.
     executor
         Executor that computes the chunks: `workers(4)`, or any of `concurrent.futures`; by default
         this process. The result is the same, bit for bit.
@@ -59,7 +64,8 @@ def information_map(
     chunk
         Placements of a chunk; a second or more of work is far above the cost of dispatching it.
     progress
-        Called with the share that is done; `progress_bar()` makes one.
+        Called with the share that is done; by default a bar in a terminal or notebook, and nothing
+        elsewhere.
 
     Returns
     -------
@@ -91,22 +97,25 @@ def information_map(
         "positions by the name of the transducer are needed, since each is tried there",
         'information_map(experiment, {"s1": [0.2, 0.3, 0.4]})',
     )
-    evaluation = Evaluation.of(
-        experiment,
-        estimator=estimator,
-        about=about,
-        nominal=nominal,
-        key=key,
-        executor=executor,
-        store=store,
-        chunk=chunk,
-        progress=progress,
-    )
-    moved = candidates(evaluation.experiment, places)
-    shape = tuple(len(transducer.positions) for transducer in moved)
-    gain = evaluation.at(moved, combinations(moved)).reshape(*shape, -1)
+    with shown(progress, "map") as report:
+        evaluation = Evaluation.of(
+            experiment,
+            estimator=estimator,
+            about=about,
+            nominal=nominal,
+            key=key,
+            lines=lines,
+            executor=executor,
+            store=store,
+            chunk=chunk,
+            progress=report,
+        )
+        moved = candidates(evaluation.experiment, places)
+        shape = tuple(len(transducer.positions) for transducer in moved)
+        gain = evaluation.at(moved, combinations(moved)).reshape(*shape, -1)
     gain[np.isneginf(gain)] = np.nan
-    return _labelled(moved, gain, evaluation.estimator.settings() | {"key": evaluation.seed})
+    used = {"key": evaluation.seed, "lines": int(np.size(evaluation.experiment.frequency))}
+    return _labelled(moved, gain, evaluation.estimator.settings() | used)
 
 
 class Lead(NamedTuple):

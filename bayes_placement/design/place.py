@@ -2,20 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from .._types import Key, Progress, check_kind, no_progress
+from .._progress import shown
+from .._types import Key, Progress, check_kind
 from ..experiment.experiment import Experiment
 from ..positions.bounds import position_text
 from ..positions.vectors import Recorded
 from .information.estimator import Estimator, jackknife_error
 from .maps import SIGNIFICANT, difference_of, ranked
-from .running.evaluation import Evaluation
+from .running.evaluation import MOST_LINES, Evaluation, words_on_lines
 from .search._search_space import Places, SearchSpace
 from .search.exhaustive import Exhaustive
 from .search.placement_rules import PlacementRules
@@ -49,6 +50,8 @@ class Placement:
         Name of the search strategy.
     evaluations
         Number of placements whose information gain was estimated.
+    lines
+        Which lines were used, in words; empty where all were.
     """
 
     positions: dict[str, Any]
@@ -61,6 +64,7 @@ class Placement:
     table: pd.DataFrame
     search: str
     evaluations: int
+    lines: str = ""
 
     @property
     def net_gain(self) -> float:
@@ -76,7 +80,7 @@ class Placement:
         return (
             f"Best of {len(self.table)} placements: {where or 'nothing placed'}; "
             f"{self.information_gain:.3g} ± {self.information_gain_se:.2g} nat{cost}"
-            f"{self._lead_in_words()}.{self._omitted_in_words()}"
+            f"{self._lead_in_words()}.{self._omitted_in_words()}{self.lines and f' {self.lines}'}"
         )
 
     def _lead_in_words(self) -> str:
@@ -101,15 +105,16 @@ def place(
     *,
     search: Search | None = None,
     forbidden: Sequence[tuple[Recorded, Recorded]] = (),
-    least_distance: float = 0.0,
+    least_distance: float | None = None,
     cost: Mapping[str, float] | None = None,
     estimator: Estimator | None = None,
     about: Sequence[str] | None = None,
     nominal: Mapping[str, float] | None = None,
     key: int | Key = 0,
+    lines: int | None = MOST_LINES,
     executor: Executor | None = None,
     store: str | Path | None = None,
-    progress: Progress = no_progress,
+    progress: Progress | None = None,
 ) -> Placement:
     """Find the positions of sensors and actuators with the greatest information gain, Eq. (34).
 
@@ -129,14 +134,16 @@ def place(
     forbidden
         Regions in which nothing may be recorded: low and high corner [m].
     least_distance
-        Least distance [m] between sensors, and between actuators.
+        Least distance [m] between sensors, and between actuators; by default 1 % of the greatest
+        extent of the structure, which a sensor and an actuator keep at any rate, so that no two
+        share a point. 0 permits that. Those that are mounted stay, however close.
     cost
         Information gain that a transducer must add to be worth its place [nat], by name. A
         transducer with a cost may be left out; the best placement is that of the greatest net
         gain. All others are always placed. Kernels in the space of the outputs (`information.KDE`)
         blur more with more sensors, so that rather too few seem worth their cost; take
         `information.ExpectedGain()` where sensors are counted.
-    estimator, about, nominal, key, executor, store, progress
+    estimator, about, nominal, key, lines, executor, store, progress
         See `information_map`.
 
     Raises
@@ -159,23 +166,28 @@ def place(
         "positions by the name of the transducer are needed, since each is tried there",
         'place(experiment, {"s1": [0.2, 0.3, 0.4]})',
     )
-    evaluation = Evaluation.of(
-        experiment,
-        estimator=estimator,
-        about=about,
-        nominal=nominal,
-        key=key,
-        executor=executor,
-        store=store,
-        progress=progress,
+    rules = PlacementRules(
+        tuple(forbidden), None if least_distance is None else float(least_distance)
     )
-    rules = PlacementRules(tuple(forbidden), float(least_distance))
     costs = {name: float(nat) for name, nat in (cost or {}).items()}
-    space = SearchSpace(evaluation, places, rules, costs).checked()
     strategy = Exhaustive() if search is None else search
-    trials = strategy.trials(space)
-    progress(1.0)
-    return _best(space, trials.distinct(), type(strategy).__name__)
+    with shown(progress, "place") as report:
+        evaluation = Evaluation.of(
+            experiment,
+            estimator=estimator,
+            about=about,
+            nominal=nominal,
+            key=key,
+            lines=lines,
+            executor=executor,
+            store=store,
+            progress=report,
+        )
+        space = SearchSpace(evaluation, places, rules, costs).checked()
+        trials = strategy.trials(space)
+        report(1.0)
+    best = _best(space, trials.distinct(), type(strategy).__name__)
+    return replace(best, lines=words_on_lines(experiment, evaluation.experiment))
 
 
 def _best(space: SearchSpace, trials: Trials, search: str) -> Placement:

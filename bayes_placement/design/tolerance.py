@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from .._types import InputError, Progress, no_progress
+from .._progress import shown
+from .._types import InputError, Progress
 from ..experiment.experiment import Experiment
 from ._candidates import transducer, with_transducers
 from .maps import SIGNIFICANT, difference, information_map, lead
@@ -65,7 +66,7 @@ def tolerance_study(
     places: Mapping[str, Sequence[Any] | np.ndarray],
     *,
     factors: Sequence[float] = FACTORS,
-    progress: Progress = no_progress,
+    progress: Progress | None = None,
     **settings: Any,
 ) -> ToleranceStudy:
     """Compare the best placement and its information gain for several tolerances.
@@ -81,9 +82,9 @@ def tolerance_study(
     factors
         Tolerances, as multiples of those declared; the first is what the others are compared with.
     progress
-        Called with the share that is done.
+        As of `information_map`.
     **settings
-        `estimator`, `about`, `nominal`, `key`, `executor`, `store` and `chunk` of
+        `estimator`, `about`, `nominal`, `key`, `lines`, `executor`, `store` and `chunk` of
         `information_map`.
 
     Raises
@@ -96,15 +97,16 @@ def tolerance_study(
             f"factors={list(factors)} was given; positive multiples of the tolerance are needed: "
             "factors=(1, 0.5, 0.25)."
         )
-    maps = [
-        information_map(
-            _with_tolerance(experiment, list(places), factor),
-            places,
-            progress=part_of_progress(progress, number, len(factors)),
-            **settings,
-        )
-        for number, factor in enumerate(factors)
-    ]
+    with shown(progress, "tolerances") as report:
+        maps = [
+            information_map(
+                _with_tolerance(experiment, list(places), factor),
+                places,
+                progress=part_of_progress(report, number, len(factors)),
+                **settings,
+            )
+            for number, factor in enumerate(factors)
+        ]
     return ToleranceStudy(_joined(maps, factors), _table(maps, factors))
 
 

@@ -99,7 +99,7 @@ def test_a_run_shows_priors_a_table_with_units_and_the_verdict(first):
         assert piece in said
     assert "lines are used" not in said
     verdict = (folder / "out" / "placement.txt").read_text().strip()
-    assert verdict.startswith("Best of 16 placements: s1 at 0.")
+    assert verdict.startswith("Best of 12 placements: s1 at 0.")
     assert f"\n{verdict}\n" in said
     assert said.splitlines()[-1] == f"Results are in {folder / 'out'}/"
 
@@ -118,7 +118,7 @@ def test_table_and_map_agree_on_places_and_information(first):
             == float(dataset["information_gain"].max())
             == pytest.approx(table["information_gain"].max())
         )
-    assert len(table) == 16 and table["information_gain"].is_monotonic_decreasing
+    assert len(table) == 12 and table["information_gain"].is_monotonic_decreasing
 
 
 def test_the_terminal_shows_the_best_placements_in_order(first):
@@ -378,3 +378,32 @@ def test_a_transducer_that_sits_nowhere_is_named(monkeypatch):
 def test_places_on_a_line_leave_out_its_ends():
     places = positions_to_try(bar.placed(0.3, 0.4, None), "exhaustive", 3)
     np.testing.assert_allclose(places["s1"], [0.25, 0.5, 0.75])
+
+
+def test_rules_of_a_placement_are_options(tmp_path):
+    written(tmp_path, more=TWO)
+    words = ("--forbidden", "0.15:0.25", "--least-distance", "0.3", "--cost", "s2=50")
+    said, out = done(tmp_path, *words)
+    table = pd.read_csv(out / "placements.csv", index_col=0)
+    assert set(np.round(np.r_[table["s1"], table["a1"]], 6)) <= {0.4, 0.6, 0.8}
+    together = table.dropna(subset=["s2"])
+    assert (np.abs(together["s1"] - together["s2"]) > 0.29).all()
+    assert "s2 is left out: its information gain is less than its cost." in said
+
+
+def test_no_two_instruments_share_a_point(first):
+    table = pd.read_csv(first[0] / "out" / "placements.csv", index_col=0)
+    assert (np.abs(table["s1"] - table["a1"]) > 0.1).all()
+
+
+@pytest.mark.parametrize(
+    ("words", "piece"),
+    [
+        (("--forbidden", "0.4"), "--forbidden '0.4' was given; the least and the greatest"),
+        (("--forbidden", "0,0:1,1"), "--forbidden '0,0:1,1' was given"),
+        (("--cost", "s1"), "--cost 's1' was given; a transducer and the information"),
+        (("--cost", "s1=-1"), "--cost 's1=-1' was given"),
+    ],
+)
+def test_rules_that_are_none_are_refused(tmp_path, words, piece):
+    assert piece in refused(written(tmp_path), *words, "--out", tmp_path / "out")

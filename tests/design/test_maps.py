@@ -1,14 +1,16 @@
 """Labels and symmetries of maps of information, and places that cannot be tried."""
 
+import io
 import itertools
 
 import jax
 import numpy as np
 import numpyro.distributions as dist
 import pytest
+from rich.console import Console
 
 import bayes_placement as bp
-from bayes_placement import information
+from bayes_placement import _progress, information
 from bayes_placement.design import maps
 from bayes_placement.design.information.estimator import jackknife_error
 from models import bar
@@ -196,3 +198,30 @@ def test_a_gain_above_the_limit_of_the_draws_is_warned_of():
         information.InformationWarning, match=r"draws=4 draws .* log draws = 1.4 nat"
     ):
         bp.information_map(sharp, {"s1": [0.25]}, estimator=coarse)
+
+
+def test_of_many_lines_some_are_used_and_it_says_so():
+    many = bar.placed(0.3, 0.3, None, frequency=np.linspace(20.0, 420.0, 50))
+    few = bar.placed(0.3, 0.3, None, frequency=np.asarray(many.frequency)[[12, 37]])
+    places = {"s1": GRID[:2]}
+    maps_of = [
+        bp.information_map(many, places, estimator=SMALL, lines=2),
+        bp.information_map(few, places, estimator=SMALL),
+    ]
+    assert [learnt.attrs["lines"] for learnt in maps_of] == [2, 2]
+    first, second = (learnt["information_gain"].values for learnt in maps_of)
+    np.testing.assert_allclose(first, second, rtol=1e-9)
+    best = bp.place(many, places, estimator=SMALL, lines=2)
+    assert str(best).endswith("2 of 50 lines are used, evenly over the band.")
+
+
+def test_a_bar_is_shown_where_somebody_looks(monkeypatch, experiment):
+    screen = io.StringIO()
+    places = {"s1": GRID[:1]}
+    for is_terminal in (True, False):
+        console = Console(file=screen, force_terminal=is_terminal, width=80)
+        monkeypatch.setattr(_progress, "progress_console", lambda console=console: console)
+        bp.information_map(experiment, places, estimator=SMALL)
+        assert ("map" in screen.getvalue()) == is_terminal
+        screen.seek(0)
+        screen.truncate()

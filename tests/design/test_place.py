@@ -21,7 +21,7 @@ def experiment():
 
 @pytest.fixture(scope="module")
 def full_grid(experiment):
-    return bp.place(experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL)
+    return bp.place(experiment, {"s1": GRID, "a1": GRID}, estimator=SMALL, least_distance=0.0)
 
 
 def test_the_best_of_a_grid_is_that_of_the_map(experiment, full_grid):
@@ -104,7 +104,9 @@ def test_the_result_says_what_it_took(full_grid):
 
 def test_adding_one_at_a_time_begins_with_sensor_and_actuator_together(experiment, full_grid):
     places = {"s1": GRID, "a1": GRID}
-    placement = bp.place(experiment, places, estimator=SMALL, search=design.Forward())
+    placement = bp.place(
+        experiment, places, estimator=SMALL, search=design.Forward(), least_distance=0.0
+    )
     assert (
         placement.information_gain == full_grid.information_gain
         and placement.positions == full_grid.positions
@@ -112,7 +114,9 @@ def test_adding_one_at_a_time_begins_with_sensor_and_actuator_together(experimen
 
 
 def test_one_place_has_no_second_best(experiment):
-    placement = bp.place(experiment, {"s1": [0.25], "a1": [0.25]}, estimator=SMALL)
+    placement = bp.place(
+        experiment, {"s1": [0.25], "a1": [0.25]}, estimator=SMALL, least_distance=0.0
+    )
     assert str(placement).endswith("nat.") and np.isnan(placement.lead_se)
 
 
@@ -157,10 +161,25 @@ def test_rules_hold_in_space():
     seats = np.array(SEATS)
     rules = PlacementRules([((0.15, 0.1, -1.0), (0.3, 0.2, 1.0))])
     assert rules.allowed(two, {"s1": seats}, ["s2"]).tolist() == [True, False, True]
-    # An actuator may sit where a sensor does; the second and the third are 0.1 m apart.
+    # Rules of their own let an actuator be where a sensor is; the last two are 0.1 m apart.
     pairs = {"s1": seats[:2], "s2": seats[1:]}
     assert PlacementRules((), 0.101).allowed(two, pairs).tolist() == [True, False]
     assert PlacementRules((), 0.099).allowed(two, pairs).tolist() == [True, True]
+    assert not PlacementRules().checked(two).allowed(two, pairs)[0]
+
+
+def test_no_two_instruments_share_a_point_unless_that_is_asked_for(experiment):
+    places = {"s1": GRID, "a1": GRID}
+    apart = bp.place(experiment, places, estimator=SMALL)
+    assert len(apart.table) == GRID.size**2 - GRID.size
+    assert (np.abs(apart.table["s1"] - apart.table["a1"]) >= 0.01).all()
+    mounted = bp.place(
+        experiment,
+        {"s1": [float(experiment.actuator["a1"].recorded)]},
+        estimator=SMALL,
+        least_distance=0.0,
+    )
+    assert len(mounted.table) == 1
 
 
 def test_tolerances_on_several_members_are_candidates_as_well():

@@ -12,6 +12,7 @@ import numpy as np
 from ..._random import integer_seed
 from ..._types import Key, Progress, no_progress
 from ...experiment.experiment import Experiment
+from ...experiment.resized import with_lines
 from .._candidates import Candidates
 from .._parameters_of_interest import nominal_values, with_parameters_of_interest
 from ..information.estimator import Estimator, InformationWarning
@@ -19,6 +20,9 @@ from ..information.expected_gain import ExpectedGain
 from ..information.kde import KDE
 from ._dispatch import run
 from .chunks import Task, chunks
+
+MOST_LINES = 20
+"""Frequency lines that are used, where no other number is asked for."""
 
 CHUNK = 100
 """Placements of a chunk: about a second of work in the paper's sizes, far above its overhead."""
@@ -61,13 +65,15 @@ class Evaluation(NamedTuple):
         about: Sequence[str] | None = None,
         nominal: Mapping[str, float] | None = None,
         key: int | Key = 0,
+        lines: int | None = None,
         executor: Executor | None = None,
         store: str | Path | None = None,
         chunk: int = CHUNK,
         progress: Progress = no_progress,
     ) -> "Evaluation":
         """Settings with their defaults, as described in `information_map`."""
-        of_interest, stated = with_parameters_of_interest(experiment, about, nominal)
+        thinned = experiment if lines is None else with_lines(experiment, lines)
+        of_interest, stated = with_parameters_of_interest(thinned, about, nominal)
         used = KDE() if estimator is None else estimator
         return cls(of_interest, used, integer_seed(key), stated, executor, store, chunk, progress)
 
@@ -99,6 +105,14 @@ class Evaluation(NamedTuple):
     def part(self, number: int, count: int) -> "Evaluation":
         """Return the evaluation whose progress is one of `count` equal parts of this one's."""
         return self._replace(progress=part_of_progress(self.progress, number, count))
+
+
+def words_on_lines(declared: Experiment, used: Experiment) -> str:
+    """Say how many frequency lines are used; nothing where all are."""
+    counts = np.size(used.frequency), np.size(declared.frequency)
+    if counts[0] == counts[1]:
+        return ""
+    return f"{counts[0]} of {counts[1]} lines are used, evenly over the band."
 
 
 def part_of_progress(progress: Progress, number: int, count: int) -> Progress:

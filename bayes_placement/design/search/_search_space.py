@@ -54,7 +54,7 @@ class SearchSpace(NamedTuple):
             If a rule does not fit the structure, or a cost is negative or of no transducer to be
             placed.
         """
-        self.rules.checked(self.experiment)
+        rules = self.rules.checked(self.experiment)
         for name, cost in self.cost.items():
             if name not in self.places or not cost >= 0:
                 raise InputError(
@@ -63,7 +63,7 @@ class SearchSpace(NamedTuple):
                     f'decides whether that one is placed: cost={{"{next(iter(self.places))}": '
                     "0.2}."
                 )
-        return self
+        return self._replace(rules=rules)
 
     @property
     def experiment(self) -> Experiment:

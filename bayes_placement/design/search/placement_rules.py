@@ -1,5 +1,6 @@
 """Which placements are allowed: forbidden regions, and distances between transducers."""
 
+import itertools
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -15,6 +16,10 @@ RecordedPositions = Mapping[str, np.ndarray]
 """Recorded positions [placement, coordinate] of transducers [m], by name."""
 
 
+LEAST_SHARE = 0.01
+"""Least distance over the greatest extent of the structure, where none is given."""
+
+
 class PlacementRules(NamedTuple):
     """Rules for placements: forbidden regions and a least distance.
 
@@ -23,14 +28,18 @@ class PlacementRules(NamedTuple):
     forbidden
         Regions in which nothing may be recorded: low and high corner [m], numbers on a line.
     least_distance
-        Least distance [m] between recorded positions of sensors, and of actuators.
+        Least distance [m] between recorded positions of sensors, and of actuators, of which one is
+        moved; None for 1 % of the greatest extent of the structure.
+    least_between
+        Least distance [m] between a sensor and an actuator of which one is moved.
     """
 
     forbidden: Sequence[tuple[Recorded, Recorded]] = ()
-    least_distance: float = 0.0
+    least_distance: float | None = None
+    least_between: float = 0.0
 
     def checked(self, experiment: Experiment) -> "PlacementRules":
-        """Return the rules after a check that they fit the structure.
+        """Return the rules, the distance with its default, after a check that they fit.
 
         Raises
         ------
@@ -47,12 +56,16 @@ class PlacementRules(NamedTuple):
                     f"corner are needed, each of {coordinates} coordinates as the structure has: "
                     f"forbidden=[{needed}]."
                 )
+        low, high = experiment.structure.modes.bounds()
+        small = LEAST_SHARE * float(np.max(np.subtract(high, low)))
+        if self.least_distance is None:
+            return self._replace(least_distance=small, least_between=small)
         if not self.least_distance >= 0:
             raise InputError(
                 f"least_distance={self.least_distance:g} was given; a distance [m] that is not "
                 "negative is needed: least_distance=0.05."
             )
-        return self
+        return self._replace(least_between=min(small, self.least_distance))
 
     def allowed(
         self, experiment: Experiment, positions: RecordedPositions, undecided: Collection[str] = ()
@@ -72,10 +85,9 @@ class PlacementRules(NamedTuple):
         allowed = np.ones(count, dtype=bool)
         for points in positions.values():
             allowed &= ~self.in_forbidden(points)
-        for side in (experiment.sensor, experiment.actuator):
-            decided = {name: side[name] for name in side if name not in undecided}
-            allowed &= self._separated(decided, positions, count)
-        return allowed
+        both = {**experiment.sensor, **experiment.actuator}
+        decided = {name: both[name] for name in both if name not in undecided}
+        return allowed & self._separated(decided, positions, count)
 
     def allowed_cells(
         self,
@@ -93,7 +105,7 @@ class PlacementRules(NamedTuple):
         """Error that no placement is allowed."""
         return InputError(
             f"None of the placements is allowed: forbidden regions {list(self.forbidden)} m, least "
-            f"distance {self.least_distance:g} m. Give more places to try, or fewer rules."
+            f"distance {self.least_distance or 0.0:g} m. Give more places to try, or fewer rules."
         )
 
     def in_forbidden(self, points: np.ndarray) -> np.ndarray:
@@ -105,15 +117,21 @@ class PlacementRules(NamedTuple):
         return inside
 
     def _separated(
-        self, side: Mapping[str, Any], positions: RecordedPositions, count: int
+        self, transducers: Mapping[str, Any], positions: RecordedPositions, count: int
     ) -> np.ndarray:
-        """Whether the transducers of one side are far enough from each other [placement]."""
-        points = [
-            positions.get(name, np.tile(np.atleast_1d(transducer.recorded), (count, 1)))
-            for name, transducer in side.items()
-        ]
+        """Whether transducers are far enough from each other [placement].
+
+        Two that are mounted already stay where they are, however close.
+        """
+        points = {
+            name: positions.get(name, np.tile(np.atleast_1d(transducer.recorded), (count, 1)))
+            for name, transducer in transducers.items()
+        }
         separated = np.ones(count, dtype=bool)
-        for number, point in enumerate(points):
-            for previous in points[:number]:
-                separated &= np.linalg.norm(point - previous, axis=1) >= self.least_distance
+        for first, second in itertools.combinations(points, 2):
+            if first in positions or second in positions:
+                distance = np.linalg.norm(points[first] - points[second], axis=1)
+                alike = transducers[first].kind == transducers[second].kind
+                least = (self.least_distance or 0.0) if alike else self.least_between
+                separated &= distance >= least
         return separated

@@ -31,6 +31,7 @@ def placed(places, estimator, *, key=0, search=None, **settings):
         estimator=estimator,
         search=search or design.Evolutionary(),
         key=key,
+        least_distance=settings.pop("least_distance", 0.0),
         **settings,
     )
 
@@ -86,7 +87,11 @@ def test_the_bar_of_the_paper(ratios, best):
     experiment = bar.placed(0.5, 0.5, None, structure=bar.bar(*ratios))
     places = {"s1": ANYWHERE, "a1": ANYWHERE}
     placement = bp.place(
-        experiment, places, estimator=SMALL, search=design.Evolutionary(populations=2)
+        experiment,
+        places,
+        estimator=SMALL,
+        search=design.Evolutionary(populations=2),
+        least_distance=0.0,
     )
     for place in placement.positions.values():
         assert min(abs(float(place) - peak) for peak in best) < 0.02

@@ -18,6 +18,7 @@ TWO, THREE = ("s1", "s2"), ("s1", "s2", "s3")
 def placed(names, places=GRID, *, estimator=None, sensors=THREE, **settings):
     experiment = landscapes.experiment(sensors)
     tried = {name: places for name in names}
+    settings = {"least_distance": 0.0} | settings
     return bp.place(experiment, tried, estimator=estimator or Modal(), **settings)
 
 
@@ -60,7 +61,7 @@ def test_sensors_that_differ_are(changes):
         noise=None,
     )
     places = {"s1": GRID[:3], "s2": GRID[:3]}
-    assert bp.place(experiment, places, estimator=Modal()).evaluations == 9
+    assert bp.place(experiment, places, estimator=Modal(), least_distance=0.0).evaluations == 9
 
 
 @pytest.mark.parametrize("difference", ["places", "noise", "cost", "effect"])
@@ -73,9 +74,14 @@ def test_neither_are_those_with_other_places_noise_costs_or_effects(difference):
     places = {"s1": GRID[:3], "s2": GRID[1:4] if difference == "places" else GRID[:3]}
     cost = {"s1": 0.0} if difference == "cost" else {}
     if difference == "cost":
-        assert bp.place(experiment, places, estimator=Modal(), cost=cost).evaluations == 9 + 3
+        assert (
+            bp.place(
+                experiment, places, estimator=Modal(), cost=cost, least_distance=0.0
+            ).evaluations
+            == 12
+        )
     else:
-        assert bp.place(experiment, places, estimator=Modal()).evaluations == 9
+        assert bp.place(experiment, places, estimator=Modal(), least_distance=0.0).evaluations == 9
 
 
 def test_forward_placement_is_that_of_a_plain_loop():
