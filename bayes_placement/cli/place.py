@@ -27,6 +27,7 @@ from ._inputs import read_measurement, read_study
 from ._placement_rules import costs, forbidden_regions
 from ._positions_to_try import positions_to_try
 from ._run import Output, Run
+from ._terminal import Screen
 
 MOST_ROWS = 10
 """Placements, at most, that are shown in the terminal."""
@@ -101,7 +102,7 @@ def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
         Where the results go.
     """
     screen = output.screen
-    regions, prices = forbidden_regions(options.forbidden), costs(options.cost)
+    rules = _rules(options)
     with files_read() as files:
         study = read_study(path)
         earlier = _earlier_data(study, data, path, options)
@@ -109,8 +110,7 @@ def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
     experiment = with_lines(all_lines, options.lines)
     positions = positions_to_try(experiment, options.search, options.places)
     run = output.begin("place", path, files=files, **options._asdict())
-    screen.text(f"{experiment}\n")
-    screen.list(_words_on_lines(all_lines, experiment))
+    screen.text("\n".join([f"{experiment}\n", *_words_on_lines(all_lines, experiment)]))
     tasks = [EARLIER_DATA] if earlier is not None else []
     maps = [MAP] if _has_map(positions, options.search) else []
     with (
@@ -135,10 +135,8 @@ def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
                 experiment,
                 positions,
                 search=search,
-                least_distance=options.least_distance,
-                forbidden=regions,
-                cost=prices,
                 progress=begin_task(PLACE),
+                **rules,
                 **settings,
             )
             # An exhaustive search has left all cells of the map in the store.
@@ -148,12 +146,26 @@ def run(path: Path, data: Path | None, options: Options, output: Output) -> int:
             ]
     # The last doubt is about all that was estimated.
     sentences = [str(best), *warned, *(str(doubt.message) for doubt in doubts[-1:])]
+    _write(best, sentences, drawn, run)
+    return _finished(screen, run, best, sentences)
+
+
+def _finished(screen: Screen, run: Run, best: Placement, sentences: list[str]) -> int:
+    """Show what was found and end the run."""
     screen.verdict(sentences[0])
     screen.table(_table(best), "rank")
     screen.list(sentences[1:])
-    _write(best, sentences, drawn, run)
     placed = {name: np.asarray(at).tolist() for name, at in best.positions.items()}
     return run.finish(screen, sentences[0], {"positions": placed, "sentences": sentences})
+
+
+def _rules(options: Options) -> dict[str, Any]:
+    """Rules of the placement, as `place` takes them."""
+    return {
+        "least_distance": options.least_distance,
+        "forbidden": forbidden_regions(options.forbidden),
+        "cost": costs(options.cost),
+    }
 
 
 def _earlier_data(

@@ -166,11 +166,8 @@ def place(
         "positions by the name of the transducer are needed, since each is tried there",
         'place(experiment, {"s1": [0.2, 0.3, 0.4]})',
     )
-    rules = PlacementRules(
-        tuple(forbidden), None if least_distance is None else float(least_distance)
-    )
+    rules = PlacementRules(tuple(forbidden), least_distance)
     costs = {name: float(nat) for name, nat in (cost or {}).items()}
-    strategy = Exhaustive() if search is None else search
     with shown(progress, "place") as report:
         evaluation = Evaluation.of(
             experiment,
@@ -184,13 +181,13 @@ def place(
             progress=report,
         )
         space = SearchSpace(evaluation, places, rules, costs).checked()
-        trials = strategy.trials(space)
+        best = _best(space, Exhaustive() if search is None else search)
         report(1.0)
-    best = _best(space, trials.distinct(), type(strategy).__name__)
     return replace(best, lines=words_on_lines(experiment, evaluation.experiment))
 
 
-def _best(space: SearchSpace, trials: Trials, search: str) -> Placement:
+def _best(space: SearchSpace, search: Search) -> Placement:
+    trials = search.trials(space).distinct()
     costs = np.array([space.price(list(positions)) for positions in trials.positions])
     net = trials.gain - costs[:, None]
     order = ranked(net[:, 0])
@@ -210,7 +207,7 @@ def _best(space: SearchSpace, trials: Trials, search: str) -> Placement:
         lead=lead,
         lead_se=lead_se,
         table=table,
-        search=search,
+        search=type(search).__name__,
         evaluations=trials.evaluations,
     )
 

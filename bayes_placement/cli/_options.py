@@ -1,0 +1,187 @@
+"""Arguments and options of the commands."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ._names import EngineName, EstimatorName, FitEngineName, MarginalName, SearchName
+
+Study = Annotated[
+    Path,
+    typer.Argument(help="Python file that defines `experiment`, or folder with case.json."),
+]
+Data = Annotated[
+    Path | None,
+    typer.Option(
+        help="Measured FRFs: universal file, .mat, .npz, HDF5, CSV, .xlsx, or a mapping (TOML) "
+        "that names such a file. Default: the model's `measurement`."
+    ),
+]
+Engine = Annotated[
+    EngineName | None,
+    typer.Option(
+        help="One engine, or all of those that check each other. Default: the model's, or smc."
+    ),
+]
+Marginal = Annotated[
+    MarginalName | None,
+    typer.Option(help="How placement is treated, with one engine. Default: latent."),
+]
+FitEngine = Annotated[
+    FitEngineName,
+    typer.Option(
+        "--engine", help="Engine of the posterior: the fast Laplace approximation, or a sampler."
+    ),
+]
+Effects = Annotated[
+    str | None,
+    typer.Option(
+        help="Effects to be tried, with commas: point_mass,gain_error. Default: all that apply."
+    ),
+]
+Estimator = Annotated[
+    EstimatorName,
+    typer.Option(
+        help="How information is estimated: the paper's KDE, placement integrated exactly, the "
+        "average over data to come, or which of the explanations of --data is right."
+    ),
+]
+Search = Annotated[
+    SearchName,
+    typer.Option(help="All placements, one moved at a time, one added at a time, or CMA-ES."),
+]
+About = Annotated[
+    str | None,
+    typer.Option(
+        help="Parameters to learn about, with commas, all others at nominal values: "
+        "structure.damping.ratio.1. Default: all."
+    ),
+]
+Sensors = Annotated[
+    int | None, typer.Option(help="Sensors to place. Default: those that the model declares.")
+]
+Places = Annotated[
+    int,
+    typer.Option(
+        help="Positions to try for each sensor and actuator, evenly along a line, far apart in "
+        "space.",
+        min=1,
+    ),
+]
+Lines = Annotated[
+    int,
+    typer.Option(
+        help="Frequency lines to use, evenly over the band, where the model has more.", min=1
+    ),
+]
+MostLines = Annotated[
+    int | None,
+    typer.Option(
+        "--lines",
+        help="Most lines to take, dense where the FRFs change most. Default: all that the model "
+        "declares, up to 50,000 values.",
+        min=1,
+    ),
+]
+ModelError = Annotated[
+    bool,
+    typer.Option(
+        "--model-error",
+        help="Declare that modes and channels differ from the model a little, by unknown sizes, "
+        "as those of any real structure do.",
+    ),
+]
+Baseline = Annotated[
+    Path | None,
+    typer.Option(
+        help="FRFs of an earlier state of the structure, as for --data: effects are new since. "
+        "Default: the model's `baseline`, or the files that a case names."
+    ),
+]
+States = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--state",
+        help="A label and the FRFs of one state of the structure, cut=cut.uff; once for each "
+        "state, the first is the baseline. Default: the model's `states`, or those of a case.",
+    ),
+]
+Alone = Annotated[bool, typer.Option("--alone", help="Leave out the earlier state.")]
+EarlierData = Annotated[
+    Path | None,
+    typer.Option(
+        "--data",
+        help="What has been measured, a file as for `update`: the next measurement adds to it.",
+    ),
+]
+Noise = Annotated[
+    float | None,
+    typer.Option(
+        help="Standard deviation of log10 of the amplitude. Default: as the model declares, or as "
+        "the coherence of its data tells.",
+    ),
+]
+LeastDistance = Annotated[
+    float | None,
+    typer.Option(
+        help="Least distance [m] between sensors, and between actuators. Default: 1 % of the "
+        "structure."
+    ),
+]
+Forbidden = Annotated[
+    list[str] | None,
+    typer.Option(help="Region [m] in which nothing is placed, 0.4:0.45; may be repeated."),
+]
+Cost = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Information [nat] that a sensor or actuator must add to be used, s2=0.1; may be "
+        "repeated."
+    ),
+]
+Workers = Annotated[int | None, typer.Option(help="Processes on this machine.", min=1)]
+Dask = Annotated[
+    str | None,
+    typer.Option(help='Dask scheduler, tcp://host:8786, or "local" with --workers processes.'),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(help="Folder of the results. Default: a new one, results/MODEL/COMMAND-1."),
+]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", help="Show the verdict and the folder of the results only.")
+]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Answer with one object of JSON on standard output.")
+]
+WriteReport = Annotated[
+    bool,
+    typer.Option(
+        "--report",
+        help="Write report.html as well, with where to measure next: one file to hand on.",
+    ),
+]
+Seed = Annotated[int, typer.Option(help="The same seed gives the same result.")]
+NoCache = Annotated[
+    bool,
+    typer.Option(
+        "--no-cache",
+        help="Keep no compiled functions for the next run in the user's cache directory.",
+    ),
+]
+Traceback = Annotated[
+    bool, typer.Option("--traceback", help="Show where in the program an error came up.")
+]
+ForeignFile = Annotated[
+    Path,
+    typer.Argument(
+        help="Measured FRFs: universal file, .mat, .npz, HDF5, CSV, .xlsx; or a folder with data, "
+        "mapping and channel table."
+    ),
+]
+Mapping = Annotated[
+    Path | None,
+    typer.Option(help="TOML file that says what the data do not: axes, names, units, case."),
+]
+CaseFolder = Annotated[Path, typer.Option("--out", help="Folder for the case.")]
