@@ -81,6 +81,7 @@ class Continuous(Excitation):
             force=segments(records.force),
             response=np.array([segments(rows) for rows in records.response]),
             averages=averages,
+            segment_window=window,
             correlated_lines=_correlated_lines(window),
             done=(
                 f"segments of {self.segment:g} s, {self.window} window, overlap {self.overlap:g}",

@@ -11,7 +11,7 @@ from ..._types import InputError, check_count, check_kind, shown
 from ...experiment._measurement_checks import band as check_band
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, Channels
-from . import estimators, pooling
+from . import estimators, pooling, resolution
 from .estimate import Estimate
 from .excitation import Excitation, Spectra
 from .recording import Recording, joined
@@ -108,7 +108,7 @@ def frf(
         scatter=scatter.real,
         done=kept.done,
         left_out=kept.left_out,
-        warnings=(*kept.warnings, *_warnings(kept)),
+        warnings=(*kept.warnings, *_warnings(kept), *_resolution(kept, measurement, recorded.rate)),
         time_constant=kept.time_constant,
     )
 
@@ -232,6 +232,11 @@ def _check_spectra(spectra: Spectra) -> None:
             f"{spectra.frequency[line]:g} Hz; some is needed at every line, since an FRF is their "
             "ratio. Leave such lines out: band=(10.0, 800.0)."
         )
+
+
+def _resolution(spectra: Spectra, measurement: Measurement, rate: float) -> Iterator[str]:
+    if spectra.segment_window is not None and np.all(np.asarray(measurement.variance) > 0):
+        yield from resolution.warnings(measurement, spectra.segment_window, rate)
 
 
 def _warnings(spectra: Spectra) -> Iterator[str]:

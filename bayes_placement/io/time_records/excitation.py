@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float
 
-from .records import Records
+from .records import Records, Samples
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,8 @@ class Spectra:
         What speaks against the estimate, a sentence for each.
     time_constant
         Time constant [s] of an exponential window on force and response, or None.
+    segment_window
+        Window of segments that are cut out of a longer record, or None.
     """
 
     frequency: Float[np.ndarray, "frequency"]
@@ -42,6 +44,7 @@ class Spectra:
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     time_constant: float | None = None
+    segment_window: Samples | None = None
 
 
 class Excitation(abc.ABC):

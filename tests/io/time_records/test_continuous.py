@@ -5,6 +5,7 @@ import pytest
 from scipy import signal
 
 import bayes_placement as bp
+from bayes_placement.io.time_records import resolution
 from tests.io.time_records.oscillator import DAMPING, MASS, NATURAL
 
 RATE = 1024.0
@@ -128,8 +129,45 @@ def test_a_window_that_correlates_lines_is_thinned_or_flagged():
     thinned = estimated(force, motion, flat)
     step = round(float(np.diff(thinned.measurement.frequency)[0]))
     assert step > 1 and f"every {step}th line" in str(thinned)
-    assert "worth one" in estimated(force, motion, flat, every=1).warnings[-1]
-    assert not estimated(force, motion).warnings
+    every = estimated(force, motion, flat, every=1).warnings
+    assert any("worth one" in words for words in every)
+    assert not any("worth one" in words for words in estimated(force, motion).warnings)
+
+
+def smoothed(window, width, natural=100.0):
+    """Amplitude at a resonance, and that of the expectation of H1, of a sum over its response."""
+    time = np.arange(40 * window.size) / RATE
+    impulse = np.exp(-np.pi * width * time) * np.sin(2 * np.pi * natural * time)
+    lagged = np.correlate(window, window, "full")[window.size - 1 :] / np.sum(window**2)
+    turn = np.exp(-2j * np.pi * natural * time)
+    return np.abs([impulse @ turn, (impulse * turn)[: window.size] @ lagged])
+
+
+@pytest.mark.parametrize("window", ["hann", "boxcar", "flattop"])
+@pytest.mark.parametrize("lines", [2.0, 5.0, 10.0])
+def test_what_a_window_takes_off_a_resonance_is_the_expectation(window, lines):
+    samples = signal.get_window(window, 1024)
+    exact, expected = smoothed(samples, lines)
+    lowered = resolution.bias(samples, RATE, lines)
+    assert lowered == pytest.approx(1 - expected / exact, abs=0.01)
+
+
+def test_what_hann_takes_off_a_wide_resonance_is_the_closed_form():
+    lowered = resolution.bias(signal.get_window("hann", 4096), 4096.0, 40.0)  # wide enough
+    assert lowered == pytest.approx(4 / 3 / 40**2, rel=0.01)
+
+
+def test_short_segments_are_flagged():
+    force, motion = recorded(7, 60.0)
+    (sentence,) = estimated(force, motion).warnings
+    assert "resonance at 100 Hz is 4" in sentence and "lowers its peak by" in sentence
+    peak = np.abs(estimated(force, motion).measurement.lines([100.0]).frf[0, 0, 0])
+    share = 1 - peak / np.abs(exact(np.array([100.0])))[0, 0]
+    told = float(sentence.split("peak by ")[1].split(" %")[0]) / 100
+    assert told == pytest.approx(share, abs=0.02)
+    assert not estimated(force, motion, bp.time_records.Continuous(segment=12.0)).warnings[1:]
+    noisy = recorded(7, 10.0, (0.02, 2e-3))
+    assert not estimated(*noisy).warnings
 
 
 def test_what_was_done_is_told():

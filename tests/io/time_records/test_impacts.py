@@ -188,7 +188,7 @@ def test_a_hit_beyond_a_stated_range_is_left_out():
 
 
 def test_a_coarse_record_is_not_taken_for_a_clipped_one():
-    digit = np.abs(HITS[0][1]).max() / 50
+    digit = np.abs(HITS[0][1]).max() / 8
     coarse = [(force, digit * np.round(motion / digit)) for force, motion in HITS]
     assert estimated(coarse, noise=(0.01, 0.0)).repeats == 4
 
