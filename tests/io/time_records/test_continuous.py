@@ -5,7 +5,7 @@ import pytest
 from scipy import signal
 
 import bayes_placement as bp
-from bayes_placement.io.time_records import resolution
+from bayes_placement.io.time_records import continuous, resolution
 from tests.io.time_records.oscillator import DAMPING, MASS, NATURAL
 
 RATE = 1024.0
@@ -93,8 +93,23 @@ def test_the_variance_is_the_scatter_of_many_tests(overlap):
     assert np.all(np.abs(ratio[..., away] - 1) < 5 / np.sqrt(tests))
     # At the resonance segments also err by what they cut off, which the next segment makes up for.
     assert np.all(ratio[..., ~away] < 1 + 5 / np.sqrt(tests))
+    errors = (frfs - frfs.mean(axis=0))[..., away] / np.sqrt(truth[..., away])
+    beside = np.abs(np.mean(errors[..., 1:].conj() * errors[..., :-1], axis=0)) ** 2
+    if (
+        overlap == 0.0
+    ):  # neighbouring lines have the correlation 2 / 3, of the force and of the noise
+        assert np.mean(beside) - 1 / tests == pytest.approx((2 / 3) ** 4, abs=0.03)
     expected = {0.0: 24.0, 0.5: 44.6, 0.75: 47.0}[overlap]
     assert runs[0].measurement.averages == pytest.approx(expected, abs=1.0)
+
+
+def test_lines_that_are_worth_one_are_the_closed_form():
+    window = signal.get_window("hann", 512)
+    worth_one = estimated(*recorded(0), bp.time_records.Continuous(0.5), every=1)
+    assert not any("worth one" in words for words in worth_one.warnings)
+    # Correlations of 2 / 3 and 1 / 6 with the first and second line to either side.
+    expected = 1 + 2 * ((2 / 3) ** 4 + (1 / 6) ** 4)
+    assert continuous._correlated_lines(window) == pytest.approx(expected, rel=1e-6)
 
 
 def test_overlapping_segments_are_worth_fewer_averages():

@@ -187,12 +187,6 @@ def test_a_hit_beyond_a_stated_range_is_left_out():
     assert "hammer reaches its range of 110 at 0.02" in estimate.left_out[0]
 
 
-def test_a_coarse_record_is_not_taken_for_a_clipped_one():
-    digit = np.abs(HITS[0][1]).max() / 8
-    coarse = [(force, digit * np.round(motion / digit)) for force, motion in HITS]
-    assert estimated(coarse, noise=(0.01, 0.0)).repeats == 4
-
-
 def test_a_dead_channel_is_refused():
     with pytest.raises(ValueError, match=r"0 hits can be used; .* s1 stays at 0 throughout"):
         estimated([(force, 0 * motion) for force, motion in HITS], noise=(0.01, 0.0))
