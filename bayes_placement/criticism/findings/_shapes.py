@@ -18,6 +18,9 @@ MOST_LINES = 2500
 
 MOST_MODES = 6
 
+BEYOND = 1.3
+"""Natural frequencies up to so many times the greatest line are sought."""
+
 
 def outline_of(experiment: Experiment) -> xr.Dataset:
     """Return points of a structure [m] and the pairs of them that are joined.
@@ -47,7 +50,7 @@ def outline_of(experiment: Experiment) -> xr.Dataset:
 
 
 def shapes(experiment: Experiment, values: Mapping[str, float], outline: xr.Dataset) -> xr.Dataset:
-    """Return the first natural modes within the band, at the points of an outline.
+    """Return the first natural modes, up to a little above the band, at the points of an outline.
 
     Parameters
     ----------
@@ -61,7 +64,7 @@ def shapes(experiment: Experiment, values: Mapping[str, float], outline: xr.Data
     structure = experiment.fix(with_arrays(experiment, values)).structure
     points = outline["point"].values
     at = points[:, 0] if outline.attrs["on_a_line"] else points
-    modes = natural_modes(structure, at, float(np.max(experiment.frequency)), MOST_MODES)
+    modes = natural_modes(structure, at, BEYOND * float(np.max(experiment.frequency)), MOST_MODES)
     variables = {
         "natural_frequency": ("mode", modes.frequency, {"units": "Hz"}),
         "shape": (("mode", "place", "axis"), modes.shape, {"units": "1"}),

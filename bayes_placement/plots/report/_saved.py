@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 import xarray as xr
+from pandas.api.types import is_numeric_dtype
 
 from ..._types import InputError
 from ...criticism.findings.findings import ABOUT
@@ -47,7 +48,12 @@ class Saved(NamedTuple):
     def table(self, name: str) -> pd.DataFrame | None:
         """Return a table of the folder by the name of its file; None where there is none."""
         path = self.folder / name
-        return pd.read_csv(path) if path.is_file() else None
+        if not path.is_file():
+            return None
+        table = pd.read_csv(path)
+        unnamed = [column for column in table if str(column).startswith("Unnamed")]
+        numbers = [column for column in unnamed if is_numeric_dtype(table[column])]
+        return table.drop(columns=numbers).rename(columns=dict.fromkeys(unnamed, "group"))
 
     def group(self, name: str) -> xr.Dataset | None:
         """Return arrays of the findings; None where there are none."""

@@ -203,6 +203,21 @@ def test_several_states_are_chapters(folder, tmp_path):
     assert report.chapters[0].verdict == report.chapters[1].verdict
 
 
+@pytest.mark.parametrize("moved", [1, 2, 3])
+def test_placements_that_were_tried_are_drawn(moved, tmp_path):
+    names = ["s1", "s2", "a1"][:moved]
+    gains = {"information_gain": [0.9, 0.4, -np.inf], "information_gain_se": [0.01, 0.02, np.nan]}
+    rows = pd.DataFrame({name: [0.2, 0.4, 0.0] for name in names} | gains | {"cost": 0.0})
+    rows.to_csv(tmp_path / "placements.csv")
+    chapter = Report.read(write_report(tmp_path)).chapters[0]
+    check_page(tmp_path / "report.html")
+    assert len(table(chapter, "Placements that were tried")) == 3
+    if moved < 3:
+        drawn = numbers(chapter, "Expected gain")
+        assert drawn["expected gain [nat]"].tolist() == [0.9, 0.4]
+        assert drawn["s1 [m]"].tolist() == [0.2, 0.4]
+
+
 def test_what_is_no_folder_of_results_is_refused(tmp_path):
     for place, words in (("nowhere", "There is no folder"), ("", "holds no results")):
         done = CliRunner().invoke(app, ["report", str(tmp_path / place)])

@@ -46,7 +46,7 @@ def items(saved: Saved) -> Iterator[Item]:
         SHAPES,
         "Natural frequencies",
         _frequencies(shapes),
-        "Natural frequencies within the measured band, without damping.",
+        "The first natural frequencies, up to a little above the measured band, without damping.",
         TAGS,
     )
 

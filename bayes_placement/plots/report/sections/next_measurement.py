@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from .._saved import Saved
 from .._style import drawing, legend, panels
@@ -16,6 +17,9 @@ TAGS = ("next measurement",)
 
 def items(saved: Saved) -> Iterator[Item]:
     """Say what is confounded, name the alternatives, and draw the expected gain."""
+    yield from _placements(saved)
+    if not saved.ledger and "confounded" not in saved.about:
+        return
     if saved.ledger or "alternatives" in saved.about:
         yield Item(NEXT, "What these data do not tell apart", Text(_confounded(saved)), tags=TAGS)
     alternatives = (
@@ -40,6 +44,40 @@ def items(saved: Saved) -> Iterator[Item]:
         yield Item(NEXT, "The next measurement", Text((str(search["sentence"]),)), tags=TAGS)
         if search["rows"]:
             yield _gain(search)
+
+
+def _placements(saved: Saved) -> Iterator[Item]:
+    """Draw the gain at placements that `place` tried, of one or two instruments on a line."""
+    table = saved.table("placements.csv")
+    if table is None:
+        return
+    moved = list(table.columns[: list(table.columns).index("information_gain")])
+    axes = [f"{name} [m]" for name in moved]
+    shown = table[[*moved, "information_gain", "information_gain_se"]]
+    named = shown.set_axis([*axes, "expected gain [nat]", "its error [nat]"], axis="columns")
+    named = named[np.isfinite(named["expected gain [nat]"])]  # supports do not move
+    if len(moved) == 1:
+        words = "Information gain at each place that was tried; bars are two standard errors."
+        rows = named.to_numpy(float).tolist()
+        yield _gain({"columns": list(named), "rows": rows, "caption": words})
+    elif len(moved) == 2 and not any("." in name for name in moved):
+        yield _map(named)
+
+
+def _map(table: pd.DataFrame) -> Item:
+    """Draw the gain at pairs of places as the size of a mark."""
+    figure, axes = panels(1, 1, 3.4)
+    panel = axes[0, 0]
+    across, up, gain = table.to_numpy(float)[:, :3].T
+    share = np.clip((gain - gain.min()) / max(float(np.ptp(gain)), 1e-12), 0.0, 1.0)
+    panel.scatter(across, up, s=4 + 90 * share, color=AFTER, alpha=0.7, linewidths=0)
+    style: dict[str, Any] = {"color": DATA, "markersize": 12, "linestyle": "none"}
+    panel.plot(across[0], up[0], "*", label=f"best: {gain[0]:.3g} nat", **style)
+    panel.set_xlabel(table.columns[0])
+    panel.set_ylabel(table.columns[1])
+    legend(figure, axes)
+    words = f"Information gain at pairs of places, from {gain.min():.3g} to {gain.max():.3g} nat."
+    return Item(NEXT, "Expected gain", drawing(figure, Table.of(table)), words, TAGS)
 
 
 def _confounded(saved: Saved) -> tuple[str, ...]:

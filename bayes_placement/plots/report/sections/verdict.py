@@ -81,7 +81,7 @@ def tables(saved: Saved) -> Iterator[Item]:
     for name, (section, title, caption, tags) in _TABLES.items():
         frame = saved.table(name)
         if frame is not None:
-            frame.columns = frame.columns.str.replace("_", " ").str.replace("Unnamed: 0", "")
+            frame.columns = frame.columns.str.replace("_", " ")
             table = Table.of(frame.head(MOST_ROWS))
             more = f" {len(frame) - MOST_ROWS} more rows are in {name}."
             words = caption + (more if len(frame) > MOST_ROWS else "")
