@@ -184,4 +184,3 @@ Mapping = Annotated[
     Path | None,
     typer.Option(help="TOML file that says what the data do not: axes, names, units, case."),
 ]
-CaseFolder = Annotated[Path, typer.Option("--out", help="Folder for the case.")]

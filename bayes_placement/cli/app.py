@@ -1,7 +1,6 @@
 """Commands of `bayes-placement` and their options; JAX is imported only once a command runs."""
 
 from importlib.metadata import version as installed_version
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,7 +11,6 @@ from ._options import (
     Alone,
     AsJson,
     Baseline,
-    CaseFolder,
     Cost,
     Dask,
     Data,
@@ -46,8 +44,6 @@ from ._options import (
 from ._report_command import report
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
-
-CASE = Path("case")
 
 
 def _show_version(wanted: bool) -> bool:
@@ -178,7 +174,7 @@ def improve(
 def import_file(
     path: ForeignFile,
     mapping: Mapping = None,
-    out: CaseFolder = CASE,
+    out: Out = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
     traceback: Traceback = False,

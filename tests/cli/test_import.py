@@ -121,6 +121,14 @@ def test_a_universal_file_with_a_channel_table_becomes_a_case(laboratory, tmp_pa
     np.testing.assert_allclose(case.measurement.frf, measured.frf, rtol=1e-9)
 
 
+def test_the_report_is_one_object_of_json_where_asked(laboratory, tmp_path):
+    done = run("import", laboratory, "--json", "--out", tmp_path / "case")
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    assert "FRFs: H, 20 x 2 numbers as frequency, sensor, actuator." in told["result"]["sentences"]
+    assert told["folder"] == str(tmp_path / "case")
+
+
 @pytest.mark.long
 def test_a_laboratory_folder_ends_in_a_named_effect(laboratory, tmp_path):
     assert run("import", laboratory, "--out", tmp_path / "case").exit_code == 0

@@ -1,5 +1,7 @@
 """Sheets of a workbook (.xlsx) as rows and as named arrays, by openpyxl."""
 
+import contextlib
+import io
 import warnings
 from pathlib import Path
 from typing import Any
@@ -64,7 +66,11 @@ def read_sheets(path: Path) -> dict[str, list[list[str]]]:
     """
     import openpyxl
 
-    with reading(path, FORM, _REMEDY), warnings.catch_warnings():
+    with (
+        reading(path, FORM, _REMEDY),
+        warnings.catch_warnings(),
+        contextlib.redirect_stdout(io.StringIO()),  # openpyxl prints where it finds a wrong style
+    ):
         warnings.simplefilter("ignore")  # of styles and extensions that are not read
         _workbook_gate.check(existing(path, FORM))
         book = openpyxl.load_workbook(path, read_only=True, data_only=True, keep_links=False)
