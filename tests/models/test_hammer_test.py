@@ -141,10 +141,11 @@ def test_the_clamp_is_named_from_the_time_records(optimised):
     ledger = bp.improve(experiment(frequency), hammer_test.measurement)
     assert ledger.verdict == ("point_mass",)
     assert ledger.probabilities["point_mass"] > 0.95
-    assert ledger.steps[0].chi2_when_exact > 100
+    first = ledger.steps[0]
+    assert np.nanmax([first.chi2_per_datum, first.chi2_when_exact]) > 100
     parameters = ledger.steps[-1].parameters
-    assert parameters["structure.effects.point_mass.mass"].mean == pytest.approx(MASS, rel=0.03)
-    assert parameters["structure.effects.point_mass.at"].mean == pytest.approx(PLACE, abs=0.003)
+    assert parameters["structure.effects.point_mass.mass"].mean == pytest.approx(MASS, rel=0.01)
+    assert parameters["structure.effects.point_mass.at"].mean == pytest.approx(PLACE, abs=0.001)
     assert ledger.steps[-1].chi2_per_datum == pytest.approx(1.0, abs=0.15)
 
 

@@ -6,7 +6,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "continuous": ["Continuous"],
-        "estimate": ["Estimate"],
+        "estimate": ["Estimate", "EstimateWarning"],
         "estimation": ["frf", "frf_of"],
         "files": ["read"],
         "impacts": ["Impacts"],

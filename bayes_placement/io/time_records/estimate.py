@@ -9,6 +9,10 @@ from ...effects.exponential_window import ExponentialWindow
 from ...experiment.measurement import Measurement
 
 
+class EstimateWarning(UserWarning):
+    """What speaks against FRFs that were estimated from time records."""
+
+
 @dataclass(frozen=True, eq=False)
 class Estimate:
     """FRFs that were estimated from time records.

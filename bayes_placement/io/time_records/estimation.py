@@ -1,5 +1,6 @@
 """FRFs from time records of one force and the responses to it."""
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,7 +13,7 @@ from ...experiment._measurement_checks import band as check_band
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, Channels
 from . import estimators, pooling, resolution
-from .estimate import Estimate
+from .estimate import Estimate, EstimateWarning
 from .excitation import Excitation, Spectra
 from .recording import Recording, joined
 from .records import records
@@ -20,7 +21,7 @@ from .records import records
 CORRELATED = 1.5
 """Lines worth one from which on a likelihood of independent lines is said to be too narrow."""
 
-FEW_REPEATS = 5
+FEW_REPEATS = 2.5
 """Repeats below which the variance rests on the likeness of neighbouring lines."""
 
 
@@ -82,6 +83,11 @@ def frf(
     InputError
         If an argument is wrong, a channel is overloaded throughout, or fewer than two repeats are
         left.
+
+    Warns
+    -----
+    EstimateWarning
+        For each sentence of `Estimate.warnings`.
     """
     _check_options(estimator, excitation, every=every, neighbours=neighbours)
     recorded = records(force, response, rate, sensors=sensors, actuator=actuator, ranges=ranges)
@@ -101,7 +107,7 @@ def frf(
         averages=int(kept.averages),
         variance=variance.real,
     )
-    return Estimate(
+    estimate = Estimate(
         measurement=measurement,
         estimator=estimator,
         repeats=len(kept.force),
@@ -111,6 +117,9 @@ def frf(
         warnings=(*kept.warnings, *_warnings(kept), *_resolution(kept, measurement, recorded.rate)),
         time_constant=kept.time_constant,
     )
+    for sentence in estimate.warnings:
+        warnings.warn(sentence, EstimateWarning, stacklevel=2)
+    return estimate
 
 
 def frf_of(
@@ -244,7 +253,7 @@ def _warnings(spectra: Spectra) -> Iterator[str]:
         yield (
             f"{spectra.averages:.3g} independent repeats know the variance of a line by itself to "
             f"{100 / np.sqrt(spectra.averages - 1):.0f} % only: it rests on the likeness of "
-            f"neighbouring lines. Take {FEW_REPEATS} or more."
+            f"neighbouring lines. Take three or more."
         )
     if spectra.correlated_lines > CORRELATED:
         yield (

@@ -8,6 +8,10 @@ import bayes_placement as bp
 from bayes_placement.io.time_records import continuous, resolution
 from tests.io.time_records.oscillator import DAMPING, MASS, NATURAL
 
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::bayes_placement.io.time_records.estimate.EstimateWarning"
+)
+
 RATE = 1024.0
 TWO_SENSORS = np.array([1.0, -0.6])[:, None]
 

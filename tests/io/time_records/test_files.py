@@ -19,7 +19,7 @@ from bayes_placement.io.time_records import Signal, read
 RATE = 2048.0
 TIME = np.arange(256) / RATE
 FORCE = 120.0 * np.exp(-(((TIME - 0.02) / 1e-3) ** 2))
-MOTION = 30.0 * np.sin(2 * np.pi * 90 * TIME) * np.exp(-20 * TIME)
+MOTION = 30.0 * np.sin(2 * np.pi * 90 * TIME) * np.exp(-60 * TIME)
 NEWTONS = {"hammer": Signal("F", "N"), "s1": Signal("acc", "m/s^2")}
 
 
