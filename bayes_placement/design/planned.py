@@ -16,23 +16,23 @@ def planned(
     """Return an experiment for a measurement that is still to come.
 
     Levels that only data determine are replaced: an unknown level of the output error by the mean
-    of its prior, and an error that is read from coherence by one of the same relative size at all
-    lines, which in log10 of the amplitude is a constant.
+    of its prior, and an error that is read from a measurement by one of the same relative size at
+    all lines, which in log10 of the amplitude is a constant.
 
     Parameters
     ----------
     experiment
         The experiment.
     measurement
-        An earlier measurement of the same kind, whose coherence gives the relative error: the
-        median over all its data is taken.
+        An earlier measurement of the same kind, whose coherence or variance gives the relative
+        error: the median over all its data is taken.
     sigma
         Standard deviation of log10 of the amplitude, instead of a measurement.
 
     Raises
     ------
     InputError
-        If the error is read from coherence, and neither is given.
+        If the error is read from a measurement, and neither is given.
     """
     noise = experiment.noise
     if sigma is not None:

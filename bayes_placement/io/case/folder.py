@@ -48,8 +48,9 @@ def read(folder: str | Path) -> Study:
     - `measurement`: `quantity`, `units`, `convention`, `estimator`, `n_averages`, `out_channels`,
       `in_channels`, `sensor_setup`, `force_levels_N` (null, or one amplitude [N] for each file). If
       wanted, `noise_level`: `ratio` and `floor` of `noise.Relative`, `coherence_factor` on what the
-      coherence states; each a number, or [low, high] of a log-uniform distribution. Without it and
-      without coherence in the files, the noise is unknown: a ratio and a floor of wide priors.
+      coherence states; each a number, or [low, high] of a log-uniform distribution. Without it
+      the variance that the files state is taken, or else their coherence; without either, the noise
+      is unknown: a ratio and a floor of wide priors.
       Other states of the structure, if measured: `baseline_files`, those of an earlier one; or
       `states`, a list of at least two with `label` and `files`, the first one the baseline.
 
