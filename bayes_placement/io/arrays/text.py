@@ -21,6 +21,7 @@ _LONGEST_NAME = 500
 _COMMENTS = ("#", "%", "//", "!")
 _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]]*)[\])]\s*")
 _SEPARATORS = ("\t", ";", ",")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|[+-]?inf", re.IGNORECASE)
 
 
@@ -36,8 +37,9 @@ def load(path: Path) -> NamedArrays:
     """Read columns of numbers, or of numbers and texts, by their heading.
 
     The columns are separated by tabs, semicolons, commas or blanks; a comma is the decimal point
-    only where semicolons or tabs separate. The heading is the last line before the numbers. A unit
-    may stand in it in brackets: `frequency [Hz]`. Columns without heading are `column 1` and so on.
+    only where semicolons or tabs separate and no number has a point. The heading is the last line
+    before the numbers; a unit may stand in it in brackets: `frequency [Hz]`. Columns without
+    heading are `column 1` and so on.
 
     Raises
     ------
@@ -63,10 +65,10 @@ def read_rows(path: Path) -> Rows:
     """
     lines = [line for line in _text(path).splitlines() if line.strip()]
     rows, decimal = _split_rows(lines)
-    width = Counter(map(len, rows)).most_common(1)[0][0]
+    width = _width(rows)
     first = _first_of_numbers(rows, width, decimal)
     before = [*_commented(lines), *rows[:first]]
-    cells = [[_with_point(cell, decimal) for cell in row] for row in rows[first:]]
+    cells = _with_points(rows[first:], decimal)
     _check_lengths(cells, width, first)
     return _with_names(before, cells)
 
@@ -82,7 +84,7 @@ def read_table(path: Path) -> Rows:
         If it holds other things than text, or rows of different lengths.
     """
     rows, decimal = _split_rows([line for line in _text(path).splitlines() if line.strip()])
-    names, *cells = [[_with_point(cell, decimal) for cell in row] for row in rows]
+    names, *cells = _with_points(rows, decimal)
     _check_lengths(cells, len(names), 1)
     return Rows(names, cells, [])
 
@@ -134,7 +136,30 @@ def _split_rows(lines: list[str]) -> tuple[list[list[str]], str]:
     if not plain:
         raise InputError("it has no row")
     separator = _separator(plain)
-    return [_split(line, separator) for line in plain], "," if separator in ("\t", ";") else "."
+    rows = [_split(line, separator) for line in plain]
+    return rows, _decimal(rows) if separator in ("\t", ";") else "."
+
+
+def _width(rows: list[list[str]]) -> int:
+    """Number of columns of most rows."""
+    return Counter(map(len, rows)).most_common(1)[0][0]
+
+
+def _decimal(rows: list[list[str]]) -> str:
+    """Decimal point of numbers that commas do not separate."""
+    width = _width(rows)  # lines above the columns may hold anything
+    cells = [cell for row in rows if len(row) == width for cell in row]
+    with_comma = [cell for cell in cells if "," in cell and is_number(_with_point(cell, ","))]
+    if not with_comma:
+        return "."
+    pointed = next((cell for cell in cells if "." in cell and is_number(cell)), None)
+    if pointed is not None or all(map(_THOUSANDS.fullmatch, with_comma)):
+        others = f"beside {pointed}" if pointed else "and others like it"
+        raise InputError(
+            f"it holds the number {with_comma[0]} {others}, whose comma may be a decimal point or "
+            "part the thousands"
+        )
+    return ","
 
 
 def _separator(lines: list[str]) -> str:
@@ -155,6 +180,13 @@ def _commented(lines: list[str]) -> list[list[str]]:
     head = takewhile(lambda line: line.lstrip().startswith(_COMMENTS), lines)
     texts = [line.lstrip().lstrip("#%/!").strip() for line in head]
     return [_split(text, _separator([text])) for text in texts if text]
+
+
+def _with_points(rows: list[list[str]], decimal: str) -> list[list[str]]:
+    """Rows with points in the numbers."""
+    if decimal == ".":
+        return rows
+    return [[_with_point(cell, decimal) for cell in row] for row in rows]
 
 
 def _with_point(cell: str, decimal: str) -> str:
@@ -190,9 +222,9 @@ def _with_names(before: list[list[str]], cells: list[list[str]]) -> Rows:
 
 
 def _column(name: str, cells: Sequence[str]) -> np.ndarray:
+    if all(map(_NUMBER.fullmatch, cells)):  # which are many, so that no function of ours is called
+        return np.array([float(cell.lower().replace("d", "e")) for cell in cells])
     numeric = [is_number(cell) for cell in cells]
-    if all(numeric):
-        return np.array([float(re.sub("[dD]", "e", cell)) for cell in cells])
     if any(numeric):
         wrong = cells[numeric.index(False)]
         raise InputError(f"the column {name!r} holds numbers and {wrong!r}, which is none")

@@ -43,6 +43,10 @@ class Imported(NamedTuple):
     channels: tuple[ChannelRow, ...]
     mapping: Mapping
 
+    def __str__(self) -> str:
+        """What was read and what was not, a sentence a line."""
+        return str(self.report)
+
 
 def read(path: str | Path, mapping: Any = None) -> Imported:
     """Read measured FRFs of any file, told by its first bytes.

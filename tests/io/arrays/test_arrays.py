@@ -228,9 +228,9 @@ def test_columns_are_read(tmp_path, content, columns, units):
 
 
 def test_lines_above_the_columns_are_told(tmp_path):
-    (tmp_path / "a.txt").write_text("Laboratory; plate 3\nf;H\n1;2\n")
+    (tmp_path / "a.txt").write_text("Laboratory; plate 3; 1.5\nf;H\n1,5;2\n2,5;3\n")
     held = arrays.load(tmp_path / "a.txt")
-    assert held.left_out == {"line 'Laboratory plate 3'": "it stands before the columns"}
+    assert held.left_out == {"line 'Laboratory plate 3 1.5'": "it stands before the columns"}
 
 
 @pytest.mark.parametrize(
@@ -239,6 +239,8 @@ def test_lines_above_the_columns_are_told(tmp_path):
         ("f,H\n1,2\n3\n", "row 3 has 1 columns and earlier ones have 2"),
         ("f,H\n1,2\n3,x\n", "the column 'H' holds numbers and 'x'"),
         ("f,f\n1,2\n", "two columns are named 'f'"),
+        ("f;H\n1,5;2.5\n", "it holds the number 1,5 beside 2.5, whose comma may be a decimal"),
+        ("f\tH\n1,500\t7\n2,500\t8\n", "it holds the number 1,500 and others like it"),
         ("f,H\na,b\n", "no row of it has a number"),
         ("# nothing\n", "it has no row"),
     ],
