@@ -1,5 +1,6 @@
 """What a run leaves for its report, against what the experiment itself says."""
 
+import equinox as eqx
 import jax
 import numpy as np
 import numpyro.distributions as dist
@@ -7,10 +8,18 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement.criticism.findings import Model, findings
+from bayes_placement.criticism.findings._shapes import FEWEST_LINES, outline_of
+from bayes_placement.modes.finite_elements.outline import outline as outline_drawn
 from tests.criticism import small
+from tests.effects import models_in_space
 from tests.in_space import Linear
 
 VALUES = dict(small.TRUTH)
+
+
+def without_noise(experiment):
+    """Return the experiment without an output error."""
+    return eqx.tree_at(lambda tree: tree.noise, experiment, None)
 
 
 def found(experiment, measurement, values, draws=None):
@@ -113,3 +122,25 @@ def test_angles_turn_a_direction_by_what_they_say():
     assert np.allclose(places["posterior"], [0.2, 0.3, 0.1])
     other = tree["places"].to_dataset().sel(item="a1")
     assert np.isnan(other["tilt"]).all()
+
+
+def test_an_effect_at_a_known_place_is_there_without_any_unknown():
+    experiment = small.experiment().fix(small.TRUTH) + bp.effects.point_mass(0.7, 0.1)
+    measurement = experiment.nominal_measurement()
+    tree = found(without_noise(experiment), measurement, {})
+    at = tree["places"].to_dataset()["posterior"].sel(item="point_mass", axis="x")
+    assert np.allclose(at, 0.7)
+    assert "fit_0" not in tree.children
+
+
+def test_lines_of_a_frame_are_divided_so_that_they_bend():
+    scene = models_in_space.frame()
+    outline = outline_of(scene.experiment())
+    points, lines = outline["point"].values, outline["line"].values
+    assert FEWEST_LINES / 2 < len(lines) <= FEWEST_LINES
+    ends = points[lines]
+    assert len(np.unique(lines)) == len(points)
+    total = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
+    drawn, _ = outline_drawn(scene.modes)
+    of_mesh = drawn.reshape(-1, 3, 3)[:, :2]
+    assert np.isclose(total, np.linalg.norm(of_mesh[:, 1] - of_mesh[:, 0], axis=1).sum())

@@ -101,7 +101,7 @@ def _row(
 
 def _effect_row(effect: Any, experiment: Experiment, draws: JointDraws) -> dict[str, Any]:
     """Draws of the place of one effect."""
-    count = min(DRAWS, len(next(iter(draws.values()))))
+    count = min([DRAWS, *map(len, draws.values())])
     thinned = {
         name: np.asarray(values)[_rows(len(values), count)] for name, values in draws.items()
     }

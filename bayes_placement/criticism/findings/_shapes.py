@@ -16,6 +16,12 @@ POINTS_ON_A_LINE = 121
 MOST_LINES = 2500
 """Lines of a mesh, or nodes, that are kept."""
 
+FEWEST_LINES = 240
+"""Lines at least, into which those of a frame are divided, so that they bend."""
+
+SAME = 1e-9
+"""Share of the size of a structure within which two points are one."""
+
 MOST_MODES = 6
 
 BEYOND = 1.3
@@ -42,11 +48,26 @@ def outline_of(experiment: Experiment) -> xr.Dataset:
     if style == "-":
         ends = drawn.reshape(-1, 3, 3)[:, :2]
         ends = ends[:: -(-len(ends) // MOST_LINES)]
-        points, numbers = np.unique(ends.reshape(-1, 3), axis=0, return_inverse=True)
-        lines = numbers.reshape(-1, 2)
+        points, lines = _joined(_subdivided(ends))
     else:
         points, lines = drawn[:: -(-len(drawn) // MOST_LINES)], np.zeros((0, 2), int)
     return _labelled(points, lines, on_a_line=False)
+
+
+def _subdivided(ends: np.ndarray) -> np.ndarray:
+    """Ends [line, end, 3] of shorter lines, where there are so few that they would not bend."""
+    parts = max(1, FEWEST_LINES // len(ends))
+    along = np.linspace(0.0, 1.0, parts + 1)[:, None]
+    points = ends[:, :1] + along * (ends[:, 1:] - ends[:, :1])
+    return np.stack([points[:, :-1], points[:, 1:]], axis=2).reshape(-1, 2, 3)
+
+
+def _joined(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points that differ [point, 3], and the numbers of both ends of each line [line, 2]."""
+    size = float(np.ptp(ends.reshape(-1, 3), axis=0).max()) or 1.0
+    cells = np.round(ends.reshape(-1, 3) / (SAME * size))
+    _, first, numbers = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    return ends.reshape(-1, 3)[first], numbers.reshape(-1, 2)
 
 
 def shapes(experiment: Experiment, values: Mapping[str, float], outline: xr.Dataset) -> xr.Dataset:

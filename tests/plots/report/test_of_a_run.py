@@ -233,7 +233,9 @@ def test_the_page_opens_without_a_network_and_without_trouble(folder):
         assert page.title().endswith("monday")
         heights = page.evaluate("[...document.querySelectorAll('svg')].map(s => s.clientHeight)")
         assert min(heights) > 50
-        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        for width in (1200, 390):  # a telephone
+            page.set_viewport_size({"width": width, "height": 800})
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_sections_fold_and_the_filter_works(folder):

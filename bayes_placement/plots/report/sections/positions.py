@@ -21,6 +21,11 @@ MILLIMETRE = 1e3
 """Millimetres in a metre."""
 
 TAGS = ("structure", "placement")
+_LABELS = {
+    "sensor": ((0, 9), "right"),
+    "actuator": ((2, 9), "left"),
+    "effect": ((0, -17), "center"),
+}
 _MARKS = {"sensor": "^", "actuator": "v", "effect": "*"}
 
 
@@ -68,7 +73,8 @@ _COLUMNS = (
 
 
 def _rows(places: xr.Dataset) -> Iterator[tuple[Any, ...]]:
-    """One row for each coordinate that is not always the same, and for each tilt."""
+    """One row for each coordinate along which anything lies, and for each tilt."""
+    along = np.nanmax(np.abs(places["posterior"].values), axis=(0, 1), initial=0.0) > 0
     for name in places["item"].values:
         item = places.sel(item=name)
         kind = str(item["kind"].item())
@@ -76,7 +82,7 @@ def _rows(places: xr.Dataset) -> Iterator[tuple[Any, ...]]:
         draws = item["posterior"].values * MILLIMETRE
         for axis, word in enumerate("xyz"):
             values = draws[:, axis]
-            if np.ptp(values) > 0 or (axis == 0 and np.isfinite(values).all()):
+            if (along[axis] or axis == 0) and np.isfinite(values).all():
                 known = None if np.isnan(recorded[axis]) else float(recorded[axis])
                 yield (str(name), kind, word, known, *rounded_summary(values), "mm")
         if np.isfinite(item["tilt"].values).all():
@@ -117,8 +123,9 @@ def _draw_item(panel: Any, item: xr.Dataset, name: str, view: Projection) -> Non
     size = 11 if kind == "effect" else 4.5
     panel.plot(*at, color=colour, markersize=size, label=label, **shared)
     panel.plot(*view.ellipse(draws, DEVIATIONS), color=colour, linewidth=1)
-    near: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 8}
-    panel.annotate(name, at[:, 0], (0, -17 if kind == "effect" else 9), **near)
+    offset, side = _LABELS[kind]
+    near: dict[str, Any] = {"textcoords": "offset points", "ha": side, "fontsize": 8}
+    panel.annotate(name, at[:, 0], offset, **near)
     if np.isfinite(item["direction"].values).all():
         _draw_directions(panel, item, view, draws.mean(axis=0))
 

@@ -133,7 +133,8 @@
         pen.beginPath();
         pen.arc(x, y, mark.kind === "effect" ? 6 : 4, 0, 7);
         pen.fill();
-        pen.fillText(mark.name, x + 5, mark.kind === "effect" ? y - 10 : y + 19);
+        pen.textAlign = mark.kind === "sensor" ? "right" : "left";
+        pen.fillText(mark.name, mark.kind === "sensor" ? x - 2 : x + 4, mark.kind === "effect" ? y - 10 : y + 19);
       }
     }
     trace(pen, places, colour, width) {
