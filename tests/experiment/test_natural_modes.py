@@ -71,7 +71,8 @@ def test_an_absorber_adds_a_mode_and_no_mode_at_its_own_frequency():
 
 
 def test_shapes_are_those_of_the_bar_on_both_sides_of_the_mass():
-    modes = natural_modes(bar() + effects.point_mass(AT, 0.5), POINTS, 900.0, 20)
+    modes = natural_modes(bar(6) + effects.point_mass(AT, 0.5), POINTS, 500.0, 20)
+    assert len(modes.frequency) == 3  # of which six modes alone would be 2 % off at the mass
     for frequency, shape in zip(modes.frequency, modes.shape, strict=True):
         k = 2 * np.pi * frequency / SPEED
         left = np.sin(k * POINTS) * np.sin(k * (LENGTH - AT))
@@ -79,7 +80,7 @@ def test_shapes_are_those_of_the_bar_on_both_sides_of_the_mass():
         exact = np.where(POINTS < AT, left, right)
         exact /= np.abs(exact).max()
         sign = np.sign(shape[:, 0] @ exact)
-        assert np.abs(sign * shape[:, 0] - exact).max() < 2e-3
+        assert np.abs(sign * shape[:, 0] - exact).max() < 4e-3
         assert not shape[:, 1:].any()
 
 
