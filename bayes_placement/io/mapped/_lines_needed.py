@@ -11,6 +11,7 @@ from ..arrays.named_arrays import NamedArrays
 from .mapping import AXES, Mapping
 
 _MOST_SHOWN = 12
+_FIRST, _STEP = "x_values.start_value", "x_values.increment"
 
 
 def check_complete(mapping: Mapping, held: NamedArrays, table_labels: dict[str, list[str]]) -> None:
@@ -128,6 +129,12 @@ def _columns_line(held: NamedArrays) -> str:
 def _frequency_line(arrays: dict[str, np.ndarray], mapping: Mapping | None = None) -> str:
     if mapping is not None and mapping.frequency is not None and mapping.frequency.array:
         return f'frequency = {{ array = {_quoted(str(mapping.frequency.array))}, unit = "Hz" }}'
+    for first in (name for name in arrays if name.endswith(_FIRST)):  # as Simcenter Testlab writes
+        step = first.removesuffix(_FIRST) + _STEP
+        if step in arrays:
+            return (
+                f'frequency = {{ first = {_quoted(first)}, step = {_quoted(step)}, unit = "Hz" }}'
+            )
     axis = next((name for name, values in arrays.items() if _is_axis(values)), None)
     if axis is not None:
         return f'frequency = {{ array = {_quoted(axis)}, unit = "Hz" }}'

@@ -62,7 +62,8 @@ def read(path: str | Path, mapping: Any = None) -> Imported:
       `axes` lists `frequency`, `sensor` and `actuator` in the order of the array, `unit` is such
       as `(m/s^2)/N`, `g/N`, `mm/N`, or `V/V`, which the sensitivities of the channel table turn
       into SI. Or a list of tables, one for each pair, with `sensor`, `actuator` and `coherence`.
-    - `frequency`: `array`, or `first` and `step`; `unit`: Hz, kHz, rad/s or 1/min.
+    - `frequency`: `array`, or `first` and `step`, numbers or names of arrays of one number; `unit`:
+      Hz, kHz, rad/s or 1/min.
     - `sensors`, `actuators`: labels such as `s1+x` in their order, or the name of a text array.
     - `coherence`: an array, with the `axes` of the FRFs or its own. `averages`, `force_level`.
     - `convention`: `exp(-i w t)` where the file was made so.

@@ -396,6 +396,23 @@ def test_the_mapping_of_the_readme_works_as_it_stands(tmp_path):
     np.testing.assert_allclose(measurement.frequency, LINES)
 
 
+@pytest.mark.parametrize("options", [{}, {"do_compression": True}])
+def test_structures_of_testlab_are_asked_for_by_their_names(tmp_path, options):
+    """The layout in which Simcenter Testlab exports: start, increment, values [line, channel]."""
+    axis = {"start_value": 10.0, "increment": 0.5, "number_of_values": 6.0}
+    values = {"values": ARRAYS["H"][:, :, 0], "quantity": {"label": "g/N"}}
+    content = {"FRF": {"x_values": axis, "y_values": values, "function_record": {"type": "FRF"}}}
+    scipy.io.savemat(tmp_path / "run.mat", content, **options)
+    with pytest.raises(ValueError, match="nothing says which array holds the FRFs") as error:
+        bp.io.read(tmp_path / "run.mat")
+    said = tomllib.loads(lines_asked_for(error))
+    assert said["frf"]["array"] == "FRF.y_values.values"
+    assert said["frequency"]["first"] == "FRF.x_values.start_value"
+    corrected = lines_asked_for(error).replace("s2+x", "s2-y").replace("(m/s^2)/N", "g/N")
+    (tmp_path / "run.toml").write_text(corrected)
+    check_read(bp.io.read(tmp_path / "run.toml"))
+
+
 @pytest.mark.parametrize(
     ("left_out", "asked"),
     [
