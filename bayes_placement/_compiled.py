@@ -72,6 +72,13 @@ class Bound(Generic[Result]):
             lambda parts: _jitted(parts.key, True).lower(parts.numbers, arguments).compile()
         )
 
+    def program(self, *arguments: Any) -> Any:
+        """Return its JAX program for arguments of these shapes; traced once, not compiled."""
+        closed = self._tried(
+            lambda parts: _jitted(parts.key, True).trace(parts.numbers, arguments).jaxpr
+        )
+        return closed.jaxpr  # type: ignore[attr-defined]
+
     def __call__(self, *arguments: Any) -> Result:
         """Run it. Only one thread at a time may: two can wait for each other for ever."""
         quickly = not _is_inside_another()

@@ -14,6 +14,7 @@ from jaxtyping import Float
 from .._compiled import compiled
 from .._types import InputError
 from ..experiment.experiment import Experiment
+from ..experiment.notebook_html import notebook_html
 from ..experiment.transducers import Transducer
 from ..modes.modes import Modes
 from ..positions.bounds import position_text
@@ -23,7 +24,7 @@ from ._candidates import Candidates, candidates
 Rows = Float[np.ndarray, "place channel mode"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EffectiveIndependence:
     """Places at which mode shapes are most independent, by effective independence.
 
@@ -51,6 +52,13 @@ class EffectiveIndependence:
     def places(self) -> dict[str, list[Any]]:
         """Each place as the only candidate, so that `place` estimates its information gain."""
         return {name: [at] for name, at in self.positions.items()}
+
+    def __repr__(self) -> str:
+        """State the places."""
+        return f"EffectiveIndependence: {self}"
+
+    def _repr_html_(self) -> str:
+        return notebook_html(str(self), self.table)
 
     def __str__(self) -> str:
         """State the places and the modes."""

@@ -12,6 +12,7 @@ import pandas as pd
 from .._progress import shown
 from .._types import Key, Progress, check_kind
 from ..experiment.experiment import Experiment
+from ..experiment.notebook_html import notebook_html
 from ..positions.bounds import position_text
 from ..positions.vectors import Recorded
 from .information.estimator import Estimator, jackknife_error
@@ -22,11 +23,14 @@ from .search.exhaustive import Exhaustive
 from .search.placement_rules import PlacementRules
 from .search.strategy import Search, Trials
 
+SHOWN = 10
+"""Placements, at most, that a notebook shows."""
+
 LEAST_LEAD = 0.01
 """Share of the information gain below which a lead is not significant, whatever its error."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Placement:
     """The best placement that was tried, and the others.
 
@@ -70,6 +74,13 @@ class Placement:
     def net_gain(self) -> float:
         """Information gain less the cost [nat]."""
         return self.information_gain - self.cost
+
+    def __repr__(self) -> str:
+        """State the positions."""
+        return f"Placement: {self}"
+
+    def _repr_html_(self) -> str:
+        return notebook_html(str(self), self.table.head(SHOWN))
 
     def __str__(self) -> str:
         """State the positions, the information gain and its errors."""

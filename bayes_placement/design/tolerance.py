@@ -11,6 +11,7 @@ import xarray as xr
 from .._progress import shown
 from .._types import InputError, Progress
 from ..experiment.experiment import Experiment
+from ..experiment.notebook_html import notebook_html
 from ._candidates import transducer, with_transducers
 from .maps import SIGNIFICANT, difference, information_map, lead
 from .running.evaluation import part_of_progress
@@ -21,7 +22,7 @@ FACTOR = "tolerance_factor"
 """Name of their dimension; `tolerance` is an argument of xarray's `sel`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ToleranceStudy:
     """Maps of the information gain for several tolerances.
 
@@ -39,6 +40,13 @@ class ToleranceStudy:
 
     maps: xr.Dataset = field(repr=False)
     table: pd.DataFrame
+
+    def __repr__(self) -> str:
+        """State how many tolerances were studied."""
+        return f"ToleranceStudy of {len(self.table)} tolerances"
+
+    def _repr_html_(self) -> str:
+        return notebook_html(repr(self), self.table, str(self).splitlines())
 
     def __str__(self) -> str:
         """State for each tolerance the best positions and the improvement."""

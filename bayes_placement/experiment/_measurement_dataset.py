@@ -3,9 +3,11 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from ..positions.channel import Channel
+from .notebook_html import notebook_html
 from .quantities import quantity_of
 
 if TYPE_CHECKING:
@@ -40,6 +42,20 @@ def dataset(measurement: "Measurement") -> xr.Dataset:
         "axis": ["x", "y", "z"],
     }
     return xr.Dataset(variables, coords=coordinates, attrs=_settings(measurement))
+
+
+def html(measurement: "Measurement") -> str:
+    """How a notebook shows a measurement: a row for each pair of channels."""
+    rows = [
+        {
+            "sensor": sensor.label,
+            "actuator": actuator.label,
+            "greatest": f"{np.abs(measurement.frf[row, column]).max():.3g}",
+        }
+        for row, sensor in enumerate(measurement.sensors)
+        for column, actuator in enumerate(measurement.actuators)
+    ]
+    return notebook_html(repr(measurement), pd.DataFrame(rows))
 
 
 def _positions(measurement: "Measurement", side: str, channels: tuple[Channel, ...]) -> Any:

@@ -4,10 +4,29 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpyro.distributions import ExpandedDistribution, Independent, TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from .._sites import Role, Unknown
+
+HEADINGS = ("unknown", "prior", "unit", "role")
+"""Headings of the table."""
+
+
+def sentence_on(experiment: Any) -> str:
+    """Say how many channels and lines an experiment observes."""
+    lines = np.asarray(experiment.frequency)
+    sensors, actuators = len(experiment.sensor_channels), len(experiment.actuator_channels)
+    return (
+        f"Experiment: {sensors} sensor x {actuators} actuator channels, {lines.size} lines from "
+        f"{lines.min():g} to {lines.max():g} Hz, z = {experiment.observe.label}"
+    )
+
+
+def prior_frame(unknowns: Sequence[Unknown]) -> pd.DataFrame:
+    """Return the rows of the table, for a notebook."""
+    return pd.DataFrame(_rows(unknowns), columns=[*HEADINGS])
 
 
 def prior_table(unknowns: Sequence[Unknown]) -> list[str]:
@@ -15,7 +34,12 @@ def prior_table(unknowns: Sequence[Unknown]) -> list[str]:
 
     The standard errors of a model error are one line, since there are many.
     """
-    rows = [
+    rows: list[tuple[str, ...]] = [HEADINGS, *_rows(unknowns)]
+    return [*_table(rows), *_of_noise(unknowns)]
+
+
+def _rows(unknowns: Sequence[Unknown]) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = [
         (unknown.name, _described(unknown.distribution), unknown.unit, unknown.role.value)
         for unknown in unknowns
         if not _is_standard_error(unknown)
@@ -24,7 +48,7 @@ def prior_table(unknowns: Sequence[Unknown]) -> list[str]:
     count = sum(int(np.prod(unknown.distribution.shape())) for unknown in errors)
     if count:
         rows.append(("model_error.*.standard", f"{count} Normal(0, 1)", "1", errors[0].role.value))
-    return [*_table([("unknown", "prior", "unit", "role"), *rows]), *_of_noise(unknowns)]
+    return rows
 
 
 def _of_noise(unknowns: Sequence[Unknown]) -> list[str]:

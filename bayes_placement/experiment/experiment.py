@@ -22,13 +22,14 @@ from ..effects.scales import Scales
 from ..positions.places import typical
 from . import _experiment_checks
 from ._measured_outputs import measured_outputs, simulated_outputs
-from ._prior_table import prior_table
+from ._prior_table import prior_frame, prior_table, sentence_on
 from ._value_checks import check_values
 from .data_checks import DataChecks, check_data
 from .force_levels import at_levels
 from .measurement import Channel, Measurement
 from .model_error import Modal, ModalErrors
 from .noise import Data, Noise
+from .notebook_html import notebook_html
 from .observe import Observation
 from .recording import Drive, recorded, recorded_frequency
 from .structure import Structure, added
@@ -354,15 +355,14 @@ class Experiment(eqx.Module):
 
     def __str__(self) -> str:
         """Lay out every prior and unit in one table."""
-        low, high = float(np.min(self.frequency)), float(np.max(self.frequency))
-        channels = f"{len(self.sensor_channels)} sensor x {len(self.actuator_channels)} actuator"
-        return "\n".join(
-            [
-                f"Experiment: {channels} channels, {np.size(self.frequency)} lines from {low:g} "
-                f"to {high:g} Hz, z = {self.observe.label}",
-                *prior_table(self.unknowns),
-            ]
-        )
+        return "\n".join([repr(self), *prior_table(self.unknowns)])
+
+    def __repr__(self) -> str:
+        """Say how many channels and lines are observed."""
+        return sentence_on(self)
+
+    def _repr_html_(self) -> str:
+        return notebook_html(repr(self), prior_frame(self.unknowns))
 
 
 def _frf(concrete: Experiment) -> Receptance:

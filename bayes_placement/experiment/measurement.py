@@ -353,6 +353,8 @@ class Measurement:
         """Say what was measured in one paragraph."""
         return sentence(self)
 
+    _repr_html_ = _measurement_dataset.html
+
     def _label(self, row: int, column: int) -> str:
         return f"{self.sensors[row].label} / {self.actuators[column].label}"
 

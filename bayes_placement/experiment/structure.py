@@ -8,7 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
-from .._sites import Role, checked_name, owners
+from .._sites import Role, checked_name, owners, unknowns
 from .._types import InputError, check_kind
 from ..effects.effect import (
     Attachment,
@@ -22,8 +22,10 @@ from ..effects.effect import (
 )
 from ..modes.hinges import with_compliance
 from ..modes.modes import Modes
+from ._prior_table import prior_frame
 from ._value_checks import check_values
 from .damping import Damping
+from .notebook_html import notebook_html
 
 Kind = TypeVar("Kind", bound=Effect)
 
@@ -118,6 +120,15 @@ class Structure(eqx.Module):
         """Share of the damping law that no effect replaces [1]."""
         shares = [effect.kept_damping() for effect in self.of_kind(Modulus)]
         return jnp.prod(jnp.array([1.0, *shares]))
+
+    def __repr__(self) -> str:
+        """Say what it is made of."""
+        effects = f", with {', '.join(self.effects)}" if self.effects else ""
+        modes, damping = type(self.modes).__name__, type(self.damping).__name__
+        return f"Structure: {modes}, {damping} damping{effects}"
+
+    def _repr_html_(self) -> str:
+        return notebook_html(repr(self), prior_frame(unknowns(self)))
 
     @property
     def attachments(self) -> list[Attachment]:

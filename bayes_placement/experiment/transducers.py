@@ -11,16 +11,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
-from .._sites import Role, checked_name, is_unknown, unit, unknowns
+from .._sites import Role, checked_name, described, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes, check_kind
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..positions.at import At, as_place, position_on
+from ..positions.bounds import position_text
 from ..positions.channel import checked
 from ..positions.places import Place, Position, coordinates, mean
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded, Vector, rotation, triple, unit_vector
+from ._prior_table import prior_frame
 from .measurement import Channel
+from .notebook_html import notebook_html
 
 Self = TypeVar("Self", bound="Transducer")
 Kind = TypeVar("Kind", bound="Transducer")
@@ -108,6 +111,15 @@ class Transducer(eqx.Module):
         self.gain, self.delay = _unless(1.0, gain), _unless(0.0, delay)
         self._check_directions()
         self._check_recording()
+
+    def __repr__(self) -> str:
+        """Say where it is recorded to be, and what is unknown of it."""
+        priors = [f"{unknown.name} {described(unknown.distribution)}" for unknown in unknowns(self)]
+        at = position_text(self.recorded)
+        return ", ".join([f'{type(self).__name__} "{self.name}" at {at} m', *priors])
+
+    def _repr_html_(self) -> str:
+        return notebook_html(repr(self), prior_frame(unknowns(self)))
 
     def _check_directions(self) -> None:
         if len(set(self.directions)) < len(self.directions):

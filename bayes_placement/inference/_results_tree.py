@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpyro.distributions import Uniform
 
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from ..experiment.noise import Data
@@ -12,7 +13,7 @@ from .divergence import Divergence
 from .engines.engine import EngineDraws
 from .estimates import Figures, Weighting, figures, scalars
 from .record import versions
-from .results import RESPONSE_WHEN_EXACT, named_draws, numbered, outputs
+from .results import CONSTANTS, RESPONSE_WHEN_EXACT, named_draws, numbered, outputs
 from .symmetries import Values
 
 EQUAL_DRAWS = 1000
@@ -71,7 +72,9 @@ def tree(inference: Inference, record: dict[str, Any]) -> xr.DataTree:
         "sample_stats": _sample_stats(inference),
         "log_likelihood": _log_likelihood(inference),
         "posterior_predictive": _predictive(inference),
-        "observed_data": _observed(experiment, inference.data),
+        "observed_data": outputs(experiment, {MEASURED: _measured(inference.data)}, ()),
+        CONSTANTS: _constants(experiment, inference.data),
+        "log_prior": _log_prior(experiment, inference.values),
         "prior": named_draws(experiment, inference.prior),
         "estimates": _estimates(inference),
     }
@@ -100,9 +103,27 @@ def pick(values: Any, places: np.ndarray | None) -> Any:
     return values.reshape(-1, *values.shape[2:])[places][None]
 
 
-def _observed(experiment: Experiment, data: Data) -> xr.Dataset:
-    z = np.where(np.asarray(data.measured), np.asarray(data.z), np.nan)
-    variables = {MEASURED: z}
+def _measured(data: Data) -> np.ndarray:
+    return np.where(np.asarray(data.measured), np.asarray(data.z), np.nan)
+
+
+def _log_prior(experiment: Experiment, values: Values) -> xr.Dataset:
+    """Log prior density [chain, draw] of each unknown, for the sensitivity to its prior.
+
+    Priors of one density everywhere are left out, since no power of theirs is another prior.
+    """
+    variables = {}
+    for unknown in experiment.unknowns:
+        if unknown.name in values and not isinstance(unknown.distribution, Uniform):
+            density = np.asarray(unknown.distribution.log_prob(values[unknown.name]))
+            total = density.reshape(*density.shape[:2], -1).sum(axis=-1)
+            variables[unknown.name] = (("chain", "draw"), total)
+    return numbered(xr.Dataset(variables))
+
+
+def _constants(experiment: Experiment, data: Data) -> xr.Dataset:
+    """What is known of each datum besides its value: noise, receptance, change of variables."""
+    z, variables = _measured(data), {}
     deviation = None if experiment.noise is None else experiment.noise.deviation(data)
     if deviation is not None:
         variables["deviation"] = np.asarray(deviation)

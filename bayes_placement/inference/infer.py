@@ -70,8 +70,9 @@ def infer(
     Returns
     -------
     xarray.DataTree
-        Groups `posterior`, `sample_stats`, `log_likelihood`, `posterior_predictive`,
-        `observed_data`, `prior` as ArviZ has them, and `estimates`: figures with standard errors,
+        Groups `posterior`, `sample_stats`, `log_likelihood`, `log_prior`,
+        `posterior_predictive`, `observed_data`, `constant_data`, `prior` as ArviZ has them, and
+        `estimates`: figures with standard errors,
         divergence from the prior, log evidence. The attributes carry versions, date, seed,
         settings, hashes of experiment and measurement, and two lists of sentences: `warnings`, and
         `data_faults` of the measurement.
@@ -233,7 +234,7 @@ def _predictions(
     flat = position.reshape(chains * count, -1)
     keys = jax.random.split(key, chains * count)
     predict = Prediction(experiment, data, posterior, draw_placement)
-    batch = affordable_batch(lambda pair: predict(*pair), (flat[0], keys[0]), BATCH)
+    batch = affordable_batch(compiled(_predicted_once).bound(predict), (flat[0], keys[0]), BATCH)
     predictions = compiled(_predicted)(predict, batch, flat, keys)
     return jax.tree.map(lambda x: np.asarray(x).reshape(chains, count, *x.shape[1:]), predictions)
 
@@ -257,6 +258,10 @@ class Prediction(eqx.Module):
             values = {**values, **placement}
         placed = substitute(self.experiment, values)
         return values, _outputs(placed, self.data, noise_key), stats
+
+
+def _predicted_once(predict: Prediction, pair: Any) -> Any:
+    return predict(*pair)
 
 
 def _predicted(predict: Prediction, batch: int, flat: Any, keys: Any) -> Any:

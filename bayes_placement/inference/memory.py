@@ -8,11 +8,13 @@ import jax
 import numpy as np
 from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
 
+from .._compiled import Bound
+
 MOST_BYTES = 1 << 29
 """Memory [bytes] that the evaluations of one batch may take together."""
 
 
-def working_bytes(function: Callable[..., Any], *arguments: Any) -> int:
+def working_bytes(function: Bound[Any], *arguments: Any) -> int:
     """Return the most memory [bytes] that a function holds at once, besides its arguments.
 
     Every intermediate array counts from where it is computed to where it is used last. XLA fuses
@@ -21,11 +23,11 @@ def working_bytes(function: Callable[..., Any], *arguments: Any) -> int:
     Parameters
     ----------
     function
-        What is to be computed.
+        What is to be computed: `compiled(function).bound(*trees)`.
     *arguments
-        Arrays, or their shapes and kinds as `jax.ShapeDtypeStruct`.
+        Its arguments.
     """
-    return _greatest(jax.make_jaxpr(function)(*arguments).jaxpr)
+    return _greatest(function.program(*arguments))
 
 
 def available_bytes() -> int | None:
@@ -38,15 +40,15 @@ def available_bytes() -> int | None:
     return int(free[0][1]) * 1024 if free else None
 
 
-def affordable_batch(function: Callable[..., Any], argument: Any, most: int) -> int:
+def affordable_batch(function: Bound[Any], argument: Any, most: int) -> int:
     """Return how many evaluations of a function fit into memory at once.
 
     Parameters
     ----------
     function
-        What is computed for each element of a batch.
+        What is computed for each element of a batch: `compiled(function).bound(*trees)`.
     argument
-        Array of one element, or its shape and kind.
+        One element.
     most
         Most elements of a batch; at least one is returned.
     """

@@ -14,6 +14,9 @@ WARNINGS = "warnings"
 RESPONSE_WHEN_EXACT = "response_when_exact"
 """Name of the outputs without the errors of the model, where it has some."""
 
+CONSTANTS = "constant_data"
+"""Group of a tree of results with what is known of each datum besides its value."""
+
 DATA_FAULTS = "data_faults"
 """Attribute of a tree of results that holds the faults of the measurement, a list of sentences."""
 
@@ -21,6 +24,17 @@ DATA_FAULTS = "data_faults"
 def data_faults_of(result: xr.DataTree) -> list[str]:
     """Sentences on faults of the measurement that was given; empty where there are none."""
     return _sentences(result, DATA_FAULTS)
+
+
+def observed_of(result: xr.DataTree) -> xr.Dataset:
+    """Measured outputs, and what is known of each: noise, receptance, change of variables.
+
+    Results of former versions hold all of that in the group of the measured outputs.
+    """
+    observed = result["observed_data"].to_dataset()
+    if CONSTANTS not in result.children:
+        return observed
+    return observed.merge(result[CONSTANTS].to_dataset(), combine_attrs="override")
 
 
 def warnings_of(result: xr.DataTree) -> list[str]:

@@ -12,8 +12,10 @@ GROUPS = {
     "posterior",
     "sample_stats",
     "log_likelihood",
+    "log_prior",
     "posterior_predictive",
     "observed_data",
+    "constant_data",
     "prior",
     "estimates",
 }
@@ -216,7 +218,7 @@ def test_a_known_deviation_is_on_record(noise, known):
 
 
 def test_the_deviation_is_observed(small):
-    np.testing.assert_array_equal(small["observed_data"]["deviation"].values, 0.05)
+    np.testing.assert_array_equal(small["constant_data"]["deviation"].values, 0.05)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 from ..._types import InputError, check_kind
 from ...experiment.experiment import FORCE_LEVEL, MEASURED, RESPONSE
 from ...inference.estimates import scalars
-from ...inference.results import RESPONSE_WHEN_EXACT
+from ...inference.results import RESPONSE_WHEN_EXACT, observed_of
 
 BAND = (0.05, 0.95)
 LINES_OF_BAND = 5
@@ -126,7 +126,7 @@ class Grouping:
 def residuals(posterior: xr.DataTree) -> Residuals:
     """Read measured and predicted outputs from what `infer` returned."""
     _check(posterior)
-    observed = _in_order(posterior["observed_data"].to_dataset())
+    observed = _in_order(observed_of(posterior))
     predicted = _in_order(posterior["posterior_predictive"].to_dataset())
     template = _transposed(observed[MEASURED], ())
     raw = _with_part(template)

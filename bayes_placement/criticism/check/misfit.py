@@ -8,6 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from ...experiment.experiment import FORCE_LEVEL
+from ...experiment.notebook_html import notebook_html
 from ..noise_needed import NoiseNeeded
 from . import _edges, _model_error
 
@@ -29,7 +30,7 @@ _HIDDEN = {True: ("over_scatter",), False: ("chi2_per_datum", "expected", "sprea
 _TOO_FEW = "the noise is not known, and there are too few lines to test residuals for correlation."
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Misfit:
     """Misfit of a fitted model, over all data and by group.
 
@@ -115,6 +116,14 @@ class Misfit:
             *self._discrepancy_words(),
             *_edges.sentences(self.edges),
         ]
+
+    def __repr__(self) -> str:
+        """State the verdict."""
+        return f"Misfit: {self.verdict()}"
+
+    def _repr_html_(self) -> str:
+        further = [sentence for sentence in self.words() if sentence != self.verdict()]
+        return notebook_html(self.verdict(), self.table(), further)
 
     def __str__(self) -> str:
         """Table of the groups, then the sentences."""

@@ -7,6 +7,7 @@ import xarray as xr
 
 from ..._types import InputError
 from ...experiment.experiment import FORCE_LEVEL, MEASURED
+from ...inference.results import observed_of
 
 RECEPTANCE = "receptance"
 """Variable of the observed data: receptance that follows from each output."""
@@ -37,7 +38,7 @@ def _observed(name: str, result: xr.DataTree) -> xr.Dataset:
             f'"{name}" holds no observed data, so it is no result of an inference, which compare '
             f'needs: compare({{"{name}": infer(experiment, measurement), ...}}).'
         )
-    return result["observed_data"].to_dataset()
+    return observed_of(result)
 
 
 def _between(

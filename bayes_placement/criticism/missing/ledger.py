@@ -10,6 +10,7 @@ import pandas as pd
 
 from ..._files import write_json
 from ...experiment.experiment import Experiment
+from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
 from ._posterior_odds import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank, number_or_none
@@ -18,7 +19,7 @@ DOUBTED = 0.5
 """Probability of none of the candidates above which the stated noise is in doubt."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ledger:
     """Record of what was added to a model, and how its error fell.
 
@@ -217,6 +218,14 @@ class Ledger:
                 f"{self.probabilities[NONE]:.2g}): add an effect of your own, or check the noise."
             )
         return [*sentences, *self.cautions]
+
+    def __repr__(self) -> str:
+        """State the verdict."""
+        return f"Ledger: {self.sentence()}"
+
+    def _repr_html_(self) -> str:
+        verdict, *further = self.words()
+        return notebook_html(verdict, self.table(), further)
 
     def __str__(self) -> str:
         """Table of the steps, then the sentences."""

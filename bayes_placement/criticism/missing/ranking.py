@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from ..._files import write_json
+from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
 from ._posterior_odds import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank, number_or_none
@@ -20,7 +21,7 @@ from .ledger import (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ranking:
     """Which effect may be missing.
 
@@ -134,6 +135,14 @@ class Ranking:
             return f"Nothing is new since the baseline was measured, with probability {share:.3g}."
         also = f" {best.kind} also reduces the misfit." if best.kind else ""
         return f"No effect is clearly new since the baseline was measured.{also}"
+
+    def __repr__(self) -> str:
+        """State the verdict."""
+        return f"Ranking: {self.words()[0]}"
+
+    def _repr_html_(self) -> str:
+        verdict, *further = self.words()
+        return notebook_html(verdict, self.table(), further)
 
     def __str__(self) -> str:
         """Table of the kinds, then the sentences."""

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from ..._files import write_json
+from ...experiment.notebook_html import notebook_html
 from ._changes import CHANGED, NEW, UNCHANGED, FoundEffect, change
 from .fitted_model import number_or_none
 from .ledger import Ledger, alone_in_words, misfit_columns
@@ -71,7 +72,7 @@ class Course(NamedTuple):
         return " ".join(filter(None, [self.kind, self.last.setting, last.place()]))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LedgerOfStates:
     """What is new in each of several states of one structure.
 
@@ -158,6 +159,14 @@ class LedgerOfStates:
     def write(self, path: str | Path) -> None:
         """Write it as JSON, whole or not at all."""
         write_json(path, self.to_json())
+
+    def __repr__(self) -> str:
+        """State what the states are compared with."""
+        return f"Ledger of {len(self.ledgers)} states against {self.baseline!r}"
+
+    def _repr_html_(self) -> str:
+        verdict, *further = self.words()
+        return notebook_html(verdict, self.table(), further)
 
     def __str__(self) -> str:
         """Table of the effects, then the sentences."""

@@ -117,11 +117,18 @@ class Engine(eqx.Module):
 
     def working_bytes(self, posterior: PosteriorDensity) -> int:
         """Memory [bytes] that it needs at least besides the draws: that of a single evaluation."""
-        return working_bytes(posterior.log_likelihood, jnp.zeros(posterior.dimension))
+        return working_bytes(
+            compiled(log_likelihood).bound(posterior), jnp.zeros(posterior.dimension)
+        )
 
     @abc.abstractmethod
     def settings(self) -> dict[str, Any]:
         """What determines the result, for the record."""
+
+
+def log_likelihood(posterior: PosteriorDensity, vector: Flat) -> Scalar:
+    """Log likelihood of a vector."""
+    return posterior.log_likelihood(vector)
 
 
 def log_likelihoods(
@@ -139,7 +146,7 @@ def log_likelihoods_in_batches(
 ) -> Float[Array, "draw"]:
     """Log likelihoods of many vectors, compiled for a batch of them that fits into memory."""
     evaluate = compiled(log_likelihoods).bound(posterior)
-    batch = affordable_batch(posterior.log_likelihood, vectors[0], batch)
+    batch = affordable_batch(compiled(log_likelihood).bound(posterior), vectors[0], batch)
     count = vectors.shape[0]
     # The last batch is filled up, so that a second shape need not be compiled.
     padding = jnp.repeat(vectors[:1], -count % batch, axis=0)

@@ -106,6 +106,7 @@ class NUTS(Engine):
                 "acceptance_rate": state.accept_prob,
                 "n_steps": state.num_steps,
                 "lp": -state.potential_energy,
+                "energy": state.energy,
             }
             return state, kept
 

@@ -18,7 +18,7 @@ from jaxtyping import Array, Float
 from ..._compiled import compiled
 from ..._types import InputError, Key, Progress, check_count
 from ..memory import affordable_batch, mapped
-from .engine import Engine, EngineDraws, PosteriorDensity
+from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihood
 
 GOOD_R_HAT = 1.05
 TARGET_ACCEPTANCE = 0.25
@@ -85,7 +85,8 @@ class SMC(Engine):
     def run(self, posterior: PosteriorDensity, key: Key, progress: Progress) -> EngineDraws:
         """Temper every population from the prior to the posterior."""
         size = self.particles // self.populations
-        batch = affordable_batch(posterior.log_likelihood, jnp.zeros(posterior.dimension), size)
+        once = compiled(log_likelihood).bound(posterior)
+        batch = affordable_batch(once, jnp.zeros(posterior.dimension), size)
         likelihood = compiled(_log_likelihoods).bound(posterior, batch)
         stages = _Stages(
             compiled(SMC.resampled).bound(self, size),

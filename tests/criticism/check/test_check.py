@@ -374,3 +374,10 @@ def test_an_inference_is_checked_from_end_to_end(stiffer):
     assert misfit.passed == (stiffer == 1.0)
     assert float(misfit.overall["data"]) == 60
     assert float(misfit.overall["expected"]) == pytest.approx(1 - 1 / 120, rel=0.005)
+
+
+def test_a_misfit_is_short_in_a_prompt_and_a_table_in_a_notebook(correct_model):
+    misfit = check(correct_model(0))
+    assert repr(misfit).startswith("Misfit: The model explains the data")
+    assert len(repr(misfit)) < 250
+    assert "<table" in misfit._repr_html_()
