@@ -218,6 +218,20 @@ def test_placements_that_were_tried_are_drawn(moved, tmp_path):
         assert drawn["s1 [m]"].tolist() == [0.2, 0.4]
 
 
+def test_the_verdict_is_one_sentence(tmp_path):
+    words = "Missing: a mass of 0.5 kg (p 0.99); chi2 falls from 48.9 to 0.822. It was 3. See text."
+    (tmp_path / "run.json").write_text(
+        json.dumps(
+            {"place": {"verdict": words, "model": {"path": "/home/me/bar.py", "sha256": ""}}}
+        )
+    )
+    (tmp_path / "placements.csv").write_text("s1,information_gain,information_gain_se\n0.2,0.1,0\n")
+    report = Report.read(write_report(tmp_path))
+    assert report.chapters[0].verdict == words.split(" It was")[0]
+    assert report.title.startswith("bar, ")
+    assert "/home" not in (tmp_path / "report.html").read_text()  # folders say who someone is
+
+
 def test_what_is_no_folder_of_results_is_refused(tmp_path):
     for place, words in (("nowhere", "There is no folder"), ("", "holds no results")):
         done = CliRunner().invoke(app, ["report", str(tmp_path / place)])

@@ -17,6 +17,8 @@ def warnings(saved: Saved) -> Iterator[Item]:
     pairs = [(str(method), str(words)) for method, words in saved.about.get("warnings", [])]
     pairs += [("improve", str(words)) for words in saved.ledger.get("cautions", [])]
     unique = tuple(dict.fromkeys(pairs))
+    if not saved.about and not saved.ledger:
+        return  # what the method said was not kept
     if not unique:
         yield Item(WARNINGS, "Warnings", Text(("No method warns of anything.",)), tags=("warning",))
         return

@@ -1,5 +1,6 @@
 """The verdict, and the tables that it rests on."""
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -50,6 +51,9 @@ _TABLES = {
 }
 """Tables of a run by the names of their files: section, title, caption, tags."""
 
+_END = re.compile(r'(?<=[.!?])\s+(?=[A-Z"])')
+"""End of a sentence that another one follows."""
+
 MOST_ROWS = 25
 """Rows of a table of a run that are shown; the file has all."""
 
@@ -57,7 +61,8 @@ MOST_ROWS = 25
 def verdict(saved: Saved) -> str:
     """Return the answer of a run in one sentence; empty where none was kept."""
     of_runs = [str(run["verdict"]) for run in saved.runs.values() if "verdict" in run]
-    return str(saved.about.get("verdict", " ".join(of_runs)))
+    sentences = _END.split(str(saved.about.get("verdict", " ".join(of_runs))))
+    return sentences[0]
 
 
 def items(saved: Saved) -> Iterator[Item]:
