@@ -14,8 +14,8 @@ import numpy as np
 from .._types import InputError
 from ._npz_archive import NpzArchive
 
-SECONDS, SECONDS_PER_MEGABYTE = 10.0, 2.0
-"""Time that reading a file may take: at least, and for each megabyte."""
+SECONDS, SECONDS_PER_MEGABYTE = 20.0, 2.0
+"""Time that reading a file may take: to begin with, and for each megabyte."""
 
 _CHILD = Path(__file__).with_name("_child.py")
 
@@ -32,7 +32,12 @@ class ReaderResult(NamedTuple):
 
 
 def run(
-    script: Path, path: Path, contents: str, refused: Callable[[str], InputError]
+    script: Path,
+    path: Path,
+    contents: str,
+    refused: Callable[[str], InputError],
+    *,
+    further_seconds: float = 0.0,
 ) -> ReaderResult:
     """Read a file by `read(path)` of a script, whose time and memory are limited.
 
@@ -47,6 +52,8 @@ def run(
         What it holds, for messages.
     refused
         Makes the error of a reason.
+    further_seconds
+        Time that a library takes to be imported, where that is long.
 
     Raises
     ------
@@ -54,7 +61,7 @@ def run(
         If the process fails, ends, or takes too long.
     """
     path.open("rb").close()  # whoever may not read it is told so, not that a process failed
-    allowed = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
+    allowed = SECONDS + further_seconds + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "result.npz"
         files = [_CHILD, script, path.absolute(), result]

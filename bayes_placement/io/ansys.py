@@ -23,6 +23,7 @@ _READER = Path(__file__).with_name("_ansys_process.py")
 _REMEDY = "Write it again in a modal analysis, uncompressed: /FCOMP,RST,0."
 _IN_SI = ("", "SI", "MKS", "User Defined")
 _DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
+_SECONDS_OF_IMPORT = 60.0  # of VTK, where the disk is slow
 _ORTHONORMAL, _SAME_FREQUENCY = 1e-4, 1e-4  # result files may be in single precision
 
 
@@ -124,7 +125,9 @@ def _read(path: Path) -> _reader_process.ReaderResult:
             'files of Ansys. Install it: pip install "bayes_placement[ansys]".'
         )
     refused = partial(_refused, existing(path, "a file of Ansys (.full, .rst)"))
-    return _reader_process.run(_READER, path, "a file of Ansys", refused)
+    return _reader_process.run(
+        _READER, path, "a file of Ansys", refused, further_seconds=_SECONDS_OF_IMPORT
+    )
 
 
 def _is_installed() -> bool:
