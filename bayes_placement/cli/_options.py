@@ -184,3 +184,11 @@ Mapping = Annotated[
     Path | None,
     typer.Option(help="TOML file that says what the data do not: axes, names, units, case."),
 ]
+Shown = Annotated[
+    Path, typer.Argument(help="Model file, folder with case.json, or file of measured FRFs.")
+]
+NewFolder = Annotated[Path, typer.Argument(help="Folder of the model file, which is made.")]
+Channels = Annotated[
+    Path | None,
+    typer.Option(help="Channel table, a workbook or CSV: name, role, x [mm], tolerance [mm], ..."),
+]

@@ -6,11 +6,13 @@ from typing import Annotated
 import typer
 
 from ._begun import Common, begun
+from ._errors import errors_in_words
 from ._options import (
     About,
     Alone,
     AsJson,
     Baseline,
+    Channels,
     Cost,
     Dask,
     Data,
@@ -27,6 +29,7 @@ from ._options import (
     Marginal,
     ModelError,
     MostLines,
+    NewFolder,
     NoCache,
     Noise,
     Out,
@@ -35,6 +38,7 @@ from ._options import (
     Search,
     Seed,
     Sensors,
+    Shown,
     States,
     Study,
     Traceback,
@@ -235,6 +239,31 @@ def place(
 
 
 app.command()(report)
+
+
+@app.command()
+def show(
+    path: Shown,
+    out: Out = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+    traceback: Traceback = False,
+) -> None:
+    """Show channels, places, FRFs and geometry of a model or file before anything is fitted."""
+    common = Common(path, "show", out, quiet, as_json, False, True, traceback)
+    with begun(common) as output:
+        from . import show
+
+        _end(show.run(path, output))
+
+
+@app.command()
+def init(folder: NewFolder, channels: Channels = None, traceback: Traceback = False) -> None:
+    """Write a commented model file to begin with, from a channel table where there is one."""
+    with errors_in_words(folder, show_traceback=traceback):
+        from . import init
+
+        typer.echo(init.run(folder, channels))
 
 
 def _end(code: int) -> None:

@@ -1,5 +1,15 @@
 """Figures of results; one file for each kind of result."""
 
-from . import ledger, misfit, placement, posterior, report, structure
+from . import ledger, measurement, misfit, placement, posterior, report, structure
+from .structure import experiment
 
-__all__ = ["ledger", "misfit", "placement", "posterior", "report", "structure"]
+__all__ = [
+    "experiment",
+    "ledger",
+    "measurement",
+    "misfit",
+    "placement",
+    "posterior",
+    "report",
+    "structure",
+]

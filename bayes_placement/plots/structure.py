@@ -8,6 +8,7 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from .._sites import is_unknown, reach
 from ..experiment.experiment import Experiment
 from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
@@ -34,6 +35,7 @@ _INSTRUMENT: dict[str, Any] = {
     "markeredgecolor": "k",
 }
 _MARKERS = {"sensor": "^", "actuator": "v"}
+_TOLERANCE: dict[str, Any] = {"color": "C0", "linewidth": 5, "alpha": 0.4, "zorder": 1}
 _RING: dict[str, Any] = {
     "marker": "o",
     "linestyle": "none",
@@ -100,6 +102,10 @@ def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
         places = list(recorded.values())
         style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | _INSTRUMENT
         panel.plot(places, np.zeros(len(places)), **style)
+        for transducer in transducers.values():
+            if is_unknown(transducer.position):
+                ends = np.clip(reach(transducer.position), *panel.dataLim.intervalx)
+                panel.plot(ends, [0.0, 0.0], label="tolerance", **_TOLERANCE)
         for name, place in recorded.items():
             panel.annotate(name, (place, 0.0), (0, 8), textcoords="offset points", ha="center")
     panel.set_yticks([])

@@ -56,7 +56,7 @@ def first(tmp_path_factory):
     return folder, done.output
 
 
-COMMANDS = ("update", "check", "explain", "improve", "place")
+COMMANDS = ("update", "check", "explain", "improve", "place", "show", "init")
 
 
 def test_help_lists_the_commands():

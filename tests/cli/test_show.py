@@ -1,0 +1,99 @@
+"""`show` before anything is fitted, and `init`: a model file to begin with."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
+
+import bayes_placement as bp
+from bayes_placement.cli.app import app
+from models import bar
+from tests.cli.studies import EXPERIMENT
+
+TABLE = """name,role,x [mm],y [mm],z [mm],tolerance [mm],direction
+left,sensor,120,0,0,5,
+right,sensor,700,0,0,0,
+hammer,actuator,400,0,0,10,
+"""
+
+
+def run(*words):
+    done = CliRunner().invoke(app, [*map(str, words)])
+    assert "Traceback" not in done.output
+    return done
+
+
+def test_a_model_is_shown_with_channels_places_and_frfs(tmp_path):
+    path = tmp_path / "study.py"
+    path.write_text(EXPERIMENT + "measurement = experiment.nominal_measurement()\n")
+    done = run("show", path, "--out", tmp_path / "out")
+    assert done.exit_code == 0, (done.output, done.exception)
+    for piece in ("Uniform(0.02, 0.06)", "s1+x", "0.25", "within=0.04", "exact"):
+        assert piece in done.output
+    table = pd.read_csv(tmp_path / "out" / "channels.csv", index_col=0)
+    assert table.loc["s1", "recorded [m]"] == 0.25 and table.loc["a1", "kind"] == "Actuator"
+    names = {file.name for file in (tmp_path / "out").iterdir()}
+    assert names == {"channels.csv", "geometry.png", "frf_1.png", "run.json"}
+
+
+def test_a_file_is_shown_with_what_it_records(tmp_path):
+    done = run("show", "models/hidden_effect.uff", "--out", tmp_path / "out", "--json")
+    assert done.exit_code == 0, (done.output, done.exception)
+    content = json.loads(done.stdout)
+    assert content["verdict"].startswith("Measurement: accelerance")
+    assert "s1 at (0.16, 0, 0) m" in content["result"]["positions"]
+    assert (tmp_path / "out" / "frf_1.png").is_file()
+
+
+def test_many_pairs_become_pages():
+    measurement = bp.Measurement.from_arrays(
+        np.ones((3, 3, 5)),
+        np.arange(1.0, 6.0),
+        sensors=["s1", "s2", "s3"],
+        actuators=["a1", "a2", "a3"],
+        quantity="mobility",
+    )
+    pages = bp.plots.measurement.pages(measurement)
+    assert [len(page.axes) for page in pages] == [8, 8, 2]
+
+
+def test_what_is_not_there_is_a_matter_of_usage(tmp_path):
+    done = run("show", tmp_path / "no.py", "--out", tmp_path / "out")
+    assert done.exit_code == 2 and "There is no model file" in done.output
+
+
+def test_the_structure_is_drawn_with_tolerances():
+    figure = bp.plots.experiment(bar.experiment)
+    assert isinstance(figure, Figure)
+    (axes,) = figure.axes
+    widths = [np.ptp(line.get_xdata()) for line in axes.lines if line.get_linewidth() == 5]
+    assert widths == pytest.approx([0.08, 0.08])
+    assert "[m]" in axes.get_xlabel()
+
+
+@pytest.mark.parametrize("with_table", [False, True])
+def test_a_new_model_can_be_read_and_shown(tmp_path, with_table):
+    (tmp_path / "channels.csv").write_text(TABLE)
+    words = ("--channels", tmp_path / "channels.csv") if with_table else ()
+    done = run("init", tmp_path / "new", *words)
+    assert done.exit_code == 0, (done.output, done.exception)
+    path = tmp_path / "new" / "model.py"
+    assert f"Next: bayes-placement show {path}" in done.output.replace("\n", " ")
+    experiment = bp.io.model.read(path).experiment
+    if with_table:
+        assert [*experiment.sensor] == ["left", "right"]
+        assert experiment.sensor["left"].recorded == pytest.approx(0.12)
+        names = [unknown.name for unknown in experiment.unknowns if unknown.is_placement]
+        assert names == ["sensor.left.position", "actuator.hammer.position"]
+    assert "CHANGE" in path.read_text()
+
+
+def test_a_model_is_not_replaced_by_a_new_one(tmp_path):
+    assert run("init", tmp_path).exit_code == 0
+    before = (tmp_path / "model.py").read_text()
+    done = run("init", tmp_path)
+    assert done.exit_code == 2 and "is there already" in done.output
+    assert (tmp_path / "model.py").read_text() == before
