@@ -14,7 +14,7 @@ from ..arrays import load
 from . import _lines_needed, channel_table
 from . import mapping as mappings
 from .mapping import Mapping
-from .measurement import measurement_of, positions_of
+from .measurement import measurement_of, positions_of, unused_rows, unused_sensitivities
 from .report import ImportReport, report
 from .stated import completed
 
@@ -179,10 +179,11 @@ def _of_universal_file(
         f"FRFs: {int(named.measured.sum())} functions (dataset 58), in SI by its units.",
         "Channels: named by the channel table, by node." if names else "Channels: as recorded.",
     ]
-    left_out = {
+    datasets = {
         f"{what} ({count})": "it holds neither FRFs, coherences, nodes nor units"
         for what, count in uff.left_out(path).items()
     }
+    left_out = {**datasets, **unused_rows(rows, named), **unused_sensitivities(rows)}
     return named, report(path, "a universal file", sentences, left_out, named)
 
 

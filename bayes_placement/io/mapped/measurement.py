@@ -56,7 +56,13 @@ def measurement_of(
         measurement = _named(in_si, mapping, rows)
         check_plausible(held.path, frf=measurement.frf[measurement.measured])
     sentences = [*raw.sentences, sentence, *_of_settings(measurement, mapping)]
-    left_out = {**held.left_out, **_unused(held, mapping)}
+    unscaled = rows if isinstance(raw.unit, FrfUnit) else []
+    left_out = {
+        **held.left_out,
+        **_unused(held, mapping),
+        **unused_rows(rows, measurement),
+        **unused_sensitivities(unscaled),
+    }
     return measurement, report(held.path, held.format, sentences, left_out, measurement)
 
 
@@ -215,6 +221,23 @@ def _with_direction(channel: Channel, rows: list[ChannelRow], role: str) -> Chan
         return channel
     row = _row(channel.label, rows, role)
     return Channel(channel.name, row.direction)
+
+
+def unused_rows(rows: list[ChannelRow], measurement: Measurement) -> dict[str, str]:
+    """Channels of a table that were not measured, and why they are left out."""
+    measured = {channel.name for channel in (*measurement.sensors, *measurement.actuators)}
+    return {
+        f"channel {row.label} of the table": "no FRF is of it"
+        for row in rows
+        if row.name not in measured
+    }
+
+
+def unused_sensitivities(rows: list[ChannelRow]) -> dict[str, str]:
+    """Sensitivities of a table that scale nothing, and why."""
+    stated = [row.label for row in rows if row.sensitivity is not None]
+    why = "the FRFs are in units of motion and force already"
+    return {f"sensitivity of {', '.join(stated)}": why} if stated else {}
 
 
 def positions_of(rows: list[ChannelRow]) -> dict[str, tuple[float, float, float]]:

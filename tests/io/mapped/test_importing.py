@@ -326,6 +326,8 @@ def test_a_folder_with_data_table_and_mapping_is_read(tmp_path):
     imported = bp.io.read(tmp_path)
     check_read(imported)  # the direction of s1 is that of the table
     assert [row.tolerance for row in imported.channels] == [(0.01,) * 3] * 2 + [(0.005,) * 3]
+    why = "since the FRFs are in units of motion and force already."
+    assert f"Left out: sensitivity of s1+x, s2-y, a1+x, {why}" in imported.report.words()
 
 
 def test_a_workbook_may_hold_channels_and_columns(tmp_path):
@@ -357,6 +359,7 @@ def test_a_channel_table_names_the_nodes_of_a_universal_file(tmp_path):
     assert measurement.sensors == (bp.Channel("s1", 3),)
     assert measurement.actuators == (bp.Channel("a1", -3),)
     assert measurement.positions["s1"] == (0.25, 0.0, 0.0)
+    assert "Left out: channel s2-y of the table, since no FRF is of it." in str(imported)
 
 
 # -------------------------------------------------------------------------------- what is asked for
