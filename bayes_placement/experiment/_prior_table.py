@@ -90,8 +90,12 @@ def _transformed(transform: Any, words: str) -> str:
 
 
 def _number(value: Any) -> str:
+    """Write a number, or the first and the last of several."""
     array = np.asarray(value)
-    return f"{array:.6g}" if array.ndim == 0 else f"array{array.shape}"
+    words = [f"{number:.6g}" for number in np.ravel(array)]
+    if len(set(words)) == 1:
+        return words[0]
+    return f"[{', '.join(words if len(words) < 4 else [words[0], '...', words[-1]])}]"
 
 
 def _table(rows: list[tuple[str, ...]]) -> list[str]:

@@ -136,6 +136,22 @@ def test_printing_lays_out_every_prior():
     assert len({line.index("Uniform") for line in lines[2:]}) == 1  # in one column
 
 
+@pytest.mark.parametrize(
+    ("prior", "words"),
+    [
+        (dist.Uniform(0.01, 0.05).expand((4,)).to_event(1), "4 Uniform(0.01, 0.05)"),
+        (dist.Uniform(jnp.array([0.01, 0.02]), 0.05), "Uniform([0.01, 0.02], 0.05)"),
+        (
+            dist.LogUniform(jnp.linspace(0.01, 0.04, 5), jnp.full(5, 0.1)).to_event(1),
+            "LogUniform([0.01, ..., 0.04], 0.1)",
+        ),
+    ],
+)
+def test_priors_of_several_numbers_are_written_in_short(prior, words):
+    damped = small(structure=bp.Structure(BAR, damping=bp.damping.Modal(prior)))
+    assert words in str(damped)
+
+
 def test_more_than_ten_sensors_keep_their_order():
     places = np.linspace(0.1, 0.9, 12)
     names = [f"s{number}" for number in range(1, 13)]
