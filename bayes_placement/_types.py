@@ -1,5 +1,6 @@
 """Dimension words of every annotation, the working precision, and our own errors."""
 
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -7,6 +8,14 @@ import jax
 import numpy as np
 from jaxtyping import Array, Complex, Float
 from numpyro.distributions import Distribution
+
+LEAST_THREADS = 8
+"""Least number of threads of JAX, unless it has a single one."""
+
+# Linear algebra of a batch waits for threads of JAX while it holds one. As many such calls at once
+# as there are threads wait for each other forever (jaxlib 0.10, ParallelBatchMap): on a machine of
+# two cores two are enough. Idle threads cost nothing. JAX reads this when it computes first.
+os.environ.setdefault("PJRT_NPROC", str(max(LEAST_THREADS, os.cpu_count() or 1)))
 
 # Response amplitudes span many decades and posteriors are narrow: single precision loses both.
 jax.config.update("jax_enable_x64", True)

@@ -11,7 +11,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, nullco
 from types import ModuleType
 from typing import Any
 
-from ..._types import InputError, MissingExtraError
+from ..._types import LEAST_THREADS, InputError, MissingExtraError
 
 REPLACEMENTS = 3
 """How often lost workers are replaced before the run is given up."""
@@ -101,9 +101,10 @@ class WorkerProcesses(Executor):
 
 def _thread_limits(count: int) -> dict[str, str]:
     """Environment variables by which each of `count` processes takes its share of the cores."""
-    threads = str(max(1, (os.cpu_count() or 1) // count))
-    names = ("PJRT_NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-    return dict.fromkeys(names, threads)
+    share = max(1, (os.cpu_count() or 1) // count)
+    of_jax = share if share == 1 else max(share, LEAST_THREADS)
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    return {"PJRT_NPROC": str(of_jax)} | dict.fromkeys(names, str(share))
 
 
 def _warning_filters() -> list[Any]:

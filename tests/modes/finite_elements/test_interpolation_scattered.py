@@ -1,11 +1,14 @@
 """Interpolation between nodes without elements, smooth or to the nearest node."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from bayes_placement.modes.finite_elements import interpolation
+from bayes_placement.modes.finite_elements.interpolation._scattered import _solution
 from tests.simulator.element_models import closest, handed_over, nodes, slopes, weights
 
 
@@ -162,3 +165,24 @@ def test_axes_that_no_node_has_are_refused(read):
 def test_nodes_at_one_place_are_refused(position):
     with pytest.raises(ValueError, match=r"interpolation\.nearest\(model\)"):
         interpolation.scattered(nodes(position, (1, 2, 3)))
+
+
+def test_equations_are_solved_as_by_lapack():
+    random = np.random.default_rng(3)
+    axes = np.linalg.qr(random.normal(size=(10, 10)))[0]
+    matrix = axes * np.logspace(-7, 1, 10) @ axes.T
+    right = random.normal(size=10)
+    solution = _solution(jnp.asarray(matrix), right)
+    # Backward stable: the residual is that of rounding, whatever the condition.
+    scale = np.linalg.norm(matrix) * np.linalg.norm(solution)
+    assert np.linalg.norm(matrix @ solution - right) < 1e-14 * scale
+
+
+def test_a_batch_of_readings_calls_no_lapack():
+    # Calls for several transducers at once can wait for each other forever.
+    model, place = cloud(2, 5)
+    read = interpolation.scattered(model)
+    program = jax.jit(jax.vmap(lambda position: read.at(position).weight))
+    text = program.lower(jnp.asarray(place)).as_text()
+    assert "stablehlo.divide" in text
+    assert "lapack" not in text

@@ -6,7 +6,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.scipy.linalg import solve
 from jaxtyping import Array, Float, Int
 from scipy.spatial import KDTree
 
@@ -242,5 +241,20 @@ def _least_squares(
     weight = weight / jnp.sum(weight)
     basis = monomials(step.T[:, :, None] / scale, _TERMS)
     moment = jnp.sum((weight[:, None] * basis)[:, :, None] * basis[:, None, :], axis=0)
-    value_at_origin = solve(moment + np.diag(_RIDGE), _TERMS_AT_ORIGIN, assume_a="pos")
+    value_at_origin = _solution(moment + np.diag(_RIDGE), _TERMS_AT_ORIGIN)
     return weight * jnp.sum(basis * value_at_origin, axis=1)
+
+
+def _solution(
+    matrix: Float[Array, "term term"], right: Float[np.ndarray, "term"]
+) -> Float[Array, "term"]:
+    """Solution of positive definite equations, by elimination without pivots.
+
+    Not by LAPACK, whose calls for a batch of each of several transducers can wait for each other
+    forever, see `_types.LEAST_THREADS`.
+    """
+    rows = jnp.concatenate([matrix, jnp.asarray(right)[:, None]], axis=1)
+    for pivot in range(len(right)):
+        row = rows[pivot] / rows[pivot, pivot]
+        rows = (rows - rows[:, pivot, None] * row).at[pivot].set(row)
+    return rows[:, -1]
