@@ -12,6 +12,7 @@ from ..io.formats import read_measurement
 from ..io.model import Study
 from ._inputs import Inputs, read_inputs
 from ._run import Output
+from ._save import Mended
 
 Result = TypeVar("Result")
 
@@ -40,6 +41,8 @@ class Request:
         Whether the measurement is looked at without any earlier state.
     states
         Universal files of several states by label, the baseline first; none for those of the study.
+    save
+        Model file that the mended model is written to; None for none.
     """
 
     path: Path
@@ -51,6 +54,7 @@ class Request:
     baseline: Path | None = None
     alone: bool = False
     states: Mapping[str, Path] = field(default_factory=dict)
+    save: Mended | None = None
 
     def read(self, command: str) -> Inputs:
         """Read study and measurement, which is that of the last state where there are several.

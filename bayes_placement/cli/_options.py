@@ -192,3 +192,7 @@ Channels = Annotated[
     Path | None,
     typer.Option(help="Channel table, a workbook or CSV: name, role, x [mm], tolerance [mm], ..."),
 ]
+Save = Annotated[
+    Path | None,
+    typer.Option(help="Model file to which the mended model is written; its posterior goes along."),
+]

@@ -35,6 +35,7 @@ from ._options import (
     Out,
     Places,
     Quiet,
+    Save,
     Search,
     Seed,
     Sensors,
@@ -155,6 +156,7 @@ def improve(
     baseline: Baseline = None,
     state: States = None,
     alone: Alone = False,
+    save: Save = None,
     out: Out = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
@@ -165,11 +167,12 @@ def improve(
     """Add what a model lacks, effect by effect, until only the noise is left."""
     common = Common(model, "improve", out, quiet, as_json, report, no_cache, traceback)
     with begun(common) as output:
-        from . import _missing_effects, improve
+        from . import _missing_effects, _save, improve
 
         kinds, states = _split(effects), _missing_effects.states_by_label(state or [])
+        mended = None if save is None else _save.mended(save, model, data, model_error)
         request = _missing_effects.Request(
-            model, data, kinds, output, lines, model_error, baseline, alone, states
+            model, data, kinds, output, lines, model_error, baseline, alone, states, mended
         )
         _end(improve.run(request))
 

@@ -10,9 +10,10 @@ from ..criticism.missing.states import LedgerOfStates
 from ..experiment.experiment import Experiment, Measurements
 from ..plots import ledger as plots
 from ._findings import FINDINGS, of_result
-from ._inputs import Inputs
+from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
 from ._run import Run
+from ._save import Mended
 
 FITS = "before_and_after.png"
 
@@ -39,10 +40,24 @@ def _run_one(request: Request, inputs: Inputs) -> int:
     screen.table(ledger.table(), "added")
     screen.list(further)
     _write(ledger, inputs, inputs.run)
+    if request.save is not None:
+        _save(request.save, ledger, inputs)
     folder = inputs.run.folder
     screen.text(f"Suspicion along the structure: {folder / 'suspicion.png'}")
     screen.text(f"Response and error before and after: {folder / FITS}")
     return inputs.run.finish(screen, verdict, ledger.to_json(), passed=not ledger.unexplained)
+
+
+def _save(mended: Mended, ledger: Ledger, inputs: Inputs) -> None:
+    """Write the mended model, and its posterior to the folder of the results."""
+    mended.write(inputs.experiment, ledger)
+    method = named_method(inputs.study, "map", "latent")
+    with inputs.screen.progress(["posterior"]) as begin:
+        posterior = infer_posterior(
+            ledger.experiment, inputs.measurement, method, 0, begin("posterior")
+        )
+    inputs.run.tree("posterior.nc", posterior)
+    inputs.screen.text(f"Mended model: {mended.path}. Its posterior: posterior.nc.")
 
 
 def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measurements]) -> int:

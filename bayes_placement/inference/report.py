@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 from scipy.stats import norm
 
-from .._types import check_kind
+from .._types import InputError, check_kind
 from ..experiment.notebook_html import notebook_html
 from .results import warnings_of
 
@@ -110,6 +110,8 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
         "results by the names of their methods are needed, since they are compared",
         'report({"SMC": bp.infer(experiment, measurement)})',
     )
+    for name, result in results.items():
+        _check_result(name, result)
     rows = {name: _row(result) for name, result in results.items()}
     warnings = [
         f"{name}: {sentence}"
@@ -119,6 +121,17 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
     comparisons = _comparisons(results)
     table = pd.DataFrame.from_dict(rows, orient="index")
     return Report(table, _disagreements(comparisons), len(comparisons), warnings)
+
+
+def _check_result(name: str, result: xr.DataTree) -> None:
+    """Refuse a tree of another program, such as that of ArviZ's `from_numpyro`."""
+    if not isinstance(result, xr.DataTree) or "estimates" not in result.children:
+        raise InputError(
+            f'"{name}" holds no group "estimates", so bp.infer did not return it; results of '
+            "bp.infer are needed, since methods are compared by figures with standard errors, which "
+            "a tree of arviz.from_numpyro or another program lacks: "
+            f'report({{"{name}": bp.infer(experiment, measurement, engine="map")}}).'
+        )
 
 
 def numbers(results: Mapping[str, xr.DataTree]) -> pd.DataFrame:

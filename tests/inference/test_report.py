@@ -155,3 +155,9 @@ def test_methods_that_agree_are_rarely_accused():
         bool(bp.report({name: noisy() for name in "abcd"}).disagreements) for _ in range(150)
     )
     assert alarms <= 6  # 1.5 expected; more than 6 with a probability of 4e-4
+
+
+def test_a_tree_of_another_program_is_refused():
+    foreign = xr.DataTree.from_dict({"/posterior": xr.Dataset({"x": ("draw", [1.0])})})
+    with pytest.raises(ValueError, match='"numpyro" holds no group "estimates", so bp.infer did'):
+        bp.report({"numpyro": foreign})

@@ -1,0 +1,123 @@
+"""`--save` of `improve`: the mended model as a model file, and its posterior."""
+
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+from .._files import write_atomically
+from .._sites import described, is_unknown
+from .._types import InputError, UsageError
+from ..criticism.missing.ledger import Ledger
+from ..effects import library
+from ..effects.effect import Effect
+from ..effects.library import kind_of
+from ..experiment.experiment import Experiment
+
+HEAD = '''\
+"""The model of {model} with what it lacked: {effects}.
+
+Written by bayes-placement improve --save. Default priors of effects are scaled to the structure.
+"""
+
+import dataclasses
+from pathlib import Path
+
+import bayes_placement as bp
+
+HERE = Path(__file__).parent
+
+study = bp.io.{reader}.read(HERE / {path!r})
+measurement = {measurement}
+experiment = study.experiment{model_error}
+'''
+
+ADDED = """\
+{variable} = bp.effects.library(study.experiment, [{kind!r}]).effects[{number}]
+experiment = experiment + dataclasses.replace({variable}, name={name!r})
+"""
+
+
+class Mended(NamedTuple):
+    """A model file that is to be written.
+
+    Parameters
+    ----------
+    path
+        The file.
+    model
+        Model file or case folder that lacked something.
+    data
+        File of the measurement; None where it is that of the model.
+    model_error
+        Whether a model error was declared on the command line.
+    """
+
+    path: Path
+    model: Path
+    data: Path | None
+    model_error: bool
+
+    def write(self, given: Experiment, ledger: Ledger) -> None:
+        """Write the model as it was given, and the effects of the ledger."""
+        known = {effect.name for effect in given.effects}
+        added = [effect for effect in ledger.experiment.effects if effect.name not in known]
+        parts = [self._head(added)]
+        parts += [_addition(given, effect, n) for n, effect in enumerate(added, 1)]
+        text = "\n".join(parts)
+        write_atomically(self.path, lambda path: path.write_text(text, encoding="utf-8"))
+
+    def _head(self, added: list[Effect]) -> str:
+        data = f"bp.io.read_measurement(HERE / {self._from_here(self.data)!r})" if self.data else ""
+        return HEAD.format(
+            model=self.model.name,
+            effects=", ".join(effect.name for effect in added) or "nothing that is claimed",
+            reader="case" if self.model.is_dir() else "model",
+            path=self._from_here(self.model),
+            measurement=data or "study.measurement",
+            model_error=(".with_model_error(bp.model_error.Modal())" if self.model_error else ""),
+        )
+
+    def _from_here(self, path: Path | None) -> str:
+        """Path of a file from the folder of the new one."""
+        target = str(Path(path or ".").resolve())
+        return Path(os.path.relpath(target, self.path.resolve().parent)).as_posix()
+
+
+def mended(path: Path, model: Path, data: Path | None, model_error: bool) -> Mended:
+    """Return a model file that is to be written, after a check that it replaces nothing.
+
+    Raises
+    ------
+    UsageError
+        If there is such a file, or its name does not end in .py.
+    """
+    if path.suffix != ".py" or path.exists():
+        fault = "is there already" if path.exists() else "is no name of a Python file"
+        raise UsageError(
+            f"--save {path} was given, which {fault}; a new model file is needed, since nothing is "
+            f"replaced: --save {model.stem}_mended.py."
+        )
+    return Mended(path, model, data, model_error)
+
+
+def _addition(given: Experiment, effect: Effect, number: int) -> str:
+    """Lines that add an effect: which of the default candidates it is."""
+    candidates = library(given, [kind_of(effect)]).effects
+    for place, candidate in enumerate(candidates):
+        if _content(candidate) == _content(effect):
+            return ADDED.format(
+                variable=f"effect_{number}", kind=kind_of(effect), number=place, name=effect.name
+            )
+    raise InputError(
+        f"The effect {effect.name} is none of the default candidates, so it cannot be saved as "
+        "text; what is added in Python is saved there: keep experiment + effect in your model file."
+    )
+
+
+def _content(effect: Effect) -> list[tuple[str, str]]:
+    """Numbers and priors of an effect, by the names of its fields."""
+    return [
+        (name, described(value) if is_unknown(value) else str(value))
+        for name, value in vars(effect).items()
+        if name != "name"
+    ]
