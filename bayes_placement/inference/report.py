@@ -128,8 +128,8 @@ def _check_result(name: str, result: xr.DataTree) -> None:
     if not isinstance(result, xr.DataTree) or "estimates" not in result.children:
         raise InputError(
             f'"{name}" holds no group "estimates", so bp.infer did not return it; results of '
-            "bp.infer are needed, since methods are compared by figures with standard errors, which "
-            "a tree of arviz.from_numpyro or another program lacks: "
+            "bp.infer are needed, since methods are compared by figures with standard errors, "
+            "which a tree of arviz.from_numpyro or another program lacks: "
             f'report({{"{name}": bp.infer(experiment, measurement, engine="map")}}).'
         )
 
