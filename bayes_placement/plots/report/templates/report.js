@@ -47,10 +47,9 @@
       this.phase = 0;
       this.centre = [0, 1, 2].map((axis) => this.middle(axis));
       this.extent = Math.max(...[0, 1, 2].map((axis) => this.range(axis)), 1e-9);
-      const flat = [0, 1, 2].filter((axis) => this.range(axis) > 1e-6 * this.extent).length;
-      this.start = flat < 2 ? [0, 0] : [-0.6, 0.5];
-      this.reach = flat < 2 ? this.extent / 0.91 : Math.hypot(...[0, 1, 2].map((axis) => this.range(axis)));
-      if (flat < 2) for (const canvas of this.canvases) canvas.height = 230;
+      this.start = this.goodView();
+      [this.yaw, this.pitch] = this.start;
+      this.fit();
       this.controls();
       this.reset();
       this.playing = !still;
@@ -62,6 +61,24 @@
     values(axis) { return this.data.points.map((point) => point[axis]); }
     range(axis) { const values = this.values(axis); return values.reduce((a, b) => Math.max(a, b)) - values.reduce((a, b) => Math.min(a, b)); }
     middle(axis) { const values = this.values(axis); return (values.reduce((a, b) => Math.max(a, b)) + values.reduce((a, b) => Math.min(a, b))) / 2; }
+    // From the front where a line moves across the view, else from above at an angle.
+    goodView() {
+      const flat = [0, 1, 2].filter((axis) => this.range(axis) > 1e-6 * this.extent).length;
+      const along = (axis) => this.data.models.flatMap((model) => model.shapes.flat()).reduce((most, shift) => Math.max(most, Math.abs(shift[axis])), 0);
+      return flat < 2 && along(1) <= along(2) ? [0, 0] : [-0.6, 0.5];
+    }
+    // As large as the structure fits with room to move.
+    fit() {
+      const places = this.data.points.map((point) => this.project(point, 1, 0, 0));
+      const size = (axis) => {
+        const values = places.map((place) => place[axis]);
+        return values.reduce((a, b) => Math.max(a, b)) - values.reduce((a, b) => Math.min(a, b));
+      };
+      const [wide, high] = [size(0), size(1)];
+      const height = high < 0.2 * wide ? 230 : 360;
+      for (const canvas of this.canvases) canvas.height = height;
+      this.scale = Math.min((0.86 * this.canvases[0].width) / Math.max(wide, 1e-9), (0.7 * height) / Math.max(high, 1e-9));
+    }
     controls() {
       const select = this.element.querySelector("select.mode");
       const count = Math.max(...this.data.models.map((model) => model.frequencies.length));
@@ -117,7 +134,7 @@
     drawModel(canvas, model, phase) {
       const pen = canvas.getContext("2d");
       const { width, height } = canvas;
-      const scale = Math.min(0.9 * width, 1.4 * height) / this.reach;
+      const scale = this.scale;
       pen.clearRect(0, 0, width, height);
       const shape = model.shapes[this.mode];
       const size = Number(this.size.value) * this.extent * Math.cos(phase);
@@ -127,14 +144,23 @@
       this.trace(pen, still, "#c3c8cf", 1);
       if (moved) this.trace(pen, moved, "#0067a8", 2);
       pen.font = "15px sans-serif";
+      const named = new Map();
       for (const mark of this.data.marks) {
         const [x, y] = this.project(mark.at, scale, width, height);
         pen.fillStyle = mark.kind === "effect" ? "#c44e00" : "#16191d";
         pen.beginPath();
         pen.arc(x, y, mark.kind === "effect" ? 6 : 4, 0, 7);
         pen.fill();
-        pen.textAlign = mark.kind === "sensor" ? "right" : "left";
-        pen.fillText(mark.name, mark.kind === "sensor" ? x - 2 : x + 4, mark.kind === "effect" ? y - 10 : y + 19);
+        // Names at one place stand in one line.
+        const place = `${mark.kind === "effect"} ${Math.round(x / 8)} ${Math.round(y / 8)}`;
+        const label = named.get(place) || { x, y, names: [], colour: pen.fillStyle, above: mark.kind === "effect" };
+        label.names.push(mark.name);
+        named.set(place, label);
+      }
+      pen.textAlign = "center";
+      for (const label of named.values()) {
+        pen.fillStyle = label.colour;
+        pen.fillText(label.names.join(", "), label.x, label.above ? label.y - 12 : label.y + 20);
       }
     }
     trace(pen, places, colour, width) {
@@ -146,7 +172,7 @@
         pen.lineTo(...places[second]);
       }
       pen.stroke();
-      if (!this.data.lines.length) for (const [x, y] of places) pen.fillRect(x - width, y - width, 2 * width, 2 * width);
+      if (!this.data.lines.length) for (const [x, y] of places) pen.fillRect(x - 1.5 * width, y - 1.5 * width, 3 * width, 3 * width);
     }
   }
 
