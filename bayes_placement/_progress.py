@@ -141,9 +141,9 @@ class _Lines:
 
     def report(self, share: float) -> None:
         """Tell the share that is done and the time left, where enough time has passed."""
-        now = time.monotonic()
-        self.share = max(self.share, min(share, 0.99))
-        if self.task and now - self.told >= BETWEEN_LINES and self.share > 0:
+        now, before = time.monotonic(), self.share
+        self.share = max(before, min(share, 0.99))
+        if self.task and now - self.told >= BETWEEN_LINES and self.share > before:
             left = (now - self.began) * (1 - self.share) / self.share
             self._print(f"{self.task}: {100 * self.share:.0f} %, about {_duration(left)} left")
             self.told = now

@@ -59,9 +59,9 @@ def standard_methods(experiment: Experiment, engine: Engine | None = None) -> li
 
     Notes
     -----
-    Latent placement by SMC; where parameters are few, placement integrated by quadrature on a grid
-    of the prior; the paper's kernel density estimate by importance sampling; and latent placement
-    by NUTS.
+    Latent placement by SMC and by NUTS, which stops itself where it cannot mix; the paper's kernel
+    density estimate by importance sampling; and, where parameters are few, placement integrated by
+    quadrature on a grid of the prior, which takes longest.
     """
     reported = method("smc", "latent")
     if engine is not None:
@@ -74,7 +74,7 @@ def standard_methods(experiment: Experiment, engine: Engine | None = None) -> li
     fits_grid = len(parameters) <= GRID_UNKNOWNS
     gridded = fits_grid and all(parameter.distribution.shape() == () for parameter in parameters)
     exact = [method("grid", "quadrature")] if gridded else []
-    return [reported, *exact, method("importance", "kde"), chains]
+    return [reported, chains, method("importance", "kde"), *exact]
 
 
 class Feasible(NamedTuple):

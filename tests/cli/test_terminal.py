@@ -109,11 +109,11 @@ def test_progress_in_a_file_is_plain_lines_that_never_run_backwards(console, mon
     monkeypatch.setattr(_progress.time, "monotonic", lambda: float(next(clock)))
     with _progress.progress_bars(console, ["map"]) as begin:
         report = begin("map")
-        for share in (0.1, 0.5, 0.3, 0.4, 1.0):
+        for share in (0.1, 0.5, 0.3, 0.4, 0.75):
             report(share)
     assert said(console).splitlines() == [
         "map: 50 %, about 12 s left",
-        "map: 50 %, about 24 s left",
+        "map: 75 %, about 10 s left",
         "map: 100 %, took 36 s",
     ]
 

@@ -218,10 +218,10 @@ def test_methods_are_shown_and_written_as_they_come(tmp_path, monkeypatch):
     monkeypatch.setattr(_run.Run, "figures", lambda run, figures: None)
     done = run(written(tmp_path, MODEL + MEASUREMENT), "--engine", "all", "--out", tmp_path / "out")
     assert done.exit_code == 0, (done.output, done.exception)
-    grid, kde = "result_quadrature_grid.nc", "result_kde_importance.nc"
-    assert seen == [[], ["result.nc"], ["result.nc", grid], ["result.nc", kde, grid]]
-    assert "Left to do: quadrature grid, kde importance, latent nuts." in done.output
-    assert "Left to do: latent nuts." in done.output
+    nuts, kde = "result_latent_nuts.nc", "result_kde_importance.nc"
+    assert seen == [[], ["result.nc"], ["result.nc", nuts], ["result.nc", kde, nuts]]
+    assert "Left to do: latent nuts, kde importance, quadrature grid." in done.output
+    assert "Left to do: quadrature grid." in done.output
     table = read_csv(tmp_path / "out" / "cross_check.csv")
     assert table["value"].dtype == table["standard_error"].dtype == float
     assert set(table["method"]) >= {"latent smc", "quadrature grid", "latent nuts"}

@@ -1,6 +1,7 @@
 """Gauss grid over the prior: the exact posterior of few unknowns."""
 
 import dataclasses
+import itertools
 from typing import Any
 
 import equinox as eqx
@@ -55,15 +56,18 @@ class Grid(Engine):
         """Weight every node by its prior weight and its likelihood."""
         self.check(posterior.dimension)
         box: Box = [(0.0, 1.0)] * posterior.dimension
-        while True:
+        for level in itertools.count():
+            part = _part_of_progress(progress, level)
             vectors, log_weight = posterior.prior_quadrature(self.nodes, box)
-            likelihood = log_likelihoods_in_batches(posterior, vectors, self.batch, progress)
+            likelihood = log_likelihoods_in_batches(posterior, vectors, self.batch, part)
             draws = weighted(vectors, likelihood, log_weight)
             cube = np.asarray(draws.log_weight).reshape((self.nodes,) * posterior.dimension)
             refined = [self._refined(cube, axis, part) for axis, part in enumerate(box)]
             if not _shrinks(refined, box):
-                return _diagnosed(draws, cube)
+                break
             box = refined
+        progress(1.0)
+        return _diagnosed(draws, cube)
 
     def check(self, dimension: int) -> None:
         """Refuse more nodes than are affordable."""
@@ -88,6 +92,12 @@ class Grid(Engine):
     def settings(self) -> dict[str, Any]:
         """Name and number of nodes."""
         return {"engine": "Grid", "nodes": self.nodes}
+
+
+def _part_of_progress(progress: Progress, level: int) -> Progress:
+    """Report half of what is left at each level: how many there will be is not known."""
+    left = 0.5**level
+    return lambda share: progress(1 - left * (1 - 0.5 * share))
 
 
 def _marginal_weight(cube: np.ndarray, axis: int) -> np.ndarray:

@@ -286,3 +286,11 @@ def test_progress_ends_at_one():
         engine.run(UnconstrainedModel(linear_gaussian, LAWS), jax.random.PRNGKey(0), shares.append)
         assert shares[-1] == pytest.approx(1.0)
         assert shares == sorted(shares)
+
+
+def test_progress_of_a_grid_that_is_refined_never_runs_backwards():
+    shares = []
+    target = UnconstrainedModel(linear_gaussian, LAWS)
+    engines.Grid(nodes=12, batch=12).run(target, jax.random.PRNGKey(0), shares.append)
+    assert shares == sorted(shares) and shares[-1] == 1.0
+    assert shares[11] == 0.5  # the first of several levels
