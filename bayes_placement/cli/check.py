@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pandas as pd
 import xarray as xr
 
 from ..criticism.check.check import check
@@ -70,7 +71,7 @@ def run(
 
 def _write(posterior: xr.DataTree, misfit: Misfit, sentences: list[str], run: Run) -> None:
     table = misfit.table()
-    run.table("misfit.csv", table)
+    run.table("misfit.csv", table.apply(pd.to_numeric, errors="coerce"))
     run.report("misfit.txt", table, sentences)
     figures = {
         "measured_against_band.png": posterior_plots.measured_against_band(posterior),

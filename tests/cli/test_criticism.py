@@ -134,6 +134,7 @@ def test_check_says_where_the_model_fails(hidden):
     table = pd.read_csv(folder / "check" / "misfit.csv", index_col=0)
     assert {"all data", "sensor s1+x", "sensor s2+x"} <= set(table.index)
     assert table.loc["all data", "chi2 per datum"] > 3
+    assert all(kind.kind in "if" for kind in table.dtypes)  # numbers, none of them as words
     text = (folder / "check" / "misfit.txt").read_text()
     for where in (said["check"], text):
         assert "The model fails: chi2 per datum is" in where
