@@ -486,10 +486,6 @@ CALLS = {
         lambda: bp.check(None),
         "posterior=None was given; the result of an inference is needed, since",
     ),
-    "check level": (
-        lambda: bp.check(None, level=5),
-        "level=5 was given; a probability between 0 and 1 is needed, since it",
-    ),
     "engine unknown": (
         lambda: bp.infer(experiment(), measurement(), engine="mcmc"),
         "'mcmc' was given, but there is none of that name among the engines:",
@@ -557,11 +553,11 @@ CALLS = {
     ),
     "bar n float": (
         lambda: bar(modes=2.5),
-        "modes=2.5 was given; a whole number of at least 1 is needed, since it",
+        "modes=2.5 was given; a whole number is needed, since it counts: modes=8",
     ),
     "bar n text": (
         lambda: bar(modes="5"),
-        "modes='5' was given; a whole number of at least 1 is needed, since it",
+        "modes='5' was given; a whole number is needed, since it counts: modes=8",
     ),
     "bar length 0": (
         lambda: bar(length=0.0),
@@ -573,11 +569,11 @@ CALLS = {
     ),
     "bar length text": (
         lambda: bar(length="1 m"),
-        "length='1 m' was given; one finite number is needed, in SI units:",
+        "length='1 m' was given; one finite number or a distribution is needed, in SI",
     ),
     "bar length nan": (
         lambda: bar(length=np.nan),
-        "length=nan was given; it must be positive, since it divides or scales",
+        "length=nan was given; one finite number or a distribution is needed, in SI",
     ),
     "bar area 0": (
         lambda: bar(area=0.0),
@@ -589,7 +585,7 @@ CALLS = {
     ),
     "bar E text": (
         lambda: bar(youngs_modulus="steel"),
-        "youngs_modulus='steel' was given; one finite number is needed, in SI",
+        "youngs_modulus='steel' was given; one finite number or a distribution is",
     ),
     "bar rho 0": (
         lambda: bar(density=0.0),
@@ -609,11 +605,11 @@ CALLS = {
     ),
     "bar E none": (
         lambda: bar(youngs_modulus=None),
-        "youngs_modulus=None was given; one finite number is needed, in SI",
+        "youngs_modulus=None was given; one finite number or a distribution is",
     ),
     "bar E inf": (
         lambda: bar(youngs_modulus=np.inf),
-        "youngs_modulus=inf was given; one finite number is needed, in SI",
+        "youngs_modulus=inf was given; one finite number or a distribution is",
     ),
     "m frf shape": (
         lambda: measurement(frf=np.ones((2, 1, LINES.size))),
@@ -681,7 +677,7 @@ CALLS = {
     ),
     "m sensors number": (
         lambda: measurement(sensors=[1]),
-        "channel=1 was given; the label of a channel is needed, since channels",
+        "sensors=list of 1 was given; a text or an object of Channel or a list, each",
     ),
     "m sensors empty": (
         lambda: measurement(sensors=[]),
@@ -745,7 +741,7 @@ CALLS = {
     ),
     "simulate text": (
         lambda: bp.simulate(experiment(), draws="a"),
-        "draws='a' was given; a whole number of at least 1 is needed, since it",
+        "draws='a' was given; a whole number is needed, since it counts: draws=8",
     ),
     "place none": (
         lambda: bp.place(None, {}),
@@ -761,7 +757,7 @@ CALLS = {
     ),
     "report none": (
         lambda: bp.report(None),
-        "results=None was given; results by the names of their methods are",
+        "results=None was given; results by the names of their methods or models are",
     ),
     "report list": (
         lambda: bp.report([1]),
@@ -769,7 +765,7 @@ CALLS = {
     ),
     "compare none": (
         lambda: bp.compare(None),
-        "results=None was given; results by the names of their models are",
+        "results=None was given; results by the names of their methods or models are",
     ),
     "read none": (
         lambda: bp.io.read_measurement(None),
@@ -817,7 +813,7 @@ CALLS = {
     ),
     "uff names": (
         lambda: bp.io.uff.read("models/bar.uff", names=["s1"]),
-        "names=list of 1 was given; names by the number of the node are needed",
+        "names=list of 1 was given; a dictionary, each name with a text, is needed",
     ),
     "case none": (
         lambda: bp.io.case.read(None),

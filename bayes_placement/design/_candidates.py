@@ -8,11 +8,11 @@ import jax
 import numpy as np
 
 from .._sites import unknowns
-from .._types import InputError
+from .._types import InputError, check_annotated
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
 from ..positions.tolerances import Tolerance
-from ..positions.vectors import triple
+from ..positions.vectors import Vector, triple
 
 Tree = Any
 
@@ -103,6 +103,7 @@ def _candidates(experiment: Experiment, name: str, listed: Any) -> Candidates:
             f'try is needed: {{"{name}": [0.25, 0.5]}}. search=design.Evolutionary() searches all '
             "of a region."
         )
+    check_annotated(f"places of {name}", listed, Sequence[Any])
     moved = [stated.moved(_place(at), experiment.structure.modes) for at in listed]
     if not moved:
         raise InputError(
@@ -144,6 +145,7 @@ def _form(position: Tree) -> Any:
 def _place(at: Any) -> Any:
     if isinstance(at, Tolerance):
         return at
+    check_annotated("a place to try", at, float | Vector)
     return float(at) if np.ndim(at) == 0 else triple(at)
 
 

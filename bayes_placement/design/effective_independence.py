@@ -12,7 +12,7 @@ import pandas as pd
 from jaxtyping import Float
 
 from .._compiled import compiled
-from .._types import InputError
+from .._types import InputError, arguments_checked
 from ..experiment.experiment import Experiment
 from ..experiment.notebook_html import notebook_html
 from ..experiment.transducers import Transducer
@@ -70,6 +70,7 @@ class EffectiveIndependence:
         )
 
 
+@arguments_checked
 def effective_independence(
     experiment: Experiment,
     places: Mapping[str, Sequence[Any] | np.ndarray],

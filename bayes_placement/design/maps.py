@@ -9,7 +9,15 @@ import numpy as np
 import xarray as xr
 
 from .._progress import shown
-from .._types import InfeasibleError, Key, Progress, check_kind
+from .._types import (
+    InfeasibleError,
+    InputError,
+    Key,
+    Progress,
+    arguments_checked,
+    check_count,
+    check_kind,
+)
 from ..experiment.experiment import Experiment
 from ._candidates import Candidates, candidates, combinations
 from .information.estimator import Estimator, jackknife_error
@@ -19,6 +27,7 @@ SIGNIFICANT = 2.0
 """Standard errors above which a difference is significant."""
 
 
+@arguments_checked
 def information_map(
     experiment: Experiment,
     places: Mapping[str, Sequence[Any] | np.ndarray],
@@ -97,6 +106,7 @@ def information_map(
         "positions by the name of the transducer are needed, since each is tried there",
         'information_map(experiment, {"s1": [0.2, 0.3, 0.4]})',
     )
+    check_count("chunk", chunk, 1, "information_map(..., chunk=100)")
     with shown(progress, "map") as report:
         evaluation = Evaluation.of(
             experiment,
@@ -135,6 +145,7 @@ class Lead(NamedTuple):
     difference_se: float
 
 
+@arguments_checked
 def lead(learnt: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
     """Compare the best placement of a map with another.
 
@@ -159,8 +170,20 @@ def lead(learnt: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
         dict(zip(names, map(int, np.unravel_index(number, gain.shape)), strict=True))
         for number in order[[0, min(1, len(order) - 1)]]
     )
-    compared = second if other is None else dict(other)
+    compared = second if other is None else _checked_cell(gain, other)
     return Lead(best, compared, *difference(learnt.isel(best), learnt.isel(compared)))
+
+
+def _checked_cell(gain: xr.DataArray, other: Mapping[str, int]) -> dict[str, int]:
+    """Refuse what is no cell of a map."""
+    sizes = {str(name): size for name, size in gain.sizes.items()}
+    if other.keys() != sizes.keys() or not all(0 <= other[name] < sizes[name] for name in sizes):
+        raise InputError(
+            f"other={dict(other)} was given; a number from 0 for each of the dimensions is needed, "
+            f"below {sizes}, since the best cell is compared with one: other="
+            f"{dict.fromkeys(sizes, 0)}."
+        )
+    return dict(other)
 
 
 def ranked(gain: np.ndarray) -> np.ndarray:
@@ -203,6 +226,7 @@ def _estimates(cell: xr.Dataset) -> np.ndarray:
     return np.concatenate([[float(cell["information_gain"])], jackknife])
 
 
+@arguments_checked
 def rivals(learnt: xr.Dataset) -> xr.DataArray:
     """Return which placements are not significantly worse than the best (two standard errors)."""
     gain, jackknife = learnt["information_gain"], learnt["information_gain_jackknife"]

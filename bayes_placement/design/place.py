@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from .._progress import shown
-from .._types import Key, Progress, check_kind
+from .._types import Key, Progress, arguments_checked, check_kind
 from ..experiment.experiment import Experiment
 from ..experiment.notebook_html import notebook_html
 from ..positions.bounds import position_text
@@ -110,6 +110,7 @@ class Placement:
         return f" {names} are left out: their information gain is less than their cost."
 
 
+@arguments_checked
 def place(
     experiment: Experiment,
     places: Places,

@@ -4,12 +4,13 @@ import equinox as eqx
 import numpy as np
 
 from .._sites import Role
-from .._types import InputError
+from .._types import InputError, arguments_checked
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Gaussian
 from ..experiment.observe import LogAmplitude
 
 
+@arguments_checked
 def planned(
     experiment: Experiment, measurement: Measurements | None = None, sigma: float | None = None
 ) -> Experiment:

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from .._progress import shown
-from .._types import InputError, Progress
+from .._types import InputError, Progress, arguments_checked
 from ..experiment.experiment import Experiment
 from ..experiment.notebook_html import notebook_html
 from ._candidates import transducer, with_transducers
@@ -69,6 +69,7 @@ class ToleranceStudy:
         return f"{words}, of which {row['relocation']:.2g} for moving there."
 
 
+@arguments_checked
 def tolerance_study(
     experiment: Experiment,
     places: Mapping[str, Sequence[Any] | np.ndarray],

@@ -3,9 +3,25 @@
 from collections.abc import Sequence
 from typing import Any
 
+from .._types import InputError
 from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
 from ..positions.vectors import Coordinates
+
+
+def check_number(part: Any, names: Sequence[str]) -> None:
+    """Refuse a number that no part has; arrays come from parts that were found by name.
+
+    Raises
+    ------
+    InputError
+        If there is no such part.
+    """
+    if isinstance(part, int) and not 0 <= part < len(names):
+        raise InputError(
+            f"The part {part} was given, counted from 0, but the model has {len(names)}: "
+            f"{', '.join(names) or 'none'}. Name one of them, since numbers change with the model."
+        )
 
 
 def name_of(part: Any, names: Sequence[str]) -> str:

@@ -1,6 +1,7 @@
 """What every effect is, by the place where it enters the response of a structure."""
 
 import abc
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
@@ -9,6 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
 from .._sites import is_unknown
+from .._types import Parameter, check_annotated
 from ..modes.flexible_parts import FlexiblePart
 from ..modes.hinges import Hinge
 from ..modes.modes import Modes
@@ -71,6 +73,14 @@ class Effect(eqx.Module):
         scales
             Sizes of the structure and its instruments.
         """
+
+    def __check_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if "unit" not in field.metadata:
+                check_annotated(field.name, value, field.type)
+            elif field.type == Parameter and value is None:
+                check_annotated(field.name, value, Parameter)
 
     def on(self: Self, modes: Modes) -> Self:
         """Return the effect placed on a structure; without a place it stays as it is."""

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from .._types import InputError
+from .._types import InputError, shown
 from ..modes.points import Points
 from ..positions.channel import Channel
 from ..positions.vectors import Recorded
@@ -51,8 +51,19 @@ class Instruments(NamedTuple):
     actuators: Mapping[str, Any]
 
     def side(self, side: str) -> Mapping[str, Transducer]:
-        """Transducers of one side, `sensor` or `actuator`."""
-        return {"sensor": self.sensors, "actuator": self.actuators}[side]
+        """Transducers of one side, `sensor` or `actuator`.
+
+        Raises
+        ------
+        InputError
+            If it is called otherwise.
+        """
+        if side not in ("sensor", "actuator"):
+            raise InputError(
+                f"side={shown(side)} was given; 'sensor' or 'actuator' is needed, since every "
+                "channel is on one of them: side='sensor'."
+            )
+        return self.sensors if side == "sensor" else self.actuators
 
     def channels(self, side: str) -> list[Channel]:
         """Channels of one side, in order."""
@@ -91,9 +102,11 @@ class Instruments(NamedTuple):
         InputError
             If there is no transducer of this name.
         """
-        if not isinstance(transducer, str):
-            return transducer
         names = [*self.side(side)]
+        if isinstance(transducer, int) and 0 <= transducer < len(names):
+            return np.asarray(transducer)
+        if not isinstance(transducer, str | int):
+            return transducer
         if transducer not in names:
             raise InputError(
                 f'An effect on {side} "{transducer}" was added, but the experiment has the {side}s '

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Generic, TypeAlias, TypeVar
 
-from .._types import InputError
+from .._types import InputError, arguments_checked
 from . import registry
 from .effect import Effect
 from .scales import Scales, Setup
@@ -43,6 +43,7 @@ class Library(Generic[Tested]):
         return list(dict.fromkeys(candidate.name for candidate in self.effects))
 
 
+@arguments_checked
 def library(
     experiment: Tested,
     kinds: Iterable[Kind] | None = None,

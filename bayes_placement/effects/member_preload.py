@@ -14,7 +14,7 @@ from ..modes.finite_elements.nodal_modes import NodalModes, nodal_of
 from ..modes.flexible_parts import StretchedMember
 from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
-from ._parts import centre, name_of
+from ._parts import centre, check_number, name_of
 from .effect import Hinged, Location
 from .instruments import Instruments
 from .scales import Scales
@@ -47,6 +47,7 @@ class MemberPreload(Hinged):
             If the structure has no such member.
         """
         if not isinstance(self.member, str):
+            check_number(self.member, underlying_nodal_modes(modes).members.names)
             return self
         number = underlying_nodal_modes(modes).members.number(self.member, "The member")
         return type(self)(np.asarray(number), self.tension, name=self.name)

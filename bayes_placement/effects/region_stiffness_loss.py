@@ -14,7 +14,7 @@ from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.flexible_parts import WeakenedRegion
 from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
-from ._parts import centre, name_of
+from ._parts import centre, check_number, name_of
 from .effect import Hinged, Location
 from .instruments import Instruments
 from .scales import Scales
@@ -50,6 +50,7 @@ class RegionStiffnessLoss(Hinged):
             If the structure has no such region.
         """
         if not isinstance(self.region, str):
+            check_number(self.region, underlying_nodal_modes(modes).regions.names)
             return self
         number = underlying_nodal_modes(modes).regions.number(self.region, "The region")
         return type(self)(np.asarray(number), self.loss, name=self.name)

@@ -14,7 +14,7 @@ from ..modes.finite_elements.nodal_modes import NodalModes
 from ..modes.flexible_parts import SoftenedSupport
 from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
-from ._parts import centre, name_of
+from ._parts import centre, check_number, name_of
 from .effect import Hinged, Location
 from .instruments import Instruments
 from .scales import Scales
@@ -51,9 +51,11 @@ class SoftSupport(Hinged):
         InputError
             If the structure has no such support.
         """
+        shapes = underlying_nodal_modes(modes).static_shapes
         if not isinstance(self.support, str):
+            check_number(self.support, shapes.supports)
             return self
-        number = underlying_nodal_modes(modes).static_shapes.support_number(self.support)
+        number = shapes.support_number(self.support)
         return type(self)(np.asarray(number), self.compliance, name=self.name)
 
     def hinges(self, modes: Modes) -> list[SoftenedSupport]:

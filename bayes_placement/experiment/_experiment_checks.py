@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from .._sites import Role, unknowns
-from .._types import InputError, check_kind, shown
+from .._types import InputError, check_annotated, check_kind, shown
 from ..modes.modes import Modes
 from .noise import Noise
 from .observe import Observation
@@ -95,7 +95,10 @@ def lines(frequency: Any) -> Any:
     """
     if isinstance(frequency, jax.core.Tracer):
         return frequency
-    values = np.asarray(frequency)
+    try:
+        values = np.asarray(frequency)
+    except ValueError:  # rows of different lengths
+        values = np.empty(0, dtype=object)
     if values.dtype.kind not in "iuf":
         raise InputError(
             f"frequency={shown(frequency)} was given; a list of real numbers [Hz] is needed, since "
@@ -152,6 +155,8 @@ def levels(amplitudes: Sequence[float] | None) -> tuple[float, ...] | None:
         "a list of force amplitudes [N] is needed, since each is measured once",
         "force_levels=[0.1, 1.0]",
     )
+    if not all(isinstance(force, int | float | np.number) for force in amplitudes):
+        check_annotated("force_levels", amplitudes, Sequence[float])
     forces = tuple(float(amplitude) for amplitude in amplitudes)
     positive = all(0 < force < np.inf for force in forces)
     if not forces or not positive or len(set(forces)) < len(forces):

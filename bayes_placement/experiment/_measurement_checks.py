@@ -1,10 +1,11 @@
 """Checks of the arrays of a measurement: axes, gaps, ranges."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from .._types import InputError, finite_number, shown
+from .._types import InputError, check_annotated, finite_number, shown
 
 PairLabel = Callable[[int, int], str]
 
@@ -96,6 +97,7 @@ def positions(
     recorded: Mapping[str, Sequence[float | int]],
 ) -> dict[str, tuple[float, float, float]]:
     """Return recorded coordinates [m] as three finite numbers for each transducer."""
+    check_annotated("positions", recorded, Mapping[str, Any])
     return {name: _point(name, point) for name, point in recorded.items()}
 
 
@@ -183,7 +185,10 @@ def numeric(argument: str, values: object, kinds: str) -> None:
     InputError
         If its numbers are of none of these.
     """
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except ValueError:  # rows of different lengths
+        array = np.empty(0, dtype=object)
     if array.dtype.kind not in kinds:
         number = "complex or real" if "c" in kinds else "real"
         raise InputError(

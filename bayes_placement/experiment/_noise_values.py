@@ -4,9 +4,10 @@ from typing import Any
 
 import jax
 import numpy as np
+from jaxtyping import Array, Float
 
 from .._sites import is_unknown
-from .._types import InputError, Parameter, shown
+from .._types import InputError, Parameter, check_annotated, shown
 
 
 def not_negative(call: str, word: str, value: Parameter) -> Parameter:
@@ -52,6 +53,13 @@ def _check_numbers(call: str, word: str, value: Any) -> None:
         )
 
 
+def _symmetric(matrix: np.ndarray) -> np.ndarray:
+    """Refuse a matrix that differs from its transpose, of which a factor has only one triangle."""
+    if matrix.shape != matrix.T.shape or not np.allclose(matrix, matrix.T):
+        raise np.linalg.LinAlgError("it is not symmetric")
+    return matrix
+
+
 def positive_definite(matrix: Parameter) -> Parameter:
     """Return a covariance if it is positive definite or a distribution.
 
@@ -62,8 +70,9 @@ def positive_definite(matrix: Parameter) -> Parameter:
     """
     if is_unknown(matrix) or isinstance(matrix, jax.core.Tracer):
         return matrix
+    check_annotated("matrix", matrix, Float[np.ndarray, "line line"] | Array)
     try:
-        np.linalg.cholesky(np.asarray(matrix))
+        np.linalg.cholesky(_symmetric(np.asarray(matrix)))
     except np.linalg.LinAlgError as error:
         raise InputError(
             f"noise.Covariance(matrix) was given a matrix of shape {np.shape(matrix)} that is not "

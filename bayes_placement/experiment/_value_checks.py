@@ -28,6 +28,7 @@ class _Range(NamedTuple):
 
 
 _POSITIVE = _Range(0.0, np.inf, "it must be above zero")
+_NOT_NEGATIVE = _Range(0.0, np.inf, "it must not be negative")
 _SHARE_OF_CRITICAL = _Range(
     0.0, 1.0, "a damping ratio is a share of critical damping between 0 and 1, not percent: 0.05"
 )
@@ -41,6 +42,13 @@ _RANGES = {
     ("modes", "density"): _POSITIVE,
     ("modes", "modal_mass"): _POSITIVE,
     ("damping", "ratio"): _SHARE_OF_CRITICAL,
+    ("effects", "frequency"): _POSITIVE,
+    ("effects", "damping_ratio"): _NOT_NEGATIVE,
+    ("effects", "extent"): _POSITIVE,
+    ("effects", "relaxation_time"): _POSITIVE,
+    ("effects", "modulus_ratio"): _POSITIVE,
+    ("instrument_effects", "frequency"): _POSITIVE,
+    ("instrument_effects", "damping_ratio"): _NOT_NEGATIVE,
     ("noise", "sigma"): _POSITIVE,
     ("noise", "scale"): _POSITIVE,
     ("noise", "factor"): _POSITIVE,
@@ -48,7 +56,7 @@ _RANGES = {
     ("sensor", "angles"): _ANGLE,
     ("actuator", "angles"): _ANGLE,
 }
-"""Ranges by the owner of a number and its field; numbers of effects have both signs."""
+"""Ranges by the owner of a number and its field; strengths of effects have both signs."""
 
 
 def check_values(tree: Any) -> None:
@@ -84,7 +92,10 @@ def _check_number(leaf: Leaf, value: Any) -> None:
             f"no response follows from another: {leaf.field}=1.0, or a distribution."
         )
     allowed = _range(leaf)
-    if allowed and not np.all((numbers >= allowed.least) & (numbers <= allowed.most)):
+    if allowed is None:
+        return
+    inside = (numbers >= allowed.least) & (numbers <= allowed.most)
+    if not np.all(inside) or (allowed is _POSITIVE and not np.all(numbers)):
         raise _outside(leaf, f"{numbers.flat[0]:g}", allowed)
 
 

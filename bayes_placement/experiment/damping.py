@@ -10,10 +10,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float, Inexact
-from numpyro.distributions import Delta, constraints
+from numpyro.distributions import Delta, Distribution, constraints
 
 from .._sites import is_unknown, unit
-from .._types import InputError, Parameter, shown
+from .._types import InputError, Parameter, check_annotated, shown
 from ..effects.effect import Omega
 
 Loss = Complex[Array, "mode frequency"]
@@ -46,6 +46,10 @@ class Damping(eqx.Module):
 
     def __check_init__(self) -> None:
         """Refuse negative numbers, and distributions with negative values."""
+        for entry in dataclasses.fields(self):
+            given = getattr(self, entry.name)
+            if given is None or (entry.type == Parameter and np.ndim(given)):
+                check_annotated(entry.name, given, float | Distribution)
         for field, value in _values(self):
             if _least(value) < 0:
                 raise InputError(

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from .. import _sites
 from .._compiled import compiled
 from .._sites import Owner, Role, Unknown, owners
-from .._types import InputError, Receptance, Response
+from .._types import InputError, Receptance, Response, check_annotated
 from ..effects.effect import Effect
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
@@ -135,8 +135,9 @@ class Experiment(eqx.Module):
         if isinstance(effect, InstrumentEffect):
             numbered = effect.numbered(self.instruments)
             effects = added(self.instrument_effects, numbered.on(self.structure.modes))
-            check_values(effects)
-            return eqx.tree_at(_instrument_effects, self, effects, is_leaf=_is_dict)
+            changed = eqx.tree_at(_instrument_effects, self, effects, is_leaf=_is_dict)
+            check_values(changed)
+            return changed
         return self._with_structure(self.structure + effect)
 
     @property
@@ -151,6 +152,7 @@ class Experiment(eqx.Module):
 
     def with_model_error(self, model_error: Modal | None) -> "Experiment":
         """Return the experiment with another model error, or with none."""
+        check_annotated("model_error", model_error, Modal | None)
         return self.with_errors(None if model_error is None else model_error.on(Scales(self)))
 
     def _with_structure(self, structure: Structure) -> "Experiment":

@@ -20,7 +20,7 @@ from numpyro.distributions import LogUniform, Normal
 
 from .._compiled import compiled
 from .._sites import Role, Unknown, is_unknown, owners, unit
-from .._types import InputError, Parameter
+from .._types import InputError, Parameter, check_fields
 from ..effects.instruments import Instruments
 from ..effects.scales import Scales
 from ..modes.modes import Modes
@@ -181,6 +181,7 @@ class Modal:
 
     def __post_init__(self) -> None:
         """Check the sizes."""
+        check_fields(self)
         for word in SIZES:
             _check_size(word, getattr(self, word))
         _check_number("modes", self.modes, "at least one mode must have errors")

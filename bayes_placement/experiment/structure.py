@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
 from .._sites import Role, checked_name, owners, unknowns
-from .._types import InputError, check_kind
+from .._types import InputError, check_annotated, check_kind
 from ..effects.effect import (
     Attachment,
     CubicAttachment,
@@ -69,6 +69,7 @@ class Structure(eqx.Module):
             "a damping law is needed, since a number alone does not say which law",
             "damping=damping.Modal(0.04), or damping.Modal(dist.Uniform(0.02, 0.06))",
         )
+        check_annotated("effects", effects, Mapping[str, Effect])
         self.modes = modes
         self.damping = damping
         self.effects = OrderedDict(effects)

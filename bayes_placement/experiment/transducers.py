@@ -10,9 +10,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
+from numpy.typing import ArrayLike
 
 from .._sites import Role, checked_name, described, is_unknown, unit, unknowns
-from .._types import InputError, Parameter, Shapes, check_kind
+from .._types import InputError, Parameter, Shapes, check_annotated, check_kind
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..positions.at import At, as_place, position_on
@@ -102,6 +103,8 @@ class Transducer(eqx.Module):
                 "three Euler angles [rad] are needed, about x, y and z",
                 "angles=(0.0, 0.1, 0.0)",
             )
+        check_annotated("tolerance", tolerance, Tolerance | None)
+        check_annotated("recorded", recorded, ArrayLike | None)
         self.name = checked(Channel(checked_name(f"{self.kind} of the name", name))).name
         self.position = as_place(at)
         self.tolerance = self.position if isinstance(self.position, Tolerance) else tolerance

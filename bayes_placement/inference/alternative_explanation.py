@@ -7,6 +7,7 @@ import equinox as eqx
 import numpy as np
 import xarray as xr
 
+from .._types import InputError, check_annotated, check_fields
 from ..experiment.experiment import Experiment
 
 JointDraws: TypeAlias = dict[str, np.ndarray]
@@ -15,6 +16,7 @@ JointDraws: TypeAlias = dict[str, np.ndarray]
 
 def draws_of(posterior: xr.DataTree | Mapping[str, Any] | None) -> JointDraws | None:
     """Draws [draw, ...] by name, from a result of `infer` (chains in a row) or from such draws."""
+    check_annotated("after", posterior, xr.DataTree | Mapping[str, Any] | None)
     if posterior is None:
         return None
     if isinstance(posterior, xr.DataTree):
@@ -43,3 +45,12 @@ class Alternative(eqx.Module):
     probability: float = eqx.field(static=True)
     experiment: Experiment
     draws: JointDraws = eqx.field(converter=draws_of)
+
+    def __check_init__(self) -> None:
+        check_fields(self)
+        if not (self.name and self.probability >= 0):
+            raise InputError(
+                f"Alternative({self.name!r}, probability={self.probability:g}) was given; a name "
+                "and a probability that is not negative are needed, since explanations are "
+                'weighed: Alternative("nothing", 0.5, experiment, posterior).'
+            )

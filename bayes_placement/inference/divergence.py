@@ -3,9 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from scipy.spatial import cKDTree
 from scipy.special import gammaln, logsumexp, psi
 
+from .._types import InputError, arguments_checked
 from .estimates import Weighting, standard_error
 
 
@@ -16,8 +18,10 @@ class Divergence(NamedTuple):
     error: float
 
 
+@arguments_checked
 def from_prior_draws(
-    log_likelihood: np.ndarray, log_prior_weight: np.ndarray | None = None
+    log_likelihood: Float[np.ndarray, "draw"],
+    log_prior_weight: Float[np.ndarray, "draw"] | None = None,
 ) -> Divergence:
     """Divergence from likelihoods at draws from the prior or at quadrature nodes, Eq. (33).
 
@@ -34,6 +38,12 @@ def from_prior_draws(
         E{l log l} / E{l} - log E{l}, with the standard error of independent draws.
     """
     size = log_likelihood.size
+    if log_prior_weight is not None and log_prior_weight.shape != log_likelihood.shape:
+        raise InputError(
+            f"log_prior_weight has the shape {log_prior_weight.shape} and log_likelihood "
+            f"{log_likelihood.shape}; one weight for each node is needed, since they are "
+            "multiplied. Leave it out for draws from the prior."
+        )
     weight = np.full(size, -np.log(size)) if log_prior_weight is None else log_prior_weight
     evidence = logsumexp(log_likelihood + weight)
     relative = np.exp(log_likelihood - evidence)
@@ -43,6 +53,7 @@ def from_prior_draws(
     return Divergence(mean - float(evidence), float(np.std(influence) / np.sqrt(size)))
 
 
+@arguments_checked
 def from_evidence(
     log_likelihood: float, log_likelihood_error: float, evidence: float, evidence_error: float
 ) -> Divergence:
@@ -59,8 +70,12 @@ def from_evidence(
     return Divergence(log_likelihood - evidence, error)
 
 
+@arguments_checked
 def from_posterior_draws(
-    vectors: np.ndarray, log_prior: np.ndarray, *, neighbours: int = 4
+    vectors: Float[np.ndarray, "*chain draw unknown"],
+    log_prior: Float[np.ndarray, "*chain draw"],
+    *,
+    neighbours: int = 4,
 ) -> Divergence:
     """Divergence from draws of the posterior, by a nearest-neighbour density estimate.
 
@@ -81,6 +96,13 @@ def from_posterior_draws(
         error of the mean and of the bias, estimated from the change with twice as many neighbours.
         NaN where there are not more draws than unknowns: these span no volume.
     """
+    if vectors.shape[:-1] != log_prior.shape or not 1 <= neighbours < log_prior.size:
+        raise InputError(
+            f"vectors of shape {vectors.shape}, log_prior of shape {log_prior.shape} and "
+            f"neighbours={neighbours} were given; a vector for each log prior and fewer neighbours "
+            "than draws are needed, since the density at a draw follows from those near it: "
+            "neighbours=4."
+        )
     flat = vectors.reshape(-1, vectors.shape[-1])
     unique, first, inverse = np.unique(flat, axis=0, return_index=True, return_inverse=True)
     if len(unique) <= max(vectors.shape[-1], 2 * neighbours):

@@ -12,7 +12,7 @@ import xarray as xr
 from .._compiled import compiled
 from .._random import jax_key, recorded_seed
 from .._sites import Role, substitute
-from .._types import InputError, Key, Progress, check_kind, no_progress
+from .._types import InputError, Key, Progress, arguments_checked, check_kind, no_progress
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from . import divergence, engines, marginals
@@ -39,6 +39,7 @@ class InferenceWarning(UserWarning):
     """A result whose own diagnostics say that it should not be trusted as it stands."""
 
 
+@arguments_checked
 def infer(
     experiment: Experiment,
     measurement: Measurements,

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 from scipy.stats import norm
 
-from .._types import InputError, check_kind
+from .._types import InputError, arguments_checked, check_kind
 from ..experiment.notebook_html import notebook_html
 from .results import warnings_of
 
@@ -88,6 +88,7 @@ class Report(NamedTuple):
         return "\n".join([self.table.T.to_string(), *(f"- {line}" for line in self.words())])
 
 
+@arguments_checked
 def report(results: Mapping[str, xr.DataTree]) -> Report:
     """Compare methods on the same experiment and measurement.
 
@@ -110,6 +111,11 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
         "results by the names of their methods are needed, since they are compared",
         'report({"SMC": bp.infer(experiment, measurement)})',
     )
+    if not results:
+        raise InputError(
+            "No results were given; those of at least one method are needed, since they are "
+            'compared: report({"SMC": bp.infer(experiment, measurement)}).'
+        )
     for name, result in results.items():
         _check_result(name, result)
     rows = {name: _row(result) for name, result in results.items()}

@@ -9,7 +9,7 @@ from numpyro.infer import Predictive
 
 from .._compiled import compiled
 from .._random import jax_key
-from .._types import Key, check_count, check_kind
+from .._types import Key, arguments_checked, check_count, check_kind
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from .results import named_draws, numbered, outputs
 
@@ -25,6 +25,7 @@ def sample_prior(experiment: Experiment, key: Key, draws: int = PRIOR_DRAWS) -> 
     }
 
 
+@arguments_checked
 def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -> xr.DataTree:
     """Draw everything unknown from its prior, and the outputs that follow.
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .._types import InputError
+from .._types import InputError, arguments_checked
 from ..experiment.measurement import Measurement
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _contents as content
@@ -65,6 +65,7 @@ FORMATS = [
 ]
 
 
+@arguments_checked
 def read_measurement(path: str | Path, **options: Any) -> Measurement:
     """Read measured FRFs in SI.
 
@@ -88,6 +89,7 @@ def read_measurement(path: str | Path, **options: Any) -> Measurement:
     return _format("measurement", file).read(file, **options)
 
 
+@arguments_checked
 def read_modes(path: str | Path, **options: Any) -> ModalModel:
     """Read nodes and natural modes in SI.
 
@@ -109,6 +111,7 @@ def read_modes(path: str | Path, **options: Any) -> ModalModel:
     return _format("modes", file).read(file, **options)
 
 
+@arguments_checked
 def read_matrices(path: str | Path, *others: str | Path, **options: Any) -> SystemMatrices:
     """Read stiffness and mass in SI.
 

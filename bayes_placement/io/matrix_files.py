@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse
 from jaxtyping import Int
 
-from .._types import InputError
+from .._types import InputError, arguments_checked
 from . import _matrix_market, _sparse_archive
 from ._gate import check_plausible, existing, reading
 from ._npz_archive import NpzArchive
@@ -38,6 +38,7 @@ class SystemMatrices(NamedTuple):
     dof: Int[np.ndarray, "dof 2"] | None = None
 
 
+@arguments_checked
 def read(
     stiffness: str | Path,
     mass: str | Path,
@@ -70,6 +71,7 @@ def read(
     return system_matrices(matrices, {name: str(path) for name, path in files.items()})
 
 
+@arguments_checked
 def system_matrices(
     matrices: Mapping[str, scipy.sparse.csc_array], places: Mapping[str, str]
 ) -> SystemMatrices:

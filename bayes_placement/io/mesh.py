@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._types import InputError, MissingExtraError
+from .._types import InputError, MissingExtraError, arguments_checked, check_positive
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _reader_process
 from ._gate import check_plausible, existing, reading
@@ -76,6 +76,7 @@ class Mesh:
         )
 
 
+@arguments_checked
 def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
     """Read a mesh by meshio: Abaqus, Gmsh, Nastran bulk data, VTK, MED and others.
 
@@ -104,6 +105,7 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
     UserWarning
         If meshio left something out, such as the end of a truncated file.
     """
+    check_positive("length_unit", length_unit, "mesh.read(path, length_unit=1e-3)")
     file = Path(path)
     if importlib.util.find_spec("meshio") is None:
         raise MissingExtraError(

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any, NamedTuple
 
-from .._types import InputError
+from .._types import InputError, arguments_checked
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
 from ..inference.engines.engine import Engine
@@ -42,6 +42,7 @@ class Study(NamedTuple):
     states: Mapping[str, Measurements] = MappingProxyType({})
 
 
+@arguments_checked
 def read(path: str | Path) -> Study:
     """Run a model file and take `experiment` and, if given, the rest.
 

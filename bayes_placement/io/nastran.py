@@ -11,13 +11,14 @@ import scipy.sparse
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from .._types import InputError, MissingExtraError
+from .._types import InputError, MissingExtraError, arguments_checked
 from ..modes.finite_elements.modal_model import ModalModel
 from .matrix_files import SystemMatrices, system_matrices
 
 _SHAPE_TABLES = ("oug", "bophig")
 
 
+@arguments_checked
 def read_modes(
     path: str | Path,
     *,
@@ -73,6 +74,7 @@ def read_modes(
     return model.without_unused_directions()
 
 
+@arguments_checked
 def read_matrices(
     path: str | Path,
     *,

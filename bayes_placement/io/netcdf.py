@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray as xr
 
 from .._files import write_atomically
-from .._types import InputError, check_kind
+from .._types import InputError, arguments_checked, check_kind
 from ..inference.results import WARNINGS, warnings_of
 from ._gate import reading
 
@@ -15,6 +15,7 @@ _SEAL_BYTES = len(_SEAL) + 64 + 1
 _CHUNK = 1 << 20
 
 
+@arguments_checked
 def write(result: xr.DataTree, path: str | Path) -> Path:
     """Write a tree of results as netCDF; the file is complete before it replaces an earlier one.
 
@@ -35,6 +36,7 @@ def write(result: xr.DataTree, path: str | Path) -> Path:
     return write_atomically(path, lambda temporary: temporary.write_bytes(content + seal))
 
 
+@arguments_checked
 def read(path: str | Path) -> xr.DataTree:
     """Read a tree of results into memory.
 

@@ -25,7 +25,7 @@ from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from .._files import write_atomically
-from .._types import InputError
+from .._types import InputError, arguments_checked
 from ..modes.finite_elements.modal_model import ModalModel
 from ._gate import check_plausible, reading
 from ._npz_archive import NpzArchive
@@ -71,6 +71,7 @@ class ModelNodes(NamedTuple):
     element: Int[np.ndarray, "element corner"] | None
 
 
+@arguments_checked
 def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None) -> ModalModel:
     """Read nodes and modes; shapes keep their precision and are in memory twice at most.
 
@@ -97,6 +98,7 @@ def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None)
         return model
 
 
+@arguments_checked
 def read_nodes(path: str | Path) -> ModelNodes:
     """Read nodes and degrees of freedom only, such as those of stiffness and mass matrices.
 
@@ -162,6 +164,7 @@ def _between(values: np.ndarray, low: int, high: int) -> bool:
     return bool(np.all((values >= low) & (values <= high)))
 
 
+@arguments_checked
 def write(path: str | Path, model: ModalModel) -> Path:
     """Write a modal model in the layout of this module; the file is complete before it is replaced.
 

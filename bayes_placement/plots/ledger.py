@@ -12,6 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from .._types import arguments_checked
 from ..criticism.fitted import effect_places
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
@@ -66,6 +67,7 @@ _CENTRED: dict[str, Any] = {
 }
 
 
+@arguments_checked
 def suspicion(
     result: Ranking | Ledger,
     *,
@@ -194,6 +196,7 @@ def _draw_greatest(panel: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
     panel.set_title("suspicion of each kind")
 
 
+@arguments_checked
 def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure:
     """Draw the probability of each effect, of nothing missing and of none of these.
 
@@ -218,6 +221,7 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
     return figure
 
 
+@arguments_checked
 def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     """Draw the misfit of the model as given, then with one more effect each time.
 
@@ -260,6 +264,7 @@ def _misfit(steps: Sequence[FittedModel]) -> tuple[list[float], str]:
     return [step.chi2_per_datum for step in steps], "chi2 per datum [1]"
 
 
+@arguments_checked
 def before_and_after(
     fits: Mapping[str, xr.Dataset], *, axes: Sequence[Axes] | np.ndarray | None = None
 ) -> Figure:

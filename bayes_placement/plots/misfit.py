@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from .._types import arguments_checked
 from ..criticism.check.misfit import Misfit
 from ._figures import channel_panels, channels, edges, force_levels, frequency_axis, panels
 
@@ -18,6 +19,7 @@ FAINTEST, BRIGHTEST = 0.3, 10.0
 """Least range of colours of the residual map [noise deviations]."""
 
 
+@arguments_checked
 def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = None) -> Figure:
     """Draw the size of the residual over the noise, channel pair against frequency.
 
@@ -48,6 +50,7 @@ def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = N
     return figure
 
 
+@arguments_checked
 def discrepancy(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = None) -> Figure:
     """Draw residuals and their smooth part with its 95 % band, both over the noise.
 

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from .._types import arguments_checked
 from ..design.maps import SIGNIFICANT, lead, rivals
 from ..design.place import Placement
 from ..design.tolerance import FACTOR, ToleranceStudy
@@ -33,6 +34,7 @@ _AS_GOOD = f"no worse than the best within {SIGNIFICANT:g} standard errors"
 _ERRORS = f"± {SIGNIFICANT:g} standard errors"
 
 
+@arguments_checked
 def information(learnt: xr.Dataset, *, axes: Sequence[Axes] | np.ndarray | None = None) -> Figure:
     """Draw a map of information with the optimum and how sure it is (Figures 3 to 5 of the paper).
 
@@ -55,6 +57,7 @@ def information(learnt: xr.Dataset, *, axes: Sequence[Axes] | np.ndarray | None 
     return layout.with_legend()
 
 
+@arguments_checked
 def tolerances(study: ToleranceStudy, *, axes: Sequence[Axes] | np.ndarray | None = None) -> Figure:
     """Draw maps of information for each tolerance side by side, all in one scale of colours.
 
@@ -79,6 +82,7 @@ def tolerances(study: ToleranceStudy, *, axes: Sequence[Axes] | np.ndarray | Non
     return layout.with_legend()
 
 
+@arguments_checked
 def placements(best: Placement, *, ax: Axes | None = None) -> Figure:
     """Draw the information of the best placements that were tried, with two standard errors.
 

@@ -8,8 +8,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from .._sites import Role
+from .._types import InputError, arguments_checked, check_annotated
 from ..experiment.experiment import RESPONSE
 from ..inference.bands import labelled_amplitude, predictive_band
 from ..inference.estimates import scalars
@@ -33,6 +35,7 @@ SPARSE = 30
 LINE_STYLES = ("-", "--", "-.", ":")
 
 
+@arguments_checked
 def measured_against_band(
     result: xr.DataTree, *, axes: Sequence[Axes] | np.ndarray | None = None
 ) -> Figure:
@@ -61,6 +64,7 @@ def measured_against_band(
     return layout.with_legend()
 
 
+@arguments_checked
 def response_band(
     simulated: xr.DataTree,
     *,
@@ -82,7 +86,13 @@ def response_band(
     """
     band = predictive_band(simulated)
     if reference is not None:
+        check_annotated("reference", reference, ArrayLike)
         draw = simulated["prior_predictive"].to_dataset()[RESPONSE].isel(chain=0, draw=0, drop=True)
+        if np.shape(reference) != draw.shape:
+            raise InputError(
+                f"reference of shape {np.shape(reference)} was given; {draw.shape} is needed, "
+                "since it is drawn along with the draws: reference=experiment.nominal().predict()."
+            )
         band["reference"] = labelled_amplitude(draw.copy(data=np.asarray(reference)))
     layout = channel_panels(band, [1.0], axes)
     for panel, channel in channels(layout.axes, band):
@@ -91,6 +101,7 @@ def response_band(
     return layout.with_legend()
 
 
+@arguments_checked
 def parameters(
     result: xr.DataTree,
     *,
@@ -112,6 +123,7 @@ def parameters(
     return _marginals(result, rows, truth or {}, axes)
 
 
+@arguments_checked
 def placement(
     result: xr.DataTree,
     *,
@@ -135,6 +147,7 @@ def placement(
     return _marginals(result, [list(row) for _, row in owners], truth or {}, axes)
 
 
+@arguments_checked
 def pair(
     result: xr.DataTree,
     first: str,
@@ -156,6 +169,8 @@ def pair(
     ax
         Axes to draw in; None for a new figure.
     """
+    for name in (first, second):
+        _check_unknown(result, name)
     layout = panels(1, 1, ax, size=(6.4, 5.0))
     panel = layout.only
     for group, color in (("prior", PRIOR), ("posterior", POSTERIOR)):
@@ -170,6 +185,7 @@ def pair(
     return layout.with_legend()
 
 
+@arguments_checked
 def methods(
     results: Mapping[str, xr.DataTree],
     *,
@@ -187,6 +203,11 @@ def methods(
     axes
         Axes to draw in, one for each parameter; None for a new figure.
     """
+    if not results:
+        raise InputError(
+            "No results were given; those of at least one method are needed, since each is a row "
+            'of the figure: methods({"SMC": bp.infer(experiment, measurement)}).'
+        )
     first = next(iter(results.values()))
     names = _names(first, placement=False)
     layout = panels(max(1, len(names)), 1, axes)
@@ -233,6 +254,15 @@ def _marginal(panel: Axes, result: xr.DataTree, name: str, truth: Mapping[str, f
     _density_axis(panel, result, name)
     _limits(panel, prior, posterior)
     panel.locator_params(axis="x", nbins=4)
+
+
+def _check_unknown(result: xr.DataTree, name: str) -> None:
+    names = [*_scalars(result["posterior"])]
+    if name not in names:
+        raise InputError(
+            f"{name!r} was given; one of {', '.join(names)} is needed, since the result has no "
+            f"other unknowns: pair(result, {names[0]!r}, {names[-1]!r})."
+        )
 
 
 def _scalars(group: Any) -> dict[str, np.ndarray]:

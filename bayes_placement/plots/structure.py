@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .._sites import is_unknown, reach
+from .._types import arguments_checked
 from ..experiment.experiment import Experiment
 from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
@@ -70,7 +71,8 @@ class View(NamedTuple):
         return np.asarray(points)[:, list(self.axes)].T
 
 
-def experiment(experiment: Experiment, *, ax: Panel | None = None) -> Figure:
+@arguments_checked
+def experiment(experiment: Experiment, *, ax: Axes | None = None) -> Figure:
     """Draw a structure with its sensors and actuators at their recorded positions.
 
     A structure that lies in a plane is drawn in that plane.

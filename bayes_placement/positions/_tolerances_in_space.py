@@ -6,7 +6,7 @@ import equinox as eqx
 import numpy as np
 from numpyro.distributions import Uniform
 
-from .._types import InputError
+from .._types import InputError, check_annotated, finite_number
 from ._tolerance import Tolerance, off_structure
 from .bounds import ROUNDING, Bounds, bounds_text, box, clipped, inside, rounding_margin
 from .places import Cartesian, InBall, OnMember, OnPatch
@@ -91,6 +91,7 @@ class Member(Tolerance):
     ):
         self.start, self.end = vector("Member(start=...)", start), vector("Member(end=...)", end)
         self.centre = None if centre is None else vector("Member(centre=...)", centre)
+        check_annotated("within", within, float | None)
         self.within = None if within is None else float(within)
         direction_of("Member(end - start)", np.subtract(self.end, self.start))
         if (self.centre is None) != (self.within is None) or not self._reach() > 0:
@@ -181,6 +182,7 @@ class Patch(Tolerance):
     ):
         self.centre = vector("Patch(centre=...)", centre)
         self.directions = right_angled("Patch", first, second)
+        check_annotated("within", within, tuple[float, float])
         self.within = (float(within[0]), float(within[1]))
         if not min(self.within) > 0:
             raise InputError(
@@ -245,7 +247,7 @@ class Ball(Tolerance):
 
     def __init__(self, centre: Vector, radius: float | int):
         self.centre = vector("Ball(centre=...)", centre)
-        self.radius = float(radius)
+        self.radius = finite_number("Ball(radius)", radius, "positions.Ball((0, 0, 0), 0.1)")
         if not 0 < self.radius < np.inf:
             raise InputError(
                 f"Ball(radius={radius}) was given; a positive radius [m] is needed. For a position "

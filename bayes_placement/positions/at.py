@@ -64,6 +64,8 @@ def as_place(at: At) -> Position | Tolerance:
     InputError
         If there are several coordinates, but not three.
     """
+    if isinstance(at, Cartesian):
+        _check_coordinates(at.x, at.y, at.z)
     if isinstance(at, Place | Tolerance) or is_unknown(at):
         return at
     if not isinstance(at, tuple | list) and np.ndim(at) != 1:
@@ -73,8 +75,14 @@ def as_place(at: At) -> Position | Tolerance:
             f"A position of {len(at)} coordinates was given; one number on a line or three along "
             "x, y and z [m] in space are needed: at=(0.2, 0.0, 0.9)."
         )
-    x, y, z = at
-    return Cartesian(x, y, z)
+    _check_coordinates(*at)
+    return Cartesian(*at)
+
+
+def _check_coordinates(*coordinates: Any) -> None:
+    for coordinate in coordinates:
+        if not is_unknown(coordinate):
+            _checked_number(coordinate)
 
 
 def _checked_number(at: Any) -> Any:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpyro.distributions import Uniform
 
-from .._types import InputError, finite_number
+from .._types import InputError, check_annotated, finite_number
 from ._nearest_nodes import at_nearest_node
 from ._tolerance import Tolerance
 from ._tolerances_in_space import Ball, Box, Member, Patch
@@ -105,6 +105,8 @@ class Nodes(Tolerance):
     tolerance: Tolerance | None
 
     def __init__(self, position: Any, tolerance: Tolerance | None = None):
+        check_annotated("position", position, Float[np.ndarray, "node *coordinate"])
+        check_annotated("tolerance", tolerance, Tolerance | None)
         self.position = np.asarray(position, dtype=float)
         self.tolerance = tolerance
         shape = self.position.shape

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._types import InputError
+from .._types import InputError, arguments_checked, shown
 
 Coordinates = tuple[float, float, float]
 
@@ -22,7 +22,7 @@ _PERPENDICULAR = 1e-9  # greatest cosine between two directions at right angles
 
 def triple(values: Any) -> Coordinates:
     """Return three numbers as a tuple."""
-    x, y, z = (float(value) for value in values)
+    x, y, z = np.asarray(values, dtype=float).tolist()
     return x, y, z
 
 
@@ -41,13 +41,22 @@ def vector(argument: str, values: Any) -> Coordinates:
     InputError
         If they are not three finite numbers.
     """
-    array = np.asarray(values, dtype=float)
+    array = _numbers(values)
     if array.shape != (3,) or not np.all(np.isfinite(array)):
+        given = array.tolist() if 0 < array.size < 9 else shown(values)
         raise InputError(
-            f"{argument} was given {array.tolist()}; three finite numbers along x, y and z [m] are "
+            f"{argument} was given {given}; three finite numbers along x, y and z [m] are "
             "needed, since the structure lies in space: (0.2, 0.0, 0.9)."
         )
     return triple(array)
+
+
+def _numbers(values: Any) -> np.ndarray:
+    """Numbers as an array; an empty one where there are none."""
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):  # words, objects
+        return np.zeros(0)
 
 
 def direction_of(argument: str, values: Any) -> Coordinates:
@@ -89,6 +98,7 @@ def right_angled(argument: str, first: Any, second: Any) -> tuple[Coordinates, C
     return first, second
 
 
+@arguments_checked
 def rotation(angles: Float[Array, "3"]) -> Float[Array, "3 3"]:
     r"""Rotation matrix R = R_x(t_x) R_y(t_y) R_z(t_z), active and right-handed.
 

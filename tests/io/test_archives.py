@@ -6,6 +6,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import time
 import zipfile
 from pathlib import Path
 
@@ -191,6 +192,14 @@ def test_damaged_sparse_matrices_are_refused(tmp_path, form, changes, message):
     with pytest.raises(ValueError, match=message) as caught:
         matrix_files.read(path, path)
     assert "K.npz" in str(caught.value)
+
+
+def test_a_huge_array_in_the_place_of_a_shape_is_refused_at_once(tmp_path):
+    path = damaged(tmp_path, "coo", shape=lambda shape: np.zeros(20_000_000, np.int8))
+    began = time.perf_counter()
+    with pytest.raises(ValueError, match=r"its shape is an array of shape \(20000000,\)"):
+        matrix_files.read(path, path)
+    assert time.perf_counter() - began < 5
 
 
 def test_an_index_out_of_range_does_not_end_the_interpreter(tmp_path):

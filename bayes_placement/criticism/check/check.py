@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from ..._types import InputError
+from ..._types import InputError, arguments_checked
 from ...inference.results import data_faults_of
 from . import _edges, _model_error, _noise, correlation, discrepancy
 from ._residuals import Grouping, Residuals, groupings, residuals, response_when_exact
@@ -14,6 +14,7 @@ LEVEL = 0.01
 """Probability that a correct model does not pass."""
 
 
+@arguments_checked
 def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Misfit:
     """Test whether a fitted model explains the data, and where it fails.
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..._types import InputError, check_kind
+from ..._types import InputError, arguments_checked, check_kind
 from ...experiment.experiment import FORCE_LEVEL, MEASURED
 from ...inference.results import warnings_of
 from ...inference.weights import GOOD_PARETO_K
@@ -164,6 +164,7 @@ class ModelComparison:
         return sentences
 
 
+@arguments_checked
 def compare(results: Mapping[str, xr.DataTree]) -> ModelComparison:
     """Compare fitted models of the same data by evidence and leave-one-out predictive density.
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..._types import InputError
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment, Measurements
@@ -33,6 +34,11 @@ from ._search import NARROW, VARIANTS_WITH_ERRORS, Tick, promising
 
 def state_of(experiment: Experiment, measurement: Measurements) -> State:
     """An earlier state of an experiment, with the lines and transducers that were measured."""
+    if not isinstance(measurement, Measurement) and not measurement:
+        raise InputError(
+            "baseline=[] was given; one measurement is needed, or one for each force level, since "
+            "the later state is compared with it. Leave it out where there is none: baseline=None."
+        )
     first = measurement if isinstance(measurement, Measurement) else measurement[0]
     earlier = as_measured(experiment, first)
     return State(earlier, earlier.data(measurement))

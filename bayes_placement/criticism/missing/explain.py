@@ -2,7 +2,7 @@
 
 from threadpoolctl import threadpool_limits
 
-from ..._types import Progress, no_progress
+from ..._types import Progress, arguments_checked, no_progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
@@ -19,6 +19,7 @@ LEADING = 6
 """Hypotheses of the greatest odds of which everything is said."""
 
 
+@arguments_checked
 @threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def explain(
     experiment: Experiment,

@@ -9,7 +9,14 @@ from typing import Any, NamedTuple, overload
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..._types import InputError, Progress, no_progress
+from ..._types import (
+    InputError,
+    Progress,
+    arguments_checked,
+    check_count,
+    check_positive,
+    no_progress,
+)
 from ...effects.effect import Effect
 from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
@@ -57,6 +64,7 @@ def improve(
 ) -> LedgerOfStates: ...
 
 
+@arguments_checked
 @threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def improve(
     experiment: Experiment,
@@ -113,6 +121,8 @@ def improve(
         If a prior has no inverse distribution function.
     """
     check_experiment(experiment, "improve")
+    check_positive("level", level, "improve(..., level=0.01)", 0.999)
+    check_count("most_effects", most_effects, 0, "improve(..., most_effects=3)")
     search = _Search(
         experiment, candidates_of(experiment, candidates), model_error, level, most_effects
     )

@@ -39,15 +39,26 @@ def scores(sampling: str, replicates: int, count: int, dimension: int, seed: int
     InputError
         If there is no such sampling.
     """
+    check_sampling(sampling)
+    random = np.random.default_rng(seed)
+    if sampling == "plain" or dimension == 0:
+        return random.standard_normal((replicates, count, dimension))
+    return np.stack([_sobol(count, dimension, child) for child in random.spawn(replicates)])
+
+
+def check_sampling(sampling: str) -> None:
+    """Refuse a name of no sampling.
+
+    Raises
+    ------
+    InputError
+        If there is no such sampling.
+    """
     if sampling not in SAMPLINGS:
         raise InputError(
             f"sampling={sampling!r} was given; {' or '.join(map(repr, SAMPLINGS))} is needed: "
             "quasi-random points, whose error falls faster, or independent draws."
         )
-    random = np.random.default_rng(seed)
-    if sampling == "plain" or dimension == 0:
-        return random.standard_normal((replicates, count, dimension))
-    return np.stack([_sobol(count, dimension, child) for child in random.spawn(replicates)])
 
 
 def _sobol(count: int, dimension: int, random: np.random.Generator) -> np.ndarray:

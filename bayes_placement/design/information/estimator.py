@@ -13,7 +13,7 @@ from jax.scipy.special import logsumexp
 from jaxtyping import Array, Bool, Float
 
 from ..._sites import Role
-from ..._types import InfeasibleError
+from ..._types import InfeasibleError, check_count, check_fields
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Noise
 from ...inference.alternative_explanation import JointDraws, draws_of
@@ -48,6 +48,13 @@ class Estimator(eqx.Module):
     """An estimator of the information gain of an experiment about its parameters."""
 
     replicates: eqx.AbstractVar[int]
+
+    def __check_init__(self) -> None:
+        check_fields(self)
+        for field in dataclasses.fields(self):
+            if field.type is int:
+                line = f"{type(self).__name__}({field.name}=8)"
+                check_count(field.name, getattr(self, field.name), 1, line)
 
     @abc.abstractmethod
     def plan(self, experiment: Experiment, seed: int, moved: Sequence[str] = ()) -> Plan:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..._types import InfeasibleError, InputError
+from ..._types import InfeasibleError, InputError, check_fields
 from ...experiment.experiment import Experiment
 from ...inference.marginals.kernel_density import KERNELS, Kernel, kernel
 from . import _modal_products, _sampling
@@ -59,6 +59,7 @@ class KDE(GainAboutParameters):
     kernel: str = eqx.field(static=True, default="soize")
 
     def __check_init__(self) -> None:
+        check_fields(self)
         if self.kernel not in KERNELS:
             raise InputError(
                 f"information.KDE has no kernel {self.kernel!r}. The kernels are "

@@ -10,7 +10,7 @@ import numpy as np
 from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
-from ..._types import InputError
+from ..._types import InputError, check_annotated
 from ...experiment.experiment import Experiment
 from ...inference.alternative_explanation import Alternative
 from . import _sampling
@@ -25,6 +25,11 @@ from .estimator import (
     output_deviation,
     placement_distributions,
 )
+
+
+def _tuple_of(alternatives: Sequence[Alternative]) -> tuple[Alternative, ...]:
+    check_annotated("alternatives", alternatives, Sequence[Alternative])
+    return tuple(alternatives)
 
 
 class Separation(Estimator):
@@ -55,13 +60,14 @@ class Separation(Estimator):
         If there are fewer than two explanations.
     """
 
-    alternatives: tuple[Alternative, ...] = eqx.field(default=(), converter=tuple)
+    alternatives: tuple[Alternative, ...] = eqx.field(default=(), converter=_tuple_of)
     draws: int = eqx.field(static=True, default=64)
     data_draws: int = eqx.field(static=True, default=64)
     sampling: str = eqx.field(static=True, default="sobol")
     replicates: int = eqx.field(static=True, default=4)
 
     def __check_init__(self) -> None:
+        _sampling.check_sampling(self.sampling)
         if len(self.alternatives) < 2:
             names = ", ".join(alternative.name for alternative in self.alternatives) or "none"
             raise InputError(

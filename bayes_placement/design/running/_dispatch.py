@@ -81,11 +81,11 @@ def _by_executor(chunks: Sequence[Chunk], executor: Executor) -> Generator[Compu
         except (BrokenExecutor, CancelledError) as error:
             if not (isinstance(executor, WorkerProcesses) and executor.replace()):
                 raise WorkerError(
-                    "A worker was lost, and its executor cannot go on. Chunks that were finished "
-                    "are in the store, if one was given: run again with the same store=... and a "
-                    "new executor, and only what is missing is computed. Where every worker is "
-                    "lost at once, look at what it said: it may lack memory, or a script lacks "
-                    'its line `if __name__ == "__main__":`.'
+                    "A worker was lost, or the scheduler, and the executor cannot go on. Chunks "
+                    "that were finished are in the store, if one was given: run again with the "
+                    "same store=... and a new executor, and only what is missing is computed. "
+                    "Where every worker is lost at once, look at what it said: it may lack memory, "
+                    'or a script lacks its line `if __name__ == "__main__":`.'
                 ) from error
 
 

@@ -1,5 +1,6 @@
 """Worker processes on this machine, or those of a Dask cluster."""
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -11,12 +12,13 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, nullco
 from types import ModuleType
 from typing import Any
 
-from ..._types import LEAST_THREADS, InputError, MissingExtraError
+from ..._types import LEAST_THREADS, InputError, MissingExtraError, arguments_checked
 
 REPLACEMENTS = 3
 """How often lost workers are replaced before the run is given up."""
 
 
+@arguments_checked
 def workers(
     processes: int | None = None, *, dask: str | None = None
 ) -> AbstractContextManager[Executor | None]:
@@ -45,6 +47,11 @@ def workers(
         raise InputError(
             f"{processes} workers were asked for; at least one is needed: workers(4), or None to "
             "compute in this process."
+        )
+    if dask == "":
+        raise InputError(
+            "dask='' was given; the address of a scheduler is needed, or \"local\" for one on this "
+            'machine: workers(dask="tcp://host:8786"), workers(4, dask="local").'
         )
     if dask is not None:
         return _dask(dask, processes)
@@ -167,6 +174,7 @@ def _dask(address: str, processes: int | None) -> Iterator[Executor]:
         )
     distributed = _distributed()
     with ExitStack() as stack:
+        stack.enter_context(_without_tracebacks("distributed.client"))
         if address == "local":
             where = stack.enter_context(_cluster(distributed, processes or os.cpu_count() or 1))
         else:
@@ -180,6 +188,18 @@ def _dask(address: str, processes: int | None) -> Iterator[Executor]:
                 f' which prints its address; or give dask="local" to compute on this machine.'
             ) from error
         yield client.get_executor(pure=False)
+
+
+@contextmanager
+def _without_tracebacks(name: str) -> Iterator[None]:
+    """Keep a logger from writing tracebacks of what arrives here as an error: a lost scheduler."""
+    logger = logging.getLogger(name)
+    before = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
 
 
 def _cluster(distributed: ModuleType, processes: int) -> Any:

@@ -59,9 +59,8 @@ class SearchSpace(NamedTuple):
             if name not in self.places or not cost >= 0:
                 raise InputError(
                     f'A cost of {cost:g} nat of "{name}" was given; a cost that is not negative of '
-                    f"a transducer to be placed ({', '.join(self.places)}) is needed, since it "
-                    f'decides whether that one is placed: cost={{"{next(iter(self.places))}": '
-                    "0.2}."
+                    f"a transducer to be placed ({', '.join(self.places) or 'none'}) is needed, "
+                    'since it decides whether that one is placed: cost={"s1": 0.2}.'
                 )
         return self._replace(rules=rules)
 

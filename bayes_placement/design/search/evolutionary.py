@@ -6,7 +6,7 @@ import cmaes
 import equinox as eqx
 import numpy as np
 
-from ..._types import InfeasibleError, InputError
+from ..._types import InfeasibleError, InputError, check_fields
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates
 from ..running.evaluation import Evaluation
@@ -55,6 +55,7 @@ class Evolutionary(Search):
     accuracy: float = eqx.field(static=True, default=0.01)
 
     def __check_init__(self) -> None:
+        check_fields(self)
         counts = (self.populations, self.scattered, self.generations)
         if min(counts) < 1 or self.size < 4 or not self.accuracy > 0:
             raise InputError(

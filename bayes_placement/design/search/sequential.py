@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import equinox as eqx
 import numpy as np
 
+from ..._types import check_count
 from .._candidates import Candidates, present_position
 from ..running.evaluation import Evaluation
 from ._search_space import SearchSpace, Selection, gain_in_one_shape
@@ -25,6 +26,9 @@ class Sequential(Search):
     """
 
     rounds: int = eqx.field(static=True, default=5)
+
+    def __check_init__(self) -> None:
+        check_count("rounds", self.rounds, 1, "design.Sequential(rounds=5)")
 
     def trials(self, space: SearchSpace) -> Trials:
         """Try the places of one transducer after the other.

@@ -10,7 +10,7 @@ from arviz_stats.base import array_stats
 from numpyro.infer import NUTS as Kernel
 
 from ..._compiled import compiled
-from ..._types import Key, Progress, check_count
+from ..._types import Key, Progress, check_count, check_fields, check_positive
 from .engine import Engine, EngineDraws, PosteriorDensity
 
 GOOD_R_HAT = 1.01
@@ -46,6 +46,10 @@ class NUTS(Engine):
 
     def __check_init__(self) -> None:
         """Refuse numbers of chains or draws that sample nothing."""
+        check_fields(self)
+        check_positive(
+            "target_accept", self.target_accept, "engines.NUTS(target_accept=0.9)", 0.999
+        )
         check_count("chains", self.chains, 1, "engines.NUTS(chains=4)")
         check_count("warmup", self.warmup, 1, "engines.NUTS(warmup=1000)")
         check_count("draws", self.draws, 1, "engines.NUTS(draws=1000)")

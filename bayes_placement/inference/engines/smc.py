@@ -16,7 +16,7 @@ from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
 
 from ..._compiled import compiled
-from ..._types import InputError, Key, Progress, check_count
+from ..._types import InputError, Key, Progress, check_count, check_fields, check_positive
 from ..memory import affordable_batch, mapped
 from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihood
 
@@ -72,6 +72,9 @@ class SMC(Engine):
     prior_draws: int = eqx.field(static=True, default=20)
 
     def __check_init__(self) -> None:
+        check_fields(self)
+        check_positive("target_ess", self.target_ess, "engines.SMC(target_ess=0.6)", 0.999)
+        check_count("prior_draws", self.prior_draws, 1, "engines.SMC(prior_draws=20)")
         check_count("particles", self.particles, 1, "engines.SMC(particles=2000)")
         check_count("populations", self.populations, 1, "engines.SMC(populations=4)")
         check_count("moves", self.moves, 1, "engines.SMC(moves=30)")

@@ -6,7 +6,7 @@ import equinox as eqx
 
 from ..._random import jax_key
 from ..._sites import Unknown
-from ..._types import InputError, Key, check_count
+from ..._types import InputError, Key, check_count, check_fields
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from .kernel_density import KERNELS, KernelDensity
@@ -43,6 +43,8 @@ class KDE(Marginal):
     common: bool = eqx.field(static=True, default=True)
 
     def __check_init__(self) -> None:
+        check_fields(self)
+        check_count("noise_draws", self.noise_draws or 1, 1, "marginals.KDE(noise_draws=10)")
         check_count(
             "placement_draws", self.placement_draws, 1, "marginals.KDE(placement_draws=800)"
         )

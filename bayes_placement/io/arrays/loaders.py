@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from ..._types import InputError
+from ..._types import InputError, arguments_checked
 from .. import _contents
 from .._gate import existing
 from . import hdf5, mat, npz, text, workbook
@@ -23,6 +23,7 @@ _LONGEST_NAME = 500
 _NAMES = [content for content in LOADERS if content != _contents.ABAQUS_MATRIX]
 
 
+@arguments_checked
 def load(path: Path) -> NamedArrays:
     """Read the arrays of a file.
 

@@ -55,6 +55,13 @@ def read_runs(folder: Path, settings: MeasurementSettings) -> CaseRuns:
         f"measurement.force_levels_N in {settings.file} asks for {wanted}: measured.uff, then "
         "measured_level2.uff and so on"
     )
+    further = folder / f"measured_level{len(levels) + 1}.uff"
+    if further.exists():
+        raise CaseError(
+            f"{further} is there, but measurement.force_levels_N in {settings.file} asks for "
+            f"{wanted}; a level for each file is needed, since a nonlinear response depends on it. "
+            "Give the levels of all files, or take the file out of the folder."
+        )
     measured = _read(folder, settings, names, reason)
     _check_lines(folder, names, measured)
     noise = settings.noise or noise_by_data(measured)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..._files import write_atomically
-from ..._types import InputError
+from ..._types import InputError, arguments_checked
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of
 from ...positions.channel import Channel, match
@@ -38,6 +38,7 @@ _LINES = {
 }
 
 
+@arguments_checked
 def write(
     folder: str | Path,
     measurement: Measurement,

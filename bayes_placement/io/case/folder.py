@@ -8,7 +8,7 @@ from ...experiment.experiment import Experiment, Measurements
 from ...experiment.observe import Complex
 from ...experiment.transducers import Actuator, Sensor
 from ...positions.channel import Channel, checked
-from .._gate import path_of
+from .._gate import path_of, reading
 from ..model import Study
 from ._json_fields import FieldRule, JsonObject, check_distinct, choice, integer, load
 from ._known_fields import check_known
@@ -72,7 +72,12 @@ def read(folder: str | Path) -> Study:
     CaseError
         (A ValueError.) If a field is missing or wrong, or the files contradict it.
     """
-    case = load(path_of(folder) / "case.json")
+    file = path_of(folder) / "case.json"
+    with reading(file, "a case", "Compare it with README, and correct the field."):
+        return _study(load(file), Path(folder))
+
+
+def _study(case: JsonObject, folder: Path) -> Study:
     check_known(case)
     nominal = nominal_structure(case)
     sensors, actuators = (_recorded(case, side, nominal) for side in ("sensors", "actuators"))
@@ -80,7 +85,7 @@ def read(folder: str | Path) -> Study:
     stated = settings(case, sensors, actuators)
     sensor_setup = case.object("measurement").value("sensor_setup", choice(*_SENSOR_SETUPS))
     with_priors = structure(case, nominal, stated.band[1])
-    runs = read_runs(Path(folder), stated)
+    runs = read_runs(folder, stated)
     experiment = Experiment(
         with_priors,
         sensors=[_transducer(Sensor, sensor, nominal) for sensor in sensors],

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..._types import InputError
+from ..._types import InputError, arguments_checked
 from ...experiment.measurement import Measurement, Position
 from ...positions.channel import Channel
 from .. import _contents, uff
@@ -48,6 +48,7 @@ class Imported(NamedTuple):
         return str(self.report)
 
 
+@arguments_checked
 def read(path: str | Path, mapping: Any = None) -> Imported:
     """Read measured FRFs of any file, told by its first bytes.
 
@@ -97,6 +98,7 @@ def read(path: str | Path, mapping: Any = None) -> Imported:
     return _of_file(place, said, _table(said, place.parent))
 
 
+@arguments_checked
 def read_measurement(path: str | Path, **options: Any) -> Measurement:
     """Read the measurement alone.
 

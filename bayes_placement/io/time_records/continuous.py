@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex
 from scipy import signal
 
-from ..._types import InputError, finite_number
+from ..._types import InputError, finite_number, shown
 from . import overload
 from .excitation import Excitation, Spectra, lines
 from .records import FEWEST_SAMPLES, Records, Samples, positive
@@ -46,6 +46,7 @@ class Continuous(Excitation):
     def __post_init__(self) -> None:
         """Check the numbers."""
         positive("segment", self.segment, "time_records.Continuous(segment=1.0)")
+        _check_window(self.window)
         share = finite_number("overlap", self.overlap, "time_records.Continuous(1.0, overlap=0.5)")
         if not 0 <= share <= 0.95:
             raise InputError(
@@ -87,6 +88,17 @@ class Continuous(Excitation):
                 f"segments of {self.segment:g} s, {self.window} window, overlap {self.overlap:g}",
             ),
         )
+
+
+def _check_window(window: Any) -> None:
+    """Refuse what is no window of SciPy."""
+    try:
+        signal.get_window(window, 8)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"window={shown(window)} was given; a window that scipy.signal.get_window knows is "
+            "needed, since each segment is multiplied by it: window='hann'."
+        ) from error
 
 
 def _segments(row: Samples, window: Samples, shift: int) -> Complex[np.ndarray, "repeat frequency"]:

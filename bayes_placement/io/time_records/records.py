@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..._types import InputError, check_kind, finite_number, shown
+from ..._types import InputError, check_annotated, check_kind, finite_number, shown
 from ...positions.channel import Channel, Channels, check_distinct, parsed
 
 FEWEST_SAMPLES = 16
@@ -111,6 +111,7 @@ def _by_sensor(response: Any, count: int, force: Any) -> Sequence[Any]:
     """Responses of each sensor; those of a single one may come as the force does."""
     if count == 1 and _depth(response) == _depth(force):
         return [response]
+    check_annotated("response", response, Sequence[Any])
     if len(response) != count:
         raise InputError(
             f"The responses have {len(response)} rows for {count} sensor channels; one row for "

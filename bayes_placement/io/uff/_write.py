@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._files import write_atomically
-from ..._types import InputError
+from ..._types import InputError, arguments_checked
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, check_distinct
 from ._datasets import VARIANCE_NOTE
@@ -30,6 +30,7 @@ class _FunctionType(NamedTuple):
     denominator: str
 
 
+@arguments_checked
 def write(path: str | Path, measurement: Measurement, *, binary: bool = False) -> None:
     """Write a measurement as a universal file in SI, from which `read` gives it back.
 
@@ -85,6 +86,7 @@ def _nodes(measurement: Measurement) -> bytes:
     return _dataset("  2411", *lines) if lines else b""
 
 
+@arguments_checked
 def node_numbers(measurement: Measurement) -> dict[str, int]:
     """Node that `write` gives to each transducer; a shared name is a single node."""
     sensors = list(dict.fromkeys(channel.name for channel in measurement.sensors))

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._types import check_kind
+from ..._types import arguments_checked, check_kind
 from ...experiment.measurement import Channel, Measurement, Position
-from ...experiment.quantities import converted
+from ...experiment.quantities import converted, frf_name
 from .._gate import check_plausible, path_of, reading
 from ._datasets import FUNCTION, VARIANCE_NOTE, Dataset, MeasurementFileError, load
 from ._datasets import left_out as _datasets_left_out
@@ -33,6 +33,7 @@ class _Function(NamedTuple):
     notes: dict[str, Any]
 
 
+@arguments_checked
 def read(
     path: str | Path,
     *,
@@ -79,6 +80,8 @@ def read(
     if names is not None:
         needed = "names by the number of the node are needed, since each node has one"
         check_kind("names", names, Mapping, needed, "uff.read(path, names={1: 's1', 101: 'a1'})")
+    if quantity is not None:
+        frf_name(quantity)
     with reading(path_of(path), "a universal file", "Export it again."):
         datasets = load(Path(path))
         units = file_units(datasets)
@@ -90,6 +93,7 @@ def read(
         return measurement
 
 
+@arguments_checked
 def left_out(path: str | Path) -> dict[str, int]:
     """Count what `read` leaves out of a universal file, in words.
 

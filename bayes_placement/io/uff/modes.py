@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..._types import arguments_checked
 from ...modes.finite_elements.modal_model import ModalModel
 from .._gate import check_plausible, reading
 from ._datasets import DATA_AT_NODES, Dataset, MeasurementFileError, load
@@ -47,6 +48,7 @@ class _Mode(NamedTuple):
     value: np.ndarray  # [node, axis]
 
 
+@arguments_checked
 def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None) -> ModalModel:
     """Read nodes and real normal modes of a universal file (UFF), in SI.
 

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..._sites import is_unknown, unit
-from ..._types import InputError, Parameter, check_count, finite_number
+from ..._types import InputError, Parameter, arguments_checked, check_count, finite_number
 from . import _beam_roots
 from .uniform_line import UniformLine
 
@@ -119,6 +119,7 @@ class UniformBeam(UniformLine):
         return self.length ** (1 - 2 * derivative) / mass * jnp.asarray(unit_mass)
 
 
+@arguments_checked
 def bar(
     modes: int,
     *,
@@ -180,6 +181,7 @@ def bar(
     )
 
 
+@arguments_checked
 def beam(
     modes: int,
     *,

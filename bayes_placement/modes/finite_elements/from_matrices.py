@@ -3,11 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import jax
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import csc_array
 
-from ..._types import InputError, Parameter
+from ..._sites import is_unknown
+from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.tolerances import Tolerance
 from ...positions.vectors import Coordinates, triple
 from . import _part_factors
@@ -15,6 +17,7 @@ from ._part_factors import Powers, Range
 from .affine_modes import AffineModes
 from .interpolation import Interpolation
 from .matrices import Affine, Matrices, ReducedBasis, Sparse
+from .matrices._matrix_checks import sparse
 from .modal_model import ModalModel
 from .nodal_modes import NodalModes, modes_from_shapes
 from .soft_supports import SupportMotion
@@ -26,6 +29,7 @@ MAX_ROWS = 6000
 """Rows between which the static flexibility is kept: a dense matrix of 300 MB."""
 
 
+@arguments_checked
 def modes(
     matrices: Matrices,
     interpolation: Interpolation,
@@ -74,6 +78,7 @@ def modes(
         that low.
     """
     _check_rows(interpolation)
+    check_positive("up_to", up_to, "finite_elements.modes(..., up_to=2000.0)")
     return _nodal(
         matrices,
         interpolation,
@@ -87,6 +92,7 @@ def modes(
     )
 
 
+@arguments_checked
 def affine(
     matrices: Matrices,
     interpolation: Interpolation,
@@ -140,6 +146,7 @@ def affine(
         not reached, or more rows are read than a dense flexibility can hold.
     """
     _check_rows(interpolation)
+    _check_numbers(parameters)
     powers = powers or {}
     named = [name for name in matrices.regions if name in parameters or name in powers]
     stiffness = {name: matrices.regions[name] for name in named} | dict(stiffness or {})
@@ -179,6 +186,8 @@ def _nodal(
     **options: Any,
 ) -> NodalModes:
     """Nodal modes with all that follows from the matrices."""
+    for name, member in members.items():
+        sparse(f"members[{name!r}]", member, len(model.shape))
     rows = interpolation.used_rows()
     shapes = None if soft is None else static_shapes(matrices, model, soft, members, rows)
     return modes_from_shapes(
@@ -265,6 +274,13 @@ def _check_rows(interpolation: Interpolation) -> None:
             "a static flexibility between all of them. Read only where transducers may sit: "
             "interpolation.near(position, radius)."
         )
+
+
+def _check_numbers(parameters: Mapping[str, Parameter]) -> None:
+    """Refuse numbers that are not above zero; distributions are checked by their ranges."""
+    for name, value in parameters.items():
+        if not is_unknown(value) and not isinstance(value, jax.core.Tracer):
+            check_positive(f"parameters[{name!r}]", value, f"parameters={{{name!r}: 1.0}}")
 
 
 def _centres(

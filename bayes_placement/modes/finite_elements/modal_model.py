@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from ..._types import InputError
+from ..._types import InputError, arguments_checked
 from . import _modal_model_checks as checks
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "w_xy")
@@ -46,6 +46,7 @@ class ModalModel:
     damping_ratio: Float[np.ndarray, "mode"] | None = None
 
     @classmethod
+    @arguments_checked
     def from_arrays(
         cls,
         *,

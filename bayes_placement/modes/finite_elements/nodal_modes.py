@@ -2,14 +2,16 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
-from ..._sites import unit
-from ..._types import InputError, Parameter
+from ..._sites import is_unknown, unit
+from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.places import Place, mean
 from ...positions.tolerances import Box, Tolerance
 from ...positions.vectors import Coordinates
@@ -30,6 +32,13 @@ class NamedMatrices(eqx.Module):
     @classmethod
     def of(cls, parts: Mapping[str, np.ndarray], count: int) -> "NamedMatrices":
         """Stack matrices over `count` modes by name; there may be none."""
+        for name, part in parts.items():
+            if np.shape(part) != (count, count):
+                raise InputError(
+                    f'The part "{name}" has the shape {np.shape(part)}; a matrix of {count} rows '
+                    "and columns is needed, one for each mode, since it is over the modes: "
+                    "shape.T @ part @ shape."
+                )
         stacked = np.stack(list(parts.values())) if parts else np.zeros((0, count, count))
         return cls(stacked, tuple(parts))
 
@@ -171,6 +180,7 @@ class UnknownModes(DerivedNodalModes):
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
 
+    @arguments_checked
     def __init__(
         self,
         nodal: NodalModes,
@@ -189,6 +199,9 @@ class UnknownModes(DerivedNodalModes):
                 f"{len(self.modal_mass)} modal masses for {count} elastic mode shapes; one of each "
                 "is needed for every shape. Keep fewer shapes with model.count(...)."
             )
+        for value in (*self.frequency, *self.modal_mass):
+            if not is_unknown(value) and not isinstance(value, jax.core.Tracer):
+                check_positive("a frequency or a modal mass", value, "frequency=[110.0, 310.0]")
         _check_order([mean(value) for value in self.frequency])
 
     def angular_frequency(self) -> Float[Array, "mode"]:
@@ -209,6 +222,7 @@ class UnknownModes(DerivedNodalModes):
         return
 
 
+@arguments_checked
 def modes_from_shapes(
     model: ModalModel,
     interpolation: Interpolation,
@@ -263,12 +277,14 @@ def modes_from_shapes(
     InputError
         If the interpolation reads rows that the model does not have.
     """
+    _check_scales(youngs_modulus, density, nominal, mass)
     rows = interpolation.used_rows()
     if len(rows) and rows[-1] >= len(model.dof):
         raise InputError(
             f"The interpolation reads row {rows[-1]}, but the model has {len(model.dof)} degrees "
             "of freedom. Build it from the same model: interpolation.scattered(model)."
         )
+    _check_flexibility(flexibility, len(rows))
     shape = np.asarray(model.shape[rows])
     count = shape.shape[1]
     extent = _extent(model.position)
@@ -300,6 +316,27 @@ def nodal_of(modes: Modes) -> NodalModes | None:
     if isinstance(modes, DerivedNodalModes):
         return modes.nodal
     return modes if isinstance(modes, NodalModes) else None
+
+
+def _check_scales(
+    youngs_modulus: Parameter, density: Parameter, nominal: tuple[float, float], mass: float | None
+) -> None:
+    """Refuse numbers that are no single ones above zero; distributions are checked with priors."""
+    numbers = {"youngs_modulus": youngs_modulus, "density": density, "mass": mass or None}
+    numbers |= {f"nominal[{place}]": value for place, value in enumerate(nominal)}
+    for name, value in numbers.items():
+        if value is not None and not is_unknown(value) and not isinstance(value, jax.core.Tracer):
+            check_positive(name, value, f"modes_from_shapes(..., {name.partition('[')[0]}=...)")
+
+
+def _check_flexibility(flexibility: Any, rows: int) -> None:
+    """Refuse a flexibility of other rows than those that are read."""
+    if flexibility is not None and np.shape(flexibility) != (rows, rows):
+        raise InputError(
+            f"flexibility of shape {np.shape(flexibility)} was given; {rows} rows and columns "
+            "are needed, one for each row that the interpolation reads: flexibility["
+            "np.ix_(rows, rows)] with rows = interpolation.used_rows()."
+        )
 
 
 def _stacked(values: tuple[Parameter, ...]) -> Float[Array, "mode"]:

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
+from ..._types import arguments_checked
 from . import interpolation
 from .interpolation import Interpolation
 from .matrices import Matrices, Sparse
@@ -22,6 +23,7 @@ class ReadableMatrices(NamedTuple):
     interpolation: Interpolation
 
 
+@arguments_checked
 def from_scikit_fem(
     basis: Any,
     stiffness: Sparse,

@@ -1,14 +1,14 @@
 """How soft supports move: on springs, as rotations of a clamped node, along an edge."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from numpy.typing import ArrayLike
 from scipy.linalg import null_space
 
-from ..._types import InputError
-from ...positions.vectors import Vector
+from ..._types import InputError, arguments_checked
+from ...positions.vectors import Vector, direction_of, vector
 from .matrices import Matrices
 
 _ROUNDING = 1e-9  # of the length of an edge
@@ -34,7 +34,10 @@ class SupportMotion(NamedTuple):
     pattern: Float[np.ndarray, "motion motion"]
 
 
-def springs(matrices: Matrices, rows: ArrayLike) -> SupportMotion:
+@arguments_checked
+def springs(
+    matrices: Matrices, rows: Int[np.ndarray, "row"] | Sequence[int] | int
+) -> SupportMotion:
     """Put some held rows on springs, all of one stiffness.
 
     Parameters
@@ -60,6 +63,7 @@ def springs(matrices: Matrices, rows: ArrayLike) -> SupportMotion:
     return SupportMotion(held, np.eye(held.size), np.eye(held.size))
 
 
+@arguments_checked
 def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> SupportMotion:
     """Let a clamped node rotate against a spring: the foot of a frame.
 
@@ -81,7 +85,11 @@ def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> 
     held = matrices.fixed[matrices.dof[matrices.fixed, 0] == node]
     rows = np.sort(held[np.isin(matrices.dof[held, 1], _ROTATIONS)])
     axis = np.eye(3)[matrices.dof[rows, 1] - 4]
-    motion = np.eye(rows.size) if along is None else _across(axis, np.asarray(along, dtype=float))
+    motion = (
+        np.eye(rows.size)
+        if along is None
+        else _across(axis, np.array(direction_of("rotations(along=...)", along)))
+    )
     if not motion.size:
         raise InputError(
             f"soft_supports.rotations was given node {node}, at which "
@@ -91,6 +99,7 @@ def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> 
     return SupportMotion(rows, motion, np.eye(motion.shape[1]))
 
 
+@arguments_checked
 def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) -> SupportMotion:
     """Let a straight edge of a plate move across its plane against a line spring.
 
@@ -111,7 +120,14 @@ def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) 
     InputError
         If fewer than two nodes are held along the edge.
     """
-    first, last = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    first, last = (
+        np.array(vector(f"edge({word}=...)", at)) for word, at in (("start", start), ("end", end))
+    )
+    if direction not in (1, 2, 3):
+        raise InputError(
+            f"direction={direction} was given; 1, 2 or 3 for x, y, z is needed, since the edge "
+            "moves along it: direction=3."
+        )
     nodes, distance = _along(matrices, first, last)
     table = _held_rows(matrices)[nodes]
     held = table[:, direction] >= 0

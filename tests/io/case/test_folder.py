@@ -806,3 +806,18 @@ def test_every_field_that_the_reader_documents_is_known():
     values = {"modal_damping_ratio", "youngs_modulus_Pa", "density_kg_m3"}
     assert len(documented) > 25
     assert documented - values <= set(names_of(KNOWN))
+
+
+def test_a_file_of_a_level_that_the_case_does_not_name_is_refused(tmp_path):
+    folder = written(tmp_path, measured_level2=measured())
+    with pytest.raises(
+        case.CaseError, match=r"level2\.uff is there, but measurement\.force_levels_N"
+    ):
+        case.read(folder)
+
+
+@pytest.mark.parametrize("within", [1e-300, 10**40])
+def test_an_error_of_a_place_names_the_file(tmp_path, within):
+    content = changed("sensors.0.tolerance_m.0", within)
+    with pytest.raises(ValueError, match=r"case\.json: .*Segment"):
+        case.read(written(tmp_path, content))

@@ -350,7 +350,10 @@ def test_a_rigid_beam_may_have_fewer_modes_than_rigid_body_modes():
         ({"direction": -3}, r"direction=-3 was given"),
         ({"length": -1.0}, r"length=-1.0 was given; it must be positive"),
         ({"area": 0.0}, r"area=0.0 was given; it must be positive"),
-        ({"youngs_modulus": float("nan")}, r"youngs_modulus=nan was given; it must be positive"),
+        (
+            {"youngs_modulus": float("nan")},
+            r"youngs_modulus=nan was given; one finite number or",
+        ),
     ],
 )
 def test_what_cannot_be_a_beam_is_refused(make, quantities, changes, message):

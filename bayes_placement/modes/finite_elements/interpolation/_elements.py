@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from ...._types import arguments_checked
 from ._interpolation import Interpolation, Reading, reachable, taken
 
 HERMITE = np.array([[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]], dtype=float)
@@ -159,6 +160,7 @@ def all_exponents(dimension: int, degree: int, simplex: bool) -> tuple[tuple[int
     return tuple(term for term in powers if not simplex or sum(term) <= degree)
 
 
+@arguments_checked
 def reference_corners(dimension: int, simplex: bool) -> Float[np.ndarray, "corner local"]:
     """Corners of the reference cell."""
     return np.array(all_exponents(dimension, 1, simplex), dtype=float)

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...._types import InputError
+from ...._types import InputError, arguments_checked
 from ._elements import HERMITE, Elements, build_elements
 from ._interpolation import NodalModel, element_rows
 
@@ -11,6 +11,7 @@ DIRECTIONS = (1, 2, 3, 4, 5, 6)
 _LINEAR = np.array([[1, -1, 0, 0], [0, 1, 0, 0]], dtype=float)
 
 
+@arguments_checked
 def frame(model: NodalModel, elements: Int[np.ndarray, "element 2"]) -> Elements:
     """Two-node Euler-Bernoulli elements in space, along x, y and z.
 

@@ -4,10 +4,12 @@ import numpy as np
 from jaxtyping import Int
 from scipy import sparse
 
+from ...._types import arguments_checked
 from ._frame_elements import DIRECTIONS, kinematics
 from ._interpolation import NodalModel, element_rows
 
 
+@arguments_checked
 def frame_geometric_stiffness(
     model: NodalModel, elements: Int[np.ndarray, "element 2"]
 ) -> sparse.csc_array:

@@ -3,11 +3,12 @@
 import numpy as np
 from jaxtyping import Int
 
-from ...._types import InputError
+from ...._types import InputError, arguments_checked
 from ._elements import Elements, build_elements
 from ._interpolation import NodalModel, element_rows
 
 
+@arguments_checked
 def linear(
     model: NodalModel,
     elements: Int[np.ndarray, "element corner"],
@@ -39,6 +40,11 @@ def linear(
             f"Elements with {count} corners were given; linear shape functions are those of 2, 3 "
             "or 4 corners (lines, triangles, tetrahedra). Split others: "
             "elements[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3) for quadrilaterals."
+        )
+    if not axes or not set(axes) <= {1, 2, 3}:
+        raise InputError(
+            f"axes={axes} was given; at least one of 1, 2, 3 for x, y, z is needed, since the "
+            "motion is read along them: axes=(3,)."
         )
     rows = element_rows(model, elements, axes)
     position = model.position[elements]

@@ -3,13 +3,14 @@
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...._types import InputError
+from ...._types import InputError, arguments_checked
 from ._elements import HERMITE, Elements, all_exponents, build_elements
 from ._interpolation import NodalModel, element_rows
 
 _DIRECTIONS = (3, 4, 5, 7)
 
 
+@arguments_checked
 def plate(model: NodalModel, elements: Int[np.ndarray, "element 4"]) -> Elements:
     """Bogner-Fox-Schmit rectangles of a plate in the x-y plane: its deflection, along z.
 

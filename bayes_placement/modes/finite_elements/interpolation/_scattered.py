@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from scipy.spatial import KDTree
 
-from ...._types import InputError
+from ...._types import InputError, arguments_checked
 from ._elements import all_exponents, monomials
 from ._interpolation import Interpolation, NodalModel, Reading, reachable, rows_of, taken
 
@@ -107,6 +107,7 @@ class Scattered(Interpolation):
         return taken(self.centre, node) + scale * step
 
 
+@arguments_checked
 def nearest(model: NodalModel, *, axes: tuple[int, ...] | None = None) -> Nearest:
     """Read the node nearest to a position, Eqs. (13) and (16) of the paper.
 
@@ -129,6 +130,7 @@ def nearest(model: NodalModel, *, axes: tuple[int, ...] | None = None) -> Neares
     return Nearest(axes, jnp.asarray(position), jnp.asarray(rows))
 
 
+@arguments_checked
 def scattered(model: NodalModel, *, axes: tuple[int, ...] | None = None) -> Scattered:
     """Nodes without elements: moving least squares, smooth in position.
 
@@ -175,7 +177,7 @@ def _read_nodes(
     """Axes, positions and rows of the nodes that have all the axes."""
     if axes is None:
         axes = tuple(int(axis) for axis in np.unique(model.dof[:, 1]) if axis <= 3)
-    if not axes or not set(axes) <= {1, 2, 3}:
+    if not axes or not set(axes) <= {1, 2, 3} or len(set(axes)) < len(axes):
         raise InputError(
             f"axes={axes}: the motion is read along at least one of 1, 2, 3 for x, y, z, and the "
             f"degrees of freedom have the directions {np.unique(model.dof[:, 1]).tolist()}. "

@@ -5,13 +5,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...._types import InputError, MissingExtraError
+from ...._types import InputError, MissingExtraError, arguments_checked
 from ._elements import Elements, all_exponents, build_elements, reference_corners
 
 _BOXES = {"RefLine": False, "RefQuad": False, "RefHex": False, "RefTri": True, "RefTet": True}
 _REMEDY = "read the nodes alone: interpolation.scattered(model)."
 
 
+@arguments_checked
 def scikit_fem(
     basis: Any,
     *,

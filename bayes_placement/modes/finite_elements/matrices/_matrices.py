@@ -10,6 +10,7 @@ from jaxtyping import Complex, Float, Int
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array
 
+from ...._types import arguments_checked
 from ..modal_model import ModalModel
 from . import _dynamic_stiffness as dynamic_stiffness
 from . import _eigenmodes as eigenmodes
@@ -74,6 +75,7 @@ class Matrices:
     fixed: Int[np.ndarray, "fixed"]
     regions: dict[str, csc_array]
 
+    @arguments_checked
     def __init__(
         self,
         stiffness: Sparse,

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, diags_array
+from scipy.sparse import csc_array, diags_array, issparse
 from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 
-from ...._types import InputError
+from ...._types import InputError, check_annotated
 from .._modal_model_checks import checked_dof, checked_node, checked_position
 from ..modal_model import DIRECTIONS
 from ._affine import Affine
@@ -23,6 +23,8 @@ SYMMETRY = 1e-8
 
 def sparse(name: str, matrix: Any, size: int) -> csc_array:
     """Sparse matrix of finite numbers over all degrees of freedom."""
+    if not issparse(matrix):
+        check_annotated(name, matrix, ArrayLike)
     shape = np.shape(matrix)
     if len(shape) != 2 or shape[0] != shape[1]:
         raise InputError(

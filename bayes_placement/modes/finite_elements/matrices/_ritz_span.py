@@ -7,6 +7,7 @@ from jaxtyping import Float
 from scipy.linalg import eigh
 from scipy.sparse import csc_array
 
+from ...._types import InputError
 from ._affine import Affine, Factors, scaled
 from ._static_flexibility import StaticFlexibility
 
@@ -69,6 +70,13 @@ class RitzSpan(NamedTuple):
         mass = np.tensordot(of_mass, self.mass, 1)
         eigenvalues, shape = eigh(stiffness, mass)
         chosen = slice(self.rigid, max(int(np.searchsorted(eigenvalues, up_to)), self.rigid))
+        if chosen.stop == chosen.start:
+            asked, lowest = np.sqrt([up_to, eigenvalues[self.rigid]]) / (2 * np.pi)
+            raise InputError(
+                f"up_to={asked:g} Hz was given; a frequency above the lowest natural frequency, "
+                f"{lowest:g} Hz, is needed, since modes up to it are kept: give several times the "
+                "band."
+            )
         eigenvalues, shape = eigenvalues[chosen], shape[:, chosen]
         count = eigenvalues.size
         terms = np.vstack([np.tile(of_stiffness[:, None], count), -np.outer(of_mass, eigenvalues)])
