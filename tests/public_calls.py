@@ -938,7 +938,7 @@ def calls_of_verbs():
         "store": path(None, "nothing", "missing"),
         "executor": thing(None, "nothing", "class"),
         **key,
-        **progress,
+        "progress": function(lambda share: None, "nothing"),
     }
     infer = {
         "experiment": thing(known_sensor()),
@@ -991,7 +991,7 @@ def calls_of_verbs():
                 "forbidden": things(
                     [(0.7, 0.8)], "nothing", swapped=[(0.8, 0.7)], flat=(0.7, 0.8), nan=[(NAN, 0.8)]
                 ),
-                "least_distance": number(0.0, "three", negative=-1.0),
+                "least_distance": number(0.0, "three", "nothing", negative=-1.0),
                 "cost": mapping({"s1": 0.0}, "nothing", nan={"s1": NAN}, negative={"s1": -1.0}),
             },
         ),
@@ -1004,7 +1004,7 @@ def calls_of_verbs():
             }
             | {
                 "factors": things((1.0, 0.5), "of others", nan=(NAN,), negative=(-1.0,), none=()),
-                **progress,
+                "progress": search["progress"],
             },
         ),
         "design.effective_independence": Call(

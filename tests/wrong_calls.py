@@ -677,7 +677,7 @@ CALLS = {
     ),
     "m sensors number": (
         lambda: measurement(sensors=[1]),
-        "sensors=list of 1 was given; a text or an object of Channel or a list, each",
+        "channel=1 was given; the label of a channel is needed, since channels",
     ),
     "m sensors empty": (
         lambda: measurement(sensors=[]),

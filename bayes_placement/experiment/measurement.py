@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .._types import InputError, check_annotated
+from .._types import InputError
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
 from . import _measurement_checks as checks
 from . import _measurement_dataset, _noise_level, line_choice
@@ -131,8 +131,6 @@ class Measurement:
         for name, values in (("coherence", coherence), ("variance", variance)):
             if values is not None:
                 checks.numeric(name, values, "iuf")
-        check_annotated("sensors", sensors, Channels)
-        check_annotated("actuators", actuators, Channels)
         rows, columns = parsed(sensors), parsed(actuators)
         check_distinct("sensor", rows)
         check_distinct("actuator", columns)

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
-from .._types import InputError, check_kind
+from .._types import InputError, check_annotated, check_kind
 
 
 class Channel(NamedTuple):
@@ -96,6 +96,8 @@ def parsed(channels: Channels) -> tuple[Channel, ...]:
     """Read channels from labels."""
     # A label is a sequence of letters, and a channel one of two fields.
     labels: Iterable[Any] = [channels] if isinstance(channels, str | Channel) else channels
+    if not isinstance(labels, Iterable):
+        check_annotated("channels", channels, Channels)
     return tuple(Channel.parse(label) for label in labels)
 
 

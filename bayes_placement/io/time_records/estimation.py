@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex
 
-from ..._types import InputError, check_count, check_kind, shown
+from ..._types import InputError, check_annotated, check_count, check_kind, shown
 from ...experiment._measurement_checks import band as check_band
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, Channels
@@ -180,6 +180,7 @@ def _of_sensor(
 def _in_band(spectra: Spectra, band: tuple[float | int, float | int] | None) -> Spectra:
     if band is None:
         return spectra
+    check_annotated("band", band, tuple[float, float])
     check_band(*band)
     kept = np.flatnonzero((spectra.frequency >= band[0]) & (spectra.frequency <= band[1]))
     if not kept.size:
@@ -213,7 +214,7 @@ def _thinned(spectra: Spectra, step: int) -> Spectra:
 
 
 def _check_options(estimator: str, excitation: Any, **counts: int | None) -> None:
-    if estimator not in estimators.ESTIMATORS:
+    if not isinstance(estimator, str) or estimator not in estimators.ESTIMATORS:
         raise InputError(
             f"estimator={shown(estimator)} was given; one of {', '.join(estimators.ESTIMATORS)} is "
             "needed: estimator='H1' where the response has the most noise."

@@ -1,10 +1,11 @@
 """Measurements of other places on the same lines, such as those of a roving hammer, as one."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from ..._types import InputError, check_kind
+from ..._types import InputError, check_annotated, check_kind
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel
 
@@ -25,6 +26,7 @@ def merged(measurements: Sequence[Measurement]) -> Measurement:
     InputError
         If lines or quantities differ, or two hold the same pair.
     """
+    check_annotated("measurements", measurements, Sequence[Any])
     runs = list(measurements)
     needed = "measurements on the same lines are needed, since they become one"
     for run in runs:
