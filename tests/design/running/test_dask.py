@@ -1,8 +1,6 @@
 """Dask: the same map from two local workers, also when one is killed, or the whole run."""
 
-import json
 import os
-import subprocess
 import sys
 from functools import partial
 
@@ -52,49 +50,6 @@ def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, full_map, tmp_p
     worker = int(marker.read_text())
     assert worker != os.getpid()
     killed.until(lambda: killed.gone(worker))
-
-
-@pytest.fixture
-def short_lived(tmp_path):
-    """A scheduler with a worker, as processes of their own, and its address."""
-    file = tmp_path / "scheduler.json"
-    words = ["--scheduler-file", str(file), "--no-dashboard"]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    python = [sys.executable, "-m"]
-    scheduler = subprocess.Popen(
-        [*python, "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", *words],
-        **quiet,
-    )
-    worker = subprocess.Popen(
-        [*python, "distributed.cli.dask_worker", "--death-timeout", "5", *words], **quiet
-    )
-    try:
-        killed.until(lambda: file.exists() and file.read_text().rstrip().endswith("}"))
-        yield scheduler, json.loads(file.read_text())["address"]
-    finally:
-        for process in (scheduler, worker):
-            process.kill()
-            process.wait()
-
-
-@pytest.mark.long
-def test_a_scheduler_that_goes_is_a_clear_end(short_lived, tmp_path):
-    scheduler, address = short_lived
-    slow = information.KDE(draws=8000, placement_draws=1600)
-    settings = {"estimator": slow, "chunk": 1, "store": tmp_path / "store"}
-    experiment = bar.placed(0.3, 0.3, None)
-    with (
-        pytest.raises(RuntimeError, match=r"lost, or the scheduler.* same store"),
-        bp.design.workers(dask=address) as executor,
-    ):
-        bp.information_map(
-            experiment,
-            small_maps.PLACES,
-            executor=executor,
-            progress=lambda share: scheduler.kill() if share else None,
-            **settings,
-        )
-    assert 1 <= len(killed.finished(tmp_path / "store")) < small_maps.CELLS
 
 
 def test_an_error_arrives_in_words_and_leaves_nothing_waiting(cluster, monkeypatch):
