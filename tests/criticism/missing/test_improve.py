@@ -141,6 +141,7 @@ def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
         "unexplained",
         "cautions",
         "wall_seconds",
+        "record",
     }
     assert read["verdict"] == list(with_both.verdict)
     assert read["steps"][0]["added"] is None
