@@ -142,12 +142,18 @@ def test_ctrl_c_before_anything_is_one_line(study, tmp_path, monkeypatch):
     assert (answer.exit_code, answer.output) == (130, "Stopped before anything was computed.\n")
 
 
+LISTENING = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
+from bayes_placement.cli.app import app
+app()
+"""
 ENDLESS = "import os, time\nopen(__file__ + '.read', 'w').close()\ntime.sleep(100)\n"
 
 
 def test_a_process_that_is_stopped_says_one_line(study, tmp_path):
     study.write_text(ENDLESS)
-    command = [sys.executable, "-c", "from bayes_placement.cli.app import app; app()", "improve"]
+    command = [sys.executable, "-c", LISTENING, "improve"]
     with subprocess.Popen(
         [*command, str(study), "--out", str(tmp_path / "out")],
         cwd=ROOT,

@@ -7,6 +7,7 @@ from bayes_placement.experiment.content_hash import content_hash
 from tests.cli.test_criticism import HIDDEN, MEASUREMENT, MODEL, run, written
 
 
+@pytest.mark.long
 def test_the_mended_model_is_read_and_explains_the_data(tmp_path):
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT)
     saved = tmp_path / "sub" / "mended.py"

@@ -205,6 +205,7 @@ def test_a_marginal_goes_with_one_engine(tmp_path):
 SMALL = {"smc": {"particles": 80, "populations": 2, "moves": 2}, "nuts": {"warmup": 8, "draws": 8}}
 
 
+@pytest.mark.long
 def test_methods_are_shown_and_written_as_they_come(tmp_path, monkeypatch):
     small = cross_check.SIZES | SMALL | {"importance": {"draws": 50}, "quadrature": {"nodes": 16}}
     monkeypatch.setattr(cross_check, "SIZES", small)

@@ -60,6 +60,7 @@ def test_batches_change_no_values(batch):
     np.testing.assert_allclose(values, np.sin(x), rtol=1e-15)
 
 
+@pytest.mark.long
 def test_engines_keep_to_the_memory(monkeypatch):
     engine = bp.engines.SMC(particles=80, populations=2, moves=3)
     results = []

@@ -103,6 +103,7 @@ def test_the_file_is_read_and_the_double_hit_left_out():
     assert abs(squares.mean() - 1) < 5 / np.sqrt(squares.size)
 
 
+@pytest.mark.long
 def test_the_variance_is_that_of_repeated_tests(single):
     tests = 200
     runs = [estimated(single, seed) for seed in range(tests)]

@@ -163,6 +163,7 @@ def test_the_report_of_the_folder_alone_is_the_same(folder, chapter, tmp_path):
         assert item(again.chapters[0], title) == item(chapter, title)
 
 
+@pytest.mark.long
 def test_the_data_of_a_week_later_are_added_and_comments_stay(folder, tmp_path):
     page = tmp_path / "bridge.html"
     run(
