@@ -12,8 +12,8 @@ from rich.console import Console, JustifyMethod, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from .._progress import progress_bars, progress_console, terminal_console
 from .._types import Progress, no_progress
+from ..design.running.progress import progress_bars, progress_console, terminal_console
 
 UNBROKEN = re.compile(r"\S+(?: ± [^\s,]+(?: [^\s\d,]\S{0,6}(?!\S))?,?| or \S+)*")
 """A word, a number with its error and unit, or several numbers of which one holds."""

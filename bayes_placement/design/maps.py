@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .._progress import shown
 from .._types import (
     InfeasibleError,
     InputError,
@@ -22,6 +21,7 @@ from ..experiment.experiment import Experiment
 from ._candidates import Candidates, candidates, combinations
 from .information.estimator import Estimator, jackknife_error
 from .running.evaluation import CHUNK, MOST_LINES, Evaluation
+from .running.progress import shown
 
 SIGNIFICANT = 2.0
 """Standard errors above which a difference is significant."""

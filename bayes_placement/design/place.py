@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .._progress import shown
 from .._types import Key, Progress, arguments_checked, check_kind
 from ..experiment.experiment import Experiment
 from ..experiment.notebook_html import notebook_html
@@ -18,6 +17,7 @@ from ..positions.vectors import Recorded
 from .information.estimator import Estimator, jackknife_error
 from .maps import SIGNIFICANT, difference_of, ranked
 from .running.evaluation import MOST_LINES, Evaluation, words_on_lines
+from .running.progress import shown
 from .search._search_space import Places, SearchSpace
 from .search.exhaustive import Exhaustive
 from .search.placement_rules import PlacementRules

@@ -8,13 +8,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from .._progress import shown
 from .._types import InputError, Progress, arguments_checked
 from ..experiment.experiment import Experiment
 from ..experiment.notebook_html import notebook_html
 from ._candidates import transducer, with_transducers
 from .maps import SIGNIFICANT, difference, information_map, lead
 from .running.evaluation import part_of_progress
+from .running.progress import shown
 
 FACTORS = (1.0, 0.5, 0.25)
 

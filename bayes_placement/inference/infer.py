@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from .._compiled import compiled
-from .._random import jax_key, recorded_seed
 from .._sites import Role, substitute
 from .._types import InputError, Key, Progress, arguments_checked, check_kind, no_progress
 from ..experiment.experiment import Experiment, Measurements
@@ -24,6 +23,7 @@ from .estimates import Weighting, standard_error
 from .marginals.marginal import DrawPlacement, Marginal
 from .memory import affordable_batch
 from .names import of_name
+from .random_keys import jax_key, recorded_seed
 from .record import origin
 from .results import DATA_FAULTS, RESPONSE_WHEN_EXACT, WARNINGS
 from .simulate import sample_prior

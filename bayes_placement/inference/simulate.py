@@ -8,9 +8,9 @@ import xarray as xr
 from numpyro.infer import Predictive
 
 from .._compiled import compiled
-from .._random import jax_key
 from .._types import Key, arguments_checked, check_count, check_kind
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
+from .random_keys import jax_key
 from .results import named_draws, numbered, outputs
 
 PRIOR_DRAWS = 1000

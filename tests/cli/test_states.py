@@ -69,7 +69,6 @@ def of_states(tmp_path_factory):
     return folder, " ".join(done.output.split())
 
 
-@pytest.mark.long
 def test_improve_says_what_is_new_in_each_state(of_states):
     folder, said = of_states
     assert '"bare" is the baseline.' in said

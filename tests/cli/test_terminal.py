@@ -7,8 +7,8 @@ import pytest
 from rich.console import Console
 
 import bayes_placement as bp
-from bayes_placement import _progress
 from bayes_placement.cli import _terminal
+from bayes_placement.design.running import progress as shown_progress
 
 ROWS = {
     "all data": ["594", "2.14e+03", "0.995", "0.0409", "0", "9.46e-206", "0.123"],
@@ -86,7 +86,7 @@ def test_words_are_printed_as_they_are(console):
 
 
 def test_a_bar_ends_when_the_next_begins_and_the_last_with_the_work(terminal):
-    with _progress.progress_bars(terminal, ["first", "second"]) as begin:
+    with shown_progress.progress_bars(terminal, ["first", "second"]) as begin:
         begin("first")(1.0)
         begin("second")(0.5)
     *_, first, second = (line for line in said(terminal).splitlines() if "took" in line)
@@ -96,7 +96,7 @@ def test_a_bar_ends_when_the_next_begins_and_the_last_with_the_work(terminal):
 
 
 def test_a_bar_for_any_function(terminal, monkeypatch):
-    monkeypatch.setattr(_progress, "progress_console", lambda: terminal)
+    monkeypatch.setattr(shown_progress, "progress_console", lambda: terminal)
     with bp.design.progress_bar("map") as progress:
         progress(0.5)
         progress(1.0)
@@ -106,8 +106,8 @@ def test_a_bar_for_any_function(terminal, monkeypatch):
 
 def test_progress_in_a_file_is_plain_lines_that_never_run_backwards(console, monkeypatch):
     clock = iter(range(0, 1000, 6))
-    monkeypatch.setattr(_progress.time, "monotonic", lambda: float(next(clock)))
-    with _progress.progress_bars(console, ["map"]) as begin:
+    monkeypatch.setattr(shown_progress.time, "monotonic", lambda: float(next(clock)))
+    with shown_progress.progress_bars(console, ["map"]) as begin:
         report = begin("map")
         for share in (0.1, 0.5, 0.3, 0.4, 0.75):
             report(share)
@@ -119,7 +119,7 @@ def test_progress_in_a_file_is_plain_lines_that_never_run_backwards(console, mon
 
 
 def test_a_bar_never_runs_backwards(terminal):
-    with _progress.progress_bars(terminal, ["map"]) as begin:
+    with shown_progress.progress_bars(terminal, ["map"]) as begin:
         report = begin("map")
         report(0.5)
         report(0.2)

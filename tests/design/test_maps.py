@@ -10,9 +10,10 @@ import pytest
 from rich.console import Console
 
 import bayes_placement as bp
-from bayes_placement import _progress, information
+from bayes_placement import information
 from bayes_placement.design import maps
 from bayes_placement.design.information.estimator import jackknife_error
+from bayes_placement.design.running import progress as shown_progress
 from models import bar
 from tests.effects import models_in_space
 
@@ -220,7 +221,7 @@ def test_a_bar_is_shown_where_somebody_looks(monkeypatch, experiment):
     places = {"s1": GRID[:1]}
     for is_terminal in (True, False):
         console = Console(file=screen, force_terminal=is_terminal, width=80)
-        monkeypatch.setattr(_progress, "progress_console", lambda console=console: console)
+        monkeypatch.setattr(shown_progress, "progress_console", lambda console=console: console)
         bp.information_map(experiment, places, estimator=SMALL)
         assert ("map" in screen.getvalue()) == is_terminal
         screen.seek(0)

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._random import integer_seed
 from ..._types import Key, Progress, no_progress
 from ...experiment.experiment import Experiment
 from ...experiment.resized import with_lines
+from ...inference.random_keys import integer_seed
 from .._candidates import Candidates
 from .._parameters_of_interest import nominal_values, with_parameters_of_interest
 from ..information.estimator import Estimator, InformationWarning

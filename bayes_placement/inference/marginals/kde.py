@@ -4,11 +4,11 @@ from typing import Any
 
 import equinox as eqx
 
-from ..._random import jax_key
 from ..._sites import Unknown
 from ..._types import InputError, Key, check_count, check_fields
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
+from ..random_keys import jax_key
 from .kernel_density import KERNELS, KernelDensity
 from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrated
 

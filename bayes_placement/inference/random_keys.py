@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ._types import InputError, Key
+from .._types import InputError, Key
 
 _LARGEST = 2**63
 """Integers below are attributes of files."""

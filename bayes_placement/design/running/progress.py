@@ -14,7 +14,7 @@ from rich.progress import (
 )
 from rich.progress import Progress as Bars
 
-from ._types import Progress, arguments_checked, no_progress
+from ..._types import Progress, arguments_checked, no_progress
 
 WIDTH_OF_A_FILE = 140
 """Columns of what is written to a file or a pipe, so that a row of a table stays on one line."""
