@@ -15,7 +15,7 @@ from .._sites import Role, Unknown
 from .._types import InputError
 from ..effects.effect import Effect
 from ..experiment.experiment import Experiment
-from ..experiment.model_error import ModalErrors, shares_size
+from ..experiment.model_error import shares_size
 from ..experiment.noise import Data
 from ..experiment.observe import Complex
 from .coordinates import Coordinates
@@ -58,9 +58,6 @@ class Problem:
         Sizes of the model error by name, where they are unknown: their joint mode with the errors
         means nothing, so that they are no coordinates but numbers. By default the medians of their
         priors.
-    rival
-        Model error that the experiment does not have: it is held at zero. One compiled function
-        then serves the experiment with it and without it.
     baseline
         An earlier state of the same structure: all unknowns that it has are those of the
         experiment, with the same values. Its data are fitted with those of the experiment.
@@ -81,7 +78,6 @@ class Problem:
         *,
         standard_normal: bool = True,
         sizes: Mapping[str, float] | None = None,
-        rival: ModalErrors | None = None,
         baseline: State | None = None,
         further: Sequence[State] = (),
     ):
@@ -93,7 +89,6 @@ class Problem:
         experiment.noise.check(data)
         self.experiment = experiment
         self.data = data
-        self.rival = rival
         self.baseline = baseline
         self.further = tuple(further)
         self.unknown_sizes: Sequence[Unknown] = sizes_of(experiment)
@@ -113,8 +108,7 @@ class Problem:
         for state in earlier:
             self.states.append(state._replace(experiment=state.experiment.fix(self.sizes)))
         self._parts = [
-            _Part(state, number, self.coordinates, rival)
-            for number, state in enumerate(self.states)
+            _Part(state, number, self.coordinates) for number, state in enumerate(self.states)
         ]
         count = sum(int(np.sum(np.asarray(state.data.measured))) for state in self.states)
         self.squares = LeastSquares(self._evaluated, self.dimension, count)
@@ -155,7 +149,6 @@ class Problem:
             self.experiment + effect,
             self.data,
             sizes=self.sizes,
-            rival=self.rival,
             baseline=self.baseline,
             further=self.further,
         )
@@ -221,13 +214,9 @@ class _Part:
         Its number among the states of the problem.
     coordinates
         Coordinates of the problem.
-    rival
-        Model error that is held at zero; its errors are the last unknowns of an experiment.
     """
 
-    def __init__(
-        self, state: State, number: int, coordinates: Coordinates, rival: ModalErrors | None
-    ):
+    def __init__(self, state: State, number: int, coordinates: Coordinates):
         mine = coordinates_of(state.experiment, standard_normal=False)
         places = [
             coordinates.places[own_name(name, number) if name in state.unknowns else name]
@@ -236,26 +225,17 @@ class _Part:
         columns = [np.arange(place.start, place.stop) for place in places]
         self.columns = np.concatenate([np.zeros(0, dtype=int), *columns])
         self.is_all = np.array_equal(self.columns, np.arange(coordinates.dimension))
-        form = state.experiment
-        if rival is not None:
-            form = form.with_errors(rival)
-            form = form.fix(_medians(sizes_of(form)))
-        self.size = coordinates_of(form, standard_normal=False).dimension
-        self.bound: Bound[tuple[Array, Array]] = compiled(_residuals).bound(form, state.data)
+        self.bound: Bound[tuple[Array, Array]] = compiled(_residuals).bound(
+            state.experiment, state.data
+        )
 
     def __call__(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
         """Residuals [point, datum] and sums of logs [point]."""
-        mine = points if self.is_all else points[:, self.columns]
-        width = self.size - len(self.columns)
-        if not width:
-            return self.bound(mine, logarithmic)
-        # By itself, JAX's padding takes as long as the residuals of a small model.
-        pad = np.pad if isinstance(points, np.ndarray) else jnp.pad
-        return self.bound(pad(mine, ((0, 0), (0, width))), logarithmic)
+        return self.bound(points if self.is_all else points[:, self.columns], logarithmic)
 
     def prepare(self) -> None:
         """Compile them, unless that is done. Any thread may."""
-        self.bound.prepare(np.zeros((BATCH, self.size)), False)
+        self.bound.prepare(np.zeros((BATCH, len(self.columns))), False)
 
 
 def _weight(state: State, relative_error: float) -> np.ndarray | None:

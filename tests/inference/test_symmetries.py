@@ -50,3 +50,51 @@ def test_other_unknowns_are_left_alone():
     experiment = bar.placed(0.25, 0.30, bp.noise.Gaussian(0.1))
     values = VALUES | {"structure.damping.ratio.1": 0.03}
     assert all(move(values)["structure.damping.ratio.1"] == 0.03 for move in symmetries(experiment))
+
+
+def with_errors(experiment, seed):
+    """The experiment with a model error of each kind, and values of all that is unknown."""
+    erroneous = experiment.with_model_error(
+        bp.model_error.Modal(frequency=0.02, damping=0.2, shape=0.1, gain=0.05, unevenness=0.1)
+    )
+    random = np.random.default_rng(seed)
+    values = {
+        unknown.name: jnp.asarray(random.normal(size=unknown.distribution.shape()))
+        for unknown in erroneous.unknowns
+    }
+    return erroneous, values | {
+        unknown.name: jnp.asarray(random.uniform(0.1, 0.45))
+        for unknown in erroneous.unknowns
+        if unknown.is_placement
+    }
+
+
+def test_errors_of_the_model_are_mirrored_and_exchanged_with_the_places():
+    beam = bp.beams.beam(
+        8,
+        length=1.0,
+        area=1.0,
+        radius_of_gyration=1.0,
+        youngs_modulus=200.0,
+        density=1.0,
+        ends="free-free",
+        direction=1,
+    )
+    anywhere = bp.positions.Segment(0.5, within=0.5)
+    plain = bp.Experiment(
+        bp.Structure(beam, damping=bp.damping.Modal(0.01)),
+        sensors=[bp.Sensor("s1", at=anywhere)],
+        actuators=[bp.Actuator("a1", at=anywhere)],
+        frequency=np.linspace(20.0, 300.0, 8),
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+    )
+    experiment, values = with_errors(plain, 1)
+    expected = experiment.fix(values).predict()
+    moves = symmetries(experiment)
+    assert len(moves) == 2
+    for move in moves:
+        moved = move(values)
+        np.testing.assert_allclose(experiment.fix(moved).predict(), expected, rtol=1e-7)
+        again = move(moved)
+        assert all(np.allclose(again[name], value) for name, value in values.items())

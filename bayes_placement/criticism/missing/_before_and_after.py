@@ -46,7 +46,7 @@ def state_of(experiment: Experiment, measurement: Measurements) -> State:
 
 def fitted_baseline(baseline: State, errors: ModalErrors | None) -> Hypothesis:
     """The model fitted to the earlier state alone, with model error where there is one."""
-    exact = null_hypothesis(baseline.experiment.with_errors(None), baseline.data, errors)
+    exact = null_hypothesis(baseline.experiment.with_errors(None), baseline.data)
     return exact if errors is None else with_errors(exact, errors)
 
 

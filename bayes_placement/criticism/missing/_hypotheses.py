@@ -1,11 +1,10 @@
 """An experiment with none, one or several effects that may be missing, each fitted."""
 
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ._candidates import numbered
+from ._compiled_ahead import compiled_ahead
 from ._scan import LEAST, MOST, Scan, best_places, carried_over, fit_alone, fit_grown, others, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
@@ -29,9 +29,6 @@ WEAKEST = np.array([-3.0, -1.0, -0.3, -0.05, 0.05, 0.3, 1.0, 3.0])
 
 PLACES_WITH_ERRORS = 4
 """Best places of a scan from which an effect beside a model error is fitted."""
-
-AHEAD = 2
-"""Problems that are compiled while one is fitted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,21 +80,9 @@ def fields_of(effect: Effect, problem: Problem) -> dict[str, str]:
     return {unknown.name: unknown.field for unknown in problem.experiment.unknowns_of(effect)}
 
 
-def null_hypothesis(
-    experiment: Experiment, data: Data, rival: ModalErrors | None = None
-) -> Hypothesis:
-    """Fit the experiment as it is given.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    data
-        Measured outputs.
-    rival
-        Model error that it does not have but may be given later.
-    """
-    problem = Problem(experiment, data, rival=rival)
+def null_hypothesis(experiment: Experiment, data: Data) -> Hypothesis:
+    """Fit the experiment as it is given."""
+    problem = Problem(experiment, data)
     return Hypothesis((), problem, *fit_alone(problem))
 
 
@@ -116,8 +101,17 @@ def with_errors(exact: Hypothesis, errors: ModalErrors, rival: float = -np.inf) 
     rival
         Early evidence of another hypothesis; where this one stays far behind it is left as it is.
     """
+    return fitted_with_errors(exact, problem_with_errors(exact, errors), rival)
+
+
+def problem_with_errors(exact: Hypothesis, errors: ModalErrors) -> Problem:
+    """Return the problem of a hypothesis with a model error."""
     before = exact.problem
-    problem = Problem(before.experiment.with_errors(errors), before.data, baseline=before.baseline)
+    return Problem(before.experiment.with_errors(errors), before.data, baseline=before.baseline)
+
+
+def fitted_with_errors(exact: Hypothesis, problem: Problem, rival: float) -> Hypothesis:
+    """Fit a hypothesis in its problem with model error, see `with_errors`."""
     starts = np.zeros((len(exact.near), problem.dimension))
     starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
     sized = fitted_with_sizes(problem, starts, rival=rival)
@@ -160,16 +154,18 @@ def scanned(pairs: Sequence[Pair], tick: Callable[[], None]) -> Iterator[Scanned
     The variants of one kind share the points of a scan, as they share its prior.
     """
     variants = Counter(kind_of(effect) for _, effect in pairs)
-    with ThreadPoolExecutor(AHEAD) as pool:
-        for base, effect, problem, compiled in _compiled_ahead(pool, pairs):
-            compiled.result()
-            fields = fields_of(effect, problem)
-            most = max(MOST // variants[kind_of(effect)], LEAST)
-            counts = _counts(effect, fields, problem)
-            yield ScannedCandidate(
-                base, effect, problem, scan(problem, counts, base.fit.point, most)
-            )
-            tick()
+    named = [(base, _under_free_name(effect, base)) for base, effect in pairs]
+    problems = compiled_ahead(base.problem.with_effect(effect) for base, effect in named)
+    for (base, effect), problem in zip(named, problems, strict=True):
+        fields = fields_of(effect, problem)
+        most = max(MOST // variants[kind_of(effect)], LEAST)
+        counts = _counts(effect, fields, problem)
+        yield ScannedCandidate(base, effect, problem, scan(problem, counts, base.fit.point, most))
+        tick()
+
+
+def _under_free_name(effect: Effect, base: Hypothesis) -> Effect:
+    return numbered(effect, {present.name for present in base.problem.experiment.effects})
 
 
 def extended(pairs: Sequence[Pair], tick: Callable[[], None]) -> list[Hypothesis]:
@@ -186,21 +182,6 @@ def early_evidence_of_best(hypotheses: Sequence[Hypothesis]) -> float:
 def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     """Those with a finite density."""
     return [hypothesis for hypothesis in hypotheses if np.isfinite(hypothesis.fit.log_evidence)]
-
-
-_InPreparation = tuple[Hypothesis, Effect, Problem, Future[Any]]
-
-
-def _compiled_ahead(pool: ThreadPoolExecutor, pairs: Iterable[Pair]) -> Iterator[_InPreparation]:
-    waiting: deque[_InPreparation] = deque()
-    for base, candidate in pairs:
-        experiment = base.problem.experiment
-        effect = numbered(candidate, {present.name for present in experiment.effects})
-        problem = base.problem.with_effect(effect)
-        waiting.append((base, effect, problem, pool.submit(problem.prepare)))
-        if len(waiting) > AHEAD:
-            yield waiting.popleft()
-    yield from waiting
 
 
 def fitted(candidate: ScannedCandidate, rival: float = -np.inf) -> Hypothesis:

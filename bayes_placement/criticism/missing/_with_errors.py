@@ -14,8 +14,17 @@ from ...experiment.model_error import Modal, ModalErrors
 from ...experiment.noise import Data
 from ...inference.residuals import State
 from ._before_and_after import carried_over, compared_with_baseline, fitted_baseline, state_of
+from ._compiled_ahead import compiled_ahead
 from ._held_out import held_out
-from ._hypotheses import Hypothesis, early_evidence_of_best, finite, null_hypothesis, with_errors
+from ._hypotheses import (
+    Hypothesis,
+    early_evidence_of_best,
+    finite,
+    fitted_with_errors,
+    null_hypothesis,
+    problem_with_errors,
+    with_errors,
+)
 from ._posterior_odds import (
     Comparison,
     greatest_odds_expected,
@@ -127,7 +136,7 @@ def answered(
     """
     if baseline is not None:
         return _answered_by_two_states(question, baseline, between, tick)
-    null = null_hypothesis(question.experiment, question.data, question.errors)
+    null = null_hypothesis(question.experiment, question.data)
     exact = single_effects(null, question.effects, tick)
     if question.declared:
         return Answer(null, _deepened_with_errors(question, exact, tick), exact)
@@ -292,9 +301,11 @@ def _refitted(
     fitted: Mapping[Hypothesis, Hypothesis] = MappingProxyType({}),
 ) -> list[Hypothesis]:
     """Fit hypotheses with model error, in their order; those far behind others are given up."""
-    refitted: list[Hypothesis] = []
-    for hypothesis in hypotheses:
-        rival = early_evidence_of_best([*fitted.values(), *refitted])
-        refitted.append(fitted.get(hypothesis) or with_errors(hypothesis, errors, rival))
+    known = [fitted[hypothesis] for hypothesis in hypotheses if hypothesis in fitted]
+    remaining = [hypothesis for hypothesis in hypotheses if hypothesis not in fitted]
+    problems = compiled_ahead(problem_with_errors(exact, errors) for exact in remaining)
+    for exact, problem in zip(remaining, problems, strict=True):
+        rival = early_evidence_of_best([*fitted.values(), *known])
+        known.append(fitted_with_errors(exact, problem, rival))
         tick()
-    return finite(refitted)
+    return finite(known)

@@ -8,7 +8,7 @@ import pytest
 
 from bayes_placement import effects
 from bayes_placement.criticism.missing import _with_errors
-from bayes_placement.criticism.missing._hypotheses import with_errors
+from bayes_placement.criticism.missing._hypotheses import fitted_with_errors, with_errors
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
 from tests.criticism.small import GAIN, MASS, experiment, measured
@@ -32,12 +32,16 @@ FITTED_WITH_ERRORS = []
 
 @pytest.fixture(scope="module")
 def with_both(candidates):
-    def counted(exact, *arguments):
-        FITTED_WITH_ERRORS.append(exact.kinds)
-        return with_errors(exact, *arguments)
+    def counted(fit):
+        def fitted(exact, *arguments):
+            FITTED_WITH_ERRORS.append(exact.kinds)
+            return fit(exact, *arguments)
+
+        return fitted
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(_with_errors, "with_errors", counted)
+        for fit in (with_errors, fitted_with_errors):
+            patch.setattr(_with_errors, fit.__name__, counted(fit))
         return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=candidates)
 
 

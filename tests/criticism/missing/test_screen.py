@@ -22,7 +22,7 @@ def screened(*hidden, seed=1):
     data = experiment().data(measured(imperfect(seed, *hidden), seed + 1))
     library = effects.library(experiment(), ["point_mass", "gain_error", "time_delay"])
     candidates = candidates_of(experiment(), library)
-    exact = single_effects(null_hypothesis(experiment(), data, errors), candidates, lambda: None)
+    exact = single_effects(null_hypothesis(experiment(), data), candidates, lambda: None)
     return with_errors(exact.hypotheses[0], errors), exact
 
 
