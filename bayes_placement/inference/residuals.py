@@ -61,6 +61,8 @@ class Problem:
     baseline
         An earlier state of the same structure: all unknowns that it has are those of the
         experiment, with the same values. Its data are fitted with those of the experiment.
+    effort
+        How much the compiler tries, see `Compiled.bound`.
     further
         Further earlier states, the same way. An unknown of theirs that the experiment does not have
         must be one of their own.
@@ -80,6 +82,7 @@ class Problem:
         sizes: Mapping[str, float] | None = None,
         baseline: State | None = None,
         further: Sequence[State] = (),
+        effort: int = 1,
     ):
         if experiment.noise is None:
             raise InputError(
@@ -108,7 +111,8 @@ class Problem:
         for state in earlier:
             self.states.append(state._replace(experiment=state.experiment.fix(self.sizes)))
         self._parts = [
-            _Part(state, number, self.coordinates) for number, state in enumerate(self.states)
+            _Part(state, number, self.coordinates, effort)
+            for number, state in enumerate(self.states)
         ]
         count = sum(int(np.sum(np.asarray(state.data.measured))) for state in self.states)
         self.squares = LeastSquares(self._evaluated, self.dimension, count)
@@ -214,9 +218,11 @@ class _Part:
         Its number among the states of the problem.
     coordinates
         Coordinates of the problem.
+    effort
+        How much the compiler tries.
     """
 
-    def __init__(self, state: State, number: int, coordinates: Coordinates):
+    def __init__(self, state: State, number: int, coordinates: Coordinates, effort: int):
         mine = coordinates_of(state.experiment, standard_normal=False)
         places = [
             coordinates.places[own_name(name, number) if name in state.unknowns else name]
@@ -226,7 +232,7 @@ class _Part:
         self.columns = np.concatenate([np.zeros(0, dtype=int), *columns])
         self.is_all = np.array_equal(self.columns, np.arange(coordinates.dimension))
         self.bound: Bound[tuple[Array, Array]] = compiled(_residuals).bound(
-            state.experiment, state.data
+            state.experiment, state.data, effort=effort
         )
 
     def __call__(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ...inference.residuals import Problem
+from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis, fields_of
 from ._posterior_odds import Comparison
 from ._scan import carried_over, others
@@ -42,9 +43,10 @@ def worth_fitting(
     """
     model = _ErroneousModel(null)
     prior_of_none = exact.log_prior(null)
+    problems = compiled_ahead(model.problem(hypothesis) for hypothesis in hypotheses)
     odds = [
-        model.log_evidence_gained(hypothesis) + exact.log_prior(hypothesis) - prior_of_none
-        for hypothesis in hypotheses
+        model.log_evidence_gained(hypothesis, problem) + exact.log_prior(hypothesis) - prior_of_none
+        for hypothesis, problem in zip(hypotheses, problems, strict=True)
     ]
     ranked = sorted(zip(odds, range(len(odds)), strict=True), reverse=True)
     return [hypotheses[number] for predicted, number in ranked if predicted > 0 or number < ALWAYS]
@@ -61,9 +63,20 @@ class _ErroneousModel:
         self.errors = [problem.errors_of(size) for size in problem.unknown_sizes]
         self.curvature = self.slopes @ self.slopes.T + np.eye(len(self.slopes))
 
-    def log_evidence_gained(self, hypothesis: Hypothesis) -> float:
+    def problem(self, hypothesis: Hypothesis) -> Problem:
+        """Return the problem of a hypothesis with model error, to be evaluated at few points."""
+        before = hypothesis.problem
+        return Problem(
+            before.experiment.with_errors(self.null.problem.experiment.model_error),
+            before.data,
+            sizes=self.null.problem.sizes,
+            baseline=before.baseline,
+            effort=0,
+        )
+
+    def log_evidence_gained(self, hypothesis: Hypothesis, problem: Problem) -> float:
         """Log of the mean likelihood ratio over places and settings, at the best strengths."""
-        points, problem = self._points(hypothesis)
+        points = self._points(hypothesis, problem)
         change = problem.squares.residuals(points)[0] - self.residual
         change = change[np.all(np.isfinite(change), axis=1)]
         # At the best fit the slope of the cost along all that gives way is zero.
@@ -102,23 +115,16 @@ class _ErroneousModel:
                 precision[places] = np.sum(determined) / np.sum(point[places] ** 2)
         return max(evidence) - evidence[0]
 
-    def _points(self, hypothesis: Hypothesis) -> tuple[np.ndarray, Problem]:
+    def _points(self, hypothesis: Hypothesis, problem: Problem) -> np.ndarray:
         """The effect at its weakest, at all its places and where the exact model has it."""
         (effect,) = hypothesis.effects
-        before = hypothesis.problem
-        problem = Problem(
-            before.experiment.with_errors(self.null.problem.experiment.model_error),
-            before.data,
-            sizes=self.null.problem.sizes,
-            baseline=before.baseline,
-        )
         points = weak_points(problem, effect, POINTS)
         fields = fields_of(effect, problem)
         points = np.concatenate([points, points[:1]])
         for name, word in fields.items():
             if word != effect.absent[0]:
-                fitted = hypothesis.fit.point[before.coordinates.places[name]]
+                fitted = hypothesis.fit.point[hypothesis.problem.coordinates.places[name]]
                 points[-1, problem.coordinates.places[name]] = fitted
         columns = others(problem, list(fields))
         points[:, columns] = carried_over(self.null.fit.point, columns)
-        return points, problem
+        return points
