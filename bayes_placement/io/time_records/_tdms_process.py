@@ -1,15 +1,18 @@
 """Reads TDMS files by npTDMS, in a process of its own: see `../_child.py`."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from nptdms import TdmsFile
 
+_EPOCH = np.datetime64("1970-01-01T00:00:00")
+
 
 def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Samples by `group/channel`, with units, sampling rates and what was left out."""
+    """Samples by `group/channel`, with units, rates, starts [s] and what was left out."""
     arrays: dict[str, np.ndarray] = {}
-    told: dict[str, Any] = {"units": {}, "rates": {}, "faults": {}}
+    told: dict[str, Any] = {"units": {}, "rates": {}, "starts": {}, "faults": {}}
     for group in TdmsFile.read(path).groups():
         for channel in group.channels():
             name = f"{group.name}/{channel.name}"
@@ -22,4 +25,11 @@ def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
             step = float(channel.properties.get("wf_increment", 0.0))
             if step > 0:
                 told["rates"][name] = 1 / step
+                told["starts"][name] = _start(channel.properties)
     return arrays, told
+
+
+def _start(properties: Mapping[str, Any]) -> float:
+    """Time of the first sample [s], since the epoch where the file states a date."""
+    date = np.datetime64(properties.get("wf_start_time", _EPOCH))
+    return (date - _EPOCH) / np.timedelta64(1, "s") + properties.get("wf_start_offset", 0.0)

@@ -1,6 +1,6 @@
 """The sampling rate of a recording: stated by its file, given, or read from times."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -12,7 +12,7 @@ JITTER = 0.1
 """Share of the sampling interval by which a time may be off, being rounded."""
 
 
-def rate_of(stated: Iterable[float], given: float | int | None, by_times: float | None) -> float:
+def rate_of(stated: Iterable[float], rate: float | int | None, *by_times: float) -> float:
     """Return the one sampling rate [Hz] that is stated, given or read from times.
 
     Raises
@@ -21,10 +21,9 @@ def rate_of(stated: Iterable[float], given: float | int | None, by_times: float 
         If none is known, or two of them differ.
     """
     rates = list(stated)
-    if given is not None:
-        rates.append(positive("rate", given, "rate=4096.0"))
-    if by_times is not None:
-        rates.append(by_times)
+    if rate is not None:
+        rates.append(positive("rate", rate, "rate=4096.0"))
+    rates += by_times
     if not rates:
         raise InputError(
             "The file states no sampling rate; one is needed, since lines are in Hz: rate=4096.0, "
@@ -37,6 +36,28 @@ def rate_of(stated: Iterable[float], given: float | int | None, by_times: float 
                 "since all channels are sampled together. Leave rate= out, or export at one rate."
             )
     return rates[0]
+
+
+def check_starts(starts: Mapping[str, float]) -> None:
+    """Refuse channels of which one began later than another.
+
+    Parameters
+    ----------
+    starts
+        Time of the first sample [s] of each channel.
+
+    Raises
+    ------
+    InputError
+        If one did.
+    """
+    if starts and max(starts.values()) > min(starts.values()):
+        late = max(starts, key=lambda name: starts[name])
+        early = min(starts, key=lambda name: starts[name])
+        raise InputError(
+            f"{late!r} begins {starts[late] - starts[early]:.4g} s after {early!r}; one start is "
+            "needed, since force and response are compared in time. Export them on one time axis."
+        )
 
 
 def rate_of_times(times: np.ndarray) -> float:

@@ -1,5 +1,6 @@
 """An estimated FRF: the measurement, what was done to the records, and what speaks against it."""
 
+import abc
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,30 @@ class EstimateWarning(UserWarning):
     """What speaks against FRFs that were estimated from time records."""
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Processing(abc.ABC):  # noqa: B024, it has fields alone
+    """What was done to records, for all that is made of them.
+
+    Parameters
+    ----------
+    done
+        What was done to the records, in words.
+    left_out
+        What was left out and why, a sentence for each.
+    warnings
+        What speaks against the estimate, a sentence for each.
+    time_constant
+        Time constant [s] of an exponential window on force and response, or None.
+    """
+
+    done: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    time_constant: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
-class Estimate:
+class Estimate(Processing):
     """FRFs that were estimated from time records.
 
     Parameters
@@ -28,24 +51,14 @@ class Estimate:
         Hits or segments that were used.
     scatter
         Variance of each line by its own repeats alone, of shape (sensor, actuator, frequency).
-    done
-        What was done to the records, in words.
-    left_out
-        What was left out and why, a sentence for each.
-    warnings
-        What speaks against the estimate, a sentence for each.
-    time_constant
-        Time constant [s] of an exponential window on force and response, or None.
+    done, left_out, warnings, time_constant
+        See `Processing`.
     """
 
     measurement: Measurement
     estimator: str
     repeats: int
     scatter: Float[np.ndarray, "sensor actuator frequency"]
-    done: tuple[str, ...]
-    left_out: tuple[str, ...]
-    warnings: tuple[str, ...]
-    time_constant: float | None
 
     @property
     def effects(self) -> tuple[ExponentialWindow, ...]:

@@ -232,7 +232,7 @@ def _check_options(estimator: str, excitation: Any, **counts: int | None) -> Non
 
 
 def _check_spectra(spectra: Spectra) -> None:
-    """Refuse a force or a response without any content at a line, and repeats that are one."""
+    """Refuse a force or a response without any content at a line."""
     power = np.sum(np.abs(np.concatenate([spectra.force[None], spectra.response])) ** 2, axis=1)
     silent = np.argwhere(~(power > 0))
     if silent.size:

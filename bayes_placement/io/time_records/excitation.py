@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float
 
+from .estimate import Processing
 from .records import Records, Samples
 
 
-@dataclass(frozen=True)
-class Spectra:
+@dataclass(frozen=True, eq=False)
+class Spectra(Processing):
     """Spectra of force and responses in every repeat.
 
     Parameters
@@ -23,16 +24,10 @@ class Spectra:
         Number of independent repeats that they are worth: fewer where repeats overlap.
     correlated_lines
         Number of neighbouring lines that are worth one, since a window correlates their errors.
-    done
-        What was done to the records, in words.
-    left_out
-        What was left out and why, a sentence for each.
-    warnings
-        What speaks against the estimate, a sentence for each.
-    time_constant
-        Time constant [s] of an exponential window on force and response, or None.
     segment_window
         Window of segments that are cut out of a longer record, or None.
+    done, left_out, warnings, time_constant
+        See `Processing`.
     """
 
     frequency: Float[np.ndarray, "frequency"]
@@ -40,10 +35,6 @@ class Spectra:
     response: Complex[np.ndarray, "sensor repeat frequency"]
     averages: float
     correlated_lines: float
-    done: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-    time_constant: float | None = None
     segment_window: Samples | None = None
 
 

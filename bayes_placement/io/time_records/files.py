@@ -66,9 +66,10 @@ def read(
         sources = [_name(signal) for signal in channels.values()]
         held = _load(file, [*sources, *([] if time is None else [time])])
         raw = {label: _samples(held, signal) for label, signal in channels.items()}
-        _check_lengths(raw)
-        times = None if time is None else rate_of_times(_times(held, time))
-        known = rate_of({held.rates[name] for name in sources if name in held.rates}, rate, times)
+        times = {} if time is None else {f"times {time!r}": _times(held, time)}
+        _check_lengths({**raw, **times})
+        stated = {held.rates[name] for name in sources if name in held.rates}
+        known = rate_of(stated, rate, *map(rate_of_times, times.values()))
     scales = {label: signal.scale() for label, signal in channels.items()}
     samples = {label: values * scales[label].factor for label, values in raw.items()}
     check_plausible(file, **samples)

@@ -31,6 +31,17 @@ class Hit(NamedTuple):
     onset: int
     part: slice
 
+    def quiet(self, before: int | None) -> int:
+        """Samples at its beginning that hold noise only: half of those before the force.
+
+        Parameters
+        ----------
+        before
+            Samples before the trigger as stated; None where all before the onset count.
+        """
+        lead = self.onset - self.part.start
+        return (lead if before is None else min(lead, before)) // 2
+
 
 def whole_records(records: Records) -> list[Hit]:
     """Return a hit for each record, with all samples of it."""
@@ -46,8 +57,8 @@ def onset(force: Samples) -> int:
     return int(np.argmax(size >= AUTOMATIC * size.max()))
 
 
-def found(records: Records, trigger: float | None, before: int, length: int) -> list[Hit]:
-    """Find hits in records by the force that passes a trigger.
+def over_trigger(records: Records, trigger: float | None, before: int, length: int) -> list[Hit]:
+    """Hits in records, each where the force passes a trigger.
 
     Parameters
     ----------

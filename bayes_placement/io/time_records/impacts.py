@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ..._types import InputError
+from ..._types import InputError, check_positive
 from . import overload
 from .excitation import Excitation, Spectra, lines
-from .hits import Hit, found, second_hit, whole_records
+from .hits import Hit, over_trigger, second_hit, whole_records
 from .records import FEWEST_SAMPLES, Records, Samples, positive
 
 DECAYED = 0.01
@@ -26,9 +26,9 @@ END = 0.05
 class Impacts(Excitation):
     """Hits of a hammer.
 
-    The offset of each channel is its mean in the first half of what was recorded before the hit;
-    it is subtracted. Hits with two peaks of the force, with an overloaded channel, or that are cut
-    off by the end of the record are left out.
+    The offset of each channel is its mean in the first half of what was recorded before the force
+    passes the trigger; it is subtracted. Hits with two peaks of the force, with an overloaded
+    channel, or that are cut off by the end of the record are left out.
 
     Parameters
     ----------
@@ -36,13 +36,16 @@ class Impacts(Excitation):
         Length [s] of each hit, which are then found in the records; None where each record is one
         hit, as it was triggered.
     before
-        Time [s] that each hit has before its trigger; needed with `duration`, and 0 where not
-        stated otherwise.
+        Time [s] that each hit has before its trigger; needed with `duration`. Else None for all
+        that a record has.
     trigger
-        Force [N] at which a hit begins; None for a tenth of the greatest force of the record.
+        Force [N] at which a hit begins, with `duration`; None for a tenth of the greatest force of
+        the record.
     force_window
         Time [s] after the trigger for which the force is kept, and a quarter of it before; it falls
-        as half a cosine within another quarter, and all else is noise. None for all.
+        as half a cosine within another quarter, and all else is noise. None for all. Noise of the
+        force that is left is alike on lines within 1 / force_window [Hz], which the variance does
+        not tell: likelihoods are too narrow where it outweighs the noise of the response.
     time_constant
         Time constant tau [s] of a window exp(-t / tau) on force and response, or None. It adds
         1 / (tau omega_n) to each damping ratio, which `Estimate.effects` says.
@@ -52,7 +55,8 @@ class Impacts(Excitation):
     Raises
     ------
     InputError
-        If a time is not positive, or `before` is missing or not shorter than `duration`.
+        If a time is not positive, `before` is missing or not shorter than `duration`, `trigger` has
+        no `duration`, or `double_hit` is no share.
     """
 
     duration: float | int | None = None
@@ -68,13 +72,23 @@ class Impacts(Excitation):
             value = getattr(self, name)
             if value is not None:
                 positive(name, value, f"time_records.Impacts({name}=0.5)")
+        check_positive("double_hit", self.double_hit, "time_records.Impacts(double_hit=0.1)", 1.0)
         if self.duration is None:
-            return
-        if self.before is None or self.before >= self.duration:
+            self._check_triggered()
+        elif self.before is None or self.before >= self.duration:
             raise InputError(
                 f"Impacts(duration={self.duration:g}, before={self.before}) was given; a time "
                 "before the trigger that is shorter than the duration is needed, since a force "
                 "begins before it passes the trigger: Impacts(duration=1.0, before=0.02)."
+            )
+
+    def _check_triggered(self) -> None:
+        """Refuse a trigger where each record is one hit."""
+        if self.trigger is not None:
+            raise InputError(
+                f"Impacts(trigger={self.trigger:g}) was given without duration; both are needed to "
+                "find hits in a record, since without them each record is one hit, as it was "
+                "triggered: Impacts(duration=1.0, before=0.02, trigger=50.0)."
             )
 
     def spectra(self, records: Records) -> Spectra:
@@ -100,7 +114,7 @@ class Impacts(Excitation):
                 f"Impacts(duration={self.duration:g}) has {length} samples at {records.rate:g} Hz; "
                 f"at least {FEWEST_SAMPLES} are needed, to be transformed to lines: duration=1.0."
             )
-        return found(records, self.trigger, round((self.before or 0.0) * records.rate), length)
+        return over_trigger(records, self.trigger, self._before(records.rate) or 0, length)
 
     def _fault(self, records: Records, hit: Hit) -> str | None:
         """Why a hit cannot be used; None where it can."""
@@ -110,21 +124,23 @@ class Impacts(Excitation):
         reason = overload.fault(records, hit.record, hit.part)
         if reason is not None:
             return reason
-        quiet = self._quiet(records.rate)
+        quiet = hit.quiet(self._before(records.rate))
         second = second_hit(_without_offset(force[hit.part], quiet), quiet, self.double_hit)
         if second is None:
             return None
-        return f"the hammer hit twice, again at {second / records.rate:.4g} s of its record"
+        when = (hit.part.start + second) / records.rate
+        return f"the hammer hit twice, again at {when:.4g} s of its record"
 
-    def _quiet(self, rate: float) -> int:
-        """Samples at the beginning of a hit that hold noise only."""
-        return int((self.before or 0.0) * rate / 2)
+    def _before(self, rate: float) -> int | None:
+        """Samples before the trigger; None where that is not stated."""
+        return None if self.before is None else round(self.before * rate)
 
     def _of_hits(self, records: Records, hits: list[Hit]) -> Spectra:
-        quiet = self._quiet(records.rate)
+        quiet = [hit.quiet(self._before(records.rate)) for hit in hits]
 
         def stacked(rows: tuple[Samples, ...]) -> Float[np.ndarray, "repeat sample"]:
-            return np.array([_without_offset(rows[hit.record][hit.part], quiet) for hit in hits])
+            parts = (rows[hit.record][hit.part] for hit in hits)
+            return np.array(list(map(_without_offset, parts, quiet)))
 
         force = stacked(records.force)
         response = np.array([stacked(rows) for rows in records.response])
@@ -139,7 +155,7 @@ class Impacts(Excitation):
             averages=float(len(hits)),
             correlated_lines=float(window.size * np.sum(window**4) / np.sum(window**2) ** 2),
             done=tuple(self._done(window)),
-            warnings=tuple(_undecayed(records, response, window, quiet)),
+            warnings=tuple(_undecayed(records, response, window, min(quiet))),
             time_constant=self.time_constant,
         )
 

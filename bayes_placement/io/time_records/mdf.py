@@ -1,12 +1,9 @@
 """MDF files (versions 3 and 4) of vehicle tests, by asammdf."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
-
-from ..._types import InputError
-from .clock import rate_of_times
+from .clock import check_starts, rate_of_times
 from .sampled import Sampled, run_library
 
 _SCRIPT = Path(__file__).with_name("_mdf_process.py")
@@ -27,22 +24,10 @@ def load(path: Path, names: Iterable[str]) -> Sampled:
     held = run_library(path, _SCRIPT, "asammdf", extra="mdf", form="MDF")
     groups = held.told["groups"]
     times = {name: held.arrays[_TIMES.format(groups[name])] for name in names if name in groups}
-    _check_starts(times)
+    check_starts({name: float(values[0]) for name, values in times.items()})
     return Sampled(
         arrays={name: held.arrays[name] for name in groups},
         units=held.told["units"],
         rates={name: rate_of_times(values) for name, values in times.items()},
         left_out=held.told["faults"],
     )
-
-
-def _check_starts(times: Mapping[str, np.ndarray]) -> None:
-    """Refuse channels of which one began later than another."""
-    starts = {name: float(values[0]) for name, values in times.items()}
-    if starts and max(starts.values()) > min(starts.values()):
-        late = max(starts, key=lambda name: starts[name])
-        raise InputError(
-            f"{late!r} begins at {starts[late]:g} s and another channel at "
-            f"{min(starts.values()):g} s; one start is needed, since force and response are "
-            "compared in time. Export them on one time axis (MDF.resample)."
-        )

@@ -6,15 +6,19 @@ from typing import Any
 import numpy as np
 
 from ..._types import InputError, check_annotated, check_kind
-from ...experiment.measurement import Measurement
+from ...experiment.measurement import Measurement, Position
 from ...positions.channel import Channel
+
+Pair = tuple[tuple[str, int], tuple[str, int]]
+"""Name and axis of a sensor channel and of an actuator channel."""
 
 
 def merged(measurements: Sequence[Measurement]) -> Measurement:
     """Join measurements of other pairs of sensors and actuators on the same lines.
 
     Pairs that none of them holds are not measured. The number of averages is kept where all have
-    the same; else it is not known, and the noise follows from the variance: `noise.FromVariance`.
+    the same; else the variance tells what coherence and averages of each told, for
+    `noise.FromVariance`.
 
     Parameters
     ----------
@@ -24,7 +28,8 @@ def merged(measurements: Sequence[Measurement]) -> Measurement:
     Raises
     ------
     InputError
-        If lines or quantities differ, or two hold the same pair.
+        If lines, quantities, force levels or positions of a transducer differ, or two hold the same
+        pair.
     """
     check_annotated("measurements", measurements, Sequence[Any])
     runs = list(measurements)
@@ -40,7 +45,7 @@ def merged(measurements: Sequence[Measurement]) -> Measurement:
     actuators = list(dict.fromkeys(channel for run in runs for channel in run.actuators))
     _check_distinct(runs)
     averages = {run.averages for run in runs}
-    levels = {run.force_level for run in runs}
+    variances = [run.variance if len(averages) == 1 else _variance(run) for run in runs]
     places = [_places(run, sensors, actuators) for run in runs]
     shape = len(sensors), len(actuators), first.frequency.size
     return Measurement(
@@ -51,10 +56,30 @@ def merged(measurements: Sequence[Measurement]) -> Measurement:
         quantity=first.quantity,
         coherence=_known([run.coherence for run in runs], places, shape),
         averages=averages.pop() if len(averages) == 1 else None,
-        positions={name: place for run in runs for name, place in run.positions.items()},
-        force_level=levels.pop() if len(levels) == 1 else None,
-        variance=_known([run.variance for run in runs], places, shape),
+        positions=_positions(runs),
+        force_level=first.force_level,
+        variance=_known(variances, places, shape),
     )
+
+
+def _variance(run: Measurement) -> np.ndarray | None:
+    """Variance of each line as stated, else by coherence and averages; None without them."""
+    if run.variance is not None or run.coherence is None or run.averages is None:
+        return run.variance
+    return run.noise_variance()
+
+
+def _positions(runs: Sequence[Measurement]) -> dict[str, Position]:
+    """Recorded positions [m] of all transducers."""
+    positions: dict[str, Position] = {}
+    for name, place in (pair for run in runs for pair in run.positions.items()):
+        if positions.setdefault(name, place) != place:
+            raise InputError(
+                f"{name} was recorded at {positions[name]} m and at {place} m; a transducer has "
+                "one position in a measurement, since it is known by its name. Name it anew at "
+                "each place: sensors=['s1', 's2']."
+            )
+    return positions
 
 
 def _places(
@@ -102,18 +127,39 @@ def _check_alike(first: Measurement, run: Measurement) -> None:
             "of other ones; the same lines are needed, since FRFs are not interpolated across "
             "resonances. Take common ones first: measurement.lines(frequency)."
         )
+    if run.force_level != first.force_level:
+        levels = " and ".join(f"{level} N" for level in (first.force_level, run.force_level))
+        raise InputError(
+            f"Measurements at a force of {levels} were given; one level is needed, since a "
+            "measurement has one. Keep levels apart, Experiment(..., force_levels=[1.0, 5.0]), or "
+            "state none for a linear structure: dataclasses.replace(measurement, force_level=None)."
+        )
 
 
 def _check_distinct(runs: Sequence[Measurement]) -> None:
-    pairs = [
-        (run.sensors[row].label, run.actuators[column].label)
-        for run in runs
+    """Refuse a pair that two of them hold, in the same or in opposite directions."""
+    earlier: set[Pair] = set()
+    for run in runs:
+        pairs = _pairs(run)
+        repeated = [label for pair, label in pairs.items() if pair in earlier]
+        if repeated:
+            raise InputError(
+                f"{repeated[0]} is in two of the measurements; each pair is needed once, since its "
+                "data would count twice. Estimate repeats of a pair together: "
+                "time_records.frf(force=[...], response=[...])."
+            )
+        earlier |= pairs.keys()
+
+
+def _pairs(run: Measurement) -> dict[Pair, str]:
+    """Labels of the pairs that were measured, by names and axes."""
+    measured = [
+        (run.sensors[row], run.actuators[column])
         for row, column in np.argwhere(run.measured).tolist()
     ]
-    repeated = next((pair for number, pair in enumerate(pairs) if pair in pairs[:number]), None)
-    if repeated is not None:
-        raise InputError(
-            f"{repeated[0]} / {repeated[1]} is in two of the measurements; each pair is needed "
-            "once, since its data would count twice. Estimate repeats of a pair together: "
-            "time_records.frf(force=[...], response=[...])."
+    return {
+        ((sensor.name, abs(sensor.direction)), (actuator.name, abs(actuator.direction))): (
+            f"{sensor.label} / {actuator.label}"
         )
+        for sensor, actuator in measured
+    }

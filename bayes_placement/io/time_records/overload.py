@@ -21,25 +21,26 @@ FULL = 0.995
 
 def fault(records: Records, record: int, part: slice = slice(None)) -> str | None:
     """Say which channel of a record is overloaded or dead, and when; None where none is."""
+    start = part.start or 0
     for label, samples in records.channels(record).items():
-        words = _fault(samples[part], records.ranges.get(label), records.rate)
+        words = _fault(samples[part], records.ranges.get(label), records.rate, start)
         if words is not None:
             return f"{label} {words}"
     return None
 
 
-def _fault(samples: Samples, limit: float | None, rate: float) -> str | None:
+def _fault(samples: Samples, limit: float | None, rate: float, start: int) -> str | None:
     size = np.abs(samples)
     greatest = float(size.max())
     if np.ptp(samples) == 0:
         return f"stays at {samples[0]:.4g} throughout, as a channel that is not connected"
     if limit is not None and greatest >= FULL * limit:
-        when = int(np.argmax(size >= FULL * limit)) / rate
+        when = (start + int(np.argmax(size >= FULL * limit))) / rate
         return f"reaches its range of {limit:.4g} at {when:.4g} s: it is overloaded"
     digit = float(np.min(np.diff(np.unique(samples))))
     first = _plateau(samples, size >= greatest, digit)
     if first is not None:
-        return f"is clipped: it stays at its greatest value from {first / rate:.4g} s on"
+        return f"is clipped: it stays at its greatest value from {(start + first) / rate:.4g} s on"
     touched = int(np.sum(size >= greatest))
     if touched < PILE or touched <= PILED * np.sum(
         (size < greatest) & (size > greatest - digit * 1.5)

@@ -141,15 +141,15 @@ def joined(recordings: Recording | Sequence[Recording], actuator: str) -> Joined
     InputError
         If the channels, quantities or rates differ, or the force is no force.
     """
-    several = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    runs = [recordings] if isinstance(recordings, Recording) else list(recordings)
     needed = "one recording or several are needed, since each holds repeats"
     instead = "bp.time_records.read(path, channels)"
-    for recording in several:
+    for recording in runs:
         check_kind("recordings", recording, Recording, needed, instead)
-    if not several:
+    if not runs:
         raise InputError(f"No recording was given; {needed}: {instead}.")
-    first = several[0]
-    for recording in several[1:]:
+    first = runs[0]
+    for recording in runs[1:]:
         _check_alike(first, recording)
     force = first.quantity.get(actuator)
     if force != FORCE_QUANTITY:
@@ -168,8 +168,8 @@ def joined(recordings: Recording | Sequence[Recording], actuator: str) -> Joined
         )
     return Joined(
         first.rate,
-        [recording[actuator] for recording in several],
-        {label: [recording[label] for recording in several] for label in sensors},
+        [recording[actuator] for recording in runs],
+        {label: [recording[label] for recording in runs] for label in sensors},
         quantities.pop(),
     )
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -67,7 +68,8 @@ def records(
     Raises
     ------
     InputError
-        If shapes do not agree, a sample is not finite, or the rate is not positive.
+        If shapes do not agree, a sample is not finite, a record is a copy of another, or the rate
+        is not positive.
     """
     if isinstance(response, Mapping) and sensors is None:
         sensors, response = [*response], [*response.values()]
@@ -86,6 +88,7 @@ def records(
     )
     for sensor, motion in zip(rows, responses, strict=True):
         _check_lengths(sensor.label, motion, forces)
+    _check_copies(forces, responses)
     column = Channel.parse(actuator)
     limits = _ranges(ranges, {column.label, *(sensor.label for sensor in rows)})
     return Records(positive("rate", rate, "rate=4096.0"), forces, responses, rows, column, limits)
@@ -175,6 +178,17 @@ def _check_lengths(label: str, motion: Sequence[Samples], forces: Sequence[Sampl
                 f"Record {number} of {label} has {row.size} samples and its force {force.size}; "
                 "the same samples of both are needed, since they are compared in time. Cut both "
                 "to the same start and length."
+            )
+
+
+def _check_copies(forces: Sequence[Samples], responses: Sequence[Sequence[Samples]]) -> None:
+    """Refuse a record that was given twice."""
+    for first, second in combinations(range(len(forces)), 2):
+        if all(np.array_equal(rows[first], rows[second]) for rows in (forces, *responses)):
+            raise InputError(
+                f"Records {first + 1} and {second + 1} are equal in all samples of all channels; "
+                "each record is needed once, since a copy counts as a repeat that agrees, and "
+                "makes the variance too small. Leave it out."
             )
 
 

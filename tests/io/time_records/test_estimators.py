@@ -71,9 +71,9 @@ def test_the_jackknife_is_the_scatter_of_many_tests(name):
     random, estimator, tests = np.random.default_rng(5), estimators.ESTIMATORS[name], 1500
     noise = {"force_noise": 0.01, "response_noise": np.array([0.02, 0.01])}
     each = [recorded(random, 12, **noise) for _ in range(tests)]
-    estimates = np.array([estimator(estimators.summed(one)) for one in each])
+    estimates = np.array([estimator(estimators.summed(hits)) for hits in each])
     truth = np.mean(np.abs(estimates - estimates.mean(axis=0)) ** 2, axis=0)
-    stated = np.mean([estimators.scatter(estimator, one, 12.0) for one in each], axis=0)
+    stated = np.mean([estimators.scatter(estimator, hits, 12.0) for hits in each], axis=0)
     # The force is random here, so that some tests have little of it and the jackknife is wider.
     assert np.all(stated > truth * (1 - 5 / np.sqrt(tests)))
     assert np.all(stated < truth * 1.2)

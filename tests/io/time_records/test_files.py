@@ -100,6 +100,12 @@ def test_uneven_times_are_refused(tmp_path, times, sentence):
         read(tmp_path / "hit.csv", NEWTONS, time="t")
 
 
+def test_times_of_other_samples_are_refused(tmp_path):
+    scipy.io.savemat(tmp_path / "hit.mat", {"F": FORCE, "acc": MOTION, "t": TIME[::2]})
+    with pytest.raises(ValueError, match=r"samples: hammer 256, s1 256, times 't' 128; the same"):
+        read(tmp_path / "hit.mat", NEWTONS, time="t")
+
+
 def test_times_may_be_rounded(tmp_path):
     table = np.column_stack([np.round(TIME, 5), FORCE, MOTION])
     np.savetxt(tmp_path / "hit.csv", table, delimiter=",", header="t,F,acc", comments="")
@@ -164,6 +170,12 @@ def test_tdms_files(tmp_path):
     tdms(tmp_path / "other.tdms", wf_increment=2 / RATE)
     with pytest.raises(ValueError, match=r"Sampling rates of .* Hz are stated"):
         read(tmp_path / "other.tdms", TDMS)
+    late = {"wf_start_offset": 0.01}, {"wf_start_time": np.datetime64("2026-01-01T00:00:00.01")}
+    for start in late:
+        tdms(tmp_path / "late.tdms", **start)
+        with pytest.raises(ValueError, match=r"'Test/acc' begins .* s after 'Test/F'; one"):
+            read(tmp_path / "late.tdms", TDMS)
+        read(tmp_path / "late.tdms", {"s1": TDMS["s1"]})
     tdms(tmp_path / "g.tdms", unit_string="g")
     with pytest.raises(ValueError, match=r"'Test/acc' is in 'g' by the file"):
         read(tmp_path / "g.tdms", TDMS)
@@ -192,7 +204,7 @@ def test_mdf_channels_of_one_name_or_of_other_times_are_refused(tmp_path):
         file.append([MdfSignal(MOTION, TIME, unit="m/s^2", name="twice")])
         path = file.save(tmp_path / "hit.mf4", overwrite=True)
     check(read(path, NEWTONS))
-    with pytest.raises(ValueError, match=r"'late' begins at 0.5 s and another channel at 0 s"):
+    with pytest.raises(ValueError, match=r"'late' begins 0.5 s after 'F'; one start is needed"):
         read(path, NEWTONS | {"s1": Signal("late", "m/s^2")})
     with pytest.raises(
         ValueError, match=r"'twice' cannot be used: 2 channels have this name, in groups 3, 4"

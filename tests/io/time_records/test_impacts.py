@@ -151,6 +151,9 @@ def test_hits_in_a_long_record_are_found():
     high = bp.time_records.Impacts(duration=DURATION, before=0.015, trigger=95.0)
     assert estimated([(forces, motion)], excitation=high).repeats == 2
     assert estimated([(forces, motion), (-forces, -motion)], excitation=cut).repeats == 8
+    twice = forces + pulse(time, force=25.0, at=2.815)
+    (sentence,) = estimated([(twice, motion)], excitation=cut).left_out
+    assert sentence.startswith("Hit 3 of 4 ") and "again at 2.815 s of its record" in sentence
 
 
 def test_a_double_hit_is_left_out():
@@ -242,20 +245,27 @@ def test_a_force_window_takes_noise_away():
     noise = (0.3, 1e-6)
     plain = [estimated(HITS * 5, seed, noise) for seed in range(3)]
     windowed = [estimated(HITS * 5, seed, noise, excitation=window) for seed in range(3)]
-    ratio = np.mean([np.mean(one.measurement.variance) for one in plain]) / np.mean(
-        [np.mean(one.measurement.variance) for one in windowed]
+    ratio = np.mean([np.mean(run.measurement.variance) for run in plain]) / np.mean(
+        [np.mean(run.measurement.variance) for run in windowed]
     )
     assert ratio == pytest.approx(DURATION / 0.0144, rel=0.25)  # the integral of its square
-    assert np.mean([chi2(one) for one in windowed]) == pytest.approx(1.0, abs=0.5)
+    assert np.mean([chi2(run) for run in windowed]) == pytest.approx(1.0, abs=0.5)
     assert "force window of 0.01 s" in str(windowed[0])
 
 
-def test_an_offset_has_no_consequence():
-    tau = 0.1
-    window = bp.time_records.Impacts(before=0.015, time_constant=tau)
+@pytest.mark.parametrize("before", [0.015, None, 0.5])  # the record has 0.02 s
+@pytest.mark.parametrize("window", [{"time_constant": 0.1}, {"force_window": 0.01}])
+def test_an_offset_has_no_consequence(window, before):
     shifted = [(force + 3.0, motion - 7.0) for force, motion in HITS]
-    options = {"excitation": window, "noise": (1e-9, 1e-9)}
-    plain, offset = estimated(**options), estimated(shifted, **options)
+    plain, offset = (
+        estimated(
+            hits,
+            excitation=bp.time_records.Impacts(before=lead, **window),
+            noise=(1e-9, 1e-9),
+            every=1,
+        )
+        for hits, lead in ((HITS, 0.015), (shifted, before))
+    )
     np.testing.assert_allclose(offset.measurement.frf, plain.measurement.frf, rtol=1e-6)
 
 
@@ -264,6 +274,8 @@ def test_an_offset_has_no_consequence():
     [
         ({"duration": -1.0, "before": 0.1}, r"duration=-1 was given; a number above 0"),
         ({"time_constant": 0.0}, r"time_constant=0 was given; a number above 0"),
+        ({"trigger": 50.0}, r"Impacts\(trigger=50\) was given without duration; both are needed"),
+        ({"double_hit": 10}, r"double_hit=10 was given; a number above zero and up to 1"),
         ({"duration": 1.0}, r"Impacts\(duration=1, before=None\) was given; a time before"),
         ({"duration": 0.1, "before": 0.2}, r"a time before the trigger that is shorter"),
     ],

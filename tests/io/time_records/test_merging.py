@@ -47,8 +47,15 @@ def test_what_only_some_know_is_unknown_elsewhere():
     assert both.averages is None
     np.testing.assert_array_equal(both.coherence[:, 0], first.coherence[:, 0])
     assert np.isnan(both.coherence[:, 1]).all()
-    without = [dataclasses.replace(one, variance=None) for one in (first, second)]
-    assert bp.time_records.merged(without).variance is None
+    by_coherence = dataclasses.replace(first, variance=None)
+    told = bp.time_records.merged([by_coherence, second]).variance
+    np.testing.assert_array_equal(told[:, 0], by_coherence.noise_variance()[:, 0])
+    np.testing.assert_array_equal(told[:, 1], second.variance[:, 0])
+    without = [dataclasses.replace(measured, variance=None) for measured in (first, second)]
+    known = bp.time_records.merged(without).variance
+    assert np.isnan(known[:, 1]).all() and np.isfinite(known[:, 0]).all()
+    alike = [dataclasses.replace(measured, averages=5) for measured in without]
+    assert bp.time_records.merged(alike).variance is None
 
 
 @pytest.mark.parametrize(
@@ -56,6 +63,15 @@ def test_what_only_some_know_is_unknown_elsewhere():
     [
         ([], r"No measurement was given; measurements on the same lines"),
         ([run(["s1"], ["h1"]), run(["s1"], ["h1"])], r"s1 / h1 is in two of the measurements"),
+        ([run(["s1+x"], ["h1"]), run(["s1-x"], ["h1"])], r"s1-x / h1 is in two of the meas"),
+        (
+            [run(["s1"], ["h1"], force_level=1.0), run(["s1"], ["h2"], force_level=5.0)],
+            r"at a force of 1\.0 N and 5\.0 N were given; one level is needed",
+        ),
+        (
+            [run(["s1"], ["h1"]), run(["s1"], ["h2"], positions={"s1": (0.2, 0.0, 0.0)})],
+            r"s1 was recorded at \(0\.1, 0\.0, 0\.0\) m and at \(0\.2, 0\.0, 0\.0\) m",
+        ),
         (
             [run(["s1"], ["h1"]), run(["s1"], ["h2"], quantity="mobility")],
             r"Measurements of accelerance and of mobility were given",

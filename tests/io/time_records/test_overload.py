@@ -13,10 +13,10 @@ TONE = 5.0 * np.sin(2 * np.pi * 7.3 * TIME)
 NOISE = 0.01 * np.random.default_rng(0).standard_normal(TIME.size)
 
 
-def fault(samples, **ranges):
+def fault(samples, part=slice(None), **ranges):
     force = np.random.default_rng(1).standard_normal(samples.size)
     channels = (Channel("s1"),), Channel("a1")
-    return overload.fault(Records(RATE, (force,), ((samples,),), *channels, ranges), 0)
+    return overload.fault(Records(RATE, (force,), ((samples,),), *channels, ranges), 0, part)
 
 
 def coarse(samples, digits):
@@ -59,4 +59,6 @@ def test_few_samples_at_a_limit_are_told_by_their_number():
 def test_a_stated_range_and_a_dead_channel_are_told():
     assert fault(TONE, s1=5.0) == "s1 reaches its range of 5 at 0.033 s: it is overloaded"
     assert fault(TONE, s1=5.1) is None
+    told = fault(TONE, slice(500, None), s1=5.0)  # the tone has its greatest value every 68 ms
+    assert told == "s1 reaches its range of 5 at 0.512 s: it is overloaded"
     assert fault(0 * TONE + 3.0) == ("s1 stays at 3 throughout, as a channel that is not connected")

@@ -86,6 +86,10 @@ def test_the_estimate_says_what_it_is():
         ({"ranges": {"s3": 1.0}}, r"ranges names 's3', which is no channel; one of a1, s1, s2"),
         ({"ranges": {"s1": -1.0}}, r"ranges\['s1'\]=-1 was given; a number above 0"),
         ({"quantity": "jerk"}, r"quantity='jerk' was given"),
+        (
+            {"force": FORCE[[0, 1, 0]], "response": RESPONSE[:, [0, 1, 0]]},
+            r"Records 1 and 3 are equal in all samples of all channels; each record is needed once",
+        ),
     ],
 )
 def test_wrong_arguments_are_refused(options, sentence):
