@@ -108,7 +108,7 @@ def existing(path: Path, contents: str) -> Path:
     return path
 
 
-def check_plausible(path: Path, **arrays: Any) -> None:
+def check_plausible(path: Path, /, **arrays: Any) -> None:
     """Refuse numbers that are not finite, or larger than any quantity in SI.
 
     Raises

@@ -17,6 +17,7 @@ FILTERS = {
     h5py.h5z.FILTER_FLETCHER32,
     h5py.h5z.FILTER_LZF,
 }
+PACKED = {"scale_factor", "add_offset"}  # attributes of netCDF
 REFERENCES = "#refs#"
 MATLAB_TEXT = "char"
 
@@ -81,6 +82,8 @@ def _fault(dataset: h5py.Dataset) -> str:
         return "it is packed by a filter that HDF5 does not bring"
     if not (_is_number(kind) or h5py.check_string_dtype(kind) or h5py.check_ref_dtype(kind)):
         return "it holds neither numbers nor text"
+    if PACKED & set(dataset.attrs):
+        return "it is packed by scale_factor and add_offset, which are not applied"
     if dataset.nbytes > SMALL + GREATEST_RATIO * stored:
         raise RefusedFile(
             f"{dataset.name} announces {dataset.nbytes} bytes in {stored} stored ones"

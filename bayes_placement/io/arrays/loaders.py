@@ -19,7 +19,6 @@ LOADERS: dict[str, Callable[[Path], NamedArrays]] = {
     _contents.ABAQUS_MATRIX: text.load,  # five columns of numbers may be anything
 }
 
-_LONGEST_NAME = 500
 _NAMES = [content for content in LOADERS if content != _contents.ABAQUS_MATRIX]
 
 
@@ -42,7 +41,9 @@ def load(path: Path) -> NamedArrays:
             "the format. Export it again, or save it in MATLAB by save('measured.mat', '-v7')."
         )
     held = LOADERS[content](path)
-    wrong = [name for name in held.arrays if not name.isprintable() or len(name) > _LONGEST_NAME]
+    wrong = [
+        name for name in held.arrays if not name.isprintable() or len(name) > text.LONGEST_NAME
+    ]
     left_out = dict.fromkeys(map(ascii, wrong), "its name is too long or cannot be printed")
     arrays = {name: values for name, values in held.arrays.items() if name not in wrong}
     return held._replace(arrays=arrays, left_out={**held.left_out, **left_out})

@@ -17,7 +17,7 @@ from .named_arrays import NamedArrays
 _MOST_BYTES = 512 << 20
 _FORM = "columns of text"
 _REMEDY = "Export the columns again, with a comma, a semicolon or a tab between them."
-_LONGEST_NAME = 500
+LONGEST_NAME = 500
 _COMMENTS = ("#", "%", "//", "!")
 _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]]*)[\])]\s*")
 _SEPARATORS = ("\t", ";", ",")
@@ -94,15 +94,20 @@ def of_rows(
 ) -> NamedArrays:
     """Make named arrays of rows; a unit in brackets behind a name stands beside the array.
 
+    A column whose name is too long or cannot be printed is named by its number.
+
     Raises
     ------
     InputError
         If two columns have one name, or a column mixes numbers and texts.
     """
     plain, units = {}, {}
-    for name, column in zip(names, zip(*cells, strict=True), strict=True):
-        match = _UNIT.fullmatch(name[:_LONGEST_NAME])
+    columns = zip(*cells, strict=True)
+    for number, (name, column) in enumerate(zip(names, columns, strict=True), start=1):
+        match = _UNIT.fullmatch(name[:LONGEST_NAME])
         label = match["name"] if match and match["name"] else name
+        if not label.isprintable() or len(label) > LONGEST_NAME:
+            label = f"column {number}"  # left out, it would shift the numbers of those behind it
         if label in plain:
             raise InputError(f"two columns are named {label!r}, and either could be meant")
         plain[label] = _column(label, column)

@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._types import InputError
-from .._frf_units import FREQUENCY, FrfUnit, VoltageUnit, frf_unit
+from .._frf_units import FREQUENCY, FrfUnit, VoltageUnit, frf_unit, plain
 from ..arrays.named_arrays import NamedArrays
 from .mapping import AXES, Column, FrequencyRule, FrfRule
 
 _REFERENCE = re.compile(r"dB( re( 1)? )?", re.IGNORECASE)  # decibels re 1 of the unit behind
 _NO_UNIT = {"dB", "deg", "°", "rad", "-", "1", ""}
+_CONTRARY_UNITS = {"degrees": ("rad",), "radians": ("deg", "°"), "decibel": ("rad", "deg", "°")}
 
 
 class Lines(NamedTuple):
@@ -112,8 +113,10 @@ def frf_of(held: NamedArrays, rule: FrfRule) -> np.ndarray:
     Raises
     ------
     InputError
-        If an array is missing, or its parts have different sizes.
+        If an array is missing, the file states another kind of number for it than the mapping, or
+        the parts have different sizes.
     """
+    _check_parts(held, rule)
     arrays = {
         part: array_of(held, column, "biufc" if part == "array" else "biuf")
         for part, column in rule.parts.items()
@@ -132,6 +135,18 @@ def frf_of(held: NamedArrays, rule: FrfRule) -> np.ndarray:
         return first + 1j * second
     amplitude = 10 ** (first / 20) if names[0] == "decibel" else first
     return amplitude * np.exp(1j * second * (math.pi / 180 if names[1] == "degrees" else 1.0))
+
+
+def _check_parts(held: NamedArrays, rule: FrfRule) -> None:
+    """Refuse radians that the mapping takes for degrees, decibels for amplitudes, and so on."""
+    for part, column in rule.parts.items():
+        label = held.units.get(_name(held, column), "")
+        if label.lower().startswith(_CONTRARY_UNITS.get(part, ("db",))):
+            raise InputError(
+                f"{held.path}: the mapping takes {column!r} for {part} and the file says that it "
+                f"is in {label!r}; both must agree, since either could be meant. Correct the name "
+                "of the part in the mapping."
+            )
 
 
 def unit_of(held: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
@@ -160,18 +175,15 @@ def unit_of(held: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
     return unit
 
 
-def _agreed(held: NamedArrays, given: str | None, stated: str | None, what: str) -> str:
-    if (
-        given is not None
-        and stated is not None
-        and given.replace(" ", "") != stated.replace(" ", "")
-    ):
+def _agreed(held: NamedArrays, of_mapping: str | None, stated: str | None, what: str) -> str:
+    """Unit by the mapping and by the file, which must agree."""
+    if of_mapping is not None and stated is not None and plain(of_mapping) != plain(stated):
         raise InputError(
-            f"{held.path}: the mapping says that the {what} are in {given!r} and the file says "
-            f"{stated!r}; both must agree, since either could be meant. Correct the one that is "
-            "wrong."
+            f"{held.path}: the mapping says that the {what} are in {of_mapping!r} and the file "
+            f"says {stated!r}; both must agree, since either could be meant. Correct the one "
+            "that is wrong."
         )
-    return given or stated or ""
+    return of_mapping or stated or ""
 
 
 def arranged(

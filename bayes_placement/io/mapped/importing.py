@@ -14,13 +14,19 @@ from ..arrays import load
 from . import _lines_needed, channel_table
 from . import mapping as mappings
 from .mapping import Mapping
-from .measurement import measurement_of, positions_of, unused_rows, unused_sensitivities
+from .measurement import (
+    CONJUGATED,
+    measurement_of,
+    positions_of,
+    unused_rows,
+    unused_sensitivities,
+)
 from .report import ImportReport, report
 from .stated import completed
 
 _MAPPING_SUFFIX = ".toml"
 _AGREEMENT = 1e-5  # of the greatest coordinate; universal files may keep six digits
-_OF_ARRAYS = ("frf", "coherence", "frequency", "sensors", "actuators")
+_OF_ARRAYS = ("frf", "unit", "coherence", "frequency", "sensors", "actuators")
 
 
 class Imported(NamedTuple):
@@ -165,7 +171,7 @@ def _of_file(path: Path, said: Mapping, rows: list[ChannelRow]) -> Imported:
 def _of_universal_file(
     path: Path, said: Mapping, rows: list[ChannelRow]
 ) -> tuple[Measurement, ImportReport]:
-    """Read a universal file, which says all but averages and, often, places."""
+    """Read a universal file, which says all but averages, sign, level and, often, places."""
     superfluous = [name for name in _OF_ARRAYS if getattr(said, name)]
     if superfluous:
         raise InputError(
@@ -177,8 +183,14 @@ def _of_universal_file(
     named = _named_by_node(measurement, rows) if names else measurement
     if rows:
         named = replace(named, positions=_agreed(path, named.positions, positions_of(rows)))
+    named = replace(
+        named,
+        frf=named.frf.conj() if said.conjugate else named.frf,
+        force_level=named.force_level if said.force_level is None else said.force_level,
+    )
+    sign = f", {CONJUGATED}" if said.conjugate else ""
     sentences = [
-        f"FRFs: {int(named.measured.sum())} functions (dataset 58), in SI by its units.",
+        f"FRFs: {int(named.measured.sum())} functions (dataset 58), in SI by its units{sign}.",
         "Channels: named by the channel table, by node." if names else "Channels: as recorded.",
     ]
     datasets = {
@@ -195,12 +207,17 @@ def _named_by_node(measurement: Measurement, rows: list[ChannelRow]) -> Measurem
         role: {str(row.node): row.name for row in rows if row.role == role and row.node}
         for role in ("sensor", "actuator")
     }
-    by_node = {**names["sensor"], **names["actuator"]}
+    at_node = {
+        node: {table[node] for table in names.values() if node in table} or {node}
+        for node in measurement.positions
+    }
     return replace(
         measurement,
         sensors=_renamed(measurement.sensors, names["sensor"]),
         actuators=_renamed(measurement.actuators, names["actuator"]),
-        positions={by_node.get(name, name): at for name, at in measurement.positions.items()},
+        positions={
+            name: place for node, place in measurement.positions.items() for name in at_node[node]
+        },
     )
 
 

@@ -87,6 +87,8 @@ class Mapping(NamedTuple):
         Names of the files of the data and of the channel table.
     frf
         Rules of the FRFs.
+    unit
+        Unit of the FRFs whose rule has none.
     coherence
         Array of the coherence.
     coherence_axes
@@ -108,6 +110,7 @@ class Mapping(NamedTuple):
     file: str | None = None
     channels: str | dict[str, Any] | None = None
     frf: tuple[FrfRule, ...] = ()
+    unit: str | None = None
     coherence: Column | None = None
     coherence_axes: tuple[str, ...] | None = None
     frequency: FrequencyRule | None = None
@@ -154,6 +157,7 @@ def of_table(table: Table, folder: Path) -> Mapping:
         file=_file_name(table, "file", "measured.mat"),
         channels=_channels(table),
         frf=_frf_rules(table, unit),
+        unit=unit,
         **_coherence(table),
         frequency=_frequency(table),
         sensors=_labels(table, "sensors", '["s1+x", "s2+x"]'),
@@ -209,7 +213,8 @@ def _frf_rule(table: Table, unit: str | None, *, pair: bool) -> FrfRule:
     parts: dict[str, Any] = {
         name: table.value(name, is_column, needed, f'{name} = "H"') for name in names
     }
-    if pair and not {"sensor", "actuator"} <= table.content.keys():
+    channels = {"sensor", "actuator"} & table.content.keys()
+    if len(channels) == 1 or (pair and not channels):
         raise table.error(
             "sensor" if "actuator" in table.content else "actuator",
             "the label of a channel of each pair",

@@ -16,6 +16,8 @@ from . import _lines_needed, _values
 from .mapping import FrfRule, Mapping
 from .report import ImportReport, report
 
+_OF_BLOCK = ("coherence", "sensors", "actuators")
+CONJUGATED = "conjugated, since the file is under exp(-i w t)"
 _REMEDY = "Correct the mapping, or export the file again."
 
 
@@ -103,6 +105,12 @@ def _block(held: NamedArrays, mapping: Mapping) -> Assembled:
 def _pairs(held: NamedArrays, mapping: Mapping) -> Assembled:
     """FRFs of which each pair has arrays of its own."""
     rules = mapping.frf
+    superfluous = [name for name in _OF_BLOCK if getattr(mapping, name)]
+    if superfluous:
+        raise InputError(
+            f"{superfluous[0]} is stated for all FRFs, each of which stands in an array of its own "
+            "and names that itself; both could contradict each other. Leave it out"
+        )
     sensors = tuple(dict.fromkeys(str(rule.sensor) for rule in rules))
     actuators = tuple(dict.fromkeys(str(rule.actuator) for rule in rules))
     units = {_values.unit_of(held, rule) for rule in rules}
@@ -150,7 +158,7 @@ def _labels(held: NamedArrays, labels: tuple[str, ...] | str | None) -> tuple[st
 def _in_si(raw: Assembled, mapping: Mapping, rows: list[ChannelRow]) -> tuple[Assembled, str]:
     """Values in SI under exp(+i w t), and a sentence on their unit."""
     frf = np.conj(raw.frf) if mapping.conjugate else raw.frf
-    sign = "conjugated, since the file is under exp(-i w t)" if mapping.conjugate else ""
+    sign = f", {CONJUGATED}" if mapping.conjugate else ""
     if isinstance(raw.unit, FrfUnit):
         factor, quantity = raw.unit.factor, raw.unit.quantity
         words = f"Unit: {quantity}, times {factor:g} to {quantity_of(quantity).unit}"
@@ -160,7 +168,7 @@ def _in_si(raw: Assembled, mapping: Mapping, rows: list[ChannelRow]) -> tuple[As
         words = f"Unit: voltages, divided by the sensitivities of the channel table to {quantity}"
         unit = FrfUnit(quantity, 1.0)
         scaled = raw._replace(frf=frf * raw.unit.factor * factors, unit=unit)
-    return scaled, f"{words}{', ' + sign if sign else ''}."
+    return scaled, f"{words}{sign}."
 
 
 def _by_sensitivity(raw: Assembled, rows: list[ChannelRow]) -> tuple[np.ndarray, str]:

@@ -7,9 +7,12 @@ Arrays `frf` (sensor, actuator, frequency; in SI), `frequency` [Hz], `sensors`, 
 """
 
 import re
+from pathlib import Path
 from typing import Any
 
+from ..._types import InputError
 from ...experiment.quantities import QUANTITIES
+from .._frf_units import plain
 from ..arrays.named_arrays import NamedArrays
 from ._toml_fields import Table
 from .mapping import Mapping, of_table
@@ -31,30 +34,49 @@ _COLUMN = re.compile(
 )
 
 
-def stated(held: NamedArrays) -> Mapping:
-    """Return what a file says of itself.
+def stated(held: NamedArrays, unit: str | None) -> Mapping:
+    """Return what a file says of itself, with a unit of the FRFs that it leaves open.
 
     Raises
     ------
     InputError
         If what it says is no mapping.
     """
-    fields = {**_of_columns(held), **_of_own_arrays(held)}
+    fields = {**_of_columns(held), **_of_own_arrays(held), **({"unit": unit} if unit else {})}
     return of_table(Table(fields, f"{held.path}, by its own names"), held.path.parent)
 
 
-def completed(given: Mapping, held: NamedArrays) -> Mapping:
-    """Complete what a mapping says by what the file says; the mapping has the last word."""
-    known = stated(held)
+def completed(mapping: Mapping, held: NamedArrays) -> Mapping:
+    """Complete what a mapping says by what the file says; the mapping has the last word.
+
+    Raises
+    ------
+    InputError
+        If the file states another unit of the FRFs.
+    """
+    known = stated(held, mapping.unit)
+    if not mapping.frf:
+        _check_units(mapping, known, held.path)
     empty = Mapping()
     missing = {
         name: getattr(known, name)
         for name in ("frf", "coherence", "frequency", "sensors", "actuators", "averages")
-        if getattr(given, name) == getattr(empty, name)
+        if getattr(mapping, name) == getattr(empty, name)
     }
-    if given.frf:  # coherence and channels belong to the FRFs that the file would have stated
+    if mapping.frf:  # coherence and channels belong to the FRFs that the file would have stated
         missing = {name: missing[name] for name in ("frequency",) if name in missing}
-    return given._replace(**missing)
+    return mapping._replace(**missing)
+
+
+def _check_units(mapping: Mapping, known: Mapping, path: Path) -> None:
+    """Refuse a unit of the mapping that is not that of the file."""
+    for unit in {rule.unit for rule in known.frf if rule.unit and mapping.unit}:
+        if plain(str(unit)) != plain(str(mapping.unit)):
+            raise InputError(
+                f"{mapping.place} says that the FRFs are in {mapping.unit!r} and {path} says "
+                f"{unit!r}; both must agree, since either could be meant. Correct the one that is "
+                "wrong."
+            )
 
 
 def _of_own_arrays(held: NamedArrays) -> dict[str, Any]:

@@ -169,6 +169,8 @@ def test_hdf5_opens_no_other_file(tmp_path):
         file["g/f"] = np.arange(3.0)
         file["g/f"].attrs["units"] = "Hz"
         file["g/again"] = file["g"]
+        file["packed"] = np.arange(3)
+        file["packed"].attrs["scale_factor"] = 0.1
         file["outside"] = h5py.ExternalLink("secret.h5", "/key")
         layout = h5py.VirtualLayout((4,), "f8")
         layout[:] = h5py.VirtualSource(tmp_path / "secret.h5", "key", (4,))
@@ -183,6 +185,7 @@ def test_hdf5_opens_no_other_file(tmp_path):
     assert held.left_out == {
         "g/again": "it is another name of an object that is read already",
         "outside": "it is a link to another place, which is not followed",
+        "packed": "it is packed by scale_factor and add_offset, which are not applied",
         "virtual": "its values stand in another file, which is not opened",
         "external": "its values stand in another file, which is not opened",
     }

@@ -178,6 +178,23 @@ def test_arrays_that_say_what_they_are_need_no_mapping(tmp_path, suffix):
     np.testing.assert_allclose(imported.measurement.coherence, COHERENCE)
 
 
+def test_a_unit_that_columns_leave_open_is_that_of_the_mapping(tmp_path):
+    heading = "frequency [Hz],s1/a1 real,s1/a1 imaginary"
+    (tmp_path / "a.csv").write_text(f"{heading}\n1,2,3\n2,3,4\n")
+    measurement = bp.io.read_measurement(tmp_path / "a.csv", mapping={"unit": "mm/N"})
+    np.testing.assert_allclose(measurement.frf[0, 0], [2e-3 + 3e-3j, 3e-3 + 4e-3j])
+    assert measurement.quantity == "receptance"
+
+
+def test_a_unit_that_is_not_that_of_the_file_is_refused(tmp_path):
+    names = {"sensors": np.array(["s1"]), "actuators": np.array(["a1"])}
+    own = {"frf": FRF[:1], "frequency": LINES, "quantity": np.array("accelerance"), **names}
+    np.savez(tmp_path / "a.npz", **own)
+    assert bp.io.read_measurement(tmp_path / "a.npz", mapping={"unit": "m/s²/N"}).frf.shape[2] == 6
+    with pytest.raises(ValueError, match=r"the FRFs are in 'g/N' and .*a\.npz says '.m/s.2./N'"):
+        bp.io.read(tmp_path / "a.npz", {"unit": "g/N"})
+
+
 def test_universal_files_of_another_writer_are_read(tmp_path):
     path = tmp_path / "pyuff.uff"
     _write_by_pyuff(path)
@@ -185,9 +202,16 @@ def test_universal_files_of_another_writer_are_read(tmp_path):
     np.testing.assert_allclose(imported.measurement.frf[0, 0], FRF[0, 0], rtol=1e-5)
     assert imported.measurement.averages == 4
     assert "dataset 151 (1), since it holds neither FRFs" in str(imported.report)
+    told = {"convention": "exp(-i w t)", "force_level": 2.5}
+    other = bp.io.read(path, told)
+    np.testing.assert_array_equal(other.measurement.frf, imported.measurement.frf.conj())
+    assert other.measurement.force_level == 2.5
+    assert "in SI by its units, conjugated, since the file is under exp(-i w t)." in str(other)
+    with pytest.raises(ValueError, match=r"has the field unit, and .* is a universal file"):
+        bp.io.read(path, {"unit": "g/N"})
 
 
-def _write_by_pyuff(path):
+def _write_by_pyuff(path, reference=7):
     file = pyuff.UFF(str(path))
     file.write_sets(
         pyuff.prepare_151(
@@ -216,7 +240,7 @@ def _write_by_pyuff(path):
             "x": LINES,
             "rsp_node": 5,
             "rsp_dir": 3,
-            "ref_node": 7,
+            "ref_node": reference,
             "ref_dir": -3,
             "abscissa_spec_data_type": 18,
             "ordinate_spec_data_type": 12,
@@ -360,6 +384,18 @@ def test_a_channel_table_names_the_nodes_of_a_universal_file(tmp_path):
     assert measurement.actuators == (bp.Channel("a1", -3),)
     assert measurement.positions["s1"] == (0.25, 0.0, 0.0)
     assert "Left out: channel s2-y of the table, since no FRF is of it." in str(imported)
+
+
+def test_a_sensor_and_an_actuator_at_one_node_both_have_its_position(tmp_path):
+    path = tmp_path / "measured.uff"
+    _write_by_pyuff(path, reference=5)
+    numbers = {name: [0] for name in ("def_cs", "disp_cs", "color")}
+    nodes = pyuff.prepare_15(node_nums=[5], **numbers, x=[0.25], y=[0.0], z=[0.0])
+    pyuff.UFF(str(path)).write_sets(nodes, "add")
+    rows = [["name", "role", "node"], ["s1", "sensor", 5], ["a1", "actuator", 5]]
+    write_table(tmp_path / "channels.csv", rows)
+    place = (0.25, 0.0, 0.0)
+    assert bp.io.read(tmp_path).measurement.positions == {"s1": place, "a1": place}
 
 
 # -------------------------------------------------------------------------------- what is asked for
@@ -545,6 +581,49 @@ def test_units_that_contradict_each_other_are_refused(tmp_path):
     path = mapped(tmp_path, "a.csv", f'file = "FILE"\nfrequency = "f"\n{pair}')
     measurement = bp.io.read(path).measurement
     assert (measurement.quantity, measurement.frequency.tolist()) == ("receptance", [1e3, 2e3])
+
+
+@pytest.mark.parametrize(
+    ("words", "heading", "sentence"),
+    [
+        (("magnitude", "degrees"), "f,A [g/N],B [rad]", r"'B' for degrees and .* in 'rad'"),
+        (("magnitude", "radians"), "f,A [g/N],B [deg]", r"'B' for radians and .* in 'deg'"),
+        (("magnitude", "degrees"), "f,A [dB],B [deg]", r"'A' for magnitude and .* in 'dB'"),
+        (("real", "imaginary"), "f,A [dB],B [g/N]", r"'A' for real and .* in 'dB'"),
+    ],
+)
+def test_parts_in_another_unit_than_their_name_says_are_refused(tmp_path, words, heading, sentence):
+    (tmp_path / "a.csv").write_text(f"{heading}\n1,2,3\n2,3,4\n")
+    parts = dict(zip(words, ("A", "B"), strict=True))
+    pair = {"sensor": "s1", "actuator": "a1", "unit": "g/N", **parts}
+    frequency = {"array": "f", "unit": "Hz"}
+    with pytest.raises(ValueError, match=sentence):
+        bp.io.read(tmp_path / "a.csv", {"frf": [pair], "frequency": frequency})
+
+
+def test_a_column_whose_name_cannot_be_printed_keeps_its_number(tmp_path):
+    (tmp_path / "a.csv").write_text("f,\x7f,A,B\n1,9,2,3\n2,9,3,4\n")
+    pair = {"sensor": "s1", "actuator": "a1", "unit": "g/N", "real": 3, "imaginary": 4}
+    frequency = {"array": "f", "unit": "Hz"}
+    imported = bp.io.read(tmp_path / "a.csv", {"frf": [pair], "frequency": frequency})
+    np.testing.assert_allclose(imported.measurement.frf[0, 0], GRAVITY * np.array([2 + 3j, 3 + 4j]))
+    assert "Left out: column 2, since the mapping does not name it." in str(imported)
+
+
+@pytest.mark.parametrize(
+    ("fields", "sentence"),
+    [
+        ({"coherence": "f"}, r"coherence is stated for all FRFs, each of which stands in an array"),
+        ({"sensors": ["s2"]}, r"sensors is stated for all FRFs, each of which"),
+        ({"frf": {"sensor": "s1", "real": "A", "imaginary": "B"}}, r"frf\.actuator is missing"),
+    ],
+)
+def test_what_single_pairs_name_themselves_is_refused_beside_them(tmp_path, fields, sentence):
+    (tmp_path / "a.csv").write_text("f,A,B\n1,2,3\n2,3,4\n")
+    pair = {"sensor": "s1", "actuator": "a1", "real": "A", "imaginary": "B"}
+    said = {"frf": [pair], "unit": "g/N", "frequency": {"array": "f", "unit": "Hz"}, **fields}
+    with pytest.raises(ValueError, match=sentence):
+        bp.io.read(tmp_path / "a.csv", said)
 
 
 def test_decibels_may_state_their_reference(tmp_path):
