@@ -67,9 +67,18 @@ def drawing(figure: Figure, data: Table | None) -> Drawing:
     return Drawing(svg_of(figure), data, follows_theme=True)
 
 
-def thinned(count: int) -> np.ndarray:
-    """Numbers of points of a curve that are drawn."""
-    return np.unique(np.linspace(0, count - 1, min(count, MOST_POINTS)).astype(int))
+def thinned(curve: np.ndarray) -> np.ndarray:
+    """Numbers of points of a curve that are drawn: the least and the greatest of each stretch.
+
+    A peak of one line is not lost so.
+    """
+    if curve.size <= MOST_POINTS:
+        return np.arange(curve.size)
+    stretches = np.array_split(np.arange(curve.size), MOST_POINTS // 2)
+    extremes = [
+        stretch[[np.argmin(curve[stretch]), np.argmax(curve[stretch])]] for stretch in stretches
+    ]
+    return np.unique(extremes)
 
 
 def decade_labels(panel: Axes, side: str = "y") -> None:

@@ -40,7 +40,8 @@ _TAGS |= {"linearGradient", "stop", "pattern", "symbol", "marker", "mask"}
 _RULE = "*{stroke-linejoin: round"
 _HREFS = ("href", "{http://www.w3.org/1999/xlink}href")
 _NUMBER = re.compile(rf"-?\d+\.\d{{{DIGITS + 1},}}(?:e-?\d+)?")
-_NUMBERS = ("d", "x", "y", "transform", "points", "width", "height")
+_LENGTHS = ("d", "x", "y", "points", "width", "height")
+_SHIFT = re.compile(r"(?:translate|rotate)\([^)]*\)")  # others have factors, small numbers
 _FONT = re.compile(r"font: (?:\w+ )*([\d.]+px) [^;]*|font-family: [^;]*;? ?")
 _OUTSIDE = re.compile(r"(?i)(url\(\s*['\"]?(?!#)|@import|expression\(|javascript:|https?:)")
 
@@ -50,20 +51,28 @@ def svg_of(figure: Figure) -> str:
     file = io.StringIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "report"}):
         figure.savefig(file, format="svg", transparent=True, metadata={"Date": None})
-    return checked_svg(file.getvalue())
+    root = _root(file.getvalue())
+    for element in root.iter():
+        _round(element)
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def checked_svg(text: str) -> str:
     """Return the SVG without what a drawing does not need, or refuse it.
 
     Scripts, addresses outside the drawing and elements of other kinds are refused, since the text
-    becomes a part of a page.
+    becomes a part of a page. Coordinates stay, since they may be in any unit.
 
     Raises
     ------
     InputError
         If the text is no such drawing.
     """
+    return ElementTree.tostring(_root(text), encoding="unicode")
+
+
+def _root(text: str) -> Element:
+    """Root of a drawing that was checked and shortened."""
     start = text.find("<svg")
     if start < 0 or len(text) > LARGEST or "<!ENTITY" in text:
         raise InputError(
@@ -82,7 +91,7 @@ def checked_svg(text: str) -> str:
         _check(element)
         _shorten(element)
     _fit(root)
-    return ElementTree.tostring(root, encoding="unicode")
+    return root
 
 
 def with_own_names(svg: str, prefix: str) -> str:
@@ -135,24 +144,34 @@ def _forbidden(element: Element) -> Iterator[str]:
                 yield f"{name}={value[:40]}"
         elif name.lower().startswith("on") or _OUTSIDE.search(value):
             yield name
-    if _OUTSIDE.search(element.text or ""):
+    if any(_OUTSIDE.search(text or "") for text in (element.text, element.tail)):
         yield f"an address in {_tag(element)}"
 
 
 def _shorten(element: Element) -> None:
-    """Round coordinates, drop name spaces, and leave the family of letters to the page."""
+    """Drop name spaces and blanks, and leave the family of letters to the page."""
     element.tag = _tag(element)
     for name in list(element.attrib):
         value = element.attrib.pop(name)
-        if name in _NUMBERS:
-            value = _NUMBER.sub(_rounded, value)
         if name == "style":
             value = _FONT.sub(_size_alone, value).replace("; ", ";").replace(": ", ":")
         if name != "version":
             element.set(name.rpartition("}")[2], value)
-    element.tail = None
-    if element.text is not None and not element.text.strip():
-        element.text = None
+    element.text, element.tail = (
+        text if text and text.strip() else None for text in (element.text, element.tail)
+    )
+
+
+def _round(element: Element) -> None:
+    """Round coordinates in points."""
+    for name in _LENGTHS:
+        if name in element.attrib:
+            element.set(name, _NUMBER.sub(_rounded, element.attrib[name]))
+    if "transform" in element.attrib:
+        shifts = _SHIFT.sub(
+            lambda match: _NUMBER.sub(_rounded, match[0]), element.attrib["transform"]
+        )
+        element.set("transform", shifts)
 
 
 def _fit(root: Element) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ..._types import InputError
+from ._svg import checked_svg
 
 Cell: TypeAlias = str | float | int | None
 
@@ -104,10 +105,16 @@ class Drawing(NamedTuple):
 
     @classmethod
     def from_json(cls, stated: Mapping[str, Any]) -> "Drawing":
-        """Read the drawing and its numbers."""
+        """Read the drawing and its numbers.
+
+        Raises
+        ------
+        InputError
+            If the drawing has a script or an address in it, or is none.
+        """
         data = stated["data"]
         table = None if data is None else Table.from_json(data)
-        return cls(str(stated["svg"]), table, bool(stated["follows_theme"]))
+        return cls(checked_svg(str(stated["svg"])), table, bool(stated["follows_theme"]))
 
 
 class MovingShapes(NamedTuple):

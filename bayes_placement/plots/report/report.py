@@ -241,9 +241,19 @@ class Report:
         ----------
         path
             The page, usually `report.html`; the other file has the suffix `.json`.
+
+        Raises
+        ------
+        InputError
+            If the page has that suffix itself.
         """
         from ._page import page
 
+        if Path(path) == json_of(path):
+            raise InputError(
+                f"{path} was given for the page of a report; another suffix is needed, since the "
+                "same as JSON stands beside it under that name: report.html."
+            )
         html, text = page(self), json.dumps(self.to_json(), allow_nan=False)
         write_atomically(json_of(path), lambda file: file.write_text(f"{text}\n", encoding="utf-8"))
         return write_atomically(path, lambda file: file.write_text(html, encoding="utf-8"))

@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import io
 import json
 import re
 from importlib.resources import files
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 
 import bayes_placement as bp
 from bayes_placement.plots.report import Report
+from bayes_placement.plots.report._style import thinned
 from bayes_placement.plots.report.content import Item, MovingShapes, Table, Text
 from bayes_placement.plots.report.report import Chapter
 
@@ -145,6 +147,7 @@ def test_names_of_any_origin_stay_text(tmp_path):
         ("<svg><style>@import 'a.css'</style></svg>", "style"),
         ('<svg><path style="fill: url(https://a.b/c)"/></svg>', "style"),
         ("<svg><foreignObject/></svg>", "foreignObject"),
+        ("<svg><text><tspan>a</tspan>javascript:b</text></svg>", "an address in tspan"),
         ("<svg><unclosed></svg>", "that is no SVG"),
         ("no figure", "one svg element"),
         ('<!DOCTYPE svg [<!ENTITY a "b">]><svg>&a;</svg>', "one svg element"),
@@ -162,6 +165,36 @@ def test_a_figure_of_matplotlib_keeps_its_text_and_loses_what_nobody_sees(filled
     assert "metadata" not in svg
     assert "font-family" not in svg
     assert not re.search(r"\d\.\d{3}", svg)
+
+
+def test_the_drawing_of_a_user_keeps_its_numbers_and_words():
+    drawn = Figure()
+    drawn.subplots().set_xlabel("frequency")
+    file = io.StringIO()
+    drawn.savefig(file, format="svg")  # with letters as paths, of which each has a small factor
+    report = Report()
+    report.add_figure(file.getvalue())
+    assert "scale(0.015625)" in file.getvalue()
+    assert "scale(0.015625)" in report.chapters[0].items[0].content.svg
+    words = '<text x="0.0125">one <tspan>two</tspan> three</text>'
+    report.add_figure(f'<svg viewBox="0 0 1 1">\n  {words}\n</svg>')
+    assert words in report.chapters[0].items[1].content.svg
+
+
+@pytest.mark.parametrize("count", [1, 500, 501, 4000])
+def test_a_curve_that_is_thinned_keeps_its_peaks(count):
+    curve = np.sin(np.arange(count) / 300)
+    curve[count // 2] = 10.0
+    curve[count // 3] = -10.0
+    drawn = thinned(curve)
+    assert drawn.size <= 500 and np.all(np.diff(drawn) > 0)
+    assert {curve.max(), curve.min()} <= {*curve[drawn]}
+    assert count > 500 or drawn.size == count
+
+
+def test_a_page_that_would_be_its_own_json_is_refused(filled, tmp_path):
+    with pytest.raises(ValueError, match=r"report\.json was given for the page .*another suffix"):
+        filled.write(tmp_path / "report.json")
 
 
 def test_identifiers_of_two_like_figures_differ(tmp_path):
@@ -216,6 +249,16 @@ def test_another_file_is_not_taken_for_a_report(text, tmp_path):
 
 def test_a_report_that_is_not_there_is_missing(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"There is no file .*report\.json"):
+        Report.read(tmp_path / "report.html")
+
+
+def test_a_report_of_any_origin_brings_no_script(filled, tmp_path):
+    filled.write(tmp_path / "report.html")
+    text = (tmp_path / "report.json").read_text()
+    evil = text.replace("<svg ", "<svg onload='alert(1)' ", 1)
+    assert evil != text
+    (tmp_path / "report.json").write_text(evil)
+    with pytest.raises(ValueError, match=r"A figure with onload was given"):
         Report.read(tmp_path / "report.html")
 
 

@@ -33,8 +33,8 @@ def settings(saved: Saved) -> Iterator[Item]:
     for command, run in saved.runs.items():
         told = {word: run[word] for word in TOLD if word in run}
         rows += _flat({command: told})
-        given = [("model", run.get("model")), *(("data", file) for file in run.get("data", []))]
-        files += [(command, role, *_name_and_hash(file)) for role, file in given if file]
+        sources = [("model", run.get("model")), *(("data", file) for file in run.get("data", []))]
+        files += [(command, role, *_name_and_hash(file)) for role, file in sources if file]
     if not saved.runs:
         rows += _flat(saved.ledger.get("record", {}))
     table = Table(("setting", "value"), tuple(dict.fromkeys(rows)))

@@ -71,12 +71,12 @@ def _item(fits: dict[str, xr.Dataset]) -> Item:
     )
     colours = [BEFORE, AFTER] if len(fits) > 1 else [AFTER]
     for (name, fit), colour in zip(fits.items(), colours, strict=True):
-        shown = fit.isel(frequency=thinned(fit.sizes["frequency"]))
+        shown = fit.isel(frequency=thinned(fit["predicted"].values))
         _draw_response(axes[0, 0], shown, name, colour)
         if has_phase:
             _draw_phase(axes[1, 0], shown, colour)
         _draw_error(axes[-1, 0], shown, name, colour)
-    _draw_measured(axes, first.isel(frequency=thinned(first.sizes["frequency"])), has_phase)
+    _draw_measured(axes, first.isel(frequency=thinned(first["measured"].values)), has_phase)
     _draw_floors(axes[-1, 0], [*fits.values()][-1])
     axes[-1, 0].set_xlabel("frequency [Hz]")
     legend(figure, axes)
@@ -143,7 +143,7 @@ def _draw_error(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
 
 def _draw_floors(panel: Any, fit: xr.Dataset) -> None:
     """Draw what an error of a correct model is made of."""
-    shown = fit.isel(frequency=thinned(fit.sizes["frequency"]))
+    shown = fit.isel(frequency=thinned(fit["noise"].values))
     lines = shown["frequency"].values
     panel.plot(lines, shown["noise"].values, color=INK, linewidth=1, label="noise")
     if float(shown["model_error"].max()) > 0:

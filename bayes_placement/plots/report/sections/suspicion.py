@@ -88,8 +88,8 @@ def _on_a_line(
 ) -> Drawing:
     """One strip for each kind, the most suspect on top."""
     located = table[table["at"].notna() & ~table["kind"].isin(WITHOUT_PLACE)]
-    several = located.groupby("kind")["at"].nunique() > 1
-    drawn = [kind for kind in greatest["kind"] if several.get(kind, False)]
+    has_places = located.groupby("kind")["at"].nunique() > 1
+    drawn = [kind for kind in greatest["kind"] if has_places.get(kind, False)]
     kinds = drawn[:MOST_KINDS][::-1]
     scores = dict(zip(greatest["kind"], greatest["size"], strict=True))
     full = max(float(greatest["size"].iloc[0]), LEAST)

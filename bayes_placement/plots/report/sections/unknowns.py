@@ -52,9 +52,9 @@ def items(saved: Saved) -> Iterator[Item]:
     peaks = tuple(f"{row.in_words()}." for row in summary(saved.findings) if row.peaks)
     if peaks:
         yield Item(UNKNOWNS, "More than one likely value", Text(peaks), tags=TAGS)
-    drawn = [unknown for unknown in unknowns if unknown.posterior.size][:MOST_PANELS]
-    if drawn:
-        yield _densities(drawn)
+    inferred = [unknown for unknown in unknowns if unknown.posterior.size]
+    if inferred:
+        yield _densities(inferred[:MOST_PANELS], of=len(inferred))
 
 
 def _unknowns(prior: xr.Dataset, posterior: xr.Dataset | None) -> Iterator[_Unknown]:
@@ -94,7 +94,8 @@ def _table(unknowns: list[_Unknown]) -> Table:
     return Table(columns, tuple(rows))
 
 
-def _densities(unknowns: list[_Unknown]) -> Item:
+def _densities(unknowns: list[_Unknown], of: int) -> Item:
+    """Draw the densities of some unknowns, which are the first of so many."""
     columns = min(COLUMNS, len(unknowns))
     figure, axes = panels(-(-len(unknowns) // columns), columns, 1.6)
     for panel, unknown in zip(axes.flat, unknowns, strict=False):
@@ -111,6 +112,8 @@ def _densities(unknowns: list[_Unknown]) -> Item:
     caption = (
         "Prior (grey) and posterior (blue); where the posterior is narrow, the axis shows it alone."
     )
+    if of > len(unknowns):
+        caption += f" The first {len(unknowns)} of {of} unknowns are drawn; the table has all."
     return Item(UNKNOWNS, "Prior and posterior", drawing(figure, data), caption, TAGS)
 
 
