@@ -15,7 +15,6 @@ from .._types import (
     Progress,
     arguments_checked,
     check_count,
-    check_kind,
 )
 from ..experiment.experiment import Experiment
 from ._candidates import Candidates, candidates, combinations
@@ -92,20 +91,6 @@ def information_map(
     WorkerError
         If a worker was lost and the executor cannot continue, or a worker cannot unpack its chunk.
     """
-    check_kind(
-        "experiment",
-        experiment,
-        Experiment,
-        "an experiment is needed, with structure, instruments and lines",
-        "information_map(experiment, ...)",
-    )
-    check_kind(
-        "places",
-        places,
-        Mapping,
-        "positions by the name of the transducer are needed, since each is tried there",
-        'information_map(experiment, {"s1": [0.2, 0.3, 0.4]})',
-    )
     check_count("chunk", chunk, 1, "information_map(..., chunk=100)")
     with shown(progress, "map") as report:
         evaluation = Evaluation.of(

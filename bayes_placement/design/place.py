@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .._types import Key, Progress, arguments_checked, check_kind
+from .._types import Key, Progress, arguments_checked
 from ..experiment.experiment import Experiment
 from ..experiment.notebook_html import notebook_html
 from ..positions.bounds import position_text
@@ -164,20 +164,6 @@ def place(
         If no placement is allowed, none has a finite information gain, or the estimator cannot
         treat the experiment.
     """
-    check_kind(
-        "experiment",
-        experiment,
-        Experiment,
-        "an experiment is needed, with structure, instruments and lines",
-        "place(experiment, ...)",
-    )
-    check_kind(
-        "places",
-        places,
-        Mapping,
-        "positions by the name of the transducer are needed, since each is tried there",
-        'place(experiment, {"s1": [0.2, 0.3, 0.4]})',
-    )
     rules = PlacementRules(tuple(forbidden), least_distance)
     costs = {name: float(nat) for name, nat in (cost or {}).items()}
     with shown(progress, "place") as report:

@@ -89,13 +89,6 @@ def infer(
     InferenceWarning
         One sentence for each diagnostic that fails, with what to do.
     """
-    check_kind(
-        "experiment",
-        experiment,
-        Experiment,
-        "an experiment is needed, with structure, instruments and lines",
-        "bp.infer(experiment, ...)",
-    )
     began = time.perf_counter()
     method = _engine(engine), _marginal(marginal)
     _check(experiment)

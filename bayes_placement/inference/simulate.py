@@ -8,7 +8,7 @@ import xarray as xr
 from numpyro.infer import Predictive
 
 from .._compiled import compiled
-from .._types import Key, arguments_checked, check_count, check_kind
+from .._types import Key, arguments_checked, check_count
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from .random_keys import jax_key
 from .results import named_draws, numbered, outputs
@@ -44,13 +44,6 @@ def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -
         `prior`: the unknowns. `prior_predictive`: `response` (without output error) and
         `measured` (with it, where the experiment has a noise).
     """
-    check_kind(
-        "experiment",
-        experiment,
-        Experiment,
-        "an experiment is needed, with structure, instruments and lines",
-        "bp.simulate(experiment, ...)",
-    )
     check_count("draws", draws, 1, "bp.simulate(experiment, draws=1000)")
     samples = compiled(_simulated)(experiment, draws, jax_key(key))
     drawn = {name: np.asarray(value)[None] for name, value in samples.items()}
