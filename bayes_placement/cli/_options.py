@@ -196,3 +196,23 @@ Save = Annotated[
     Path | None,
     typer.Option(help="Model file to which the mended model is written; its posterior goes along."),
 ]
+Results = Annotated[
+    Path,
+    typer.Argument(help="Folder of the results of check, explain, improve, update or place."),
+]
+To = Annotated[
+    Path | None,
+    typer.Option(
+        help="The page. Results of another state or week are added to one that is there, under "
+        "their --label. Default: report.html in the folder."
+    ),
+]
+Label = Annotated[
+    str | None,
+    typer.Option(help="Name of these results in the report. Default: that of the folder."),
+]
+Title = Annotated[str | None, typer.Option(help="Title of the page.")]
+Comments = Annotated[
+    list[str] | None,
+    typer.Option("--comment", help="A paragraph of yours; once for each."),
+]

@@ -57,12 +57,12 @@ class Mended(NamedTuple):
     data: Path | None
     model_error: bool
 
-    def write(self, given: Experiment, ledger: Ledger) -> None:
+    def write(self, experiment: Experiment, ledger: Ledger) -> None:
         """Write the model as it was given, and the effects of the ledger."""
-        known = {effect.name for effect in given.effects}
+        known = {effect.name for effect in experiment.effects}
         added = [effect for effect in ledger.experiment.effects if effect.name not in known]
         parts = [self._head(added)]
-        parts += [_addition(given, effect, n) for n, effect in enumerate(added, 1)]
+        parts += [_addition(experiment, effect, n) for n, effect in enumerate(added, 1)]
         text = "\n".join(parts)
         write_atomically(self.path, lambda path: path.write_text(text, encoding="utf-8"))
 
@@ -100,9 +100,9 @@ def mended(path: Path, model: Path, data: Path | None, model_error: bool) -> Men
     return Mended(path, model, data, model_error)
 
 
-def _addition(given: Experiment, effect: Effect, number: int) -> str:
+def _addition(experiment: Experiment, effect: Effect, number: int) -> str:
     """Lines that add an effect: which of the default candidates it is."""
-    candidates = library(given, [kind_of(effect)]).effects
+    candidates = library(experiment, [kind_of(effect)]).effects
     for place, candidate in enumerate(candidates):
         if _content(candidate) == _content(effect):
             return ADDED.format(

@@ -1,52 +1,16 @@
 """Commands of `bayes-placement` and their options; JAX is imported only once a command runs."""
 
 from importlib.metadata import version as installed_version
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ._begun import Common, begun
+from . import _options as option
+from ._command import COMPUTING, command
 from ._errors import errors_in_words
-from ._options import (
-    About,
-    Alone,
-    AsJson,
-    Baseline,
-    Channels,
-    Cost,
-    Dask,
-    Data,
-    EarlierData,
-    Effects,
-    Engine,
-    Estimator,
-    FitEngine,
-    Forbidden,
-    ForeignFile,
-    LeastDistance,
-    Lines,
-    Mapping,
-    Marginal,
-    ModelError,
-    MostLines,
-    NewFolder,
-    NoCache,
-    Noise,
-    Out,
-    Places,
-    Quiet,
-    Save,
-    Search,
-    Seed,
-    Sensors,
-    Shown,
-    States,
-    Study,
-    Traceback,
-    Workers,
-    WriteReport,
-)
-from ._report_command import report
+
+if TYPE_CHECKING:
+    from ._run import Output
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
 
@@ -73,206 +37,165 @@ def main(version: Version = False) -> None:
     """
 
 
-@app.command()
+@command(app)
 def update(
-    model: Study,
-    data: Data = None,
-    engine: Engine = None,
-    marginal: Marginal = None,
-    out: Out = None,
-    quiet: Quiet = False,
-    as_json: AsJson = False,
-    report: WriteReport = False,
-    seed: Seed = 0,
-    no_cache: NoCache = False,
-    traceback: Traceback = False,
-) -> None:
+    output: "Output",
+    model: option.Study,
+    data: option.Data = None,
+    engine: option.Engine = None,
+    marginal: option.Marginal = None,
+    seed: option.Seed = 0,
+) -> int:
     """Infer what measured FRFs say about a model's parameters, with placement unknown."""
-    common = Common(model, "update", out, quiet, as_json, report, no_cache, traceback)
-    with begun(common) as output:
-        from . import update
+    from . import update
 
-        _end(update.run(model, data, engine, marginal, output, seed))
+    return update.run(model, data, engine, marginal, output, seed)
 
 
-@app.command()
+@command(app)
 def check(
-    model: Study,
-    data: Data = None,
-    engine: FitEngine = "map",
-    lines: MostLines = None,
-    model_error: ModelError = False,
-    out: Out = None,
-    quiet: Quiet = False,
-    as_json: AsJson = False,
-    report: WriteReport = False,
-    seed: Seed = 0,
-    no_cache: NoCache = False,
-    traceback: Traceback = False,
-) -> None:
+    output: "Output",
+    model: option.Study,
+    data: option.Data = None,
+    engine: option.FitEngine = "map",
+    lines: option.MostLines = None,
+    model_error: option.ModelError = False,
+    seed: option.Seed = 0,
+) -> int:
     """Say whether a model explains measured FRFs; if not, at which sensor, in which band."""
-    common = Common(model, "check", out, quiet, as_json, report, no_cache, traceback)
-    with begun(common) as output:
-        from . import check
+    from . import check
 
-        _end(check.run(model, data, engine, output, seed, lines, model_error))
+    return check.run(model, data, engine, output, seed, lines, model_error)
 
 
-@app.command()
+@command(app)
 def explain(
-    model: Study,
-    data: Data = None,
-    effects: Effects = None,
-    lines: MostLines = None,
-    model_error: ModelError = False,
-    baseline: Baseline = None,
-    alone: Alone = False,
-    out: Out = None,
-    quiet: Quiet = False,
-    as_json: AsJson = False,
-    report: WriteReport = False,
-    no_cache: NoCache = False,
-    traceback: Traceback = False,
-) -> None:
+    output: "Output",
+    model: option.Study,
+    data: option.Data = None,
+    effects: option.Effects = None,
+    lines: option.MostLines = None,
+    model_error: option.ModelError = False,
+    baseline: option.Baseline = None,
+    alone: option.Alone = False,
+) -> int:
     """Say which physical effect a model lacks, with a probability for each."""
-    common = Common(model, "explain", out, quiet, as_json, report, no_cache, traceback)
-    with begun(common) as output:
-        from . import _missing_effects, explain
+    from . import _missing_effects, explain
 
-        kinds = _split(effects)
-        request = _missing_effects.Request(
-            model, data, kinds, output, lines, model_error, baseline, alone
-        )
-        _end(explain.run(request))
+    kinds = _split(effects)
+    request = _missing_effects.Request(
+        model, data, kinds, output, lines, model_error, baseline, alone
+    )
+    return explain.run(request)
 
 
-@app.command()
+@command(app)
 def improve(
-    model: Study,
-    data: Data = None,
-    effects: Effects = None,
-    lines: MostLines = None,
-    model_error: ModelError = False,
-    baseline: Baseline = None,
-    state: States = None,
-    alone: Alone = False,
-    save: Save = None,
-    out: Out = None,
-    quiet: Quiet = False,
-    as_json: AsJson = False,
-    report: WriteReport = False,
-    no_cache: NoCache = False,
-    traceback: Traceback = False,
-) -> None:
+    output: "Output",
+    model: option.Study,
+    data: option.Data = None,
+    effects: option.Effects = None,
+    lines: option.MostLines = None,
+    model_error: option.ModelError = False,
+    baseline: option.Baseline = None,
+    state: option.States = None,
+    alone: option.Alone = False,
+    save: option.Save = None,
+) -> int:
     """Add what a model lacks, effect by effect, until only the noise is left."""
-    common = Common(model, "improve", out, quiet, as_json, report, no_cache, traceback)
-    with begun(common) as output:
-        from . import _missing_effects, _save, improve
+    from . import _missing_effects, _save, improve
 
-        kinds, states = _split(effects), _missing_effects.states_by_label(state or [])
-        mended = None if save is None else _save.mended(save, model, data, model_error)
-        request = _missing_effects.Request(
-            model, data, kinds, output, lines, model_error, baseline, alone, states, mended
-        )
-        _end(improve.run(request))
+    kinds, states = _split(effects), _missing_effects.states_by_label(state or [])
+    mended = None if save is None else _save.mended(save, model, data, model_error)
+    request = _missing_effects.Request(
+        model, data, kinds, output, lines, model_error, baseline, alone, states, mended
+    )
+    return improve.run(request)
 
 
-@app.command(name="import")
-def import_file(
-    path: ForeignFile,
-    mapping: Mapping = None,
-    out: Out = None,
-    quiet: Quiet = False,
-    as_json: AsJson = False,
-    traceback: Traceback = False,
-) -> None:
+@command(app, "import", without=COMPUTING)
+def import_file(output: "Output", path: option.ForeignFile, mapping: option.Mapping = None) -> int:
     """Turn files of other programs into a case folder, and say what was read and what was not."""
-    common = Common(path, "import", out, quiet, as_json, False, True, traceback)
-    with begun(common) as output:
-        from . import import_file
+    from . import import_file
 
-        _end(import_file.run(path, mapping, output))
+    return import_file.run(path, mapping, output)
 
 
-@app.command()
+@command(app)
 def place(
-    model: Study,
-    data: EarlierData = None,
-    estimator: Estimator = "kde",
-    search: Search = "exhaustive",
-    about: About = None,
-    sensors: Sensors = None,
-    places: Places = 19,
-    lines: Lines = 20,
-    noise: Noise = None,
-    least_distance: LeastDistance = None,
-    forbidden: Forbidden = None,
-    cost: Cost = None,
-    workers: Workers = None,
-    dask: Dask = None,
-    out: Out = None,
-    quiet: Quiet = False,
-    as_json: AsJson = False,
-    report: WriteReport = False,
-    seed: Seed = 0,
-    no_cache: NoCache = False,
-    traceback: Traceback = False,
-) -> None:
+    output: "Output",
+    model: option.Study,
+    data: option.EarlierData = None,
+    estimator: option.Estimator = "kde",
+    search: option.Search = "exhaustive",
+    about: option.About = None,
+    sensors: option.Sensors = None,
+    places: option.Places = 19,
+    lines: option.Lines = 20,
+    noise: option.Noise = None,
+    least_distance: option.LeastDistance = None,
+    forbidden: option.Forbidden = None,
+    cost: option.Cost = None,
+    workers: option.Workers = None,
+    dask: option.Dask = None,
+    seed: option.Seed = 0,
+) -> int:
     """Say where sensors and actuators tell most about the parameters, tolerances included."""
-    common = Common(model, "place", out, quiet, as_json, report, no_cache, traceback)
-    with begun(common) as output:
-        from . import place
+    from . import place
 
-        options = place.Options(
-            estimator=estimator,
-            search=search,
-            about=_split(about),
-            sensors=sensors,
-            places=places,
-            lines=lines,
-            noise=noise,
-            workers=workers,
-            dask=dask,
-            seed=seed,
-            least_distance=least_distance,
-            forbidden=tuple(forbidden or ()),
-            cost=tuple(cost or ()),
-        )
-        _end(place.run(model, data, options, output))
-
-
-app.command()(report)
+    options = place.Options(
+        estimator=estimator,
+        search=search,
+        about=_split(about),
+        sensors=sensors,
+        places=places,
+        lines=lines,
+        noise=noise,
+        workers=workers,
+        dask=dask,
+        seed=seed,
+        least_distance=least_distance,
+        forbidden=tuple(forbidden or ()),
+        cost=tuple(cost or ()),
+    )
+    return place.run(model, data, options, output)
 
 
 @app.command()
-def show(
-    path: Shown,
-    out: Out = None,
-    quiet: Quiet = False,
-    as_json: AsJson = False,
-    traceback: Traceback = False,
+def report(
+    results: option.Results,
+    to: option.To = None,
+    label: option.Label = None,
+    title: option.Title = None,
+    comment: option.Comments = None,
+    traceback: option.Traceback = False,
 ) -> None:
-    """Show channels, places, FRFs and geometry of a model or file before anything is fitted."""
-    common = Common(path, "show", out, quiet, as_json, False, True, traceback)
-    with begun(common) as output:
-        from . import show
+    """Write what a run found as one page that needs no network, and as JSON beside it."""
+    with errors_in_words(results, show_traceback=traceback):
+        from ..plots.report import write_report
+        from ._terminal import Screen
 
-        _end(show.run(path, output))
+        page = write_report(results, to=to, label=label, title=title, comments=comment or ())
+        Screen.of(False, False).verdict(f"Report to hand on: {page}")
+
+
+@command(app, without=COMPUTING)
+def show(output: "Output", path: option.Shown) -> int:
+    """Show channels, places, FRFs and geometry of a model or file before anything is fitted."""
+    from . import show
+
+    return show.run(path, output)
 
 
 @app.command()
-def init(folder: NewFolder, channels: Channels = None, traceback: Traceback = False) -> None:
+def init(
+    folder: option.NewFolder, channels: option.Channels = None, traceback: option.Traceback = False
+) -> None:
     """Write a commented model file to begin with, from a channel table where there is one."""
     with errors_in_words(folder, show_traceback=traceback):
         from . import init
 
         typer.echo(init.run(folder, channels))
-
-
-def _end(code: int) -> None:
-    """End a command with an exit code."""
-    if code:
-        raise typer.Exit(code)
 
 
 def _split(words: str | None) -> list[str] | None:

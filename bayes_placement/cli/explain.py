@@ -32,5 +32,6 @@ def _write(ranking: Ranking, inputs: Inputs, run: Run) -> None:
         "probabilities.png": plots.probabilities(ranking),
     }
     run.figures(figures)
-    found = (inputs.experiment, inputs.measurement, inputs.data_faults)
-    run.tree(FINDINGS, of_result(ranking, *found, with_next=run.with_report))
+    measured = inputs.measurement, inputs.data_faults
+    kept = of_result(ranking, inputs.experiment, *measured, with_next=run.with_report)
+    run.tree(FINDINGS, kept)

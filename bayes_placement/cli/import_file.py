@@ -5,6 +5,7 @@ from pathlib import Path
 
 from .._files import write_atomically
 from ..io import case, mapped, uff
+from ..io._gate import files_read
 from ._run import Output
 
 DATA, REPORT = "measured.uff", "import_report.txt"
@@ -34,9 +35,10 @@ def run(path: Path, mapping: Path | None, output: Output) -> int:
     InputError
         If a file is damaged, or something is missing that neither file nor mapping says.
     """
-    imported = mapped.read(path, mapping)
+    with files_read() as files:
+        imported = mapped.read(path, mapping)
     out, stated = output.folder.path, imported.mapping.case
-    run = output.begin("import", path, files=[file for file in (path, mapping) if file])
+    run = output.begin("import", path, files=files)
     if stated is None:
         write = partial(uff.write, measurement=imported.measurement, binary=True)
         write_atomically(out / DATA, write)

@@ -101,5 +101,6 @@ def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
         FITS: plots.before_and_after(fits),
     }
     run.figures(figures)
-    found = (inputs.experiment, inputs.measurement, inputs.data_faults)
-    run.tree(FINDINGS, of_result(ledger, *found, with_next=run.with_report))
+    measured = inputs.measurement, inputs.data_faults
+    kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
+    run.tree(FINDINGS, kept)

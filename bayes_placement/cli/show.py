@@ -52,7 +52,7 @@ def _show_model(path: Path, output: Output) -> int:
     else:
         print_data_faults(screen, study, measured)
         _draw(run, measured)
-        verdict = f"{experiment!r}; {len(_each(measured))} measurement(s)."
+        verdict = f"{experiment!r}; {len(_runs(measured))} measurement(s)."
     screen.verdict(verdict)
     return run.finish(screen, verdict, {"channels": table.reset_index().to_dict("records")})
 
@@ -71,11 +71,11 @@ def _show_file(path: Path, output: Output) -> int:
 
 
 def _draw(run: Run, measured: Measurements) -> None:
-    figures = [page for one in _each(measured) for page in measurement_plots.pages(one)]
+    figures = [page for run in _runs(measured) for page in measurement_plots.pages(run)]
     run.figures({f"frf_{number}.png": page for number, page in enumerate(figures, 1)})
 
 
-def _each(measured: Measurements) -> list[Measurement]:
+def _runs(measured: Measurements) -> list[Measurement]:
     return [measured] if isinstance(measured, Measurement) else list(measured)
 
 

@@ -147,10 +147,9 @@ def _conclude(
     peaks = [f"{row.in_words()}." for row in rows if row.peaks]
     comparison = report(results)
     agreement = comparison.words()[-1]
-    several = len(results) > 1
-    verdict = agreement if several else _verdict(rows, next(iter(results)))
+    verdict = agreement if len(results) > 1 else _verdict(rows, next(iter(results)))
     screen.verdict(verdict)
-    if several:
+    if len(results) > 1:
         _print(screen, comparison)
     else:
         _show(screen, next(iter(results)), first)
@@ -160,8 +159,9 @@ def _conclude(
     table = summaries.numbers(rows).reset_index().to_dict("records")
     told = {"parameters": table, "sentences": [*comparison.words(), *peaks], "left_out": left_out}
     sentences = [verdict, *comparison.words()[:-1], *peaks, *left_out]
-    found = (study.experiment, measurement, sentences, _warned(results), "update")
-    run.tree(FINDINGS, of_posterior(first, *found))
+    warned = _warned(results)
+    kept = of_posterior(first, study.experiment, measurement, sentences, warned, "update")
+    run.tree(FINDINGS, kept)
     return run.finish(screen, verdict, told)
 
 

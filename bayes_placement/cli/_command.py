@@ -1,0 +1,68 @@
+"""Commands with the options that all of them share: what they begin with, and how they end."""
+
+import functools
+import inspect
+from collections.abc import Callable, Collection
+from typing import Any
+
+import typer
+
+from ._begun import Common, begun
+from ._options import AsJson, NoCache, Out, Quiet, Traceback, WriteReport
+
+Function = Callable[..., int]
+
+_SHARED = {
+    "out": (Out, None),
+    "quiet": (Quiet, False),
+    "as_json": (AsJson, False),
+    "report": (WriteReport, False),
+    "no_cache": (NoCache, False),
+    "traceback": (Traceback, False),
+}
+"""Annotations and defaults of the options of every command."""
+
+COMPUTING = ("report", "no_cache")
+"""Options of commands that compute."""
+
+
+def command(
+    app: typer.Typer, name: str | None = None, *, without: Collection[str] = ()
+) -> Callable[[Function], Function]:
+    """Make a function a command: it gets its output first, and returns the exit code.
+
+    Parameters
+    ----------
+    app
+        Application of the command.
+    name
+        Its name; that of the function by default.
+    without
+        Shared options that it does not have.
+    """
+
+    def register(function: Function) -> Function:
+        parameters = [*inspect.signature(function).parameters.values()][1:]
+        parameters += [_option(word, *_SHARED[word]) for word in _SHARED if word not in without]
+
+        @functools.wraps(function)
+        def run(**options: Any) -> None:
+            # What computes nothing has nothing to cache.
+            shared = {word: options.pop(word, word == "no_cache") for word in _SHARED}
+            common = Common(options[parameters[0].name], name or function.__name__, **shared)
+            with begun(common) as output:
+                code = function(output, **options)
+                if code:
+                    raise typer.Exit(code)
+
+        run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+        app.command(name)(run)
+        return function
+
+    return register
+
+
+def _option(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    return inspect.Parameter(name, kind, default=default, annotation=annotation)
