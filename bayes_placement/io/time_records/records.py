@@ -88,10 +88,11 @@ def records(
     )
     for sensor, motion in zip(rows, responses, strict=True):
         _check_lengths(sensor.label, motion, forces)
-    _check_copies(forces, responses)
     column = Channel.parse(actuator)
     limits = _ranges(ranges, {column.label, *(sensor.label for sensor in rows)})
-    return Records(positive("rate", rate, "rate=4096.0"), forces, responses, rows, column, limits)
+    number = positive("rate", rate, "rate=4096.0")
+    _check_copies(forces, responses)
+    return Records(number, forces, responses, rows, column, limits)
 
 
 def positive(argument: str, value: Any, instead: str) -> float:
