@@ -1,4 +1,4 @@
-"""Notebooks: each runs from top to bottom with small settings, and is stored without output."""
+"""Notebooks: each runs from top to bottom with small settings, and is stored with its output."""
 
 import re
 import warnings
@@ -67,12 +67,23 @@ def test_there_are_notebooks():
     assert {path.stem for path in NOTEBOOKS} >= expected
 
 
+LARGEST = 400_000
+"""Bytes of a notebook with its figures, of which the repository keeps every version."""
+
+
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_is_stored_without_output(path):
+def test_a_notebook_is_stored_as_it_ran_from_top_to_bottom(path):
     notebook = read(path)
     nbformat.validate(notebook)
-    assert all(cell.outputs == [] and cell.execution_count is None for cell in code(notebook))
+    counts = [cell.execution_count for cell in code(notebook)]
+    assert counts == [*range(1, len(counts) + 1)]
+    outputs = [output for cell in code(notebook) for output in cell.outputs]
+    assert outputs
+    assert not [o for o in outputs if o.output_type == "error" or o.get("name") == "stderr"]
+    bars = [o for o in outputs if o.output_type == "display_data" and "image/png" not in o.data]
+    assert not bars
     assert "widgets" not in notebook.metadata
+    assert path.stat().st_size < LARGEST
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +99,11 @@ def tiny(tmp_path_factory):
 @pytest.mark.long
 def test_a_notebook_runs_and_leaves_nothing_behind(path, tiny):
     assert all(cell.execution_count is not None for cell in code(tiny[path.stem]))
-    assert sorted(FOLDER.glob("*")) == NOTEBOOKS
+    assert {path.name for path in FOLDER.glob("*")} == {
+        "docs",
+        "index.md",
+        *(path.name for path in NOTEBOOKS),
+    }
 
 
 @pytest.mark.long

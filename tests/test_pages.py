@@ -1,0 +1,106 @@
+"""The pages of the site: how-to pages run as they stand, and none of the others is out of date."""
+
+import importlib
+import json
+import re
+import subprocess
+import sys
+
+import pytest
+
+import bayes_placement as bp
+from tests.code_blocks import ROOT, blocks, run
+from tests.test_public_calls import public
+
+PAGES = ROOT / "notebooks" / "docs"
+HOW_TO = {
+    "my_file": ("Save these lines as measured.toml", "gain_error"),
+    "my_fe_model": ("compliant_support", "left end"),
+    "hierarchical_model": ("scatter: ", "bar 3/youngs_modulus: 1.0"),
+    "effect_of_my_own": ("rubber_pad",),
+    "cluster": ("best: s1 at 0.",),
+}
+"""What each page prints, among other things."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("how_to")
+
+
+@pytest.fixture(scope="module")
+def printed(folder):
+    """What each how-to page prints, all run in one process."""
+    texts = {name: (PAGES / "how_to" / f"{name}.md").read_text() for name in HOW_TO}
+    told = run([blocks(text) for text in texts.values()], folder)
+    return dict(zip(texts, told, strict=True))
+
+
+def test_every_how_to_page_is_run():
+    names = {path.stem for path in (PAGES / "how_to").glob("*.md")} - {"index"}
+    assert names == set(HOW_TO)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", HOW_TO)
+def test_a_how_to_page_runs_and_says_what_it_promises(name, printed):
+    for words in HOW_TO[name]:
+        assert words in printed[name]
+
+
+@pytest.mark.long
+def test_the_command_of_the_page_on_files_makes_a_case(printed, folder):
+    text = (PAGES / "how_to" / "my_file.md").read_text()
+    (command,) = re.findall(r"^ {4}bayes-placement (.+)$", text, re.MULTILINE)
+    run_it = [sys.executable, "-m", "bayes_placement", *command.split()]
+    subprocess.run(run_it, cwd=folder, env={"PYTHONPATH": str(ROOT)}, check=True)
+    assert (folder / "case").is_dir()
+
+
+# --------------------------------------------------------------------------- gallery
+
+
+@pytest.fixture(scope="module")
+def gallery():
+    """Modules of the gallery, imported without running it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(PAGES)
+        yield importlib.import_module("make_gallery")
+
+
+def test_the_page_of_the_gallery_is_what_its_script_writes(gallery):
+    results = json.loads(gallery.RESULTS.read_text())
+    assert results.keys() == gallery.CASES.keys()
+    assert gallery.page(results) == (PAGES / "gallery" / "index.md").read_text()
+    figures = {path.stem for path in (PAGES / "gallery").glob("*.png")}
+    assert figures == set(gallery.CASES)
+
+
+def test_what_was_hidden_in_the_gallery_was_found(gallery):
+    for name, result in json.loads(gallery.RESULTS.read_text()).items():
+        hidden = [] if name == "nothing_missing" else [name]
+        assert result["verdict"] == hidden
+        assert result["chi2_per_datum"][-1] < 1.15
+
+
+# --------------------------------------------------------------------------- reference
+
+
+def members(module):
+    """What `automodule` documents of a module."""
+    listed = getattr(module, "__all__", None)
+    for name in listed or [name for name in vars(module) if not name.startswith("_")]:
+        value = getattr(module, name)
+        if listed or getattr(value, "__module__", None) == module.__name__:
+            yield value
+
+
+@pytest.mark.long
+def test_every_public_name_is_in_the_reference():
+    text = "\n".join(path.read_text() for path in (PAGES / "reference").glob("*.md"))
+    modules = [importlib.import_module(name) for name in re.findall(r"automodule:: (\S+)", text)]
+    alone = [name.rpartition(".") for name in re.findall(r"auto(?:function|class):: (\S+)", text)]
+    documented = [value for module in modules for value in members(module)]
+    documented += [getattr(importlib.import_module(path), name) for path, _, name in alone]
+    known = set(map(id, documented))
+    assert [name for name, value in public(bp) if id(value) not in known] == []
