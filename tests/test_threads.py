@@ -1,7 +1,11 @@
 """Threads of JAX: linear algebra of batches does not wait for itself."""
 
 import os
+from contextlib import suppress
+from pathlib import Path
 
+import jax
+import jax.numpy as jnp
 import pytest
 
 from bayes_placement._types import LEAST_THREADS
@@ -10,6 +14,20 @@ from bayes_placement.design.running.executors import _thread_limits
 
 def test_this_process_has_as_many_threads_of_jax_as_it_should():
     assert int(os.environ["PJRT_NPROC"]) >= LEAST_THREADS
+
+
+TASKS = Path("/proc/self/task")
+
+
+@pytest.mark.skipif(not TASKS.is_dir(), reason="this system does not list the threads of a process")
+def test_jax_has_read_how_many_threads_it_should_have():
+    # Had it computed before the number was set, it would have one for each core.
+    jax.block_until_ready(jnp.zeros(3) + 1)
+    names = []
+    for task in TASKS.iterdir():
+        with suppress(OSError):  # it has ended meanwhile
+            names.append((task / "comm").read_text().strip())
+    assert names.count("tf_XLAEigen") == int(os.environ["PJRT_NPROC"])
 
 
 @pytest.mark.parametrize(
