@@ -8,7 +8,8 @@ import numpy as np
 
 from ..._types import InputError
 from ..arrays.named_arrays import NamedArrays
-from .mapping import AXES, Mapping
+from ._values import name_of
+from .mapping import AXES, Column, FrequencyRule, Mapping
 
 _MOST_SHOWN = 12
 _FIRST, _STEP = "x_values.start_value", "x_values.increment"
@@ -75,7 +76,7 @@ def _missing(
         yield "in which unit the FRFs are", 'unit = "(m/s^2)/N"  # at the top of the mapping'
     if mapping.frequency is None:
         yield "at which frequencies", _frequency_line(held.arrays)
-    elif mapping.frequency.unit is None and not _stated_frequency(mapping, held):
+    elif _unit(mapping.frequency.unit, _frequency_columns(mapping.frequency), held) is None:
         yield "in which unit the frequencies are", _frequency_line(held.arrays, mapping)
     columns = not mapping.frf and _frf_line(main, held).startswith("frf = [")
     single = columns or (mapping.frf and all(rule.sensor and rule.actuator for rule in mapping.frf))
@@ -86,12 +87,15 @@ def _missing(
             yield f"of which {name}", f"{name} = [{listed}]  # in the order of the array"
 
 
-def _unit(unit: str | None, names: Iterable[object], held: NamedArrays) -> str | None:
-    return unit or next((held.units[str(name)] for name in names if str(name) in held.units), None)
+def _unit(unit: str | None, columns: Iterable[Column], held: NamedArrays) -> str | None:
+    """Unit by the mapping, or else by the file."""
+    stated = held.units if unit is None else {}
+    names = (name_of(held, column) for column in columns if stated)
+    return unit or next((stated[name] for name in names if name in stated), None)
 
 
-def _stated_frequency(mapping: Mapping, held: NamedArrays) -> bool:
-    return mapping.frequency is not None and str(mapping.frequency.array) in held.units
+def _frequency_columns(rule: FrequencyRule) -> list[Column]:
+    return [] if rule.array is None else [rule.array]
 
 
 def _main(arrays: dict[str, np.ndarray]) -> str:

@@ -33,7 +33,7 @@ def array_of(held: NamedArrays, column: Column, kinds: str = "biuf") -> np.ndarr
     InputError
         If there is none, or it holds something else.
     """
-    name = _name(held, column)
+    name = name_of(held, column)
     values = held.arrays[name]
     if values.dtype.kind not in kinds:
         needed = "texts" if kinds == "U" else "numbers" if "c" in kinds else "real numbers"
@@ -48,7 +48,14 @@ def _kind(values: np.ndarray) -> str:
     return {"U": "text", "c": "complex numbers"}.get(values.dtype.kind, "real numbers")
 
 
-def _name(held: NamedArrays, column: Column) -> str:
+def name_of(held: NamedArrays, column: Column) -> str:
+    """Return the name of an array, which may be called by the number of its column.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
     names = list(held.arrays)
     if isinstance(column, int) and column <= len(names):
         return names[column - 1]
@@ -71,7 +78,7 @@ def lines_of(held: NamedArrays, rule: FrequencyRule, count: int) -> Lines:
     InputError
         If the unit is unknown or contradicts the file, or the array has another length.
     """
-    stated = held.units.get(_name(held, rule.array)) if rule.array is not None else None
+    stated = held.units.get(name_of(held, rule.array)) if rule.array is not None else None
     unit = _agreed(held, rule.unit, stated, "frequency")
     if unit not in FREQUENCY:
         raise InputError(
@@ -80,7 +87,7 @@ def lines_of(held: NamedArrays, rule: FrequencyRule, count: int) -> Lines:
         )
     if rule.array is not None:
         values = np.squeeze(array_of(held, rule.array)).astype(float).reshape(-1)
-        origin = f"array {_name(held, rule.array)}"
+        origin = f"array {name_of(held, rule.array)}"
     else:
         first, step = (_number(held, value) for value in (rule.first, rule.step))
         values = first + step * np.arange(count)
@@ -140,7 +147,7 @@ def frf_of(held: NamedArrays, rule: FrfRule) -> np.ndarray:
 def _check_parts(held: NamedArrays, rule: FrfRule) -> None:
     """Refuse radians that the mapping takes for degrees, decibels for amplitudes, and so on."""
     for part, column in rule.parts.items():
-        label = held.units.get(_name(held, column), "")
+        label = held.units.get(name_of(held, column), "")
         if label.lower().startswith(_CONTRARY_UNITS.get(part, ("db",))):
             raise InputError(
                 f"{held.path}: the mapping takes {column!r} for {part} and the file says that it "
@@ -158,9 +165,9 @@ def unit_of(held: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
         If it is not known, or both contradict each other.
     """
     stated = {
-        _REFERENCE.sub("", held.units[_name(held, column)])
+        _REFERENCE.sub("", held.units[name_of(held, column)])
         for column in rule.parts.values()
-        if _name(held, column) in held.units
+        if name_of(held, column) in held.units
     } - _NO_UNIT
     if len(stated) > 1:
         raise InputError(f"{held.path}: FRFs of one pair are in {' and in '.join(sorted(stated))}.")

@@ -147,6 +147,16 @@ def test_columns_without_heading_are_read_by_number(tmp_path):
     check_read(bp.io.read(mapped(tmp_path, "a.txt", text)))
 
 
+def test_columns_that_are_called_by_number_keep_their_units(tmp_path):
+    (tmp_path / "a.csv").write_text("f [kHz],A [mm/N],B [mm/N]\n1,2,3\n2,3,4\n")
+    pair = {"sensor": "s1", "actuator": "a1", "real": 2, "imaginary": 3}
+    measurement = bp.io.read_measurement(
+        tmp_path / "a.csv", mapping={"frf": [pair], "frequency": {"array": 1}}
+    )
+    np.testing.assert_allclose(measurement.frf[0, 0], [2e-3 + 3e-3j, 3e-3 + 4e-3j])
+    np.testing.assert_allclose(measurement.frequency, [1e3, 2e3])
+
+
 def test_columns_that_say_what_they_are_need_no_mapping(tmp_path):
     heading = ["frequency [Hz]"]
     for sensor in ("s1+x", "s2-y"):
