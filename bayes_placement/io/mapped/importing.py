@@ -9,13 +9,14 @@ from ...experiment.measurement import Measurement, Position
 from ...positions.channel import Channel
 from .. import _contents, uff
 from .._channel_row import ChannelRow
-from .._gate import path_of
+from .._gate import path_of, reading
 from ..arrays import load
 from . import _lines_needed, channel_table
 from . import mapping as mappings
 from .mapping import Mapping
 from .measurement import (
     CONJUGATED,
+    check_axes,
     measurement_of,
     positions_of,
     unused_rows,
@@ -182,6 +183,8 @@ def _of_universal_file(
     measurement = uff.read(path, names=names, require_positions=False, averages=said.averages)
     named = _named_by_node(measurement, rows) if names else measurement
     if rows:
+        with reading(path, "a universal file", "Correct the channel table."):
+            check_axes(named, rows)
         named = replace(named, positions=_agreed(path, named.positions, positions_of(rows)))
     named = replace(
         named,

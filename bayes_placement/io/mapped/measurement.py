@@ -56,6 +56,7 @@ def measurement_of(
         raw = _pairs(held, mapping) if single else _block(held, mapping)
         in_si, sentence = _in_si(raw, mapping, rows)
         measurement = _named(in_si, mapping, rows)
+        check_axes(measurement, rows)
         check_plausible(held.path, frf=measurement.frf[measurement.measured])
     sentences = [*raw.sentences, sentence, *_of_settings(measurement, mapping)]
     unscaled = rows if isinstance(raw.unit, FrfUnit) else []
@@ -231,14 +232,38 @@ def _with_direction(channel: Channel, rows: list[ChannelRow], role: str) -> Chan
     return Channel(channel.name, row.direction)
 
 
+def check_axes(measurement: Measurement, rows: list[ChannelRow]) -> None:
+    """Refuse a channel that was measured along another axis than the channel table says.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for channel in (*measurement.sensors, *measurement.actuators):
+        known = [row for row in rows if row.name == channel.name]
+        if known and not any(_is_of(channel, row) for row in known):
+            raise InputError(
+                f"it holds FRFs of {channel.label} and the channel table has "
+                f"{', '.join(row.label for row in known)}; the axes must agree, since "
+                "either could be meant. Correct the one that is wrong"
+            )
+
+
 def unused_rows(rows: list[ChannelRow], measurement: Measurement) -> dict[str, str]:
     """Channels of a table that were not measured, and why they are left out."""
-    measured = {channel.name for channel in (*measurement.sensors, *measurement.actuators)}
+    channels = (*measurement.sensors, *measurement.actuators)
     return {
         f"channel {row.label} of the table": "no FRF is of it"
         for row in rows
-        if row.name not in measured
+        if not any(_is_of(channel, row) for channel in channels)
     }
+
+
+def _is_of(channel: Channel, row: ChannelRow) -> bool:
+    """Whether a channel is that of a row; an axis that either does not state may be any."""
+    axes = abs(channel.direction), abs(row.direction)
+    return channel.name == row.name and (0 in axes or axes[0] == axes[1])
 
 
 def unused_sensitivities(rows: list[ChannelRow]) -> dict[str, str]:

@@ -396,6 +396,34 @@ def test_a_channel_table_names_the_nodes_of_a_universal_file(tmp_path):
     assert "Left out: channel s2-y of the table, since no FRF is of it." in str(imported)
 
 
+def test_axes_of_a_channel_table_that_the_file_contradicts_are_refused(tmp_path):
+    rows = [list(row) for row in TABLE]
+    rows[1][6] = "+y"
+    write_table(tmp_path / "channels.csv", rows)
+    np.savez(tmp_path / "a.npz", **ARRAYS)
+    text = MAPPING + 'channels = "channels.csv"\n'
+    words = r"holds FRFs of s1\+{} and the channel table has s1\+y; the axes must agree"
+    with pytest.raises(ValueError, match=words.format("x")):
+        bp.io.read(mapped(tmp_path, "a.npz", text))
+    _write_by_pyuff(tmp_path / "a.uff")
+    with pytest.raises(ValueError, match=words.format("z")):
+        bp.io.read(mapped(tmp_path, "a.uff", 'file = "FILE"\nchannels = "channels.csv"\n'))
+    rows[1][6] = "-x"  # against the file's own direction, which has the last word
+    write_table(tmp_path / "channels.csv", rows)
+    assert bp.io.read(mapped(tmp_path, "a.npz", text)).measurement.sensors[0].label == "s1+x"
+
+
+def test_a_direction_of_a_channel_table_that_was_not_measured_is_told(tmp_path):
+    rows = [list(row) for row in TABLE]
+    rows.insert(2, [*rows[1][:6], "+z", *rows[1][7:]])
+    rows[-1][6] = ""  # may be any
+    write_table(tmp_path / "channels.csv", rows)
+    np.savez(tmp_path / "a.npz", **ARRAYS)
+    imported = bp.io.read(mapped(tmp_path, "a.npz", MAPPING + 'channels = "channels.csv"\n'))
+    left_out = [name for name in imported.report.left_out if name.startswith("channel")]
+    assert left_out == ["channel s1+z of the table"]
+
+
 def test_a_sensor_and_an_actuator_at_one_node_both_have_its_position(tmp_path):
     path = tmp_path / "measured.uff"
     _write_by_pyuff(path, reference=5)
