@@ -12,7 +12,7 @@ from ..._types import InputError, check_annotated, check_count, check_kind, show
 from ...experiment._measurement_checks import band as check_band
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, Channels
-from . import estimators, pooling, resolution
+from . import correlation, estimators, pooling, resolution
 from .estimate import Estimate, EstimateWarning
 from .excitation import Excitation, Spectra
 from .recording import Recording, joined
@@ -20,6 +20,9 @@ from .records import records
 
 CORRELATED = 1.5
 """Lines worth one from which on a likelihood of independent lines is said to be too narrow."""
+
+ALIKE = 2.0
+"""Lines worth one from which on repeats tell more correlation than the windows do."""
 
 FEW_REPEATS = 2.5
 """Repeats below which the variance rests on the likeness of neighbouring lines."""
@@ -114,7 +117,12 @@ def frf(
         scatter=scatter.real,
         done=kept.done,
         left_out=kept.left_out,
-        warnings=(*kept.warnings, *_warnings(kept), *_resolution(kept, measurement, recorded.rate)),
+        warnings=(
+            *kept.warnings,
+            *_warnings(kept),
+            *_alike(kept, estimator, step),
+            *_resolution(kept, measurement, recorded.rate),
+        ),
         time_constant=kept.time_constant,
     )
     for sentence in estimate.warnings:
@@ -247,6 +255,23 @@ def _check_spectra(spectra: Spectra) -> None:
 def _resolution(spectra: Spectra, measurement: Measurement, rate: float) -> Iterator[str]:
     if spectra.segment_window is not None and np.all(np.asarray(measurement.variance) > 0):
         yield from resolution.warnings(measurement, spectra.segment_window, rate)
+
+
+def _alike(spectra: Spectra, estimator: str, step: int) -> Iterator[str]:
+    """Say so where repeats show more correlation of neighbouring lines than the windows give."""
+    function = estimators.ESTIMATORS[estimator]
+    worth_one = max(
+        correlation.lines_worth_one(
+            estimators.deviations(function, estimators.products(spectra.force, motion))
+        )
+        for motion in spectra.response
+    )
+    if worth_one > ALIKE * max(1.0, spectra.correlated_lines):
+        yield (
+            f"What differs from repeat to repeat is alike in neighbouring lines, {worth_one:.2g} "
+            "lines being worth one, as by noise of a windowed force, and a likelihood counts each "
+            f"line: posteriors are too narrow. Take every={round(worth_one) * step}."
+        )
 
 
 def _warnings(spectra: Spectra) -> Iterator[str]:

@@ -77,7 +77,14 @@ def scatter(
     averages
         Number of independent repeats that they are worth.
     """
-    others = Products(*(values.sum(axis=0) - values for values in each))
-    without = estimator(others)
-    spread = np.mean(np.abs(without - without.mean(axis=0)) ** 2, axis=0)
+    without = deviations(estimator, each)
+    spread = np.mean(np.abs(without) ** 2, axis=0)
     return np.asarray((len(without) - 1) ** 2 * spread / (averages - 1))
+
+
+def deviations(
+    estimator: Callable[[Products], ComplexLines], each: Products
+) -> Complex[np.ndarray, "repeat frequency"]:
+    """Estimates without one repeat at a time, from their mean."""
+    without = estimator(Products(*(values.sum(axis=0) - values for values in each)))
+    return without - without.mean(axis=0)

@@ -43,9 +43,8 @@ class Impacts(Excitation):
         the record.
     force_window
         Time [s] after the trigger for which the force is kept, and a quarter of it before; it falls
-        as half a cosine within another quarter, and all else is noise. None for all. Noise of the
-        force that is left is alike on lines within 1 / force_window [Hz], which the variance does
-        not tell: likelihoods are too narrow where it outweighs the noise of the response.
+        as half a cosine within another quarter, and all else is noise. None for all. What noise of
+        the force is left is alike in lines within 1 / force_window [Hz].
     time_constant
         Time constant tau [s] of a window exp(-t / tau) on force and response, or None. It adds
         1 / (tau omega_n) to each damping ratio, which `Estimate.effects` says.

@@ -251,6 +251,12 @@ def test_a_force_window_takes_noise_away():
     assert ratio == pytest.approx(DURATION / 0.0144, rel=0.25)  # the integral of its square
     assert np.mean([chi2(run) for run in windowed]) == pytest.approx(1.0, abs=0.5)
     assert "force window of 0.01 s" in str(windowed[0])
+    # The square of the window has the transform 1 / 14 ms wide: 67 lines are worth one.
+    for run in windowed:
+        (sentence,) = run.warnings
+        assert "What differs from repeat to repeat is alike in neighbouring lines" in sentence
+        assert float(sentence.split(" lines being")[0].split()[-1]) == pytest.approx(67, rel=0.2)
+    assert not any(run.warnings for run in plain)
 
 
 @pytest.mark.parametrize("before", [0.015, None, 0.5])  # the record has 0.02 s
