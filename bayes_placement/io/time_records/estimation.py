@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -110,6 +111,8 @@ def frf(
         averages=int(kept.averages),
         variance=variance.real,
     )
+    doubts = _warnings(kept), _alike(kept, estimator, step)
+    warned = chain(*doubts, _resolution(kept, measurement, recorded.rate))
     estimate = Estimate(
         measurement=measurement,
         estimator=estimator,
@@ -117,12 +120,7 @@ def frf(
         scatter=scatter.real,
         done=kept.done,
         left_out=kept.left_out,
-        warnings=(
-            *kept.warnings,
-            *_warnings(kept),
-            *_alike(kept, estimator, step),
-            *_resolution(kept, measurement, recorded.rate),
-        ),
+        warnings=(*kept.warnings, *warned),
         time_constant=kept.time_constant,
     )
     for sentence in estimate.warnings:
