@@ -67,9 +67,8 @@ def plain_text(app, what, name, obj, options, lines):
 
 
 SHORT = {
-    "jaxlib._jax.": "",
-    "float | int | Array | ndarray | Distribution": "Parameter",
-    "int | float | Array | ndarray | Distribution": "Parameter",
+    r"float \| int \| ~?[\w.]*Array \| ~?numpy\.ndarray \| ~?[\w.]*Distribution": "Parameter",
+    r"jaxlib\._jax\.": "",
 }
 """Words of annotations by what a reader knows."""
 
@@ -77,7 +76,7 @@ SHORT = {
 def short_words(app, what, name, obj, options, signature, returned):
     """A number, an array or a distribution is a parameter."""
     for long, short in SHORT.items():
-        signature, returned = (text and text.replace(long, short) for text in (signature, returned))
+        signature, returned = (text and re.sub(long, short, text) for text in (signature, returned))
     return signature, returned
 
 
