@@ -1,5 +1,6 @@
 """The pages of the site: how-to pages run as they stand, and none of the others is out of date."""
 
+import doctest
 import importlib
 import json
 import re
@@ -104,3 +105,12 @@ def test_every_public_name_is_in_the_reference():
     documented += [getattr(importlib.import_module(path), name) for path, _, name in alone]
     known = set(map(id, documented))
     assert [name for name, value in public(bp) if id(value) not in known] == []
+
+
+def test_the_examples_of_docstrings_run():
+    files = [path for path in ROOT.glob("bayes_placement/**/*.py") if ">>> " in path.read_text()]
+    assert files
+    for path in files:
+        name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        outcome = doctest.testmod(importlib.import_module(name))
+        assert outcome.attempted > 0 and outcome.failed == 0

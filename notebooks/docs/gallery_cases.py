@@ -143,7 +143,8 @@ GROUPS = {
     "All channels are wrong": {
         "time_delay": Case(
             "The phase of all channels falls behind, the more the higher the frequency",
-            "As above, but of all accelerometers against the force: its channel has another filter.",
+            "The magnitudes fit, and every accelerometer is late by the same time against the force: the force "
+            "channel has another filter.",
             lambda: bp.effects.time_delay(3e-5),
         ),
         "compliant_support": Case(
