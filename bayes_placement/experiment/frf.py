@@ -143,6 +143,10 @@ class ModeError(NamedTuple):
     ports: Mapping[str, Float[Array, "port erroneous"]] = MappingProxyType({})
     pieces: Excess | None = None
 
+    def in_run(self, factor: Float[Array, "erroneous"]) -> "ModeError":
+        """Return the same with other natural frequencies, those in one run."""
+        return self._replace(frequency=self.frequency * factor)
+
     def uneven(self, modes: Modes) -> Modes:
         """Return the modes of the structure with uneven pieces."""
         return modes if self.pieces is None else with_uneven_pieces(modes, self.pieces)

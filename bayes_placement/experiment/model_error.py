@@ -19,12 +19,22 @@ from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform, Normal
 
 from .._compiled import compiled
-from .._sites import Role, Unknown, is_unknown, owners, unit
+from .._sites import Role, Unknown, is_unknown, owners
 from .._types import InputError, Parameter, check_fields
 from ..effects.instruments import Instruments
 from ..effects.scales import Scales
 from ..modes.modes import Modes
-from ..modes.uneven_pieces import Excess, PieceShares, piece_shares
+from ..modes.uneven_pieces import piece_shares
+from ._errors_of_parts import (
+    OF_WHAT,
+    SIDES,
+    ErrorsOfChannels,
+    ErrorsOfModes,
+    ErrorsOfPieces,
+    ErrorsOfRuns,
+    StandardOfChannels,
+    StandardOfPieces,
+)
 from .frf import ModeError
 
 MARGIN = 1.3
@@ -37,97 +47,11 @@ LEAST_MIXED = 20
 DAMPING_MARGIN = 3.0
 """The same for damping, which modes far above the lines still show: by it alone these are lossy."""
 
-SIDES = ("sensor", "actuator")
-SIZES = ("frequency", "damping", "shape", "gain", "unevenness")
-
 MOST_PIECES = 24
 """Most pieces of a line, where their number is not asked for."""
 
 Size: TypeAlias = Parameter | None
 """Common size of errors, a number or a distribution; None where there are none."""
-
-
-class ErrorsOfModes(eqx.Module):
-    """Errors of modes.
-
-    Parameters
-    ----------
-    size
-        Their common size.
-    standard
-        Errors over it, standard normal [mode].
-    """
-
-    size: Parameter = eqx.field(metadata=unit("1"))
-    standard: Parameter = eqx.field(metadata=unit("1"))
-
-    def values(self) -> Float[Array, "mode"]:
-        """Errors [1]."""
-        return jnp.asarray(self.size) * jnp.asarray(self.standard)
-
-
-class StandardOfPieces(eqx.Module):
-    """Errors of the stiffness and of the mass of pieces over their size, standard normal."""
-
-    stiffness: Parameter
-    mass: Parameter
-
-
-class ErrorsOfPieces(eqx.Module):
-    """Errors of pieces of a structure.
-
-    Parameters
-    ----------
-    size
-        Their common size.
-    standard
-        Errors over it.
-    shares
-        Share of each piece in the energies between modes.
-    """
-
-    size: Parameter = eqx.field(metadata=unit("1"))
-    standard: StandardOfPieces = eqx.field(metadata=unit("1"))
-    shares: PieceShares
-
-    def excess(self) -> Excess:
-        """What they add to the modal matrices."""
-        pairs = zip((self.standard.stiffness, self.standard.mass), self.shares, strict=True)
-        size = jnp.asarray(self.size)
-        return Excess(
-            *(
-                jnp.tensordot(jnp.expm1(size * jnp.asarray(standard)), jnp.asarray(share), 1)
-                for standard, share in pairs
-            )
-        )
-
-
-class StandardOfChannels(eqx.Module):
-    """Errors of channels over their size, standard normal, by the name of the transducer."""
-
-    sensor: OrderedDict[str, Parameter]
-    actuator: OrderedDict[str, Parameter]
-
-
-class ErrorsOfChannels(eqx.Module):
-    """Errors of channels.
-
-    Parameters
-    ----------
-    size
-        Their common size.
-    standard
-        Errors over it.
-    """
-
-    size: Parameter = eqx.field(metadata=unit("1"))
-    standard: StandardOfChannels = eqx.field(metadata=unit("1"))
-
-    def values(self, instruments: Instruments, side: str) -> Float[Array, "channel ..."]:
-        """Errors of the channels of a side, in their order [1]."""
-        standard = getattr(self.standard, side)
-        rows = [jnp.asarray(_of(standard, name)) for name in instruments.side(side)]
-        return jnp.asarray(self.size) * jnp.concatenate(rows)
 
 
 @dataclass(frozen=True)
@@ -145,6 +69,10 @@ class Modal:
     not. Both have one size, since a wave hardly tells a stiffer piece from one that is lighter and
     as much longer. Of a model without regions no piece is known.
 
+    In a roved test a structure is not the same in all runs: it is warmer, or its joints slip more
+    where a hit is harder. In the run of each actuator natural frequencies are those of the
+    structure times exp(runs * e). By default there are no such errors.
+
     The sizes are unknown as a rule. Their joint mode with the errors lies at zero and means
     nothing; `improve` and `explain` find them with the errors integrated out.
 
@@ -158,6 +86,8 @@ class Modal:
         Relative standard deviation of the sensitivity of channels [1].
     unevenness
         Standard deviation of the logarithms of the stiffness and of the mass of pieces [1].
+    runs
+        Standard deviation of the logarithm of natural frequencies from run to run [1].
     modes
         Number of elastic modes with errors; by default those up to 1.3 times the greatest line, and
         of damping those up to 3 times.
@@ -176,13 +106,14 @@ class Modal:
     shape: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
     gain: Size = field(default_factory=lambda: LogUniform(1e-4, 0.1))
     unevenness: Size = field(default_factory=lambda: LogUniform(1e-4, 0.3))
+    runs: Size = None
     modes: int | None = None
     pieces: int | None = None
 
     def __post_init__(self) -> None:
         """Check the sizes."""
         check_fields(self)
-        for word in SIZES:
+        for word in OF_WHAT:
             _check_size(word, getattr(self, word))
         _check_number("modes", self.modes, "at least one mode must have errors")
         _check_number("pieces", self.pieces, "a structure has at least one piece")
@@ -203,6 +134,7 @@ class Modal:
             shape=_of_channels(self.shape, scales.instruments, count),
             gain=_of_channels(self.gain, scales.instruments),
             unevenness=self._of_pieces(structure.modes.solved(), rigid, count),
+            runs=_of_runs(self.runs, scales.instruments, count),
             ports=OrderedDict(),
             rms_shape=1 / math.sqrt(scales.mass),
             modes=count,
@@ -226,7 +158,7 @@ class ModalErrors(eqx.Module):
 
     Parameters
     ----------
-    frequency, damping, shape, gain, unevenness
+    frequency, damping, shape, gain, unevenness, runs
         Errors of each, None where there are none.
     ports
         Errors of the shapes over their size where something is attached to the structure, by the
@@ -244,6 +176,7 @@ class ModalErrors(eqx.Module):
     shape: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     gain: ErrorsOfChannels | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     unevenness: ErrorsOfPieces | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
+    runs: ErrorsOfRuns | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
     ports: OrderedDict[str, Parameter] = eqx.field(metadata=owners(Role.MODEL_ERROR))
     rms_shape: float
     modes: int = eqx.field(static=True)
@@ -260,6 +193,14 @@ class ModalErrors(eqx.Module):
         )
         pieces = None if self.unevenness is None else self.unevenness.excess()
         return ModeError(frequency, damping, self._port_errors(), pieces)
+
+    def run_factors(
+        self, instruments: Instruments
+    ) -> Float[Array, "actuator_channel erroneous"] | None:
+        """Factors on natural frequencies in the run of each actuator channel; None without any."""
+        if self.runs is None:
+            return None
+        return jnp.exp(jnp.pad(self.runs.values(instruments), [(0, 0), (self.rigid_body_modes, 0)]))
 
     def _port_errors(self) -> dict[str, Float[Array, "port mode"]]:
         if self.shape is None:
@@ -322,22 +263,19 @@ def _of_channels(size: Size, instruments: Instruments, *shape: int) -> ErrorsOfC
     return ErrorsOfChannels(size, StandardOfChannels(*sides))
 
 
+def _of_runs(size: Size, instruments: Instruments, count: int) -> ErrorsOfRuns | None:
+    if size is None:
+        return None
+    standard = OrderedDict((name, _standard_normal(count)) for name in instruments.side("actuator"))
+    return ErrorsOfRuns(size, standard)
+
+
 def _natural_frequency(modes: Any) -> Float[Array, "mode"]:
     return modes.natural_frequency
 
 
 def _standard_normal(*shape: int) -> Any:
     return Normal(np.zeros(shape), np.ones(shape))
-
-
-def _of(errors: Mapping[str, Parameter], name: str) -> Parameter:
-    if name not in errors:
-        raise InputError(
-            f'The experiment has a transducer "{name}" that its model error does not know, since '
-            "it was made for others. Declare the model error once more: "
-            "experiment.with_model_error(bp.model_error.Modal())."
-        )
-    return errors[name]
 
 
 def _check_size(word: str, size: Size) -> None:

@@ -23,6 +23,9 @@ MOUNTINGS = ("roving", "fixed")
 
 DynamicStiffness: TypeAlias = Inexact[Array, "frequency"]
 
+Factor: TypeAlias = Float[Array, "erroneous"]
+"""Factor on the natural frequencies of the first modes in a run [1]."""
+
 
 class Drive(NamedTuple):
     """How a structure is driven and its sensors are mounted.
@@ -104,18 +107,38 @@ class _Loaded(NamedTuple):
     instrument_effects: Sequence[InstrumentEffect]
     drive: Drive
     model_error: ModalErrors | None
+    run_factor: Factor | None = None
 
     def response(self) -> Receptance:
         """Receptance between all channels; an actuator is mounted only in its runs."""
         driven = self._points("actuator")
-        if not self._loading("actuator"):
+        loads = self._stiffness("actuator") if self._loading("actuator") else None
+        factors = (
+            None if self.model_error is None else self.model_error.run_factors(self.instruments)
+        )
+        if factors is None:
+            return self._driven(driven, loads)
+
+        def run(actuator: Points, load: DynamicStiffness | None, factor: Factor) -> Receptance:
+            own_load = None if load is None else load[None]
+            return self._replace(run_factor=factor)._driven(actuator, own_load)
+
+        axes = 0, None if loads is None else 0, 0
+        runs = jax.vmap(run, in_axes=axes, out_axes=1)(_singly(driven), loads, factors)
+        return runs[:, :, 0]
+
+    def _driven(
+        self, driven: Points, loads: Inexact[Array, "channel frequency"] | None
+    ) -> Receptance:
+        """Receptance to some actuator channels, each loaded in its run."""
+        if loads is None:
             return self._with_sensors(driven, [])
 
         def change(actuator: Points, stiffness: DynamicStiffness) -> Receptance:
             port = self._port(actuator.position[0], stiffness)
             return self._with_sensors(actuator, [port]) - self._with_sensors(actuator, [])
 
-        changes = jax.vmap(change, out_axes=1)(_singly(driven), self._stiffness("actuator"))
+        changes = jax.vmap(change, out_axes=1)(_singly(driven), loads)
         return self._with_sensors(driven, []) + changes[:, :, 0]
 
     def _with_sensors(self, driven: Points, ports: Sequence[PortStiffness]) -> Receptance:
@@ -139,6 +162,8 @@ class _Loaded(NamedTuple):
     def _between(self, read: Points, driven: Points, ports: Sequence[PortStiffness]) -> Receptance:
         omega, force, _ = self.drive
         mode_error = None if self.model_error is None else self.model_error.mode_error()
+        if mode_error is not None and self.run_factor is not None:
+            mode_error = mode_error.in_run(self.run_factor)
         return receptance(
             self.structure, read, driven, omega, ports=ports, force=force, mode_error=mode_error
         )

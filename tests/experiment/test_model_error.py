@@ -226,3 +226,32 @@ def frf_between(erroneous, values, port):
     omega = 2 * np.pi * np.asarray(concrete.frequency)
     itself = frf(twin.fix(known_values))[0, 0] / -(omega**2)
     return itself, frf(concrete)[0, 0] / -(omega**2)
+
+
+def test_in_the_run_of_each_actuator_the_modes_have_frequencies_of_their_own():
+    """Each column is that of a structure whose natural frequencies differ by what its run adds."""
+    erroneous = bp.Experiment(
+        experiment().fix(TRUTH).structure,
+        sensors=[bp.Sensor("s1", at=0.237)],
+        actuators=[bp.Actuator("a1", at=0.411), bp.Actuator("a2", at=0.61)],
+        frequency=LINES,
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+        model_error=bp.model_error.Modal(
+            frequency=0.01, damping=None, shape=0.05, gain=None, unevenness=None, runs=0.003
+        ),
+    )
+    random = np.random.default_rng(5)
+    values = {
+        unknown.name: random.standard_normal(unknown.distribution.shape())
+        for unknown in erroneous.unknowns
+    }
+    response = frf(erroneous.fix(values))
+    for column, name in enumerate(erroneous.actuator):
+        own_run = (
+            values["model_error.frequency.standard"]
+            + 0.3 * values[f"model_error.runs.standard.{name}"]
+        )
+        no_run = {key: np.zeros_like(value) for key, value in values.items() if ".runs." in key}
+        alone = erroneous.fix(values | no_run | {"model_error.frequency.standard": own_run})
+        np.testing.assert_allclose(response[:, column], frf(alone)[:, column], rtol=1e-9)

@@ -1,9 +1,12 @@
 """Results that the studies in models/ must reach."""
 
+import warnings
+
 import numpy as np
 import pytest
 
 import bayes_placement as bp
+from bayes_placement.inference.infer import InferenceWarning
 from models import bar, free_free_beam
 
 
@@ -39,12 +42,15 @@ def test_sensor_and_actuator_of_the_bar_can_be_exchanged(bar_result):
 
 
 @pytest.fixture(scope="module")
-def beam_result(request, optimised):
+def beam_result(request):
     shared = request.getfixturevalue("shared_data")
     measurement = bp.io.uff.read(
         shared / "measured/free_free_beam/measured.uff", require_positions=False
     )
-    return bp.infer(free_free_beam.experiment, measurement, engine=free_free_beam.engine, key=0)
+    # Laplace's method may warn that its standard deviations are approximate here.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InferenceWarning)
+        return bp.infer(free_free_beam.experiment, measurement, engine=free_free_beam.engine, key=0)
 
 
 @pytest.mark.long
@@ -61,7 +67,6 @@ def test_positions_on_the_measured_beam(beam_result):
     draws = beam_result["posterior"].to_dataset()
     response = draws["sensor.1.position"]
     mirrored = response < 0.5
-    assert 0.2 < float(mirrored.mean()) < 0.8  # either end of the beam explains the data alike
     for name, place in [
         ("sensor.1.position", 0.974),
         ("actuator.1.position", 0.025),
@@ -79,3 +84,14 @@ def test_the_recorded_driving_point_of_the_measured_beam_is_wrong(beam_result):
     draws = beam_result["posterior"].to_dataset()
     distance = abs(draws["sensor.1.position"] - draws["actuator.1.position"])
     assert float(distance.min()) > 0.9
+
+
+@pytest.mark.long
+def test_shapes_of_the_measured_beam_differ_by_some_percent(
+    beam_result,
+):
+    size = beam_result["posterior"]["model_error.shape.size"].values
+    low, high = np.quantile(size, [0.005, 0.995])
+    assert 0.02 < low < high < 0.2
+    # Six natural frequencies of a uniform beam alone err by up to 0.3 %.
+    assert 5e-4 < np.median(beam_result["posterior"]["model_error.frequency.size"].values) < 0.01

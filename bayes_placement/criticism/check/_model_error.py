@@ -7,21 +7,14 @@ import numpy as np
 import xarray as xr
 
 from ..._sites import Role
-
-OF_WHAT = {
-    "frequency": "natural frequencies",
-    "damping": "damping",
-    "shape": "mode shapes",
-    "gain": "sensitivities",
-    "unevenness": "stiffness and mass along the structure",
-}
-"""What errors of each kind are of."""
+from ...experiment.model_error import OF_WHAT
 
 COUNTED = {
     "frequency": "mode",
     "damping": "mode",
     "shape": "mode",
     "unevenness": "piece",
+    "runs": "mode",
 }
 """What is counted along the last dimension of errors of a kind."""
 
@@ -50,7 +43,7 @@ class Errors(NamedTuple):
 
     def words(self) -> str:
         """Say how large the errors are and where the largest is."""
-        of_what = OF_WHAT.get(self.kind, self.kind)
+        of_what = OF_WHAT[self.kind]
         if np.isnan(self.size):
             return f"{of_what} by at most {abs(self.largest):.2g} times its size ({self.where})"
         return (

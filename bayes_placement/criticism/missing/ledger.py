@@ -10,6 +10,7 @@ import pandas as pd
 
 from ..._files import write_json
 from ...experiment.experiment import Experiment
+from ...experiment.model_error import OF_WHAT
 from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
 from ._posterior_odds import NONE, NOTHING
@@ -235,16 +236,10 @@ class Ledger:
 
 def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
     """Say how much model error a model needs, and how much it needed before."""
-    words = {
-        "frequency": "natural frequencies",
-        "shape": "mode shapes",
-        "gain": "sensitivities",
-        "unevenness": "stiffness and mass along the structure",
-    }
     parts = []
     for kind, size in step.model_error.items():
         was = "" if before is None else f" (before: {_percent(before.model_error[kind].mean)})"
-        parts.append(f"{words.get(kind, kind)} by {_percent(size.mean)}{was}")
+        parts.append(f"{OF_WHAT[kind]} by {_percent(size.mean)}{was}")
     return f"The model needs to err: {', '.join(parts)}."
 
 

@@ -8,17 +8,17 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.optimize import differential_evolution
 
 from ..._compiled import compiled
 from ..._types import InputError, Key, Progress, check_count
 from ..weights import GOOD_PARETO_K, pareto_k
+from .differential_evolution import evolved
 from .empirical_bayes import Hierarchy
 from .engine import Engine, EngineDraws, PosteriorDensity
 from .laplace import laplace
 from .least_squares import NormalEquations, Points, SquaresAndPrior, Terms
 from .levenberg_marquardt import LARGEST, Objective, minimise
-from .mode_with_sizes import mode_with_sizes
+from .mode_with_sizes import evolved_without_errors, mode_with_sizes
 
 Cost = Callable[[PosteriorDensity, Any], Any]
 
@@ -47,7 +47,8 @@ class MAP(Engine):
         Starts drawn from the prior (for the evolutionary search, its population).
     search
         `gradient`: Levenberg's and Marquardt's method from every start. `evolutionary`: SciPy's
-        differential evolution, then the same from its best point.
+        differential evolution, then the same from its best point; errors of unknown sizes stay
+        zero until then.
     draws
         Draws from the Gaussian about the maximum.
     """
@@ -74,7 +75,8 @@ class MAP(Engine):
         starts = np.asarray(posterior.sample_prior(start_key, self.starts))
         if self.search == "evolutionary":
             seed = int(jax.random.randint(start_key, (), 0, 2**31 - 1))
-            starts = _evolved(posterior, starts, seed)
+            batch_costs = compiled(_costs).bound(posterior)
+            starts = evolved(lambda points: np.asarray(batch_costs(points)), starts, seed)[None]
         near, ends, costs = _descend(posterior, starts)
         progress(0.9)
         best = int(np.argmin(costs))
@@ -90,7 +92,10 @@ class MAP(Engine):
         """Mode at sizes of greatest evidence; the joint mode with the errors means nothing."""
         starts = np.asarray(posterior.sample_prior(key, self.starts))
         seed = int(jax.random.randint(key, (), 0, 2**31 - 1))
-        sized = mode_with_sizes(problem, starts, self.draws, seed)
+        begin = problem.without_sizes(starts)
+        if self.search == "evolutionary":
+            begin = evolved_without_errors(problem, begin, seed)
+        sized = mode_with_sizes(problem, begin, self.draws, seed)
         progress(0.9)
         position = jnp.asarray(sized.points)
         density, likelihood = compiled(_densities)(posterior, position)
@@ -269,28 +274,6 @@ def _positive(hessian: np.ndarray) -> np.ndarray:
     """Hessian with the absolute values of its eigenvalues; it leads away from saddles."""
     values, vectors = np.linalg.eigh(np.nan_to_num(hessian, posinf=0.0, neginf=0.0))
     return np.einsum("...ij,...j,...kj->...ik", vectors, np.abs(values), vectors)
-
-
-def _evolved(posterior: PosteriorDensity, starts: np.ndarray, seed: int) -> np.ndarray:
-    """Best point of a differential evolution that begins at draws from the prior."""
-    batch_costs = compiled(_costs).bound(posterior)
-
-    def costs(vectors: np.ndarray) -> np.ndarray:
-        return np.nan_to_num(np.asarray(batch_costs(jnp.asarray(vectors.T))), nan=np.inf)
-
-    width = np.ptp(starts, axis=0)
-    bounds = list(zip(starts.min(0) - width, starts.max(0) + width, strict=True))
-    best = differential_evolution(
-        costs,
-        bounds,
-        init=starts,
-        vectorized=True,
-        updating="deferred",
-        polish=False,
-        rng=seed,
-        maxiter=300,
-    )
-    return best.x[None]
 
 
 def _warnings(flat: bool, k: float, reached: int, of: int) -> tuple[str, ...]:

@@ -8,11 +8,14 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
+from jaxtyping import Float
 from scipy.stats import norm, truncnorm
 
 from ..._sites import Unknown
 from ..coordinates import Coordinates
+from .differential_evolution import evolved
 from .empirical_bayes import Hierarchy, Sized, bounds_of_log, fitted_with_sizes, log_density
+from .least_squares import Points
 from .levenberg_marquardt import minimise
 
 NEAR, STEPS, FOLLOWED = 10, 100, 6
@@ -43,10 +46,9 @@ class ModeWithSizes(NamedTuple):
     is_flat: bool
 
 
-def mode_with_sizes(problem: Hierarchy, starts: np.ndarray, draws: int, seed: int) -> ModeWithSizes:
-    """Find the mode from some starts [start, unknown] and draw about it."""
-    begin = _near(problem, problem.without_sizes(starts))
-    sized = fitted_with_sizes(problem, begin)
+def mode_with_sizes(problem: Hierarchy, starts: Points, draws: int, seed: int) -> ModeWithSizes:
+    """Find the mode from some starts [start, unknown without sizes] and draw about it."""
+    sized = fitted_with_sizes(problem, _near(problem, starts))
     points, log_density = _drawn(sized, draws, np.random.default_rng(seed))
     at_mode = {name: np.array([size]) for name, size in sized.problem.sizes.items()}
     return ModeWithSizes(
@@ -56,6 +58,23 @@ def mode_with_sizes(problem: Hierarchy, starts: np.ndarray, draws: int, seed: in
         log_evidence=sized.fit.log_evidence,
         is_flat=sized.fit.gaussian.is_flat,
     )
+
+
+def evolved_without_errors(
+    problem: Hierarchy, starts: Points, seed: int
+) -> Float[np.ndarray, "1 unknown"]:
+    """Evolve a population of starts of the exact model to a single one [1, unknown]."""
+    is_error = np.zeros(starts.shape[1], dtype=bool)
+    for size in problem.unknown_sizes:
+        is_error[problem.errors_of(size)] = True
+    cost = problem.squares.objective().cost
+
+    def exact(points: np.ndarray) -> np.ndarray:
+        vectors = np.zeros((len(points), starts.shape[1]))
+        vectors[:, ~is_error] = points
+        return vectors
+
+    return exact(evolved(lambda points: cost(exact(points)), starts[:, ~is_error], seed)[None])
 
 
 def _near(problem: Hierarchy, starts: np.ndarray) -> np.ndarray:

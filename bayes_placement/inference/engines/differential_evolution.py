@@ -1,0 +1,37 @@
+"""Differential evolution from a population of starts (Storn and Price 1997)."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy import optimize
+
+from .least_squares import Points
+
+GENERATIONS = 300
+"""Most generations."""
+
+
+def evolved(costs: Callable[[Points], np.ndarray], starts: Points, seed: int) -> np.ndarray:
+    """Return the point of the least cost that a population reaches [unknown].
+
+    Parameters
+    ----------
+    costs
+        Cost at points [point, unknown]; one that is not a number counts as infinite.
+    starts
+        The first population [start, unknown]; points stay within a width of it on either side.
+    seed
+        Seed of the random numbers.
+    """
+    width = np.ptp(starts, axis=0)
+    best = optimize.differential_evolution(
+        lambda vectors: np.nan_to_num(costs(vectors.T), nan=np.inf),
+        list(zip(starts.min(0) - width, starts.max(0) + width, strict=True)),
+        init=starts,
+        vectorized=True,
+        updating="deferred",
+        polish=False,
+        rng=seed,
+        maxiter=GENERATIONS,
+    )
+    return best.x
