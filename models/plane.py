@@ -40,6 +40,9 @@ RESONANCES = np.array(
 FLANK = np.array([0.375, 0.75] + [0.375] * 7)
 """Distance from each resonance at which it is compared [Hz]: peaks drift between impacts."""
 
+EVERY = 3
+"""Impacts of which one is taken: errors of neighbouring impacts are alike."""
+
 PAIRED = 6
 """Number of modes whose shapes in the model are those of the structure."""
 
@@ -65,7 +68,7 @@ RIGID_BODY = 3
 MASS, SPREAD = 40.0, 0.7
 """Prior of the mass on which modal masses are based: median [kg], standard deviation of the log."""
 
-engine = bp.engines.MAP(starts=8)
+engine = bp.engines.MAP(starts=2, draws=256)
 """Eight starts: above mode 6, where the model fails, a single one ends at a lesser maximum."""
 
 
@@ -267,12 +270,12 @@ def sensor(name, sides):
     return bp.Sensor(name, position, directions=(AXES[name],), recorded=middle)
 
 
-def experiment_of(plane, frequency, modes, errors):
+def experiment_of(plane, frequency, modes, errors, noise):
     """Experiment at given lines [Hz], with sensors anywhere on their plates.
 
     Natural frequencies, damping and modal masses are unknown anyway, so that the model error is
     one of shapes and of frequencies from impact to impact. Errors of neighbouring impacts are
-    alike, so that every second impact is sufficient.
+    alike, so that every third impact is sufficient.
     """
     hits = list(enumerate(zip(plane.hit, plane.axis, strict=True), start=1))
     return bp.Experiment(
@@ -280,11 +283,11 @@ def experiment_of(plane, frequency, modes, errors):
         sensors=[sensor(name, sides) for name, sides in PLATES.items()],
         actuators=[
             bp.Actuator(str(n), tuple(map(float, at)), directions=(int(axis),))
-            for n, (at, axis) in hits[::2]
+            for n, (at, axis) in hits[::EVERY]
         ],
         frequency=frequency,
         observe=bp.observe.Complex("acceleration"),
-        noise=bp.noise.Relative(dist.LogUniform(1e-3, 0.5), dist.LogUniform(1e-4, 10.0)),
+        noise=noise,
         model_error=errors,
     )
 
@@ -299,9 +302,9 @@ def errors_of(shape, runs):
 def below(plane):
     """Experiment on modes 1 to 6."""
     frequency = np.union1d(RIGID, lines(PAIRED))
-    return experiment_of(
-        plane, frequency, PAIRED, errors_of(dist.LogUniform(1e-3, 0.5), dist.LogUniform(1e-6, 1e-2))
-    )
+    errors = errors_of(dist.LogUniform(1e-3, 0.5), dist.LogUniform(1e-6, 1e-2))
+    noise = bp.noise.Relative(dist.LogUniform(1e-3, 0.5), dist.LogUniform(1e-4, 10.0))
+    return experiment_of(plane, frequency, PAIRED, errors, noise)
 
 
 def beyond(plane, posterior):
@@ -319,7 +322,8 @@ def beyond(plane, posterior):
     }
     modes = PAIRED + 3
     errors = errors_of(means["model_error.shape.size"], means["model_error.runs.size"])
-    return experiment_of(plane, lines(modes), modes, errors).fix(positions)
+    noise = bp.noise.Relative(means["noise.ratio"], means["noise.floor"])
+    return experiment_of(plane, lines(modes), modes, errors, noise).fix(positions)
 
 
 def by_mode(misfit):

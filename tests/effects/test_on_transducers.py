@@ -1,5 +1,7 @@
 """Effects on one sensor, actuator or hit, and on exciters: closed forms, reciprocity, priors."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -136,8 +138,13 @@ FEW = bp.beams.beam(
     density=2700.0,
     static_correction=False,
 )
-NATURAL = 2 * np.pi * np.asarray(FEW.natural_frequency)
-RESIDUES = np.prod([np.asarray(FEW.shapes(jnp.asarray(AT[name])))[0] for name in ("s1", "a1")], 0)
+
+
+@functools.cache
+def few():
+    """Natural angular frequencies, and residues between s1 and a1."""
+    shapes = [np.asarray(FEW.shapes(jnp.asarray(AT[name])))[0] for name in ("s1", "a1")]
+    return 2 * np.pi * np.asarray(FEW.natural_frequency), np.prod(shapes, axis=0)
 
 
 def windowed(rate, quantity="displacement"):
@@ -159,9 +166,10 @@ def test_a_window_is_that_of_the_signals(quantity):
     rate, width, step = 4.0, 4e-3, 2e-5
     time = np.arange(0.0, 4.0, step)
     force = np.where(time < width, np.sin(np.pi * time / width) ** 2, 0.0)
-    damped = NATURAL * np.sqrt(1 - RATIO**2)
+    naturals, residues = few()
+    damped = naturals * np.sqrt(1 - RATIO**2)
     impulse = np.zeros(time.size)
-    for residue, natural, ringing in zip(RESIDUES, NATURAL, damped, strict=True):
+    for residue, natural, ringing in zip(residues, naturals, damped, strict=True):
         impulse += residue / ringing * np.exp(-RATIO * natural * time) * np.sin(ringing * time)
     response = fftconvolve(force, impulse)[: time.size] * step
     if quantity == "acceleration":
@@ -175,11 +183,12 @@ def test_a_window_is_that_of_the_signals(quantity):
 
 def test_a_window_moves_the_poles_and_adds_to_each_damping_ratio():
     rate = 3.0
-    poles = -RATIO * NATURAL + 1j * NATURAL * np.sqrt(1 - RATIO**2) - rate
+    natural, residues = few()
+    poles = -RATIO * natural + 1j * natural * np.sqrt(1 - RATIO**2) - rate
     moved, ratios = np.abs(poles), -poles.real / np.abs(poles)
-    assert_allclose(ratios - RATIO, rate / NATURAL, rtol=0.01)
+    assert_allclose(ratios - RATIO, rate / natural, rtol=0.01)
     loss = 2j * ratios * moved * OMEGA[:, None]
-    expected = np.sum(RESIDUES / (moved**2 - OMEGA[:, None] ** 2 + loss), axis=1)
+    expected = np.sum(residues / (moved**2 - OMEGA[:, None] ** 2 + loss), axis=1)
     assert_allclose(windowed(rate), expected, rtol=1e-9)
 
 

@@ -34,11 +34,13 @@ REPEATED = ("repeated", "repeated_logarithm")
 
 OTHERS = {
     "repeated": dist.Uniform(-1.0, 3.0).expand((2, 3)).to_event(1),
-    "repeated_logarithm": dist.LogNormal(jnp.array([0.3, -1.0]), 0.7).expand((3, 2)).to_event(2),
+    "repeated_logarithm": dist.LogNormal(np.array([0.3, -1.0]), 0.7).expand((3, 2)).to_event(2),
     "gamma": dist.Gamma(2.0, 1.5),
-    "vector": dist.Normal(jnp.zeros(3), jnp.array([0.1, 2.0, 5.0])).to_event(1),
-    "simplex": dist.Dirichlet(jnp.array([0.7, 2.0, 3.0])),
-    "correlated": dist.MultivariateNormal(jnp.array([1.0, -1.0]), jnp.array([[2.0, 1], [1, 3]])),
+    "vector": dist.Normal(np.zeros(3), np.array([0.1, 2.0, 5.0])).to_event(1),
+    "simplex": dist.Dirichlet(np.array([0.7, 2.0, 3.0])),
+    "correlated": dist.MultivariateNormal(
+        np.array([1.0, -1.0]), np.array([[2.0, 1.0], [1.0, 3.0]])
+    ),
 }
 
 

@@ -1,5 +1,7 @@
 """Hits of a hammer: the FRF in closed form, windows, and hits that are left out."""
 
+import functools
+
 import numpy as np
 import numpyro.distributions as dist
 import pytest
@@ -22,17 +24,21 @@ pytestmark = pytest.mark.filterwarnings(
 
 BAND = (20.0, 800.0)
 DURATION = 1.0
-HITS = [hit(DURATION, force=force) for force in (80.0, 100.0, 120.0, 95.0)]
 
 
-def estimated(hits=HITS, seed=0, noise=(0.02, 0.02), **options):
+@functools.cache
+def four_hits():
+    return [hit(DURATION, force=force) for force in (80.0, 100.0, 120.0, 95.0)]
+
+
+def estimated(hits=None, seed=0, noise=(0.02, 0.02), **options):
     """Estimate from hits with noise on force and response."""
     random = np.random.default_rng(seed)
     records = [
         tuple(
             level * random.standard_normal(x.size) + x for level, x in zip(noise, pair, strict=True)
         )
-        for pair in hits
+        for pair in hits or four_hits()
     ]
     arguments = {
         "excitation": bp.time_records.Impacts(before=0.015),
@@ -158,8 +164,8 @@ def test_hits_in_a_long_record_are_found():
 
 def test_a_double_hit_is_left_out():
     time = times(DURATION)
-    second = HITS[1][0] + pulse(time, force=25.0, at=0.035)
-    estimate = estimated([*HITS, (second, HITS[1][1])])
+    second = four_hits()[1][0] + pulse(time, force=25.0, at=0.035)
+    estimate = estimated([*four_hits(), (second, four_hits()[1][1])])
     assert estimate.repeats == 4
     (sentence,) = estimate.left_out
     assert (
@@ -167,23 +173,25 @@ def test_a_double_hit_is_left_out():
         == "Hit 5 of 5 is left out: the hammer hit twice, again at 0.03491 s of its record."
     )
     assert sentence in str(estimate)
-    weak = HITS[1][0] + pulse(time, force=6.0, at=0.035)
-    assert estimated([*HITS, (weak, HITS[1][1])]).repeats == 5
+    weak = four_hits()[1][0] + pulse(time, force=6.0, at=0.035)
+    assert estimated([*four_hits(), (weak, four_hits()[1][1])]).repeats == 5
     lower = bp.time_records.Impacts(before=0.015, double_hit=0.05)
-    assert estimated([*HITS, (weak, HITS[1][1])], excitation=lower).repeats == 4
+    assert estimated([*four_hits(), (weak, four_hits()[1][1])], excitation=lower).repeats == 4
 
 
 def test_an_earlier_smaller_hit_counts_too():
-    first = HITS[1][0] + pulse(times(DURATION), force=25.0, at=0.012)
-    assert "the hammer hit twice" in estimated([*HITS, (first, HITS[1][1])]).left_out[0]
+    first = four_hits()[1][0] + pulse(times(DURATION), force=25.0, at=0.012)
+    assert (
+        "the hammer hit twice" in estimated([*four_hits(), (first, four_hits()[1][1])]).left_out[0]
+    )
 
 
 @pytest.mark.parametrize("side", ["hammer", "s1"])
 def test_a_clipped_hit_is_left_out(side):
-    pair = dict(zip(("hammer", "s1"), HITS[1], strict=True))
+    pair = dict(zip(("hammer", "s1"), four_hits()[1], strict=True))
     limit = 0.6 * np.abs(pair[side]).max()
     pair[side] = np.clip(pair[side], -limit, limit)
-    estimate = estimated([*HITS, tuple(pair.values())], noise=(0.0, 0.0))
+    estimate = estimated([*four_hits(), tuple(pair.values())], noise=(0.0, 0.0))
     assert estimate.repeats == 4
     assert f"left out: {side} is clipped: it stays at its greatest" in estimate.left_out[0]
 
@@ -196,39 +204,39 @@ def test_a_hit_beyond_a_stated_range_is_left_out():
 
 def test_a_dead_channel_is_refused():
     with pytest.raises(ValueError, match=r"0 hits can be used; .* s1 stays at 0 throughout"):
-        estimated([(force, 0 * motion) for force, motion in HITS], noise=(0.01, 0.0))
+        estimated([(force, 0 * motion) for force, motion in four_hits()], noise=(0.01, 0.0))
 
 
 def test_a_hit_at_the_end_of_a_record_is_left_out():
     cut = bp.time_records.Impacts(duration=0.5, before=0.015)
-    short = [(force[:1000], motion[:1000]) for force, motion in HITS[:1]]
-    estimate = estimated([*short, *HITS[1:]], excitation=cut)
+    short = [(force[:1000], motion[:1000]) for force, motion in four_hits()[:1]]
+    estimate = estimated([*short, *four_hits()[1:]], excitation=cut)
     assert estimate.repeats == 3
     assert "the record begins too late or ends too early for it" in estimate.left_out[0]
 
 
 def test_a_single_hit_is_refused():
     with pytest.raises(ValueError, match=r"^1 hit can be used; at least two are needed, .* coher"):
-        estimated(HITS[:1])
+        estimated(four_hits()[:1])
     with pytest.raises(ValueError, match=r"1 hit can .* Hit 2 of 2 is left out: s1 is clipped"):
-        clipped = np.clip(HITS[1][1], -1.0, 1.0)
-        estimated([HITS[0], (HITS[1][0], clipped)], noise=(0.0, 0.0))
+        clipped = np.clip(four_hits()[1][1], -1.0, 1.0)
+        estimated([four_hits()[0], (four_hits()[1][0], clipped)], noise=(0.0, 0.0))
 
 
 def test_few_hits_are_flagged():
     with pytest.warns(bp.time_records.EstimateWarning, match="2 independent repeats know the var"):
-        estimated(HITS[:2])
-    assert not estimated(HITS).warnings
+        estimated(four_hits()[:2])
+    assert not estimated().warnings
 
 
 def test_hits_of_different_lengths_are_refused():
-    short = tuple(side[:-100] for side in HITS[0])
+    short = tuple(side[:-100] for side in four_hits()[0])
     with pytest.raises(ValueError, match=r"hits have 3996 to 4096 samples; one length"):
-        estimated([short, *HITS])
+        estimated([short, *four_hits()])
 
 
 def test_a_response_that_goes_on_is_flagged():
-    short = [(force[:820], motion[:820]) for force, motion in HITS]
+    short = [(force[:820], motion[:820]) for force, motion in four_hits()]
     (sentence, *_) = estimated(short).warnings
     assert "response of s1 has not decayed at the end of its record, where it is" in sentence
     assert "Impacts(time_constant=0.04)" in sentence
@@ -243,8 +251,8 @@ def test_a_noisy_record_is_not_taken_for_one_that_goes_on():
 def test_a_force_window_takes_noise_away():
     window = bp.time_records.Impacts(before=0.015, force_window=0.01)
     noise = (0.3, 1e-6)
-    plain = [estimated(HITS * 5, seed, noise) for seed in range(3)]
-    windowed = [estimated(HITS * 5, seed, noise, excitation=window) for seed in range(3)]
+    plain = [estimated(four_hits() * 5, seed, noise) for seed in range(3)]
+    windowed = [estimated(four_hits() * 5, seed, noise, excitation=window) for seed in range(3)]
     ratio = np.mean([np.mean(run.measurement.variance) for run in plain]) / np.mean(
         [np.mean(run.measurement.variance) for run in windowed]
     )
@@ -262,7 +270,7 @@ def test_a_force_window_takes_noise_away():
 @pytest.mark.parametrize("before", [0.015, None, 0.5])  # the record has 0.02 s
 @pytest.mark.parametrize("window", [{"time_constant": 0.1}, {"force_window": 0.01}])
 def test_an_offset_has_no_consequence(window, before):
-    shifted = [(force + 3.0, motion - 7.0) for force, motion in HITS]
+    shifted = [(force + 3.0, motion - 7.0) for force, motion in four_hits()]
     plain, offset = (
         estimated(
             hits,
@@ -270,7 +278,7 @@ def test_an_offset_has_no_consequence(window, before):
             noise=(1e-9, 1e-9),
             every=1,
         )
-        for hits, lead in ((HITS, 0.015), (shifted, before))
+        for hits, lead in ((four_hits(), 0.015), (shifted, before))
     )
     np.testing.assert_allclose(offset.measurement.frf, plain.measurement.frf, rtol=1e-6)
 
