@@ -76,7 +76,7 @@ class Run:
 
     def json(self, name: str, content: Mapping[str, Any]) -> None:
         """Write numbers and words, with the record of the run, as JSON."""
-        record = {**content.get("record", {}), **self._given()}
+        record = {**content.get("record", {}), **self._request()}
         write_json(self.folder / name, {**content, "record": record})
         self._note(name)
 
@@ -140,7 +140,7 @@ class Run:
             self.record["files"].append(path)
         self._write_record()
 
-    def _given(self) -> dict[str, Any]:
+    def _request(self) -> dict[str, Any]:
         """Record without what changes while the run goes on."""
         changing = {"finished", "files", "verdict", "exit_code", "seconds"}
         return {key: value for key, value in self.record.items() if key not in changing}

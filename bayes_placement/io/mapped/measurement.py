@@ -307,5 +307,5 @@ def _unused(held: NamedArrays, mapping: Mapping) -> dict[str, str]:
         for column in columns
         if isinstance(column, int | str)
     }
-    own = {"quantity", "averages"} if "frf" in called else set()
-    return {name: "the mapping does not name it" for name in names if name not in called | own}
+    of_file = {"quantity", "averages"} if "frf" in called else set()
+    return {name: "the mapping does not name it" for name in names if name not in called | of_file}

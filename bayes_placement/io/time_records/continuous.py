@@ -74,8 +74,8 @@ class Continuous(Excitation):
 
         def segments(rows: Iterable[Samples]) -> Complex[np.ndarray, "repeat frequency"]:
             used = slice(1, 1 + frequency.size)
-            each = [_segments(row, window, shift) for row in rows if row.size >= length]
-            return np.concatenate(each)[:, used]
+            spectra = [_segments(row, window, shift) for row in rows if row.size >= length]
+            return np.concatenate(spectra)[:, used]
 
         return Spectra(
             frequency=frequency,

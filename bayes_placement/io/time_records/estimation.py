@@ -174,10 +174,10 @@ def _of_sensor(
 ) -> Complex[np.ndarray, "value frequency"]:
     """FRF, coherence, variance by the repeats of each line, and pooled variance of a sensor."""
     function = estimators.ESTIMATORS[estimator]
-    each = estimators.products(spectra.force, motion)
-    total = estimators.summed(each)
+    repeats = estimators.products(spectra.force, motion)
+    total = estimators.summed(repeats)
     response = function(total)
-    scatter = estimators.scatter(function, each, spectra.averages)
+    scatter = estimators.scatter(function, repeats, spectra.averages)
     count = neighbours or pooling.neighbours(spectra.averages, spectra.correlated_lines)
     variance = pooling.pooled(scatter, total.force, np.abs(response), spectra.averages, count)
     return np.array([response, estimators.coherence(total), scatter, variance])

@@ -49,9 +49,9 @@ def products(
     return Products(np.abs(force) ** 2, np.conj(force) * response, np.abs(response) ** 2)
 
 
-def summed(each: Products) -> Products:
+def summed(repeats: Products) -> Products:
     """Return the sums over repeats."""
-    return Products(*(values.sum(axis=0) for values in each))
+    return Products(*(values.sum(axis=0) for values in repeats))
 
 
 def coherence(total: Products) -> Float[np.ndarray, "frequency"]:
@@ -60,7 +60,7 @@ def coherence(total: Products) -> Float[np.ndarray, "frequency"]:
 
 
 def scatter(
-    estimator: Callable[[Products], ComplexLines], each: Products, averages: float
+    estimator: Callable[[Products], ComplexLines], repeats: Products, averages: float
 ) -> Float[np.ndarray, "frequency"]:
     """Variance E|error|^2 of an estimate by the jackknife: one repeat left out at a time.
 
@@ -72,19 +72,19 @@ def scatter(
     ----------
     estimator
         FRF by sums over repeats.
-    each
+    repeats
         Products of each repeat.
     averages
         Number of independent repeats that they are worth.
     """
-    without = deviations(estimator, each)
+    without = deviations(estimator, repeats)
     spread = np.mean(np.abs(without) ** 2, axis=0)
     return np.asarray((len(without) - 1) ** 2 * spread / (averages - 1))
 
 
 def deviations(
-    estimator: Callable[[Products], ComplexLines], each: Products
+    estimator: Callable[[Products], ComplexLines], repeats: Products
 ) -> Complex[np.ndarray, "repeat frequency"]:
     """Estimates without one repeat at a time, from their mean."""
-    without = estimator(Products(*(values.sum(axis=0) - values for values in each)))
+    without = estimator(Products(*(values.sum(axis=0) - values for values in repeats)))
     return without - without.mean(axis=0)

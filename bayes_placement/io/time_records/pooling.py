@@ -61,8 +61,8 @@ def pooled(scatter: Lines, force: Lines, amplitude: Lines, averages: float, coun
         return scatter
     shape = amplitude**2 / np.mean(amplitude**2)
     level = _levels(residual / unit, shape, _most(averages), min(count, scatter.size))
-    own = residual / unit > level * _most(averages)
-    return np.where(own, scatter, level * unit / force)
+    outlying = residual / unit > level * _most(averages)
+    return np.where(outlying, scatter, level * unit / force)
 
 
 def _most(averages: float) -> float:
