@@ -5,6 +5,7 @@ sphinx-build -W -j 2 -c notebooks/docs notebooks build/site
 
 import importlib.metadata
 import re
+import sys
 
 from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
@@ -74,10 +75,15 @@ SHORT = {
 
 
 def short_words(app, what, name, obj, options, signature, returned):
-    """A number, an array or a distribution is a parameter."""
+    """A number, an array or a distribution is a parameter; a constant is its value."""
     for long, short in SHORT.items():
         signature, returned = (text and re.sub(long, short, text) for text in (signature, returned))
-    return signature, returned
+    known = vars(sys.modules[obj.__module__]) if hasattr(obj, "__module__") else {}
+
+    def value(constant):
+        return f"= {known[constant[1]]!r}" if constant[1] in known else constant[0]
+
+    return signature and re.sub(r"= ([A-Z_]{3,})\b", value, signature), returned
 
 
 def prepared(app, docname, source):
@@ -119,9 +125,9 @@ def escaped(words):
     return re.sub(r"[<*_]", r"\\\g<0>", words)
 
 
-def without_fields_of_tuples(app, what, name, obj, skip, options):
-    """Fields of a named tuple are described with its parameters."""
-    return True if type(obj).__name__ == "_tuplegetter" else None
+def without_fields(app, what, name, obj, skip, options):
+    """Fields of a class are described with its parameters."""
+    return True if obj is None or type(obj).__name__ == "_tuplegetter" else None
 
 
 def visit_math(translator, node):
@@ -146,5 +152,5 @@ def setup(app):
     app.add_html_math_renderer("mathml", (visit_math, None), (visit_displayed_math, None))
     app.connect("autodoc-process-docstring", plain_text, priority=100)  # before napoleon
     app.connect("autodoc-process-signature", short_words)
-    app.connect("autodoc-skip-member", without_fields_of_tuples)
+    app.connect("autodoc-skip-member", without_fields)
     app.connect("source-read", prepared)
