@@ -71,8 +71,8 @@ RIGID_BODY = 3
 MASS, SPREAD = 40.0, 0.7
 """Prior of the mass on which modal masses are based: median [kg], standard deviation of the log."""
 
-engine = bp.engines.MAP(starts=8, draws=256)
-"""Eight starts: above mode 6, where the model fails, a single one ends at a lesser maximum."""
+engine = bp.engines.MAP(starts=4, draws=256)
+"""Four starts: above mode 6, where the model fails, a single one ends at a lesser maximum."""
 
 
 class Plane(NamedTuple):
