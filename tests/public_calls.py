@@ -556,7 +556,7 @@ def calls_of_laws():
             bp.model_error.Modal,
             {
                 key: positive(0.01, "nothing")
-                for key in ("frequency", "damping", "shape", "gain", "unevenness")
+                for key in ("frequency", "damping", "shape", "gain", "unevenness", "runs")
             }
             | {"modes": count(3, "nothing"), "pieces": count(4, "nothing")},
             lambda error: experiment(model_error=error),

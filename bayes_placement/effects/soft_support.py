@@ -78,13 +78,16 @@ class SoftSupport(Hinged):
         """One millionth of the compliance of the structure to ten times as much, for each support.
 
         The structure is taken in the softest pattern of the support; the other patterns, which
-        higher modes feel, are stiffer.
+        higher modes feel, are stiffer. Where it follows the support without strain, as beyond the
+        only clamp, its inertia at the first natural frequency is taken.
         """
-        if not isinstance(scales.modes, NodalModes):
+        modes = scales.modes
+        if not isinstance(modes, NodalModes) or not modes.static_shapes.supports:
             return []
+        natural = float(np.asarray(modes.angular_frequency())[modes.rigid_body_modes])
         return [
             cls(np.asarray(number), LogUniform(STIFFEST / stiffness, SOFTEST / stiffness))
-            for number, stiffness in enumerate(scales.modes.static_shapes.least_support_stiffness())
+            for number, stiffness in enumerate(modes.static_shapes.least_support_stiffness(natural))
         ]
 
 

@@ -32,6 +32,7 @@ SUPPORT_MOTIONS = 4
 """Motions of a support whose strains in regions and members are included."""
 
 _INVERSE_ITERATIONS = 2  # towards the modes of a weakened structure
+_NO_REACTION = 1e-6  # of what the inertia resists, below which a reaction is rounding
 _ROUNDING = 1e-12  # of the greatest mass or energy, below which there is none
 
 Square = Float[np.ndarray | Array, "pattern pattern"]
@@ -109,11 +110,22 @@ class StaticShapes(eqx.Module):
             members=(),
         )
 
-    def least_support_stiffness(self) -> Float[np.ndarray, "support"]:
-        """Least stiffness of the structure against a pattern of each support."""
-        diagonal = np.diag(np.asarray(self.reaction)).reshape(-1, max(self.patterns_per_part, 1))
-        of_supports = diagonal[: len(self.supports)]
-        return np.array([stiffness[stiffness > 0].min() for stiffness in of_supports])
+    def least_support_stiffness(self, natural: float) -> Float[np.ndarray, "support"]:
+        """Least stiffness of the structure against a pattern of each support.
+
+        A structure that follows a support without strain, such as a cantilever its clamp, resists
+        by its inertia alone.
+
+        Parameters
+        ----------
+        natural
+            Angular frequency [rad/s] at which it resists: that of the first elastic mode.
+        """
+        inertia = np.sum(np.asarray(self.participation) ** 2, axis=0)
+        reaction, dynamic = np.diag(np.asarray(self.reaction)), natural**2 * inertia
+        resisting = np.where(reaction > _NO_REACTION * dynamic, reaction, dynamic)
+        of_parts = resisting.reshape(-1, max(self.patterns_per_part, 1))
+        return np.array([part[part > 0].min() for part in of_parts[: len(self.supports)]])
 
     def support_number(self, name: str) -> int:
         """Return the number of a support.

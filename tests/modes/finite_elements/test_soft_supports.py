@@ -143,3 +143,25 @@ def test_what_nothing_holds_cannot_give_way(cantilever, plate):
         soft_supports.rotations(matrices, 3)
     with pytest.raises(ValueError, match=r"0 nodes are held in direction 3; at least two"):
         soft_supports.edge(plate, (0.05, 0.01, 0.0), (0.3, 0.01, 0.0))
+
+
+def test_the_prior_of_a_clamp_that_a_cantilever_follows_without_strain(cantilever):
+    """Its inertia resists: a rotation by 1 at the first natural frequency of a clamped beam."""
+    matrices, elements = cantilever
+    foot = soft_supports.rotations(matrices, 1, along=SKEW)
+    modes = finite_elements.modes(
+        matrices, interpolation.frame(matrices, elements), up_to=3000.0, soft={"root": foot}
+    )
+    experiment = bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal(0.01)),
+        sensors=[bp.Sensor("s1", at=tuple(LENGTH * SKEW), directions=(1,))],
+        actuators=[bp.Actuator("a1", at=tuple(0.5 * LENGTH * SKEW), directions=(1,))],
+        frequency=np.linspace(10.0, 500.0, 10),
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+    )
+    (suggested,) = effects.soft_support.suggest(bp.effects.Scales(experiment))
+    rigidity = BAR.youngs_modulus * BAR.moment
+    stiffness = 1.875104**4 / 3 * rigidity / LENGTH
+    np.testing.assert_allclose(suggested.compliance.high, 10 / stiffness, rtol=0.05)
+    np.testing.assert_allclose(suggested.compliance.low, 1e-6 / stiffness, rtol=0.05)
