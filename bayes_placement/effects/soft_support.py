@@ -84,7 +84,8 @@ class SoftSupport(Hinged):
         modes = scales.modes
         if not isinstance(modes, NodalModes) or not modes.static_shapes.supports:
             return []
-        natural = float(np.asarray(modes.angular_frequency())[modes.rigid_body_modes])
+        # As the static shapes, of the matrices as given: moduli may be unknown.
+        natural = float(np.sqrt(np.asarray(modes.eigenvalues)[modes.rigid_body_modes]))
         return [
             cls(np.asarray(number), LogUniform(STIFFEST / stiffness, SOFTEST / stiffness))
             for number, stiffness in enumerate(modes.static_shapes.least_support_stiffness(natural))

@@ -2,6 +2,7 @@
 
 import jax
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 from scipy.optimize import brentq
 
@@ -150,7 +151,11 @@ def test_the_prior_of_a_clamp_that_a_cantilever_follows_without_strain(cantileve
     matrices, elements = cantilever
     foot = soft_supports.rotations(matrices, 1, along=SKEW)
     modes = finite_elements.modes(
-        matrices, interpolation.frame(matrices, elements), up_to=3000.0, soft={"root": foot}
+        matrices,
+        interpolation.frame(matrices, elements),
+        up_to=3000.0,
+        soft={"root": foot},
+        youngs_modulus=dist.Uniform(0.9, 1.1),
     )
     experiment = bp.Experiment(
         bp.Structure(modes, damping=bp.damping.Modal(0.01)),
