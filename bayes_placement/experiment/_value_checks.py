@@ -3,7 +3,9 @@
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool
 from numpyro.distributions import (
     Delta,
     Distribution,
@@ -13,6 +15,7 @@ from numpyro.distributions import (
     Uniform,
 )
 
+from .._compiled import compiled
 from .._sites import Leaf, described, is_unknown, leaves_with_unit, reach
 from .._types import InputError, shown
 
@@ -134,7 +137,11 @@ def _has_density(prior: Distribution) -> bool:
     if isinstance(prior, Normal | LogNormal):
         return bool(np.all(np.isfinite(prior.loc) & (prior.scale > 0) & (prior.scale < np.inf)))
     try:
-        draws = prior.sample(jax.random.key(0), (_DRAWS,))
+        return bool(compiled(_is_finite_at_draws)(prior))
     except NotImplementedError:  # an improper prior has no draws
         return False
-    return bool(np.isfinite(np.asarray(prior.log_prob(draws))).all())
+
+
+def _is_finite_at_draws(prior: Distribution) -> Bool[Array, ""]:
+    draws = prior.sample(jax.random.key(0), (_DRAWS,))
+    return jnp.isfinite(prior.log_prob(draws)).all()

@@ -2,12 +2,12 @@
 
 import dataclasses
 
-import jax
 import numpy as np
 import numpyro.distributions as dist
 
 import bayes_placement as bp
 from bayes_placement import effects
+from bayes_placement._compiled import compiled
 
 LINES = np.linspace(30.0, 700.0, 60)
 TRUTH = {
@@ -46,7 +46,7 @@ def measured(*hidden, seed=0, averages=32, coherence=0.997):
 
 def recorded(true, seed, averages=32, coherence=0.997):
     """Measurement of a concrete experiment, with noise as its coherence says."""
-    exact = np.asarray(jax.jit(lambda: true.frf())())
+    exact = np.asarray(compiled(bp.Experiment.frf)(true))
     variance = np.abs(exact) ** 2 * (1 - coherence) / (averages * coherence)
     random = np.random.default_rng(seed)
     noise = random.standard_normal((2, *exact.shape)) * np.sqrt(variance / 2)

@@ -1,12 +1,12 @@
 """What a run leaves for its report, against what the experiment itself says."""
 
 import equinox as eqx
-import jax
 import numpy as np
 import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement._compiled import compiled
 from bayes_placement.criticism.findings import Model, findings
 from bayes_placement.criticism.findings._shapes import FEWEST_LINES, outline_of
 from bayes_placement.modes.finite_elements.outline import outline as outline_drawn
@@ -42,7 +42,7 @@ def tree(measured):
 
 def test_outputs_are_those_of_the_experiment(tree, measured):
     experiment = small.experiment().fix(VALUES)
-    frf = np.asarray(jax.jit(lambda: experiment.frf())())
+    frf = np.asarray(compiled(bp.Experiment.frf)(experiment))
     fit = tree["fit_0"].to_dataset()
     predicted = 10 ** fit["predicted"].values * np.exp(
         1j * np.radians(fit["predicted_phase"].values)

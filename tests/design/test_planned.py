@@ -1,13 +1,13 @@
 """The output error of a planned measurement, as stated or as measured before."""
 
 import equinox as eqx
-import jax
 import numpy as np
 import numpy.testing as npt
 import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement._compiled import compiled
 from bayes_placement.design.planned import planned
 
 LINES = np.array([40.0, 120.0, 260.0])
@@ -30,7 +30,7 @@ def experiment(noise, observe=LOGARITHM):
 def measured(coherence=COHERENCE):
     """Measurement of the nominal structure, with coherence."""
     plain = experiment(bp.noise.Gaussian(0.1))
-    frf = np.asarray(jax.jit(lambda: plain.nominal().frf())())
+    frf = np.asarray(compiled(bp.Experiment.frf)(plain.nominal()))
     return bp.Measurement.from_arrays(
         frf,
         LINES,

@@ -12,6 +12,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
+from bayes_placement._compiled import compiled
 from bayes_placement._sites import Role
 from bayes_placement.effects import Attachment
 from bayes_placement.experiment.frf import receptance
@@ -100,7 +101,7 @@ def test_stiffnesses_are_scaled_to_the_band(suggested):
     assert dashpot.viscosity.low < 0.1 * scale / (2 * np.pi * 20.0) < dashpot.viscosity.high
     [cubic] = suggested["cubic_stiffness"]
     amplitude = np.abs(
-        jax.jit(lambda: experiment(force_levels=[1.0, 5.0]).nominal().receptance())()
+        compiled(bp.Experiment.receptance)(experiment(force_levels=[1.0, 5.0]).nominal())
     )
     at_resonance = cubic.stiffness.low**0.5 * cubic.stiffness.high**0.5 * (5 * amplitude.max()) ** 2
     np.testing.assert_allclose(at_resonance, scale, rtol=0.05)
@@ -155,12 +156,12 @@ def test_an_effect_is_named_by_its_path():
 
 def test_reversed_and_swapped_sensors():
     base = experiment()
-    plain = np.asarray(jax.jit(lambda: base.nominal().receptance())())
+    plain = np.asarray(compiled(bp.Experiment.receptance)(base.nominal()))
     turned = base + effects.reversed_sensor("s2")
     swapped = base + effects.swapped_sensors("s1", "s2")
-    receptance = jax.jit(lambda: turned.nominal().receptance())()
+    receptance = compiled(bp.Experiment.receptance)(turned.nominal())
     np.testing.assert_allclose(receptance, plain * np.array([1, -1])[:, None, None], rtol=1e-12)
-    receptance = jax.jit(lambda: swapped.nominal().receptance())()
+    receptance = compiled(bp.Experiment.receptance)(swapped.nominal())
     np.testing.assert_allclose(receptance, plain[::-1], rtol=1e-12)
 
 
@@ -168,7 +169,7 @@ def test_a_place_that_shifts_stays_on_the_structure():
     far = experiment() + effects.misplaced_sensor("s2", 5.0)
     tip = experiment(sensors=[bp.Sensor("s1", at=0.3), bp.Sensor("s2", at=LENGTH)])
     shifted, expected = (
-        jax.jit(lambda setup=setup: setup.nominal().receptance())() for setup in (far, tip)
+        compiled(bp.Experiment.receptance)(setup.nominal()) for setup in (far, tip)
     )
     np.testing.assert_allclose(shifted[1], expected[1], rtol=1e-10)
 
@@ -289,6 +290,6 @@ def test_an_effect_of_ones_own_is_a_class_of_two_short_methods():
     # A very stiff spring leaves the inerter, which is felt as a mass.
     known = dict(zip(names, (0.5, 2.0, 1e15), strict=True))
     places = {"sensor.s1.position": 0.3}
-    receptance = jax.jit(lambda: extended.fix(known | places).receptance())()
+    receptance = compiled(bp.Experiment.receptance)(extended.fix(known | places))
     mass = base.fix(places) + effects.point_mass(0.5, 2.0)
-    np.testing.assert_allclose(receptance, jax.jit(lambda: mass.receptance())(), rtol=1e-6)
+    np.testing.assert_allclose(receptance, compiled(bp.Experiment.receptance)(mass), rtol=1e-6)

@@ -3,7 +3,6 @@
 import dataclasses
 import functools
 
-import jax
 import numpy as np
 import pytest
 
@@ -17,6 +16,7 @@ from bayes_placement import (
     effects,
     observe,
 )
+from bayes_placement._compiled import compiled
 from tests.simulator import fine_elements, hidden_structures
 from tests.simulator.fine_elements import NOTHING, Line, effect
 from tests.simulator.hidden_structures import Instrument
@@ -175,7 +175,7 @@ def modelled(line, additions, **settings):
     )
     for addition in additions:
         experiment = experiment + addition
-    return np.asarray(jax.jit(lambda: experiment.frf())())
+    return np.asarray(compiled(Experiment.frf)(experiment))
 
 
 def close(response, expected, tolerance=1e-3):

@@ -12,6 +12,7 @@ from scipy.signal import fftconvolve
 
 import bayes_placement as bp
 from bayes_placement import effects
+from bayes_placement._compiled import compiled
 from bayes_placement._types import InputError
 from bayes_placement.effects import Scales
 from bayes_placement.inference.coordinates import Coordinates
@@ -52,7 +53,7 @@ def experiment(
 
 
 def frf(setup):
-    return np.asarray(setup.nominal().frf())
+    return np.asarray(compiled(bp.Experiment.frf)(setup.nominal()))
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from numpyro.infer.util import log_density
 from scipy import stats
 
 import bayes_placement as bp
+from bayes_placement._compiled import compiled
 from bayes_placement.experiment.experiment import MEASURED, RESPONSE
 
 FREQUENCY = (np.arange(10) + 0.5) * 43.3
@@ -162,10 +163,8 @@ def test_more_than_ten_sensors_keep_their_order():
     # Through JAX too, which sorts the keys of a plain dictionary: s10 before s2.
     passed = jax.tree_util.tree_map(lambda leaf: leaf, twelve)
     assert [channel.name for channel in passed.sensor_channels] == names
-    frf = jax.jit(lambda tree: tree.frf())(twelve)
-    single = jax.jit(lambda tree: tree.frf())(
-        small(sensors=[bp.Sensor("s2", at=places.tolist()[1])])
-    )
+    frf = compiled(bp.Experiment.frf)(twelve)
+    single = compiled(bp.Experiment.frf)(small(sensors=[bp.Sensor("s2", at=places.tolist()[1])]))
     np.testing.assert_allclose(frf[1:2], single, rtol=1e-12)
     uncertain = small(sensors=[bp.Sensor(n, at=dist.Uniform(0.1, 0.9)) for n in names])
     assert [unknown.name for unknown in uncertain.unknowns] == [
@@ -176,13 +175,13 @@ def test_more_than_ten_sensors_keep_their_order():
 def test_rows_are_sensors_and_columns_are_actuators():
     # Different numbers of each, or a swap would go unseen.
     actuators = [bp.Actuator("a1", at=0.65), bp.Actuator("a2", at=0.2), bp.Actuator("a3", at=1.0)]
-    frf = jax.jit(lambda tree: tree.frf())(small(actuators=actuators))
+    frf = compiled(bp.Experiment.frf)(small(actuators=actuators))
     assert frf.shape == (2, 3, 5)
     swapped = small(
         sensors=[bp.Sensor("s1", at=0.2)],
         actuators=[bp.Actuator("a1", at=0.4), bp.Actuator("a2", at=0.9)],
     )
-    reciprocal = jax.jit(lambda tree: tree.frf())(swapped)
+    reciprocal = compiled(bp.Experiment.frf)(swapped)
     np.testing.assert_allclose(reciprocal[0], frf[:, 1], rtol=1e-12)  # reciprocity
 
 
@@ -249,7 +248,7 @@ def test_the_prior_of_the_model_is_that_of_its_leaves():
     values |= {"sensor.s1.position": 0.27, "actuator.a1.position": 0.22}
     prior = 2 * np.log(1 / 0.04) + 2 * np.log(1 / 0.08)
     z = declared.data(declared.nominal_measurement()).z
-    predicted = jax.jit(lambda: declared.fix(values).predict())()
+    predicted = compiled(bp.Experiment.predict)(declared.fix(values))
     likelihood = stats.norm.logpdf(z, predicted, 0.01).sum()
     density = joint(declared, declared.nominal_measurement(), values)
     np.testing.assert_allclose(density, prior + likelihood, rtol=1e-10)
@@ -436,9 +435,9 @@ LEVELS = [0.5, 2.0]
 def test_force_levels_are_a_dimension_of_the_outputs():
     two_levels = small(force_levels=LEVELS)
     channels = (len(two_levels.sensor_channels), len(two_levels.actuator_channels))
-    z = two_levels.nominal().predict()
+    z = compiled(bp.Experiment.predict)(two_levels.nominal())
     assert z.shape == (*channels, 2, 2, 5)
-    no_level = small().nominal().predict()
+    no_level = compiled(bp.Experiment.predict)(small().nominal())
     assert no_level.shape == (*channels, 2, 5)
     for level in range(2):  # a linear structure does not feel the force
         np.testing.assert_allclose(z[:, :, level], no_level, rtol=1e-12)
@@ -453,7 +452,7 @@ def test_each_force_level_has_its_measurement_in_any_order():
     np.testing.assert_allclose(measurements[1].frf, single[0].frf, rtol=1e-10)
     assert np.abs(measurements[0].frf / measurements[1].frf - 1).max() > 1e-3
     data = two_levels.data(measurements[::-1])
-    outputs = jax.jit(lambda: two_levels.predict())()
+    outputs = compiled(bp.Experiment.predict)(two_levels)
     np.testing.assert_allclose(data.z, outputs, rtol=1e-10)
     assert data.measured.shape == outputs.shape == (2, 1, 2, 2, 5)
 
@@ -480,7 +479,7 @@ def test_sensors_are_roving_or_fixed():
         small(sensors_mounted="loose")
     mass = bp.effects.sensor_mass(0.05)
     frf = {
-        word: np.asarray(jax.jit(lambda declared=declared: declared.frf())())
+        word: np.asarray(compiled(bp.Experiment.frf)(declared))
         for word, declared in (
             ("roving", small() + mass),
             ("fixed", small(sensors_mounted="fixed") + mass),

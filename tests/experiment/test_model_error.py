@@ -10,6 +10,7 @@ import pytest
 from numpyro.infer.util import log_density
 
 import bayes_placement as bp
+from bayes_placement._compiled import compiled
 from bayes_placement._sites import Role
 from bayes_placement.experiment.resized import with_more_sensors
 from tests.criticism.small import LINES, TRUTH, experiment, measured
@@ -40,7 +41,7 @@ def errors(erroneous, seed=None):
 
 
 def frf(concrete):
-    return np.asarray(jax.jit(lambda: concrete.frf())())
+    return np.asarray(compiled(bp.Experiment.frf)(concrete))
 
 
 def test_errors_of_zero_are_the_exact_model(erroneous):
@@ -119,9 +120,16 @@ def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
         )
         for unknown in with_errors.unknowns
     }
-    density, _ = log_density(with_errors.model, (measured(),), {}, values)
     exact = {name: value for name, value in values.items() if not name.startswith("model_error")}
-    without, _ = log_density(experiment().model, (measured(),), {}, exact)
+
+    data = measured()
+
+    @jax.jit
+    def densities(values, exact):
+        erroneous, _ = log_density(with_errors.model, (data,), {}, values)
+        return erroneous, log_density(experiment().model, (data,), {}, exact)[0]
+
+    density, without = densities(values, exact)
     assert np.isfinite(density) and density != pytest.approx(float(without))
 
 

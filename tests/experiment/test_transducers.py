@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import bayes_placement as bp
 from bayes_placement import Actuator, Sensor, beams, positions
+from bayes_placement._compiled import compiled
 from bayes_placement._sites import realise, substitute, unknowns
 from bayes_placement.experiment.measurement import Channel
 from bayes_placement.modes.modes import Modes
@@ -189,7 +190,7 @@ def test_the_receptance_between_rolled_transducers_is_that_of_the_turned_axes():
         Sensor("s1", at=PLACE, directions=(1, -2, 3), angles=ANGLES),
         Actuator("a1", at=(0.1, 0.6, 0.3), directions=(-3,), angles=(-0.1, 0.25, 0.4)),
     )
-    receptance = jax.jit(lambda: experiment.receptance())()
+    receptance = compiled(bp.Experiment.receptance)(experiment)
     pushed = Rotation.from_euler("XYZ", (-0.1, 0.25, 0.4)).apply([0.0, 0.0, -1.0])
     driven = pushed @ in_space.shapes((0.1, 0.6, 0.3))
     omega = 2 * np.pi * np.array([30.0, 65.0, 100.0])

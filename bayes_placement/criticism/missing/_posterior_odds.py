@@ -133,10 +133,22 @@ def passes(hypothesis: Hypothesis, level: float) -> bool:
     return is_noise_known(hypothesis) and not p_value(hypothesis) < level
 
 
+def explains(hypothesis: Hypothesis, level: float) -> bool:
+    """Whether a hypothesis leaves nothing but noise, so that no more effects are looked for.
+
+    It passes its check; or, where the noise is unknown, its residuals are no larger than the
+    scatter of neighbouring lines. That alone does not say that a model is right: at lines far from
+    each other any misfit scatters.
+    """
+    if is_noise_known(hypothesis):
+        return passes(hypothesis, level)
+    return p_value(hypothesis) >= level
+
+
 def wants_more_effects(comparison: Comparison, depth: int, level: float) -> bool:
-    """Whether the best hypothesis has so many effects and still fails its check."""
+    """Whether the best hypothesis has so many effects and still does not explain the data."""
     best = comparison.best()
-    return len(best.effects) >= depth and not passes(best, level)
+    return len(best.effects) >= depth and not explains(best, level)
 
 
 def greatest_odds_expected(comparison: Comparison, depth: int, further_effects: int) -> float:

@@ -27,6 +27,7 @@ from ._hypotheses import (
 )
 from ._posterior_odds import (
     Comparison,
+    explains,
     greatest_odds_expected,
     passes,
     steps_to,
@@ -140,7 +141,7 @@ def answered(
     exact = single_effects(null, question.effects, tick)
     if question.declared:
         return Answer(null, _deepened_with_errors(question, exact, tick), exact)
-    if passes(exact.best(), question.level):
+    if explains(exact.best(), question.level):
         return Answer(null, exact, exact)
     rivals = _rivals(question, exact)
     if not rivals:
@@ -149,10 +150,10 @@ def answered(
     # beside a model error take, and where they explain the data nothing else is needed.
     rival = max(map(exact.log_odds, rivals.values()))
     exact = _deepened(question, exact, NARROW, rival, tick)
-    if passes(exact.best(), question.level) and _odds(exact) > rival:
+    if explains(exact.best(), question.level) and _odds(exact) > rival:
         return Answer(null, exact, exact)
     erroneous = _deepened_with_errors(question, exact, tick, rivals)
-    if not passes(erroneous.best(), question.level):
+    if not explains(erroneous.best(), question.level):
         exact = _deepened(question, exact, Breadth(), _odds(erroneous), tick)
     return Answer(null, exact if _odds(exact) > _odds(erroneous) else erroneous, exact)
 

@@ -73,6 +73,14 @@ def test_an_unknown_factor_on_the_noise_is_fitted_beside_each_effect():
     assert factor.low < 1 < factor.high
 
 
+def test_beside_unknown_noise_residuals_that_scatter_as_lines_do_end_the_search():
+    unknown = experiment(noise=bp.noise.FromCoherence(dist.LogUniform(0.5, 4.0)))
+    candidates = effects.library(unknown, ["gain_error", "time_delay"])
+    ledger = improve(unknown, measured(GAIN, seed=5), candidates=candidates)
+    assert ledger.verdict == ("gain_error",)
+    assert not ledger.compared["effects"].str.contains("+", regex=False).any()
+
+
 def test_a_model_without_any_unknown_is_searched_as_any_other():
     known = experiment(["s1"], LINES[::6]).fix(
         {name: value for name, value in small.TRUTH.items() if name != "sensor.s2.position"}

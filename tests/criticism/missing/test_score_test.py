@@ -1,6 +1,5 @@
 """Score test: places of the candidates, and scores of effects that are missing or not."""
 
-import jax
 import numpy as np
 import numpyro.distributions as dist
 import pytest
@@ -8,6 +7,7 @@ from scipy.stats import chi2, norm
 
 import bayes_placement as bp
 from bayes_placement import effects, positions
+from bayes_placement._compiled import compiled
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, scanned
 from bayes_placement.criticism.missing._score_test import suspicion
 from tests.criticism import small
@@ -93,7 +93,7 @@ def spatial():
         effects.gain_error("s2", dist.Uniform(-0.5, 0.5)),
         effects.time_delay(dist.Uniform(-1e-4, 1e-4)),
     ]
-    exact = np.asarray(jax.jit(lambda: hidden.frf())())
+    exact = np.asarray(compiled(bp.Experiment.frf)(hidden))
     measurement = bp.Measurement.from_arrays(
         exact,
         experiment.frequency,

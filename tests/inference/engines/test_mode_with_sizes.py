@@ -1,11 +1,11 @@
 """Model error of unknown size: modes by the evidence, against a sampler of the joint posterior."""
 
-import jax
 import numpy as np
 import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement._compiled import compiled
 from bayes_placement._types import InfeasibleError
 from tests.criticism.small import LINES, TRUTH, experiment
 
@@ -20,7 +20,7 @@ def only_frequency(size):
 
 def measured(true, ratio=0.005):
     """Simulated FRFs with noise in proportion to their amplitude."""
-    exact = np.asarray(jax.jit(lambda: true.frf())())
+    exact = np.asarray(compiled(bp.Experiment.frf)(true))
     parts = np.random.default_rng(1).standard_normal((2, *exact.shape))
     error = ratio * np.abs(exact) * (parts[0] + 1j * parts[1]) / np.sqrt(2)
     return bp.Measurement.from_arrays(
