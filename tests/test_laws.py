@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bayes_placement import Structure, beams, damping
+from bayes_placement._compiled import compiled
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.points import Points
 
@@ -53,7 +54,11 @@ table = pytest.mark.parametrize(
 
 
 def read(structure, sensors, actuators, omega):
-    return receptance(structure, along(sensors), along(actuators), jnp.asarray(omega))
+    return compiled(read_from)(structure, *map(jnp.asarray, (sensors, actuators, omega)))
+
+
+def read_from(structure, sensors, actuators, omega):
+    return receptance(structure, along(sensors), along(actuators), omega)
 
 
 def along(places):

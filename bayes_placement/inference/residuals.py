@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from numpyro.distributions import MaskedDistribution, MultivariateNormal
+from numpyro.distributions import Distribution, MaskedDistribution, MultivariateNormal
 
 from .._compiled import Bound, compiled
 from .._sites import Role, Unknown
@@ -190,8 +190,7 @@ class Problem:
             if name in self.coordinates.places:
                 vectors[:, place] = points[:, self.coordinates.places[name]]
         for size in self.unknown_sizes:
-            score = Coordinates({size.name: size.distribution}).vector
-            scores = jax.vmap(lambda value, n=size.name, f=score: f({n: value}))(sizes[size.name])
+            scores = compiled(_scores)(size.distribution, np.asarray(sizes[size.name]))
             vectors[:, everything.places[size.name]] = np.asarray(scores)
         return vectors
 
@@ -294,6 +293,12 @@ def coordinates_of(
     distributions = {unknown.name: unknown.distribution for unknown in experiment.unknowns}
     distributions |= {name: unknown.distribution for name, unknown in further.items()}
     return Coordinates(distributions, standard_normal=standard_normal)
+
+
+def _scores(distribution: Distribution, values: Any) -> Float[Array, "point coordinate"]:
+    """Coordinates of values [point] of one unknown."""
+    coordinates = Coordinates({"value": distribution})
+    return jax.vmap(lambda value: coordinates.vector({"value": value}))(values)
 
 
 def _residuals(

@@ -2,11 +2,10 @@
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from arviz_stats.base import array_stats
-from jax.scipy.special import logsumexp
-from jaxtyping import Array, Float
 
 GOOD_PARETO_K = 0.7
 """Largest shape of the tail of importance weights at which estimates can be trusted.
@@ -25,12 +24,15 @@ and 2 sqrt(pi) 0.7 = 2.5 of them are effective under it.
 """
 
 
-def effective_size(log_weight: Any) -> Float[Array, ""]:
+def effective_size(log_weight: Any) -> Any:
     """Effective number of draws or nodes of these weights, which need not sum to one.
 
     The square of the sum of the weights over the sum of their squares (Kish).
     """
-    return jnp.exp(2 * logsumexp(log_weight) - logsumexp(2 * log_weight))
+    # Of known weights by NumPy, which compiles nothing for each of their numbers.
+    module: Any = jnp if isinstance(log_weight, jax.core.Tracer) else np
+    weight = module.exp(log_weight - module.max(log_weight))
+    return module.sum(weight) ** 2 / module.sum(weight**2)
 
 
 def pareto_k(log_weight: Any) -> float:

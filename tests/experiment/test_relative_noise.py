@@ -9,6 +9,7 @@ import pytest
 from scipy import stats
 
 import bayes_placement as bp
+from bayes_placement._compiled import compiled
 from bayes_placement._types import InputError
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.design.planned import planned
@@ -33,7 +34,7 @@ def experiment(noise, observe=None, ratio=0.02):
 
 @functools.cache
 def exact_frf():
-    return np.asarray(experiment(None).frf())
+    return np.asarray(compiled(bp.Experiment.frf)(experiment(None)))
 
 
 def with_error(ratio, floor, seed=0, **coherence):
@@ -58,7 +59,7 @@ def test_each_part_has_half_of_the_error():
     size = np.hypot(0.03 * np.abs(measured.frf), 0.2) / np.sqrt(2)
     data = setup.data(measured)
     np.testing.assert_allclose(setup.noise.deviation(data), np.stack([size, size], -2), rtol=1e-12)
-    predicted = setup.predict()
+    predicted = compiled(bp.Experiment.predict)(setup)
     density = setup.noise.distribution(predicted, data).log_prob(data.z)
     expected = stats.norm.logpdf(data.z, predicted, np.stack([size, size], -2))
     np.testing.assert_allclose(density, expected, rtol=1e-9)
@@ -67,7 +68,7 @@ def test_each_part_has_half_of_the_error():
 def test_a_logarithm_feels_the_part_along_the_frf():
     # Against many draws of a circular error small enough that log10 |H| is linear in it.
     setup = experiment(bp.noise.Relative(1e-3, 1e-3), bp.observe.LogAmplitude("acceleration"))
-    frf = np.asarray(setup.frf())
+    frf = np.asarray(compiled(bp.Experiment.frf)(setup))
     draws = [setup.data(with_error(1e-3, 1e-3, seed)).z for seed in range(400)]
     expected = np.std(draws, axis=0)
     deviation = setup.noise.deviation(measured_outputs(setup.observe, frf, amplitude=True))
@@ -128,7 +129,8 @@ def test_least_squares_find_the_most_probable_levels():
     fit = null_hypothesis(setup, setup.data(measured))
     name = "noise.ratio"
     level = fit.problem.coordinates.named(fit.fit.point[None])[name][0]
-    residual = np.abs(measured.frf - np.asarray(setup.frf())) / np.abs(measured.frf)
+    exact = np.asarray(compiled(bp.Experiment.frf)(setup))
+    residual = np.abs(measured.frf - exact) / np.abs(measured.frf)
     assert level == pytest.approx(np.sqrt(np.mean(residual**2)), rel=5e-3)
 
 
@@ -146,7 +148,7 @@ def test_a_simulation_takes_the_predicted_amplitude():
     setup = experiment(bp.noise.Relative(0.03, 0.2))
     drawn = bp.simulate(setup, draws=2000)["prior_predictive"]
     spread = (drawn["measured"] - drawn["response"]).std(["chain", "draw"])
-    frf = np.asarray(setup.frf())
+    frf = np.asarray(compiled(bp.Experiment.frf)(setup))
     expected = np.hypot(0.03 * np.abs(frf), 0.2) / np.sqrt(2)
     error = np.asarray(spread) / np.stack([expected, expected], -2) - 1
     assert np.abs(error).max() < 5 / np.sqrt(2 * 2000)
@@ -156,7 +158,7 @@ def test_data_without_amplitudes_are_refused():
     setup = experiment(bp.noise.Relative(0.03))
     data = experiment(bp.noise.Gaussian(1.0)).data(with_error(0.03, 0.2))
     with pytest.raises(InputError, match=r"noise.Relative reads its level from the amplitude"):
-        setup.noise.distribution(setup.predict(), data)
+        setup.noise.distribution(compiled(bp.Experiment.predict)(setup), data)
 
 
 def test_data_without_coherence_are_refused():
@@ -165,7 +167,7 @@ def test_data_without_coherence_are_refused():
         setup.data(with_error(0.03, 0.2))
     data = experiment(bp.noise.Relative(0.03)).data(with_error(0.03, 0.2))
     with pytest.raises(InputError, match=r"noise.Relative\(coherence=\) reads a part"):
-        setup.noise.distribution(setup.predict(), data)
+        setup.noise.distribution(compiled(bp.Experiment.predict)(setup), data)
 
 
 @pytest.mark.parametrize(

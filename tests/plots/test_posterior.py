@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import bayes_placement as bp
+from bayes_placement._compiled import compiled
 
 FREQUENCY = np.array([10.0, 20.0, 40.0, 80.0])
 RNG = np.random.default_rng(3)
@@ -231,10 +232,9 @@ def test_outputs_of_simulate_are_what_the_band_is_drawn_of():
         observe=bp.observe.Complex("velocity"),
         noise=None,
     )
-    figure = bp.plots.posterior.response_band(
-        bp.simulate(experiment, draws=5), reference=experiment.nominal().predict()
-    )
-    frf = np.asarray(experiment.nominal().frf())[0, 0]
+    reference = compiled(bp.Experiment.predict)(experiment.nominal())
+    figure = bp.plots.posterior.response_band(bp.simulate(experiment, draws=5), reference=reference)
+    frf = np.asarray(compiled(bp.Experiment.frf)(experiment.nominal()))[0, 0]
     np.testing.assert_allclose(line(figure.axes[0], "as recorded"), np.log10(np.abs(frf)))
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jax.scipy.special import logsumexp
 from jaxtyping import Array, Float
+from scipy.special import logsumexp
 
 from ..._types import InputError, Key, Progress, check_count
 from ..weights import GOOD_PARETO_K, effective_size, pareto_k
@@ -67,12 +67,12 @@ def weighted(
             "cannot produce these data, or the kernels are too narrow: check the units of the "
             "measurement, widen the priors, or give the experiment an output error."
         )
-    evidence = logsumexp(log_weight)
+    evidence = float(logsumexp(log_weight))
     return EngineDraws(
         position=vectors[None],
         log_likelihood=likelihood[None],
         log_weight=(log_weight - evidence)[None],
-        log_evidence=float(evidence),
+        log_evidence=evidence,
     )
 
 

@@ -52,7 +52,7 @@ def run(engine, model=linear_gaussian, laws=LAWS, key=0, **options):
 
 def values(target, draws):
     """Values of both unknowns [chain, draw, unknown]."""
-    named = jax.vmap(jax.vmap(target.constrain))(jnp.asarray(draws.position))
+    named = jax.jit(jax.vmap(jax.vmap(target.constrain)))(jnp.asarray(draws.position))
     return np.stack([named[name] for name in LAWS], axis=-1)
 
 

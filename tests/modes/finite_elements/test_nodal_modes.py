@@ -297,7 +297,9 @@ def test_crossing_frequencies_keep_their_shapes_and_damping():
         )
     )
     receptances = np.asarray(crossed(jnp.array([20.0, 14.0, 47.0, 60.0])))
-    shape = np.einsum("pa,pam->pm", DIRECTIONS, jax.vmap(shapes().shapes)(jnp.asarray(PLACES)))
+    shape = np.einsum(
+        "pa,pam->pm", DIRECTIONS, jax.jit(jax.vmap(shapes().shapes))(jnp.asarray(PLACES))
+    )
     natural, ratio = 2 * np.pi * np.array([20.0, 14.0, 47.0, 60.0]), [0.01, 0.03, 0.02, 0.02]
     loss = 2j * (np.array(ratio) * natural)[:, None] * omega
     modal = 1 / (natural[:, None] ** 2 - omega**2 + loss)
