@@ -5,15 +5,20 @@ import numpy as np
 from .records import Records, Samples
 
 PLATEAU = 3
-"""Equal samples in a row at the greatest value from which on a record is clipped."""
+"""Equal samples in a row at a greatest value from which on a record is clipped."""
 
 STEPS = 2.5
 """Least step onto a plateau, in the smallest step of the record: a coarse record of a smooth peak
 has plateaus too, with steps of one digit beside them."""
 
 PILE, PILED = 5, 4.0
-"""Samples at the greatest value, and their ratio to those next to it, from which on it is a limit:
-at the peaks of a sine there are 2.4 times as many in the highest digit as in the next one."""
+"""Samples at the greatest value, and their ratio to those at the next one, from which on it is a
+limit: at the peaks of a sine there are 2.4 times as many in the highest digit as in the next one,
+and a record that repeats itself has each of its values as often as the greatest."""
+
+ROUNDING = 1e-9
+"""Distance of samples that are one value, as a share of the greatest: a period that was computed
+without noise comes back rounded in another way."""
 
 FULL = 0.995
 """Share of its range from which on a channel is overloaded."""
@@ -38,15 +43,24 @@ def _fault(samples: Samples, limit: float | None, rate: float, start: int) -> st
         when = (start + int(np.argmax(size >= FULL * limit))) / rate
         return f"reaches its range of {limit:.4g} at {when:.4g} s: it is overloaded"
     digit = float(np.min(np.diff(np.unique(samples))))
-    first = _plateau(samples, size >= greatest, digit)
+    plateaus = [_plateau(samples, sign * samples >= greatest, digit) for sign in (1, -1)]
+    first = min((plateau for plateau in plateaus if plateau is not None), default=None)
     if first is not None:
         return f"is clipped: it stays at its greatest value from {(start + first) / rate:.4g} s on"
-    touched = int(np.sum(size >= greatest))
-    if touched < PILE or touched <= PILED * np.sum(
-        (size < greatest) & (size > greatest - digit * 1.5)
-    ):
-        return None
-    return f"is clipped: it reaches its greatest value, {greatest:.4g}, {touched} times"
+    touched = _piled(size, max(digit / 2, ROUNDING * greatest))
+    if touched:
+        return f"is clipped: it reaches its greatest value, {greatest:.4g}, {touched} times"
+    return None
+
+
+def _piled(size: Samples, resolution: float) -> int:
+    """Number of samples at the greatest value where they are too many; 0 where they are not."""
+    touched = size > size.max() - resolution
+    if touched.sum() < PILE or touched.all():
+        return 0
+    below = size[~touched]
+    following = np.sum(below > below.max() - resolution)
+    return int(touched.sum()) if touched.sum() > PILED * following else 0
 
 
 def _plateau(samples: Samples, greatest: np.ndarray, digit: float) -> int | None:

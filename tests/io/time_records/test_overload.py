@@ -43,6 +43,19 @@ def test_a_clipped_signal_is_told(share, digits):
     assert fault(clipped).startswith("s1 is clipped: it ")
 
 
+@pytest.mark.parametrize("samples", [3, 4, 8, 20])
+@pytest.mark.parametrize("phase", [0.0, 0.25 * np.pi, 0.5 * np.pi])
+def test_a_periodic_signal_without_noise_is_none(samples, phase):
+    angle = 2 * np.pi * np.arange(2000) / samples + phase
+    assert fault(np.sin(angle)) is None
+    assert fault(np.sin(angle) + 0.3 * np.sin(3 * angle)) is None
+
+
+def test_a_period_that_is_clipped_is_told():
+    period = np.clip(np.random.default_rng(3).standard_normal(200), -1.5, 1.5)
+    assert fault(np.tile(period, 10)).startswith("s1 is clipped: it ")
+
+
 def test_when_a_plateau_begins_is_told():
     pulse = np.where((TIME > 0.5) & (TIME < 0.6), 0.0, 1.0) * NOISE
     pulse[500:520] = np.clip(np.hanning(20), 0, 0.7)
