@@ -523,7 +523,7 @@ def calls_of_laws():
                 "matrix": array(
                     np.eye(24), indefinite=-np.eye(24), asymmetric=np.triu(np.ones((24, 24)))
                 ),
-                "scale": positive(1.0, "three"),
+                "factor": positive(1.0, "three"),
             },
             noisy,
         ),
@@ -534,7 +534,7 @@ def calls_of_laws():
         ),
         "noise.FromVariance": Call(
             bp.noise.FromVariance,
-            {"scale": positive(1.0, "three")},
+            {"factor": positive(1.0, "three")},
             lambda noise: experiment(noise=noise).data(
                 measurement(variance=np.full((1, 1, LINES.size), 0.01))
             ),

@@ -876,7 +876,7 @@ CALLS = {
     ),
     "noise scale text": (
         lambda: bp.noise.FromVariance("small"),
-        "noise.FromVariance(scale) was given 'small'; numbers or a distribution are",
+        "noise.FromVariance(factor) was given 'small'; numbers or a distribution are",
     ),
     "records of text": (
         lambda: time_records("force"),

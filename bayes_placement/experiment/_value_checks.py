@@ -53,7 +53,6 @@ _RANGES = {
     ("instrument_effects", "frequency"): _POSITIVE,
     ("instrument_effects", "damping_ratio"): _NOT_NEGATIVE,
     ("noise", "sigma"): _POSITIVE,
-    ("noise", "scale"): _POSITIVE,
     ("noise", "factor"): _POSITIVE,
     ("noise", "ratio"): _POSITIVE,
     ("sensor", "angles"): _ANGLE,

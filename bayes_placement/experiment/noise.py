@@ -132,17 +132,17 @@ class Covariance(Noise):
     matrix
         Covariance of the outputs of one channel pair along frequency [(unit of z)^2], a matrix or
         a distribution of matrices.
-    scale
+    factor
         Factor on the standard deviation [1], a number or a distribution.
     """
 
     reads_coherence: ClassVar[bool] = False
     matrix: Parameter = eqx.field(metadata=unit("(unit of z)^2"))
-    scale: Parameter = eqx.field(metadata=unit("1"))
+    factor: Parameter = eqx.field(metadata=unit("1"))
 
-    def __init__(self, matrix: Parameter, scale: Parameter = 1.0):
+    def __init__(self, matrix: Parameter, factor: Parameter = 1.0):
         self.matrix = positive_definite(matrix)
-        self.scale = positive("noise.Covariance(matrix, scale)", "scale", scale)
+        self.factor = positive("noise.Covariance(matrix, factor)", "factor", factor)
 
     def distribution(
         self, predicted: Response, data: Data | None, kernel: Any = 0.0
@@ -151,7 +151,7 @@ class Covariance(Noise):
         if data is not None and isinstance(data.measured, np.ndarray):
             self.check(data)  # inputs of a compiled function were checked before
         extra = jnp.asarray(kernel)[..., None] * jnp.eye(predicted.shape[-1])
-        matrix = jnp.asarray(self.matrix) * jnp.asarray(self.scale) ** 2
+        matrix = jnp.asarray(self.matrix) * jnp.asarray(self.factor) ** 2
         return MultivariateNormal(predicted, matrix + extra)
 
     def check(self, data: Data) -> None:
@@ -208,17 +208,17 @@ class FromVariance(Noise):
 
     Parameters
     ----------
-    scale
+    factor
         Factor on the standard deviation [1]: 1, or a distribution where repeats do not show all
         errors, as of a sensor that was not mounted anew.
     """
 
     reads_coherence: ClassVar[bool] = False
     reads_variance: ClassVar[bool] = True
-    scale: Parameter = eqx.field(metadata=unit("1"))
+    factor: Parameter = eqx.field(metadata=unit("1"))
 
-    def __init__(self, scale: Parameter = 1.0):
-        self.scale = positive("noise.FromVariance(scale)", "scale", scale)
+    def __init__(self, factor: Parameter = 1.0):
+        self.factor = positive("noise.FromVariance(factor)", "factor", factor)
 
     def variance(self, measurement: Measurement) -> np.ndarray | None:
         """Variance E|error|^2 of each FRF value, as the measurement states it."""
@@ -234,11 +234,11 @@ class FromVariance(Noise):
                 "and none is given here. Give a measurement of time_records.frf, or use "
                 "noise.Gaussian(sigma)."
             )
-        return _of_known_level(predicted, data, data.deviation * jnp.asarray(self.scale), kernel)
+        return _of_known_level(predicted, data, data.deviation * jnp.asarray(self.factor), kernel)
 
     def deviation(self, data: Data) -> Response | None:
-        """Return the known deviation times the scale; None where this is a distribution."""
-        return _known_deviation(data, self.scale)
+        """Return the known deviation times the factor; None where this is a distribution."""
+        return _known_deviation(data, self.factor)
 
 
 class Relative(Noise):

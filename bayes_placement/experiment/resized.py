@@ -125,7 +125,7 @@ def with_lines_at(experiment: Experiment, chosen: np.ndarray) -> Experiment:
 def _noise_at(noise: Noise | None, chosen: np.ndarray, size: int) -> Noise | None:
     """Noise of the chosen ones of `size` lines."""
     if isinstance(noise, Covariance):
-        return Covariance(np.asarray(noise.matrix)[np.ix_(chosen, chosen)], noise.scale)
+        return Covariance(np.asarray(noise.matrix)[np.ix_(chosen, chosen)], noise.factor)
     if isinstance(noise, Gaussian) and np.shape(noise.sigma)[-1:] == (size,):
         return Gaussian(np.asarray(noise.sigma)[..., chosen])
     return noise

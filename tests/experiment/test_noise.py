@@ -63,9 +63,9 @@ def test_a_level_for_each_part_is_kept_as_it_is():
     ("error", "names"),
     [
         (noise.Gaussian(dist.HalfNormal(0.1)), [("sigma", "unit of z")]),
-        (noise.Covariance(np.eye(4), scale=dist.LogNormal(0.0, 1.0)), [("scale", "1")]),
+        (noise.Covariance(np.eye(4), factor=dist.LogNormal(0.0, 1.0)), [("factor", "1")]),
         (noise.FromCoherence(dist.LogNormal(0.0, 0.5)), [("factor", "1")]),
-        (noise.FromVariance(dist.LogNormal(0.0, 0.5)), [("scale", "1")]),
+        (noise.FromVariance(dist.LogNormal(0.0, 0.5)), [("factor", "1")]),
         (noise.Gaussian(0.1), []),
     ],
 )
@@ -81,7 +81,7 @@ def covariance():
 @pytest.mark.parametrize("predicted", [PREDICTED, PARTS], ids=["real", "complex"])
 def test_covariance_is_a_joint_normal_distribution_along_the_lines(predicted):
     data = data_for(predicted)
-    density = log_density(noise.Covariance(covariance(), scale=1.5), predicted, data)
+    density = log_density(noise.Covariance(covariance(), factor=1.5), predicted, data)
     joint = stats.multivariate_normal(np.zeros(4), 1.5**2 * covariance())
     np.testing.assert_allclose(density, joint.logpdf(np.asarray(data.z) - predicted), rtol=1e-10)
 
@@ -211,8 +211,8 @@ def test_noise_that_is_not_positive_is_refused(value):
     for kind, word in (
         (noise.Gaussian, "standard deviation"),
         (noise.FromCoherence, "factor"),
-        (noise.FromVariance, "scale"),
-        (lambda scale: noise.Covariance(np.eye(4), scale), "scale"),
+        (noise.FromVariance, "factor"),
+        (lambda factor: noise.Covariance(np.eye(4), factor), "factor"),
     ):
         with pytest.raises(ValueError, match=rf"was given a {word} of .*; the {word} must be pos"):
             kind(value)

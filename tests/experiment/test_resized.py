@@ -66,12 +66,12 @@ def test_levels_of_channels_stay():
 
 def test_each_pair_of_lines_keeps_its_covariance():
     resized = with_lines(
-        experiment(bp.noise.Covariance(np.outer(LINES, LINES) + np.eye(10), scale=2.0)), 3
+        experiment(bp.noise.Covariance(np.outer(LINES, LINES) + np.eye(10), factor=2.0)), 3
     )
     npt.assert_allclose(
         resized.noise.matrix, np.outer(resized.frequency, resized.frequency) + np.eye(3)
     )
-    assert resized.noise.scale == 2.0
+    assert resized.noise.factor == 2.0
 
 
 def test_each_force_level_keeps_its_output_error():
