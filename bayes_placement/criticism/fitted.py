@@ -38,6 +38,14 @@ def fitted(
         By channel pair and line `measured` and `predicted`, of complex outputs as log10 of the
         amplitude, and in the unit of the outputs the size of the `error` between the two and that
         expected of the `noise`.
+
+    Examples
+    --------
+    >>> from bayes_placement.criticism.fitted import fitted
+    >>> values = {"structure.damping.ratio": 0.04, "sensor.s1.position": 0.2}
+    >>> fit = fitted(experiment, measured, values)
+    >>> sorted(fit.data_vars)
+    ['error', 'measured', 'noise', 'predicted']
     """
     data = experiment.data(measurement)
     concrete = experiment.fix(with_arrays(experiment, values))
@@ -87,6 +95,12 @@ def fitted_steps(
     -------
     dict
         By a name for each model, what `fitted` returns at the means of its unknowns.
+
+    Examples
+    --------
+    >>> from bayes_placement.criticism.fitted import fitted_steps
+    >>> list(fitted_steps(ledger, experiment, surprise))
+    ['as given', 'with point_mass']
     """
     first, last = ledger.steps[0], ledger.steps[-1]
     fits = {"as given": fitted(first.experiment or experiment, measurement, first.values)}

@@ -41,6 +41,12 @@ class EffectiveIndependence:
         removal. Shapes are mass-normalised.
     modes
         Numbers of the modes, counted from one.
+
+    Examples
+    --------
+    >>> chosen = bp.design.effective_independence(experiment, {"s1": [0.1, 0.3, 0.5]}, modes=[1])
+    >>> float(chosen.positions["s1"])
+    0.5
     """
 
     positions: dict[str, Any]
@@ -99,6 +105,12 @@ def effective_independence(
     ------
     InputError
         If sensors or their places differ, or there are too few of them for the modes.
+
+    Examples
+    --------
+    >>> chosen = bp.design.effective_independence(experiment, {"s1": [0.1, 0.3, 0.5]}, modes=[1])
+    >>> chosen.table["kept"].tolist()
+    [True, False, False]
     """
     moved = candidates(experiment, places)
     _check_alike(experiment, moved)

@@ -90,6 +90,12 @@ def information_map(
         cannot be sent to another process.
     WorkerError
         If a worker was lost and the executor cannot continue, or a worker cannot unpack its chunk.
+
+    Examples
+    --------
+    >>> learnt = bp.information_map(experiment, places, estimator=estimator)
+    >>> learnt["information_gain"].sizes["s1"]
+    3
     """
     check_count("chunk", chunk, 1, "information_map(..., chunk=100)")
     with shown(progress, "map") as report:
@@ -122,6 +128,12 @@ class Lead(NamedTuple):
         Index of each along the dimensions of the map.
     difference, difference_se
         Information gain of the best less that of the other, and its standard error.
+
+    Examples
+    --------
+    >>> lead = bp.design.lead(learnt)
+    >>> lead.best, lead.other, lead.difference > 0
+    ({'s1': 0}, {'s1': 1}, True)
     """
 
     best: dict[str, int]
@@ -147,6 +159,11 @@ def lead(learnt: xr.Dataset, other: Mapping[str, int] | None = None) -> Lead:
     ------
     InfeasibleError
         If the information gain is finite at no placement.
+
+    Examples
+    --------
+    >>> bp.design.lead(learnt, {"s1": 2}).difference > 0
+    True
     """
     gain = learnt["information_gain"]
     names = [str(name) for name in gain.dims]
@@ -213,7 +230,13 @@ def _estimates(cell: xr.Dataset) -> np.ndarray:
 
 @arguments_checked
 def rivals(learnt: xr.Dataset) -> xr.DataArray:
-    """Return which placements are not significantly worse than the best (two standard errors)."""
+    """Return which placements are not significantly worse than the best (two standard errors).
+
+    Examples
+    --------
+    >>> bool(bp.design.rivals(learnt)[0])  # the best is none of those that are worse
+    True
+    """
     gain, jackknife = learnt["information_gain"], learnt["information_gain_jackknife"]
     names = [str(name) for name in gain.dims]
     best = lead(learnt).best

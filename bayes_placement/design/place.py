@@ -56,6 +56,11 @@ class Placement:
         Number of placements whose information gain was estimated.
     lines
         Which lines were used, in words; empty where all were.
+
+    Examples
+    --------
+    >>> float(best.positions["s1"]), best.evaluations
+    (0.2, 2)
     """
 
     positions: dict[str, Any]
@@ -163,6 +168,12 @@ def place(
     InputError
         If no placement is allowed, none has a finite information gain, or the estimator cannot
         treat the experiment.
+
+    Examples
+    --------
+    >>> best = bp.place(experiment, {"s1": [0.2, 0.3, 0.4]}, estimator=estimator)
+    >>> float(best.positions["s1"])
+    0.2
     """
     rules = PlacementRules(tuple(forbidden), least_distance)
     costs = {name: float(nat) for name, nat in (cost or {}).items()}

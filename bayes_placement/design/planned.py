@@ -34,6 +34,12 @@ def planned(
     ------
     InputError
         If the error is read from a measurement, and neither is given.
+
+    Examples
+    --------
+    >>> log = {"observe": bp.observe.LogAmplitude("velocity"), "noise": bp.noise.FromCoherence()}
+    >>> bp.design.planned(bp.Experiment(structure, **setup | log), sigma=0.02).noise
+    Gaussian(sigma=0.02)
     """
     noise = experiment.noise
     if sigma is not None:

@@ -36,6 +36,11 @@ class ToleranceStudy:
         there and `information_gain_se` [nat]; `improvement`, its difference from the best for the
         first tolerance, and its error `improvement_se`; `relocation`, the part of it that is lost
         if all transducers stay at the first optimum, and its error `relocation_se`.
+
+    Examples
+    --------
+    >>> study.table.columns[:3].tolist(), len(study.table)
+    (['s1', 'information_gain', 'information_gain_se'], 2)
     """
 
     maps: xr.Dataset = field(repr=False)
@@ -100,6 +105,14 @@ def tolerance_study(
     ------
     InputError
         If a transducer has no tolerance, or a factor is not positive.
+
+    Examples
+    --------
+    >>> study = bp.design.tolerance_study(
+    ...     experiment, places, factors=(1.0, 0.5), estimator=estimator
+    ... )
+    >>> study.maps.sizes["tolerance_factor"]
+    2
     """
     if not factors or min(factors) <= 0:
         raise InputError(

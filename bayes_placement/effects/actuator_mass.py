@@ -24,6 +24,11 @@ class ActuatorMass(InstrumentEffect):
     ----------
     mass
         Mass of each exciter beyond its gauge [kg].
+
+    Examples
+    --------
+    >>> [effect.name for effect in (experiment + bp.effects.actuator_mass(0.01)).effects]
+    ['actuator_mass']
     """
 
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)

@@ -28,6 +28,14 @@ class AxialPreload(GlobalChange):
     ----------
     tension
         Tension [N].
+
+    Examples
+    --------
+    >>> sizes = {"length": 1.0, "area": 1e-4, "second_moment": 1e-9}
+    >>> beam = bp.beams.beam(3, **sizes, youngs_modulus=7e10, density=2700.0, ends="clamped-free")
+    >>> wire = bp.Structure(beam, damping=bp.damping.Modal(0.01))
+    >>> wire + bp.effects.axial_preload(tension=20.0)
+    Structure: UniformBeam, Modal damping, with axial_preload
     """
 
     absent: ClassVar[tuple[str, float]] = ("tension", 0.0)

@@ -30,6 +30,12 @@ class ChannelDelay(OnTransducer):
         `sensor` or `actuator`; by default the name tells.
     direction
         Recorded direction of the only channel that is delayed; None for all of the transducer.
+
+    Examples
+    --------
+    >>> late = bp.effects.channel_delay("s1", delay=2e-5)
+    >>> [effect.name for effect in (experiment + late).effects]
+    ['channel_delay']
     """
 
     absent: ClassVar[tuple[str, float]] = ("delay", 0.0)

@@ -33,6 +33,12 @@ class CompliantSupport(Hinged):
         `left` or `right`.
     motion
         `rotation` or `translation`; a bar has translation only.
+
+    Examples
+    --------
+    >>> seat = bp.effects.compliant_support(1e-8, end="left", motion="translation")
+    >>> structure + seat
+    Structure: UniformBar, Modal damping, with compliant_support
     """
 
     absent: ClassVar[tuple[str, float]] = ("compliance", 0.0)

@@ -30,6 +30,12 @@ class CubicStiffness(CubicAttachment):
         Force per cube of displacement [N/m^3].
     direction
         Direction in which it acts, three numbers; None for every one in which the structure moves.
+
+    Examples
+    --------
+    >>> driven = bp.Experiment(structure, **setup, force_levels=[1.0, 10.0])
+    >>> list((driven + bp.effects.cubic_stiffness(at=0.4, stiffness=1e13)).structure.effects)
+    ['cubic_stiffness']
     """
 
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)

@@ -57,6 +57,11 @@ class Effect(eqx.Module):
     name
         Name in an experiment. Its default is the kind of the effect: models of the same physics
         for different structures share a kind.
+
+    Examples
+    --------
+    >>> bp.effects.point_mass.absent  # the field that is the strength, and its value at none
+    ('mass', 0.0)
     """
 
     absent: eqx.AbstractClassVar[tuple[str, float]]
@@ -165,7 +170,14 @@ class AtPlace(StructureEffect):
 
 
 class Attachment(AtPlace):
-    """Something attached to the structure, which feels its dynamic stiffness at one place."""
+    """Something attached to the structure, which feels its dynamic stiffness at one place.
+
+    Examples
+    --------
+    >>> kinds = bp.effects.EFFECTS.items()
+    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.Attachment)]
+    ['point_mass', 'ground_spring', 'ground_dashpot', 'tuned_absorber']
+    """
 
     @abc.abstractmethod
     def dynamic_stiffness(self, omega: Omega) -> Stiffness:
@@ -173,7 +185,14 @@ class Attachment(AtPlace):
 
 
 class CubicAttachment(AtPlace):
-    """An attachment whose stiffness grows with the square of the displacement amplitude."""
+    """An attachment whose stiffness grows with the square of the displacement amplitude.
+
+    Examples
+    --------
+    >>> kinds = bp.effects.EFFECTS.items()
+    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.CubicAttachment)]
+    ['cubic_stiffness']
+    """
 
     @abc.abstractmethod
     def hardening(self) -> Float[Array, ""]:
@@ -181,7 +200,14 @@ class CubicAttachment(AtPlace):
 
 
 class Modulus(StructureEffect):
-    """A stiffness that depends on frequency and loses energy, everywhere on the structure."""
+    """A stiffness that depends on frequency and loses energy, everywhere on the structure.
+
+    Examples
+    --------
+    >>> kinds = bp.effects.EFFECTS.items()
+    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.Modulus)]
+    ['hysteretic_damping', 'viscoelastic_modulus']
+    """
 
     @abc.abstractmethod
     def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
@@ -193,7 +219,14 @@ class Modulus(StructureEffect):
 
 
 class GlobalChange(StructureEffect):
-    """An effect all along the structure proper: it changes the modes themselves."""
+    """An effect all along the structure proper: it changes the modes themselves.
+
+    Examples
+    --------
+    >>> kinds = bp.effects.EFFECTS.items()
+    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.GlobalChange)]
+    ['axial_preload', 'shear_and_rotary_inertia']
+    """
 
     @abc.abstractmethod
     def changed(self, modes: Modes) -> Modes:
@@ -201,7 +234,15 @@ class GlobalChange(StructureEffect):
 
 
 class Hinged(StructureEffect):
-    """An effect that makes the structure proper more flexible at some places."""
+    """An effect that makes the structure proper more flexible at some places.
+
+    Examples
+    --------
+    >>> kinds = bp.effects.EFFECTS.items()
+    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.Hinged)]
+    ['local_stiffness_loss', 'region_stiffness_loss', 'compliant_support', 'soft_support',
+    'member_preload']
+    """
 
     @abc.abstractmethod
     def hinges(self, modes: Modes) -> Sequence[Hinge] | Sequence[FlexiblePart]:

@@ -24,6 +24,12 @@ class ExponentialWindow(InstrumentEffect):
     ----------
     rate
         Inverse of the time constant tau [1/s].
+
+    Examples
+    --------
+    >>> window = bp.effects.exponential_window(rate=1 / 0.3)  # a time constant of 0.3 s
+    >>> [effect.name for effect in (experiment + window).effects]
+    ['exponential_window']
     """
 
     absent: ClassVar[tuple[str, float]] = ("rate", 0.0)

@@ -31,6 +31,12 @@ class FrequencyDrift(OnTransducer):
         `sensor` or `actuator`; by default the name tells.
     direction
         Recorded direction of the only channel in whose run they have; None for all of them.
+
+    Examples
+    --------
+    >>> warm = bp.effects.frequency_drift("a1", drift=dist.Normal(0.0, 0.01))
+    >>> list((experiment + warm).unknown)
+    ['structure.damping.ratio', 'sensor.s1.position', 'instrument_effects.frequency_drift.drift']
     """
 
     absent: ClassVar[tuple[str, float]] = ("drift", 0.0)

@@ -29,6 +29,12 @@ class GainError(OnTransducer):
         `sensor` or `actuator`; by default the name tells.
     direction
         Recorded direction of the only channel that is wrong; None for all of the transducer.
+
+    Examples
+    --------
+    >>> wrong = experiment + bp.effects.gain_error("s1", error=dist.Normal(0.0, 0.1))
+    >>> list(wrong.unknown)
+    ['structure.damping.ratio', 'sensor.s1.position', 'instrument_effects.gain_error.error']
     """
 
     absent: ClassVar[tuple[str, float]] = ("error", 0.0)

@@ -23,6 +23,12 @@ class GroundDashpot(Attachment):
         Force per velocity [N s/m].
     direction
         Direction in which it acts, three numbers; None for every one in which the structure moves.
+
+    Examples
+    --------
+    >>> dashpot = bp.effects.ground_dashpot(at=0.1, viscosity=dist.Uniform(0.0, 50.0))
+    >>> list((experiment + dashpot).unknown)
+    ['structure.damping.ratio', 'structure.effects.ground_dashpot.viscosity', 'sensor.s1.position']
     """
 
     absent: ClassVar[tuple[str, float]] = ("viscosity", 0.0)

@@ -28,6 +28,12 @@ class GroundSpring(Attachment):
         Stiffness [N/m].
     direction
         Direction in which it acts, three numbers; None for every one in which the structure moves.
+
+    Examples
+    --------
+    >>> suspended = structure + bp.effects.ground_spring(at=0.1, stiffness=2e4, name="cord")
+    >>> list(suspended.effects)
+    ['cord']
     """
 
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)

@@ -25,6 +25,11 @@ class HystereticDamping(Modulus):
         Loss factor [1].
     share
         Share of the damping as drawn that it replaces [1].
+
+    Examples
+    --------
+    >>> (structure + bp.effects.hysteretic_damping(loss_factor=0.02, share=1.0)).effects
+    OrderedDict([('hysteretic_damping', HystereticDamping(loss_factor=0.02, share=1.0))])
     """
 
     absent: ClassVar[tuple[str, float]] = ("share", 0.0)

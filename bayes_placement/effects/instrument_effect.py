@@ -26,6 +26,15 @@ class InstrumentEffect(Effect):
     ----------
     loads
         Sides that load the structure where they sit: `sensor`, `actuator`, both or none.
+
+    Examples
+    --------
+    >>> kinds = bp.effects.EFFECTS.items()
+    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.InstrumentEffect)]
+    ['residual_modes', 'sensor_mass', 'actuator_mass', 'stinger', 'exponential_window',
+    'time_delay', 'channel_delay', 'gain_error', 'mount_resonance', 'misplaced_sensor',
+    'misplaced_actuator', 'reversed_sensor', 'reversed_channel', 'swapped_sensors',
+    'swapped_actuators', 'frequency_drift']
     """
 
     loads: ClassVar[tuple[str, ...]] = ()

@@ -32,6 +32,11 @@ class Library(Generic[Tested]):
         The experiment.
     effects
         Candidates with priors; variants of one kind bear the same name.
+
+    Examples
+    --------
+    >>> bp.effects.library(experiment, ["point_mass", "time_delay"]).kinds
+    ['point_mass', 'time_delay']
     """
 
     experiment: Tested
@@ -67,6 +72,13 @@ def library(
     ------
     InputError
         If a name is unknown.
+
+    Examples
+    --------
+    >>> candidates = bp.effects.library(experiment, ["point_mass", "ground_spring"])
+    >>> heaviest = max(effect.mass.high for effect in candidates.effects[:1])
+    >>> round(float(heaviest), 2)  # kg, scaled to the structure
+    8.64
     """
     classes = [*EFFECTS.values()] if kinds is None else _chosen(kinds)
     classes += [candidate for candidate in further if isinstance(candidate, type)]

@@ -36,6 +36,14 @@ class LocalStiffnessLoss(Hinged):
         Its length [m].
     loss
         Share of the stiffness that is lost [1]; negative where the stretch is stiffer.
+
+    Examples
+    --------
+    >>> crack = bp.effects.local_stiffness_loss(
+    ...     at=dist.Uniform(0.1, 0.9), extent=0.02, loss=dist.Uniform(0.0, 0.9)
+    ... )
+    >>> [unknown.name for unknown in (experiment + crack).unknowns_of(crack)]
+    ['structure.effects.local_stiffness_loss.at', 'structure.effects.local_stiffness_loss.loss']
     """
 
     absent: ClassVar[tuple[str, float]] = ("loss", 0.0)

@@ -31,6 +31,15 @@ class MemberPreload(Hinged):
         Name of the member, or its number from 0.
     tension
         Tension [N].
+
+    Examples
+    --------
+    >>> geometric = np.diag(np.full(10, 2.0))  # `frame_geometric_stiffness` makes one of elements
+    >>> members = {"brace": geometric}
+    >>> modes = bp.finite_elements.modes(matrices, reading, up_to=500.0, members=members)
+    >>> brace = bp.Structure(modes, damping=bp.damping.Modal(0.02))
+    >>> brace + bp.effects.member_preload("brace", tension=dist.Uniform(0.0, 40.0))
+    Structure: NodalModes, Modal damping, with axial_preload
     """
 
     absent: ClassVar[tuple[str, float]] = ("tension", 0.0)

@@ -23,6 +23,12 @@ class MisplacedActuator(Misplaced):
         In space: the direction of the shift, or two directions at right angles on a surface.
     bearing
         Angle of the shift from the first of two directions to the second [rad].
+
+    Examples
+    --------
+    >>> elsewhere = bp.effects.misplaced_actuator("a1", shift=0.05)
+    >>> [effect.name for effect in (experiment + elsewhere).effects]
+    ['misplaced_actuator']
     """
 
     side: ClassVar[str] = "actuator"

@@ -23,6 +23,12 @@ class MisplacedSensor(Misplaced):
         In space: the direction of the shift, or two directions at right angles on a surface.
     bearing
         Angle of the shift from the first of two directions to the second [rad].
+
+    Examples
+    --------
+    >>> elsewhere = bp.effects.misplaced_sensor("s1", shift=dist.Uniform(-0.1, 0.1))
+    >>> [unknown.name for unknown in (experiment + elsewhere).unknowns_of(elsewhere)]
+    ['instrument_effects.misplaced_sensor.shift']
     """
 
     side: ClassVar[str] = "sensor"

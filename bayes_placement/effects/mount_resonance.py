@@ -31,6 +31,12 @@ class MountResonance(InstrumentEffect):
         Natural frequency w0 / (2 pi) of the sensor on its mount [Hz].
     damping_ratio
         Damping ratio z of the mount [1].
+
+    Examples
+    --------
+    >>> soft = bp.effects.mount_resonance("s1", frequency=2000.0, damping_ratio=0.05)
+    >>> [effect.name for effect in (experiment + soft).effects]
+    ['mount_resonance']
     """
 
     absent: ClassVar[tuple[str, float]] = ("frequency", math.inf)

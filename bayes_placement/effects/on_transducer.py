@@ -29,6 +29,12 @@ class OnTransducer(InstrumentEffect):
         `sensor` or `actuator`; empty where the name tells, sensors first.
     direction
         Recorded direction of the only channel that it is about; None for all of the transducer.
+
+    Examples
+    --------
+    >>> kinds = bp.effects.EFFECTS.items()
+    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.OnTransducer)]
+    ['channel_delay', 'gain_error', 'reversed_channel', 'frequency_drift']
     """
 
     transducer: eqx.AbstractVar[Number]

@@ -24,6 +24,12 @@ class PointMass(Attachment):
         Where it sits [m].
     mass
         Mass [kg].
+
+    Examples
+    --------
+    >>> heavier = experiment + bp.effects.point_mass(at=0.4, mass=dist.LogUniform(0.01, 1.0))
+    >>> list(heavier.unknown)
+    ['structure.damping.ratio', 'structure.effects.point_mass.mass', 'sensor.s1.position']
     """
 
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)

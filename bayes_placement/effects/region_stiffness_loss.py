@@ -34,6 +34,13 @@ class RegionStiffnessLoss(Hinged):
         Name of the region, or its number from 0.
     loss
         Share of its stiffness that is lost, less than 1 [1]; negative where it is stiffer.
+
+    Examples
+    --------
+    >>> modes = bp.finite_elements.modes(matrices, reading, up_to=500.0)
+    >>> beam = bp.Structure(modes, damping=bp.damping.Modal(0.02))
+    >>> beam + bp.effects.region_stiffness_loss("root", loss=dist.Uniform(0.0, 0.5))
+    Structure: NodalModes, Modal damping, with local_stiffness_loss
     """
 
     absent: ClassVar[tuple[str, float]] = ("loss", 0.0)

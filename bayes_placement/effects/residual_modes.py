@@ -25,6 +25,12 @@ class ResidualModes(InstrumentEffect):
     ----------
     flexibility
         Residual flexibility of each sensor and actuator channel, [sensor, actuator] [m/N].
+
+    Examples
+    --------
+    >>> stiffer = experiment + bp.effects.residual_modes(flexibility=np.array([[1e-8]]))
+    >>> [effect.name for effect in stiffer.effects]
+    ['residual_modes']
     """
 
     absent: ClassVar[tuple[str, float]] = ("flexibility", 0.0)

@@ -26,6 +26,11 @@ class ReversedChannel(OnTransducer):
         `sensor` or `actuator`; by default the name tells.
     direction
         Recorded direction of the only channel that is reversed; None for all of the transducer.
+
+    Examples
+    --------
+    >>> [effect.name for effect in (experiment + bp.effects.reversed_channel("a1")).effects]
+    ['reversed_channel']
     """
 
     absent: ClassVar[tuple[str, float]] = ("share", 0.0)

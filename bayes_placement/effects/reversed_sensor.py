@@ -23,6 +23,12 @@ class ReversedSensor(InstrumentEffect):
         Name of the sensor.
     share
         1 where its axis points the other way, 0 where it points as recorded; between, a mixture.
+
+    Examples
+    --------
+    >>> turned = experiment + bp.effects.reversed_sensor("s1")
+    >>> [effect.name for effect in turned.effects]
+    ['reversed_sensor']
     """
 
     absent: ClassVar[tuple[str, float]] = ("share", 0.0)

@@ -76,6 +76,12 @@ class Scales:
     ----------
     setup
         The experiment.
+
+    Examples
+    --------
+    >>> scales = bp.effects.Scales(experiment)
+    >>> round(float(scales.mass), 2), scales.band
+    (8.64, (100.0, 650.0))
     """
 
     setup: Setup

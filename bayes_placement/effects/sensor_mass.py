@@ -23,6 +23,12 @@ class SensorMass(InstrumentEffect):
     ----------
     mass
         Mass of each sensor [kg].
+
+    Examples
+    --------
+    >>> loaded = experiment + bp.effects.sensor_mass(dist.Uniform(0.0, 0.02))
+    >>> loaded.unknown["instrument_effects.sensor_mass.mass"].unit
+    'kg'
     """
 
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)

@@ -30,6 +30,14 @@ class ShearAndRotaryInertia(GlobalChange):
         E / (k G) [1].
     share
         1 for the beam of Timoshenko, 0 for that of Euler and Bernoulli.
+
+    Examples
+    --------
+    >>> sizes = {"length": 1.0, "area": 1e-4, "second_moment": 1e-9}
+    >>> beam = bp.beams.beam(3, **sizes, youngs_modulus=7e10, density=2700.0, ends="clamped-free")
+    >>> thick = bp.Structure(beam, damping=bp.damping.Modal(0.01))
+    >>> thick + bp.effects.shear_and_rotary_inertia(modulus_ratio=3.12)
+    Structure: UniformBeam, Modal damping, with shear_and_rotary_inertia
     """
 
     absent: ClassVar[tuple[str, float]] = ("share", 0.0)

@@ -36,6 +36,14 @@ class SoftSupport(Hinged):
     compliance
         Rotation per moment [rad/(N m)], displacement per force [m/N], or along an edge
         displacement per force per length [m2/N].
+
+    Examples
+    --------
+    >>> soft = {"foot": bp.finite_elements.soft_supports.springs(matrices, [1])}  # its rotation
+    >>> modes = bp.finite_elements.modes(matrices, reading, up_to=500.0, soft=soft)
+    >>> beam = bp.Structure(modes, damping=bp.damping.Modal(0.02))
+    >>> beam + bp.effects.soft_support("foot", compliance=dist.LogUniform(1e-5, 1e-2))
+    Structure: NodalModes, Modal damping, with compliant_support
     """
 
     absent: ClassVar[tuple[str, float]] = ("compliance", 0.0)

@@ -30,6 +30,12 @@ class Stinger(InstrumentEffect):
         Natural frequency of the mass on the spring, sqrt(k / m) / (2 pi) [Hz].
     damping_ratio
         Damping ratio of the mass on the spring, c / (2 sqrt(k m)) [1].
+
+    Examples
+    --------
+    >>> shaker = bp.effects.stinger(stiffness=1e4, frequency=300.0, damping_ratio=0.1)
+    >>> shaker.load("actuator", 0, jnp.array([0.0]))  # N/m at rest
+    Array([10000.+0.j], dtype=complex128)
     """
 
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)

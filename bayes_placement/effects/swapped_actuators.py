@@ -19,6 +19,13 @@ class SwappedActuators(Swapped):
         Names of the two actuators, which have equally many channels.
     share
         1 where the two are swapped, 0 where they are not; between, a mixture.
+
+    Examples
+    --------
+    >>> actuators = [bp.Actuator("a1", at=0.3), bp.Actuator("a2", at=0.6)]
+    >>> two = bp.Experiment(structure, **setup | {"actuators": actuators})
+    >>> [effect.name for effect in (two + bp.effects.swapped_actuators("a1", "a2")).effects]
+    ['swapped_actuators']
     """
 
     side: ClassVar[str] = "actuator"

@@ -19,6 +19,13 @@ class SwappedSensors(Swapped):
         Names of the two sensors, which have equally many channels.
     share
         1 where the two are swapped, 0 where they are not; between, a mixture.
+
+    Examples
+    --------
+    >>> sensors = [bp.Sensor("s1", at=0.2), bp.Sensor("s2", at=0.4)]
+    >>> two = bp.Experiment(structure, **setup | {"sensors": sensors})
+    >>> [effect.name for effect in (two + bp.effects.swapped_sensors("s1", "s2")).effects]
+    ['swapped_sensors']
     """
 
     side: ClassVar[str] = "sensor"

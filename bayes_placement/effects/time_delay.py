@@ -22,6 +22,12 @@ class TimeDelay(InstrumentEffect):
     ----------
     delay
         Delay tau [s].
+
+    Examples
+    --------
+    >>> late = experiment + bp.effects.time_delay(dist.Uniform(0.0, 1e-4))
+    >>> list(late.unknown)
+    ['structure.damping.ratio', 'sensor.s1.position', 'instrument_effects.time_delay.delay']
     """
 
     absent: ClassVar[tuple[str, float]] = ("delay", 0.0)

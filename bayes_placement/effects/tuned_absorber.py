@@ -31,6 +31,12 @@ class TunedAbsorber(Attachment):
         Damping ratio on a fixed foot [1].
     direction
         Direction in which it acts, three numbers; None for every one in which the structure moves.
+
+    Examples
+    --------
+    >>> absorber = bp.effects.tuned_absorber(0.4, mass=0.1, frequency=170.0, damping_ratio=0.1)
+    >>> (structure + absorber).effects["tuned_absorber"].frequency
+    170.0
     """
 
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)

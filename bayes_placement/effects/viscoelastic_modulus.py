@@ -25,6 +25,12 @@ class ViscoelasticModulus(Modulus):
         Share delta of the modulus that relaxes, over the static modulus [1].
     relaxation_time
         Relaxation time tau [s].
+
+    Examples
+    --------
+    >>> rubber = bp.effects.viscoelastic_modulus(relaxing=0.5, relaxation_time=1e-3)
+    >>> complex(rubber.relative_modulus(jnp.array([1000.0]))[0])  # at omega tau = 1
+    (0.25+0.25j)
     """
 
     absent: ClassVar[tuple[str, float]] = ("relaxing", 0.0)

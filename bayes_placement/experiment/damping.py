@@ -24,6 +24,11 @@ class Damping(eqx.Module):
     """A damping law: what it adds to omega_n^2 - omega^2 in every mode.
 
     Its fields are numbers, or distributions without negative values.
+
+    Examples
+    --------
+    >>> issubclass(bp.damping.Rayleigh, bp.damping.Damping)
+    True
     """
 
     @abc.abstractmethod
@@ -67,6 +72,11 @@ class Modal(Damping):
     ratio
         Damping ratios [1] of the elastic modes in order; the last one holds for all further
         modes. One number serves every mode. Rigid-body modes are not damped and not counted.
+
+    Examples
+    --------
+    >>> bp.damping.Modal([dist.Uniform(0.02, 0.06), 0.04]).ratio[1]  # of all further modes
+    0.04
     """
 
     ratio: tuple[Parameter, ...] | Parameter = eqx.field(metadata=unit("1"))
@@ -115,6 +125,12 @@ class Rayleigh(Damping):
         Share of the mass matrix [1/s].
     stiffness
         Share of the stiffness matrix [s].
+
+    Examples
+    --------
+    >>> law, omega = bp.damping.Rayleigh(mass=10.0, stiffness=1e-5), jnp.array([1000.0])
+    >>> float(law.loss(omega, omega, 0)[0, 0].imag / (2 * omega[0] ** 2))  # damping ratio
+    0.01
     """
 
     mass: Parameter = eqx.field(metadata=unit("1/s"))
@@ -141,6 +157,11 @@ class Structural(Damping):
     ----------
     loss_factor
         Loss factor [1].
+
+    Examples
+    --------
+    >>> complex(bp.damping.Structural(0.02).static_loss(jnp.array([1000.0]))[0])
+    0.02j
     """
 
     loss_factor: Parameter = eqx.field(metadata=unit("1"))

@@ -79,6 +79,14 @@ class Experiment(eqx.Module):
     ValueError
         For transducers of the same name or outside the structure, and for lines at which the
         observation is not finite.
+
+    Examples
+    --------
+    >>> experiment = bp.Experiment(structure, **setup)
+    >>> list(experiment.unknown)
+    ['structure.damping.ratio', 'sensor.s1.position']
+    >>> experiment.nominal().unknowns
+    []
     """
 
     structure: Structure = eqx.field(metadata=owners(Role.PARAMETER))

@@ -11,6 +11,7 @@ from .._types import InputError
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
 from . import _measurement_checks as checks
 from . import _measurement_dataset, _noise_level, line_choice
+from ._measurement_arrays import as_pairs, frozen
 from ._measurement_words import sentence
 from .quantities import converted, frf_name
 
@@ -57,6 +58,13 @@ class Measurement:
     ------
     ValueError
         If shapes do not agree, a measured pair has gaps, or a value is out of its range.
+
+    Examples
+    --------
+    >>> kept = {"sensors": ["s1"], "actuators": ["a1"], "quantity": "mobility"}
+    >>> bp.Measurement.from_arrays([1e-3 + 2e-3j, 3e-3j], [100.0, 150.0], **kept)
+    Measurement: mobility [(m/s)/N] of 1 sensor channel for 1 actuator channel, 1 pair measured, 2
+    lines from 100 to 150 Hz, no coherence.
     """
 
     frf: np.ndarray
@@ -75,7 +83,7 @@ class Measurement:
         for name in ("frf", "frequency", *_OF_LINES):
             if getattr(self, name) is not None:
                 dtype = complex if name == "frf" else float
-                object.__setattr__(self, name, _frozen(getattr(self, name), dtype))
+                object.__setattr__(self, name, frozen(getattr(self, name), dtype))
         object.__setattr__(self, "positions", checks.positions(self.positions))
         for channel in self.sensors + self.actuators:
             checked(channel)
@@ -136,16 +144,16 @@ class Measurement:
         check_distinct("actuator", columns)
         single = len(rows) == len(columns) == 1
         return cls(
-            frf=_as_pairs(frf, single),
+            frf=as_pairs(frf, single),
             frequency=np.asarray(frequency),
             sensors=rows,
             actuators=columns,
             quantity=quantity,
-            coherence=None if coherence is None else _as_pairs(coherence, single),
+            coherence=None if coherence is None else as_pairs(coherence, single),
             averages=averages,
             positions=checks.positions(positions or {}),
             force_level=force_level,
-            variance=None if variance is None else _as_pairs(variance, single),
+            variance=None if variance is None else as_pairs(variance, single),
         )
 
     @property
@@ -382,18 +390,3 @@ class Measurement:
 
 
 _OF_LINES = ("coherence", "variance")
-
-
-def _frozen(values: Any, dtype: type) -> np.ndarray:
-    array: np.ndarray = np.array(values, dtype=dtype)
-    if dtype is complex:
-        array[np.isnan(array)] = complex(
-            np.nan, np.nan
-        )  # NumPy gives a real NaN the imaginary part 0
-    array.setflags(write=False)
-    return array
-
-
-def _as_pairs(values: Any, single: bool) -> np.ndarray:
-    array = np.asarray(values)
-    return array[None, None] if single and array.ndim == 1 else array

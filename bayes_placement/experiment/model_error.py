@@ -99,6 +99,12 @@ class Modal:
     ------
     InputError
         If a size is not positive, or there is no mode or piece.
+
+    Examples
+    --------
+    >>> imperfect = experiment.with_model_error(bp.model_error.Modal(frequency=0.01, runs=None))
+    >>> len(imperfect.unknowns) > len(experiment.unknowns)
+    True
     """
 
     frequency: Size = field(default_factory=lambda: LogUniform(1e-5, 0.1))
@@ -169,6 +175,12 @@ class ModalErrors(eqx.Module):
         Number of elastic modes with errors.
     rigid_body_modes
         Number of rigid-body modes before them.
+
+    Examples
+    --------
+    >>> errors = experiment.with_model_error(bp.model_error.Modal(frequency=0.01)).model_error
+    >>> errors.modes, errors.rigid_body_modes
+    (5, 0)
     """
 
     frequency: ErrorsOfModes | None = eqx.field(metadata=owners(Role.MODEL_ERROR))
@@ -240,7 +252,15 @@ class ModalErrors(eqx.Module):
 
 
 def shares_size(unknown: Unknown, size: Unknown) -> bool:
-    """Whether an unknown is an error of a size."""
+    """Whether an unknown is an error of a size.
+
+    Examples
+    --------
+    >>> imperfect = experiment.with_model_error(bp.model_error.Modal())
+    >>> size = imperfect.unknown["model_error.gain.size"]
+    >>> [u.name for u in imperfect.unknowns if bp.model_error.shares_size(u, size)]
+    ['model_error.gain.standard.sensor.s1', 'model_error.gain.standard.actuator.a1']
+    """
     kinds = ("shape", "ports") if size.owner.kind == "shape" else (size.owner.kind,)
     is_error = unknown.role is Role.MODEL_ERROR and unknown.field != "size"
     return is_error and unknown.owner.kind in kinds

@@ -28,6 +28,11 @@ class Noise(eqx.Module):
         Whether its level is read from the amplitude of the measured FRFs.
     reads_variance
         Whether its level is read from the variance that a measurement states.
+
+    Examples
+    --------
+    >>> isinstance(bp.noise.Gaussian(0.1), bp.noise.Noise)
+    True
     """
 
     reads_amplitude: ClassVar[bool] = False
@@ -98,6 +103,11 @@ class Gaussian(Noise):
         Standard deviation of z, in the unit of z (for a complex FRF, of each of its parts): a
         number, an array (sensor, actuator, frequency) whose axes may have length one, an array
         that broadcasts to all outputs, or a distribution.
+
+    Examples
+    --------
+    >>> float(bp.noise.Gaussian(dist.LogUniform(1e-6, 1e-3)).sigma.high)
+    0.001
     """
 
     reads_coherence: ClassVar[bool] = False
@@ -134,6 +144,12 @@ class Covariance(Noise):
         a distribution of matrices.
     factor
         Factor on the standard deviation [1], a number or a distribution.
+
+    Examples
+    --------
+    >>> distance = np.subtract.outer(experiment.frequency, experiment.frequency)
+    >>> bp.noise.Covariance(1e-10 * np.exp(-np.abs(distance) / 100.0), factor=2.0).factor
+    2.0
     """
 
     reads_coherence: ClassVar[bool] = False
@@ -174,6 +190,12 @@ class FromCoherence(Noise):
     factor
         Factor on the standard deviation [1]: 1, or a distribution where the coherence does not
         contain all errors.
+
+    Examples
+    --------
+    >>> noise = bp.noise.FromCoherence(factor=dist.LogUniform(0.5, 5.0))
+    >>> noise.reads_coherence
+    True
     """
 
     reads_coherence: ClassVar[bool] = True
@@ -211,6 +233,11 @@ class FromVariance(Noise):
     factor
         Factor on the standard deviation [1]: 1, or a distribution where repeats do not show all
         errors, as of a sensor that was not mounted anew.
+
+    Examples
+    --------
+    >>> bp.noise.FromVariance(factor=1.5).reads_variance
+    True
     """
 
     reads_coherence: ClassVar[bool] = False
@@ -265,6 +292,12 @@ class Relative(Noise):
     ------
     InputError
         For a ratio that is not positive, a negative floor or a factor that is not positive.
+
+    Examples
+    --------
+    >>> noise = bp.noise.Relative(dist.Uniform(0.001, 0.1), floor=1e-7)
+    >>> noise.reads_amplitude, noise.reads_coherence
+    (True, False)
     """
 
     reads_amplitude: ClassVar[bool] = True

@@ -17,7 +17,13 @@ Lines = Float[np.ndarray, "frequency"]
 
 
 class Observation(eqx.Module):
-    """The mapping z = f(U) of Eq. (8), and the error of z by that of U."""
+    """The mapping z = f(U) of Eq. (8), and the error of z by that of U.
+
+    Examples
+    --------
+    >>> isinstance(bp.observe.Complex("velocity"), bp.observe.Observation)
+    True
+    """
 
     quantity: eqx.AbstractVar[str]
     parts: eqx.AbstractClassVar[int]
@@ -92,6 +98,11 @@ class LogAmplitude(Observation):
     quantity
         `displacement`, `velocity` or `acceleration`, per unit force in SI; or the FRF,
         `receptance`, `mobility` or `accelerance`.
+
+    Examples
+    --------
+    >>> bp.observe.LogAmplitude("accelerance").label
+    'log10 of acceleration per force [(m/s²)/N]'
     """
 
     quantity: str = eqx.field(static=True, converter=motion_name)
@@ -131,6 +142,11 @@ class Complex(Observation):
     quantity
         `displacement`, `velocity` or `acceleration`, per unit force in SI; or the FRF,
         `receptance`, `mobility` or `accelerance`.
+
+    Examples
+    --------
+    >>> bp.observe.Complex("velocity").label, bp.observe.Complex("velocity").parts
+    ('velocity per force [(m/s)/N]', 2)
     """
 
     quantity: str = eqx.field(static=True, converter=motion_name)

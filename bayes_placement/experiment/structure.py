@@ -42,6 +42,13 @@ class Structure(eqx.Module):
         proper: with its cracks, preload and soft supports, without attachments.
     effects
         Effects by name; added by `structure + effect`.
+
+    Examples
+    --------
+    >>> structure
+    Structure: UniformBar, Modal damping
+    >>> (structure + bp.effects.point_mass(at=0.4, mass=0.1)).effects
+    OrderedDict([('point_mass', PointMass(at=0.4, mass=0.1))])
     """
 
     modes: Modes = eqx.field(metadata=owners(Role.PARAMETER))

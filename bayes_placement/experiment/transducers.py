@@ -64,6 +64,12 @@ class Transducer(eqx.Module):
     ------
     InputError
         For a direction that is no axis, other than three angles, or a gain of zero.
+
+    Examples
+    --------
+    >>> sensor = bp.Sensor("s1", at=bp.positions.Segment(0.2, within=0.02))
+    >>> sensor.name, sensor.recorded
+    ('s1', 0.2)
     """
 
     kind: eqx.AbstractClassVar[str]
@@ -320,13 +326,29 @@ def _recorded(position: Any) -> Recorded:
 
 
 class Sensor(Transducer):
-    """A sensor: it reads the motion where it sits. See `Transducer` for the arguments."""
+    """A sensor: it reads the motion where it sits. See `Transducer` for the arguments.
+
+    Examples
+    --------
+    >>> bp.Sensor("s1", at=bp.positions.Segment(0.2, within=0.02))
+    Sensor "s1" at 0.2 m
+    >>> tilted = (dist.Uniform(-0.1, 0.1), 0.0, 0.0)  # rad about the axes of the structure
+    >>> bp.Sensor("s2", at=(0.5, 0.4, 0.0), directions=(3,), angles=tilted)
+    Sensor "s2" at (0.5, 0.4, 0) m, angles.1 Uniform(-0.1, 0.1)
+    """
 
     kind: ClassVar[str] = "Sensor"
 
 
 class Actuator(Transducer):
-    """An actuator or a hammer hit: it drives where it sits. See `Transducer`."""
+    """An actuator or a hammer hit: it drives where it sits. See `Transducer`.
+
+    Examples
+    --------
+    >>> force_cell = dist.Normal(1.0, 0.01)
+    >>> bp.Actuator("a1", at=bp.positions.Segment(0.3, within=0.01), gain=force_cell)
+    Actuator "a1" at 0.3 m, gain Normal(1, 0.01)
+    """
 
     kind: ClassVar[str] = "Actuator"
 

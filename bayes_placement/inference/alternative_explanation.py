@@ -39,6 +39,12 @@ class Alternative(eqx.Module):
         The experiment with the effects that it adds.
     draws
         Draws of its unknowns given the earlier data [draw, ...], by name; or what `infer` returned.
+
+    Examples
+    --------
+    >>> delayed = bp.information.Alternative("late", 0.3, experiment, posterior)
+    >>> delayed.name, delayed.probability
+    ('late', 0.3)
     """
 
     name: str = eqx.field(static=True)

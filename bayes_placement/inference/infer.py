@@ -88,6 +88,12 @@ def infer(
     -----
     InferenceWarning
         One sentence for each diagnostic that fails, with what to do.
+
+    Examples
+    --------
+    >>> posterior = bp.infer(experiment, measured, engine=bp.engines.MAP())
+    >>> list(posterior["posterior"].data_vars)
+    ['structure.damping.ratio', 'sensor.s1.position']
     """
     began = time.perf_counter()
     method = _engine(engine), _marginal(marginal)

@@ -62,6 +62,11 @@ class Report(NamedTuple):
         Number of pairs of figures that were compared.
     warnings
         What each method warns of, after its name.
+
+    Examples
+    --------
+    >>> bp.report({"MAP": posterior}).words()
+    ['One method alone checks nothing; give a second one to compare with.']
     """
 
     table: pd.DataFrame
@@ -103,6 +108,11 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
         The table; the pairs of methods that disagree on a mean, a coefficient of variation, the
         divergence or the log evidence by more than their standard errors allow, at a probability
         of one false alarm in a hundred over all comparisons; and their own warnings.
+
+    Examples
+    --------
+    >>> bp.report({"MAP": posterior}).table.index.tolist()[:2]
+    ['MAP']
     """
     check_kind(
         "results",

@@ -43,6 +43,12 @@ def simulate(experiment: Experiment, *, draws: int = 1000, key: int | Key = 0) -
     xarray.DataTree
         `prior`: the unknowns. `prior_predictive`: `response` (without output error) and
         `measured` (with it, where the experiment has a noise).
+
+    Examples
+    --------
+    >>> simulated = bp.simulate(experiment, draws=20)
+    >>> simulated["prior_predictive"]["measured"].sizes["draw"]
+    20
     """
     check_count("draws", draws, 1, "bp.simulate(experiment, draws=1000)")
     samples = compiled(_simulated)(experiment, draws, jax_key(key))

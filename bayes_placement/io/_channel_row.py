@@ -26,6 +26,11 @@ class ChannelRow(NamedTuple):
         Signal over what is sensed [V per SI], or None.
     senses
         Quantity of its FRF, or `force`; empty without sensitivity.
+
+    Examples
+    --------
+    >>> bp.io.mapped.ChannelRow("s1", "sensor", node=12, direction=-3).label
+    's1-z'
     """
 
     name: str

@@ -55,6 +55,14 @@ def read_matrices(
         If there is no such file.
     InputError
         If a file holds something else, or the matrices are not those of an undamped structure.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> for name, entry in (("K.mtx", "1,1,1,1,2000."), ("M.mtx", "1,1,1,1,3.")):
+    ...     characters = Path(name).write_text(entry)
+    >>> bp.io.abaqus.read_matrices("K.mtx", "M.mtx", mass_unit=1e3).mass.toarray()
+    array([[3000.]])
     """
     first = path_of(stiffness)
     entries = {"stiffness": _entries(first), "mass": _entries(path_of(mass))}

@@ -51,6 +51,10 @@ def read_matrices(
     InputError
         If it cannot be read, states other units than SI and none is given, or does not hold the
         matrices of an undamped structure.
+
+    Examples
+    --------
+    >>> matrices = bp.io.ansys.read_matrices("file.full", length_unit=1e-3)  # doctest: +SKIP
     """
     file = path_of(path)
     result = _read(file)
@@ -91,6 +95,10 @@ def read_modes(
         If a file is missing.
     InputError
         If a file cannot be read, or the modes are not those of the matrices.
+
+    Examples
+    --------
+    >>> model = bp.io.ansys.read_modes("file.rst", "file.full")  # doctest: +SKIP
     """
     file = path_of(path)
     system = read_matrices(matrices)

@@ -29,6 +29,11 @@ class Format(NamedTuple):
     content
         What its bytes tell that it is, a name of `io._contents`; they have the last word over the
         suffix. Empty where only the suffix tells.
+
+    Examples
+    --------
+    >>> bp.io.formats.Format("measurement", (".uff", ".unv"), "uff.read").suffixes
+    ('.uff', '.unv')
     """
 
     contents: str
@@ -84,6 +89,12 @@ def read_measurement(path: str | Path, **options: Any) -> Measurement:
         If there is no such file.
     ValueError
         If its format is not known, or the reader refuses the file.
+
+    Examples
+    --------
+    >>> bp.io.uff.write("measured.uff", measured)
+    >>> bp.io.read_measurement("measured.uff").quantity
+    'mobility'
     """
     file = path_of(path)
     return _format("measurement", file).read(file, **options)
@@ -106,6 +117,12 @@ def read_modes(path: str | Path, **options: Any) -> ModalModel:
         If there is no such file.
     ValueError
         If its format is not known, or the reader refuses the file.
+
+    Examples
+    --------
+    >>> path = bp.io.npz_modes.write("modes.npz", plane)
+    >>> bp.io.read_modes("modes.npz").natural_frequency
+    array([120., 300.])
     """
     file = path_of(path)
     return _format("modes", file).read(file, **options)
@@ -131,6 +148,14 @@ def read_matrices(path: str | Path, *others: str | Path, **options: Any) -> Syst
         If there is no such file.
     ValueError
         If its format is not known, or the reader refuses the file.
+
+    Examples
+    --------
+    >>> import scipy.sparse
+    >>> for name, matrix in (("K.npz", matrices.stiffness), ("M.npz", matrices.mass)):
+    ...     scipy.sparse.save_npz(name, matrix)
+    >>> bp.io.read_matrices("K.npz", "M.npz").stiffness.shape
+    (10, 10)
     """
     file = path_of(path)
     return _format("matrices", file).read(file, *others, **options)

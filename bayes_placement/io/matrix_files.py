@@ -30,6 +30,12 @@ class SystemMatrices(NamedTuple):
     dof
         Node number and direction (1 to 6 for x, y, z, rx, ry, rz) of each row, where the file
         states them.
+
+    Examples
+    --------
+    >>> system = bp.io.matrix_files.SystemMatrices(matrices.stiffness, matrices.mass, {})
+    >>> system.stiffness.shape
+    (10, 10)
     """
 
     stiffness: scipy.sparse.csc_array
@@ -63,6 +69,14 @@ def read(
         If there is no such file.
     ValueError
         If a file does not hold such a matrix, or the sizes differ.
+
+    Examples
+    --------
+    >>> import scipy.sparse
+    >>> for name, matrix in (("K.npz", matrices.stiffness), ("M.npz", matrices.mass)):
+    ...     scipy.sparse.save_npz(name, matrix)
+    >>> bp.io.matrix_files.read("K.npz", "M.npz").mass.shape
+    (10, 10)
     """
     files = {"stiffness": stiffness, "mass": mass} | {
         f"region {name}": path for name, path in (regions or {}).items()
@@ -89,6 +103,13 @@ def system_matrices(
     ValueError
         If a matrix is not real, finite, square and symmetric, or of another size than the
         stiffness.
+
+    Examples
+    --------
+    >>> both = {"stiffness": matrices.stiffness, "mass": matrices.mass}
+    >>> places = {"stiffness": "K of frame.h5", "mass": "M of frame.h5"}
+    >>> bp.io.matrix_files.system_matrices(both, places).mass.shape
+    (10, 10)
     """
     complete = {name: _symmetric(matrix, places[name]) for name, matrix in matrices.items()}
     size = complete["stiffness"].shape

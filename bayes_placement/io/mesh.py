@@ -32,6 +32,12 @@ class Mesh:
         Nodes of each element, by meshio's name of its type: `line`, `quad`, `tetra` and so on.
     node_sets
         Nodes of each named set; for a set of elements, all nodes of its elements.
+
+    Examples
+    --------
+    >>> mesh = bp.io.mesh.Mesh(np.array([1, 2]), np.eye(3)[:2], {"line": np.array([[1, 2]])}, {})
+    >>> mesh.elements["line"]
+    array([[1, 2]])
     """
 
     node: Int[np.ndarray, "node"]
@@ -104,6 +110,10 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
     -----
     UserWarning
         If meshio left something out, such as the end of a truncated file.
+
+    Examples
+    --------
+    >>> mesh = bp.io.mesh.read("part.msh", length_unit=1e-3)  # doctest: +SKIP
     """
     check_positive("length_unit", length_unit, "mesh.read(path, length_unit=1e-3)")
     file = Path(path)

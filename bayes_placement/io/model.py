@@ -32,6 +32,11 @@ class Study(NamedTuple):
     states
         What was measured in each of several states of the structure, by label, the baseline first;
         empty where the file names none.
+
+    Examples
+    --------
+    >>> study = bp.io.model.read("my_model.py")  # doctest: +SKIP
+    >>> study.experiment  # doctest: +SKIP
     """
 
     experiment: Experiment
@@ -52,6 +57,10 @@ def read(path: str | Path) -> Study:
         If there is no such file.
     ValueError
         If the file declares no experiment, or something else under one of the names.
+
+    Examples
+    --------
+    >>> study = bp.io.model.read("my_model.py")  # doctest: +SKIP
     """
     module = _run(Path(path))
     experiment = _declared(module, "experiment", Experiment)

@@ -53,6 +53,10 @@ def read_modes(
         If there is no such file.
     ValueError
         If it lacks nodes or modes, or the arrays do not make a modal model.
+
+    Examples
+    --------
+    >>> model = bp.io.nastran.read_modes("frame.op2", length_unit=1e-3)  # doctest: +SKIP
     """
     tables = _tables(Path(path))
     number, shape = _eigenvectors(tables)
@@ -101,6 +105,10 @@ def read_matrices(
         If there is no such file.
     ValueError
         If the file does not hold each of these matrices once, or they do not belong together.
+
+    Examples
+    --------
+    >>> bp.io.nastran.read_matrices("frame.op4", stiffness="KAA", mass="MAA")  # doctest: +SKIP
     """
     op4 = _pyyeti("op4", Path(path))
     names = {"stiffness": stiffness, "mass": mass} | {

@@ -27,6 +27,11 @@ def write(result: xr.DataTree, path: str | Path) -> Path:
         What `infer` or `simulate` returned.
     path
         The file, usually `result.nc`.
+
+    Examples
+    --------
+    >>> bp.io.netcdf.write(posterior, "result.nc").name
+    'result.nc'
     """
     needed = "a tree of results is needed, as bp.infer and bp.simulate return it"
     check_kind("result", result, xr.DataTree, needed, "io.netcdf.write(result, path)")
@@ -49,6 +54,12 @@ def read(path: str | Path) -> xr.DataTree:
         If there is no such file.
     ValueError
         If the file is damaged, was changed, or holds something else.
+
+    Examples
+    --------
+    >>> path = bp.io.netcdf.write(posterior, "result.nc")
+    >>> list(bp.io.netcdf.read(path)["posterior"].data_vars)
+    ['structure.damping.ratio', 'sensor.s1.position']
     """
     if not Path(path).is_file():
         raise FileNotFoundError(

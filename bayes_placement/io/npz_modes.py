@@ -62,6 +62,12 @@ class ModelNodes(NamedTuple):
         Rows of `dof` that are fixed; empty where the file names none.
     element
         Nodes of each element; None where the file has none.
+
+    Examples
+    --------
+    >>> np.savez("nodes.npz", position=plane.position, node=plane.node, dof=plane.dof)
+    >>> bp.io.npz_modes.read_nodes("nodes.npz").position.shape
+    (9, 3)
     """
 
     node: Int[np.ndarray, "node"]
@@ -88,6 +94,12 @@ def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None)
         If there is no such file.
     ValueError
         If it is not such a file, lacks an array, or its arrays do not make a modal model.
+
+    Examples
+    --------
+    >>> path = bp.io.npz_modes.write("modes.npz", plane)
+    >>> bp.io.npz_modes.read("modes.npz").natural_frequency
+    array([120., 300.])
     """
     with reading(Path(path), "a modal model", _REMEDY):
         arrays: dict[str, Any] = _arrays(Path(path), _MODAL, required=_REQUIRED)
@@ -108,6 +120,12 @@ def read_nodes(path: str | Path) -> ModelNodes:
         If there is no such file.
     ValueError
         If it is not such a file or lacks an array.
+
+    Examples
+    --------
+    >>> np.savez("nodes.npz", position=plane.position, node=plane.node, dof=plane.dof)
+    >>> bp.io.npz_modes.read_nodes("nodes.npz").node
+    array([1, 2, 3, 4, 5, 6, 7, 8, 9])
     """
     with reading(Path(path), "nodes of a model", _REMEDY):
         wanted = ("position", "node", "dof", "fixed", "element")
@@ -179,6 +197,11 @@ def write(path: str | Path, model: ModalModel) -> Path:
     ------
     ValueError
         If the path has another ending.
+
+    Examples
+    --------
+    >>> bp.io.npz_modes.write("modes.npz", plane).name
+    'modes.npz'
     """
     if Path(path).suffix != ".npz":
         raise InputError(

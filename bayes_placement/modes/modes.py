@@ -12,7 +12,13 @@ from ..positions.bounds import Bounds
 
 
 class Modes(eqx.Module):
-    """Natural frequencies and mass-normalised mode shapes, known at any point."""
+    """Natural frequencies and mass-normalised mode shapes, known at any point.
+
+    Examples
+    --------
+    >>> isinstance(bar, bp.modes.Modes), bar.bounds()
+    (True, (0.0, 1.0))
+    """
 
     axes: eqx.AbstractVar[tuple[int, ...]]
     rigid_body_modes: eqx.AbstractVar[int]

@@ -97,6 +97,11 @@ def suspicion(
         those where a ledger found its effects by default.
     axes
         Axes to draw in, the maps and then the bars; None for a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.ledger.suspicion(ledger).axes[0].get_ylabel()
+    'effect [kind]'
     """
     if isinstance(result, Ledger):
         experiment = result.experiment if experiment is None else experiment
@@ -206,6 +211,11 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
         What `explain` or `improve` returned.
     ax
         Axes to draw in; None for a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.ledger.probabilities(ledger).axes[0].get_xlabel()
+    'posterior probability [1]'
     """
     share = pd.Series(result.probabilities).sort_values(kind="stable")
     layout = panels(1, 1, ax, size=(PANEL[0], 1.2 + BAR * len(share)))
@@ -234,6 +244,11 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
         What `improve` returned.
     ax
         Axes to draw in; None for a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.ledger.error_falls(ledger).axes[0].get_ylabel()
+    'chi2 per datum [1]'
     """
     names = ["as given", *(f"+ {step.added}" for step in ledger.steps[1:])]
     misfit, quantity = _misfit(ledger.steps)
@@ -278,6 +293,13 @@ def before_and_after(
     axes
         Axes to draw in: for each sensor a row of responses, a column for each actuator and force
         level, and below it a row of errors; None for a new figure.
+
+    Examples
+    --------
+    >>> from bayes_placement.criticism.fitted import fitted_steps
+    >>> fits = fitted_steps(ledger, experiment, surprise)
+    >>> bp.plots.ledger.before_and_after(fits).axes[-1].get_xlabel()
+    'frequency [Hz]'
     """
     layout = channel_panels(next(iter(fits.values())), [1.0, 0.8], axes)
     colors = [BEFORE, AFTER] if len(fits) > 1 else [AFTER]

@@ -20,6 +20,11 @@ def pages(measurement: Measurement) -> list[Figure]:
     ----------
     measurement
         What was measured.
+
+    Examples
+    --------
+    >>> len(bp.plots.measurement.pages(measured))
+    1
     """
     pairs = [(int(row), int(column)) for row, column in np.argwhere(measurement.measured)]
     starts = range(0, len(pairs), MOST_PAIRS)

@@ -29,6 +29,11 @@ def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = N
         What `check` returned.
     axes
         Axes to draw in, one for each force level; None for a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.misfit.residual_map(misfit).axes[0].get_xlabel()
+    'frequency [Hz]'
     """
     levels = force_levels(misfit.response)
     layout = panels(len(levels), 1, axes)
@@ -61,6 +66,11 @@ def discrepancy(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = No
     axes
         Axes to draw in: a row for each sensor, a column for each actuator and force level; None
         for a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.misfit.discrepancy(misfit).axes[0].get_xlabel()
+    'frequency [Hz]'
     """
     residual = misfit.response["residual_over_noise"]
     noise = misfit.response["residual"] / residual

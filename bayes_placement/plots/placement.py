@@ -48,6 +48,11 @@ def information(learnt: xr.Dataset, *, axes: Sequence[Axes] | np.ndarray | None 
     axes
         Axes to draw in, one for each pair of transducers on a line, or for each in space; None for
         a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.placement.information(learnt).axes[0].get_xlabel()
+    'position of s1 [m]'
     """
     pairs = _pairs(learnt, [str(name) for name in learnt[GAIN].dims])
     size = SQUARE if max(map(len, pairs)) > 1 else PANEL
@@ -69,6 +74,11 @@ def tolerances(study: ToleranceStudy, *, axes: Sequence[Axes] | np.ndarray | Non
         What `tolerance_study` returned.
     axes
         Axes to draw in, one for each tolerance; None for a new figure.
+
+    Examples
+    --------
+    >>> len(bp.plots.placement.tolerances(study).axes)
+    2
     """
     gain = study.maps[GAIN]
     pair = _pairs(study.maps, [str(name) for name in gain.dims if name != FACTOR])[0]
@@ -92,6 +102,11 @@ def placements(best: Placement, *, ax: Axes | None = None) -> Figure:
         What `place` returned.
     ax
         Axes to draw in; None for a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.placement.placements(best).axes[0].get_xlabel()
+    'rank among 2 placements that were tried'
     """
     shown = best.table.head(MOST_SHOWN)
     layout = panels(1, 1, ax)

@@ -51,6 +51,11 @@ def measured_against_band(
     axes
         Axes to draw in: for each sensor a row of responses, a column for each actuator and force
         level, and below it a row of differences; None for a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.posterior.measured_against_band(posterior).axes[-1].get_xlabel()
+    'frequency [Hz]'
     """
     band = predictive_band(result)
     layout = channel_panels(band, [1.0, 0.7], axes)
@@ -83,6 +88,12 @@ def response_band(
     axes
         Axes to draw in: a row for each sensor, a column for each actuator and force level; None
         for a new figure.
+
+    Examples
+    --------
+    >>> simulated = bp.simulate(experiment, draws=20)
+    >>> bp.plots.posterior.response_band(simulated).axes[0].get_xlabel()
+    'frequency [Hz]'
     """
     band = predictive_band(simulated)
     if reference is not None:
@@ -118,6 +129,12 @@ def parameters(
         True values by name, where they are known.
     axes
         Axes to draw in, one for each unknown; None for a new figure.
+
+    Examples
+    --------
+    >>> figure = bp.plots.posterior.parameters(posterior, truth={"structure.damping.ratio": 0.04})
+    >>> figure.axes[0].get_xlabel()
+    'structure.damping.ratio [1]'
     """
     rows = [[name] for name in _names(result, placement=False)]
     return _marginals(result, rows, truth or {}, axes)
@@ -140,6 +157,11 @@ def placement(
         True values by name, where they are known.
     axes
         Axes to draw in, one for each unknown; None for a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.posterior.placement(posterior).axes[0].get_xlabel()
+    'sensor.s1.position [m]'
     """
     names = _names(result, placement=True)
     attributes = _attributes(result)
@@ -168,6 +190,12 @@ def pair(
         True values by name, where they are known.
     ax
         Axes to draw in; None for a new figure.
+
+    Examples
+    --------
+    >>> names = "structure.damping.ratio", "sensor.s1.position"
+    >>> bp.plots.posterior.pair(posterior, *names).axes[0].get_ylabel()
+    'sensor.s1.position [m]'
     """
     for name in (first, second):
         _check_unknown(result, name)
@@ -202,6 +230,11 @@ def methods(
         True values by name, where they are known.
     axes
         Axes to draw in, one for each parameter; None for a new figure.
+
+    Examples
+    --------
+    >>> len(bp.plots.posterior.methods({"MAP": posterior, "again": posterior}).axes)
+    1
     """
     if not results:
         raise InputError(

@@ -55,6 +55,13 @@ class View(NamedTuple):
         Coordinates that are drawn: 0, 1, 2 for x, y, z.
     low, high
         Corners of the part of space [m].
+
+    Examples
+    --------
+    >>> view = bp.plots.structure.View((0, 1), np.zeros(3), np.array([1.0, 0.8, 0.0]))
+    >>> view.project(plane.position[:2])
+    array([[0. , 0.5],
+           [0. , 0. ]])
     """
 
     axes: tuple[int, ...]
@@ -84,6 +91,11 @@ def experiment(experiment: Experiment, *, ax: Axes | None = None) -> Figure:
     ax
         Axes to draw in, with the projection 3d for a structure that does not lie in a plane; None
         for a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.experiment(experiment).axes[0].get_xlabel()
+    'position along the structure [m]'
     """
     if not in_space(experiment.structure.modes.bounds()):
         return _on_a_line(experiment, ax)
@@ -116,7 +128,13 @@ def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
 
 
 def view(points: Points) -> View:
-    """View of all points, without an axis along which all have the same coordinate."""
+    """View of all points, without an axis along which all have the same coordinate.
+
+    Examples
+    --------
+    >>> bp.plots.structure.view(plane.position).axes
+    (0, 1)
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     size = high - low
     extended = [axis for axis in range(3) if size[axis] > FLAT * size.max()]
@@ -128,7 +146,17 @@ def view(points: Points) -> View:
 
 
 def draw_structure(panel: Panel, view: View, experiment: Experiment) -> None:
-    """Draw the mesh or the nodes of a structure in grey, and its transducers as recorded."""
+    """Draw the mesh or the nodes of a structure in grey, and its transducers as recorded.
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> placed = {"sensors": [bp.Sensor("s1", at=(0.5, 0.4, 0.0))]}
+    >>> placed |= {"actuators": [bp.Actuator("a1", at=(0.1, 0.1, 0.0))]}
+    >>> damped = bp.Structure(plate, damping=bp.damping.Modal(0.02))
+    >>> panel, view = plt.figure().add_subplot(), bp.plots.structure.view(plane.position)
+    >>> bp.plots.structure.draw_structure(panel, view, bp.Experiment(damped, **setup | placed))
+    """
     points, line = outline(experiment.structure.modes)
     panel.plot(*view.project(points), line, color=_GREY, markersize=3, zorder=1, label="structure")
     for kind, marker in _MARKERS.items():
@@ -154,6 +182,14 @@ def draw_scores(panel: Panel, view: View, rows: pd.DataFrame, label: str) -> Non
         Places `x`, `y`, `z` [m] with the `size` of a score.
     label
         Label of the colour scale.
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> import pandas as pd
+    >>> rows = pd.DataFrame(plane.position, columns=["x", "y", "z"]).assign(size=np.arange(9.0))
+    >>> panel, view = plt.figure().add_subplot(), bp.plots.structure.view(plane.position)
+    >>> bp.plots.structure.draw_scores(panel, view, rows, "score of a mass")
     """
     scores = rows.groupby(["x", "y", "z"])["size"].max().sort_values()
     places = np.array(scores.index.to_list())
@@ -173,12 +209,28 @@ def draw_scores(panel: Panel, view: View, rows: pd.DataFrame, label: str) -> Non
 
 
 def mark_place(panel: Panel, view: View, place: tuple[float, float, float]) -> None:
-    """Mark the fitted place of an effect."""
+    """Mark the fitted place of an effect.
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> view = bp.plots.structure.view(plane.position)
+    >>> bp.plots.structure.mark_place(plt.figure().add_subplot(), view, (0.5, 0.4, 0.0))
+    """
     panel.plot(*view.project(np.array([place])), zorder=6, label="place as fitted", **STAR)
 
 
 def name_axes(panel: Panel, view: View) -> None:
-    """Label the axes, and give all of them the same scale."""
+    """Label the axes, and give all of them the same scale.
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> panel = plt.figure().add_subplot()
+    >>> bp.plots.structure.name_axes(panel, bp.plots.structure.view(plane.position))
+    >>> panel.get_xlabel()
+    'x [m]'
+    """
     size = view.high - view.low
     for number, name in zip(view.axes, ("x", "y", "z"), strict=False):
         limits = (view.low[number], view.high[number])
@@ -193,7 +245,15 @@ def name_axes(panel: Panel, view: View) -> None:
 
 
 def extent(experiment: Experiment | None, rows: pd.DataFrame) -> Points:
-    """Corners of the structure [m], or the places of the rows where no experiment is known."""
+    """Corners of the structure [m], or the places of the rows where no experiment is known.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> rows = pd.DataFrame(plane.position, columns=["x", "y", "z"])
+    >>> bp.plots.structure.extent(None, rows).max(axis=0)
+    array([1. , 0.8, 0. ])
+    """
     if experiment is None:
         return rows[["x", "y", "z"]].to_numpy()
     return np.array(experiment.structure.modes.bounds())

@@ -11,7 +11,13 @@ from .vectors import Recorded
 
 
 class Tolerance(eqx.Module):
-    """Region in which something may sit; a structure makes a distribution of it."""
+    """Region in which something may sit; a structure makes a distribution of it.
+
+    Examples
+    --------
+    >>> isinstance(bp.positions.Segment(0.2, within=0.02), bp.positions.Tolerance)
+    True
+    """
 
     @property
     @abc.abstractmethod

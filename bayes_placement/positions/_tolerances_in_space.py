@@ -24,6 +24,11 @@ class Box(Tolerance):
         Recorded position [m].
     within
         Greatest deviation to either side along x, y and z [m], zero where there is none.
+
+    Examples
+    --------
+    >>> bp.positions.Box((0.5, 0.4, 0.0), within=(0.02, 0.01, 0.0)).scaled(0.5)
+    Box(centre=(0.5, 0.4, 0.0), within=(0.01, 0.005, 0.0))
     """
 
     centre: Coordinates = eqx.field(static=True)
@@ -74,6 +79,12 @@ class Member(Tolerance):
         Recorded position [m], projected onto the axis; None for the entire member.
     within
         Greatest deviation along the member to either side [m].
+
+    Examples
+    --------
+    >>> start, end = (0.0, 0.0, 0.0), (1.0, 1.0, 0.0)
+    >>> bp.positions.Member(start, end, centre=(0.5, 0.5, 0.0), within=0.1).recorded
+    (0.5, 0.5, 0.0)
     """
 
     start: Coordinates = eqx.field(static=True)
@@ -166,6 +177,11 @@ class Patch(Tolerance):
         Two directions in the surface, at right angles, of any length.
     within
         Greatest deviation to either side along each of them [m].
+
+    Examples
+    --------
+    >>> bp.positions.Patch((0.5, 0.4, 0.0), (1, 0, 0), (0, 1, 0), within=(0.02, 0.01)).recorded
+    (0.5, 0.4, 0.0)
     """
 
     centre: Coordinates = eqx.field(static=True)
@@ -240,6 +256,11 @@ class Ball(Tolerance):
         Recorded position [m].
     radius
         Greatest deviation [m].
+
+    Examples
+    --------
+    >>> bp.positions.Ball((0.5, 0.4, 0.0), radius=0.02).recorded
+    (0.5, 0.4, 0.0)
     """
 
     centre: Coordinates = eqx.field(static=True)

@@ -16,6 +16,11 @@ class Channel(NamedTuple):
         Name of the transducer.
     direction
         Recorded direction: +-1, +-2, +-3 for +-x, +-y, +-z; 0 where it is not stated.
+
+    Examples
+    --------
+    >>> bp.Channel("s1", 3).label, bp.Channel.parse("s1-x")
+    ('s1+z', Channel(name='s1', direction=-1))
     """
 
     name: str

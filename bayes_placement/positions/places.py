@@ -79,6 +79,11 @@ class Cartesian(Straight):
     ----------
     x, y, z
         Coordinates [m], each a number or a distribution.
+
+    Examples
+    --------
+    >>> bp.Sensor("s1", at=bp.positions.Cartesian(0.5, dist.Uniform(0.38, 0.42), 0.0))
+    Sensor "s1" at (0.5, 0.4, 0) m, position.y Uniform(0.38, 0.42)
     """
 
     x: Parameter = eqx.field(metadata=unit("m"))
@@ -101,6 +106,12 @@ class OnMember(Straight):
         Where the member begins [m].
     direction
         Direction of the member, a vector of any length.
+
+    Examples
+    --------
+    >>> strut = bp.positions.Member((0.0, 0.0, 0.0), (1.0, 0.8, 0.0))
+    >>> isinstance(strut.on(plate.bounds()), bp.positions.OnMember)
+    True
     """
 
     along: Parameter = eqx.field(metadata=unit("m"))
@@ -129,6 +140,12 @@ class OnPatch(Straight):
         Where they are measured from [m].
     directions
         Two directions at right angles, of any length.
+
+    Examples
+    --------
+    >>> patch = bp.positions.Patch((0.5, 0.4, 0.0), (1, 0, 0), (0, 1, 0), within=(0.02, 0.02))
+    >>> isinstance(patch.on(plate.bounds()), bp.positions.OnPatch)
+    True
     """
 
     first: Parameter = eqx.field(metadata=unit("m"))
@@ -168,6 +185,12 @@ class InBall(Place):
         Radius [m].
     bounds
         Least and greatest corner of the box [m]. Where both agree the place is in their plane.
+
+    Examples
+    --------
+    >>> ball = bp.positions.Ball((0.5, 0.4, 0.0), radius=0.02)
+    >>> isinstance(ball.on(plate.bounds()), bp.positions.InBall)
+    True
     """
 
     share: tuple[Parameter, ...] = eqx.field(metadata=unit("1"))
@@ -227,6 +250,13 @@ class AtNode(Place):
         Row of each in the list of nodes from which they were chosen.
     weight_error
         Greatest standard error of a weight of the distribution; 0 where the weights are exact.
+
+    Examples
+    --------
+    >>> ball = bp.positions.Ball((0.5, 0.4, 0.0), radius=0.6)
+    >>> near = bp.positions.Nodes(plane.position, ball)
+    >>> isinstance(near.on(plate.bounds()), bp.positions.AtNode)
+    True
     """
 
     node: Parameter = eqx.field(metadata=unit("1"))

@@ -35,6 +35,12 @@ class Segment(Tolerance):
     within
         Greatest deviation to either side [m]. The distribution is uniform, the least
         informative one (section 2.1 of the paper).
+
+    Examples
+    --------
+    >>> place = bp.positions.Segment(0.2, within=0.02).on(bar.bounds())
+    >>> round(float(place.low), 2), round(float(place.high), 2)
+    (0.18, 0.22)
     """
 
     centre: float = eqx.field(static=True)
@@ -99,6 +105,12 @@ class Nodes(Tolerance):
         Where the nodes are [m].
     tolerance
         What the true position is uniform in; None where all nodes are equally likely.
+
+    Examples
+    --------
+    >>> ball = bp.positions.Ball((0.5, 0.4, 0.0), radius=0.6)
+    >>> bp.positions.Nodes(plane.position, ball).recorded
+    (0.5, 0.4, 0.0)
     """
 
     position: Float[np.ndarray, "node *coordinate"]

@@ -109,6 +109,13 @@ def rotation(angles: Float[Array, "3"]) -> Float[Array, "3 3"]:
     ----------
     angles
         Euler angles t_x, t_y, t_z [rad].
+
+    Examples
+    --------
+    >>> np.asarray(bp.positions.rotation(jnp.array([0.0, 0.0, np.pi / 2]))).round(12) + 0.0
+    array([[ 0., -1.,  0.],
+           [ 1.,  0.,  0.],
+           [ 0.,  0.,  1.]])
     """
     cx, cy, cz = jnp.cos(angles)
     sx, sy, sz = jnp.sin(angles)

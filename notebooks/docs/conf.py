@@ -63,8 +63,12 @@ MARKUP = re.compile(r"(`+[^`]*`+)|([|*]|\b_(?=\W|$))")
 
 
 def plain_text(app, what, name, obj, options, lines):
-    """Docstrings are plain text with code in backticks."""
-    lines[:] = [MARKUP.sub(lambda m: m[1] or "\\" + m[2], line) for line in lines]
+    """Docstrings are plain text with code in backticks, and examples as they are typed."""
+    typed = False  # from a prompt on, to the next empty line
+    for number, line in enumerate(lines):
+        typed = bool(line) and (typed or line.startswith(">>> "))
+        if not typed:
+            lines[number] = MARKUP.sub(lambda m: m[1] or "\\" + m[2], line)
 
 
 SHORT = {

@@ -51,6 +51,12 @@ def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Mi
     ValueError
         If the tree is no result of an inference or has a single draw, if `bands` is less than 1,
         or if `level` is not between 0 and 1.
+
+    Examples
+    --------
+    >>> misfit = bp.check(posterior)
+    >>> misfit.passed, round(float(misfit.overall["chi2_per_datum"]), 1)
+    (True, 0.7)
     """
     _check(level, bands)
     data = residuals(posterior)

@@ -68,6 +68,11 @@ class Misfit:
         Noise that the model needs; None where it is known.
     chi2_without_errors
         Chi2 per datum against the known noise without the errors of the model; NaN without either.
+
+    Examples
+    --------
+    >>> misfit.passed, sorted(misfit.groups)
+    (True, ['actuator', 'band', 'channel', 'sensor'])
     """
 
     overall: xr.Dataset

@@ -56,6 +56,12 @@ class ModelComparison:
         first model. NaN where a figure is not available.
     warnings
         Warnings of each inference, with the name of the model.
+
+    Examples
+    --------
+    >>> comparison = bp.compare({"placed": posterior, "as recorded": posterior})
+    >>> comparison.table.columns[0]
+    'log_evidence'
     """
 
     table: pd.DataFrame
@@ -194,6 +200,12 @@ def compare(results: Mapping[str, xr.DataTree]) -> ModelComparison:
     one channel pair, both parts of a complex FRF together. PSIS-LOO therefore measures how well a
     line between measured lines is predicted. Where the error of a model is smooth along frequency,
     lines are not independent, and the standard errors of elpd are too small.
+
+    Examples
+    --------
+    >>> observed = {"placed": posterior, "as recorded": posterior}
+    >>> bp.compare(observed).table.index.tolist()
+    ['placed', 'as recorded']
     """
     check_kind(
         "results",

@@ -58,6 +58,13 @@ def explain(
         If data and experiment do not match, there is no noise, or there is no candidate.
     InfeasibleError
         If a prior has no inverse distribution function.
+
+    Examples
+    --------
+    >>> candidates = bp.effects.library(experiment, ["point_mass"])
+    >>> ranking = bp.explain(experiment, surprise, candidates=candidates, model_error=None)
+    >>> max(ranking.probabilities, key=ranking.probabilities.get)
+    'point_mass'
     """
     check_experiment(experiment, "explain")
     data = experiment.data(measurement)

@@ -62,6 +62,12 @@ class FittedModel:
         The experiment, its model error of the sizes above.
     noise_needed
         Noise that it needs, where the noise is not known; None where it is.
+
+    Examples
+    --------
+    >>> step = ledger.steps[-1]
+    >>> step.added, round(step.parameters["structure.effects.point_mass.mass"].mean, 2)
+    ('point_mass', 0.5)
     """
 
     added: str | None

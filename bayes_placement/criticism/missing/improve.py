@@ -119,6 +119,13 @@ def improve(
         If data and experiment do not match, there is no noise, or there is no candidate.
     InfeasibleError
         If a prior has no inverse distribution function.
+
+    Examples
+    --------
+    >>> candidates = bp.effects.library(experiment, ["point_mass"])
+    >>> ledger = bp.improve(experiment, surprise, candidates=candidates, model_error=None)
+    >>> ledger.verdict
+    ('point_mass',)
     """
     check_experiment(experiment, "improve")
     check_positive("level", level, "improve(..., level=0.01)", 0.999)

@@ -48,6 +48,12 @@ class Ranking:
         Effects are then what is new since.
     record
         Where it comes from: versions, date, seed, hashes of experiment and measurement, units.
+
+    Examples
+    --------
+    >>> ranking = bp.explain(experiment, surprise, candidates=library, model_error=None)
+    >>> ranking
+    Ranking: Missing is point_mass, with probability 0.999.
     """
 
     steps: tuple[FittedModel, ...]

@@ -84,6 +84,11 @@ class LedgerOfStates:
         Ledger of each later state against the baseline, by label.
     courses
         Every effect that was found, through the states.
+
+    Examples
+    --------
+    >>> later.new
+    {'a year later': ('point_mass',)}
     """
 
     baseline: str

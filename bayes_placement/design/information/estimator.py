@@ -21,7 +21,15 @@ from ._prior_knowledge import posterior_means
 
 
 class InformationWarning(UserWarning):
-    """An estimate that its draws cannot resolve."""
+    """An estimate that its draws cannot resolve.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("ignore", bp.information.InformationWarning)
+    ...     learnt = bp.information_map(experiment, places, estimator=estimator)
+    """
 
 
 class Gain(NamedTuple):

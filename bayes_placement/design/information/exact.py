@@ -46,6 +46,11 @@ class Exact(GainAboutParameters):
         Independent sets of draws, whose spread is the error.
     after
         Posterior of an earlier measurement, see `KDE`.
+
+    Examples
+    --------
+    >>> bp.information.Exact(draws=256, nodes=32)
+    Exact(draws=256, nodes=32)
     """
 
     draws: int = eqx.field(static=True, default=1024)

@@ -52,6 +52,11 @@ class ExpectedGain(GainAboutParameters):
         Independent sets of draws, whose spread is the error.
     after
         Posterior of an earlier measurement, see `KDE`.
+
+    Examples
+    --------
+    >>> bp.information.ExpectedGain(draws=128, data_draws=64)
+    ExpectedGain(draws=128, data_draws=64)
     """
 
     draws: int = eqx.field(static=True, default=256)

@@ -52,6 +52,11 @@ class KDE(GainAboutParameters):
     after
         Result of `infer` for an earlier measurement: the map is then the gain by the next one. By
         default only the prior is known.
+
+    Examples
+    --------
+    >>> bp.information.KDE(draws=500, placement_draws=200)
+    KDE(draws=500, placement_draws=200)
     """
 
     draws: int = eqx.field(static=True, default=1000)

@@ -58,6 +58,13 @@ class Separation(Estimator):
     ------
     InputError
         If there are fewer than two explanations.
+
+    Examples
+    --------
+    >>> as_drawn = bp.information.Alternative("as drawn", 0.5, experiment, posterior)
+    >>> late = bp.information.Alternative("late", 0.5, experiment, posterior)
+    >>> bp.information.Separation((as_drawn, late), draws=32).draws
+    32
     """
 
     alternatives: tuple[Alternative, ...] = eqx.field(default=(), converter=_tuple_of)

@@ -42,6 +42,11 @@ def workers(
         If Dask is not installed.
     ConnectionError
         If no scheduler answers.
+
+    Examples
+    --------
+    >>> with bp.design.workers() as executor:  # workers(8) for eight processes
+    ...     learnt = bp.information_map(experiment, places, estimator=estimator, executor=executor)
     """
     if processes is not None and processes < 1:
         raise InputError(

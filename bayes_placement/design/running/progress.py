@@ -70,6 +70,11 @@ def progress_bar(task: str = "computed") -> Iterator[Progress]:
     ----------
     task
         Text before the bar.
+
+    Examples
+    --------
+    >>> with bp.design.progress_bar("places") as progress:
+    ...     learnt = bp.information_map(experiment, places, estimator=estimator, progress=progress)
     """
     with progress_bars(progress_console(), [task]) as begin:
         yield begin(task)

@@ -46,6 +46,11 @@ class Evolutionary(Search):
         Generations of the evolution, at most.
     accuracy
         Share of the sides of its region within which a population has converged.
+
+    Examples
+    --------
+    >>> bp.design.Evolutionary(populations=2, generations=50, accuracy=0.05)
+    Evolutionary(populations=2, generations=50, accuracy=0.05)
     """
 
     populations: int = eqx.field(static=True, default=4)

@@ -7,7 +7,14 @@ from .strategy import Search, Trials, recorded, trials_of_selections, without_ex
 
 
 class Exhaustive(Search):
-    """All combinations of the places to try; exchangeable sensors are not tried twice."""
+    """All combinations of the places to try; exchangeable sensors are not tried twice.
+
+    Examples
+    --------
+    >>> search = bp.design.Exhaustive()
+    >>> bp.place(experiment, places, search=search, estimator=estimator).search
+    'Exhaustive'
+    """
 
     def trials(self, space: SearchSpace) -> Trials:
         """Try all allowed combinations.

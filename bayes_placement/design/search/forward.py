@@ -38,6 +38,12 @@ class Forward(Search):
     10.1177/1077546304041768). A sensor and an actuator without which nothing can be measured are
     placed together. Transducers with a cost come last, and only while they add more than they cost.
     For n equal sensors and m places it takes n m evaluations, and may end at a local maximum.
+
+    Examples
+    --------
+    >>> search = bp.design.Forward()
+    >>> bp.place(experiment, places, search=search, estimator=estimator).search
+    'Forward'
     """
 
     def trials(self, space: SearchSpace) -> Trials:

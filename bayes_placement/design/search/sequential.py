@@ -23,6 +23,11 @@ class Sequential(Search):
     ----------
     rounds
         Rounds, at most.
+
+    Examples
+    --------
+    >>> bp.design.Sequential(rounds=3)
+    Sequential(rounds=3)
     """
 
     rounds: int = eqx.field(static=True, default=5)

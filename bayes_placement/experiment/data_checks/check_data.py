@@ -33,6 +33,12 @@ class DataCheck(NamedTuple):
         Whether a record allows it.
     check
         The faults that it finds in a record.
+
+    Examples
+    --------
+    >>> from bayes_placement.experiment.data_checks import CHECKS
+    >>> [check.name for check in CHECKS][:3]
+    ['repeated records', 'overload', 'coherence of 1']
     """
 
     name: str
@@ -63,6 +69,11 @@ class DataChecks:
     faults
         Faults by the name of the check that found them; empty lists where it found none. A check
         that the measurement does not allow is not in it.
+
+    Examples
+    --------
+    >>> experiment.check_data(measured).words()
+    ['The data pass their checks: overload.']
     """
 
     faults: dict[str, list[Fault]]
@@ -116,6 +127,11 @@ def check_data(
     ------
     InputError
         If a channel or a force level of the experiment was not measured.
+
+    Examples
+    --------
+    >>> experiment.check_data(measured).passed
+    True
     """
     runs = at_levels(measurement, experiment.force_levels)
     channels = experiment.sensor_channels, experiment.actuator_channels

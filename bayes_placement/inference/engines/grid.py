@@ -42,6 +42,11 @@ class Grid(Engine):
     ------
     InfeasibleError
         If there are more than a million nodes.
+
+    Examples
+    --------
+    >>> bp.engines.Grid(nodes=16).settings()
+    {'engine': 'Grid', 'nodes': 16}
     """
 
     nodes: int = eqx.field(static=True, default=32)

@@ -25,6 +25,11 @@ class Importance(Engine):
         Draws from the prior, n_sim,h of the paper.
     batch
         Draws evaluated at a time; bounds the memory.
+
+    Examples
+    --------
+    >>> bp.engines.Importance(draws=5000).settings()
+    {'engine': 'Importance', 'draws': 5000}
     """
 
     draws: int = eqx.field(static=True, default=1000)

@@ -51,6 +51,11 @@ class MAP(Engine):
         zero until then.
     draws
         Draws from the Gaussian about the maximum.
+
+    Examples
+    --------
+    >>> bp.engines.MAP(starts=4).settings()
+    {'engine': 'MAP', 'starts': 4, 'search': 'gradient', 'draws': 1000}
     """
 
     starts: int = eqx.field(static=True, default=32)

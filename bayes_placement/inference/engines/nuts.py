@@ -37,6 +37,11 @@ class NUTS(Engine):
         Number of chains, of adaptation steps and of draws kept in each.
     target_accept
         Acceptance that the step size is adapted to.
+
+    Examples
+    --------
+    >>> bp.engines.NUTS(chains=4, warmup=500, draws=500).settings()
+    {'engine': 'NUTS', 'chains': 4, 'warmup': 500, 'draws': 500, 'target_accept': 0.9}
     """
 
     chains: int = eqx.field(static=True, default=4)

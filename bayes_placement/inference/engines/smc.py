@@ -63,6 +63,11 @@ class SMC(Engine):
     prior_draws
         Draws from the prior for each particle. Only the first temperature is chosen among so
         many; a narrow mode that few of them hit is found nevertheless.
+
+    Examples
+    --------
+    >>> bp.engines.SMC(particles=1000, populations=4).settings()["particles"]
+    1000
     """
 
     particles: int = eqx.field(static=True, default=2000)

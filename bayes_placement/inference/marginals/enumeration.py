@@ -16,6 +16,11 @@ class Enumeration(Marginal):
     Places of effects at nodes are summed as well. Given the nodes of the actuators, sensors are
     independent of each other, so the cost grows with the number of combinations of the actuators'
     nodes (or the sensors', whichever are fewer) times the nodes of one further instrument.
+
+    Examples
+    --------
+    >>> bp.marginals.Enumeration().settings()
+    {'marginal': 'Enumeration'}
     """
 
     samples_placement = True

@@ -34,6 +34,11 @@ class KDE(Marginal):
     ------
     InputError
         If there is no such kernel, or there are fewer than two draws.
+
+    Examples
+    --------
+    >>> bp.marginals.KDE(placement_draws=400, kernel="silverman").settings()["marginal_kernel"]
+    'silverman'
     """
 
     samples_placement = False

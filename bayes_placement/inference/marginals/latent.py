@@ -26,7 +26,13 @@ class _LatentModel(eqx.Module):
 
 
 class Latent(Marginal):
-    """Sample the placement along with the parameters: exact, for any number of transducers."""
+    """Sample the placement along with the parameters: exact, for any number of transducers.
+
+    Examples
+    --------
+    >>> bp.marginals.Latent().settings()
+    {'marginal': 'Latent'}
+    """
 
     samples_placement = True
 

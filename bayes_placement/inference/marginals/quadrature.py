@@ -23,6 +23,11 @@ class Quadrature(Marginal):
     ----------
     nodes
         Gauss nodes for each continuous coordinate.
+
+    Examples
+    --------
+    >>> bp.marginals.Quadrature(nodes=48).settings()
+    {'marginal': 'Quadrature', 'marginal_nodes': 48}
     """
 
     samples_placement = False

@@ -32,6 +32,13 @@ def load(path: Path) -> NamedArrays:
         If there is no such file.
     InputError
         If it is none of these, or its reader refuses it.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> np.savez("measured.npz", frequency=experiment.frequency)
+    >>> bp.io.arrays.load(Path("measured.npz")).arrays["frequency"][:2]
+    array([100., 150.])
     """
     content = _contents.content_of(existing(path, "a file of measured FRFs"))
     if content not in LOADERS:

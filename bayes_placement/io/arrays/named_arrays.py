@@ -27,6 +27,14 @@ class NamedArrays(NamedTuple):
         Units that the file states beside an array, as it writes them.
     left_out
         What was not read, by name, and why.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> np.savez("measured.npz", frequency=experiment.frequency)
+    >>> arrays = bp.io.arrays.load(Path("measured.npz"))
+    >>> arrays.format, list(arrays.arrays)
+    ('a NumPy archive', ['frequency'])
     """
 
     path: Path

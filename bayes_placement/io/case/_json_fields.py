@@ -16,7 +16,13 @@ _DEEPEST = 30
 
 
 class CaseError(InputError):
-    """A case folder with a missing, wrong or contradictory field or file."""
+    """A case folder with a missing, wrong or contradictory field or file.
+
+    Examples
+    --------
+    >>> issubclass(bp.io.case.CaseError, ValueError)
+    True
+    """
 
 
 class FieldRule(NamedTuple):

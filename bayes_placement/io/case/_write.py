@@ -63,6 +63,12 @@ def write(
     ------
     CaseError
         If something is missing that a case needs, or `read` refuses what is written.
+
+    Examples
+    --------
+    >>> read = bp.io.read("measured.toml")  # doctest: +SKIP
+    >>> case = read.mapping.case  # doctest: +SKIP
+    >>> bp.io.case.write("case", read.measurement, read.channels, case)  # doctest: +SKIP
     """
     _check_stated(stated)
     lines = measurement.without(0.0, 0.0) if measurement.frequency[0] == 0 else measurement

@@ -71,6 +71,10 @@ def read(folder: str | Path) -> Study:
         If the folder or a file is missing.
     CaseError
         (A ValueError.) If a field is missing or wrong, or the files contradict it.
+
+    Examples
+    --------
+    >>> study = bp.io.case.read("case")  # doctest: +SKIP
     """
     file = path_of(folder) / "case.json"
     with reading(file, "a case", "Compare it with README, and correct the field."):

@@ -43,6 +43,12 @@ class Imported(NamedTuple):
         Rows of the channel table; empty without one.
     mapping
         What the mapping says.
+
+    Examples
+    --------
+    >>> bp.io.uff.write("measured.uff", measured)
+    >>> bp.io.read("measured.uff").channels
+    ()
     """
 
     measurement: Measurement
@@ -95,6 +101,12 @@ def read(path: str | Path, mapping: Any = None) -> Imported:
     ValueError
         If a file is damaged, or neither file nor mapping says what it holds; the error then has
         the lines of the mapping that are needed.
+
+    Examples
+    --------
+    >>> bp.io.uff.write("measured.uff", measured)
+    >>> bp.io.read("measured.uff").measurement.quantity
+    'mobility'
     """
     place = path_of(path)
     if mapping is None and place.suffix.lower() == _MAPPING_SUFFIX:
@@ -115,6 +127,12 @@ def read_measurement(path: str | Path, **options: Any) -> Measurement:
         If a file is missing.
     ValueError
         As in `read`.
+
+    Examples
+    --------
+    >>> bp.io.uff.write("measured.uff", measured)
+    >>> bp.io.mapped.read_measurement("measured.uff").quantity
+    'mobility'
     """
     return read(path, **options).measurement
 

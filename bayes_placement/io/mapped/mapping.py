@@ -103,6 +103,11 @@ class Mapping(NamedTuple):
         Whether the file was made under exp(-i w t).
     case
         Fields for a case folder.
+
+    Examples
+    --------
+    >>> bp.io.mapped.Mapping(sensors=("s1",), averages=8).averages
+    8
     """
 
     place: str = ""

@@ -23,6 +23,12 @@ class ImportReport(NamedTuple):
         What was not read, by name, and why.
     result
         What came out, in a sentence.
+
+    Examples
+    --------
+    >>> bp.io.uff.write("measured.uff", measured)
+    >>> bp.io.read("measured.uff").report.left_out
+    {}
     """
 
     source: str

@@ -37,6 +37,11 @@ class Continuous(Excitation):
     ------
     InputError
         If the segment is not positive, or the overlap not between 0 and 0.95.
+
+    Examples
+    --------
+    >>> bp.time_records.Continuous(segment=1.0, overlap=0.5)
+    Continuous(segment=1.0, overlap=0.5, window='hann')
     """
 
     segment: float | int

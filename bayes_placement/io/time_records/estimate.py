@@ -11,7 +11,15 @@ from ...experiment.measurement import Measurement
 
 
 class EstimateWarning(UserWarning):
-    """What speaks against FRFs that were estimated from time records."""
+    """What speaks against FRFs that were estimated from time records.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("ignore", bp.time_records.EstimateWarning)
+    ...     by_hammer = bp.time_records.Impacts(duration=1.0, before=0.02)
+    """
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -53,6 +61,15 @@ class Estimate(Processing):
         Variance of each line by its own repeats alone, of shape (sensor, actuator, frequency).
     done, left_out, warnings, time_constant
         See `Processing`.
+
+    Examples
+    --------
+    >>> force = np.random.default_rng(0).standard_normal(4096)
+    >>> told = {"quantity": "acceleration", "actuator": "a1", "sensors": ["s1"]}
+    >>> by_shaker = bp.time_records.Continuous(segment=0.5)
+    >>> estimate = bp.time_records.frf(force, [2 * force], 512.0, excitation=by_shaker, **told)
+    >>> estimate.estimator, estimate.repeats
+    ('H1', 31)
     """
 
     measurement: Measurement

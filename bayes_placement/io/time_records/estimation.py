@@ -92,6 +92,15 @@ def frf(
     -----
     EstimateWarning
         For each sentence of `Estimate.warnings`.
+
+    Examples
+    --------
+    >>> force = np.random.default_rng(0).standard_normal(4096)
+    >>> told = {"quantity": "acceleration", "actuator": "a1", "sensors": ["s1"]}
+    >>> by_shaker = bp.time_records.Continuous(segment=0.5)
+    >>> estimate = bp.time_records.frf(force, [2 * force], 512.0, excitation=by_shaker, **told)
+    >>> complex(estimate.measurement.frf[0, 0, 0]).real
+    1.9999999999999996
     """
     _check_options(estimator, excitation, every=every, neighbours=neighbours)
     recorded = records(force, response, rate, sensors=sensors, actuator=actuator, ranges=ranges)
@@ -152,6 +161,15 @@ def frf_of(
     ------
     InputError
         If the channels differ, the force is no force, or the responses are of several quantities.
+
+    Examples
+    --------
+    >>> force = np.random.default_rng(0).standard_normal(4096)
+    >>> quantity = {"a1": "force", "s1": "acceleration"}
+    >>> recording = bp.time_records.Recording(512.0, {"a1": force, "s1": 2 * force}, quantity)
+    >>> by_shaker = bp.time_records.Continuous(segment=0.5)
+    >>> bp.time_records.frf_of(recording, "a1", excitation=by_shaker).repeats
+    31
     """
     label = Channel.parse(actuator).label
     together = joined(recordings, label)

@@ -59,6 +59,14 @@ def read(
     InputError
         If a channel is not in the file, its unit contradicts that of the file, the sampling rate is
         not known or not even, or the reader refuses the file.
+
+    Examples
+    --------
+    >>> np.savez("hits.npz", hammer=np.zeros(64), acc=np.zeros(64))
+    >>> signal = bp.time_records.Signal
+    >>> channels = {"a1": signal("hammer", "N"), "s1": signal("acc", "g")}
+    >>> bp.time_records.read("hits.npz", channels, rate=512.0).quantity
+    {'a1': 'force', 's1': 'acceleration'}
     """
     file = existing(path_of(path), "a file of time records")
     _check_channels(channels)

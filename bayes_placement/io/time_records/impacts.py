@@ -56,6 +56,11 @@ class Impacts(Excitation):
     InputError
         If a time is not positive, `before` is missing or not shorter than `duration`, `trigger` has
         no `duration`, or `double_hit` is no share.
+
+    Examples
+    --------
+    >>> bp.time_records.Impacts(duration=1.0, before=0.02, time_constant=0.3).double_hit
+    0.1
     """
 
     duration: float | int | None = None

@@ -30,6 +30,13 @@ def merged(measurements: Sequence[Measurement]) -> Measurement:
     InputError
         If lines, quantities, force levels or positions of a transducer differ, or two hold the same
         pair.
+
+    Examples
+    --------
+    >>> channels = {"sensors": ["s1"], "actuators": ["a2"], "quantity": "mobility"}
+    >>> other = bp.Measurement.from_arrays(measured.frf, measured.frequency, **channels)
+    >>> [channel.name for channel in bp.time_records.merged([measured, other]).actuators]
+    ['a1', 'a2']
     """
     check_annotated("measurements", measurements, Sequence[Any])
     runs = list(measurements)

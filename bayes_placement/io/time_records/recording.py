@@ -38,6 +38,11 @@ class Signal:
     ------
     InputError
         If a unit is not known, volts have no sensitivity, or another unit has one.
+
+    Examples
+    --------
+    >>> bp.time_records.Signal("Channel 2", "V", sensitivity="10 mV/(m/s^2)").scale()
+    Scale(quantity='acceleration', factor=100.0)
     """
 
     source: str | tuple[str, int]
@@ -102,6 +107,14 @@ class Recording:
         Samples in SI by the label of the sensor or actuator.
     quantity
         `force`, `displacement`, `velocity` or `acceleration` of each channel.
+
+    Examples
+    --------
+    >>> force = np.random.default_rng(0).standard_normal(4096)
+    >>> quantity = {"a1": "force", "s1": "acceleration"}
+    >>> recording = bp.time_records.Recording(512.0, {"a1": force, "s1": 2 * force}, quantity)
+    >>> recording.rate, recording.samples["s1"].size
+    (512.0, 4096)
     """
 
     rate: float

@@ -20,7 +20,13 @@ _FROM_ARRAYS = {DATA_AT_NODES: "ModalModel.from_arrays"}
 
 
 class MeasurementFileError(InputError):
-    """A universal file that is malformed, incomplete or ambiguous."""
+    """A universal file that is malformed, incomplete or ambiguous.
+
+    Examples
+    --------
+    >>> issubclass(bp.io.uff.MeasurementFileError, ValueError)
+    True
+    """
 
 
 class Dataset(NamedTuple):

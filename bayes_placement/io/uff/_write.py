@@ -56,6 +56,10 @@ def write(path: str | Path, measurement: Measurement, *, binary: bool = False) -
     ValueError
         If a frequency axis has too many digits for ASCII, a name is too long for an ID line, or a
         channel appears twice.
+
+    Examples
+    --------
+    >>> bp.io.uff.write("measured.uff", measured, binary=True)
     """
     check_distinct("sensor", measurement.sensors)
     check_distinct("actuator", measurement.actuators)
@@ -88,7 +92,13 @@ def _nodes(measurement: Measurement) -> bytes:
 
 @arguments_checked
 def node_numbers(measurement: Measurement) -> dict[str, int]:
-    """Node that `write` gives to each transducer; a shared name is a single node."""
+    """Node that `write` gives to each transducer; a shared name is a single node.
+
+    Examples
+    --------
+    >>> bp.io.uff.node_numbers(measured)
+    {'a1': 101, 's1': 1}
+    """
     sensors = list(dict.fromkeys(channel.name for channel in measurement.sensors))
     actuators = list(dict.fromkeys(channel.name for channel in measurement.actuators))
     if _named_by_node(measurement):

@@ -76,6 +76,13 @@ def read(
         If there is no such file.
     MeasurementFileError
         (A ValueError.) If the file is malformed, or holds no single, unambiguous measurement.
+
+    Examples
+    --------
+    >>> bp.io.uff.write("measured.uff", measured)
+    >>> names = {1: "s1", 101: "a1"}
+    >>> bp.io.uff.read("measured.uff", names=names, require_positions=False).sensors
+    (Channel(name='s1', direction=1),)
     """
     if names is not None:
         needed = "names by the number of the node are needed, since each node has one"
@@ -101,6 +108,12 @@ def left_out(path: str | Path) -> dict[str, int]:
     ------
     MeasurementFileError
         If it is no universal file.
+
+    Examples
+    --------
+    >>> bp.io.uff.write("measured.uff", measured)
+    >>> bp.io.uff.left_out("measured.uff")
+    {}
     """
     return _datasets_left_out(Path(path), (_FRF, _COHERENCE))
 

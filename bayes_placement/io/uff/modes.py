@@ -75,6 +75,10 @@ def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None)
         (A ValueError.) If the file is malformed or its modes contradict each other.
     ValueError
         If modal masses are missing, or the arrays do not make a modal model.
+
+    Examples
+    --------
+    >>> model = bp.io.uff.read_modes("modes.unv", modal_mass=1.0)  # doctest: +SKIP
     """
     with reading(Path(path), "normal modes of a universal file", "Export it again."):
         return _model(Path(path), modal_mass)

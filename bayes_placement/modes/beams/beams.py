@@ -18,7 +18,13 @@ _SYNONYMS = {"clamped": "fixed", "supported": "pinned"}
 
 
 class UniformBar(UniformLine):
-    """Axial modes of a uniform bar; made by `bar`."""
+    """Axial modes of a uniform bar; made by `bar`.
+
+    Examples
+    --------
+    >>> bar.ends, bar.bounds(), np.asarray(bar.natural_frequency[:2]).round(1)
+    (('fixed', 'fixed'), (0.0, 1.0), array([166.7, 333.3]))
+    """
 
     length: Parameter = eqx.field(metadata=unit("m"))
     area: Parameter = eqx.field(metadata=unit("m2"))
@@ -59,7 +65,15 @@ class UniformBar(UniformLine):
 
 
 class UniformBeam(UniformLine):
-    """Bending modes of a uniform Euler-Bernoulli beam; made by `beam`."""
+    """Bending modes of a uniform Euler-Bernoulli beam; made by `beam`.
+
+    Examples
+    --------
+    >>> sizes = {"length": 1.0, "area": 1e-4, "second_moment": 1e-9}
+    >>> beam = bp.beams.beam(3, **sizes, youngs_modulus=7e10, density=2700.0, ends="clamped-free")
+    >>> beam.ends, beam.rigid_body_modes, beam.bounds()
+    (('fixed', 'free'), 0, (0.0, 1.0))
+    """
 
     length: Parameter = eqx.field(metadata=unit("m"))
     area: Parameter = eqx.field(metadata=unit("m2"))
@@ -158,6 +172,12 @@ def bar(
     ------
     InputError
         For an unknown end, a number of modes below one or a quantity that is not positive.
+
+    Examples
+    --------
+    >>> rod = bp.beams.bar(3, length=2.0, area=1e-3, youngs_modulus=7e10, density=2700.0)
+    >>> np.asarray(rod.natural_frequency).round(1)
+    array([1272.9, 2545.9, 3818.8])
     """
     _check(modes, length=length, area=area, youngs_modulus=youngs_modulus, density=density)
     left, right = ("fixed" if end == "pinned" else end for end in _ends(ends))
@@ -224,6 +244,13 @@ def beam(
     ------
     InputError
         For an unknown end, a number of modes below one or a quantity that is not positive.
+
+    Examples
+    --------
+    >>> sizes = {"length": 1.0, "area": 1e-4, "second_moment": 1e-9}
+    >>> beam = bp.beams.beam(3, **sizes, youngs_modulus=7e10, density=2700.0, ends="clamped-free")
+    >>> np.asarray(beam.natural_frequency).round(2)
+    array([  9.01,  56.47, 158.11])
     """
     material = {"youngs_modulus": youngs_modulus, "density": density}
     section = {"second_moment": second_moment, "radius_of_gyration": radius_of_gyration}

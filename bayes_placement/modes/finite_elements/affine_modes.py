@@ -80,6 +80,13 @@ class AffineModes(DerivedNodalModes):
         One sentence on the accuracy of the natural frequencies.
     frequency_error
         Largest measured relative error of a natural frequency [1].
+
+    Examples
+    --------
+    >>> root = {"root": dist.Uniform(0.5, 1.5)}
+    >>> modes = bp.finite_elements.affine(matrices, reading, parameters=root, up_to=60.0)
+    >>> modes.frequency_error < 1e-3
+    True
     """
 
     nodal: NodalModes

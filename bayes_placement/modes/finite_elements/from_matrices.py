@@ -76,6 +76,12 @@ def modes(
     InputError
         If more rows are read than a dense flexibility can hold, or the matrices have no mode
         that low.
+
+    Examples
+    --------
+    >>> modes = bp.finite_elements.modes(matrices, reading, up_to=500.0)
+    >>> np.asarray(modes.natural_frequency[:2]).round(3)
+    array([ 9.011, 56.532])
     """
     _check_rows(interpolation)
     check_positive("up_to", up_to, "finite_elements.modes(..., up_to=2000.0)")
@@ -144,6 +150,13 @@ def affine(
     InputError
         If parameters and parts do not belong together, a range is not positive, the tolerance is
         not reached, or more rows are read than a dense flexibility can hold.
+
+    Examples
+    --------
+    >>> root = {"root": dist.Uniform(0.5, 1.5)}
+    >>> modes = bp.finite_elements.affine(matrices, reading, parameters=root, up_to=60.0)
+    >>> bp.Structure(modes, damping=bp.damping.Modal(0.02))
+    Structure: AffineModes, Modal damping
     """
     _check_rows(interpolation)
     _check_numbers(parameters)

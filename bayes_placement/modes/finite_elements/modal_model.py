@@ -36,6 +36,11 @@ class ModalModel:
         Natural frequencies [Hz] in ascending order, rigid-body modes first with exactly 0.
     damping_ratio
         Modal damping ratios, where known.
+
+    Examples
+    --------
+    >>> plane.natural_frequency, plane.shape.shape
+    (array([120., 300.]), (27, 2))
     """
 
     node: Int[np.ndarray, "node"]

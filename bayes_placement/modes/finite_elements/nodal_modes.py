@@ -71,6 +71,11 @@ class NodalModes(Modes):
 
     Young's modulus and density scale the stiffness and the mass of the entire structure: shapes
     stay, natural frequencies are multiplied by the root of their ratio.
+
+    Examples
+    --------
+    >>> np.asarray(plate.natural_frequency), plate.bounds()
+    (array([120., 300.]), ((0.0, 0.0, 0.0), (1.0, 0.8, 0.0)))
     """
 
     interpolation: Interpolation
@@ -138,7 +143,13 @@ class NodalModes(Modes):
 
 
 class DerivedNodalModes(Modes):
-    """Modes derived from those of a model: they extend as far as these."""
+    """Modes derived from those of a model: they extend as far as these.
+
+    Examples
+    --------
+    >>> issubclass(bp.finite_elements.UnknownModes, bp.finite_elements.DerivedNodalModes)
+    True
+    """
 
     nodal: eqx.AbstractVar[NodalModes]
 
@@ -172,6 +183,13 @@ class UnknownModes(DerivedNodalModes):
     ------
     InputError
         If there is not one of each for every elastic mode, or they are not in order.
+
+    Examples
+    --------
+    >>> guessed = [dist.Normal(120.0, 2.0), dist.Normal(300.0, 5.0)]
+    >>> free = bp.finite_elements.UnknownModes(plate, frequency=guessed)
+    >>> bp.Structure(free, damping=bp.damping.Modal(0.02))
+    Structure: UnknownModes, Modal damping
     """
 
     nodal: NodalModes
@@ -276,6 +294,13 @@ def modes_from_shapes(
     ------
     InputError
         If the interpolation reads rows that the model does not have.
+
+    Examples
+    --------
+    >>> across = bp.finite_elements.interpolation.scattered(plane, axes=(3,))
+    >>> plate = bp.finite_elements.modes_from_shapes(plane, across)
+    >>> bp.Structure(plate, damping=bp.damping.Modal([0.02, 0.03]))
+    Structure: NodalModes, Modal damping
     """
     _check_scales(youngs_modulus, density, nominal, mass)
     rows = interpolation.used_rows()

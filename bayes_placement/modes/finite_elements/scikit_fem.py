@@ -61,6 +61,15 @@ def from_scikit_fem(
         fit it.
     MissingExtraError
         If scikit-fem is not installed.
+
+    Examples
+    --------
+    >>> import skfem
+    >>> basis = skfem.Basis(skfem.MeshQuad().refined(1), skfem.ElementQuad1())
+    >>> stiffness, mass = 1e6 * np.eye(9), np.eye(9)
+    >>> model, reading = bp.finite_elements.from_scikit_fem(basis, stiffness, mass, axes=(3,))
+    >>> model.modes(count=1).natural_frequency.round(1)
+    array([159.2])
     """
     reading = interpolation.scikit_fem(basis, axes=axes, origin=origin, directions=directions)
     nodes = nodes_of_rows(basis, axes, origin, directions)

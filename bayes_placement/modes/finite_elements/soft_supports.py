@@ -27,6 +27,12 @@ class SupportMotion(NamedTuple):
     pattern
         Stiffness of a unit spring against these motions: of 1 N m/rad in a rotation, 1 N/m in a
         translation, 1 N/m per metre along an edge.
+
+    Examples
+    --------
+    >>> foot = bp.finite_elements.soft_supports.springs(matrices, [1])
+    >>> foot.rows, foot.pattern
+    (array([1]), array([[1.]]))
     """
 
     rows: Int[np.ndarray, "row"]
@@ -51,6 +57,12 @@ def springs(
     ------
     InputError
         If a row is not held.
+
+    Examples
+    --------
+    >>> bp.finite_elements.soft_supports.springs(matrices, [0, 1]).motion
+    array([[1., 0.],
+           [0., 1.]])
     """
     held = np.atleast_1d(np.asarray(rows))
     free = np.setdiff1d(held, matrices.fixed)
@@ -81,6 +93,12 @@ def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> 
     ------
     InputError
         If no rotation is held there.
+
+    Examples
+    --------
+    >>> foot = bp.finite_elements.soft_supports.rotations(matrices, node=1)
+    >>> foot.rows
+    array([1])
     """
     held = matrices.fixed[matrices.dof[matrices.fixed, 0] == node]
     rows = np.sort(held[np.isin(matrices.dof[held, 1], _ROTATIONS)])
@@ -119,6 +137,15 @@ def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) 
     ------
     InputError
         If fewer than two nodes are held along the edge.
+
+    Examples
+    --------
+    >>> rows = {"dof": [(node, 3) for node in range(1, 10)], "fixed": np.array([0, 3, 6])}
+    >>> held = bp.finite_elements.Matrices(
+    ...     stiffness=1e3 * np.eye(9), mass=np.eye(9), position=plane.position, **rows
+    ... )
+    >>> bp.finite_elements.soft_supports.edge(held, (0.0, 0.0, 0.0), (0.0, 0.8, 0.0)).rows
+    array([0, 3, 6])
     """
     first, last = (
         np.array(vector(f"edge({word}=...)", at)) for word, at in (("start", start), ("end", end))

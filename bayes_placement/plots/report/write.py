@@ -75,6 +75,10 @@ def write_report(
         If there is no such folder.
     InputError
         If it holds no results, or the page is of another kind.
+
+    Examples
+    --------
+    >>> bp.plots.report.write_report("results", title="Frame, week 7")  # doctest: +SKIP
     """
     source = Path(folder)
     target = source / PAGE if to is None else Path(to)

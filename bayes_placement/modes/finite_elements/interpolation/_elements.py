@@ -44,6 +44,12 @@ class Elements(Interpolation):
         Powers of the local coordinates in each term.
     simplex
         Whether the cell is a simplex (line, triangle, tetrahedron) or a box of side 1.
+
+    Examples
+    --------
+    >>> triangles = np.array([[0, 1, 3], [1, 3, 4]])
+    >>> bp.finite_elements.interpolation.linear(plane, triangles, axes=(3,)).origin.shape
+    (2, 3)
     """
 
     axes: tuple[int, ...] = eqx.field(static=True)
@@ -162,5 +168,13 @@ def all_exponents(dimension: int, degree: int, simplex: bool) -> tuple[tuple[int
 
 @arguments_checked
 def reference_corners(dimension: int, simplex: bool) -> Float[np.ndarray, "corner local"]:
-    """Corners of the reference cell."""
+    """Corners of the reference cell.
+
+    Examples
+    --------
+    >>> bp.finite_elements.interpolation.reference_corners(2, simplex=True)
+    array([[0., 0.],
+           [0., 1.],
+           [1., 0.]])
+    """
     return np.array(all_exponents(dimension, 1, simplex), dtype=float)

@@ -31,6 +31,15 @@ def frame(model: NodalModel, elements: Int[np.ndarray, "element 2"]) -> Elements
     ------
     InputError
         If an index is out of range, a degree of freedom is missing, or an element has no length.
+
+    Examples
+    --------
+    >>> ends = {"node": [1, 2], "position": [(0, 0, 0), (2, 0, 0)]}
+    >>> dof = [(node, axis) for node in ends["node"] for axis in range(1, 7)]
+    >>> mode = {"shape": np.ones((12, 1)), "natural_frequency": [9.0], "modal_mass": 1.0}
+    >>> model = bp.finite_elements.ModalModel.from_arrays(**ends, dof=dof, **mode)
+    >>> bp.finite_elements.interpolation.frame(model, np.array([[0, 1]])).axes
+    (1, 2, 3)
     """
     rows = element_rows(model, elements, DIRECTIONS)
     length, along, across = kinematics(model, elements)

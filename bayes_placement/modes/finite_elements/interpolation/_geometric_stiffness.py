@@ -35,6 +35,17 @@ def frame_geometric_stiffness(
     ------
     InputError
         If an index is out of range, a degree of freedom is missing, or an element has no length.
+
+    Examples
+    --------
+    >>> ends = {"node": [1, 2], "position": [(0, 0, 0), (2, 0, 0)]}
+    >>> dof = [(node, axis) for node in ends["node"] for axis in range(1, 7)]
+    >>> mode = {"shape": np.ones((12, 1)), "natural_frequency": [9.0], "modal_mass": 1.0}
+    >>> model = bp.finite_elements.ModalModel.from_arrays(**ends, dof=dof, **mode)
+    >>> element = np.array([[0, 1]])
+    >>> stiffness = bp.finite_elements.interpolation.frame_geometric_stiffness(model, element)
+    >>> float(stiffness[1, 1])  # 6 / (5 * 2 m)
+    0.6
     """
     rows = element_rows(model, elements, DIRECTIONS)
     length, _, across = kinematics(model, elements)

@@ -17,7 +17,13 @@ Self = TypeVar("Self", bound="Interpolation")
 
 @runtime_checkable
 class NodalModel(Protocol):
-    """What has nodes: a `ModalModel`, `Matrices`, or anything with these three arrays."""
+    """What has nodes: a `ModalModel`, `Matrices`, or anything with these three arrays.
+
+    Examples
+    --------
+    >>> isinstance(plane, bp.finite_elements.interpolation.NodalModel)
+    True
+    """
 
     @property
     def node(self) -> Int[np.ndarray, "node"]:
@@ -44,6 +50,12 @@ class Reading(NamedTuple):
         Rows of the table of degrees of freedom.
     weight
         Weight of each of them, along each of the axes [1, or m at rotations, m2 at twists].
+
+    Examples
+    --------
+    >>> nearest = bp.finite_elements.interpolation.nearest(plane, axes=(3,))
+    >>> np.asarray(nearest.at(jnp.array([0.45, 0.1, 0.0])).weight)
+    array([[1.]])
     """
 
     rows: Int[Array, "entry"]
@@ -59,6 +71,11 @@ class Interpolation(eqx.Module):
         Axes along which the motion is read, of 1, 2, 3 for x, y, z.
     rows
         Rows of the table of degrees of freedom, of each part of the structure.
+
+    Examples
+    --------
+    >>> isinstance(across, bp.finite_elements.interpolation.Interpolation), across.axes
+    (True, (3,))
     """
 
     axes: eqx.AbstractVar[tuple[int, ...]]

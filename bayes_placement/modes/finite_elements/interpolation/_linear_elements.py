@@ -33,6 +33,13 @@ def linear(
     ------
     InputError
         If an index is out of range or a degree of freedom is missing.
+
+    Examples
+    --------
+    >>> triangles = np.array([[0, 1, 3], [1, 3, 4]])
+    >>> np.asarray(bp.finite_elements.interpolation.linear(plane, triangles, axes=(3,)).rows)
+    array([[ 2,  5, 11],
+           [ 5, 11, 14]])
     """
     count = elements.shape[1]
     if count not in (2, 3, 4):

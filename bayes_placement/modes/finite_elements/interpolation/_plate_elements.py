@@ -29,6 +29,15 @@ def plate(model: NodalModel, elements: Int[np.ndarray, "element 4"]) -> Elements
     InputError
         If an index is out of range, a degree of freedom is missing, or an element is no
         rectangle with sides along x and y.
+
+    Examples
+    --------
+    >>> corner = {"node": [1, 2, 3, 4], "position": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]}
+    >>> dof = [(node, axis) for node in corner["node"] for axis in (3, 4, 5, 7)]
+    >>> mode = {"shape": np.ones((16, 1)), "natural_frequency": [9.0], "modal_mass": 1.0}
+    >>> model = bp.finite_elements.ModalModel.from_arrays(**corner, dof=dof, **mode)
+    >>> bp.finite_elements.interpolation.plate(model, np.array([[0, 1, 2, 3]])).axes
+    (3,)
     """
     rows = element_rows(model, elements, _DIRECTIONS)
     position = model.position[elements]

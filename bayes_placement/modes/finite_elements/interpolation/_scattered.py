@@ -38,6 +38,12 @@ class Nearest(Interpolation):
     ----------
     centre
         Positions of the nodes [m].
+
+    Examples
+    --------
+    >>> nearest = bp.finite_elements.interpolation.nearest(plane, axes=(3,))
+    >>> np.asarray(nearest.at(jnp.array([0.45, 0.1, 0.0])).rows)  # z of the second node
+    array([5])
     """
 
     axes: tuple[int, ...] = eqx.field(static=True)
@@ -75,6 +81,11 @@ class Scattered(Interpolation):
         Positions of all nodes whose weight is not zero within reach of a node [m].
     radius
         Radius beyond which their weights are zero [m].
+
+    Examples
+    --------
+    >>> across.centre.shape, across.axes
+    ((9, 3), (3,))
     """
 
     axes: tuple[int, ...] = eqx.field(static=True)
@@ -125,6 +136,12 @@ def nearest(model: NodalModel, *, axes: tuple[int, ...] | None = None) -> Neares
     ------
     InputError
         If no node has all the axes.
+
+    Examples
+    --------
+    >>> nearest = bp.finite_elements.interpolation.nearest(plane, axes=(3,))
+    >>> nearest.centre.shape, nearest.axes
+    ((9, 3), (3,))
     """
     axes, position, rows = _read_nodes(model, axes)
     return Nearest(axes, jnp.asarray(position), jnp.asarray(rows))
@@ -149,6 +166,12 @@ def scattered(model: NodalModel, *, axes: tuple[int, ...] | None = None) -> Scat
     ------
     InputError
         If no node has all the axes, or all nodes lie at one position.
+
+    Examples
+    --------
+    >>> across = bp.finite_elements.interpolation.scattered(plane, axes=(3,))
+    >>> across.axes, across.rows.shape[0]
+    ((3,), 9)
     """
     axes, position, rows = _read_nodes(model, axes)
     tree = KDTree(position)

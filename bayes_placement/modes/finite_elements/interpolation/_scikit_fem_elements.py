@@ -45,6 +45,13 @@ def scikit_fem(
         polynomial, or the field has another number of components than `axes`.
     MissingExtraError
         If scikit-fem is not installed.
+
+    Examples
+    --------
+    >>> import skfem
+    >>> basis = skfem.Basis(skfem.MeshQuad().refined(1), skfem.ElementQuad1())
+    >>> bp.finite_elements.interpolation.scikit_fem(basis, axes=(3,)).rows.shape
+    (4, 4)
     """
     _check_basis(basis)
     simplex = _simplex(basis)

@@ -20,6 +20,11 @@ class Affine(NamedTuple):
 
     A name that stands in both scales both. Powers, such as that of a thickness in bending, are
     separate factors.
+
+    Examples
+    --------
+    >>> bp.finite_elements.Affine({"root": matrices.regions["root"]}, {}, {"root": (0.5, 1.5)}).box
+    {'root': (0.5, 1.5)}
     """
 
     stiffness: Mapping[str, csc_array]

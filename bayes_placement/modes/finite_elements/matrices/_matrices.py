@@ -65,6 +65,13 @@ class Matrices:
     InputError
         If sizes disagree, numbers are missing, a matrix is not symmetric, mass is negative, or
         regions exceed the stiffness.
+
+    Examples
+    --------
+    >>> matrices.modes(count=2).natural_frequency.round(3)
+    array([ 9.011, 56.532])
+    >>> matrices.static_flexibility([8])  # (1 m)^3 / (3 * 70 N m2)
+    array([[0.0047619]])
     """
 
     stiffness: csc_array
