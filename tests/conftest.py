@@ -22,6 +22,7 @@ os.environ.setdefault(
     "JAX_COMPILATION_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "jax")
 )
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
+os.environ.setdefault("JAX_TRACEBACK_IN_LOCATIONS_LIMIT", "0")  # of each operation, for profilers
 
 # Without the emitters of fused loops a function compiles in half of the time; compiled in one
 # piece, functions that differ by what is zero round alike. A compiler that does not know a flag
@@ -37,6 +38,11 @@ gc.set_threshold(100_000, 50, 50)
 # The hook rewrites modules as they are imported; one imported before it would go unchecked.
 assert "bayes_placement" not in sys.modules, "bayes_placement was imported before conftest.py"
 install_import_hook("bayes_placement", "beartype.beartype")
+
+
+def pytest_sessionfinish():
+    """Leave what stays to the end of the process: pytest looks for garbage among it twice."""
+    gc.freeze()
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import pytest
 from scipy.special import logsumexp
 
 import bayes_placement as bp
+from bayes_placement._compiled import compiled
 from bayes_placement._types import no_progress
 from bayes_placement.design.information import from_prior_draws
 from bayes_placement.inference.estimates import Weighting, figures
@@ -51,19 +52,29 @@ SEEDS, REFERENCE_SEEDS = 5, 20
 
 
 def kde_runs(experiment, marginal):
-    """Likelihoods and values of 1000 draws from the prior, for several seeds, compiled once."""
-    data = experiment.data(experiment.nominal_measurement())
-    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
+    """Likelihoods and values of 1000 draws from the prior, for several seeds."""
+    z = np.asarray(experiment.data(experiment.nominal_measurement()).z)
+    laws = laws_of(experiment, marginal)
     prior = UnconstrainedModel(lambda: None, laws)
-
-    def likelihoods(key, vectors):
-        target = UnconstrainedModel(marginal.model(experiment, data, key), laws)
-        return jax.lax.map(target.log_likelihood, vectors, batch_size=250)
-
-    compiled, constrain = jax.jit(likelihoods), jax.jit(jax.vmap(prior.constrain))
     for key in jax.random.split(jax.random.PRNGKey(1), SEEDS):
         vectors = prior.sample_prior(key, 1000)
-        yield np.asarray(compiled(key, vectors)), constrain(vectors)
+        likelihood = compiled(likelihoods)(experiment, marginal, z, key, vectors)
+        yield np.asarray(likelihood), compiled(values_of)(laws, vectors)
+
+
+def laws_of(experiment, marginal):
+    return {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
+
+
+def likelihoods(experiment, marginal, z, key, vectors):
+    data = bp.noise.Data(z, np.ones(z.shape, dtype=bool))
+    laws = laws_of(experiment, marginal)
+    target = UnconstrainedModel(marginal.model(experiment, data, key), laws)
+    return jax.lax.map(target.log_likelihood, vectors, batch_size=250)
+
+
+def values_of(laws, vectors):
+    return jax.vmap(UnconstrainedModel(lambda: None, laws).constrain)(vectors)
 
 
 @pytest.mark.parametrize(("kernel", "ratios", "places", "kl", "first", "second", "ess"), KDE_TABLE)

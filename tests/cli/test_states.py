@@ -69,6 +69,7 @@ def of_states(tmp_path_factory):
     return folder, " ".join(done.output.split())
 
 
+@pytest.mark.long
 def test_improve_says_what_is_new_in_each_state(of_states):
     folder, said = of_states
     assert '"bare" is the baseline.' in said
@@ -78,6 +79,7 @@ def test_improve_says_what_is_new_in_each_state(of_states):
     assert [state["new"] for state in content["states"]] == [["point_mass"], ["point_mass"]]
 
 
+@pytest.mark.long
 def test_each_state_has_its_ledger_and_figures(of_states):
     results = of_states[0] / "results"
     assert sorted(path.name for path in results.iterdir()) == [

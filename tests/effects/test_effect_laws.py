@@ -10,7 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from numpyro.distributions import Distribution, Independent
+from numpyro.distributions import Distribution
+from scipy.special import ndtri
 
 from bayes_placement import (
     Actuator,
@@ -26,6 +27,7 @@ from bayes_placement import (
 from bayes_placement.effects import EFFECTS, InstrumentEffect, Scales
 from bayes_placement.effects.instruments import Instruments
 from bayes_placement.experiment.recording import Drive, recorded
+from bayes_placement.inference.coordinates import Coordinates
 from tests.effects import models_in_space
 
 LENGTH = 1.3
@@ -96,8 +98,10 @@ def is_prior(leaf):
 def quantile(law, share):
     if not is_prior(law):
         return law
-    value = (law.base_dist if isinstance(law, Independent) else law).icdf(share)
-    return np.asarray(value) if np.ndim(value) else float(value)
+    coordinates = Coordinates({"value": law})
+    score = np.full((1, coordinates.dimension), ndtri(share))
+    (value,) = coordinates.named(score)["value"]
+    return value if np.ndim(value) else float(value)
 
 
 def row(candidate):

@@ -39,7 +39,7 @@ OTHERS = {
     "vector": dist.Normal(np.zeros(3), np.array([0.1, 2.0, 5.0])).to_event(1),
     "simplex": dist.Dirichlet(np.array([0.7, 2.0, 3.0])),
     "correlated": dist.MultivariateNormal(
-        np.array([1.0, -1.0]), np.array([[2.0, 1.0], [1.0, 3.0]])
+        np.array([1.0, -1.0]), scale_tril=np.linalg.cholesky([[2.0, 1.0], [1.0, 3.0]])
     ),
 }
 

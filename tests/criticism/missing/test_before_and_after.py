@@ -66,6 +66,7 @@ def test_a_mass_far_smaller_than_the_model_error_is_new(before, after, candidate
     assert "New since the baseline: point_mass" in str(ledger)
 
 
+@pytest.mark.long
 def test_where_nothing_is_new_nothing_is_claimed(before, candidates):
     again = measured(imperfect(1), 4)
     ledger = improve(experiment(), again, baseline=before, candidates=candidates, most_effects=1)

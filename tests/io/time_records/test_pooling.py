@@ -37,7 +37,13 @@ def test_a_right_model_has_a_chi2_of_1(repeats, parts):
         assert alone == pytest.approx((repeats - 1) / (repeats - 2), rel=0.06)
 
 
-@pytest.mark.parametrize("parts", PARTS.values(), ids=PARTS)
+@pytest.mark.parametrize(
+    "parts",
+    [
+        pytest.param(parts, id=name, marks=() if name == "both" else pytest.mark.long)
+        for name, parts in PARTS.items()
+    ],
+)
 def test_it_follows_the_resonance(parts):
     random = np.random.default_rng(7)
     runs = [drawn(random, 5, parts) for _ in range(200)]
