@@ -467,6 +467,35 @@ def calls_of_experiment():
                 "sensors_mounted": word("roving"),
             },
         ),
+        "ModalParameters": Call(
+            bp.ModalParameters,
+            {
+                "natural_frequency": array(
+                    [160.0, 330.0], falling=[330.0, 160.0], negative=[-1.0, 2.0], nan=[NAN, 2.0]
+                ),
+                "natural_frequency_deviation": array(
+                    [0.1, 0.2], "nothing", "nan", zero=[0.0, 0.1], one=[0.1], infinite=[INF, 0.1]
+                ),
+                "damping_ratio": array(
+                    [0.01, 0.02], "nothing", "nan", percent=[1.0, 2.0], one=[0.01]
+                ),
+                "damping_ratio_deviation": array([1e-3, 1e-3], "nothing", "nan", other=[0.1, 0.1]),
+                "shape": array(
+                    np.ones((1, 2)), "nan", turned=np.ones((2, 1)), complex=np.full((1, 2), 1j)
+                ),
+                "shape_deviation": array(
+                    np.full((1, 2), 0.1), "nothing", "nan", zero=np.zeros((1, 2))
+                ),
+                "sensors": things(["s1"], "text", none=[], blank=[" "]),
+                "covariance": array(
+                    np.stack([np.diag([1e-2, 1e-6, 1e-2]), np.diag([4e-2, 1e-6, 1e-2])]),
+                    "nothing",
+                    other=np.stack([np.eye(3), np.eye(3)]),
+                    flat=np.eye(3),
+                ),
+                "number": of("things", [1, 2], "nothing", "of others", none=[], half=[0.5, 1.0]),
+            },
+        ),
         "Measurement": Call(
             bp.Measurement.from_arrays,
             {
@@ -488,6 +517,11 @@ def calls_of_experiment():
             },
         ),
     }
+
+
+def modal_parameters():
+    """Two modes by their numbers."""
+    return bp.ModalParameters([160.0, 330.0], [0.1, 0.2], number=[1, 2])
 
 
 def calls_of_laws():
@@ -548,6 +582,7 @@ def calls_of_laws():
             },
             noisy_with_coherence,
         ),
+        "observe.Modes": Call(bp.observe.Modes, {"measured": thing(modal_parameters())}),
         "observe.Complex": Call(bp.observe.Complex, {"quantity": word("velocity")}, observed),
         "observe.LogAmplitude": Call(
             bp.observe.LogAmplitude, {"quantity": word("velocity")}, observed

@@ -18,6 +18,7 @@ NOUNS = {
     "Sensor": bar.experiment.sensor["s1"],
     "Actuator": bar.experiment.actuator["a1"],
     "Measurement": bar.measurement,
+    "ModalParameters": bp.ModalParameters([160.0, 330.0], [0.1, 0.2], number=[1, 2]),
     "Placement": Placement(
         positions={"s1": 0.25},
         omitted=(),

@@ -38,6 +38,9 @@ def choose_lines(
     InputError
         If a line, channel or force level of the experiment was not measured.
     """
+    if experiment.observe.is_modal:
+        count = np.size(experiment.frequency)
+        return ChosenLines(experiment, f"Modes: all {count} that were measured.")
     channels = experiment.sensor_channels, experiment.actuator_channels
     runs = [
         run.lines(np.asarray(experiment.frequency)).channels(*channels)

@@ -6,6 +6,7 @@ import pandas as pd
 
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
+from ..experiment.modal_parameters import ModalParameters
 from ..experiment.transducers import Transducer
 from ..io import formats
 from ..io._gate import files_read
@@ -76,6 +77,8 @@ def _draw(run: Run, measured: Measurements) -> None:
 
 
 def _runs(measured: Measurements) -> list[Measurement]:
+    if isinstance(measured, ModalParameters):  # it has no FRF to be drawn
+        return []
     return [measured] if isinstance(measured, Measurement) else list(measured)
 
 

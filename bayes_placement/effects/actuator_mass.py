@@ -31,6 +31,7 @@ class ActuatorMass(InstrumentEffect):
     ['actuator_mass']
     """
 
+    changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
     loads: ClassVar[tuple[str, ...]] = ("actuator",)
     mass: Parameter = eqx.field(metadata=unit("kg"))

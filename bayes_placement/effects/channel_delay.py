@@ -38,6 +38,7 @@ class ChannelDelay(OnTransducer):
     ['channel_delay']
     """
 
+    changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("delay", 0.0)
     transducer: Number
     delay: Parameter = eqx.field(metadata=unit("s"))

@@ -38,6 +38,7 @@ class CubicStiffness(CubicAttachment):
     ['cubic_stiffness']
     """
 
+    changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m3"))

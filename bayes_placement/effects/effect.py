@@ -54,6 +54,8 @@ class Effect(eqx.Module):
         Name of the field that is the strength, and its value without the effect, mostly zero.
     place_fields
         Names of the fields that say where the effect is; none where it has no place of its own.
+    changes_modes
+        Whether natural frequencies, damping ratios or real shapes show it.
     name
         Name in an experiment. Its default is the kind of the effect: models of the same physics
         for different structures share a kind.
@@ -66,6 +68,7 @@ class Effect(eqx.Module):
 
     absent: eqx.AbstractClassVar[tuple[str, float]]
     place_fields: ClassVar[tuple[str, ...]] = ()
+    changes_modes: ClassVar[bool] = True
     name: eqx.AbstractVar[str]
 
     @classmethod

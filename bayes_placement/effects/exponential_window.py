@@ -32,6 +32,7 @@ class ExponentialWindow(InstrumentEffect):
     ['exponential_window']
     """
 
+    changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("rate", 0.0)
     rate: Parameter = eqx.field(metadata=unit("1/s"))
     name: str = eqx.field(static=True, default="exponential_window", kw_only=True)

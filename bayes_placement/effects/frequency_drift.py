@@ -39,6 +39,7 @@ class FrequencyDrift(OnTransducer):
     ['structure.damping.ratio', 'sensor.s1.position', 'instrument_effects.frequency_drift.drift']
     """
 
+    changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("drift", 0.0)
     transducer: Number
     drift: Parameter = eqx.field(metadata=unit("1"))

@@ -84,7 +84,12 @@ def library(
     classes += [candidate for candidate in further if isinstance(candidate, type)]
     declared = [candidate for candidate in further if not isinstance(candidate, type)]
     scales = Scales(experiment)
-    suggested = [candidate for kind in classes for candidate in kind.suggest(scales)]
+    suggested = [
+        candidate
+        for kind in classes
+        if kind.changes_modes or not scales.modes_alone
+        for candidate in kind.suggest(scales)
+    ]
     return Library(experiment, (*suggested, *declared))
 
 

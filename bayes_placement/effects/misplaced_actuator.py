@@ -31,6 +31,7 @@ class MisplacedActuator(Misplaced):
     ['misplaced_actuator']
     """
 
+    changes_modes: ClassVar[bool] = False
     side: ClassVar[str] = "actuator"
     actuator: Number
     shift: Parameter = eqx.field(metadata=unit("m"))

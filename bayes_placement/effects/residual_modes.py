@@ -33,6 +33,7 @@ class ResidualModes(InstrumentEffect):
     ['residual_modes']
     """
 
+    changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("flexibility", 0.0)
     flexibility: Parameter = eqx.field(metadata=unit("m/N"))
     name: str = eqx.field(static=True, default="residual_modes", kw_only=True)

@@ -119,6 +119,11 @@ class Scales:
         """
         return len(self.setup.actuator) <= len(self.setup.sensor)
 
+    @property
+    def modes_alone(self) -> bool:
+        """Whether modal parameters are observed, as where nothing is known to drive it."""
+        return not self.setup.actuator
+
     def places(self) -> list[Any]:
         """Uniform priors of a place [m], one for each piece of the structure."""
         return self.modes.anywhere()

@@ -38,6 +38,7 @@ class Stinger(InstrumentEffect):
     Array([10000.+0.j], dtype=complex128)
     """
 
+    changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
     loads: ClassVar[tuple[str, ...]] = ("actuator",)
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))

@@ -28,6 +28,7 @@ class SwappedActuators(Swapped):
     ['swapped_actuators']
     """
 
+    changes_modes: ClassVar[bool] = False
     side: ClassVar[str] = "actuator"
     actuator: Number
     other: Number

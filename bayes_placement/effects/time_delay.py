@@ -30,6 +30,7 @@ class TimeDelay(InstrumentEffect):
     ['structure.damping.ratio', 'sensor.s1.position', 'instrument_effects.time_delay.delay']
     """
 
+    changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("delay", 0.0)
     delay: Parameter = eqx.field(metadata=unit("s"))
     name: str = eqx.field(static=True, default="time_delay", kw_only=True)

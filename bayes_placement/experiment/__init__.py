@@ -4,6 +4,7 @@ from ..positions.channel import Channel
 from . import damping, model_error, noise, observe
 from .experiment import Experiment
 from .measurement import Measurement
+from .modal_parameters import ModalParameters
 from .structure import Structure
 from .transducers import Actuator, Sensor
 
@@ -12,6 +13,7 @@ __all__ = [
     "Channel",
     "Experiment",
     "Measurement",
+    "ModalParameters",
     "Sensor",
     "Structure",
     "damping",

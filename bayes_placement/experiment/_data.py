@@ -6,7 +6,7 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Array, Bool
 
 from .._types import Response
 
@@ -28,7 +28,7 @@ class Data(eqx.Module):
     """
 
     z: Response
-    measured: Bool[np.ndarray, "sensor actuator *level_and_part frequency"]
+    measured: Bool[Array | np.ndarray, "sensor actuator *level_and_part frequency"]
     deviation: Response | None = None
     relative: Response | None = None
     absolute: Response | None = None

@@ -1,16 +1,17 @@
 """Checks of the arguments of an experiment: lines, force levels, mounting of the sensors."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import jax
 import numpy as np
 
 from .._sites import Role, unknowns
-from .._types import InputError, check_annotated, check_kind, shown
+from .._types import InfeasibleError, InputError, check_annotated, check_kind, shown
+from ..effects.effect import Effect
 from ..modes.modes import Modes
 from .noise import Noise
-from .observe import Observation
+from .observation import Observation
 from .recording import MOUNTINGS
 from .structure import Structure
 from .transducers import Actuator, Sensor, Transducer
@@ -167,8 +168,8 @@ def levels(amplitudes: Sequence[float] | None) -> tuple[float, ...] | None:
     return forces
 
 
-def mounting(word: str) -> str:
-    """Return how sensors are mounted, one of `MOUNTINGS`.
+def mounting(word: str, observe: Observation) -> str:
+    """Return how sensors are mounted, one of `MOUNTINGS`; fixed where modes are observed.
 
     Raises
     ------
@@ -180,4 +181,89 @@ def mounting(word: str) -> str:
             f"sensors_mounted={word!r} was given; it must be 'roving', where each sensor is alone "
             "in its run, or 'fixed', where all are mounted all the time: sensors_mounted='fixed'."
         )
-    return word
+    return "fixed" if observe.is_modal else word
+
+
+def no_data_without_noise(data: Any) -> None:
+    """Refuse data for an experiment without noise.
+
+    Raises
+    ------
+    InputError
+        If there are.
+    """
+    if data is not None:
+        raise InputError(
+            "The experiment has noise=None, so no measured value has a density. Give it "
+            "noise.Gaussian(sigma), or use marginals.KDE(), whose kernel is a density by itself "
+            "(the paper's case of no output error)."
+        )
+
+
+def least_transducers(observe: Observation, actuators: Any, noise: Any, levels: Any) -> int:
+    """Return the least number of transducers of a side: none where modes are observed.
+
+    Raises
+    ------
+    InputError
+        If modes are observed and actuators, force levels or another noise are given.
+    """
+    if not observe.is_modal:
+        return 1
+    if len(actuators) or levels is not None:
+        raise InputError(
+            f"{'actuators' if len(actuators) else 'force_levels'}= was given beside observe.Modes; "
+            "none is needed, since modal parameters do not depend on where and how hard a "
+            "structure is driven. Leave it out."
+        )
+    known = noise is None or (noise.reads_variance and not unknowns(noise))
+    if not known:
+        raise InputError(
+            f"noise.{type(noise).__name__} was given beside observe.Modes; noise.FromVariance of "
+            "a known scale is needed, since the errors of modal parameters are stated with them, "
+            "each in its own unit, and so few do not tell their size: noise=noise.FromVariance()."
+        )
+    return 0
+
+
+def seen(effect: Any, observe: Observation) -> None:
+    """Refuse an effect that modal parameters do not show.
+
+    Raises
+    ------
+    InputError
+        If it is one.
+    """
+    if observe.is_modal and isinstance(effect, Effect) and not effect.changes_modes:
+        raise InputError(
+            f'The effect "{effect.name}" was added to an experiment that observes modes; FRFs are '
+            "needed to see it, since it changes neither natural frequencies nor damping nor real "
+            "shapes. Leave it out, or observe FRFs: observe=observe.Complex('acceleration')."
+        )
+
+
+def driven(observe: Observation) -> None:
+    """Refuse to compute FRFs where modes are observed.
+
+    Raises
+    ------
+    InfeasibleError
+        If they are.
+    """
+    if observe.is_modal:
+        no_frfs("FRFs were asked for")
+
+
+def no_frfs(what: str) -> NoReturn:
+    """Refuse what needs FRFs.
+
+    Raises
+    ------
+    InfeasibleError
+        Always.
+    """
+    raise InfeasibleError(
+        f"{what}, but the experiment observes modal parameters; FRFs are needed for it, with lines "
+        "and actuators, since it is computed line by line. Declare an experiment of FRFs: "
+        "Experiment(..., actuators=[...], frequency=..., observe=observe.Complex('acceleration'))."
+    )

@@ -8,7 +8,7 @@ import numpy as np
 from .._compiled import compiled
 from .._types import Response
 from .noise import Data
-from .observe import Observation
+from .observation import Observation
 
 
 def measured_outputs(

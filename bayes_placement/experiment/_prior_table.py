@@ -18,6 +18,11 @@ def sentence_on(experiment: Any) -> str:
     """Say how many channels and lines an experiment observes."""
     lines = np.asarray(experiment.frequency)
     sensors, actuators = len(experiment.sensor_channels), len(experiment.actuator_channels)
+    if experiment.observe.is_modal:
+        return (
+            f"Experiment: {lines.size} modes from {lines.min():g} to {lines.max():g} Hz, shapes at "
+            f"{sensors} sensor channels, z = {experiment.observe.label}"
+        )
     return (
         f"Experiment: {sensors} sensor x {actuators} actuator channels, {lines.size} lines from "
         f"{lines.min():g} to {lines.max():g} Hz, z = {experiment.observe.label}"

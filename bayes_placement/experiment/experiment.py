@@ -27,10 +27,11 @@ from ._value_checks import check_values
 from .data_checks import DataChecks, check_data
 from .force_levels import at_levels
 from .measurement import Channel, Measurement
+from .modal_parameters import ModalParameters
 from .model_error import Modal, ModalErrors
 from .noise import Data, Noise
 from .notebook_html import notebook_html
-from .observe import Observation
+from .observation import Observation
 from .recording import Drive, recorded, recorded_frequency
 from .structure import Structure, added
 from .transducers import Actuator, Sensor, Transducer, by_name
@@ -44,7 +45,7 @@ RESPONSE = "response"
 FORCE_LEVEL = "force_level"
 """Dimension of the force amplitudes [N], which outputs have where the experiment states them."""
 
-Measurements = Measurement | Sequence[Measurement]
+Measurements = Measurement | ModalParameters | Sequence[Measurement]
 
 
 class Experiment(eqx.Module):
@@ -61,9 +62,10 @@ class Experiment(eqx.Module):
     sensors, actuators
         Sensors and actuators; every sensor is measured for every actuator.
     frequency
-        Lines [Hz].
+        Lines [Hz]; none where modes are observed.
     observe
-        What is compared: `observe.LogAmplitude` or `observe.Complex`.
+        What is compared: `observe.LogAmplitude`, `observe.Complex`, or `observe.Modes`, which
+        needs neither actuators nor lines.
     noise
         Output error; None for the paper's case of no output error.
     force_levels
@@ -72,7 +74,8 @@ class Experiment(eqx.Module):
         By how much the modes and channels differ from the model, `model_error.Modal()`; None where
         the model is exact.
     sensors_mounted
-        `roving`, each sensor alone in its run, or `fixed`, all mounted all the time.
+        `roving`, each sensor alone in its run, or `fixed`, all mounted all the time, as where
+        modes are observed.
 
     Raises
     ------
@@ -107,8 +110,8 @@ class Experiment(eqx.Module):
         structure: Structure,
         *,
         sensors: Sequence[Sensor],
-        actuators: Sequence[Actuator],
-        frequency: Any,
+        actuators: Sequence[Actuator] = (),
+        frequency: Any = None,
         observe: Observation,
         noise: Noise | None,
         model_error: Modal | None = None,
@@ -117,15 +120,16 @@ class Experiment(eqx.Module):
     ):
         _experiment_checks.kinds(structure, sensors, actuators, observe, noise)
         self.structure = structure
-        self.sensor = by_name(sensors, structure.modes)
-        self.actuator = by_name(actuators, structure.modes)
-        self.frequency = _experiment_checks.lines(frequency)
+        least = _experiment_checks.least_transducers(observe, actuators, noise, force_levels)
+        self.sensor = by_name(sensors, structure.modes, least)
+        self.actuator = by_name(actuators, structure.modes, least)
+        self.frequency = _experiment_checks.lines(observe.lines(frequency))
         _experiment_checks.static_line(self.frequency, structure.modes)
-        self.observe = observe
+        self.observe = observe.on(self.sensor_channels)
         self.noise = noise
         self.instrument_effects = OrderedDict()
         self.force_levels = _experiment_checks.levels(force_levels)
-        self.sensors_mounted = _experiment_checks.mounting(sensors_mounted)
+        self.sensors_mounted = _experiment_checks.mounting(sensors_mounted, observe)
         observe.check(self.frequency)
         self.model_error = None
         check_values(self)
@@ -140,6 +144,7 @@ class Experiment(eqx.Module):
         ValueError
             If the effect bears a taken name, lies outside the structure or names no sensor.
         """
+        _experiment_checks.seen(effect, self.observe)
         if isinstance(effect, InstrumentEffect):
             numbered = effect.numbered(self.instruments)
             effects = added(self.instrument_effects, numbered.on(self.structure.modes))
@@ -253,6 +258,7 @@ class Experiment(eqx.Module):
         InputError
             If it depends on something that is still a distribution.
         """
+        _experiment_checks.driven(self.observe)
         _experiment_checks.all_known(self)
         if self.force_levels is None:
             return self._receptance(None)
@@ -277,7 +283,7 @@ class Experiment(eqx.Module):
 
     def predict(self) -> Response:
         """Outputs z without output error, Eq. (20)."""
-        return self.observe.output(self.frf())
+        return self.observe.predicted(self)
 
     def data(self, measurement: Measurements) -> Data:
         """Outputs of a measurement at the lines and channels of this experiment.
@@ -292,6 +298,8 @@ class Experiment(eqx.Module):
         ValueError
             If a line, a channel or a force level of the experiment was not measured.
         """
+        if self.observe.stated() is not None:
+            return self.observe.data(measurement)
         runs = [self._data(run) for run in at_levels(measurement, self.force_levels)]
         return runs[0] if self.force_levels is None else Data.at_levels(runs)
 
@@ -329,17 +337,17 @@ class Experiment(eqx.Module):
             What was measured; None to simulate.
         """
         concrete = _sites.realise(self)
-        frf = concrete.frf()
-        predicted = self.observe.output(frf)
+        predicted = concrete.predict()
         data = measurement if isinstance(measurement, Data | None) else self.data(measurement)
         if data is None:
             numpyro.deterministic(RESPONSE, predicted)
         if concrete.noise is None:
-            _refuse_data_without_noise(data)
+            _experiment_checks.no_data_without_noise(data)
             return
         observed = None if data is None else data.z
         if data is None and concrete.noise.reads_amplitude:
-            data = simulated_outputs(self.observe, frf)
+            data = simulated_outputs(self.observe, concrete.frf())
+        data = self.observe.stated() if data is None else data
         numpyro.sample(MEASURED, concrete.noise.distribution(predicted, data), obs=observed)
 
     def nominal_measurement(self) -> Measurement | tuple[Measurement, ...]:
@@ -389,12 +397,3 @@ def _instrument_effects(experiment: Experiment) -> Any:  # Equinox asks for a ma
 
 def _is_dict(leaf: Any) -> bool:
     return isinstance(leaf, dict)
-
-
-def _refuse_data_without_noise(data: Data | None) -> None:
-    if data is not None:
-        raise InputError(
-            "The experiment has noise=None, so no measured value has a density. Give it "
-            "noise.Gaussian(sigma), or use marginals.KDE(), whose kernel is a density by itself "
-            "(the paper's case of no output error)."
-        )

@@ -1,13 +1,16 @@
 """Measurements in the order of the force levels of an experiment."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from .._types import InputError, check_kind
 from .measurement import Measurement
+from .modal_parameters import ModalParameters
 
 
 def at_levels(
-    measurements: Measurement | Sequence[Measurement], levels: Sequence[float] | None
+    measurements: Measurement | ModalParameters | Sequence[Measurement],
+    levels: Sequence[float] | None,
 ) -> list[Measurement]:
     """Measurements in the order of some force levels [N].
 
@@ -23,7 +26,8 @@ def at_levels(
     InputError
         If a level was not measured, or several measurements are given and no level.
     """
-    entries = [measurements] if isinstance(measurements, Measurement) else measurements
+    single = isinstance(measurements, Measurement | ModalParameters)
+    entries: Any = [measurements] if single else measurements
     for run in entries if isinstance(entries, list | tuple) else [entries]:
         check_kind(
             "measurement",
@@ -32,7 +36,7 @@ def at_levels(
             "measured FRFs are needed, with their channels and lines",
             "io.read_measurement(path), or Measurement.from_arrays(...)",
         )
-    runs = [measurements] if isinstance(measurements, Measurement) else list(measurements)
+    runs = list(entries)
     if levels is None:
         if len(runs) != 1:
             raise InputError(

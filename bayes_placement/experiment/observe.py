@@ -1,93 +1,15 @@
-"""Observations: the real outputs z of an FRF, their errors, and the receptance they determine."""
-
-import abc
+"""Observations: the real outputs z of an FRF or of modes, and the errors of these."""
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Inexact
 
-from .._types import InputError, Receptance, Response
+from .._types import Response
+from .observation import FRF, Lines, Measured, Observation, Variance
+from .observed_modes import Modes
 from .quantities import motion_name, quantity_of
 
-FRF = Inexact[Array, "sensor actuator *force_level frequency"]
-Variance = Float[Array, "sensor actuator *force_level frequency"]
-Measured = Float[np.ndarray, "sensor actuator *level_and_part frequency"]
-Lines = Float[np.ndarray, "frequency"]
-
-
-class Observation(eqx.Module):
-    """The mapping z = f(U) of Eq. (8), and the error of z by that of U.
-
-    Examples
-    --------
-    >>> isinstance(bp.observe.Complex("velocity"), bp.observe.Observation)
-    True
-    """
-
-    quantity: eqx.AbstractVar[str]
-    parts: eqx.AbstractClassVar[int]
-
-    @abc.abstractmethod
-    def output(self, frf: FRF) -> Response:
-        """Outputs z of an FRF of the observed quantity."""
-
-    @abc.abstractmethod
-    def deviation(self, frf: FRF, variance: Variance) -> Response:
-        """Standard deviation of each output, given E|error|^2 of the FRF."""
-
-    @abc.abstractmethod
-    def relative(self, outputs: Measured) -> Measured:
-        """Standard deviation of each output for an FRF with a relative error of 1."""
-
-    @abc.abstractmethod
-    def receptance(self, measured: Measured, omega: Lines) -> Measured:
-        """Return the receptance [m/N], or its amplitude, by outputs of any observed quantity.
-
-        Parameters
-        ----------
-        measured
-            Outputs z; NaN where nothing was measured.
-        omega
-            Angular frequency of each line [rad/s].
-        """
-
-    @abc.abstractmethod
-    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
-        """Log of |dz / d r| for each output, with r as `receptance` returns it.
-
-        The density of z times this Jacobian is a density of the receptance, in which models of
-        different observed quantities are comparable.
-
-        Parameters
-        ----------
-        measured
-            Outputs z; NaN where nothing was measured.
-        omega
-            Angular frequency of each line [rad/s].
-        """
-
-    @property
-    @abc.abstractmethod
-    def label(self) -> str:
-        """Name and unit of the outputs for an axis."""
-
-    def frf(self, receptance: Receptance, omega: Inexact[Array, "frequency"]) -> Receptance:
-        """Turn a receptance into the FRF of the observed quantity."""
-        return receptance * (1j * omega) ** self.derivative
-
-    @property
-    def derivative(self) -> int:
-        """Order of the time derivative of the displacement that is observed."""
-        return quantity_of(self.quantity).derivative
-
-    def check(self, frequency: np.ndarray) -> None:
-        """Refuse 0 Hz, where velocity and acceleration vanish and carry no information."""
-        if self.quantity != "displacement" and np.any(frequency == 0):
-            raise InputError(
-                f"observe.{type(self).__name__} needs |U| > 0, but frequency 0 Hz gives zero "
-                f"{self.quantity}. Drop 0 Hz: frequency[frequency > 0]."
-            )
+__all__ = ["Complex", "LogAmplitude", "Modes", "Observation"]
 
 
 class LogAmplitude(Observation):

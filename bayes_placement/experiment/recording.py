@@ -73,7 +73,7 @@ def recorded(
         response = response * (sensor[:, None] * actuator)[..., None]
     for effect in instrument_effects:
         response = response + effect.added(drive.omega)
-    response = _amplified(response, instruments, drive.omega)
+    response = amplified(response, instruments, drive.omega)
     for effect in instrument_effects:
         response = effect.recorded(response, drive.omega, instruments)
     return response
@@ -86,7 +86,7 @@ def recorded_frequency(instrument_effects: Iterable[InstrumentEffect], omega: Om
     return omega
 
 
-def _amplified(response: Receptance, instruments: Instruments, omega: Any) -> Receptance:
+def amplified(response: Receptance, instruments: Instruments, omega: Any) -> Receptance:
     """Receptance with the gain and the delay of each channel, untouched where all are exact."""
     for axis, side in enumerate((instruments.sensors, instruments.actuators)):
         factors = [

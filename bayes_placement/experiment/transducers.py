@@ -353,8 +353,8 @@ class Actuator(Transducer):
     kind: ClassVar[str] = "Actuator"
 
 
-def by_name(transducers: Sequence[Kind], modes: Modes) -> OrderedDict[str, Kind]:
-    """Transducers by name, placed on a structure.
+def by_name(transducers: Sequence[Kind], modes: Modes, least: int = 1) -> OrderedDict[str, Kind]:
+    """Transducers by name, placed on a structure, at least so many.
 
     Raises
     ------
@@ -370,7 +370,7 @@ def by_name(transducers: Sequence[Kind], modes: Modes) -> OrderedDict[str, Kind]
             f'Two transducers are called "{repeated[0]}". Each needs a name of its own, since '
             "unknowns are named by it. A sensor used in several runs is given once."
         )
-    if not placed:
+    if len(placed) < least:
         raise InputError(
             "An experiment needs at least one sensor and one actuator, since an FRF is measured "
             'between the two: sensors=[bp.Sensor("s1", at=0.25)].'

@@ -131,7 +131,7 @@ def _constants(experiment: Experiment, data: Data) -> xr.Dataset:
     variables["receptance"] = experiment.observe.receptance(z, omega)
     variables["log_jacobian"] = experiment.observe.log_jacobian(z, omega)
     dataset = outputs(experiment, variables, ())
-    dataset["receptance"].attrs["units"] = "m/N"
+    dataset["receptance"].attrs["units"] = experiment.observe.reference_unit
     dataset["log_jacobian"].attrs["units"] = "1"
     return dataset
 

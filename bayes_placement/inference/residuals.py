@@ -314,11 +314,12 @@ def _residuals(
 
 
 def _residual(known: Experiment, data: Data, logarithmic: Any) -> tuple[Array, Array]:
-    frf = known.frf()
     assert known.noise is not None
-    distribution = known.noise.distribution(known.observe.output(frf), data)
+    frf = known.frf() if isinstance(known.observe, Complex) else None
+    predicted = known.predict() if frf is None else known.observe.output(frf)
+    distribution = known.noise.distribution(predicted, data)
     plain, log_scale = standardised(distribution, data)
-    if not isinstance(known.observe, Complex):
+    if frf is None:
         return plain, log_scale
     # A logarithm and an angle take longer than the FRF: they are computed where they are asked for.
     chosen = jax.lax.cond(logarithmic, lambda: _logarithmic(frf, data), lambda: plain)

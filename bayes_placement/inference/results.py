@@ -99,8 +99,8 @@ def outputs(
     units = {"units": experiment.observe.label}
     dataset = xr.Dataset({n: (dimensions, np.asarray(v), units) for n, v in variables.items()})
     coordinates: dict[str, Any] = {
-        "sensor": [channel.label for channel in experiment.sensor_channels],
-        "actuator": [channel.label for channel in experiment.actuator_channels],
+        "sensor": experiment.observe.rows(experiment.sensor_channels),
+        "actuator": experiment.observe.columns(experiment.actuator_channels),
         "frequency": ("frequency", np.asarray(experiment.frequency), {"units": "Hz"}),
     }
     if levels:

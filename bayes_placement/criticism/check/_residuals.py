@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..._types import InputError, check_kind
 from ...experiment.experiment import FORCE_LEVEL, MEASURED, RESPONSE
+from ...experiment.observed_modes import COLUMN
 from ...inference.estimates import scalars
 from ...inference.results import RESPONSE_WHEN_EXACT, observed_of
 
@@ -64,6 +65,11 @@ class Residuals:
     frequency: Float[np.ndarray, "frequency"]
     force_level: Int[np.ndarray, "frequency"]
     unknowns: int
+
+    @property
+    def is_modal(self) -> bool:
+        """Whether lines are modes, of which none is the neighbour of another."""
+        return shows_modes(self.template)
 
     @cached_property
     def mean(self) -> Values:
@@ -123,6 +129,11 @@ class Grouping:
         return xr.Dataset(variables, coords=self.coordinates)
 
 
+def shows_modes(labelled: Any) -> bool:
+    """Whether outputs are modal parameters, by their labels."""
+    return labelled["actuator"].values.tolist() == [COLUMN]
+
+
 def residuals(posterior: xr.DataTree) -> Residuals:
     """Read measured and predicted outputs from what `infer` returned."""
     _check(posterior)
@@ -165,7 +176,7 @@ def groupings(data: Residuals, bands: int) -> dict[str, Grouping]:
     shape = (sensors, actuators, lines)
     sensor, actuator, line = np.indices(shape)
     names = {side: data.template[side].values for side in ("sensor", "actuator")}
-    band, edges = _bands(data.frequency, bands)
+    band, edges = _modes(data.frequency) if data.is_modal else _bands(data.frequency, bands)
     groupings = {
         "overall": Grouping((), {}, np.zeros(shape, int), ()),
         "sensor": Grouping(("sensor",), {"sensor": names["sensor"]}, sensor, (sensors,)),
@@ -248,6 +259,13 @@ def _bands(frequency: np.ndarray, bands: int) -> tuple[np.ndarray, dict[str, Any
     names = [f"{a:.4g} to {b:.4g} Hz" for a, b in zip(low, high, strict=True)]
     limits = {"low": ("band", low, {"units": "Hz"}), "high": ("band", high, {"units": "Hz"})}
     return np.searchsorted(low, frequency, side="right") - 1, {"band": names, **limits}
+
+
+def _modes(frequency: np.ndarray) -> tuple[np.ndarray, dict[str, Any]]:
+    """Each mode as a band of its own."""
+    limits = {end: ("band", frequency, {"units": "Hz"}) for end in ("low", "high")}
+    names = [f"{natural:.4g} Hz" for natural in frequency]
+    return np.arange(frequency.size), {"band": names, **limits}
 
 
 def _transposed(values: xr.DataArray, leading: tuple[str, ...]) -> xr.DataArray:

@@ -65,10 +65,10 @@ class Statistics:
 
         The variance ratio test for noise of any variance along the lines (Lo and MacKinlay, 1988,
         doi:10.1093/rfs/1.1.41), one-sided: an effect that the model lacks makes neighbours
-        positively correlated.
+        positively correlated. Modes have no neighbours.
         """
         products, squares = (np.sum(pairs[:, group], axis=(1, 2)) for pairs in self._lagged)
-        if np.sum(self._lagged[1][0, group] > 0) < FEWEST_PAIRS:
+        if self.data.is_modal or np.sum(self._lagged[1][0, group] > 0) < FEWEST_PAIRS:
             return float("nan")
         weight = 1 - np.arange(1, products.size + 1) / (products.size + 1)
         return float(stats.norm.sf(weight @ products / np.sqrt(weight**2 @ squares)))

@@ -72,6 +72,9 @@ def of(data: Residuals) -> xr.Dataset:
     unit = {"units": data.template.attrs.get("units", "")}
     lines = {"mean": mean, "low": mean - margin, "high": mean + margin}
     dataset = xr.Dataset({name: data.labelled(x, **unit) for name, x in lines.items()})
+    if data.is_modal:  # modes have no neighbours between which anything were smooth
+        dataset = dataset.where(False)
+        significant = np.zeros_like(significant)
     dataset["significant"] = data.labelled_lines(significant) > 0
     present = data.present[..., 0]
     shares = [_share(significant, present & (data.force_level == level)) for level in levels]

@@ -11,6 +11,7 @@ from ...experiment.experiment import FORCE_LEVEL
 from ...experiment.notebook_html import notebook_html
 from ..noise_needed import NoiseNeeded
 from . import _edges, _model_error
+from ._residuals import shows_modes
 
 _CORRELATED = "residuals of neighbouring lines are correlated"
 _ROWS = ("sensor", "actuator", FORCE_LEVEL, "band")
@@ -24,6 +25,9 @@ _COLUMNS = {
     "predictive": "predictive p",
     "over_scatter": "residual / scatter",
 }
+_OF_MODES = {"sensor": "row", "actuator": "column", "band": "mode"}
+"""Words for the groups of modal parameters."""
+
 _HIDDEN = {True: ("over_scatter",), False: ("chi2_per_datum", "expected", "spread", "p_value")}
 """Columns that say nothing, by whether the noise is known."""
 
@@ -138,7 +142,7 @@ class Misfit:
         """One row for all data and for each sensor, actuator, force level and band."""
         tables = {"": self.overall.expand_dims("all")} | {k: self.groups[k] for k in self._shown()}
         rows = {
-            " ".join([kind.replace("_", " "), _name(group, kind)]).strip() or "all data": group
+            " ".join([self._word(kind), _name(group, kind)]).strip() or "all data": group
             for kind, table in tables.items()
             for group in _split(table)
         }
@@ -148,6 +152,11 @@ class Misfit:
 
     def _shown(self) -> list[str]:
         return [kind for kind in _ROWS if kind in self.groups]
+
+    def _word(self, kind: str) -> str:
+        """Word for the groups of a kind."""
+        word = _OF_MODES.get(kind, kind) if shows_modes(self.response) else kind
+        return word.replace("_", " ")
 
     def _some_fail(self, kind: str) -> bool:
         """Whether there are several groups of this kind, of which at least one fails."""
@@ -188,7 +197,7 @@ class Misfit:
     def _worst_words(self, kind: str) -> str:
         worst, table = self.worst(kind), self.groups[kind]
         failing = int((table["corrected"] < self.level).sum())
-        groups = kind.replace("_", " ") + "s"
+        groups = self._word(kind) + "s"
         misfit = f"chi2 per datum is {_chi2(worst)}" if self.noise_known else _CORRELATED
         return (
             f"{failing} of {table['data'].size} {groups} {'fail' if failing > 1 else 'fails'}, "

@@ -9,11 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..._types import InputError
+from ..._types import InfeasibleError, InputError
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.measurement import Measurement
+from ...experiment.modal_parameters import ModalParameters
 from ...experiment.model_error import ModalErrors
 from ...experiment.resized import as_measured
 from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
@@ -34,6 +35,12 @@ from ._search import NARROW, VARIANTS_WITH_ERRORS, Tick, promising
 
 def state_of(experiment: Experiment, measurement: Measurements) -> State:
     """An earlier state of an experiment, with the lines and transducers that were measured."""
+    if isinstance(measurement, ModalParameters) or experiment.observe.is_modal:
+        raise InfeasibleError(
+            "An earlier state was given with modal parameters; FRFs of both states are needed, "
+            "since the modes of each are paired by an observation of its own. Explain each state "
+            "by itself, bp.explain(experiment, modes), or observe FRFs."
+        )
     if not isinstance(measurement, Measurement) and not measurement:
         raise InputError(
             "baseline=[] was given; one measurement is needed, or one for each force level, since "

@@ -8,6 +8,7 @@ import pandas as pd
 
 from ..force_levels import at_levels
 from ..measurement import Measurement
+from ..modal_parameters import ModalParameters
 from . import (
     driving_points,
     full_coherence,
@@ -108,7 +109,7 @@ class DataChecks:
 
 
 def check_data(
-    experiment: "Experiment", measurement: Measurement | Sequence[Measurement]
+    experiment: "Experiment", measurement: Measurement | ModalParameters | Sequence[Measurement]
 ) -> DataChecks:
     """Look for faults of a measurement that no model explains, before any inference.
 
@@ -133,6 +134,8 @@ def check_data(
     >>> experiment.check_data(measured).passed
     True
     """
+    if experiment.observe.is_modal:
+        return DataChecks({})
     runs = at_levels(measurement, experiment.force_levels)
     channels = experiment.sensor_channels, experiment.actuator_channels
     records = [Record(experiment, run.channels(*channels), n) for n, run in enumerate(runs)]

@@ -1,0 +1,245 @@
+"""Checks of measured modal parameters: layout, ranges, deviations."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .._types import InputError, shown
+from ..positions.channel import Channel
+
+MOST_IMAGINARY = 0.2
+"""Greatest share of a shape that may be imaginary after the best turn."""
+
+ROUNDING = 1e-9
+"""Share of the greatest eigenvalue by which a covariance may be asymmetric, or below zero."""
+
+
+def _numbers(argument: str, values: Any, kinds: str = "iuf") -> np.ndarray:
+    try:
+        array = np.asarray(values)
+    except ValueError:  # rows of different lengths
+        array = np.empty(0, dtype=object)
+    if array.dtype.kind == "c" and "c" not in kinds:
+        raise InputError(
+            f"{argument} of complex numbers was given; real ones are needed, since predicted "
+            "shapes are compared after a turn of the phase. Take the real part after the best "
+            "turn: ModalParameters.of_complex_shapes(shape, natural_frequency, ...)."
+        )
+    if array.dtype.kind not in kinds:
+        raise InputError(
+            f"{argument}={shown(values)} was given, of {array.dtype}; an array of numbers is "
+            f"needed, since modes are compared by them: {argument}=np.asarray(..., dtype=float)."
+        )
+    return array.astype(complex if array.dtype.kind == "c" else float)
+
+
+def frequency(values: Any) -> np.ndarray:
+    """Return natural frequencies [Hz].
+
+    Raises
+    ------
+    InputError
+        If they are no list of positive numbers that increase.
+    """
+    array = _numbers("natural_frequency", values)
+    if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array) & (array > 0)):
+        raise InputError(
+            f"natural_frequency={shown(values)} was given; a list of positive numbers [Hz] is "
+            "needed, one for each elastic mode, since rigid-body modes say nothing of stiffness: "
+            "natural_frequency=[12.1, 33.4]."
+        )
+    if np.any(np.diff(array) <= 0):
+        raise InputError(
+            f"natural_frequency={shown(values)} does not increase; each mode is needed once, in "
+            "ascending order, so that it is found. Sort all arrays by "
+            "np.argsort(natural_frequency)."
+        )
+    return array
+
+
+def array(argument: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Return an array of this shape; NaN everywhere for None.
+
+    Raises
+    ------
+    InputError
+        If it holds no real numbers, or has another shape.
+    """
+    if values is None:
+        return np.full(shape, np.nan)
+    numbers = _numbers(argument, values)
+    if numbers.shape != shape:
+        axes = "(mode,)" if len(shape) == 1 else "(channel, mode)"
+        raise InputError(
+            f"{argument} has shape {numbers.shape}; {axes} = {shape} is needed by the natural "
+            f"frequencies and sensors given: {argument}=np.asarray({argument}).T, or name all "
+            "channels in sensors=."
+        )
+    if np.isinf(numbers).any():
+        raise InputError(
+            f"{argument} has an infinite value; finite numbers are needed, or NaN where nothing "
+            f"is known: {argument}=np.where(np.isfinite({argument}), {argument}, np.nan)."
+        )
+    return numbers
+
+
+def has_sensors(shape: Any, channels: Sequence[Channel]) -> None:
+    """Refuse shapes without channels, and channels without shapes.
+
+    Raises
+    ------
+    InputError
+        If there are.
+    """
+    if (shape is None) == bool(channels):
+        given = "no shape, but sensors" if shape is None else "a shape, but no sensors"
+        raise InputError(
+            f"{given} were given; both or neither are needed, since each row of a shape belongs "
+            "to a channel: shape=phi, sensors=['s1+x', 's2+x']."
+        )
+
+
+def agree(covariance: Any, deviation: np.ndarray) -> None:
+    """Refuse a covariance beside deviations that are not those of its diagonal.
+
+    Raises
+    ------
+    InputError
+        If they are not.
+    """
+    matrices = _numbers("covariance", covariance)
+    stated = np.isfinite(deviation)
+    rows, modes = deviation.shape
+    if matrices.shape != (modes, rows, rows):
+        return  # refused with its shape
+    variance = np.diagonal(matrices, axis1=1, axis2=2).T
+    if not np.allclose(deviation[stated] ** 2, variance[stated], rtol=1e-6, atol=0.0):
+        raise InputError(
+            "covariance= and deviations were given and differ; one of them is needed, since both "
+            "say how large the errors are. Leave out natural_frequency_deviation, "
+            "damping_ratio_deviation and shape_deviation."
+        )
+
+
+def covariance(matrices: Any, values: np.ndarray, labels: Sequence[str]) -> np.ndarray:
+    """Return covariance matrices [mode, row, row], the identity's rows where nothing is known.
+
+    Raises
+    ------
+    InputError
+        If their shape is another, or one is not symmetric and positive definite.
+    """
+    numbers = _numbers("covariance", matrices)
+    rows, modes = values.shape
+    if numbers.shape != (modes, rows, rows):
+        raise InputError(
+            f"covariance has shape {numbers.shape}; (mode, row, row) = {(modes, rows, rows)} is "
+            "needed, the rows being natural frequency, damping ratio and the channels of the "
+            "shape, since each mode has errors of its own: covariance=np.stack([...])."
+        )
+    known = np.isfinite(values.T)
+    complete = np.where(known[:, :, None] & known[:, None, :], numbers, np.eye(rows))
+    names = ["natural_frequency", "damping_ratio", *(f"shape of {label}" for label in labels)]
+    for mode, matrix in enumerate(complete):
+        wrong = np.flatnonzero(~(np.isfinite(matrix).all(axis=1) & (np.diag(matrix) > 0)))
+        if wrong.size:
+            raise InputError(
+                f"The {names[wrong[0]]} of mode {mode + 1} has no positive standard deviation; "
+                "one is needed of all that was measured, since it says how far a model may be "
+                "from it: natural_frequency_deviation=..., damping_ratio_deviation=..., "
+                "shape_deviation=..., or NaN for a value that is not to be used."
+            )
+        eigenvalues = np.linalg.eigvalsh(matrix / np.sqrt(np.outer(*[np.diag(matrix)] * 2)))
+        asymmetric = not np.allclose(matrix, matrix.T, rtol=1e-6, atol=0)
+        if asymmetric or eigenvalues[0] < ROUNDING * eigenvalues[-1]:
+            raise InputError(
+                f"The covariance of mode {mode + 1} is not symmetric and positive definite; it "
+                "must be, being that of errors that are not all the same. A shape that was scaled "
+                "to one at a channel has no error there: give NaN for it, or an error to all."
+            )
+    return complete
+
+
+def damping(ratio: np.ndarray) -> None:
+    """Refuse damping ratios [1] that are not between -1 and 1.
+
+    Raises
+    ------
+    InputError
+        If there is one, such as a percentage.
+    """
+    outside = ratio[np.abs(ratio) >= 1]
+    if outside.size:
+        raise InputError(
+            f"damping_ratio has the value {outside[0]:g}; shares of critical damping below 1 are "
+            "needed, since a mode beyond does not vibrate. Divide percentages by 100."
+        )
+
+
+def number(numbers: Sequence[int] | None, count: int) -> tuple[int, ...] | None:
+    """Return the numbers of the modes; None where they are not known.
+
+    Raises
+    ------
+    InputError
+        If they are not as many whole numbers from 1 on, each once.
+    """
+    if numbers is None:
+        return None
+    given = _numbers("number", numbers)
+    whole = given.ndim == 1 and bool(np.all((given >= 1) & (given == np.rint(given))))
+    if not whole or given.size != count or np.unique(given).size < count:
+        raise InputError(
+            f"number={shown(numbers)} was given; {count} whole numbers from 1 on are needed, one "
+            "for each mode and each once, since they count the elastic modes of the model: "
+            "number=[1, 2, 3]."
+        )
+    return tuple(int(value) for value in given)
+
+
+def places(chosen: Sequence[int], count: int) -> np.ndarray:
+    """Return places of modes, ascending.
+
+    Raises
+    ------
+    InputError
+        If there is no such mode, or none is chosen.
+    """
+    given = _numbers("modes", chosen)
+    inside = (given >= 0) & (given < count) & (given == np.rint(given))
+    if given.ndim != 1 or given.size == 0 or not np.all(inside):
+        raise InputError(
+            f"modes({shown(chosen)}) was asked for; places from 0 to {count - 1} are needed, since "
+            f"{count} modes were measured: measured.modes(range({count}))."
+        )
+    return np.unique(given.astype(int))
+
+
+def real_part(shape: Any) -> np.ndarray:
+    """Return the real part of shapes (channel, mode), each turned until most of it is real.
+
+    Raises
+    ------
+    InputError
+        If too much of one remains imaginary.
+    """
+    turned = _numbers("shape", shape, "iufc").astype(complex)
+    if turned.ndim != 2:
+        raise InputError(
+            f"shape has shape {turned.shape}; (channel, mode) is needed, since each mode has a "
+            "shape of its own: shape=phi, as pyOMA2 has it."
+        )
+    squares = np.nansum(turned**2, axis=0)
+    size = np.where(np.abs(squares) > 0, np.abs(squares), 1.0)
+    turned = turned * np.conj(np.sqrt(np.where(squares == 0, 1.0, squares / size)))
+    norm = np.sqrt(np.nansum(np.abs(turned) ** 2, axis=0))
+    share = np.sqrt(np.nansum(turned.imag**2, axis=0)) / np.where(norm > 0, norm, 1.0)
+    if np.any(share > MOST_IMAGINARY):
+        mode = int(np.argmax(share))
+        raise InputError(
+            f"The shape of mode {mode + 1} remains to {share[mode]:.0%} imaginary after the best "
+            f"turn; at most {MOST_IMAGINARY:.0%} are taken, since its real part alone would not "
+            "be the mode. Give NaN in its column, so that its frequency and damping count alone."
+        )
+    return turned.real

@@ -1,0 +1,261 @@
+"""Poles of a structure with all its linear effects, and what its sensors read of each."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float, Inexact
+
+from ..effects.instrument_effect import InstrumentEffect
+from ..effects.instruments import Instruments
+from ..modes.modes import Modes
+from ..modes.points import Points, along_axes, joined
+from ..positions.places import coordinates
+from .frf import ModeError
+from .model_error import ModalErrors
+from .recording import amplified
+from .structure import Structure
+
+REAL_STEPS, COMPLEX_STEPS = 5, 3
+"""Newton's steps to a natural frequency without damping, and from there to the pole."""
+
+Matrix = Inexact[Array, "mode mode"]
+Vector = Inexact[Array, "mode"]
+
+
+class Branches(NamedTuple):
+    """Every mode as it is seen from one angular frequency.
+
+    Parameters
+    ----------
+    omega
+        Estimates of natural angular frequencies [rad/s], exact where the stiffness of what is
+        attached is one of a spring or mass.
+    vector
+        Amplitudes of the modes of the structure proper, a column for each.
+    """
+
+    omega: Float[Array, "branch"]
+    vector: Float[Array, "mode branch"]
+
+
+class Oscillator(NamedTuple):
+    """A structure with its instruments, in the coordinates of the modes of the structure proper.
+
+    (diag(omega_n^2 m + l) + Phi_p' (1/Z + R/m)^-1 Phi_p - omega^2) q = 0 with the relative modulus
+    m, the loss l of the damping law, and attachments of dynamic stiffness Z at ports p, R being the
+    static flexibility of the modes left out (MacNeal 1971, DOI 10.1016/0045-7949(71)90031-9).
+
+    Parameters
+    ----------
+    structure, instruments, effects, errors
+        What is seen; instruments are where they truly sat.
+    modes
+        Modes of the structure proper.
+    mode_error
+        Errors of modes, or None.
+    """
+
+    structure: Structure
+    instruments: Instruments
+    effects: Sequence[InstrumentEffect]
+    errors: ModalErrors | None
+    modes: Modes
+    mode_error: ModeError | None
+
+    @classmethod
+    def of(
+        cls,
+        structure: Structure,
+        instruments: Instruments,
+        effects: Sequence[InstrumentEffect],
+        errors: ModalErrors | None,
+    ) -> "Oscillator":
+        """Move the instruments to where they sat, and compute the modes."""
+        for effect in effects:
+            instruments = effect.moved(instruments, structure.modes)
+        modes = structure.proper_modes()
+        mode_error = None if errors is None else errors.mode_error()
+        if mode_error is not None:
+            modes = mode_error.uneven(modes)
+        return cls(structure, instruments, effects, errors, modes, mode_error)
+
+    def matrix(self, omega: Float[Array, ""]) -> Matrix:
+        """Modal dynamic stiffness without inertia [(rad/s)^2], complex."""
+        line = omega[None]
+        structure, modulus = self.structure, self._modulus(line)[0]
+        natural = self.modes.angular_frequency()
+        loss = structure.damping.loss(natural, line, self.modes.rigid_body_modes)[:, 0]
+        if self.mode_error is not None:
+            factor = self.mode_error.over(natural.size)
+            natural, loss = natural * factor.frequency, loss * factor.damping
+        diagonal = jnp.diag(natural**2 * modulus + loss * structure.kept_damping() + 0j)
+        ports = self._ports(line)
+        if ports is None:
+            return diagonal
+        return diagonal + ports.shapes.T @ ports.felt @ ports.shapes
+
+    def branches(self, omega: Float[Array, ""]) -> Branches:
+        """Every mode as it is seen from one frequency, without damping; no gradient passes."""
+        undamped, slope = jax.jvp(lambda at: jnp.real(self.matrix(at)), (omega,), (1.0,))
+        undamped, slope = (jax.lax.stop_gradient(part) for part in (undamped, slope))
+        values, vectors = jnp.linalg.eigh((undamped + undamped.T) / 2)
+        slopes = jnp.einsum("nb,nm,mb->b", vectors, slope, vectors)
+        # lambda + slope (x - omega) = x^2
+        square = jnp.maximum(slopes**2 + 4 * (values - slopes * omega), 0.0)
+        return Branches(jnp.maximum((slopes + jnp.sqrt(square)) / 2, 1e-300), vectors)
+
+    def pole(
+        self, omega: Float[Array, ""], vector: Float[Array, "mode"]
+    ) -> tuple[Complex[Array, ""], Complex[Array, "mode"]]:
+        """Pole over i [rad/s] and amplitudes of the modes there, from a guess without damping.
+
+        The matrix is expanded about the natural frequency without damping, to the second order,
+        which is exact for masses, dashpots and springs.
+        """
+        start = jax.lax.stop_gradient((omega, vector))
+
+        def undamped(at: Any) -> tuple[Matrix, Matrix]:
+            value, slope = jax.jvp(lambda x: jnp.real(self.matrix(x)), (at,), (1.0,))
+            return jax.lax.stop_gradient((value, slope))
+
+        middle, vector = _repeated(undamped, start, start[1], REAL_STEPS)
+        expanded = self._expansion(middle)
+        fixed = jax.lax.stop_gradient(expanded)
+        damped = middle + 0j, vector + 0j
+        found = _repeated(_about(middle, fixed), damped, start[1], COMPLEX_STEPS)
+        # One more step from a constant carries the derivative of the pole, exactly.
+        return _newton(_about(middle, expanded), *jax.lax.stop_gradient(found), start[1])
+
+    def read(
+        self, vectors: Inexact[Array, "mode branch"], omega: Float[Array, "branch"]
+    ) -> Complex[Array, "channel branch"]:
+        """Shapes as the sensors recorded them, of amplitudes at real angular frequencies."""
+        points = self._points()
+        shapes = points.shapes(self.modes) @ vectors + 0j
+        if self._ports(omega[:1]) is not None:
+            shapes = shapes + jax.vmap(self._bent, (1, 0), 1)(vectors, omega)
+        record = shapes[:, None, :]
+        if self.errors is not None:
+            gain = self.errors.gain_factors(self.instruments, "sensor")
+            record = record * gain[:, None, None]
+        record = amplified(record, self.instruments, omega)
+        for effect in self.effects:
+            record = effect.recorded(record, omega, self.instruments)
+        return record[:, 0]
+
+    def _bent(self, vector: Vector, omega: Float[Array, ""]) -> Inexact[Array, "channel"]:
+        """What the forces of attachments bend that the kept modes leave out."""
+        line = omega[None]
+        ports = self._ports(line)
+        assert ports is not None
+        left_out = _left_out(self.modes, self._points(), ports.points)
+        return -left_out @ (ports.felt @ ports.shapes @ vector) / self._modulus(line)[0]
+
+    def _modulus(self, line: Float[Array, "1"]) -> Inexact[Array, "1"]:
+        return self.structure.relative_modulus(line)
+
+    def _points(self) -> Points:
+        transducers = self.instruments.sensors.values()
+        points = joined([sensor.points(self.modes.axes) for sensor in transducers])
+        error = None if self.errors is None else self.errors.shape_error(self.instruments, "sensor")
+        return Points(points.position, points.direction, error)
+
+    def _ports(self, line: Float[Array, "1"]) -> "_Ports | None":
+        """Ports of all attachments and of instruments that load the structure; None without any."""
+        groups = [
+            (self._at(attachment), attachment.dynamic_stiffness(line))
+            for attachment in self.structure.attachments
+        ]
+        for number, sensor in enumerate(self.instruments.sensors.values()):
+            place = along_axes(coordinates(sensor.position), self.modes)
+            groups += [
+                (place, effect.load("sensor", number, line))
+                for effect in self.effects
+                if "sensor" in effect.loads
+            ]
+        if not groups:
+            return None
+        points = joined([place for place, _ in groups])
+        stiffness = jnp.concatenate(
+            [jnp.broadcast_to(value, place.position.shape[:1]) for place, value in groups]
+        )
+        flexibility = _left_out(self.modes, points, points) / self._modulus(line)[0]
+        yielding = jnp.eye(stiffness.size) + stiffness[:, None] * flexibility
+        felt = jnp.linalg.solve(yielding, jnp.diag(stiffness) + 0 * yielding)
+        return _Ports(points, points.shapes(self.modes), felt)
+
+    def _at(self, attachment: Any) -> Points:
+        points: Points = attachment.points(self.modes)
+        return points if self.mode_error is None else self.mode_error.at(attachment, points)
+
+    def _expansion(self, omega: Float[Array, ""]) -> tuple[Matrix, Matrix, Matrix]:
+        """Matrix at an angular frequency, its derivative and its second derivative."""
+
+        def first(at: Any) -> tuple[Matrix, Matrix]:
+            pair: tuple[Matrix, Matrix] = jax.jvp(self.matrix, (at,), (1.0,))
+            return pair
+
+        (value, slope), (_, curve) = jax.jvp(first, (omega,), (1.0,))
+        return value, slope, curve
+
+
+class _Ports(NamedTuple):
+    """Ports, shapes there, and the stiffness between them as kept modes feel it."""
+
+    points: Points
+    shapes: Float[Array, "port mode"]
+    felt: Inexact[Array, "port port"]
+
+
+def _left_out(modes: Modes, points: Points, ports: Points) -> Float[Array, "point port"]:
+    """Static flexibility of the modes left out [m/N]; zero where it is not known."""
+    static = points.static_flexibility(modes, ports)
+    if static is None:
+        return jnp.zeros((points.position.shape[0], ports.position.shape[0]))
+    elastic = slice(modes.rigid_body_modes, None)
+    kept = points.exact_shapes(modes)[:, elastic] / modes.angular_frequency()[elastic] ** 2
+    return static - kept @ ports.exact_shapes(modes)[:, elastic].T
+
+
+def _about(
+    middle: Float[Array, ""], expansion: tuple[Matrix, Matrix, Matrix]
+) -> Callable[[Any], tuple[Matrix, Matrix]]:
+    """Matrix and its derivative by an expansion about an angular frequency."""
+    value, slope, curve = expansion
+
+    def at(omega: Any) -> tuple[Matrix, Matrix]:
+        step = omega - middle
+        return value + step * (slope + step / 2 * curve), slope + step * curve
+
+    return at
+
+
+def _repeated(
+    matrix: Callable[[Any], tuple[Matrix, Matrix]], start: Any, normal: Any, steps: int
+) -> tuple[Any, Any]:
+    """Some of Newton's steps, compiled once."""
+
+    def step(_: Any, guess: Any) -> tuple[Any, Any]:
+        omega, vector = guess
+        return _newton(matrix, omega, vector, normal)
+
+    pair: tuple[Any, Any] = jax.lax.fori_loop(0, steps, step, start)
+    return pair
+
+
+def _newton(
+    matrix: Callable[[Any], tuple[Matrix, Matrix]], omega: Any, vector: Any, normal: Any
+) -> tuple[Any, Any]:
+    """One of Newton's steps for (A(omega) - omega^2) q = 0 with normal . q = 1."""
+    value, slope = matrix(omega)
+    size = vector.size
+    stiffness = value - omega**2 * jnp.eye(size)
+    column = slope @ vector - 2 * omega * vector
+    bordered = jnp.block(
+        [[stiffness, column[:, None]], [normal[None] + 0 * column, jnp.zeros((1, 1))]]
+    )
+    error = jnp.concatenate([stiffness @ vector, (normal @ vector - 1)[None]])
+    step = jnp.linalg.solve(bordered, error)
+    return omega - step[-1], vector - step[:-1]

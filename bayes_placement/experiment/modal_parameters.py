@@ -1,0 +1,243 @@
+"""Measured modal parameters: natural frequencies, damping ratios and shapes, with deviations."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..positions.channel import Channel, Channels, check_distinct, match, parsed
+from . import _modal_checks as checks
+from .notebook_html import notebook_html
+
+__all__ = ["ModalParameters"]
+
+FREQUENCY, DAMPING, SHAPE = 0, 1, 2
+"""Rows of a mode: its natural frequency, its damping ratio, and from the third on its shape."""
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class ModalParameters:
+    """Measured natural frequencies, damping ratios and mode shapes, with what is known of errors.
+
+    Arrays are copied and read-only. No force needs to be known: an output-only test gives them as
+    well. The scale and the sign of each shape mean nothing.
+
+    Parameters
+    ----------
+    natural_frequency
+        Natural frequencies [Hz] of damped modes, |s| / (2 pi) of their poles s, increasing.
+    natural_frequency_deviation
+        Their standard deviations [Hz].
+    damping_ratio
+        Damping ratios [1] of the modes, NaN where unknown; None for none.
+    damping_ratio_deviation
+        Their standard deviations [1].
+    shape
+        Displacement of each channel in each mode, of shape (channel, mode), in any unit and scale;
+        NaN where unknown. None for none.
+    shape_deviation
+        Its standard deviations, in the unit of the shape.
+    sensors
+        Channels of the rows of the shape.
+    covariance
+        For each mode the covariance of its natural frequency, its damping ratio and its shape, of
+        shape (mode, 2 + channels, 2 + channels), in the place of deviations; rows and columns of
+        what is unknown are not read. Errors of two modes are independent.
+    number
+        Number of each mode among the elastic modes of the model, from 1; None where it is found by
+        comparing shapes and frequencies.
+
+    Raises
+    ------
+    InputError
+        If shapes of arrays do not agree, a value is out of its range, something measured has no
+        positive deviation, or shapes are complex: `ModalParameters.of_complex_shapes` takes these.
+
+    Examples
+    --------
+    >>> modes = bp.ModalParameters(
+    ...     [160.0, 330.0],
+    ...     [0.1, 0.2],
+    ...     shape=[[1.0, 2.0], [3.0, -1.0]],
+    ...     shape_deviation=[[0.1, 0.1], [0.1, 0.1]],
+    ...     sensors=["s1", "s2"],
+    ... )
+    >>> modes.channels("s2").shape.tolist()
+    [[3.0, -1.0]]
+    """
+
+    values: np.ndarray
+    covariance: np.ndarray
+    sensors: tuple[Channel, ...]
+    number: tuple[int, ...] | None
+
+    def __init__(
+        self,
+        natural_frequency: Any,
+        natural_frequency_deviation: Any = None,
+        *,
+        damping_ratio: Any = None,
+        damping_ratio_deviation: Any = None,
+        shape: Any = None,
+        shape_deviation: Any = None,
+        sensors: Channels = (),
+        covariance: Any = None,
+        number: Sequence[int] | None = None,
+    ):
+        channels = parsed(sensors)
+        check_distinct("sensor", channels)
+        frequency = checks.frequency(natural_frequency)
+        count = frequency.size
+        layout = {
+            "natural_frequency": (count,),
+            "damping_ratio": (count,),
+            "shape": (len(channels), count),
+        }
+        given = {"natural_frequency": frequency, "damping_ratio": damping_ratio, "shape": shape}
+        deviations = {
+            "natural_frequency": natural_frequency_deviation,
+            "damping_ratio": damping_ratio_deviation,
+            "shape": shape_deviation,
+        }
+        checks.has_sensors(shape, channels)
+        rows = [checks.array(name, given[name], size) for name, size in layout.items()]
+        values = _in_rows(rows)
+        errors = _in_rows(
+            [
+                checks.array(f"{name}_deviation", deviations[name], size)
+                for name, size in layout.items()
+            ]
+        )
+        if covariance is None:
+            covariance = _diagonal(errors)
+        checks.agree(covariance, errors)
+        known = checks.covariance(covariance, values, [channel.label for channel in channels])
+        checks.damping(values[DAMPING])
+        for name, array in (("values", values), ("covariance", known)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        object.__setattr__(self, "sensors", channels)
+        object.__setattr__(self, "number", checks.number(number, count))
+
+    @property
+    def natural_frequency(self) -> np.ndarray:
+        """Natural frequencies [Hz]."""
+        return self.values[FREQUENCY]
+
+    @property
+    def damping_ratio(self) -> np.ndarray:
+        """Damping ratios [1]; NaN where unknown."""
+        return self.values[DAMPING]
+
+    @property
+    def shape(self) -> np.ndarray:
+        """Shapes, of shape (channel, mode); NaN where unknown."""
+        return self.values[SHAPE:]
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Standard deviations of natural frequency, damping ratio and shape, a column for a mode.
+
+        NaN where nothing is known.
+        """
+        deviation = np.sqrt(np.diagonal(self.covariance, axis1=1, axis2=2)).T
+        return np.where(np.isfinite(self.values), deviation, np.nan)
+
+    def channels(self, sensors: Channels) -> "ModalParameters":
+        """Pick and order the rows of the shapes by their channels.
+
+        A channel recorded in the opposite direction is the requested one with its sign flipped.
+
+        Raises
+        ------
+        InputError
+            If a channel is missing, or several match.
+        """
+        rows = [match(channel, self.sensors, "sensor") for channel in parsed(sensors)]
+        pick = np.array([FREQUENCY, DAMPING, *(SHAPE + row.number for row in rows)])
+        sign = np.array([1.0, 1.0, *(row.sign for row in rows)])
+        values = self.values[pick] * sign[:, None]
+        covariance = self.covariance[:, pick[:, None], pick] * np.outer(sign, sign)
+        return self._with(values, covariance, tuple(row.channel for row in rows), self.number)
+
+    def modes(self, chosen: Sequence[int]) -> "ModalParameters":
+        """Return some of the modes, by their places from 0.
+
+        Raises
+        ------
+        InputError
+            If there is no such mode.
+        """
+        places = checks.places(chosen, self.natural_frequency.size)
+        number = None if self.number is None else tuple(self.number[place] for place in places)
+        return self._with(self.values[:, places], self.covariance[places], self.sensors, number)
+
+    def without_shapes(self) -> "ModalParameters":
+        """Return the natural frequencies and damping ratios alone."""
+        return self._with(self.values[:SHAPE], self.covariance[:, :SHAPE, :SHAPE], (), self.number)
+
+    def _with(self, values: Any, covariance: Any, sensors: Any, number: Any) -> "ModalParameters":
+        return ModalParameters(
+            values[FREQUENCY],
+            damping_ratio=values[DAMPING],
+            shape=values[SHAPE:] if sensors else None,
+            sensors=sensors,
+            covariance=covariance,
+            number=number,
+        )
+
+    @classmethod
+    def of_complex_shapes(
+        cls, shape: Any, natural_frequency: Any, **known: Any
+    ) -> "ModalParameters":
+        """Make modal parameters of complex shapes, whose real part is taken.
+
+        Each shape is turned by the angle that makes its imaginary part least; the model's shapes
+        are compared after the same turn.
+
+        Parameters
+        ----------
+        shape
+            Complex shapes (channel, mode).
+        natural_frequency
+            Natural frequencies [Hz].
+        **known
+            All else, as of `ModalParameters`.
+
+        Raises
+        ------
+        InputError
+            As `ModalParameters`, and if what remains imaginary exceeds a fifth of a shape.
+        """
+        return cls(natural_frequency, shape=checks.real_part(shape), **known)
+
+    def _repr_html_(self) -> str:
+        columns = {
+            "natural frequency [Hz]": self.natural_frequency,
+            "standard deviation [Hz]": self.deviation[FREQUENCY],
+            "damping ratio [1]": self.damping_ratio,
+            "standard deviation [1]": self.deviation[DAMPING],
+        }
+        return notebook_html(repr(self), pd.DataFrame(columns))
+
+    def __repr__(self) -> str:
+        """Say what was measured in one sentence."""
+        frequency = self.natural_frequency
+        damped, shaped = (np.isfinite(rows).any(axis=0) for rows in (self.values[1:2], self.shape))
+        return (
+            f"ModalParameters: {frequency.size} modes from {frequency[0]:g} to {frequency[-1]:g} "
+            f"Hz, {int(damped.sum())} with damping ratio, {int(shaped.sum())} with shape at "
+            f"{len(self.sensors)} sensor channels."
+        )
+
+
+def _in_rows(rows: Sequence[np.ndarray]) -> np.ndarray:
+    frequency, damping, shape = rows
+    return np.concatenate([frequency[None], damping[None], shape])
+
+
+def _diagonal(deviation: np.ndarray) -> np.ndarray:
+    """Covariance matrices [mode, row, row] of independent errors."""
+    return deviation.T[:, :, None] ** 2 * np.eye(len(deviation))

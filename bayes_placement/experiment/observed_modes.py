@@ -1,0 +1,314 @@
+"""The observation of modal parameters: natural frequencies, damping ratios and mode shapes."""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Inexact, Int
+
+from .._types import InputError, Receptance, Response, check_kind
+from ..positions.channel import Channel
+from ._data import Data
+from ._experiment_checks import all_known, no_frfs
+from ._mode_pairs import MeasuredShapes, paired
+from ._oscillator import Branches, Oscillator
+from .modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
+from .observation import FRF, Lines, Measured, Observation, Variance
+
+COLUMN = "modes"
+"""Name of the only column of the outputs."""
+
+ROWS = ("natural frequency", "damping ratio")
+"""Names of the rows before those of the shapes."""
+
+
+class Modes(Observation):
+    """Natural frequencies [Hz], damping ratios [1] and shapes of measured modes.
+
+    Each measured mode is compared with the mode of the model that has its number, or else with the
+    one whose shape (by the modal assurance criterion, Allemang 2003, within the uncertainty of the
+    measured shape) and natural frequency are nearest, each mode once. The outputs are laid out as
+    rows (natural frequency, damping ratio, sensor channels) by measured modes, which stand where
+    lines do. The scale of a shape means nothing: it is eliminated by least squares, which costs
+    one datum of each shape. That of the channel most certain is taken, and what is left is turned
+    so that the errors of all others remain independent: the residual of a channel is its error
+    over its deviation, as far as the scale leaves it. Errors that a covariance correlates are made
+    independent by the inverse root of their correlation.
+
+    Poles are those of the damped structure with all that is attached, the sensors included, which
+    are taken for mounted all the time. No actuator is needed or known.
+
+    Parameters
+    ----------
+    measured
+        What was measured.
+
+    Raises
+    ------
+    InputError
+        If something else is given, or neither shapes at two channels nor numbers tell which modes
+        were measured.
+
+    Examples
+    --------
+    >>> modes = bp.ModalParameters([160.0, 330.0], [0.1, 0.2], number=[1, 2])
+    >>> bp.Experiment(
+    ...     structure,
+    ...     sensors=[],
+    ...     observe=bp.observe.Modes(modes),
+    ...     noise=bp.noise.FromVariance(),
+    ... )
+    Experiment: 2 modes from 160 to 330 Hz, shapes at 0 sensor channels, z = natural frequency [Hz],
+    damping ratio [1], shape [as measured]
+    """
+
+    parts: ClassVar[int] = 1
+    reference_unit: ClassVar[str] = "as observed"
+    is_modal: ClassVar[bool] = True
+    quantity: str = eqx.field(static=True)
+    values: Float[np.ndarray, "row mode"]
+    errors: Float[np.ndarray, "mode row row"]
+    root: Float[np.ndarray, "mode row row"]
+    present: Bool[np.ndarray, "row mode"]
+    reference: Int[np.ndarray, "mode"]
+    number: tuple[int, ...] | None = eqx.field(static=True)
+    channels: tuple[Channel, ...] = eqx.field(static=True)
+
+    def __init__(self, measured: ModalParameters):
+        check_kind(
+            "measured",
+            measured,
+            ModalParameters,
+            "modal parameters are needed, since the model's modes are paired with them",
+            "observe=observe.Modes(bp.ModalParameters(frequency, deviation, number=[1, 2]))",
+        )
+        self.quantity = COLUMN
+        self.present = np.isfinite(measured.values)
+        self.values = np.where(self.present, measured.values, 0.0)
+        self.errors = measured.covariance
+        self.root = _inverse_roots(measured.covariance)
+        self.reference = _references(measured)
+        self.number = measured.number
+        self.channels = measured.sensors
+        _check_identity(self)
+
+    def lines(self, frequency: Any) -> Any:
+        """Return the measured natural frequencies [Hz], which stand where lines do.
+
+        Raises
+        ------
+        InputError
+            If others were given.
+        """
+        if frequency is not None:
+            raise InputError(
+                "frequency= was given beside observe.Modes; nothing is needed, since modal "
+                "parameters have no lines. Leave frequency out."
+            )
+        return self.values[FREQUENCY]
+
+    def on(self, channels: Sequence[Channel]) -> "Modes":
+        """Return the observation with the rows of these sensor channels, in their order."""
+        return Modes(self._as_measured().channels(channels)) if channels else self._without_shapes()
+
+    def _as_measured(self) -> ModalParameters:
+        values = np.where(self.present, self.values, np.nan)
+        return ModalParameters(
+            values[FREQUENCY],
+            damping_ratio=values[DAMPING],
+            shape=values[SHAPE:] if self.channels else None,
+            sensors=self.channels,
+            covariance=self.errors,
+            number=self.number,
+        )
+
+    def _without_shapes(self) -> "Modes":
+        return Modes(self._as_measured().without_shapes())
+
+    def data(self, measurement: Any) -> Data:
+        """Return what was measured as data.
+
+        Raises
+        ------
+        InputError
+            If it is not what the observation was made of.
+        """
+        check_kind(
+            "measurement",
+            measurement,
+            ModalParameters,
+            "modal parameters are needed, since observe.Modes compares these",
+            "bp.infer(experiment, modes) with observe=observe.Modes(modes)",
+        )
+        other = Modes(measurement).on(self.channels)
+        same = ("values", "errors", "present", "number")
+        if not all(np.array_equal(getattr(self, name), getattr(other, name)) for name in same):
+            raise InputError(
+                "Other modal parameters were given than those of observe.Modes; the same are "
+                "needed, since the modes of the model are paired with them. Declare an experiment "
+                "for each set: observe=observe.Modes(measured)."
+            )
+        return self.stated()
+
+    def stated(self) -> Data:
+        """Return what was measured, in the layout of the outputs."""
+        rows = np.arange(len(self.values))[:, None]
+        counted = self.present & (rows != self.reference)
+        return Data(jnp.asarray(self.values)[:, None], counted[:, None], self._sigma()[:, None])
+
+    def rows(self, channels: Sequence[Channel]) -> list[str]:
+        """Names of the rows: natural frequency, damping ratio, sensor channels."""
+        return [*ROWS, *(channel.label for channel in channels)]
+
+    def columns(self, channels: Sequence[Channel]) -> list[str]:
+        """Name of the only column."""
+        return [COLUMN]
+
+    def predicted(self, experiment: Any) -> Response:
+        """Outputs of an experiment without output error: see the class."""
+        all_known(experiment)
+        effects = [effect for _, effect in sorted(experiment.instrument_effects.items())]
+        oscillator = Oscillator.of(
+            experiment.structure, experiment.instruments, effects, experiment.model_error
+        )
+        omega = 2 * jnp.pi * jnp.asarray(self.values[FREQUENCY])
+        branches = jax.vmap(oscillator.branches)(omega)
+        chosen = self._paired(oscillator, branches, omega)
+        pick = jax.vmap(lambda values, place: values[..., place])
+        pole, vector = jax.vmap(oscillator.pole)(*(pick(part, chosen) for part in branches))
+        natural = jnp.abs(pole)
+        modal = jnp.stack([natural / (2 * jnp.pi), jnp.imag(pole) / natural])
+        if self.channels:
+            shape = oscillator.read(vector.T, natural)
+            modal = jnp.concatenate([modal, _turned(shape, self.present[SHAPE:])])
+        axes = (1, 1, 1, 1, 0, 0)
+        parts = (modal, self.values, self._sigma(), self.present, self.root, self.reference)
+        return jax.vmap(_comparable, axes, 1)(*map(jnp.asarray, parts))[:, None]
+
+    def _sigma(self) -> Array:
+        return jnp.sqrt(jnp.diagonal(jnp.asarray(self.errors), axis1=1, axis2=2)).T
+
+    def _paired(self, oscillator: Oscillator, branches: Branches, omega: Array) -> Array:
+        """Branch of each measured mode."""
+        rigid = oscillator.modes.rigid_body_modes
+        _check_count(self, branches.omega.shape[1] - rigid)
+        if self.number is not None:
+            return jnp.asarray(self.number) + rigid - 1
+        shapes = jax.vmap(oscillator.read)(branches.vector, branches.omega)
+        present = jnp.asarray(self.present)[SHAPE:]
+        measured = MeasuredShapes(
+            omega,
+            jnp.where(present, jnp.asarray(self.values)[SHAPE:], 0.0).T,
+            jnp.where(present, self._sigma()[SHAPE:], 0.0).T,
+            present.T,
+        )
+        return paired(measured, branches.omega, jax.lax.stop_gradient(shapes))
+
+    def relative(self, outputs: Measured) -> Measured:
+        """Size of each output."""
+        return np.abs(outputs)
+
+    def output(self, frf: FRF) -> Response:
+        """Refused: an FRF has no modal parameters without a fit."""
+        return no_frfs("An FRF was to be compared")
+
+    def deviation(self, frf: FRF, variance: Variance) -> Response:
+        """Refused, as `output`."""
+        return no_frfs("The error of an FRF was asked for")
+
+    def frf(self, receptance: Receptance, omega: Any) -> Receptance:
+        """Refused, as `output`."""
+        return no_frfs("An FRF was asked for")
+
+    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+        """Return the outputs: no receptance follows from them."""
+        return measured
+
+    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+        """Zero: the outputs are what densities are compared of."""
+        return 0.0 * measured
+
+    def check(self, frequency: np.ndarray) -> None:
+        """Modal parameters have no lines to be refused."""
+
+    @property
+    def label(self) -> str:
+        """Axis label."""
+        return "natural frequency [Hz], damping ratio [1], shape [as measured]"
+
+
+def _comparable(
+    modal: Array, values: Array, sigma: Array, present: Array, root: Array, reference: Array
+) -> Float[Array, "row"]:
+    """Outputs of one mode of which the scale of the shape is eliminated.
+
+    With e the errors over their deviations, made independent, and b the shape the same way, the
+    scale of least squares leaves r = e - a a'e, a = b / |b|. The turn in the plane of a and the
+    axis of the reference channel that carries a onto this axis leaves nothing there.
+    """
+    is_shape = jnp.arange(values.size) >= SHAPE
+
+    def independent(rows: Array) -> Array:
+        return root @ jnp.where(present, rows / sigma, 0.0)
+
+    error = independent(values - jnp.where(is_shape, 0.0, modal))
+    shape = independent(jnp.where(is_shape, modal, 0.0))
+    square = shape @ shape
+    unit = shape / jnp.sqrt(jnp.where(square > 0, square, 1.0))
+    at_reference = jnp.arange(values.size) == reference
+    unit = unit * jnp.where(jnp.sum(unit * at_reference) < 0, -1.0, 1.0)
+    left = error - unit * (unit @ error)
+    share = jnp.sum(left * at_reference) / (1 + jnp.sum(unit * at_reference))
+    turned = jnp.where(at_reference, 0.0, left - unit * share)
+    return values - sigma * turned
+
+
+def _turned(shape: Inexact[Array, "channel mode"], present: Any) -> Float[Array, "channel mode"]:
+    """Real part of complex shapes, each turned by the angle that makes most of it real."""
+    squares = jnp.sum(jnp.where(present, shape, 0.0) ** 2, axis=0)
+    size = jnp.abs(squares)
+    felt = size > 0
+    phase = jnp.sqrt(jnp.where(felt, squares / jnp.where(felt, size, 1.0), 1.0))
+    return jnp.real(shape * jnp.conj(phase))
+
+
+def _inverse_roots(covariance: np.ndarray) -> np.ndarray:
+    """Inverse roots [mode, row, row] of the correlation: symmetric, so that rows keep meaning."""
+    deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    correlation = covariance / (deviation[:, :, None] * deviation[:, None])
+    values, vectors = np.linalg.eigh(correlation)
+    root: np.ndarray = np.einsum("kij,kj,klj->kil", vectors, values**-0.5, vectors)
+    return root
+
+
+def _references(measured: ModalParameters) -> np.ndarray:
+    """Row of the most certain channel of each shape; -1 where there is none."""
+    certain = np.nan_to_num(np.abs(measured.shape) / measured.deviation[SHAPE:], nan=-1.0)
+    if not len(certain):
+        return np.full(measured.natural_frequency.size, -1)
+    return np.where(certain.max(axis=0) >= 0, certain.argmax(axis=0) + SHAPE, -1)
+
+
+def _check_identity(modes: Modes) -> None:
+    compared = np.sum(modes.present[SHAPE:], axis=0)
+    if modes.number is None and np.any(compared < 2):
+        mode = int(np.argmax(compared < 2)) + 1
+        raise InputError(
+            f"Mode {mode} has a shape at {compared[mode - 1]} channels and no number; two channels "
+            "are needed, or the numbers of all modes, since a frequency alone does not tell which "
+            "mode of the model was measured: ModalParameters(..., number=[1, 2, 3])."
+        )
+
+
+def _check_count(modes: Modes, elastic: int) -> None:
+    needed = modes.values.shape[1]
+    greatest = needed if modes.number is None else max(modes.number)
+    if greatest > elastic:
+        raise InputError(
+            f"{needed} modes were measured, the greatest number being {greatest}, but the model "
+            f"has {elastic} elastic modes; as many are needed, since each is paired with one. Give "
+            "the model more: beams.bar(40, ...), or keep fewer: measured.modes(range(3))."
+        )
