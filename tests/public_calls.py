@@ -6,6 +6,7 @@ writes what they said as JSON.
 
 import contextlib
 import functools
+import importlib.util
 import inspect
 import io
 import json
@@ -1327,6 +1328,16 @@ def calls_of_files():
             {"path": path(frf_file()), "mapping": thing(None, "nothing", "class")},
         ),
         **calls_of_time_records(),
+        **calls_of_ansys(),
+        "io.abaqus.read_matrices": Call(
+            bp.io.abaqus.read_matrices,
+            {
+                "stiffness": path(abaqus_files()[0], **position),
+                "mass": path(abaqus_files()[1], **position),
+                "length_unit": positive(1.0),
+                "mass_unit": positive(1.0),
+            },
+        ),
         "io.uff.read_modes": Call(bp.io.uff.read_modes, {"path": path(modes_file(), **position)}),
         "io.npz_modes.read": Call(bp.io.npz_modes.read, {"path": npz, "modal_mass": mass}),
         "io.npz_modes.read_nodes": Call(bp.io.npz_modes.read_nodes, {"path": path(nodes_file())}),
@@ -1437,6 +1448,93 @@ def calls_of_time_records():
         "io.time_records.merged": Call(
             records.merged, {"measurements": things([once], none=[], bare=once)}
         ),
+        "io.time_records.Signal": Call(
+            records.Signal,
+            {
+                "source": of("name", "acc", "empty", "dot"),
+                "unit": word("V", newtons="N V"),
+                "sensitivity": of("word", "100 mV/g", zero="0 mV/g", volts="100 mV"),
+            },
+        ),
+        "io.time_records.Recording": Call(
+            records.Recording,
+            {
+                "rate": positive(512.0),
+                "samples": mapping(
+                    {"a1": force, "s1": force},
+                    "unknown",
+                    none={},
+                    nan={"a1": force, "s1": NAN * force},
+                    lengths={"a1": force, "s1": force[1:]},
+                    table={"a1": force, "s1": force[:, None]},
+                ),
+                "quantity": mapping(
+                    {"a1": "force", "s1": "acceleration"},
+                    other={"a1": "force", "s1": "temperature"},
+                    missing={"a1": "force"},
+                ),
+            },
+            lambda made: records.frf_of(made, "a1", excitation=records.Continuous(1.0)),
+        ),
+        "io.time_records.frf_of": Call(
+            records.frf_of,
+            {
+                "recordings": things(recording(), "of others", none=[], others=[3]),
+                "actuator": name("a1", "dot", "list", unknown="a2", sensor="s1", list=["a1"]),
+                "excitation": thing(records.Continuous(1.0)),
+            },
+        ),
+        "io.time_records.read": Call(
+            records.read,
+            {
+                "path": path(hits_file(), directory=str(folder())),
+                "channels": mapping(
+                    {"a1": records.Signal("hammer", "N"), "s1": records.Signal("acc", "g")},
+                    absent={"a1": records.Signal("microphone", "N")},
+                    none={},
+                ),
+                "rate": positive(512.0, "nothing"),
+                "time": of("name", None, "nothing", absent="clock"),
+            },
+        ),
+    }
+
+
+def recording():
+    """A recording of a force and a motion."""
+    force = np.random.default_rng(0).standard_normal(4096)
+    quantity = {"a1": "force", "s1": "acceleration"}
+    return bp.time_records.Recording(512.0, {"a1": force, "s1": force}, quantity)
+
+
+@functools.cache
+def hits_file():
+    """Time records in a file of arrays."""
+    path = folder() / "hits.npz"
+    np.savez(path, hammer=np.arange(64.0), acc=np.arange(64.0))
+    return str(path)
+
+
+@functools.cache
+def abaqus_files():
+    """Stiffness and mass of one degree of freedom, as Abaqus writes them."""
+    paths = [folder() / f"{label}.mtx" for label in ("stiffness", "mass")]
+    for path, value in zip(paths, (2000.0, 3.0), strict=True):
+        path.write_text(f"1,1,1,1,{value}\n")
+    return [str(path) for path in paths]
+
+
+def calls_of_ansys():
+    """Calls with the example files of the library that reads them, where that is installed."""
+    if importlib.util.find_spec("ansys") is None:
+        return {}
+    import ansys.mapdl.reader.examples
+
+    files = Path(ansys.mapdl.reader.examples.__file__).parent
+    full = path(str(files / "file.full"), directory=str(files))
+    units = {"length_unit": positive(1.0, "nothing"), "mass_unit": positive(1.0, "nothing")}
+    return {
+        "io.ansys.read_matrices": Call(bp.io.ansys.read_matrices, {"path": full, **units}),
     }
 
 
@@ -1503,10 +1601,48 @@ def calls_of_plots():
             plots.posterior.methods,
             {"results": mapping({"a": posterior()}, others={"a": 3}, none={}), **truth, **AXES},
         ),
+        "plots.measurement.pages": Call(
+            plots.measurement.pages, {"measurement": thing(measurement())}
+        ),
+        "plots.report.Report": Call(
+            plots.report.Report,
+            {
+                "title": name("Frame", "empty", "dot"),
+                "chapters": things([], "of others", nothing=None, words=["Monday"]),
+            },
+            lambda report: report.write(folder() / "page.html"),
+        ),
+        "plots.report.write_report": Call(
+            plots.report.write_report,
+            {
+                "folder": path(str(run_folder()), empty=str(empty_folder())),
+                "to": path(str(folder() / "of_run.html"), "nothing", "missing", list=["a"]),
+                "label": name("Monday", "nothing", "empty", "dot"),
+                "title": name("Frame", "nothing", "empty", "dot"),
+                "comments": things(["Torque was 8 N m."], text="Torque was 8 N m."),
+            },
+        ),
         "plots.structure.experiment": Call(
             plots.structure.experiment, {"experiment": thing(known_sensor()), **AX}
         ),
     }
+
+
+@functools.cache
+def run_folder():
+    """Folder of a run of which a ledger is left."""
+    path = folder() / "run"
+    path.mkdir()
+    ledger().write(path / "ledger.json")
+    return path
+
+
+@functools.cache
+def empty_folder():
+    """Folder without results."""
+    path = folder() / "empty"
+    path.mkdir()
+    return path
 
 
 @functools.cache

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse
 
-from .._types import InputError, MissingExtraError
+from .._types import InputError, MissingExtraError, check_positive
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _reader_process
 from ._foreign_matrices import in_si, without_rows
@@ -57,6 +57,7 @@ def read_matrices(
     >>> matrices = bp.io.ansys.read_matrices("file.full", length_unit=1e-3)  # doctest: +SKIP
     """
     file = path_of(path)
+    _check_units(length_unit, mass_unit)
     result = _read(file)
     with reading(file, "matrices of Ansys", _REMEDY):
         if "stiffness value" not in result.arrays:
@@ -101,6 +102,7 @@ def read_modes(
     >>> model = bp.io.ansys.read_modes("file.rst", "file.full")  # doctest: +SKIP
     """
     file = path_of(path)
+    _check_units(length_unit, mass_unit)
     system = read_matrices(matrices)
     result = _read(file)
     with reading(file, "modes of Ansys", _REMEDY):
@@ -150,6 +152,13 @@ def _refused(path: Path, reason: str) -> InputError:
     )
 
 
+def _check_units(length_unit: float | None, mass_unit: float | None) -> None:
+    """Refuse units that are no positive numbers before a file is read."""
+    for name, unit in (("length_unit", length_unit), ("mass_unit", mass_unit)):
+        if unit is not None:
+            check_positive(name, unit, f"{name}=1e-3")
+
+
 def _units(
     path: Path, stated: str, length_unit: float | None, mass_unit: float | None
 ) -> tuple[float, float]:
@@ -160,7 +169,8 @@ def _units(
             "needed, since matrices are in kg, m, s here: length_unit=1e-3, mass_unit=1e3 for mm, "
             "t, s."
         )
-    return length_unit or 1.0, mass_unit or 1.0
+    length, mass = (1.0 if unit is None else unit for unit in (length_unit, mass_unit))
+    return length, mass
 
 
 def _matrix(arrays: dict[str, np.ndarray], name: str, size: int) -> scipy.sparse.csc_array:

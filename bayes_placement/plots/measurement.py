@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from .._types import arguments_checked
 from ..experiment.measurement import Measurement
 from ..experiment.quantities import quantity_of
 from ._figures import panels
@@ -13,6 +14,7 @@ MOST_PAIRS = 4
 SIZE = (4.2, 2.2)
 
 
+@arguments_checked
 def pages(measurement: Measurement) -> list[Figure]:
     """Draw all FRFs, four pairs of channels on a page.
 

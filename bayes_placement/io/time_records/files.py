@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._types import InputError, check_kind
+from ..._types import InputError, check_annotated, check_kind
 from .._frf_units import plain
 from .._gate import check_plausible, existing, path_of, reading
 from ..arrays import load as load_arrays
@@ -70,6 +70,7 @@ def read(
     """
     file = existing(path_of(path), "a file of time records")
     _check_channels(channels)
+    check_annotated("time", time, str | None)
     with reading(file, "a file of time records", "Export it again."):
         sources = [_name(signal) for signal in channels.values()]
         held = _load(file, [*sources, *([] if time is None else [time])])

@@ -1,16 +1,16 @@
 """Recordings of several channels: samples in SI with the labels of sensors and actuators."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._types import InputError, check_kind
+from ..._types import InputError, check_annotated, check_kind
 from ...experiment.quantities import motion_name
 from .._frf_units import FORCE, VOLTAGE, frf_unit, plain, sensitivity_unit
-from .records import Samples
+from .records import Samples, positive
 
 FORCE_QUANTITY = "force"
 RATES = 1e-4
@@ -37,7 +37,8 @@ class Signal:
     Raises
     ------
     InputError
-        If a unit is not known, volts have no sensitivity, or another unit has one.
+        If the source is no name, a unit is not known, volts have no sensitivity, or another unit
+        has one.
 
     Examples
     --------
@@ -50,7 +51,8 @@ class Signal:
     sensitivity: str | None = None
 
     def __post_init__(self) -> None:
-        """Check the units."""
+        """Check the name and the units."""
+        check_annotated("source", self.source, str | tuple[str, int])
         self.scale()
 
     def scale(self) -> "Scale":
@@ -108,6 +110,11 @@ class Recording:
     quantity
         `force`, `displacement`, `velocity` or `acceleration` of each channel.
 
+    Raises
+    ------
+    InputError
+        If the rate is not positive, or samples and quantities are not of the same channels.
+
     Examples
     --------
     >>> force = np.random.default_rng(0).standard_normal(4096)
@@ -120,6 +127,20 @@ class Recording:
     rate: float
     samples: Mapping[str, Samples]
     quantity: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        """Check rate and labels; the samples are checked where FRFs are estimated."""
+        positive("rate", self.rate, "rate=4096.0")
+        needed = "the samples of each channel by its label are needed, since an FRF is of two"
+        check_kind("samples", self.samples, Mapping, needed, "samples={'a1': force, 's1': motion}")
+        check_annotated("quantity", self.quantity, Mapping[str, str])
+        if not self.samples or {*self.samples} != {*self.quantity}:
+            sampled, told = (", ".join(map(str, by)) for by in (self.samples, self.quantity))
+            raise InputError(
+                f"Recording has samples of {sampled or 'no channel'} and quantities of "
+                f"{told or 'none'}; a quantity for each channel with samples is needed, since an "
+                "FRF is motion per force: quantity={'a1': 'force', 's1': 'acceleration'}."
+            )
 
     def __getitem__(self, label: str) -> Samples:
         """Samples of a channel in SI."""
@@ -154,9 +175,10 @@ def joined(recordings: Recording | Sequence[Recording], actuator: str) -> Joined
     InputError
         If the channels, quantities or rates differ, or the force is no force.
     """
-    runs = [recordings] if isinstance(recordings, Recording) else list(recordings)
     needed = "one recording or several are needed, since each holds repeats"
     instead = "bp.time_records.read(path, channels)"
+    check_kind("recordings", recordings, (Recording, Iterable), needed, instead)
+    runs = [recordings] if isinstance(recordings, Recording) else list(recordings)
     for recording in runs:
         check_kind("recordings", recording, Recording, needed, instead)
     if not runs:

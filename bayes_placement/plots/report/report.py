@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from ..._files import write_atomically
-from ..._types import InputError, check_kind, shown
+from ..._types import InputError, check_fields, check_kind, shown
 from ._svg import checked_svg, svg_of
 from .content import Content, Drawing, Item, Table, Text, tags_of
 
@@ -93,6 +93,11 @@ class Report:
         What stands in it, the newest last. `add_text`, `add_table` and `add_figure` add to the
         last chapter, and begin one where there is none.
 
+    Raises
+    ------
+    InputError
+        If the title is no text, or a chapter none.
+
     Examples
     --------
     >>> import bayes_placement as bp
@@ -104,6 +109,10 @@ class Report:
 
     title: str = "Report"
     chapters: list[Chapter] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Check the kinds of both."""
+        check_fields(self)
 
     def chapter(self, label: str) -> Chapter:
         """Return the chapter of a label; a new one where there is none yet."""

@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..._types import arguments_checked
 from ._saved import Saved, runs, saved, states
 from ._style import look
 from .report import Chapter, Report, json_of
@@ -37,6 +38,7 @@ _SECTIONS = (
 )
 
 
+@arguments_checked
 def write_report(
     folder: str | Path,
     *,
@@ -74,7 +76,7 @@ def write_report(
     FileNotFoundError
         If there is no such folder.
     InputError
-        If it holds no results, or the page is of another kind.
+        If an argument is of another kind, it holds no results, or the page is none of a report.
 
     Examples
     --------
