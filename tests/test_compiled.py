@@ -2,11 +2,13 @@
 
 import jax
 import jax.numpy as jnp
+import jaxlib
 import numpy as np
 import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement import _compiled
 from bayes_placement._compiled import compiled
 from tests.criticism import small
 
@@ -85,3 +87,49 @@ def test_experiments_that_differ_in_numbers_share_one_function():
     assert len(TRACED) == 1
     np.testing.assert_allclose(compiled(frf)(second), jnp.asarray(second.frf()), rtol=1e-9)
     assert len(TRACED) == 1
+
+
+# --------------------------------------------------------------------------- effort
+
+EFFORT = "xla_backend_optimization_level"
+
+
+@pytest.fixture
+def handed(monkeypatch, optimised):
+    """Options with which functions are compiled, in their order."""
+    options, jit = [], jax.jit
+
+    def spied(function, *, compiler_options=None):
+        options.append(compiler_options)
+        return jit(function, compiler_options=compiler_options)
+
+    monkeypatch.setattr(jax, "jit", spied)
+    return options
+
+
+@pytest.mark.skipif(
+    jax.default_backend() != "cpu" or not jaxlib.__version__.startswith("0.10."),
+    reason="the options of this compiler are not known",
+)
+def test_the_effort_is_an_option_of_the_compiler(handed):
+    for effort in (0, 3, None):
+        bound = compiled(scaled).bound(tree(power=7), effort=effort)
+        bound.prepare(1.0)
+        assert bound(1.0) == 0.5 + 14.0
+    assert [options.get(EFFORT) for options in handed] == [0, 3, None]
+
+
+def test_options_reach_the_compiler(monkeypatch):
+    monkeypatch.setattr(_compiled, "_options", lambda effort: (("xla_no_such_option", effort),))
+    bound = compiled(scaled).bound(tree(power=8), effort=1)
+    for action in (bound.prepare, bound):
+        with pytest.raises(jax.errors.JaxRuntimeError, match="xla_no_such_option"):
+            action(1.0)
+
+
+@pytest.mark.parametrize("version", ["0.9.2", "0.11.0", "1.0.10"])
+def test_a_compiler_of_another_version_is_given_no_option(version, handed, monkeypatch):
+    monkeypatch.setattr(jaxlib, "__version__", version)
+    bound = compiled(scaled).bound(tree(power=int(version[2:].replace(".", ""))), effort=1)
+    bound.prepare(1.0)
+    assert handed == [None]
