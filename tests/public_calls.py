@@ -525,6 +525,17 @@ def modal_parameters():
     return bp.ModalParameters([160.0, 330.0], [0.1, 0.2], number=[1, 2])
 
 
+def pyoma2():
+    """Arrays of a result of pyOMA2."""
+    deviations = {"Fn_std": [0.1], "Xi_std": [1e-3], "Phi_std": [[0.1]]}
+    return {"Fn": [160.0], "Xi": [0.01], "Phi": [[1.0]]} | deviations
+
+
+def modes_table(folder):
+    """A table of modal parameters."""
+    return str(bp.io.modal_parameters.write(modal_parameters(), folder / "modes.csv"))
+
+
 def calls_of_laws():
     return {
         "damping.Modal": Call(
@@ -1339,6 +1350,31 @@ def calls_of_files():
             },
         ),
         "io.uff.read_modes": Call(bp.io.uff.read_modes, {"path": path(modes_file(), **position)}),
+        "io.modal_parameters.read": Call(
+            bp.io.modal_parameters.read,
+            {
+                "path": path(modes_table(files)),
+                "frequency_deviation": positive(0.01, "nothing"),
+                "damping_deviation": positive(0.01, "nothing"),
+                "shape_deviation": positive(0.01, "nothing"),
+                "names": mapping({1: "s1"}, "nothing", "unknown", "to others"),
+            },
+        ),
+        "io.modal_parameters.write": Call(
+            bp.io.modal_parameters.write,
+            {
+                "modal_parameters": thing(modal_parameters()),
+                "path": path(str(files / "m.csv"), "missing"),
+            },
+        ),
+        "io.modal_parameters.of_pyoma2": Call(
+            bp.io.modal_parameters.of_pyoma2,
+            {
+                "result": thing(pyoma2()),
+                "sensors": things(["s1"], "text", none=[], blank=[" "]),
+                "number": of("things", [1], "nothing", "of others", none=[], half=[0.5]),
+            },
+        ),
         "io.npz_modes.read": Call(bp.io.npz_modes.read, {"path": npz, "modal_mass": mass}),
         "io.npz_modes.read_nodes": Call(bp.io.npz_modes.read_nodes, {"path": path(nodes_file())}),
         "io.npz_modes.write": Call(

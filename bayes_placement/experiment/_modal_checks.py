@@ -177,7 +177,7 @@ def damping(ratio: np.ndarray) -> None:
         )
 
 
-def number(numbers: Sequence[int] | None, count: int) -> tuple[int, ...] | None:
+def number(numbers: Any, count: int) -> tuple[int, ...] | None:
     """Return the numbers of the modes; None where they are not known.
 
     Raises

@@ -84,7 +84,7 @@ class ModalParameters:
         shape_deviation: Any = None,
         sensors: Channels = (),
         covariance: Any = None,
-        number: Sequence[int] | None = None,
+        number: Any = None,
     ):
         channels = parsed(sensors)
         check_distinct("sensor", channels)

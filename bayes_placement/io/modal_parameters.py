@@ -1,0 +1,283 @@
+"""Measured modal parameters: from universal files, tables of text and pyOMA2, and as tables."""
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._types import InputError, arguments_checked, check_kind, check_positive
+from ..experiment.modal_parameters import ModalParameters
+from ..positions.channel import Channel, Channels
+from . import _contents as content
+from ._gate import existing, path_of, reading
+from .arrays import text
+from .uff import measured_modes
+
+__all__ = ["of_pyoma2", "read", "write"]
+
+FREQUENCY, DAMPING, NUMBER = "natural_frequency", "damping_ratio", "number"
+SHAPE, DEVIATION = "shape ", "_deviation"
+
+EXACT = 1e-6
+"""Relative deviation of a channel to which shapes were scaled, which has no error."""
+
+
+@arguments_checked
+def read(
+    path: str | Path,
+    *,
+    frequency_deviation: float | int | None = None,
+    damping_deviation: float | int | None = None,
+    shape_deviation: float | int | None = None,
+    names: Mapping[int, str] | None = None,
+) -> ModalParameters:
+    """Read modal parameters of a universal file (dataset 55) or of a table as `write` makes it.
+
+    A universal file states no errors: relative deviations have to be given. Its real normal modes
+    and its complex modes are read (those of complex numbers by their real part after the best turn
+    of the phase); a channel is a node and a direction in which it moves in some mode. Damping of
+    zero stands for none measured. Units cancel, since scales of shapes mean nothing.
+
+    A table has a row for each mode and the columns `natural_frequency [Hz]`,
+    `natural_frequency_deviation [Hz]`, and as far as known `damping_ratio`,
+    `damping_ratio_deviation`, `number`, and for each channel `shape s1+x` and
+    `shape_deviation s1+x`; `nan` stands where nothing is known.
+
+    Parameters
+    ----------
+    path
+        The file.
+    frequency_deviation, damping_deviation
+        Standard deviations of natural frequencies and of damping ratios over these [1], where the
+        file states none.
+    shape_deviation
+        Standard deviation of shapes over the greatest displacement of each mode [1], likewise.
+    names
+        Names of sensors by the number of the node of a universal file; by default the number.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it holds no modal parameters, or no deviation is known.
+
+    Examples
+    --------
+    >>> modes = bp.ModalParameters([160.0, 330.0], [0.1, 0.2], number=[1, 2])
+    >>> path = bp.io.modal_parameters.write(modes, "modes.csv")
+    >>> bp.io.modal_parameters.read(path).number
+    (1, 2)
+    """
+    file = existing(path_of(path), "a universal file, or a table of text")
+    relative = {
+        "frequency_deviation": frequency_deviation,
+        "damping_deviation": damping_deviation,
+        "shape_deviation": shape_deviation,
+    }
+    for name, value in relative.items():
+        if value is not None:
+            check_positive(name, value, f"{name}=0.01")
+    universal = content.content_of(file) == content.UNIVERSAL
+    form = "modal parameters of a universal file" if universal else "a table of modal parameters"
+    with reading(file, form, "Export it again."):
+        known = measured_modes.load(file, names or {}) if universal else _of_table(file)
+        _add_deviations(known, relative)
+        return _made(known)
+
+
+@arguments_checked
+def write(modal_parameters: ModalParameters, path: str | Path) -> Path:
+    """Write modal parameters as a table of text (CSV), which `read` takes.
+
+    Parameters
+    ----------
+    modal_parameters
+        What was measured; a table has room for standard deviations alone.
+    path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If errors are correlated.
+
+    Examples
+    --------
+    >>> modes = bp.ModalParameters([160.0], [0.1], number=[1])
+    >>> bp.io.modal_parameters.write(modes, "modes.csv").read_text().split(",")[:2]
+    ['natural_frequency [Hz]', 'natural_frequency_deviation [Hz]']
+    """
+    covariance = modal_parameters.covariance
+    if np.any(covariance * (1 - np.eye(covariance.shape[1]))):
+        raise InputError(
+            "Modal parameters with correlated errors were to be written as a table; independent "
+            "ones are needed, since a table has room for standard deviations alone. Keep the "
+            "arrays: numpy.savez(path, covariance=modal_parameters.covariance, ...)."
+        )
+    columns = _columns(modal_parameters)
+    file = path_of(path)
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream)
+        table.writerow(columns)
+        table.writerows(
+            zip(*([repr(x) for x in column] for column in columns.values()), strict=True)
+        )
+    return file
+
+
+@arguments_checked
+def of_pyoma2(result: object, sensors: Channels, *, number: Any = None) -> ModalParameters:
+    """Make modal parameters of a result of pyOMA2, of its arrays by name or of the like.
+
+    Read are `Fn`, `Xi` and `Phi` (channel, mode) with `Fn_std`, `Xi_std` and `Phi_std`, which an
+    SSI with `calc_unc=True` has. Complex shapes are taken by their real part after the best turn of
+    the phase. A channel without deviation is the one to which a shape was scaled: it takes up the
+    scale alone.
+
+    Parameters
+    ----------
+    result
+        Result of an algorithm, such as `setup["SSIcov"].result`, or a mapping of its arrays.
+    sensors
+        Channels of the rows of `Phi`, in their order.
+    number
+        Number of each mode among the elastic modes of the model, in the order of `Fn`; None where
+        it is found by comparing shapes and frequencies.
+
+    Raises
+    ------
+    InputError
+        If an array is missing, or they do not make modal parameters.
+
+    Examples
+    --------
+    >>> result = {"Fn": [160.0], "Fn_std": [0.1], "Xi": [0.01], "Xi_std": [1e-3]}
+    >>> result |= {"Phi": [[1.0], [0.5 + 0.01j]], "Phi_std": [[0.0], [0.02]]}
+    >>> bp.io.modal_parameters.of_pyoma2(result, ["s1", "s2"])
+    ModalParameters: 1 modes from 160 to 160 Hz, 1 with damping ratio, 1 with shape at 2 sensor
+    channels.
+    """
+    arrays = {name: _of_result(result, name) for name in ("Fn", "Fn_std", "Xi", "Xi_std")}
+    arrays |= {name: _of_result(result, name) for name in ("Phi", "Phi_std")}
+    missing = [name for name, value in arrays.items() if value is None]
+    if missing:
+        raise InputError(
+            f"{', '.join(missing)} of pyOMA2 was not given; modes with deviations are needed, "
+            "since these say how far a model may be from them: SSI(..., calc_unc=True), then "
+            "setup.mpe(...), and of_pyoma2(setup[name].result, sensors=[...])."
+        )
+    order = np.argsort(np.ravel(arrays["Fn"]))
+    ordered = {name: _ordered(value, order) for name, value in arrays.items()}
+    shape, deviation = ordered["Phi"], np.abs(ordered["Phi_std"])
+    if shape.shape == deviation.shape:
+        deviation = np.where(deviation == 0, EXACT * np.abs(shape), deviation)
+    return ModalParameters.of_complex_shapes(
+        shape,
+        ordered["Fn"],
+        natural_frequency_deviation=ordered["Fn_std"],
+        damping_ratio=ordered["Xi"],
+        damping_ratio_deviation=ordered["Xi_std"],
+        shape_deviation=deviation,
+        sensors=sensors,
+        number=None if number is None else _ordered(number, order),
+    )
+
+
+def _ordered(values: Any, order: np.ndarray) -> np.ndarray:
+    """Values by mode in the order of frequency; others as they are, to be refused."""
+    array = np.asarray(values)
+    return array[..., order] if array.shape[-1:] == order.shape else array
+
+
+def _of_result(result: Any, name: str) -> Any:
+    return result.get(name) if isinstance(result, Mapping) else getattr(result, name, None)
+
+
+def _columns(measured: ModalParameters) -> dict[str, list[Any]]:
+    values, deviation = measured.values.tolist(), measured.deviation.tolist()
+    columns = {
+        f"{FREQUENCY} [Hz]": values[0],
+        f"{FREQUENCY}{DEVIATION} [Hz]": deviation[0],
+        f"{DAMPING} [1]": values[1],
+        f"{DAMPING}{DEVIATION} [1]": deviation[1],
+    }
+    if measured.number is not None:
+        columns[NUMBER] = list(measured.number)
+    for channel, row, error in zip(measured.sensors, values[2:], deviation[2:], strict=True):
+        columns[f"shape {channel.label}"] = row
+        columns[f"shape{DEVIATION} {channel.label}"] = error
+    return columns
+
+
+def _of_table(path: Path) -> dict[str, Any]:
+    table = text.load(path)
+    arrays = table.arrays
+    if FREQUENCY not in arrays:
+        raise InputError(
+            f"the table has the columns {', '.join(arrays)} and no {FREQUENCY}; a row for each "
+            "mode is needed, since natural frequencies tell the modes. Name the columns "
+            "natural_frequency [Hz], natural_frequency_deviation [Hz], damping_ratio, "
+            "damping_ratio_deviation, shape s1, shape_deviation s1."
+        )
+    _check_units(table.units)
+    labels = [name.removeprefix(SHAPE) for name in arrays if name.startswith(SHAPE)]
+    errors = [arrays.get(f"shape{DEVIATION} {label}") for label in labels]
+    nothing = np.full(arrays[FREQUENCY].shape, np.nan)
+    stated = any(error is not None for error in errors)
+    return {
+        FREQUENCY: arrays[FREQUENCY],
+        FREQUENCY + DEVIATION: arrays.get(FREQUENCY + DEVIATION),
+        DAMPING: arrays.get(DAMPING),
+        DAMPING + DEVIATION: arrays.get(DAMPING + DEVIATION),
+        "shape": np.stack([arrays[SHAPE + label] for label in labels]) if labels else None,
+        "shape_deviation": np.stack([nothing if e is None else e for e in errors])
+        if stated
+        else None,
+        "sensors": tuple(Channel.parse(label) for label in labels),
+        NUMBER: arrays.get(NUMBER),
+    }
+
+
+def _check_units(units: Mapping[str, str]) -> None:
+    for name, unit in units.items():
+        needed = {FREQUENCY: "Hz", DAMPING: "1"}.get(name.removesuffix(DEVIATION))
+        if needed is not None and unit != needed:
+            raise InputError(
+                f"the column {name} is in [{unit}]; [{needed}] is needed, since nothing is "
+                "converted here. Convert it, percentages by a division by 100."
+            )
+
+
+def _add_deviations(known: dict[str, Any], relative: Mapping[str, float | None]) -> None:
+    """Add the deviations that a file does not state, from relative ones."""
+    shape = known["shape"]
+    sizes = {
+        "frequency_deviation": (FREQUENCY, known[FREQUENCY]),
+        "damping_deviation": (DAMPING, known[DAMPING]),
+        "shape_deviation": ("shape", shape),
+    }
+    for argument, (name, values) in sizes.items():
+        if values is None or known[name + DEVIATION] is not None:
+            continue
+        share = relative[argument]
+        if share is None:
+            raise InputError(
+                f"it states no standard deviation of {name.replace('_', ' ')}; one is needed, "
+                "since it says how far a model may be from what was measured: for 1 %, "
+                f"read(path, {argument}=0.01)."
+            )
+        size = np.abs(values)
+        if name == "shape":
+            size = np.broadcast_to(np.nanmax(size, axis=0), size.shape)
+        known[name + DEVIATION] = share * size
+
+
+def _made(known: dict[str, Any]) -> ModalParameters:
+    frequency, shape = known.pop(FREQUENCY), known.pop("shape")
+    check_kind("natural_frequency", frequency, np.ndarray, "numbers are needed", "one row a mode")
+    if shape is not None and np.iscomplexobj(shape):
+        return ModalParameters.of_complex_shapes(shape, frequency, **known)
+    return ModalParameters(frequency, shape=shape, **known)

@@ -1,0 +1,184 @@
+"""Modal parameters of universal files, tables and arrays of pyOMA2."""
+
+import numpy as np
+import pytest
+import pyuff
+
+import bayes_placement as bp
+from bayes_placement._types import InputError
+from tests.io.uff.test_modes import HAND_TYPED
+
+FREQUENCY = np.array([12.5, 31.0])
+SHAPE = np.array([[1.0, 2.0], [-0.5, 1.0], [0.25, -3.0]])
+
+
+def known(**changes):
+    arguments = {
+        "damping_ratio": [0.01, np.nan],
+        "damping_ratio_deviation": [0.001, np.nan],
+        "shape": SHAPE,
+        "shape_deviation": 0.1 * np.abs(SHAPE),
+        "sensors": ["s1", "s2+x", "s3-z"],
+    } | changes
+    return bp.ModalParameters(FREQUENCY, 0.01 * FREQUENCY, **arguments)
+
+
+@pytest.mark.parametrize("changes", [{}, {"number": [2, 5]}])
+def test_a_table_gives_back_what_was_written(tmp_path, changes):
+    path = bp.io.modal_parameters.write(known(**changes), tmp_path / "modes.csv")
+    back = bp.io.modal_parameters.read(path)
+    for name in ("values", "covariance"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(known(), name))
+    assert (back.sensors, back.number) == (known(**changes).sensors, known(**changes).number)
+
+
+def test_a_table_typed_by_hand_takes_relative_deviations(tmp_path):
+    path = tmp_path / "modes.csv"
+    path.write_text("natural_frequency [Hz],shape s1,shape s2\n12.5,1,-0.5\n31,2,1\n")
+    read = bp.io.modal_parameters.read(path, frequency_deviation=0.01, shape_deviation=0.05)
+    np.testing.assert_allclose(read.deviation[0], [0.125, 0.31])
+    np.testing.assert_allclose(read.deviation[2:], [[0.05, 0.1], [0.05, 0.1]])
+    assert np.isnan(read.damping_ratio).all()
+
+
+def test_normal_modes_of_a_hand_typed_universal_file(tmp_path):
+    path = tmp_path / "typed.uff"
+    path.write_text(HAND_TYPED)
+    read = bp.io.modal_parameters.read(
+        path,
+        frequency_deviation=1e-3,
+        damping_deviation=0.1,
+        shape_deviation=0.02,
+        names={7: "s1"},
+    )
+    np.testing.assert_allclose(read.natural_frequency, [12.5])
+    np.testing.assert_allclose(read.damping_ratio, [0.02])
+    assert [channel.label for channel in read.sensors] == ["s1+x", "s1+z", "101+x", "101+z"]
+    np.testing.assert_allclose(read.shape[:, 0], [-2.0, 1e-10, 6.0, -0.8])
+    np.testing.assert_allclose(read.deviation[:, 0], [0.0125, 0.002, *[0.12] * 4])
+
+
+def test_complex_modes_of_a_universal_file_become_real(tmp_path):
+    """Each shape is turned; a file that pyuff wrote, with the poles in rad/s."""
+    path, turn = tmp_path / "complex.uff", np.exp(0.7j)
+    poles = 2 * np.pi * FREQUENCY * (-0.02 + 1j * np.sqrt(1 - 0.02**2))
+    file = pyuff.UFF(str(path))
+    for mode in (1, 0):
+        dataset = pyuff.prepare_55(
+            **{f"id{line}": "NONE" for line in range(1, 6)},
+            model_type=1,
+            analysis_type=3,
+            data_ch=2,
+            spec_data_type=8,
+            data_type=5,
+            n_data_per_node=3,
+            load_case=1,
+            mode_n=mode + 1,
+            eig=poles[mode],
+            modal_a=1 + 0j,
+            modal_b=1 + 0j,
+            node_nums=np.array([1, 2, 3]),
+            r1=np.zeros(3, complex),
+            r2=SHAPE[:, mode] * turn,
+            r3=np.zeros(3, complex),
+        )
+        file.write_sets([dataset], "add")
+    read = bp.io.modal_parameters.read(
+        path, frequency_deviation=1e-3, damping_deviation=0.1, shape_deviation=0.02
+    )
+    np.testing.assert_allclose(read.natural_frequency, FREQUENCY, rtol=1e-5)
+    np.testing.assert_allclose(read.damping_ratio, 0.02, rtol=1e-4)
+    assert [channel.label for channel in read.sensors] == ["1+y", "2+y", "3+y"]
+    np.testing.assert_allclose(np.abs(read.shape), np.abs(SHAPE), rtol=1e-4)
+
+
+@pytest.mark.parametrize("as_object", [True, False])
+def test_arrays_of_pyoma2_sorted_by_frequency(as_object):
+    """Its shapes are complex and scaled to their greatest component, which has no deviation."""
+    scaled = SHAPE / SHAPE[[0, 2], [0, 1]]
+    deviation = np.where(scaled == 1, 0.0, 0.05)
+    arrays = {
+        "Fn": FREQUENCY[::-1],
+        "Fn_std": [0.2, 0.1],
+        "Xi": [0.02, 0.01],
+        "Xi_std": [2e-3, 1e-3],
+        "Phi": scaled[:, ::-1] * np.exp(0.02j),
+        "Phi_std": deviation[:, ::-1],
+    }
+    result = type("SSIResult", (), arrays)() if as_object else arrays
+    read = bp.io.modal_parameters.of_pyoma2(result, ["s1", "s2", "s3"])
+    np.testing.assert_allclose(read.natural_frequency, FREQUENCY)
+    np.testing.assert_allclose(read.deviation[0], [0.1, 0.2])
+    np.testing.assert_allclose(read.shape / read.shape[0], SHAPE / SHAPE[0], rtol=1e-9)
+    assert read.deviation[2, 0] < 1e-5 and read.deviation[4, 1] < 1e-5
+    np.testing.assert_allclose(read.deviation[3], 0.05)
+
+
+REFUSED = {
+    "no deviations": (
+        lambda folder: bp.io.modal_parameters.read(universal(folder)),
+        "states no standard deviation of natural frequency",
+    ),
+    "no modes": (
+        lambda folder: bp.io.modal_parameters.read(
+            universal(folder, ("         1         2         2", "         1         1         2"))
+        ),
+        "no mode among them",
+    ),
+    "no natural frequencies": (
+        lambda folder: bp.io.modal_parameters.read(table(folder, "f,shape s1\n1,2\n")),
+        "has the columns f, shape s1 and no natural_frequency",
+    ),
+    "radians": (
+        lambda folder: bp.io.modal_parameters.read(
+            table(folder, "natural_frequency [rad/s],shape s1\n1,2\n")
+        ),
+        r"is in \[rad/s\]; \[Hz\] is needed",
+    ),
+    "other bytes": (
+        lambda folder: bp.io.modal_parameters.read(table(folder, "\0\1")),
+        "modes.csv",
+    ),
+    "correlated": (
+        lambda folder: bp.io.modal_parameters.write(
+            bp.ModalParameters(
+                [1.0], damping_ratio=[0.01], covariance=[[[1, 1e-4], [1e-4, 1e-4]]], number=[1]
+            ),
+            folder / "modes.csv",
+        ),
+        "correlated errors were to be written",
+    ),
+    "no uncertainty of pyOMA2": (
+        lambda _: bp.io.modal_parameters.of_pyoma2({"Fn": [1.0], "Phi": [[1.0]]}, ["s1"]),
+        r"Fn_std, Xi, Xi_std, Phi_std of pyOMA2 was not given",
+    ),
+    "mostly imaginary": (
+        lambda _: bp.ModalParameters.of_complex_shapes(
+            np.array([[1.0], [1j]]), [1.0], natural_frequency_deviation=[0.1], sensors=["s1", "s2"]
+        ),
+        "imaginary after the best turn",
+    ),
+}
+
+
+def universal(folder, *changes):
+    text = HAND_TYPED
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "typed.uff"
+    path.write_text(text)
+    return path
+
+
+def table(folder, text):
+    path = folder / "modes.csv"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_wrong_is_refused_in_words(tmp_path, name):
+    call, words = REFUSED[name]
+    with pytest.raises(InputError, match=words):
+        call(tmp_path)
