@@ -47,8 +47,12 @@ LEAST_MIXED = 20
 DAMPING_MARGIN = 3.0
 """The same for damping, which modes far above the lines still show: by it alone these are lossy."""
 
-MOST_PIECES = 24
-"""Most pieces of a line, where their number is not asked for."""
+PIECES_A_MODE, MOST_PIECES = 3, 36
+"""Pieces of a line for each erroneous mode, where their number is not asked for, and most of them.
+
+The energy of a mode has a period of half its wavelength. Two pieces in each period do not show what
+differs in quadrature with them; three show both.
+"""
 
 Size: TypeAlias = Parameter | None
 """Common size of errors, a number or a distribution; None where there are none."""
@@ -92,8 +96,8 @@ class Modal:
         Number of elastic modes with errors; by default those up to 1.3 times the greatest line, and
         of damping those up to 3 times.
     pieces
-        Number of pieces of a uniform bar or beam; by default two for each of these modes, at most
-        24: what strains a mode varies twice as fast as its shape.
+        Number of pieces of a uniform bar or beam; by default three for each of these modes, at most
+        36: what strains a mode varies twice as fast as its shape.
 
     Raises
     ------
@@ -151,7 +155,7 @@ class Modal:
         """Errors of pieces, over the modes with errors and those that these mix with."""
         if self.unevenness is None:
             return None
-        pieces = self.pieces or min(2 * count, MOST_PIECES)
+        pieces = self.pieces or min(PIECES_A_MODE * count, MOST_PIECES)
         shares = piece_shares(modes, pieces, rigid + max(2 * count, LEAST_MIXED))
         if shares is None:
             return None

@@ -105,6 +105,24 @@ def test_modes_above_the_band_are_exact(erroneous):
     assert damped == np.sum(natural < 3.0 * 700.0) > count
 
 
+def test_pieces_show_what_differs_along_the_highest_mode():
+    # Between its nodes and its crests the energy is the same in all pieces: they must be shorter.
+    values = {"length": 1.0, "area": 1e-3, "youngs_modulus": 1e9, "density": 9e3}
+    bar = bp.beams.bar(24, **values, ends="fixed-fixed")
+    setup = bp.Experiment(
+        bp.Structure(bar, damping=bp.damping.Modal(0.02)),
+        sensors=[bp.Sensor("s1", at=0.4)],
+        actuators=[bp.Actuator("a1", at=0.3)],
+        frequency=LINES,
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+    )
+    errors = setup.with_model_error(bp.model_error.Modal()).model_error
+    highest = errors.modes - 1
+    shares = errors.unevenness.shares.stiffness[:, highest, highest]
+    assert np.sum(shares) == pytest.approx(1.0) and np.ptp(shares) > 0.5 * np.mean(shares)
+
+
 def test_every_leaf_is_an_unknown_of_the_model_with_its_density():
     with_errors = experiment().with_model_error(bp.model_error.Modal())
     rows = [unknown for unknown in with_errors.unknowns if unknown.role is Role.MODEL_ERROR]
