@@ -91,7 +91,6 @@ def response_band(
 
     Examples
     --------
-    >>> simulated = bp.simulate(experiment, draws=20)
     >>> bp.plots.posterior.response_band(simulated).axes[0].get_xlabel()
     'frequency [Hz]'
     """
