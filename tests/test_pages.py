@@ -15,6 +15,7 @@ from tests.test_public_calls import public
 PAGES = ROOT / "notebooks" / "docs"
 HOW_TO = {
     "my_file": ("Save these lines as measured.toml", "gain_error"),
+    "my_modes": ("ModalParameters: 5 modes", "The model fails", "Missing is point_mass"),
     "my_fe_model": ("compliant_support", "left end"),
     "hierarchical_model": ("scatter: ", "bar 3/youngs_modulus: 1.0"),
     "effect_of_my_own": ("rubber_pad",),
