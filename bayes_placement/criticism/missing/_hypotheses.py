@@ -53,6 +53,8 @@ class Hypothesis:
         Whether a model error is fitted.
     early_evidence
         Log evidence early on the way to a fit with model error.
+    chi2_when_exact
+        Mean square of the residuals of its fit without the model error; NaN where there is none.
     """
 
     effects: tuple[Effect, ...]
@@ -63,6 +65,7 @@ class Hypothesis:
     deviations: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     has_errors: bool = False
     early_evidence: float = -np.inf
+    chi2_when_exact: float = float("nan")
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -115,7 +118,8 @@ def fitted_with_errors(exact: Hypothesis, problem: Problem, rival: float) -> Hyp
     starts = np.zeros((len(exact.near), problem.dimension))
     starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
     sized = fitted_with_sizes(problem, starts, rival=rival)
-    return replace(exact, **vars(sized), has_errors=True)
+    chi2 = exact.chi2_per_datum
+    return replace(exact, **vars(sized), has_errors=True, chi2_when_exact=chi2)
 
 
 class ScannedCandidate(NamedTuple):
@@ -193,7 +197,7 @@ def fitted(candidate: ScannedCandidate, rival: float = -np.inf) -> Hypothesis:
         return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]), scan)
     starts = np.concatenate([best_places(scan)[:PLACES_WITH_ERRORS], weak[None]])
     sized = fitted_with_sizes(problem, starts, SOFTENING[-2:], rival)
-    return replace(base, effects=effects, scan=scan, **vars(sized))
+    return Hypothesis(effects, scan=scan, has_errors=True, **vars(sized))
 
 
 def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarray:

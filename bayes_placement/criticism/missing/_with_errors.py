@@ -35,6 +35,7 @@ from ._posterior_odds import (
 )
 from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, Tick, one_more_effect, single_effects
+from ._unknown_noise import is_noise_known
 
 
 class Question(NamedTuple):
@@ -92,23 +93,21 @@ class Answer(NamedTuple):
         The model as given, exact; with an earlier state, the model of that one alone.
     comparison
         Those of the world, exact or with model error, that the data ask for.
-    exact
-        Those without model error.
     baseline
         The model fitted to the earlier state alone; None where there is only one state.
     """
 
     null: Hypothesis
     comparison: Comparison
-    exact: Comparison
     baseline: Hypothesis | None = None
 
     def best(self, level: float) -> Hypothesis:
         """The hypothesis that is claimed: none of the effects where the model passes its check.
 
         The form of a model error is assumed, so that evidence alone does not suffice beside it:
-        the effects must also predict held-out data better than fewer of them, and none of them may
-        be only the best of several: scatter along a structure looks a little like many effects.
+        the effects must also predict held-out data better than fewer of them, none of them may be
+        only the best of several, and each must explain more than it leaves to the model error:
+        scatter along a structure looks a little like many effects.
         """
         none = self.comparison.hypotheses[0]
         if not none.has_errors and passes(none, level):
@@ -120,8 +119,23 @@ class Answer(NamedTuple):
 
     def _holds(self, best: Hypothesis) -> bool:
         """Whether a claim beside a model error holds; what is new is told by two states."""
-        stands_out = self.baseline is not None or _stands_out(self.comparison, best)
-        return stands_out and _predicts_better(self.comparison, best)
+        alone = self.baseline is None
+        if alone and not (_stands_out(self.comparison, best) and self._explains_most(best)):
+            return False
+        return _predicts_better(self.comparison, best)
+
+    def _explains_most(self, best: Hypothesis) -> bool:
+        """Whether the last effect explains more of the misfit than what is left to model error.
+
+        Each of the exact models. A forgotten mass or a soft spot that is as large as the scatter of
+        the structure is a part of that scatter, although an effect at its place fits it well.
+        Unknown noise follows the misfit, so that nothing is told by it.
+        """
+        if not is_noise_known(best):
+            return True
+        before = _with_fewer(self.comparison, best).chi2_when_exact
+        after = best.chi2_when_exact
+        return not before - after <= after - 1.0  # NaN where it was not fitted without errors
 
 
 def answered(
@@ -140,22 +154,22 @@ def answered(
     null = null_hypothesis(question.experiment, question.data)
     exact = single_effects(null, question.effects, tick)
     if question.declared:
-        return Answer(null, _deepened_with_errors(question, exact, tick), exact)
+        return Answer(null, _deepened_with_errors(question, exact, tick))
     if explains(exact.best(), question.level):
-        return Answer(null, exact, exact)
+        return Answer(null, exact)
     rivals = _rivals(question, exact)
     if not rivals:
-        return Answer(null, _deepened(question, exact, Breadth(), -np.inf, tick), exact)
+        return Answer(null, _deepened(question, exact, Breadth(), -np.inf, tick))
     # More effects of an exact model are tried first: that takes a fraction of what all effects
     # beside a model error take, and where they explain the data nothing else is needed.
     rival = max(map(exact.log_odds, rivals.values()))
     exact = _deepened(question, exact, NARROW, rival, tick)
     if explains(exact.best(), question.level) and _odds(exact) > rival:
-        return Answer(null, exact, exact)
+        return Answer(null, exact)
     erroneous = _deepened_with_errors(question, exact, tick, rivals)
     if not explains(erroneous.best(), question.level):
         exact = _deepened(question, exact, Breadth(), _odds(erroneous), tick)
-    return Answer(null, exact if _odds(exact) > _odds(erroneous) else erroneous, exact)
+    return Answer(null, exact if _odds(exact) > _odds(erroneous) else erroneous)
 
 
 def ticks(progress: Progress, count: int, share: tuple[float, float]) -> Tick:
@@ -184,7 +198,7 @@ def _answered_by_two_states(
     if between is not None:
         carried = carried_over(comparison, between, question.most_effects)
         comparison = comparison.with_hypotheses(carried)
-    return Answer(unchanged, comparison, comparison, before)
+    return Answer(unchanged, comparison, before)
 
 
 def _stands_out(comparison: Comparison, best: Hypothesis) -> bool:

@@ -70,15 +70,14 @@ def explain(
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
     question = Question.of(experiment, data, effects, model_error, level=LEVEL)
-    null, comparison, exact, before = answered(
+    null, comparison, before = answered(
         question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9)), baseline
     )
     shown = comparison.distinct()
     sampled = sampled_finalists(comparison, shown)
     leading = {id(hypothesis) for hypothesis in [*shown[:LEADING], comparison.hypotheses[0]]}
     steps = tuple(
-        fitted_model(hypothesis, sampled, exact=exact, in_full=id(hypothesis) in leading)
-        for hypothesis in shown
+        fitted_model(hypothesis, sampled, in_full=id(hypothesis) in leading) for hypothesis in shown
     )
     progress(1.0)
     return Ranking(

@@ -155,7 +155,6 @@ def fitted_model(
     hypothesis: Hypothesis,
     sampled: Sampled,
     added: str | None = None,
-    exact: Comparison | None = None,
     in_full: bool = True,
 ) -> FittedModel:
     """Lay out a hypothesis for the record.
@@ -168,8 +167,6 @@ def fitted_model(
         Hypotheses that were sampled.
     added
         Name of the effect that is new in it; the last of its effects by default.
-    exact
-        Hypotheses without model error, where this one has some.
     in_full
         Whether to say how well it predicts held-out data and what noise it needs, which takes time.
     """
@@ -195,7 +192,7 @@ def fitted_model(
         remark="" if effect is None else effect.remark(_of_effect(effect.name, parameters)),
         model_error=sizes(hypothesis),
         errors=errors(hypothesis),
-        chi2_when_exact=_chi2_when_exact(hypothesis, exact),
+        chi2_when_exact=hypothesis.chi2_when_exact,
         experiment=hypothesis.problem.at_fixed_sizes,
         noise_needed=noise_needed(hypothesis) if in_full else None,
     )
@@ -208,17 +205,6 @@ def _of_effect(name: str, parameters: Mapping[str, Estimate]) -> dict[str, tuple
         for estimate in parameters.values()
         if estimate.effect == name
     }
-
-
-def _chi2_when_exact(hypothesis: Hypothesis, exact: Comparison | None) -> float:
-    if not hypothesis.has_errors or exact is None:
-        return float("nan")
-    counterparts = (
-        other
-        for other in exact.hypotheses
-        if other.effects is hypothesis.effects and not other.has_errors
-    )
-    return next((other.chi2_per_datum for other in counterparts), float("nan"))
 
 
 def number_or_none(value: float) -> float | None:

@@ -170,12 +170,12 @@ class _Search(NamedTuple):
         )
         tick = ticks(progress, 2 * len(self.effects) + 20, (0.02, 0.9))
         answer = answered(question, tick, baseline, between)
-        null, comparison, exact, before = answer
+        null, comparison, before = answer
         best = answer.best(self.level)
         progress(0.9)
         sampled = sampled_finalists(comparison, [best])
         progress(0.97)
-        steps = _steps(comparison, best, sampled, exact)
+        steps = _steps(comparison, best, sampled)
         progress(1.0)
         ledger = Ledger(
             steps=steps,
@@ -240,17 +240,15 @@ def _check_states(states: Mapping[str, Any], baseline: Any) -> None:
         )
 
 
-def _steps(
-    comparison: Comparison, best: Hypothesis, sampled: Sampled, exact: Comparison
-) -> tuple[FittedModel, ...]:
+def _steps(comparison: Comparison, best: Hypothesis, sampled: Sampled) -> tuple[FittedModel, ...]:
     """The way from the model as given to the best hypothesis, one effect a step."""
     way = steps_to(comparison, best)
     hypotheses = [comparison.of(kinds) for kinds in way[:-1]] + [best] if best.effects else [best]
-    steps = [fitted_model(hypotheses[0], sampled, exact=exact)]
+    steps = [fitted_model(hypotheses[0], sampled)]
     for before, after in itertools.pairwise(hypotheses):
         new = Counter(after.kinds) - Counter(before.kinds)
         added = next(effect.name for effect in after.effects if kind_of(effect) in new)
-        steps.append(fitted_model(after, sampled, added, exact))
+        steps.append(fitted_model(after, sampled, added))
     return tuple(steps)
 
 
