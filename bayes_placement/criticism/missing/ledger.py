@@ -168,6 +168,13 @@ class Ledger:
                 "Nothing is claimed to be missing: beside a model error more than one effect also "
                 f"reduces the misfit, and these data do not tell which. {sizes_in_words(last)}"
             )
+        best = self.compared["effects"].iloc[0]
+        if not self.verdict and best != "none":
+            return (
+                f"Nothing is claimed to be missing: {best} also reduces the misfit, but leaves more "
+                "of it to the model error than it explains, or predicts held-out data no better. "
+                f"{sizes_in_words(last)}"
+            )
         if not self.verdict:
             return (
                 f"Nothing is claimed to be missing: a model error explains the data better than "

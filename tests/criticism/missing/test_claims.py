@@ -1,0 +1,40 @@
+"""What is claimed beside a model error: evidence alone does not suffice."""
+
+import dataclasses
+
+import pytest
+
+from bayes_placement.criticism.missing import _with_errors
+from bayes_placement.criticism.missing._with_errors import Answer
+from tests.criticism.missing.test_posterior_odds import comparison, hypothesis
+
+LEVEL = 0.01
+
+
+def erroneous(kinds, evidence, chi2):
+    exact = hypothesis(kinds, evidence)
+    return dataclasses.replace(exact, has_errors=True, chi2_when_exact=chi2)
+
+
+def claimed(monkeypatch, chi2, *, held_out=1.0, baseline=None):
+    """Kinds that are claimed of a mass of plain evidence, chi2 of the exact model being 100."""
+    none, mass = erroneous([], 0.0, 100.0), erroneous(["point_mass"], 30.0, chi2)
+    scores = {id(none): 0.0, id(mass): held_out}
+    monkeypatch.setattr(_with_errors, "held_out", lambda hypothesis: scores[id(hypothesis)])
+    return Answer(none, comparison(none, mass), baseline).best(LEVEL).kinds
+
+
+@pytest.mark.parametrize(
+    ("chi2", "kinds"), [(30.0, ("point_mass",)), (50.0, ("point_mass",)), (51.0, ()), (90.0, ())]
+)
+def test_an_effect_explains_more_than_it_leaves_to_the_model_error(monkeypatch, chi2, kinds):
+    assert claimed(monkeypatch, chi2) == kinds
+
+
+def test_what_is_new_since_a_baseline_may_be_small(monkeypatch):
+    before = hypothesis([], 0.0)
+    assert claimed(monkeypatch, 90.0, baseline=before) == ("point_mass",)
+
+
+def test_an_effect_predicts_held_out_data_better(monkeypatch):
+    assert claimed(monkeypatch, 30.0, held_out=-1.0) == ()
