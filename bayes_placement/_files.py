@@ -101,19 +101,35 @@ def _locked(path: Path) -> Iterator[None]:
 @contextmanager
 def _temporary(target: Path) -> Iterator[Path]:
     """A temporary file beside a file, locked meanwhile and deleted if it is still there after."""
-    handle, name = tempfile.mkstemp(
-        suffix=target.suffix, prefix=f".{target.stem}{UNFINISHED}", dir=target.parent
-    )
+    handle, name = _new_file(target)
+    while not _is_locked(handle):
+        os.close(handle)
+        handle, name = _new_file(target)
     if fcntl is None:  # Windows renames no open file
         os.close(handle)
     try:
-        with suppress(OSError):
-            lock(handle)
         yield Path(name)
     finally:
         Path(name).unlink(missing_ok=True)
         if fcntl is not None:
             os.close(handle)
+
+
+def _new_file(target: Path) -> tuple[int, str]:
+    return tempfile.mkstemp(
+        suffix=target.suffix, prefix=f".{target.stem}{UNFINISHED}", dir=target.parent
+    )
+
+
+def _is_locked(handle: int) -> bool:
+    """Lock a new file, unless another process took it for left over and deletes it."""
+    try:
+        lock(handle)
+    except BlockingIOError:
+        return False
+    except OSError:  # where files cannot be locked none is deleted
+        return True
+    return os.fstat(handle).st_nlink > 0
 
 
 def _to_disk(path: Path) -> None:

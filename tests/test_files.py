@@ -118,6 +118,26 @@ def killed_writers(folder, moments):
     return int(done.stdout)
 
 
+def test_a_file_that_another_took_for_left_over_is_begun_anew(tmp_path, monkeypatch):
+    """Another process may lock a new file, and delete it, before its writer has locked it."""
+    locked, seen = _files.lock, []
+
+    def late(handle):
+        if not seen:
+            seen.append(names(tmp_path))
+            _files.delete_leftovers(tmp_path)
+        locked(handle)
+
+    def write(path):
+        path.write_text("whole")
+        _files.delete_leftovers(tmp_path)  # that of a third one
+
+    monkeypatch.setattr(_files, "lock", late)
+    write_atomically(tmp_path / "a.txt", write)
+    assert len(seen[0]) == 1  # the first temporary file
+    assert names(tmp_path) == ["a.txt"] and (tmp_path / "a.txt").read_text() == "whole"
+
+
 def test_killed_writers_leave_complete_files(tmp_path):
     assert killed_writers(tmp_path, 20) > 0, "no moment was within a file"
     write_atomically(tmp_path / "last.txt", lambda path: path.write_text("whole"))

@@ -171,8 +171,9 @@ class Ledger:
         best = self.compared["effects"].iloc[0]
         if not self.verdict and best != "none":
             return (
-                f"Nothing is claimed to be missing: {best} also reduces the misfit, but leaves more "
-                "of it to the model error than it explains, or predicts held-out data no better. "
+                f"Nothing is claimed to be missing: {best} also reduces the misfit, but leaves "
+                "more of it to the model error than it explains, or predicts held-out data no "
+                "better. "
                 f"{sizes_in_words(last)}"
             )
         if not self.verdict:
