@@ -150,7 +150,7 @@ class Oscillator(NamedTuple):
         line = omega[None]
         ports = self._ports(line)
         assert ports is not None
-        left_out = _left_out(self.modes, self._points(), ports.points)
+        left_out = self._points().flexibility_left_out(self.modes, ports.points)
         return -left_out @ (ports.felt @ ports.shapes @ vector) / self._modulus(line)[0]
 
     def _modulus(self, line: Float[Array, "1"]) -> Inexact[Array, "1"]:
@@ -181,7 +181,7 @@ class Oscillator(NamedTuple):
         stiffness = jnp.concatenate(
             [jnp.broadcast_to(value, place.position.shape[:1]) for place, value in groups]
         )
-        flexibility = _left_out(self.modes, points, points) / self._modulus(line)[0]
+        flexibility = points.flexibility_left_out(self.modes, points) / self._modulus(line)[0]
         yielding = jnp.eye(stiffness.size) + stiffness[:, None] * flexibility
         felt = jnp.linalg.solve(yielding, jnp.diag(stiffness) + 0 * yielding)
         return _Ports(points, points.shapes(self.modes), felt)
@@ -207,16 +207,6 @@ class _Ports(NamedTuple):
     points: Points
     shapes: Float[Array, "port mode"]
     felt: Inexact[Array, "port port"]
-
-
-def _left_out(modes: Modes, points: Points, ports: Points) -> Float[Array, "point port"]:
-    """Static flexibility of the modes left out [m/N]; zero where it is not known."""
-    static = points.static_flexibility(modes, ports)
-    if static is None:
-        return jnp.zeros((points.position.shape[0], ports.position.shape[0]))
-    elastic = slice(modes.rigid_body_modes, None)
-    kept = points.exact_shapes(modes)[:, elastic] / modes.angular_frequency()[elastic] ** 2
-    return static - kept @ ports.exact_shapes(modes)[:, elastic].T
 
 
 def _about(

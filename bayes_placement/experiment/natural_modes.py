@@ -153,7 +153,7 @@ def _at_ports(structure: Structure) -> tuple[Array, Array, Array]:
     natural, ports = modes.angular_frequency(), _ports(structure, modes)
     if ports is None:
         return natural, jnp.zeros((0, natural.size)), jnp.zeros((0, 0))
-    return natural, ports.exact_shapes(modes), _left_out(modes, ports, ports)
+    return natural, ports.exact_shapes(modes), ports.flexibility_left_out(modes, ports)
 
 
 def _at_line(structure: Structure, omega: Float[Array, "1"]) -> tuple[Array, Array]:
@@ -175,14 +175,6 @@ def _at_points(structure: Structure, points: Any) -> tuple[Array, Array]:
     if ports is None:
         return read, jnp.zeros((axes, points.shape[0], 0))
     along = [jnp.broadcast_to(row, (points.shape[0], axes)) for row in np.eye(axes)]
-    return read, jnp.stack([_left_out(modes, Points(points, row), ports) for row in along])
-
-
-def _left_out(modes: Modes, points: Points, ports: Points) -> Array:
-    """Static flexibility of the modes left out [point, port] [m/N]; zero where it is not known."""
-    static = points.static_flexibility(modes, ports)
-    if static is None:
-        return jnp.zeros((points.position.shape[0], ports.position.shape[0]))
-    elastic = slice(modes.rigid_body_modes, None)
-    kept = points.exact_shapes(modes)[:, elastic] / modes.angular_frequency()[elastic] ** 2
-    return static - kept @ ports.exact_shapes(modes)[:, elastic].T
+    return read, jnp.stack(
+        [Points(points, row).flexibility_left_out(modes, ports) for row in along]
+    )

@@ -53,6 +53,15 @@ class Points(eqx.Module):
             return None
         return jnp.einsum("pa,poab,ob->po", self.direction, flexibility, other.direction)
 
+    def flexibility_left_out(self, modes: Modes, other: "Points") -> Float[Array, "point other"]:
+        """Static flexibility [m/N] of the modes left out; zero where it is not known."""
+        static = self.static_flexibility(modes, other)
+        if static is None:
+            return jnp.zeros((self.position.shape[0], other.position.shape[0]))
+        elastic = slice(modes.rigid_body_modes, None)
+        kept = self.exact_shapes(modes)[:, elastic] / modes.angular_frequency()[elastic] ** 2
+        return static - kept @ other.exact_shapes(modes)[:, elastic].T
+
 
 def joined(groups: Sequence[Points]) -> Points:
     """Return all points in one list."""

@@ -6,6 +6,7 @@ import pyuff
 
 import bayes_placement as bp
 from bayes_placement._types import InputError
+from tests.io.uff.hand_typed import typed
 from tests.io.uff.test_modes import HAND_TYPED
 
 FREQUENCY = np.array([12.5, 31.0])
@@ -162,13 +163,7 @@ REFUSED = {
 
 
 def universal(folder, *changes):
-    text = HAND_TYPED
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / "typed.uff"
-    path.write_text(text)
-    return path
+    return typed(folder, HAND_TYPED, *changes)
 
 
 def table(folder, text):

@@ -10,6 +10,7 @@ import pyuff
 
 from bayes_placement.experiment.measurement import Channel, Measurement
 from bayes_placement.io import uff
+from tests.io.uff.hand_typed import typed
 
 SHARED = (Path(__file__).parents[3] / "../shared/data").resolve()
 FREQUENCY = np.arange(5.0, 9.0)
@@ -49,13 +50,7 @@ def shared(*parts):
 
 
 def hand_typed(folder, *changes):
-    text = HAND_TYPED
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / "typed.uff"
-    path.write_text(text)
-    return path
+    return typed(folder, HAND_TYPED, *changes)
 
 
 def function(**changes):

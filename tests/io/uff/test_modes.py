@@ -5,6 +5,7 @@ import pytest
 import pyuff
 
 from bayes_placement.io import npz_modes, uff
+from tests.io.uff.hand_typed import typed
 
 # Typed by hand after the text of the format: FORTRAN columns, not the code of any library.
 HAND_TYPED = """\
@@ -38,13 +39,7 @@ mode 1
 
 
 def hand_typed(folder, *changes):
-    text = HAND_TYPED
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / "typed.uff"
-    path.write_text(text)
-    return path
+    return typed(folder, HAND_TYPED, *changes)
 
 
 def nodes(*numbers, kind=2411):
