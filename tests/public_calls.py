@@ -1742,7 +1742,8 @@ def nastran_modes():
 @functools.cache
 def nastran_matrices():
     """Matrices in an OUTPUT4 file."""
-    from pyyeti.nastran import op4
+    with np.printoptions():  # it changes how all arrays are printed
+        from pyyeti.nastran import op4
 
     path = str(folder() / "matrices.op4")
     op4.write(path, {"KAA": np.diag([2.0, 3.0]), "MAA": np.eye(2)})

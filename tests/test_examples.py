@@ -5,6 +5,7 @@ import io
 import re
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 
 import bayes_placement as bp
@@ -38,7 +39,8 @@ def test_every_example_runs_and_shows_what_it_says(tmp_path, monkeypatch):
     runner, told = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE), io.StringIO()
     for name, text in examples().items():
         example = doctest.DocTestParser().get_doctest(text, names, name, None, 0)
-        runner.run(example, out=told.write)
+        with np.printoptions(legacy=False):  # a library of another test may have changed it
+            runner.run(example, out=told.write)
         plt.close("all")
     assert not told.getvalue(), told.getvalue()
     assert runner.summarize(verbose=False).attempted > 400

@@ -127,7 +127,8 @@ def read_matrices(
 
 def _pyyeti(part: str, path: Path) -> Any:
     try:
-        module = importlib.import_module(f"pyyeti.nastran.{part}")
+        with np.printoptions():  # pyyeti changes how all arrays of the process are printed
+            module = importlib.import_module(f"pyyeti.nastran.{part}")
     except ImportError as error:
         raise MissingExtraError(
             f"{path} cannot be read, since pyyeti is not installed, which knows the files of "
@@ -189,7 +190,7 @@ def _grids(
     uset: Any, number: Int[np.ndarray, "node"], path: Path
 ) -> tuple[Float[np.ndarray, "node 3"], Float[np.ndarray, "node 3 3"]]:
     """Positions in the basic system, and the rotation of motion into that system."""
-    from pyyeti.nastran import n2p
+    from pyyeti.nastran import n2p  # after `op2`, which has imported it
 
     missing = number[~np.isin(number, uset.index.get_level_values("id"))]
     if missing.size:

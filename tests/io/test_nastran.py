@@ -1,6 +1,7 @@
 """Files of Nastran and pyyeti, compared with Nastran's printout and rigid motions."""
 
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -11,8 +12,9 @@ import scipy.sparse
 from bayes_placement.io import nastran
 
 pyyeti = pytest.importorskip("pyyeti", reason='needs pip install "bayes_placement[nastran]"')
-n2p = pytest.importorskip("pyyeti.nastran.n2p")
-op4 = pytest.importorskip("pyyeti.nastran.op4")
+with np.printoptions():  # it changes how all arrays are printed, in the tests of other files too
+    n2p = pytest.importorskip("pyyeti.nastran.n2p")
+    op4 = pytest.importorskip("pyyeti.nastran.op4")
 
 # pyyeti carries the files of its own tests, written by NX Nastran 9: a free structure of bars.
 EXAMPLES = Path(pyyeti.__file__).parent / "tests"
@@ -157,6 +159,19 @@ def test_files_of_another_kind(tmp_path, monkeypatch, read):
     monkeypatch.setitem(sys.modules, "pyyeti.nastran.op4", None)
     with pytest.raises(ImportError, match=r'pip install "bayes_placement\[nastran\]"'):
         read(tmp_path / "text")
+
+
+@pytest.mark.long
+def test_arrays_are_printed_as_before():
+    """In a process of its own: pyyeti changes NumPy's print options when it is first imported."""
+    lines = (
+        "import numpy as np",
+        "from bayes_placement.io import nastran",
+        f"nastran.read_modes({str(example('nas2cam_extseout', 'full.op2'))!r})",
+        "print(np.array([100.0]))",
+    )
+    told = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True)
+    assert told.stdout == "[100.]\n", told.stderr
 
 
 @pytest.mark.parametrize("share", [0.01, 0.5, 0.999])
