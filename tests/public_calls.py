@@ -23,6 +23,7 @@ import scipy.sparse
 
 import bayes_placement as bp
 from bayes_placement._types import PackageError
+from tests.plots.test_modes import fit as modes_beside_a_model
 from tests.wrong_calls import LINES, MAP, bar, experiment, measurement, structure
 
 NAN, INF = float("nan"), float("inf")
@@ -1596,6 +1597,15 @@ def calls_of_plots():
         ),
         "plots.ledger.before_and_after": Call(
             plots.ledger.before_and_after, {"fits": mapping(fitted()), **AXES}
+        ),
+        "plots.modes.compared": Call(
+            plots.modes.compared,
+            {
+                "fits": mapping(
+                    {"as given": modes_beside_a_model()}, empty={}, **{"of frfs": fitted()}
+                ),
+                **AXES,
+            },
         ),
         "plots.misfit.residual_map": Call(
             plots.misfit.residual_map, {"misfit": thing(misfit()), **AXES}

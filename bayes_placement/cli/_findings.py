@@ -19,6 +19,9 @@ from ._next_measurement import next_measurement
 FINDINGS = "findings.nc"
 """Name of the file."""
 
+BEST_DRAW = "best draw of the posterior"
+"""Name of the model of an inference."""
+
 DATA = "data"
 """What warns of the faults of a measurement."""
 
@@ -88,7 +91,7 @@ def of_posterior(
         "sentences": list(sentences),
         "warnings": [list(pair) for pair in warnings],
     }
-    model = Model("best draw of the posterior", experiment, _best(experiment, posterior))
+    model = Model(BEST_DRAW, experiment, _best(experiment, posterior))
     return findings([model], draws_of(posterior) or {}, measurement, about)
 
 
@@ -102,6 +105,13 @@ def of_check(
     warned = [[engine, sentence] for sentence in warnings_of(posterior)]
     warned += [[DATA, fault] for fault in misfit.data_faults]
     return of_posterior(posterior, experiment, measurement, said, warned, "check")
+
+
+def modes_of_model(kept: xr.DataTree) -> dict[str, xr.Dataset]:
+    """Modes that an inference found beside the measured ones, by the model; none of FRFs."""
+    if "modes_0" not in kept.children:
+        return {}
+    return {BEST_DRAW: kept["modes_0"].to_dataset()}
 
 
 def _best(experiment: Experiment, posterior: xr.DataTree) -> dict[str, float]:

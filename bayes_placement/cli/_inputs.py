@@ -8,11 +8,14 @@ import xarray as xr
 
 from .._types import Progress, UsageError
 from ..experiment.experiment import Experiment, Measurements
+from ..experiment.modal_parameters import ModalParameters
 from ..experiment.model_error import Modal
+from ..experiment.resized import observing_modes
 from ..inference import cross_check
 from ..inference.infer import InferenceWarning, infer
-from ..io import case, formats, model
+from ..io import case, formats, modal_parameters, model
 from ..io._gate import files_read
+from ..io._modal_files import holds_modal_parameters
 from ._lines import choose_lines
 from ._run import Output, Run
 from ._terminal import Screen
@@ -65,7 +68,7 @@ def read_inputs(
     path
         Model file or case folder.
     data
-        Universal file of the measurement; None for that of the study.
+        File of the measurement; None for that of the study.
     command
         Name of the command, for messages.
     output
@@ -87,8 +90,7 @@ def read_inputs(
     """
     screen = output.screen
     with files_read() as files:
-        study = read_study(path)
-        measurement = read_measurement(study, data, path, command)
+        study, measurement = read_both(path, data, command)
     if model_error and study.experiment.model_error is None:
         study = study._replace(experiment=study.experiment.with_model_error(Modal()))
     lines = choose_lines(study.experiment, measurement, most_lines)
@@ -121,9 +123,44 @@ def read_study(path: Path) -> model.Study:
     return case.read(path) if path.is_dir() else model.read(path)
 
 
-def read_measurement(
-    study: model.Study, data: Path | None, path: Path, command: str
-) -> Measurements:
+def read_both(path: Path, data: Path | None, command: str) -> tuple[model.Study, Measurements]:
+    """Read a study, whose experiment observes what was measured, and the measurement.
+
+    Where modal parameters were measured, an experiment of FRFs becomes one of modes.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a file is not there.
+    InputError
+        If a file does not hold what is needed.
+    UsageError
+        If there is no measurement.
+    """
+    study = read_study(path)
+    measurement = measured(study, data, path, command)
+    declared = study.experiment.observe.is_modal and data is None
+    if isinstance(measurement, ModalParameters) and not declared:
+        study = study._replace(experiment=observing_modes(study.experiment, measurement))
+    return study, measurement
+
+
+def read_measurement(path: Path) -> Measurements:
+    """Read FRFs or modal parameters, by what a file holds.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If it holds neither.
+    """
+    if holds_modal_parameters(path):
+        return modal_parameters.read(path)
+    return formats.read_measurement(path)
+
+
+def measured(study: model.Study, data: Path | None, path: Path, command: str) -> Measurements:
     """Return the measurement in a file, or that of the study; of several states the last.
 
     Raises
@@ -132,7 +169,7 @@ def read_measurement(
         If there is neither.
     """
     if data is not None:
-        return formats.read_measurement(data)
+        return read_measurement(data)
     if study.measurement is None and study.states:
         return [*study.states.values()][-1]
     if study.measurement is None:

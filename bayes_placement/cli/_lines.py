@@ -6,6 +6,7 @@ import numpy as np
 
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.force_levels import at_levels
+from ..experiment.modal_parameters import ModalParameters
 from ..experiment.resized import with_lines_at
 
 MOST_VALUES = 50_000
@@ -39,8 +40,7 @@ def choose_lines(
         If a line, channel or force level of the experiment was not measured.
     """
     if experiment.observe.is_modal:
-        count = np.size(experiment.frequency)
-        return ChosenLines(experiment, f"Modes: all {count} that were measured.")
+        return ChosenLines(experiment, _modes(experiment, measurement))
     channels = experiment.sensor_channels, experiment.actuator_channels
     runs = [
         run.lines(np.asarray(experiment.frequency)).channels(*channels)
@@ -64,6 +64,17 @@ def choose_lines(
         f"Lines: {kept.size} of {lines.size}, {_span(kept)}, dense where the FRFs change most "
         f"against their noise, since {reason}.",
     )
+
+
+def _modes(experiment: Experiment, measurement: Measurements) -> str:
+    """Say which modes are taken, and which of their shapes are not."""
+    words = f"Modes: all {np.size(experiment.frequency)} that were measured"
+    measured = measurement.sensors if isinstance(measurement, ModalParameters) else ()
+    names = dict.fromkeys(channel.name for channel in measured)
+    others = [name for name in names if name not in experiment.sensor]
+    if not others:
+        return f"{words}."
+    return f"{words}; shapes at {', '.join(others)} not, since the model has no such sensors."
 
 
 def _span(lines: np.ndarray) -> str:

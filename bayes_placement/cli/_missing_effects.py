@@ -8,9 +8,8 @@ from typing import Any, TypeVar
 from .._types import InputError, UsageError
 from ..effects import library
 from ..experiment.experiment import Measurements
-from ..io.formats import read_measurement
 from ..io.model import Study
-from ._inputs import Inputs, read_inputs
+from ._inputs import Inputs, read_inputs, read_measurement
 from ._run import Output
 from ._save import Mended
 
@@ -93,11 +92,16 @@ class Request:
         return {} if self.data or self.baseline or self.alone else study.states
 
     def earlier(self, study: Study) -> Measurements | None:
-        """What was measured in an earlier state; None where there is none."""
+        """What was measured in an earlier state; None where there is none.
+
+        That of a study counts for FRFs alone: modal parameters of two states are not compared.
+        """
         if self.alone:
             return None
         if self.baseline is not None:
             return read_measurement(self.baseline)
+        if study.experiment.observe.is_modal:
+            return None
         return study.baseline or next(iter(study.states.values()), None)
 
     def search(self, command: str, function: Callable[..., Result], inputs: Inputs) -> Result:

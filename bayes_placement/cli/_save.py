@@ -12,6 +12,7 @@ from ..effects import library
 from ..effects.effect import Effect
 from ..effects.library import kind_of
 from ..experiment.experiment import Experiment
+from ..io._modal_files import holds_modal_parameters
 
 HEAD = '''\
 """The model of {model} with what it lacked: {effects}.
@@ -23,16 +24,20 @@ import dataclasses
 from pathlib import Path
 
 import bayes_placement as bp
-
+{imports}
 HERE = Path(__file__).parent
 
 study = bp.io.{reader}.read(HERE / {path!r})
 measurement = {measurement}
-experiment = study.experiment{model_error}
+given = {given}
+experiment = given{model_error}
 '''
 
+OF_MODES = "observing_modes(study.experiment, measurement)"
+IMPORT = "from bayes_placement.experiment.resized import observing_modes\n"
+
 ADDED = """\
-{variable} = bp.effects.library(study.experiment, [{kind!r}]).effects[{number}]
+{variable} = bp.effects.library(given, [{kind!r}]).effects[{number}]
 experiment = experiment + dataclasses.replace({variable}, name={name!r})
 """
 
@@ -67,13 +72,17 @@ class Mended(NamedTuple):
         write_atomically(self.path, lambda path: path.write_text(text, encoding="utf-8"))
 
     def _head(self, added: list[Effect]) -> str:
-        data = f"bp.io.read_measurement(HERE / {self._from_here(self.data)!r})" if self.data else ""
+        is_modal = self.data is not None and holds_modal_parameters(self.data)
+        reader = "modal_parameters.read" if is_modal else "read_measurement"
+        data = f"bp.io.{reader}(HERE / {self._from_here(self.data)!r})" if self.data else ""
         return HEAD.format(
             model=self.model.name,
             effects=", ".join(effect.name for effect in added) or "nothing that is claimed",
             reader="case" if self.model.is_dir() else "model",
             path=self._from_here(self.model),
             measurement=data or "study.measurement",
+            imports=IMPORT if is_modal else "",
+            given=OF_MODES if is_modal else "study.experiment",
             model_error=(".with_model_error(bp.model_error.Modal())" if self.model_error else ""),
         )
 

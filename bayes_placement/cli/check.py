@@ -4,13 +4,15 @@ from pathlib import Path
 
 import pandas as pd
 import xarray as xr
+from matplotlib.figure import Figure
 
 from ..criticism.check.check import check
 from ..criticism.check.misfit import Misfit
 from ..inference.results import warnings_of
 from ..plots import misfit as plots
+from ..plots import modes as mode_plots
 from ..plots import posterior as posterior_plots
-from ._findings import FINDINGS, of_check
+from ._findings import FINDINGS, modes_of_model, of_check
 from ._inputs import infer_posterior, named_method, read_inputs
 from ._run import Output, Run
 
@@ -64,18 +66,27 @@ def run(
     sentences = [*misfit.words(), *warnings_of(posterior)]
     told = {misfit.verdict(), *inputs.data_faults}
     screen.list(sentence for sentence in sentences if sentence not in told)
-    _write(posterior, misfit, sentences, run)
-    run.tree(FINDINGS, of_check(posterior, misfit, inputs.experiment, inputs.measurement))
+    kept = of_check(posterior, misfit, inputs.experiment, inputs.measurement)
+    _write(misfit, sentences, run)
+    run.figures(_figures(posterior, misfit, kept))
+    run.tree(FINDINGS, kept)
     return run.finish(screen, misfit.verdict(), {"sentences": sentences}, passed=misfit.passed)
 
 
-def _write(posterior: xr.DataTree, misfit: Misfit, sentences: list[str], run: Run) -> None:
+def _write(misfit: Misfit, sentences: list[str], run: Run) -> None:
     table = misfit.table()
     run.table("misfit.csv", table.apply(pd.to_numeric, errors="coerce"))
     run.report("misfit.txt", table, sentences)
-    figures = {
+
+
+def _figures(posterior: xr.DataTree, misfit: Misfit, kept: xr.DataTree) -> dict[str, Figure]:
+    """Figures by the names of their files; modes have no neighbours that a curve could join."""
+    residual_map = {"residual_map.png": plots.residual_map(misfit)}
+    modes = modes_of_model(kept)
+    if modes:
+        return {"modes.png": mode_plots.compared(modes), **residual_map}
+    return {
         "measured_against_band.png": posterior_plots.measured_against_band(posterior),
-        "residual_map.png": plots.residual_map(misfit),
+        **residual_map,
         "discrepancy.png": plots.discrepancy(misfit),
     }
-    run.figures(figures)

@@ -3,12 +3,16 @@
 from collections.abc import Mapping
 from typing import Any
 
+from matplotlib.figure import Figure
+
 from ..criticism.fitted import fitted_steps
+from ..criticism.fitted_modes import modes_of_steps
 from ..criticism.missing.improve import improve
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.states import LedgerOfStates
 from ..experiment.experiment import Experiment, Measurements
 from ..plots import ledger as plots
+from ..plots import modes as mode_plots
 from ._findings import FINDINGS, of_result
 from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
@@ -88,17 +92,24 @@ def _improve_states(
     return improve(experiment, states, **settings)
 
 
+def _before_and_after(ledger: Ledger, inputs: Inputs) -> Figure:
+    """Figure of what was measured beside the model as given and with all effects."""
+    given = ledger, inputs.experiment, inputs.measurement
+    if inputs.experiment.observe.is_modal:
+        return mode_plots.compared(modes_of_steps(*given))
+    return plots.before_and_after(fitted_steps(*given))
+
+
 def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
     run.json("ledger.json", ledger.to_json())
     run.text("ledger.txt", str(ledger))
     run.table("compared.csv", ledger.compared, index=False)
     run.table("suspicion.csv", ledger.suspicion, index=False)
-    fits = fitted_steps(ledger, inputs.experiment, inputs.measurement)
     figures = {
         "error_falls.png": plots.error_falls(ledger),
         "suspicion.png": plots.suspicion(ledger, experiment=inputs.experiment),
         "probabilities.png": plots.probabilities(ledger),
-        FITS: plots.before_and_after(fits),
+        FITS: _before_and_after(ledger, inputs),
     }
     run.figures(figures)
     measured = inputs.measurement, inputs.data_faults

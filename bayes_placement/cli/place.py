@@ -18,12 +18,13 @@ from ..design.place import Placement, place
 from ..design.planned import planned
 from ..design.running.executors import workers
 from ..experiment.experiment import Experiment, Measurements
+from ..experiment.modal_parameters import ModalParameters
 from ..experiment.resized import with_lines, with_more_sensors, with_only
 from ..io._gate import files_read
 from ..io.model import Study
 from ..plots import placement as plots
 from ._estimators import named_estimator
-from ._inputs import read_measurement, read_study
+from ._inputs import measured, read_study
 from ._placement_rules import costs, forbidden_regions
 from ._positions_to_try import positions_to_try
 from ._run import Output, Run
@@ -174,7 +175,13 @@ def _earlier_data(
     """Data that the next measurement is to add to; None where it is the first."""
     if data is None and options.estimator != "separation":
         return None
-    return read_measurement(study, data, path, "place --estimator separation")
+    earlier = measured(study, data, path, "place --estimator separation")
+    if isinstance(earlier, ModalParameters):
+        raise UsageError(
+            "Modal parameters were given to `place`; FRFs are needed, since it compares places by "
+            "FRFs to be measured there: --data measured.uff. `improve` and `check` take modes."
+        )
+    return earlier
 
 
 def _planned(study: Study, earlier: Measurements | None, options: Options) -> Experiment:

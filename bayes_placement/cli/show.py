@@ -1,20 +1,24 @@
-"""`bayes-placement show`: a model or a file of measured FRFs before anything is computed."""
+"""`bayes-placement show`: a model or a file of measurements before anything is computed."""
 
+import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
-from ..experiment.experiment import Experiment, Measurements
+from ..experiment.experiment import Experiment
 from ..experiment.measurement import Measurement
 from ..experiment.modal_parameters import ModalParameters
 from ..experiment.transducers import Transducer
-from ..io import formats
+from ..io import formats, modal_parameters
 from ..io._gate import files_read
+from ..io._modal_files import holds_modal_parameters
 from ..plots import measurement as measurement_plots
 from ..plots import structure as structure_plots
 from ..positions.bounds import position_text
 from ._inputs import print_data_faults, read_study
 from ._run import Output, Run
+from ._terminal import Screen
 
 
 def run(path: Path, output: Output) -> int:
@@ -50,6 +54,9 @@ def _show_model(path: Path, output: Output) -> int:
     measured = study.measurement
     if measured is None:
         verdict = f"{experiment!r}; no measurement yet."
+    elif isinstance(measured, ModalParameters):
+        _list_modes(measured, run, screen)
+        verdict = f"{experiment!r}; {measured!r}"
     else:
         print_data_faults(screen, study, measured)
         _draw(run, measured)
@@ -60,8 +67,11 @@ def _show_model(path: Path, output: Output) -> int:
 
 def _show_file(path: Path, output: Output) -> int:
     screen = output.screen
-    measurement = formats.read_measurement(path)
+    is_modal = holds_modal_parameters(path)
     run = output.begin("show", path, files=[path])
+    if is_modal:
+        return _show_modes(modal_parameters.read(path), run, screen)
+    measurement = formats.read_measurement(path)
     _draw(run, measurement)
     screen.verdict(repr(measurement))
     places = [
@@ -71,14 +81,24 @@ def _show_file(path: Path, output: Output) -> int:
     return run.finish(screen, repr(measurement), {"positions": places})
 
 
-def _draw(run: Run, measured: Measurements) -> None:
+def _show_modes(modes: ModalParameters, run: Run, screen: Screen) -> int:
+    """Show measured modal parameters, of which there is nothing to draw without a model."""
+    screen.verdict(repr(modes))
+    _list_modes(modes, run, screen)
+    return run.finish(screen, repr(modes), {"modes": json.loads(modes.table().to_json())})
+
+
+def _list_modes(modes: ModalParameters, run: Run, screen: Screen) -> None:
+    screen.table(modes.table().map("{:.5g}".format), "mode")
+    run.table("modes.csv", modes.table())
+
+
+def _draw(run: Run, measured: Measurement | Sequence[Measurement]) -> None:
     figures = [page for run in _runs(measured) for page in measurement_plots.pages(run)]
     run.figures({f"frf_{number}.png": page for number, page in enumerate(figures, 1)})
 
 
-def _runs(measured: Measurements) -> list[Measurement]:
-    if isinstance(measured, ModalParameters):  # it has no FRF to be drawn
-        return []
+def _runs(measured: Measurement | Sequence[Measurement]) -> list[Measurement]:
     return [measured] if isinstance(measured, Measurement) else list(measured)
 
 

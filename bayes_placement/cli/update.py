@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 import xarray as xr
+from matplotlib.figure import Figure
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
@@ -17,14 +18,14 @@ from ..inference.report import Report, numbers, report
 from ..inference.results import warnings_of
 from ..io._gate import files_read
 from ..io.model import Study
+from ..plots import modes as mode_plots
 from ..plots import posterior as plots
-from ._findings import FINDINGS, of_posterior
+from ._findings import FINDINGS, modes_of_model, of_posterior
 from ._inputs import (
     infer_posterior,
     named_method,
     print_data_faults,
-    read_measurement,
-    read_study,
+    read_both,
 )
 from ._run import Output, Run
 from ._terminal import Screen
@@ -71,9 +72,8 @@ def run(
     """
     screen = output.screen
     with files_read() as files:
-        study = read_study(path)
-        chosen = _chosen_methods(study, engine, marginal)
-        measurement = read_measurement(study, data, path, "update")
+        study, measurement = read_both(path, data, "update")
+    chosen = _chosen_methods(study, engine, marginal)
     possible = _possible(chosen, study, measurement)
     run = output.begin("update", path, files=files, seed=seed, engine=engine, marginal=marginal)
     screen.text(f"{study.experiment}\n")
@@ -155,12 +155,13 @@ def _conclude(
         _show(screen, next(iter(results)), first)
         screen.list(comparison.warnings)
     screen.list(peaks)
-    _write(results, comparison, study.truth, run)
     table = summaries.numbers(rows).reset_index().to_dict("records")
     told = {"parameters": table, "sentences": [*comparison.words(), *peaks], "left_out": left_out}
     sentences = [verdict, *comparison.words()[:-1], *peaks, *left_out]
     warned = _warned(results)
     kept = of_posterior(first, study.experiment, measurement, sentences, warned, "update")
+    _write(results, comparison, run)
+    run.figures(_figures(results, study.truth, kept))
     run.tree(FINDINGS, kept)
     return run.finish(screen, verdict, told)
 
@@ -214,16 +215,22 @@ def _table(figures: pd.DataFrame) -> Table:
     return table
 
 
-def _write(results: Results, comparison: Report, truth: Mapping[str, float], run: Run) -> None:
+def _write(results: Results, comparison: Report, run: Run) -> None:
     if len(results) > 1:
         run.table("cross_check.csv", numbers(results), index=False)
         run.text("cross_check.txt", str(comparison))
-    first = next(iter(results.values()))
-    figures = {
-        "measured_against_band.png": plots.measured_against_band(first),
-        "parameters.png": plots.parameters(first, truth=truth),
-        "placement.png": plots.placement(first, truth=truth),
-    }
+
+
+def _figures(results: Results, truth: Mapping[str, float], kept: xr.DataTree) -> dict[str, Figure]:
+    """Figures by the names of their files."""
+    first, modes = next(iter(results.values())), modes_of_model(kept)
+    figures = (
+        {"modes.png": mode_plots.compared(modes)}
+        if modes
+        else {"measured_against_band.png": plots.measured_against_band(first)}
+    )
+    figures["parameters.png"] = plots.parameters(first, truth=truth)
+    figures["placement.png"] = plots.placement(first, truth=truth)
     if len(results) > 1:
         figures["methods.png"] = plots.methods(results, truth=truth)
-    run.figures(figures)
+    return figures

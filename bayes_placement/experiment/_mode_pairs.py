@@ -45,7 +45,7 @@ def paired(
         of each measured mode.
     """
     shift = jnp.log(omega / measured.omega[:, None])
-    criterion, lost = jax.vmap(_assurance)(measured, shapes)
+    criterion, lost = jax.vmap(assurance)(measured, shapes)
     distance = (shift / FREQUENCY_TOLERANCE) ** 2
     distance += (1 - criterion) / (SHAPE_TOLERANCE + lost[:, None])
     count = omega.shape[1]
@@ -62,7 +62,7 @@ def paired(
     return chosen
 
 
-def _assurance(
+def assurance(
     measured: MeasuredShapes, shapes: Inexact[Array, "channel branch"]
 ) -> tuple[Float[Array, "branch"], Float[Array, ""]]:
     """Modal assurance criterion with each branch, and what noise takes from that of the right one.

@@ -213,14 +213,19 @@ class ModalParameters:
         """
         return cls(natural_frequency, shape=checks.real_part(shape), **known)
 
-    def _repr_html_(self) -> str:
+    def table(self) -> pd.DataFrame:
+        """Natural frequencies and damping ratios with standard deviations, a row for each mode."""
         columns = {
             "natural frequency [Hz]": self.natural_frequency,
-            "standard deviation [Hz]": self.deviation[FREQUENCY],
+            "its standard deviation [Hz]": self.deviation[FREQUENCY],
             "damping ratio [1]": self.damping_ratio,
-            "standard deviation [1]": self.deviation[DAMPING],
+            "its standard deviation [1]": self.deviation[DAMPING],
         }
-        return notebook_html(repr(self), pd.DataFrame(columns))
+        count = self.natural_frequency.size
+        return pd.DataFrame(columns, index=pd.RangeIndex(1, count + 1, name="mode"))
+
+    def _repr_html_(self) -> str:
+        return notebook_html(repr(self), self.table())
 
     def __repr__(self) -> str:
         """Say what was measured in one sentence."""

@@ -47,6 +47,9 @@ LEAST_MIXED = 20
 DAMPING_MARGIN = 3.0
 """The same for damping, which modes far above the lines still show: by it alone these are lossy."""
 
+MODAL_MARGIN = 1.05
+"""The same where modal parameters are observed: of modes above those measured nothing is seen."""
+
 PIECES_A_MODE, MOST_PIECES = 3, 36
 """Pieces of a line for each erroneous mode, where their number is not asked for, and most of them.
 
@@ -94,7 +97,7 @@ class Modal:
         Standard deviation of the logarithm of natural frequencies from run to run [1].
     modes
         Number of elastic modes with errors; by default those up to 1.3 times the greatest line, and
-        of damping those up to 3 times.
+        of damping those up to 3 times; where modes are observed, up to 1.05 times the last one.
     pieces
         Number of pieces of a uniform bar or beam; by default three for each of these modes, at most
         36: what strains a mode varies twice as fast as its shape.
@@ -136,7 +139,7 @@ class Modal:
         natural = np.asarray(compiled(_natural_frequency)(modes))[rigid:]
         count, damped = (
             min(natural.size, self.modes or max(1, int(np.sum(natural < margin * scales.band[1]))))
-            for margin in (MARGIN, DAMPING_MARGIN)
+            for margin in _margins(scales)
         )
         return ModalErrors(
             frequency=_of_modes(self.frequency, count),
@@ -268,6 +271,11 @@ def shares_size(unknown: Unknown, size: Unknown) -> bool:
     kinds = ("shape", "ports") if size.owner.kind == "shape" else (size.owner.kind,)
     is_error = unknown.role is Role.MODEL_ERROR and unknown.field != "size"
     return is_error and unknown.owner.kind in kinds
+
+
+def _margins(scales: Scales) -> tuple[float, float]:
+    """Natural frequencies over the greatest line up to which modes err, and their damping."""
+    return (MODAL_MARGIN, MODAL_MARGIN) if scales.modes_alone else (MARGIN, DAMPING_MARGIN)
 
 
 def _of_modes(size: Size, count: int) -> ErrorsOfModes | None:

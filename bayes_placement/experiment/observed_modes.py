@@ -1,7 +1,7 @@
 """The observation of modal parameters: natural frequencies, damping ratios and mode shapes."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -13,7 +13,7 @@ from .._types import InputError, Receptance, Response, check_kind
 from ..positions.channel import Channel
 from ._data import Data
 from ._experiment_checks import all_known, no_frfs
-from ._mode_pairs import MeasuredShapes, paired
+from ._mode_pairs import MeasuredShapes, assurance, paired
 from ._oscillator import Branches, Oscillator
 from .modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
 from .observation import FRF, Lines, Measured, Observation, Variance
@@ -23,6 +23,25 @@ COLUMN = "modes"
 
 ROWS = ("natural frequency", "damping ratio")
 """Names of the rows before those of the shapes."""
+
+
+class ModesOfModel(NamedTuple):
+    """Modes of a model, paired with measured ones.
+
+    Parameters
+    ----------
+    values
+        Natural frequency [Hz], damping ratio [1] and shape at the sensor channels, in any scale.
+    number
+        Number of each among the elastic modes of the model, from 1.
+    assurance
+        Modal assurance criterion [1] of each measured mode with every elastic mode of the model;
+        0 without shapes.
+    """
+
+    values: Float[Array, "row mode"]
+    number: Int[Array, "mode"]
+    assurance: Float[Array, "mode elastic"]
 
 
 class Modes(Observation):
@@ -169,14 +188,40 @@ class Modes(Observation):
 
     def predicted(self, experiment: Any) -> Response:
         """Outputs of an experiment without output error: see the class."""
+        modal, _, _ = self._modal(self._oscillator(experiment))
+        axes = (1, 1, 1, 1, 0, 0)
+        parts = (modal, self.values, self._sigma(), self.present, self.root, self.reference)
+        return jax.vmap(_comparable, axes, 1)(*map(jnp.asarray, parts))[:, None]
+
+    def of_model(self, experiment: Any) -> ModesOfModel:
+        """Modes of an experiment that are paired with the measured ones, and how alike shapes are.
+
+        Parameters
+        ----------
+        experiment
+            The experiment, nothing of which is unknown but its noise.
+        """
+        oscillator = self._oscillator(experiment)
+        rigid = oscillator.modes.rigid_body_modes
+        values, chosen, branches = self._modal(oscillator)
+        criterion = jnp.zeros(branches.omega[:, rigid:].shape)
+        if self.channels:
+            shapes = _shapes(oscillator, branches.omega[0], rigid)
+            criterion, _ = jax.vmap(assurance, (0, None))(self._measured_shapes(), shapes)
+        return ModesOfModel(values, chosen - rigid + 1, criterion)
+
+    def _oscillator(self, experiment: Any) -> Oscillator:
         all_known(experiment)
         effects = [effect for _, effect in sorted(experiment.instrument_effects.items())]
-        oscillator = Oscillator.of(
+        return Oscillator.of(
             experiment.structure, experiment.instruments, effects, experiment.model_error
         )
-        omega = 2 * jnp.pi * jnp.asarray(self.values[FREQUENCY])
+
+    def _modal(self, oscillator: Oscillator) -> tuple[Array, Array, Branches]:
+        """Rows of the modes that are paired with the measured ones, which they are, and of all."""
+        omega = self._omega()
         branches = jax.vmap(oscillator.branches)(omega)
-        chosen = self._paired(oscillator, branches, omega)
+        chosen = self._paired(oscillator, branches)
         pick = jax.vmap(lambda values, place: values[..., place])
         pole, vector = jax.vmap(oscillator.pole)(*(pick(part, chosen) for part in branches))
         natural = jnp.abs(pole)
@@ -184,28 +229,31 @@ class Modes(Observation):
         if self.channels:
             shape = oscillator.read(vector.T, natural)
             modal = jnp.concatenate([modal, _turned(shape, self.present[SHAPE:])])
-        axes = (1, 1, 1, 1, 0, 0)
-        parts = (modal, self.values, self._sigma(), self.present, self.root, self.reference)
-        return jax.vmap(_comparable, axes, 1)(*map(jnp.asarray, parts))[:, None]
+        return modal, chosen, branches
+
+    def _omega(self) -> Array:
+        return 2 * jnp.pi * jnp.asarray(self.values[FREQUENCY])
 
     def _sigma(self) -> Array:
         return jnp.sqrt(jnp.diagonal(jnp.asarray(self.errors), axis1=1, axis2=2)).T
 
-    def _paired(self, oscillator: Oscillator, branches: Branches, omega: Array) -> Array:
+    def _paired(self, oscillator: Oscillator, branches: Branches) -> Array:
         """Branch of each measured mode."""
         rigid = oscillator.modes.rigid_body_modes
         _check_count(self, branches.omega.shape[1] - rigid)
         if self.number is not None:
             return jnp.asarray(self.number) + rigid - 1
         shapes = jax.vmap(oscillator.read)(branches.vector, branches.omega)
+        return paired(self._measured_shapes(), branches.omega, jax.lax.stop_gradient(shapes))
+
+    def _measured_shapes(self) -> MeasuredShapes:
         present = jnp.asarray(self.present)[SHAPE:]
-        measured = MeasuredShapes(
-            omega,
+        return MeasuredShapes(
+            self._omega(),
             jnp.where(present, jnp.asarray(self.values)[SHAPE:], 0.0).T,
             jnp.where(present, self._sigma()[SHAPE:], 0.0).T,
             present.T,
         )
-        return paired(measured, branches.omega, jax.lax.stop_gradient(shapes))
 
     def relative(self, outputs: Measured) -> Measured:
         """Size of each output."""
@@ -238,6 +286,17 @@ class Modes(Observation):
     def label(self) -> str:
         """Axis label."""
         return "natural frequency [Hz], damping ratio [1], shape [as measured]"
+
+
+def _shapes(oscillator: Oscillator, omega: Array, rigid: int) -> Array:
+    """Shapes [channel, elastic] of all modes, each from an estimate of its own frequency."""
+
+    def shape(omega: Array, number: Array) -> Array:
+        near = oscillator.branches(omega)
+        pole, vector = oscillator.pole(near.omega[number], near.vector[:, number])
+        return oscillator.read(vector[:, None], jnp.abs(pole)[None])[:, 0]
+
+    return jax.vmap(shape, out_axes=1)(omega[rigid:], jnp.arange(rigid, omega.size))
 
 
 def _comparable(

@@ -1,4 +1,4 @@
-"""The experiment with fewer transducers or lines, or with more sensors, and their output error."""
+"""The experiment with fewer transducers or lines, with more sensors, or of modes, and its noise."""
 
 import dataclasses
 import itertools
@@ -10,9 +10,13 @@ import equinox as eqx
 import numpy as np
 
 from .._types import InputError
+from ._errors_of_parts import OF_WHAT
 from .experiment import Experiment
 from .measurement import Measurement
-from .noise import Covariance, Gaussian, Noise
+from .modal_parameters import ModalParameters
+from .model_error import Modal
+from .noise import Covariance, FromVariance, Gaussian, Noise
+from .observe import Modes
 from .transducers import Sensor
 
 
@@ -168,6 +172,63 @@ def as_measured(experiment: Experiment, measurement: Measurement) -> Experiment:
     if np.array_equal(inside, band):
         return fewer
     return eqx.tree_at(lambda tree: tree.frequency, fewer, inside)
+
+
+def observing_modes(experiment: Experiment, measured: ModalParameters) -> Experiment:
+    """Return the experiment as one that observes modal parameters: without actuators and lines.
+
+    Sensors of which no shape was measured are left out, and so are effects that modes do not show.
+
+    Parameters
+    ----------
+    experiment
+        The experiment, of FRFs or of modes.
+    measured
+        What was measured; shapes at other sensors than those of the experiment are not used.
+
+    Raises
+    ------
+    InputError
+        If shapes were measured, but none of them at a sensor of the experiment; or if sensors have
+        to be left out that an effect on the instruments names by number.
+
+    Examples
+    --------
+    >>> from bayes_placement.experiment.resized import observing_modes
+    >>> observing_modes(experiment, bp.ModalParameters([160.0], [0.1], number=[1]))
+    Experiment: 1 modes from 160 to 160 Hz, shapes at 0 sensor channels, z = natural frequency [Hz],
+    damping ratio [1], shape [as measured]
+    """
+    names = dict.fromkeys(channel.name for channel in measured.sensors)
+    sensors = [sensor for name, sensor in experiment.sensor.items() if name in names]
+    if names and not sensors:
+        raise InputError(
+            f"Modal parameters have shapes at {', '.join(names)}, but the sensors of the model are "
+            f"{', '.join(experiment.sensor) or 'none'}; one name at least must be the same, since "
+            'places belong to names. Rename a channel: "shape s1" in a table, or '
+            'names={11: "s1"} for a node of a universal file.'
+        )
+    for effect in experiment.effects:
+        if not effect.changes_modes:
+            experiment = experiment.without(effect.name)
+    if len(sensors) < len(experiment.sensor):
+        _refuse_numbered_sensors(experiment)
+    modal = Experiment(
+        experiment.structure, sensors=sensors, observe=Modes(measured), noise=FromVariance()
+    )
+    for effect in experiment.instrument_effects.values():
+        modal = modal + effect
+    return modal.with_model_error(_model_error_of(experiment))
+
+
+def _model_error_of(experiment: Experiment) -> Modal | None:
+    """Model error of the sizes that an experiment has; errors from run to run need runs."""
+    errors = experiment.model_error
+    if errors is None:
+        return None
+    kinds = {word: getattr(errors, word) for word in OF_WHAT}
+    sizes = {word: None if kind is None else kind.size for word, kind in kinds.items()}
+    return Modal(**sizes | {"runs": None})
 
 
 def channel_numbers(side: Mapping[str, Any], names: Collection[str]) -> np.ndarray:

@@ -16,14 +16,14 @@ _BEGINNINGS = {b"    -1": UNIVERSAL, b"%%MatrixMarket": MATRIX_MARKET}
 _ABAQUS = re.compile(
     rb"(?:\s*\*[^\n]*\n)*\s*(?:\d+\s*,\s*){4}[-+\d.eEdD]+\s*\r?\n"
 )  # comments, entry
-_HEAD_BYTES = 4096
+HEAD_BYTES = 4096
 _CONTROLS = set(range(32)) - {9, 10, 12, 13, 26}
 
 
 def content_of(path: Path) -> str:
     """Return what a file is, one of the names of this module; empty where it cannot be told."""
     with path.open("rb") as file:
-        head = file.read(_HEAD_BYTES)
+        head = file.read(HEAD_BYTES)
     for beginning, content in _BEGINNINGS.items():
         if head.lstrip(b"\r\n").startswith(beginning):
             return content

@@ -11,6 +11,7 @@ from .._types import InputError, arguments_checked, check_kind, check_positive
 from ..experiment.modal_parameters import ModalParameters
 from ..positions.channel import Channel, Channels
 from . import _contents as content
+from . import _modal_files
 from ._gate import existing, path_of, reading
 from .arrays import text
 from .uff import measured_modes
@@ -45,10 +46,19 @@ def read(
     `damping_ratio_deviation`, `number`, and for each channel `shape s1+x` and
     `shape_deviation s1+x`; `nan` stands where nothing is known.
 
+    What a file does not say, a mapping may (TOML), which is then read in its place:
+
+        [modal_parameters]
+        file = "modes.uff"
+        frequency_deviation = 0.001
+        damping_deviation = 0.02
+        shape_deviation = 0.02
+        names = { 11 = "s1", 12 = "s2" }
+
     Parameters
     ----------
     path
-        The file.
+        The file, or the mapping of it.
     frequency_deviation, damping_deviation
         Standard deviations of natural frequencies and of damping ratios over these [1], where the
         file states none.
@@ -56,6 +66,7 @@ def read(
         Standard deviation of shapes over the greatest displacement of each mode [1], likewise.
     names
         Names of sensors by the number of the node of a universal file; by default the number.
+        These arguments have the last word over a mapping.
 
     Raises
     ------
@@ -71,15 +82,20 @@ def read(
     >>> bp.io.modal_parameters.read(path).number
     (1, 2)
     """
-    file = existing(path_of(path), "a universal file, or a table of text")
-    relative = {
+    stated = {
         "frequency_deviation": frequency_deviation,
         "damping_deviation": damping_deviation,
         "shape_deviation": shape_deviation,
     }
+    relative = {name: value for name, value in stated.items() if value is not None}
+    file = path_of(path)
+    if _modal_files.is_mapping(file):
+        mapping = _modal_files.read_mapping(file)
+        file, relative = mapping.file, mapping.deviations | relative
+        names = mapping.names | dict(names or {})
     for name, value in relative.items():
-        if value is not None:
-            check_positive(name, value, f"{name}=0.01")
+        check_positive(name, value, f"{name}=0.01")
+    existing(file, "a universal file, or a table of text")
     universal = content.content_of(file) == content.UNIVERSAL
     form = "modal parameters of a universal file" if universal else "a table of modal parameters"
     with reading(file, form, "Export it again."):
@@ -262,13 +278,14 @@ def _add_deviations(known: dict[str, Any], relative: Mapping[str, float | None])
     for argument, (name, values) in sizes.items():
         if values is None or known[name + DEVIATION] is not None:
             continue
-        share = relative[argument]
-        if share is None:
+        if argument not in relative:
             raise InputError(
                 f"it states no standard deviation of {name.replace('_', ' ')}; one is needed, "
                 "since it says how far a model may be from what was measured: for 1 %, "
-                f"read(path, {argument}=0.01)."
+                f"read(path, {argument}=0.01), or a file modes.toml with [modal_parameters], "
+                f'file = "..." and {argument} = 0.01 in the place of this one.'
             )
+        share = relative[argument]
         size = np.abs(values)
         if name == "shape":
             size = np.broadcast_to(np.nanmax(size, axis=0), size.shape)

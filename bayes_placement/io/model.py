@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from .._types import InputError, arguments_checked
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
+from ..experiment.modal_parameters import ModalParameters
 from ..inference.engines.engine import Engine
 
 
@@ -126,6 +127,8 @@ def _measured(module: ModuleType, name: str) -> Measurements | None:
     measurement: Any = getattr(module, name, None)
     is_list = isinstance(measurement, list | tuple) and measurement
     if is_list and all(isinstance(item, Measurement) for item in measurement):
+        return measurement
+    if isinstance(measurement, ModalParameters):
         return measurement
     return _declared(module, name, Measurement)
 

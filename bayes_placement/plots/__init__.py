@@ -1,6 +1,6 @@
 """Figures of results; one file for each kind of result."""
 
-from . import ledger, measurement, misfit, placement, posterior, report, structure
+from . import ledger, measurement, misfit, modes, placement, posterior, report, structure
 from .structure import experiment
 
 __all__ = [
@@ -8,6 +8,7 @@ __all__ = [
     "ledger",
     "measurement",
     "misfit",
+    "modes",
     "placement",
     "posterior",
     "report",

@@ -71,7 +71,7 @@ class Panels(NamedTuple):
         for axes in self.axes.flat:
             handles, labels = axes.get_legend_handles_labels()
             entries |= dict(zip(labels, handles, strict=True))
-            if not axes.has_data() and not axes.texts:
+            if axes.axison and not axes.has_data() and not axes.texts:
                 axes.text(0.5, 0.5, "nothing of this kind is unknown", ha="center", va="center")
                 axes.set_axis_off()
         labels, handles = list(entries), list(entries.values())

@@ -8,7 +8,8 @@ import numpy.testing as npt
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.experiment.resized import with_lines, with_only
+from bayes_placement._types import InputError
+from bayes_placement.experiment.resized import observing_modes, with_lines, with_only
 
 LINES = np.arange(100.0, 110.0)
 
@@ -102,3 +103,44 @@ def test_sensors_and_actuators_of_one_name_are_told_apart():
     )
     alone = with_only(shared, sensors=["p2"])
     assert (list(alone.sensor), list(alone.actuator)) == (["p2"], ["p1", "p2"])
+
+
+def modes_at(*labels):
+    shape = np.ones((len(labels), 2))
+    known = {"shape": shape, "shape_deviation": 0.1 * shape, "sensors": labels} if labels else {}
+    return bp.ModalParameters([166.0, 333.0], [0.1, 0.2], number=[1, 2], **known)
+
+
+def test_an_experiment_of_frfs_becomes_one_of_modes():
+    of_frfs = (
+        experiment(bp.noise.Gaussian(0.1))
+        + bp.effects.point_mass(0.4, 0.2, name="clamp")
+        + bp.effects.gain_error("s2", 1.1)
+        + bp.effects.time_delay(1e-4)
+    )
+    modal = observing_modes(of_frfs, modes_at("s2", "s1", "s9"))
+    assert (list(modal.sensor), list(modal.actuator)) == (["s1", "s2"], [])
+    assert [effect.name for effect in modal.effects] == ["clamp", "gain_error"]
+    gain = modal.instrument_effects["gain_error"]
+    assert (int(gain.transducer), gain.error) == (1, 1.1)
+    npt.assert_array_equal(modal.frequency, [166.0, 333.0])
+    assert [channel.label for channel in modal.observe.channels] == ["s1+x", "s2+x"]
+
+
+def test_sensors_without_a_shape_are_left_out_and_the_model_error_stays():
+    sizes = {"frequency": 0.01, "damping": None, "shape": 0.02, "gain": None, "unevenness": None}
+    of_frfs = experiment(bp.noise.Gaussian(0.1)).with_model_error(bp.model_error.Modal(**sizes))
+    modal = observing_modes(of_frfs, modes_at("s2"))
+    assert list(modal.sensor) == ["s2"]
+    errors = modal.model_error
+    assert (errors.frequency.size, errors.shape.size, errors.gain) == (0.01, 0.02, None)
+    assert list(errors.shape.standard.sensor) == ["s2"]
+    assert errors.modes == 2  # of the modes above those measured nothing is seen
+
+
+def test_shapes_at_other_sensors_alone_are_refused():
+    with pytest.raises(InputError, match="shapes at s8, s9, but the sensors of the model are s1"):
+        observing_modes(experiment(None), modes_at("s8", "s9"))
+    numbered = experiment(None) + bp.effects.gain_error("s2", 1.1)
+    with pytest.raises(InputError, match="about one sensor, by its number"):
+        observing_modes(numbered, modes_at("s2"))

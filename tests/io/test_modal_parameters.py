@@ -6,6 +6,7 @@ import pyuff
 
 import bayes_placement as bp
 from bayes_placement._types import InputError
+from bayes_placement.io._modal_files import holds_modal_parameters
 from tests.io.uff.hand_typed import typed
 from tests.io.uff.test_modes import HAND_TYPED
 
@@ -177,3 +178,71 @@ def test_what_is_wrong_is_refused_in_words(tmp_path, name):
     call, words = REFUSED[name]
     with pytest.raises(InputError, match=words):
         call(tmp_path)
+
+
+MAPPING = """\
+[modal_parameters]
+file = "typed.uff"
+frequency_deviation = 0.001
+damping_deviation = 0.1
+shape_deviation = 0.02
+names = { 7 = "s1" }
+"""
+
+
+def test_a_mapping_says_what_a_universal_file_does_not(tmp_path):
+    (tmp_path / "typed.uff").write_text(HAND_TYPED)
+    path = tmp_path / "modes.toml"
+    path.write_text(MAPPING)
+    mapped = bp.io.modal_parameters.read(path)
+    stated = {"frequency_deviation": 1e-3, "damping_deviation": 0.1, "shape_deviation": 0.02}
+    by_hand = bp.io.modal_parameters.read(tmp_path / "typed.uff", names={7: "s1"}, **stated)
+    for name in ("values", "covariance"):
+        np.testing.assert_array_equal(getattr(mapped, name), getattr(by_hand, name))
+    assert mapped.sensors == by_hand.sensors
+    wider = bp.io.modal_parameters.read(path, frequency_deviation=0.01)
+    np.testing.assert_allclose(wider.deviation[0], 10 * mapped.deviation[0])
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "words"),
+    [
+        ("[modal_parameters]", "[modes]", r"has no table \[modal_parameters\]"),
+        ("frequency_dev", "frequenzy_dev", 'nearest known one is "frequency_deviation"'),
+        ('file = "typed.uff"', "", "modal_parameters.file is missing"),
+        ("shape_deviation = 0.02", 'shape_deviation = "2 %"', "a finite number"),
+        ("names = { 7", "names = { n7", "a table of names is needed"),
+        ("frequency_deviation = 0.001\n", "", r"with \[modal_parameters\], file = "),
+    ],
+)
+def test_a_wrong_mapping_is_refused_in_a_sentence(tmp_path, line, instead, words):
+    (tmp_path / "typed.uff").write_text(HAND_TYPED)
+    path = tmp_path / "modes.toml"
+    path.write_text(MAPPING.replace(line, instead))
+    with pytest.raises(InputError, match=words):
+        bp.io.modal_parameters.read(path)
+
+
+def test_files_of_modes_are_told_from_files_of_frfs(tmp_path):
+    frfs = bp.Measurement.from_arrays(
+        np.ones((1, 1, 2), complex),
+        [1.0, 2.0],
+        sensors=["s1"],
+        actuators=["a1"],
+        quantity="mobility",
+    )
+    bp.io.uff.write(tmp_path / "frfs.uff", frfs)
+    bp.io.uff.write(tmp_path / "binary.uff", frfs, binary=True)
+    bp.io.modal_parameters.write(known(), tmp_path / "modes.csv")
+    texts = {
+        "modes.uff": HAND_TYPED,
+        "both.uff": HAND_TYPED + (tmp_path / "frfs.uff").read_text(),
+        "modes.toml": MAPPING,
+        "frfs.toml": 'file = "frfs.mat"',
+        "frfs.csv": "frequency [Hz],real,imaginary\n1,2,3\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    names = {*texts, "frfs.uff", "binary.uff", "modes.csv", "missing.csv"}
+    told = {name for name in names if holds_modal_parameters(tmp_path / name)}
+    assert told == {"modes.csv", "modes.uff", "modes.toml"}

@@ -9,8 +9,10 @@ import numpy as np
 import xarray as xr
 
 from ...experiment.experiment import Experiment, Measurements
+from ...experiment.modal_parameters import ModalParameters
 from ...inference.alternative_explanation import Alternative, JointDraws
 from ...inference.results import named_draws
+from ..fitted_modes import fitted_modes
 from ..missing.ledger import NOTHING, Ledger
 from ..missing.ranking import Ranking
 from ._fits import fit
@@ -111,17 +113,21 @@ def findings(
         `posterior` and `prior`, draws by name with units and roles; `fit_0` and on, what each
         model predicts with the measurement; `places`, where sensors, actuators and effects were
         recorded and are inferred; `outline` and `shapes_0` and on, mode shapes of each model.
+        Where modes were measured, `modes_0` and on in the place of `fit_0`.
     """
     last = models[-1].experiment
     prior, posterior = _prior(last), _shown(last, draws)
     groups = {
         "posterior": named_draws(last, _one_chain(posterior)),
         "prior": named_draws(last, _one_chain(prior)),
-        "places": places(last, prior, posterior, models[-1].values),
         "outline": outline_of(last),
     }
+    if last.sensor or last.actuator or any(effect.place_fields for effect in last.effects):
+        groups["places"] = places(last, prior, posterior, models[-1].values)
     for number, model in enumerate(models):
-        if model.experiment.noise is not None:
+        if isinstance(measurement, ModalParameters):
+            groups[f"modes_{number}"] = fitted_modes(model.experiment, measurement, model.values)
+        elif model.experiment.noise is not None:
             groups[f"fit_{number}"] = fit(model.experiment, measurement, model.values)
         groups[f"shapes_{number}"] = shapes(model.experiment, model.values, groups["outline"])
     tree = xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})

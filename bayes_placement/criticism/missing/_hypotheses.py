@@ -117,9 +117,18 @@ def fitted_with_errors(exact: Hypothesis, problem: Problem, rival: float) -> Hyp
     """Fit a hypothesis in its problem with model error, see `with_errors`."""
     starts = np.zeros((len(exact.near), problem.dimension))
     starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
-    sized = fitted_with_sizes(problem, starts, rival=rival)
+    sized = fitted_with_sizes(problem, starts, _softening(problem, SOFTENING), rival)
     chi2 = exact.chi2_per_datum
     return replace(exact, **vars(sized), has_errors=True, chi2_when_exact=chi2)
+
+
+def _softening(problem: Problem, relative_errors: Sequence[float]) -> Sequence[float]:
+    """Relative errors that data have besides, at first; the last alone where modes are observed.
+
+    A resonance that is off is flat in an FRF; a natural frequency is not, wherever it is.
+    """
+    is_modal = problem.experiment.observe.is_modal
+    return relative_errors[-1:] if is_modal else relative_errors
 
 
 class ScannedCandidate(NamedTuple):
@@ -196,7 +205,7 @@ def fitted(candidate: ScannedCandidate, rival: float = -np.inf) -> Hypothesis:
     if not base.has_errors:
         return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]), scan)
     starts = np.concatenate([best_places(scan)[:PLACES_WITH_ERRORS], weak[None]])
-    sized = fitted_with_sizes(problem, starts, SOFTENING[-2:], rival)
+    sized = fitted_with_sizes(problem, starts, _softening(problem, SOFTENING[-2:]), rival)
     return Hypothesis(effects, scan=scan, has_errors=True, **vars(sized))
 
 

@@ -1,5 +1,6 @@
 """Measured modes of a universal file (dataset 55): frequency, damping and shape by node."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -7,11 +8,23 @@ from typing import Any
 import numpy as np
 
 from ...positions.channel import Channel
-from ._datasets import DATA_AT_NODES, Dataset, MeasurementFileError
+from ._datasets import DATA_AT_NODES, FUNCTION, Dataset, MeasurementFileError
 from ._datasets import load as datasets_of
 
 _NORMAL, _COMPLEX = 2, (3, 7)
 _MOTIONS = (8, 11, 12)  # displacement, velocity, acceleration: the same shape at one frequency
+
+_OPENING = r"^ {{4}}-1 *\r?\n {{4}}{number}[ b\r\n]"
+
+
+def holds_modes_alone(path: Path) -> bool:
+    """Whether a universal file has data at nodes (dataset 55) and no functions (58)."""
+    data = path.read_bytes()
+    functions, at_nodes = (
+        re.search(_OPENING.format(number=number).encode(), data, re.MULTILINE)
+        for number in (FUNCTION, DATA_AT_NODES)
+    )
+    return functions is None and at_nodes is not None
 
 
 def load(path: Path, names: Mapping[int, str]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from .report import Chapter, Report, json_of
 from .sections import (
     error,
     mode_shapes,
+    modes,
     next_measurement,
     positions,
     remarks,
@@ -27,6 +28,7 @@ _SECTIONS = (
     verdict.items,
     error.items,
     responses.items,
+    modes.items,
     suspicion.items,
     verdict.tables,
     next_measurement.items,

@@ -91,6 +91,7 @@ def _probabilities(shares: dict[str, float]) -> Item:
     data = Table(("explanation", "probability [1]"), tuple(everything))
     best, share = everything[0]
     others = len(shares) - len(probable)
-    rest = f"; {others} others have less than {SMALLEST:g}" if others else ""
+    words = "1 other has" if others == 1 else f"{others} others have"
+    rest = f"; {words} less than {SMALLEST:g}" if others else ""
     caption = f"The most probable explanation is {best}, with probability {share:.3g}{rest}."
     return Item(ERROR, "Probability of each kind", drawing(figure, data), caption, ("effect",))

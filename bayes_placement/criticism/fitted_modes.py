@@ -1,0 +1,116 @@
+"""Measured modal parameters and those of a model with values of its unknowns."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .._compiled import compiled
+from ..experiment.experiment import Experiment, Measurements
+from ..experiment.modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
+from ..experiment.observed_modes import ModesOfModel
+from .fitted import models_of_steps, with_arrays
+from .missing.ledger import Ledger
+
+FURTHER_MODES = 2
+"""Modes of the model, above those that were measured, whose shapes are compared as well."""
+
+QUANTITIES = {
+    "natural_frequency": (FREQUENCY, "Hz"),
+    "damping_ratio": (DAMPING, "1"),
+}
+"""Row and unit of what each mode has once."""
+
+SUFFIXES = ("", "_deviation", "_of_model")
+"""What is measured, its standard deviation, and what the model has."""
+
+
+def fitted_modes(
+    experiment: Experiment, measurement: ModalParameters, values: Mapping[str, float]
+) -> xr.Dataset:
+    """Return measured modal parameters beside those of the model, and how alike the shapes are.
+
+    Parameters
+    ----------
+    experiment
+        An experiment that observes modes.
+    measurement
+        What was measured.
+    values
+        Value of every unknown, elements of arrays one by one (`structure.damping.ratio[0]`).
+
+    Returns
+    -------
+    xarray.Dataset
+        For each measured mode `natural_frequency` [Hz], `damping_ratio` and, by sensor, `shape`,
+        each with `_deviation` and `_of_model`, shapes of the model in the scale of the measured
+        ones; `number`, that of the mode of the model; and `assurance`, the modal assurance
+        criterion with each mode of the model.
+
+    Examples
+    --------
+    >>> from bayes_placement.criticism.fitted_modes import fitted_modes
+    >>> modes = bp.ModalParameters([160.0, 330.0], [0.1, 0.2], number=[1, 2])
+    >>> modal = bp.Experiment(
+    ...     structure, sensors=[], observe=bp.observe.Modes(modes), noise=bp.noise.FromVariance()
+    ... )
+    >>> fitted_modes(modal, modes, {"structure.damping.ratio": 0.04})["number"].values.tolist()
+    [1, 2]
+    """
+    concrete = experiment.fix(with_arrays(experiment, values))
+    model: Any = ModesOfModel(*map(np.asarray, compiled(_of_model)(concrete)))  # type: ignore[arg-type]
+    measured = measurement.channels(experiment.sensor_channels) if experiment.sensor else None
+    measured = measurement.without_shapes() if measured is None else measured
+    variables: dict[str, Any] = {"number": ("mode", model.number)}
+    for name, (row, unit) in QUANTITIES.items():
+        of = (measured.values[row], measured.deviation[row], model.values[row])
+        for suffix, array in zip(SUFFIXES, of, strict=True):
+            variables[f"{name}{suffix}"] = ("mode", array, {"units": unit})
+    if measured.sensors:
+        shapes = (measured.shape, measured.deviation[SHAPE:], _scaled(measured, model))
+        for suffix, array in zip(SUFFIXES, shapes, strict=True):
+            variables[f"shape{suffix}"] = (("sensor", "mode"), array, {"units": "as measured"})
+        compared = min(int(model.number.max()) + FURTHER_MODES, model.assurance.shape[1])
+        criterion = model.assurance[:, :compared]
+        variables["assurance"] = (("mode", "mode_of_model"), criterion, {"units": "1"})
+        variables["mode_of_model"] = ("mode_of_model", np.arange(1, compared + 1))
+    labels = [channel.label for channel in measured.sensors]
+    count = measured.natural_frequency.size
+    return xr.Dataset(variables, coords={"mode": np.arange(1, count + 1), "sensor": labels})
+
+
+def modes_of_steps(
+    ledger: Ledger, experiment: Experiment, measurement: Measurements
+) -> dict[str, xr.Dataset]:
+    """Return the modes of the model as given and with all effects that were added, by its name.
+
+    Parameters
+    ----------
+    ledger
+        What `improve` returned.
+    experiment
+        The experiment as it was given to `improve`.
+    measurement
+        What was measured.
+    """
+    assert isinstance(measurement, ModalParameters)
+    return {
+        name: fitted_modes(model, measurement, values)
+        for name, (model, values) in models_of_steps(ledger, experiment).items()
+    }
+
+
+def _scaled(measured: ModalParameters, model: ModesOfModel) -> np.ndarray:
+    """Shapes of the model in the scale that is nearest to the measured ones."""
+    weight = measured.deviation[SHAPE:] ** -2.0
+    shape = model.values[SHAPE:]
+    product = np.nansum(weight * measured.shape * shape, axis=0)
+    square = np.nansum(weight * shape**2, axis=0)
+    return shape * product / np.where(square > 0, square, 1.0)
+
+
+def _of_model(concrete: Experiment) -> ModesOfModel:
+    modes: Any = concrete.observe
+    of_model: ModesOfModel = modes.of_model(concrete)
+    return of_model

@@ -1,0 +1,95 @@
+"""Which files hold modal parameters, and the mapping (TOML) that says what such a file does not."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from .._types import InputError
+from . import _contents as content
+from .mapped._toml_fields import Table, is_text, load
+from .uff import measured_modes
+
+TABLE, SUFFIX = "modal_parameters", ".toml"
+"""Table of a mapping that is about modal parameters, and the suffix of a mapping."""
+
+HEADING = b"natural_frequency"
+"""Beginning of the name of a column that every table of modal parameters has."""
+
+DEVIATIONS = ("frequency_deviation", "damping_deviation", "shape_deviation")
+_KNOWN = ("file", *DEVIATIONS, "names")
+
+
+class ModalMapping(NamedTuple):
+    """What a mapping says of a file of modal parameters: the file, deviations, names of nodes."""
+
+    file: Path
+    deviations: dict[str, float]
+    names: dict[int, str]
+
+
+def holds_modal_parameters(path: Path) -> bool:
+    """Whether a file holds modal parameters and no FRFs, or is a mapping of such a file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a mapping is not there.
+    InputError
+        If a mapping is no TOML, or a universal file is malformed.
+    """
+    if is_mapping(path):
+        return TABLE in load(path).content
+    if not path.is_file():
+        return False  # whoever reads it says so
+    told = content.content_of(path)
+    if told == content.UNIVERSAL:
+        return measured_modes.holds_modes_alone(path)
+    return told == content.TEXT and HEADING in path.read_bytes()[: content.HEAD_BYTES]
+
+
+def is_mapping(path: Path) -> bool:
+    """Whether a file is a mapping, by its suffix."""
+    return path.suffix.lower() == SUFFIX
+
+
+def read_mapping(path: Path) -> ModalMapping:
+    """Read the mapping of a file of modal parameters.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    InputError
+        If a field is missing or not known, or its value of another kind.
+    """
+    table = load(path).table(TABLE)
+    if table is None:
+        raise InputError(
+            f"{path} has no table [{TABLE}]; one is needed, since it says of which file it is and "
+            f'how far values may be off: [{TABLE}] with file = "modes.uff" and '
+            "frequency_deviation = 0.001."
+        )
+    table.check_known(_KNOWN)
+    file = table.text("file", "modes.uff")
+    if file is None:
+        raise table.error("file", "the name of the file of modes", 'file = "modes.uff"')
+    deviations = {word: table.number(word, "0.01", 0.0) for word in DEVIATIONS}
+    return ModalMapping(
+        path.parent / file,
+        {word: value for word, value in deviations.items() if value is not None},
+        _names(table),
+    )
+
+
+def _names(table: Table) -> dict[int, str]:
+    stated: dict[str, Any] = table.value("names", _are_names, "a table of names", _EXAMPLE) or {}
+    return {int(node): name for node, name in stated.items()}
+
+
+_EXAMPLE = 'names = { 11 = "s1", 12 = "s2" }'
+
+
+def _are_names(value: Any) -> bool:
+    """Whether a value says names by numbers of nodes."""
+    return isinstance(value, dict) and all(
+        node.isdecimal() and is_text(name) for node, name in value.items()
+    )

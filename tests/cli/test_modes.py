@@ -1,0 +1,70 @@
+"""Modal parameters on the command line, beside a model of FRFs."""
+
+import json
+
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from tests.cli.test_criticism import run, written
+from tests.experiment import modal_bars
+
+PLACES = (0.12, 0.27, 0.43, 0.81)
+MODEL = f"""
+import numpyro.distributions as dist
+import bayes_placement as bp
+
+modes = bp.beams.bar(
+    20, length=1.0, area=1e-3, youngs_modulus=dist.Uniform(0.9e9, 1.1e9), density=9000.0
+)
+experiment = bp.Experiment(
+    bp.Structure(modes, damping=bp.damping.Modal(0.01)),
+    sensors=[bp.Sensor(f"s{{n}}", at=at) for n, at in enumerate({PLACES})],
+    actuators=[bp.Actuator("a1", at=0.3)],
+    frequency=[150.0, 166.0],
+    observe=bp.observe.LogAmplitude("velocity"),
+    noise=bp.noise.Gaussian(0.05),
+)
+engine = bp.engines.MAP(starts=4, draws=100)
+"""
+
+
+@pytest.fixture(scope="module")
+def modes(tmp_path_factory):
+    noise = np.random.default_rng(1)
+    mass = {"mass_at": 0.33, "mass": 0.6}
+    measured = modal_bars.measured(PLACES, 4, noise=noise, ratio=0.01, **mass)
+    return bp.io.modal_parameters.write(measured, tmp_path_factory.mktemp("modes") / "modes.csv")
+
+
+def test_a_file_of_modes_is_shown(modes, tmp_path):
+    done = run("show", modes, "--out", tmp_path, "--json")
+    assert done.exit_code == 0, (done.output, done.exception)
+    shown = json.loads(done.stdout)
+    assert shown["verdict"].startswith("ModalParameters: 4 modes from")
+    assert len(shown["result"]["modes"]["natural frequency [Hz]"]) == 4
+    assert (tmp_path / "modes.csv").is_file()
+
+
+def test_places_are_not_compared_by_modes(modes, tmp_path):
+    done = run("place", written(tmp_path, MODEL), "--data", modes, "--out", tmp_path / "out")
+    assert done.exit_code == 2
+    assert "FRFs are needed, since it compares places by FRFs" in " ".join(done.output.split())
+
+
+@pytest.mark.long
+def test_a_model_of_frfs_is_checked_and_mended_by_modes(modes, tmp_path):
+    model, saved = written(tmp_path, MODEL), tmp_path / "mended.py"
+    done = run("check", model, "--data", modes, "--out", tmp_path / "check")
+    assert done.exit_code == 1, (done.output, done.exception)
+    assert "Modes: all 4 that were measured." in done.output
+    assert {"modes.png", "misfit.csv"} <= {path.name for path in (tmp_path / "check").iterdir()}
+    words = ("--effects", "point_mass", "--out", tmp_path / "improve", "--save", saved, "--report")
+    done = run("improve", model, "--data", modes, *words)
+    assert done.exit_code == 0, (done.output, done.exception)
+    assert "Missing: point_mass" in done.output
+    page = (tmp_path / "improve" / "report.html").read_text()
+    assert "Likeness of mode shapes" in page
+    study = bp.io.model.read(saved)
+    assert study.experiment.observe.is_modal
+    assert [effect.name for effect in study.experiment.effects] == ["point_mass"]
