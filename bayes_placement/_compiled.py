@@ -92,6 +92,12 @@ class Bound(Generic[Result]):
         )
         return closed.jaxpr  # type: ignore[attr-defined]
 
+    def outcome(self, *arguments: Any) -> Any:
+        """Return what it returns for arguments of these shapes, shapes in place of arrays."""
+        return self._tried(
+            lambda parts: self._jitted(parts).trace(parts.numbers, arguments).out_info
+        )
+
     def __call__(self, *arguments: Any) -> Result:
         """Run it. Only one thread at a time may: two can wait for each other for ever."""
         alone = not _is_inside_another()

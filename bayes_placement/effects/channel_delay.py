@@ -8,8 +8,9 @@ import jax.numpy as jnp
 from numpyro.distributions import Uniform
 
 from .._sites import unit
-from .._types import Parameter, Receptance
+from .._types import Parameter
 from .effect import Omega
+from .instrument_effect import Factor
 from .instruments import Instruments, Number
 from .on_transducer import OnTransducer
 from .scales import Scales
@@ -46,9 +47,9 @@ class ChannelDelay(OnTransducer):
     direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="channel_delay", kw_only=True)
 
-    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
-        """FRF whose delayed channels are multiplied by exp(-i omega tau)."""
-        return frf * jnp.exp(-1j * omega * (self.affected(instruments) * self.delay))
+    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+        """Return exp(-i omega tau) on the delayed channels."""
+        return jnp.exp(-1j * omega * (self.affected(instruments) * self.delay))
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["ChannelDelay"]:

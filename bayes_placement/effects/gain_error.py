@@ -8,8 +8,9 @@ from numpyro.distributions import Normal, TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from .._sites import unit
-from .._types import Parameter, Receptance
+from .._types import Parameter
 from .effect import Omega
+from .instrument_effect import Factor
 from .instruments import Instruments, Number
 from .known_factors import known_factor
 from .on_transducer import OnTransducer, channels, sides_that_differ
@@ -44,9 +45,9 @@ class GainError(OnTransducer):
     direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="gain_error", kw_only=True)
 
-    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
-        """FRF whose wrong channels are multiplied by 1 + error."""
-        return frf * (1 + self.affected(instruments) * self.error)
+    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+        """Return 1 + error on the wrong channels."""
+        return 1 + self.affected(instruments) * self.error
 
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
         """Name the wrong factor, where the estimate is a known one within its uncertainty."""

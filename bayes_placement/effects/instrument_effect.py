@@ -1,10 +1,10 @@
 """What an effect on the instruments of an experiment is: its places, its loads, its record."""
 
 from collections.abc import Callable
-from typing import ClassVar, TypeVar
+from typing import ClassVar, TypeAlias, TypeVar
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Inexact
 
 from .._types import Receptance
 from ..modes.modes import Modes
@@ -13,14 +13,17 @@ from .instruments import Instruments
 
 Self = TypeVar("Self", bound="InstrumentEffect")
 
+Factor: TypeAlias = Inexact[Array, "#sensor #actuator #frequency"]
+"""Factor on the FRFs of channels at frequencies [1]."""
+
 
 class InstrumentEffect(Effect):
     """An effect that belongs to the measurement: added by `experiment + effect`.
 
     It may act on sensors, on actuators, or on both: on their places (`moved`), on the dynamic
     stiffness that they add to the structure (`loads`, `load`), on the receptance (`evaluated`,
-    `added`) and on the record (`laplace`, `recorded`). A method that is not overridden changes
-    nothing.
+    `added`) and on the record (`laplace`, `factor`, `recorded`). A method that is not overridden
+    changes nothing.
 
     Attributes
     ----------
@@ -91,8 +94,20 @@ class InstrumentEffect(Effect):
         """Receptance [m/N] that the structure has besides that of its modes."""
         return jnp.zeros((1, 1, 1))
 
+    def factor(self, omega: Omega, instruments: Instruments) -> Factor | None:
+        """Return the factor on each recorded FRF [1]; None where there is none.
+
+        Parameters
+        ----------
+        omega
+            Angular frequencies [rad/s].
+        instruments
+            Sensors and actuators; `instruments.of(name, side)` is 1 on the channels of one.
+        """
+        return None
+
     def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
-        """FRF as it was recorded.
+        """FRF as it was recorded, by default that of the structure times `factor`.
 
         Parameters
         ----------
@@ -102,6 +117,7 @@ class InstrumentEffect(Effect):
         omega
             Angular frequencies [rad/s].
         instruments
-            Sensors and actuators; `instruments.of(name, side)` is 1 on the channels of one.
+            Sensors and actuators.
         """
-        return frf
+        factor = self.factor(omega, instruments)
+        return frf if factor is None else frf * factor

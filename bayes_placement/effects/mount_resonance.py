@@ -9,10 +9,10 @@ import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
 from .._sites import unit
-from .._types import Parameter, Receptance
+from .._types import Parameter
 from ..modes.modes import Modes
 from .effect import Location, Omega
-from .instrument_effect import InstrumentEffect
+from .instrument_effect import Factor, InstrumentEffect
 from .instruments import Instruments, Number
 from .scales import Scales
 
@@ -55,12 +55,12 @@ class MountResonance(InstrumentEffect):
         """
         return eqx.tree_at(lambda tree: tree.sensor, self, instruments.number(self.sensor))
 
-    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
-        """FRF whose channels of the sensor are multiplied by the transmission of the mount."""
+    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+        """Return the transmission of the mount on the channels of the sensor."""
         ratio = omega / (2 * jnp.pi * self.frequency)
         loss = 2j * self.damping_ratio * ratio
         excess = ratio**2 / (1 - ratio**2 + loss)
-        return frf * (1 + instruments.of(self.sensor)[:, None, None] * excess)
+        return 1 + instruments.of(self.sensor)[:, None, None] * excess
 
     def location(self, modes: Modes, instruments: Instruments) -> Location:
         """Where the sensor was recorded [m]."""

@@ -6,8 +6,9 @@ from typing import ClassVar
 import equinox as eqx
 
 from .._sites import unit
-from .._types import Parameter, Receptance
+from .._types import Parameter
 from .effect import Omega
+from .instrument_effect import Factor
 from .instruments import Instruments, Number
 from .on_transducer import OnTransducer, channels, sides_that_differ
 from .scales import Scales
@@ -40,9 +41,9 @@ class ReversedChannel(OnTransducer):
     direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="reversed_channel", kw_only=True)
 
-    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
-        """FRF with the sign of the reversed channels changed."""
-        return frf * (1 - 2 * self.affected(instruments) * self.share)
+    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+        """Return the sign of the reversed channels."""
+        return 1 - 2 * self.affected(instruments) * self.share
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["ReversedChannel"]:

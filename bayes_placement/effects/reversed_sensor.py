@@ -6,10 +6,10 @@ from typing import ClassVar
 import equinox as eqx
 
 from .._sites import unit
-from .._types import Parameter, Receptance
+from .._types import Parameter
 from ..modes.modes import Modes
 from .effect import Location, Omega
-from .instrument_effect import InstrumentEffect
+from .instrument_effect import Factor, InstrumentEffect
 from .instruments import Instruments, Number
 from .scales import Scales
 
@@ -46,10 +46,10 @@ class ReversedSensor(InstrumentEffect):
         """
         return eqx.tree_at(lambda tree: tree.sensor, self, instruments.number(self.sensor))
 
-    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
-        """FRF with the sign of the sensor's channels changed."""
+    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+        """Return the sign of the sensor's channels."""
         sign = 1 - 2 * instruments.of(self.sensor) * self.share
-        return frf * sign[:, None, None]
+        return sign[:, None, None]
 
     def location(self, modes: Modes, instruments: Instruments) -> Location:
         """Where the sensor was recorded [m]."""

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 from numpyro.distributions import Uniform
 
 from .._sites import unit
-from .._types import Parameter, Receptance
+from .._types import Parameter
 from .effect import Omega
-from .instrument_effect import InstrumentEffect
+from .instrument_effect import Factor, InstrumentEffect
 from .instruments import Instruments
 from .scales import Scales
 
@@ -35,9 +35,9 @@ class TimeDelay(InstrumentEffect):
     delay: Parameter = eqx.field(metadata=unit("s"))
     name: str = eqx.field(static=True, default="time_delay", kw_only=True)
 
-    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
-        """FRF times exp(-i omega tau)."""
-        return frf * jnp.exp(-1j * omega * self.delay)
+    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+        """Return exp(-i omega tau)."""
+        return jnp.exp(-1j * omega * self.delay)[None, None]
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["TimeDelay"]:

@@ -1,5 +1,6 @@
 """An experiment with data as a problem of least squares over standard normal coordinates."""
 
+import functools
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -18,6 +19,7 @@ from ..experiment.experiment import Experiment
 from ..experiment.model_error import shares_size
 from ..experiment.noise import Data
 from ..experiment.observe import Complex
+from .batches import Form, batch
 from .coordinates import Coordinates
 from .engines.least_squares import BATCH, LeastSquares
 
@@ -230,17 +232,28 @@ class _Part:
         columns = [np.arange(place.start, place.stop) for place in places]
         self.columns = np.concatenate([np.zeros(0, dtype=int), *columns])
         self.is_all = np.array_equal(self.columns, np.arange(coordinates.dimension))
-        self.bound: Bound[tuple[Array, Array]] = compiled(_residuals).bound(
-            state.experiment, state.data, effort=effort
-        )
+        self._state, self._effort = state, effort
+        self._batch = compiled(batch).bound(state.experiment, effort=0)
 
     def __call__(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
         """Residuals [point, datum] and sums of logs [point]."""
-        return self.bound(points if self.is_all else points[:, self.columns], logarithmic)
+        numbers = self._batch(points if self.is_all else points[:, self.columns]).numbers
+        return self._residuals(numbers, logarithmic)
 
     def prepare(self) -> None:
         """Compile them, unless that is done. Any thread may."""
-        self.bound.prepare(np.zeros((BATCH, len(self.columns))), False)
+        points = np.zeros((BATCH, len(self.columns)))
+        self._batch.prepare(points)
+        self._residuals.prepare(self._batch.outcome(points).numbers, False)
+
+    @functools.cached_property
+    def _residuals(self) -> Bound[tuple[Array, Array]]:
+        """Residuals of experiments of this form: one function for all hypotheses that share it."""
+        form = self._batch.outcome(np.zeros((BATCH, len(self.columns)))).form
+        shared, data = form.shared(self._state.experiment), self._state.data
+        return compiled(_residuals).bound(
+            form.apart_from_declared(), shared, data, effort=self._effort
+        )
 
 
 def _weight(state: State, relative_error: float) -> np.ndarray | None:
@@ -302,15 +315,14 @@ def _scores(distribution: Distribution, values: Any) -> Float[Array, "point coor
 
 
 def _residuals(
-    experiment: Experiment, data: Data, points: Float[Array, "point unknown"], logarithmic: Any
+    form: Form, shared: Sequence[Any], data: Data, numbers: Sequence[Array], logarithmic: Any
 ) -> tuple[Array, Array]:
-    """Residuals of a batch of points, all numbers of the experiment being inputs."""
-    coordinates = coordinates_of(experiment, standard_normal=False)
+    """Residuals of a batch of experiments, all their numbers being inputs."""
 
-    def at(point: Float[Array, "unknown"]) -> tuple[Array, Array]:
-        return _residual(experiment.fix(coordinates.values(point)), data, logarithmic)
+    def of(numbers: Sequence[Array]) -> tuple[Array, Array]:
+        return _residual(form.filled(numbers, shared), data, logarithmic)
 
-    return jax.vmap(at)(points)
+    return jax.vmap(of)(numbers)
 
 
 def _residual(known: Experiment, data: Data, logarithmic: Any) -> tuple[Array, Array]:

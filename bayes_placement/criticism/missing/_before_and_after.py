@@ -17,15 +17,15 @@ from ...experiment.measurement import Measurement
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.model_error import ModalErrors
 from ...experiment.resized import as_measured
-from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
+from ...inference.engines.empirical_bayes import SOFTENING, Rival, fitted_with_sizes
 from ...inference.residuals import Problem, State
 from ._hypotheses import (
     Hypothesis,
-    early_evidence_of_best,
     extended,
     finite,
     fitted,
     null_hypothesis,
+    rival_among,
     scanned,
     with_errors,
 )
@@ -93,8 +93,9 @@ def compared_with_baseline(
     candidates = list(scanned([(unchanged, effect) for effect in effects], tick))
     singles: list[Hypothesis] = []
     for candidate in promising(candidates, VARIANTS_WITH_ERRORS):
-        singles.append(fitted(candidate, early_evidence_of_best(singles)))
-    null = _refitted(unchanged, early_evidence_of_best(singles))
+        singles.append(fitted(candidate, rival_among(singles)))
+    # How much model error is needed without any effect is told: its sizes are followed to the end.
+    null = _refitted(unchanged, rival_among(singles)._replace(evidence=-np.inf))
     comparison = Comparison([null, *finite(singles)], variants, candidates)
     for depth in range(1, most_effects):
         if not wants_more_effects(comparison, depth, level):
@@ -171,7 +172,7 @@ def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
     return replace(before, problem=problem, fit=before.fit._replace(point=point))
 
 
-def _refitted(unchanged: Hypothesis, rival: float) -> Hypothesis:
+def _refitted(unchanged: Hypothesis, rival: Rival) -> Hypothesis:
     """Nothing is new: the model fitted to both states."""
     sized = fitted_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:], rival)
     return replace(unchanged, **vars(sized))

@@ -13,7 +13,7 @@ from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
-from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
+from ...inference.engines.empirical_bayes import SOFTENING, Rival, fitted_with_sizes
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ._candidates import numbered
@@ -29,6 +29,9 @@ WEAKEST = np.array([-3.0, -1.0, -0.3, -0.05, 0.05, 0.3, 1.0, 3.0])
 
 PLACES_WITH_ERRORS = 4
 """Best places of a scan from which an effect beside a model error is fitted."""
+
+
+NO_RIVAL = Rival()
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +92,7 @@ def null_hypothesis(experiment: Experiment, data: Data) -> Hypothesis:
     return Hypothesis((), problem, *fit_alone(problem))
 
 
-def with_errors(exact: Hypothesis, errors: ModalErrors, rival: float = -np.inf) -> Hypothesis:
+def with_errors(exact: Hypothesis, errors: ModalErrors, rival: Rival = NO_RIVAL) -> Hypothesis:
     """Fit a hypothesis once more, with a model error.
 
     Errors begin at zero, where the exact model follows the data best on a logarithmic scale: a fit
@@ -102,7 +105,7 @@ def with_errors(exact: Hypothesis, errors: ModalErrors, rival: float = -np.inf) 
     errors
         The errors.
     rival
-        Early evidence of another hypothesis; where this one stays far behind it is left as it is.
+        Another hypothesis; where this one stays far behind it is left as it is.
     """
     return fitted_with_errors(exact, problem_with_errors(exact, errors), rival)
 
@@ -113,7 +116,7 @@ def problem_with_errors(exact: Hypothesis, errors: ModalErrors) -> Problem:
     return Problem(before.experiment.with_errors(errors), before.data, baseline=before.baseline)
 
 
-def fitted_with_errors(exact: Hypothesis, problem: Problem, rival: float) -> Hypothesis:
+def fitted_with_errors(exact: Hypothesis, problem: Problem, rival: Rival) -> Hypothesis:
     """Fit a hypothesis in its problem with model error, see `with_errors`."""
     starts = np.zeros((len(exact.near), problem.dimension))
     starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
@@ -186,10 +189,10 @@ def extended(pairs: Sequence[Pair], tick: Callable[[], None]) -> list[Hypothesis
     return finite(fitted(candidate) for candidate in scanned(pairs, tick))
 
 
-def early_evidence_of_best(hypotheses: Sequence[Hypothesis]) -> float:
-    """Early evidence of the hypothesis of the greatest evidence; without any, nothing is less."""
+def rival_among(hypotheses: Sequence[Hypothesis]) -> Rival:
+    """Return the hypothesis of the greatest evidence as a rival; without any, there is none."""
     best = max(hypotheses, key=lambda hypothesis: hypothesis.fit.log_evidence, default=None)
-    return -np.inf if best is None else best.early_evidence
+    return NO_RIVAL if best is None else Rival(best.early_evidence, best.fit.log_evidence)
 
 
 def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
@@ -197,7 +200,7 @@ def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     return [hypothesis for hypothesis in hypotheses if np.isfinite(hypothesis.fit.log_evidence)]
 
 
-def fitted(candidate: ScannedCandidate, rival: float = -np.inf) -> Hypothesis:
+def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
     """Fit a candidate that was scanned; with model error, see `with_errors`."""
     base, effect, problem, scan = candidate
     weak = _weak_start(effect, problem, base.fit.point)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import logsumexp
 
+from ...inference.engines.empirical_bayes import SHORT
 from ...inference.residuals import Problem
 from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis, fields_of
@@ -24,9 +25,14 @@ ROUNDS = 12
 
 
 def worth_fitting(
-    null: Hypothesis, exact: Comparison, hypotheses: Sequence[Hypothesis]
+    null: Hypothesis,
+    exact: Comparison,
+    hypotheses: Sequence[Hypothesis],
+    fitted: Sequence[Hypothesis] = (),
 ) -> list[Hypothesis]:
-    """Effects whose predicted odds exceed those of no effect, and a few more, the best first.
+    """Effects whose predicted odds may be the greatest, and a few more, the best first.
+
+    They exceed those of no effect, and do not fall far short of those of what is fitted already.
 
     The prediction is optimistic: of each place and setting it takes the best strength, of either
     sign. At the best of them errors have sizes of their own: where a single error was large because
@@ -40,6 +46,8 @@ def worth_fitting(
         The comparison without model error, for the prior odds.
     hypotheses
         Single effects, fitted without model error, in descending order of evidence.
+    fitted
+        Effects that are fitted with model error.
     """
     model = _ErroneousModel(null)
     prior_of_none = exact.log_prior(null)
@@ -48,8 +56,12 @@ def worth_fitting(
         model.log_evidence_gained(hypothesis, problem) + exact.log_prior(hypothesis) - prior_of_none
         for hypothesis, problem in zip(hypotheses, problems, strict=True)
     ]
+    reached = max((exact.log_odds(hypothesis) for hypothesis in fitted), default=-np.inf)
+    least = max(0.0, reached - exact.log_odds(null) - SHORT)
     ranked = sorted(zip(odds, range(len(odds)), strict=True), reverse=True)
-    return [hypotheses[number] for predicted, number in ranked if predicted > 0 or number < ALWAYS]
+    return [
+        hypotheses[number] for predicted, number in ranked if predicted > least or number < ALWAYS
+    ]
 
 
 class _ErroneousModel:

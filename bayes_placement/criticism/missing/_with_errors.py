@@ -18,11 +18,11 @@ from ._compiled_ahead import compiled_ahead
 from ._held_out import held_out
 from ._hypotheses import (
     Hypothesis,
-    early_evidence_of_best,
     finite,
     fitted_with_errors,
     null_hypothesis,
     problem_with_errors,
+    rival_among,
     with_errors,
 )
 from ._posterior_odds import (
@@ -288,9 +288,12 @@ def _single_effects_with_errors(
     none = exact.hypotheses[0]
     null = fitted.get(none) or with_errors(none, question.errors)
     singles = _best_variants(exact.hypotheses)
+    known = {**fitted, none: null}
     if passes(null, question.level):
-        singles = worth_fitting(null, exact, singles)
-    refitted = _refitted(singles, question.errors, tick, {**fitted, none: null})
+        best = singles[:1]  # what it reaches is compared with what is predicted of the others
+        known |= {h: with_errors(h, question.errors) for h in best if h not in known}
+        singles = worth_fitting(null, exact, singles, [known[h] for h in singles if h in known])
+    refitted = _refitted(singles, question.errors, tick, known)
     return exact._replace(hypotheses=finite([null, *refitted]))
 
 
@@ -320,7 +323,7 @@ def _refitted(
     remaining = [hypothesis for hypothesis in hypotheses if hypothesis not in fitted]
     problems = compiled_ahead(problem_with_errors(exact, errors) for exact in remaining)
     for exact, problem in zip(remaining, problems, strict=True):
-        rival = early_evidence_of_best([*fitted.values(), *known])
+        rival = rival_among([*fitted.values(), *known])
         known.append(fitted_with_errors(exact, problem, rival))
         tick()
     return finite(known)

@@ -70,9 +70,8 @@ def explain(
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
     question = Question.of(experiment, data, effects, model_error, level=LEVEL)
-    null, comparison, before = answered(
-        question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9)), baseline
-    )
+    answer = answered(question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9)), baseline)
+    null, comparison, before = answer
     shown = comparison.distinct()
     sampled = sampled_finalists(comparison, shown)
     leading = {id(hypothesis) for hypothesis in [*shown[:LEADING], comparison.hypotheses[0]]}
@@ -86,7 +85,7 @@ def explain(
         confounded=tuple(comparison.confounded()),
         suspicion=suspicion(null, comparison.candidates),
         alternatives=alternatives(comparison, shown, sampled),
-        claimed=comparison.best().kinds,
+        claimed=answer.best(LEVEL).kinds,
         baseline=None if before is None else fitted_model(before, {}),
         record=record(experiment, [measurement, baseline]),
     )

@@ -148,7 +148,8 @@ class Ledger:
         missing = " and ".join(map(self._with_odds, claimed))
         reducing = " and ".join(map(self._with_odds, others))
         parts = [f"Missing: {missing}"] if claimed else []
-        return "; ".join(parts + ([f"{reducing} also reduces the misfit"] if others else []))
+        verb = "reduces" if len(others) == 1 else "reduce"
+        return "; ".join(parts + ([f"{reducing} also {verb} the misfit"] if others else []))
 
     def _sentence_of_two_states(self, last: FittedModel) -> str:
         """Say what is new in the later of two states."""
@@ -200,11 +201,13 @@ class Ledger:
         """Whether an effect is more than the best of several.
 
         Beside a model error it is: held-out data confirm it, and that the error may be larger than
-        stated counts already. The same holds where the noise is not known.
+        stated counts already. Where the noise is not known, it is if what is left scatters as noise
+        does.
         """
         last = self.steps[-1]
-        decided = bool(last.model_error) or last.noise_needed is not None
-        return decided or self.probabilities[kind] >= DOUBTED
+        if last.noise_needed is not None and not last.model_error:
+            return not self.unexplained
+        return bool(last.model_error) or self.probabilities[kind] >= DOUBTED
 
     def _with_odds(self, kind: str) -> str:
         """Name an effect: which part it is about, and its probability where the noise is right."""

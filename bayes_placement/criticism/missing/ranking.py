@@ -42,7 +42,8 @@ class Ranking:
         of nearly the best odds and those that pass the test of chi2. `information.Separation`
         finds where to measure.
     claimed
-        The effect for which the evidence is strong, if any.
+        The effect for which the evidence is strong, if any; none where the model as given passes
+        its check.
     baseline
         The model as given, fitted to the earlier state alone; None where there is only one state.
         Effects are then what is new since.
@@ -118,7 +119,9 @@ class Ranking:
         if best.kind and best.kind in self.claimed and (best.model_error or best.noise_needed):
             return f"Missing is {best.kind}, which explains the data better than a larger error."
         if likely not in (NOTHING, NONE) and share >= DOUBTED:
-            return f"Missing is {likely}, with probability {share:.3g}."
+            if likely in self.claimed:
+                return f"Missing is {likely}, with probability {share:.3g}."
+            return f"The evidence favours {likely} (probability {share:.3g}), but not clearly."
         if likely == NOTHING and share >= DOUBTED:
             return f"Nothing is missing, with probability {share:.3g}."
         also = f" {best.kind} also reduces the misfit." if best.kind else ""

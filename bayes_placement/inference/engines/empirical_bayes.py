@@ -6,7 +6,7 @@ sizes of zero and means nothing; the evidence as a function of the sizes has a m
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar, runtime_checkable
+from typing import Generic, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -29,6 +29,10 @@ bandwidth leaves the plain residual flat."""
 FAR_BEHIND = 0.1
 """Log evidence a datum behind a rival at which a fit is given up: a rule of the search, no bound.
 It is asked only once the sizes have followed the data; before, fits that end well lie farther."""
+
+SHORT = 10.0
+"""Log evidence by which a fit may fall short of a rival and still matter beside it: strong evidence
+twice, and prior odds of effects that have more or fewer variants."""
 
 SOFT_STEPS, FOLLOWED = 8, 2
 """Steps with each of these, and descents that are followed to the next."""
@@ -76,6 +80,21 @@ class Hierarchy(Protocol):
         """Weight of each residual once FRFs have a further relative error."""
 
 
+class Rival(NamedTuple):
+    """Another fit, behind which a fit is given up.
+
+    Parameters
+    ----------
+    early
+        Its log evidence after the first steps without softening.
+    evidence
+        Its log evidence in the end.
+    """
+
+    early: float = -np.inf
+    evidence: float = -np.inf
+
+
 @dataclass(frozen=True)
 class Sized(Generic[Kind]):
     """A fit, and the problem at the sizes that were found for it.
@@ -102,7 +121,7 @@ def fitted_with_sizes(
     problem: Kind,
     starts: Points,
     softening: Sequence[float] = SOFTENING,
-    rival: float = -np.inf,
+    rival: Rival = Rival(),  # noqa: B008  it never changes
 ) -> Sized[Kind]:
     """Best fit from some starts, errors having the sizes of greatest evidence.
 
@@ -115,29 +134,33 @@ def fitted_with_sizes(
     softening
         Relative errors that FRFs have besides, one after the other, before they have none.
     rival
-        Early evidence of another fit. A fit that is far behind it is given up.
+        Another fit. One that is far behind it is given up.
     """
     for relative_error in softening:
         ends, fit = _fit(problem, starts, relative_error, SOFT_STEPS)
         problem, (starts,) = _at_better_sizes(problem, fit, (ends[:FOLLOWED],))
-    return _settled(problem, starts, rival - FAR_BEHIND * problem.count)
+    return _settled(problem, starts, rival)
 
 
-def _settled(problem: Kind, starts: Points, least: float) -> Sized[Kind]:
-    """Estimate the sizes until the evidence no longer grows, unless it begins below the least."""
+def _settled(problem: Kind, starts: Points, rival: Rival) -> Sized[Kind]:
+    """Estimate the sizes until the evidence no longer grows, or will not reach that of a rival.
+
+    Rounds mostly gain less and less: a rule of the search, no bound.
+    """
     ends, fit = _fit(problem, starts, steps=SOFT_STEPS)
     early = fit.log_evidence
-    if early < least:
+    if early < rival.early - FAR_BEHIND * problem.count:
         return _sized(problem, fit, early)
     _, fit = _fit(problem, ends)
     best = _sized(problem, fit, early)
-    for _ in range(ROUNDS if problem.unknown_sizes else 0):
+    for remaining in reversed(range(ROUNDS if problem.unknown_sizes else 0)):
         problem, (point,) = _at_better_sizes(problem, fit, (fit.point,))
         _, fit = _fit(problem, point[None])
         sized = _sized(problem, fit, early)
         gain = sized.fit.log_evidence - best.fit.log_evidence
         best = sized if gain > 0 else best
-        if gain < SETTLED:
+        reached = best.fit.log_evidence + remaining * max(gain, 0.0)
+        if gain < SETTLED or reached < rival.evidence - SHORT:
             break
     return best
 

@@ -1,5 +1,7 @@
 """Which effects are worth a fit beside a model error."""
 
+import dataclasses
+
 import pytest
 
 import bayes_placement as bp
@@ -52,6 +54,18 @@ def test_what_a_fit_gains_is_what_is_predicted(with_gain):
     # The strength itself has a prior, whose cost is at most some units.
     predicted = model.log_evidence_gained(hypothesis, problem)
     assert predicted == pytest.approx(float(gained[0]), rel=0.1, abs=2)
+
+
+def test_what_falls_far_short_of_a_fitted_effect_is_not_worth_a_fit(with_gain):
+    null, exact = with_gain
+    by_evidence = sorted(exact.hypotheses[1:], key=lambda h: -h.fit.log_evidence)
+    without_rival = worth_fitting(null, exact, by_evidence)
+    far = dataclasses.replace(by_evidence[0], fit=null.fit._replace(log_evidence=1e9))
+    assert {id(h) for h in worth_fitting(null, exact, by_evidence, [far])} == {
+        id(h) for h in by_evidence[:ALWAYS]
+    }
+    close = dataclasses.replace(by_evidence[0], fit=null.fit)
+    assert worth_fitting(null, exact, by_evidence, [close]) == without_rival
 
 
 def test_where_nothing_is_missing_few_are_worth_a_fit():

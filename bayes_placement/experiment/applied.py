@@ -1,0 +1,227 @@
+"""An experiment whose effects are applied as far as they are plain numbers at its lines.
+
+A mass, a spring and an absorber are a dynamic stiffness at a place; a gain, a delay and a mount are
+a factor on channels; a misplaced sensor is a sensor at another place. Experiments with one or
+another of them then have one form, and share one compiled response.
+"""
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float
+
+from ..effects.effect import AtPlace, Attachment, Direction, Effect, Modulus, Omega, Stiffness
+from ..effects.instrument_effect import InstrumentEffect
+from ..effects.instruments import Instruments
+from ..effects.scales import Scales
+from .experiment import Experiment
+
+HOOKS = ("moved", "load", "laplace", "evaluated", "added", "factor", "recorded")
+"""Methods by which an effect acts on the instruments."""
+
+
+class AppliedStiffness(Attachment):
+    """An attachment of which the dynamic stiffness at each line is known.
+
+    Parameters
+    ----------
+    at
+        Where it sits [m].
+    stiffness
+        Dynamic stiffness at the lines [N/m].
+    direction
+        Direction in which it acts; None for every one in which the structure moves.
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    at: Any = eqx.field(metadata={"unit": "m"})
+    stiffness: Complex[Array, "frequency"] = eqx.field(metadata={"unit": "N/m"})
+    direction: Direction = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, kw_only=True)
+
+    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
+        """Dynamic stiffness at the lines [N/m]."""
+        return self.stiffness
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["AppliedStiffness"]:
+        """Return none: it is no candidate."""
+        return []
+
+
+class AppliedModulus(Modulus):
+    """A modulus that is known at each line.
+
+    Parameters
+    ----------
+    excess
+        What is added to the modulus at the lines, over the modulus as drawn [1].
+    kept
+        Share of the damping law that remains [1].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("excess", 0.0)
+    excess: Complex[Array, "frequency"] = eqx.field(metadata={"unit": "1"})
+    kept: Float[Array, ""] = eqx.field(metadata={"unit": "1"})
+    name: str = eqx.field(static=True, default="applied.modulus", kw_only=True)
+
+    def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
+        """What is added at the lines [1]."""
+        return self.excess
+
+    def kept_damping(self) -> Float[Array, ""]:
+        """Share of the damping law that remains [1]."""
+        return self.kept
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["AppliedModulus"]:
+        """Return none: it is no candidate."""
+        return []
+
+
+class AppliedFactor(InstrumentEffect):
+    """A factor on each FRF that is known at each line.
+
+    Parameters
+    ----------
+    known
+        The factor [1].
+    """
+
+    absent: ClassVar[tuple[str, float]] = ("known", 1.0)
+    known: Complex[Array, "sensor actuator frequency"] = eqx.field(metadata={"unit": "1"})
+    name: str = eqx.field(static=True, default="applied.factor", kw_only=True)
+
+    def factor(
+        self, omega: Omega, instruments: Instruments
+    ) -> Complex[Array, "sensor actuator frequency"]:
+        """Factor at the lines [1]."""
+        return self.known
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["AppliedFactor"]:
+        """Return none: it is no candidate."""
+        return []
+
+
+def applied(known: Experiment) -> Experiment:
+    """Return an experiment of the same response, its effects applied where they are plain numbers.
+
+    Where modes are observed, or an effect needs the response at other frequencies than the lines,
+    the experiment stays as it is.
+
+    Parameters
+    ----------
+    known
+        An experiment whose unknowns have values, but for the output error.
+    """
+    elsewhere = {"laplace", "evaluated"}
+    if known.observe.is_modal or any(_hooks(effect) & elsewhere for effect in _acting(known)):
+        return known
+    return _with_modulus(_with_stiffness(_with_factor(_with_instruments_moved(known))))
+
+
+def _acting(experiment: Experiment) -> list[InstrumentEffect]:
+    """Effects on the instruments, in the order in which they act."""
+    return [effect for _, effect in sorted(experiment.instrument_effects.items())]
+
+
+def _hooks(effect: InstrumentEffect) -> set[str]:
+    """Methods that an effect overrides."""
+    kind = type(effect)
+    return {name for name in HOOKS if getattr(kind, name) is not getattr(InstrumentEffect, name)}
+
+
+def _with_instruments_moved(known: Experiment) -> Experiment:
+    """Instruments where they truly sat, unless what moves them does something else as well."""
+    movers = [effect for effect in _acting(known) if "moved" in _hooks(effect)]
+    if any(_hooks(effect) != {"moved"} for effect in movers):
+        return known
+    instruments = known.instruments
+    for effect in movers:
+        instruments = effect.moved(instruments, known.structure.modes)
+    remaining = _without(known.instrument_effects, movers)
+    return eqx.tree_at(
+        lambda tree: (tree.sensor, tree.actuator, tree.instrument_effects),
+        known,
+        (OrderedDict(instruments.sensors), OrderedDict(instruments.actuators), remaining),
+        is_leaf=_is_dict,
+    )
+
+
+def _with_factor(known: Experiment) -> Experiment:
+    """All factors on channels in one, unless another effect mixes channels."""
+    effects = _acting(known)
+    if any("recorded" in _hooks(effect) for effect in effects):
+        return known
+    plain = [effect for effect in effects if _hooks(effect) == {"factor"}]
+    omega = _omega(known)
+    channels = (len(known.sensor_channels), len(known.actuator_channels), omega.size)
+    factor = jnp.ones(channels, complex)
+    for effect in plain:
+        own = effect.factor(omega, known.instruments)
+        factor = factor if own is None else factor * own
+    merged = AppliedFactor(factor)
+    remaining = _without(known.instrument_effects, plain) | {merged.name: merged}
+    return eqx.tree_at(lambda tree: tree.instrument_effects, known, remaining, is_leaf=_is_dict)
+
+
+def _with_stiffness(known: Experiment) -> Experiment:
+    """Attachments as dynamic stiffness, and the errors of the shapes there under the new names."""
+    omega = _omega(known)
+    attachments = [item for item in known.structure.attachments if _is_at_a_place(item)]
+    names = {item.name: f"applied.{number}" for number, item in enumerate(attachments)}
+    stiffness = {
+        names[item.name]: AppliedStiffness(
+            item.at,
+            item.dynamic_stiffness(omega) + 0j,
+            direction=item.direction,
+            name=names[item.name],
+        )
+        for item in attachments
+    }
+    remaining = _without(known.structure.effects, attachments) | stiffness
+    renamed = eqx.tree_at(
+        lambda tree: tree.structure.effects, known, OrderedDict(remaining), is_leaf=_is_dict
+    )
+    if known.model_error is None:
+        return renamed
+    ports = {names.get(name, name): error for name, error in known.model_error.ports.items()}
+    return eqx.tree_at(
+        lambda tree: tree.model_error.ports, renamed, OrderedDict(ports), is_leaf=_is_dict
+    )
+
+
+def _with_modulus(known: Experiment) -> Experiment:
+    """All that changes the modulus in one."""
+    structure, omega = known.structure, _omega(known)
+    moduli = structure.of_kind(Modulus)
+    if not moduli:
+        return known  # a complex modulus would double the time of a response
+    added = (effect.relative_modulus(omega) for effect in moduli)
+    excess = sum(added, jnp.zeros(omega.shape, complex))
+    modulus = AppliedModulus(excess, structure.kept_damping())
+    remaining = _without(structure.effects, moduli) | {modulus.name: modulus}
+    return eqx.tree_at(lambda tree: tree.structure.effects, known, remaining, is_leaf=_is_dict)
+
+
+def _is_at_a_place(attachment: Attachment) -> bool:
+    """Whether the structure feels it at its place alone, unless its kind says otherwise."""
+    return type(attachment).points is AtPlace.points
+
+
+def _omega(known: Experiment) -> Omega:
+    """Angular frequency of each line [rad/s]."""
+    return 2 * jnp.pi * jnp.asarray(known.frequency)
+
+
+def _without(effects: Any, dropped: Sequence[Effect]) -> OrderedDict[str, Any]:
+    names = {effect.name for effect in dropped}
+    return OrderedDict((name, effect) for name, effect in effects.items() if name not in names)
+
+
+def _is_dict(leaf: Any) -> bool:
+    return isinstance(leaf, dict)

@@ -1,0 +1,108 @@
+"""A batch of experiments with values: their numbers, and the form that all of them share.
+
+Numbers are inputs of a compiled function, the form is fixed in it. Priors are used up before, and
+effects are applied as far as they are plain numbers: hypotheses that differ in these only share one
+compiled response.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..experiment.applied import applied
+from ..experiment.experiment import Experiment
+from .coordinates import Coordinates
+
+
+@dataclass(frozen=True)
+class Form:
+    """Form of an experiment without its numbers.
+
+    Parameters
+    ----------
+    structure
+        Structure of its tree.
+    sources
+        For each leaf of the tree, the leaf of the declared experiment that it is; None for a
+        number that differs within the batch.
+    """
+
+    structure: Any
+    sources: tuple[int | None, ...]
+
+    def shared(self, declared: Experiment) -> list[Any]:
+        """Leaves that all experiments of the batch share, from the declared experiment."""
+        leaves = jax.tree.leaves(declared)
+        return [leaves[source] for source in self.sources if source is not None]
+
+    def apart_from_declared(self) -> "Form":
+        """Return the form of any experiment whose leaves are shared in the same places."""
+        counter = iter(range(len(self.sources)))
+        sources = (None if source is None else next(counter) for source in self.sources)
+        return Form(self.structure, tuple(sources))
+
+    def filled(self, numbers: Sequence[Array], shared: Sequence[Any]) -> Experiment:
+        """Return the experiment with these numbers, once the form is apart from a declared one."""
+        own = iter(numbers)
+        leaves = [next(own) if source is None else shared[source] for source in self.sources]
+        experiment: Experiment = jax.tree.unflatten(self.structure, leaves)
+        return experiment
+
+
+@jax.tree_util.register_pytree_node_class
+class Batch:
+    """Numbers of a batch of experiments, by point, and their form.
+
+    Parameters
+    ----------
+    numbers
+        Arrays [point, ...]; their shapes alone, where it is only traced.
+    form
+        The form.
+    """
+
+    def __init__(self, numbers: Sequence[Any], form: Form):
+        self.numbers = list(numbers)
+        self.form = form
+
+    def tree_flatten(self) -> tuple[list[Any], Form]:
+        """Return the numbers, and what is fixed."""
+        return self.numbers, self.form
+
+    @classmethod
+    def tree_unflatten(cls, form: Form, numbers: Sequence[Any]) -> "Batch":
+        """Return the batch."""
+        return cls(numbers, form)
+
+
+def batch(experiment: Experiment, points: Float[Array, "point unknown"]) -> Batch:
+    """Return the experiments of a batch of points in the coordinates of the unknowns."""
+    unknowns = experiment.unknowns
+    coordinates = Coordinates(
+        {unknown.name: unknown.distribution for unknown in unknowns}, standard_normal=False
+    )
+    sources = _sources(experiment)
+
+    def at(point: Float[Array, "unknown"]) -> Batch:
+        known = applied(experiment.fix(coordinates.values(point)))
+        leaves, structure = jax.tree.flatten(known)
+        of_leaves = tuple(sources.get(id(leaf)) for leaf in leaves)
+        pairs = zip(leaves, of_leaves, strict=True)
+        numbers = [jnp.asarray(leaf) for leaf, source in pairs if source is None]
+        return Batch(numbers, Form(structure, of_leaves))
+
+    return jax.vmap(at)(points)
+
+
+def _sources(experiment: Experiment) -> dict[int, int]:
+    """Number of each leaf of an experiment by its identity, those of the transducers left out.
+
+    Where these sit differs within a batch of one hypothesis or of another one.
+    """
+    on_sides = {id(leaf) for leaf in jax.tree.leaves((experiment.sensor, experiment.actuator))}
+    numbered = enumerate(jax.tree.leaves(experiment))
+    return {id(leaf): number for number, leaf in numbered if id(leaf) not in on_sides}
