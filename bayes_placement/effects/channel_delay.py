@@ -47,7 +47,7 @@ class ChannelDelay(OnTransducer):
     direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="channel_delay", kw_only=True)
 
-    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+    def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return exp(-i omega tau) on the delayed channels."""
         return jnp.exp(-1j * omega * (self.affected(instruments) * self.delay))
 

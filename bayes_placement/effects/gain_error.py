@@ -45,7 +45,7 @@ class GainError(OnTransducer):
     direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="gain_error", kw_only=True)
 
-    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+    def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return 1 + error on the wrong channels."""
         return 1 + self.affected(instruments) * self.error
 

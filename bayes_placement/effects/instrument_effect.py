@@ -22,8 +22,8 @@ class InstrumentEffect(Effect):
 
     It may act on sensors, on actuators, or on both: on their places (`moved`), on the dynamic
     stiffness that they add to the structure (`loads`, `load`), on the receptance (`evaluated`,
-    `added`) and on the record (`laplace`, `factor`, `recorded`). A method that is not overridden
-    changes nothing.
+    `added`) and on the record (`laplace`, `channel_factor`, `recorded`). A method that is not
+    overridden changes nothing.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class InstrumentEffect(Effect):
         """Receptance [m/N] that the structure has besides that of its modes."""
         return jnp.zeros((1, 1, 1))
 
-    def factor(self, omega: Omega, instruments: Instruments) -> Factor | None:
+    def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor | None:
         """Return the factor on each recorded FRF [1]; None where there is none.
 
         Parameters
@@ -107,7 +107,7 @@ class InstrumentEffect(Effect):
         return None
 
     def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
-        """FRF as it was recorded, by default that of the structure times `factor`.
+        """FRF as it was recorded, by default that of the structure times `channel_factor`.
 
         Parameters
         ----------
@@ -119,5 +119,5 @@ class InstrumentEffect(Effect):
         instruments
             Sensors and actuators.
         """
-        factor = self.factor(omega, instruments)
+        factor = self.channel_factor(omega, instruments)
         return frf if factor is None else frf * factor

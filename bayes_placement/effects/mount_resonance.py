@@ -55,7 +55,7 @@ class MountResonance(InstrumentEffect):
         """
         return eqx.tree_at(lambda tree: tree.sensor, self, instruments.number(self.sensor))
 
-    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+    def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return the transmission of the mount on the channels of the sensor."""
         ratio = omega / (2 * jnp.pi * self.frequency)
         loss = 2j * self.damping_ratio * ratio

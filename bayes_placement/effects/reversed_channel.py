@@ -41,7 +41,7 @@ class ReversedChannel(OnTransducer):
     direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="reversed_channel", kw_only=True)
 
-    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+    def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return the sign of the reversed channels."""
         return 1 - 2 * self.affected(instruments) * self.share
 

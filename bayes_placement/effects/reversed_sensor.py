@@ -46,7 +46,7 @@ class ReversedSensor(InstrumentEffect):
         """
         return eqx.tree_at(lambda tree: tree.sensor, self, instruments.number(self.sensor))
 
-    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+    def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return the sign of the sensor's channels."""
         sign = 1 - 2 * instruments.of(self.sensor) * self.share
         return sign[:, None, None]

@@ -35,7 +35,7 @@ class TimeDelay(InstrumentEffect):
     delay: Parameter = eqx.field(metadata=unit("s"))
     name: str = eqx.field(static=True, default="time_delay", kw_only=True)
 
-    def factor(self, omega: Omega, instruments: Instruments) -> Factor:
+    def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return exp(-i omega tau)."""
         return jnp.exp(-1j * omega * self.delay)[None, None]
 

@@ -19,7 +19,7 @@ from ..effects.instruments import Instruments
 from ..effects.scales import Scales
 from .experiment import Experiment
 
-HOOKS = ("moved", "load", "laplace", "evaluated", "added", "factor", "recorded")
+HOOKS = ("moved", "load", "laplace", "evaluated", "added", "channel_factor", "recorded")
 """Methods by which an effect acts on the instruments."""
 
 
@@ -95,7 +95,7 @@ class AppliedFactor(InstrumentEffect):
     known: Complex[Array, "sensor actuator frequency"] = eqx.field(metadata={"unit": "1"})
     name: str = eqx.field(static=True, default="applied.factor", kw_only=True)
 
-    def factor(
+    def channel_factor(
         self, omega: Omega, instruments: Instruments
     ) -> Complex[Array, "sensor actuator frequency"]:
         """Factor at the lines [1]."""
@@ -157,12 +157,12 @@ def _with_factor(known: Experiment) -> Experiment:
     effects = _acting(known)
     if any("recorded" in _hooks(effect) for effect in effects):
         return known
-    plain = [effect for effect in effects if _hooks(effect) == {"factor"}]
+    plain = [effect for effect in effects if _hooks(effect) == {"channel_factor"}]
     omega = _omega(known)
     channels = (len(known.sensor_channels), len(known.actuator_channels), omega.size)
     factor = jnp.ones(channels, complex)
     for effect in plain:
-        own = effect.factor(omega, known.instruments)
+        own = effect.channel_factor(omega, known.instruments)
         factor = factor if own is None else factor * own
     merged = AppliedFactor(factor)
     remaining = _without(known.instrument_effects, plain) | {merged.name: merged}
