@@ -99,10 +99,16 @@ def batch(experiment: Experiment, points: Float[Array, "point unknown"]) -> Batc
 
 
 def _sources(experiment: Experiment) -> dict[int, int]:
-    """Number of each leaf of an experiment by its identity, those of the transducers left out.
+    """Number of each leaf of an experiment by its identity, numbers of parts that vary left out.
 
-    Where these sit differs within a batch of one hypothesis or of another one.
+    Where a transducer or an effect sits differs within a batch of one hypothesis or of another one.
     """
-    on_sides = {id(leaf) for leaf in jax.tree.leaves((experiment.sensor, experiment.actuator))}
+    varying = (
+        experiment.sensor,
+        experiment.actuator,
+        experiment.structure.effects,
+        experiment.instrument_effects,
+    )
+    numbers = {id(leaf) for leaf in jax.tree.leaves(varying) if not isinstance(leaf, str | int)}
     numbered = enumerate(jax.tree.leaves(experiment))
-    return {id(leaf): number for number, leaf in numbered if id(leaf) not in on_sides}
+    return {id(leaf): number for number, leaf in numbered if id(leaf) not in numbers}

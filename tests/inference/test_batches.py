@@ -1,0 +1,79 @@
+"""Hypotheses of one form share one compiled response, which is that of the experiment itself."""
+
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import effects
+from bayes_placement._compiled import compiled
+from bayes_placement.effects.scales import Scales
+from bayes_placement.experiment.applied import AppliedFactor, AppliedModulus, AppliedStiffness
+from bayes_placement.inference.batches import batch
+from bayes_placement.inference.residuals import Problem
+from tests.criticism.small import experiment, measured
+
+ANYWHERE, STRENGTH = dist.Uniform(0.1, 0.9), dist.LogUniform(1e-3, 1.0)
+
+ATTACHED = [
+    effects.point_mass(ANYWHERE, STRENGTH),
+    effects.ground_spring(ANYWHERE, dist.Normal(0.0, 1e3)),
+    effects.ground_dashpot(0.4, STRENGTH),
+    effects.tuned_absorber(ANYWHERE, STRENGTH, 200.0, 0.1),
+]
+OF_CHANNELS = [
+    effects.gain_error("s1", dist.Normal(0.0, 0.1)),
+    effects.time_delay(dist.Uniform(0.0, 1e-4)),
+    effects.misplaced_sensor("s2", dist.Uniform(-0.1, 0.1)),
+    effects.reversed_channel("a1", 1.0),
+]
+
+
+def form(*added):
+    base = experiment()
+    for effect in added:
+        base = base + effect
+    points = np.zeros((2, len(base.unknowns)))
+    return compiled(batch).bound(base).outcome(points).form.apart_from_declared()
+
+
+@pytest.fixture(scope="module")
+def without():
+    return form()
+
+
+def test_all_that_is_attached_to_a_place_has_one_form(without):
+    forms = {form(effect) for effect in ATTACHED}
+    assert len(forms) == 1
+    assert forms != {without}
+
+
+def test_all_that_acts_on_channels_has_the_form_of_no_effect(without):
+    assert {form(effect) for effect in OF_CHANNELS} == {without}
+    assert form(ATTACHED[0], OF_CHANNELS[0]) == form(ATTACHED[1])
+
+
+def test_what_mixes_channels_or_frequencies_has_a_form_of_its_own(without):
+    swapped = form(effects.swapped_sensors("s1", "s2"))
+    window = form(effects.exponential_window(dist.Uniform(0.0, 1.0)))
+    assert len({without, swapped, window}) == 3
+
+
+def test_residuals_are_those_of_the_experiment_at_its_values():
+    hypothesis = experiment() + ATTACHED[0] + OF_CHANNELS[0] + OF_CHANNELS[2]
+    hypothesis = hypothesis + effects.hysteretic_damping(dist.LogUniform(1e-3, 0.3))
+    data = hypothesis.data(measured(seed=1))
+    problem = Problem(hypothesis, data)
+    point = np.random.default_rng(0).normal(size=(1, problem.dimension))
+    values = {name: value[0] for name, value in problem.coordinates.named(point).items()}
+    predicted = compiled(bp.Experiment.predict)(hypothesis.fix(values))
+    deviation = hypothesis.noise.deviation(data)
+    expected = (np.asarray(data.z) - np.asarray(predicted)) / np.asarray(deviation)
+    (residual,), _ = problem.squares.residuals(point)
+    np.testing.assert_allclose(residual, expected.ravel(), rtol=1e-9, atol=1e-9)
+
+
+def test_applied_effects_are_no_candidates():
+    kinds = (AppliedFactor, AppliedModulus, AppliedStiffness)
+    scales = Scales(experiment())
+    assert [kind.suggest(scales) for kind in kinds] == [[], [], []]
