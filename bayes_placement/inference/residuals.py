@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -117,15 +118,15 @@ class Problem:
             for number, state in enumerate(self.states)
         ]
         count = sum(int(np.sum(np.asarray(state.data.measured))) for state in self.states)
-        self.squares = LeastSquares(self._evaluated, self.dimension, count)
+        traced = _TracedResiduals(
+            tuple((state.experiment, state.data) for state in self.states),
+            tuple(tuple(part.columns.tolist()) for part in self._parts),
+        )
+        self.squares = LeastSquares(self._evaluated, self.dimension, count, traced)
 
     def _evaluated(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
         """Residuals of all states, the experiment first, and the sum of logs."""
-        parts = [part(points, logarithmic) for part in self._parts]
-        if len(parts) == 1:
-            return parts[0]
-        residuals, log_scales = zip(*parts, strict=True)
-        return jnp.concatenate(residuals, axis=1), sum(log_scales[1:], log_scales[0])
+        return _joined([part(points, logarithmic) for part in self._parts])
 
     @property
     def dimension(self) -> int:
@@ -254,6 +255,36 @@ class _Part:
         return compiled(_residuals).bound(
             form.apart_from_declared(), shared, data, effort=self._effort
         )
+
+
+class _TracedResiduals(eqx.Module):
+    """Residuals of all states, for compiled functions that serve all problems of one form.
+
+    Parameters
+    ----------
+    states
+        Experiment and data of each state, the experiments' model errors of known sizes.
+    columns
+        Coordinates of the problem that are those of each state.
+    """
+
+    states: tuple[tuple[Experiment, Data], ...]
+    columns: tuple[tuple[int, ...], ...] = eqx.field(static=True)
+
+    def __call__(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
+        """Residuals [point, datum] and sums of logs [point]."""
+        parts = zip(self.states, self.columns, strict=True)
+        return _joined(
+            [_residuals(*state, points[:, list(kept)], logarithmic) for state, kept in parts]
+        )
+
+
+def _joined(parts: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Residuals and sums of logs of all states from those of each."""
+    if len(parts) == 1:
+        return parts[0]
+    residuals, log_scales = zip(*parts, strict=True)
+    return jnp.concatenate(residuals, axis=1), sum(log_scales[1:], log_scales[0])
 
 
 def _weight(state: State, relative_error: float) -> np.ndarray | None:

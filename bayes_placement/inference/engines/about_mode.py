@@ -7,6 +7,7 @@ from the Gaussian.
 
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -15,7 +16,7 @@ from scipy.special import logsumexp
 from ..._types import InfeasibleError, Key, no_progress
 from ..weights import GOOD_PARETO_K, effective_size, pareto_k
 from .laplace import Laplace
-from .least_squares import LeastSquares
+from .least_squares import Evaluate, LeastSquares
 from .levenberg_marquardt import Fit
 from .randomised_maximum_likelihood import DRAWS as RANDOMISED_DRAWS
 from .randomised_maximum_likelihood import Weighted, randomised_maximum_likelihood
@@ -33,12 +34,26 @@ LEAST_ESS = 400.0
 ENGINE = SMC(particles=400, populations=4, moves=10, prior_draws=2)
 
 
-class Reference:
+class Reference(eqx.Module):
     """Posterior whose tempering begins at a wide Gaussian about the mode, not at the prior.
 
     What engines call the prior is that Gaussian; what they call the likelihood is the posterior
     density over it, so that the evidence is that of the model.
+
+    Parameters
+    ----------
+    evaluate
+        Residuals over their standard deviations, and the sum of the logs of these.
+    gaussian
+        The Gaussian.
+    dimension, count
+        Number of unknowns and of data.
     """
+
+    evaluate: Evaluate
+    gaussian: Laplace
+    dimension: int = eqx.field(static=True)
+    count: int = eqx.field(static=True)
 
     def least_squares(self) -> None:
         """Not over the Gaussian."""
@@ -48,22 +63,22 @@ class Reference:
         """Sizes of errors are numbers here."""
         return
 
-    def __init__(self, problem: LeastSquares, gaussian: Laplace):
-        self.problem = problem
-        self.dimension = problem.dimension
-        self.gaussian = gaussian
-        self.constant = 0.5 * np.log(2 * np.pi)
-
     def log_prior(self, flat: Any) -> Any:
         """Log density of the Gaussian."""
         mode, root = jnp.asarray(self.gaussian.mode), jnp.asarray(self.gaussian.root)
         normal = jax.scipy.linalg.solve_triangular(root, flat - mode, lower=True)
-        return -0.5 * normal @ normal - self.gaussian.log_volume
+        log_volume = self._constants(self.dimension) + jnp.sum(jnp.log(jnp.diagonal(root)))
+        return -0.5 * normal @ normal - log_volume
 
     def log_likelihood(self, flat: Any) -> Any:
         """Log of the posterior density over that of the Gaussian, not normalised."""
-        prior = -0.5 * flat @ flat - self.dimension * self.constant
-        return self.problem.log_likelihood(flat) + prior - self.log_prior(flat)
+        residual, log_scale = (value[0] for value in self.evaluate(flat[None], False))
+        squares = residual @ residual + flat @ flat
+        posterior = -0.5 * squares - log_scale - self._constants(self.count + self.dimension)
+        return posterior - self.log_prior(flat)
+
+    def _constants(self, count: int) -> float:
+        return 0.5 * count * float(np.log(2 * np.pi))
 
     def log_jacobian(self, flat: Any) -> Any:
         """Zero: the vector itself is what is named."""
@@ -105,7 +120,8 @@ def sampled_about(problem: LeastSquares, fit: Fit, seed: int = 0) -> SampledPost
         sampled = _resampled(weighted, RANDOMISED_DRAWS / 2, seed)
     if sampled is not None:
         return sampled
-    draws = ENGINE.run(Reference(problem, gaussian), jax.random.PRNGKey(seed), no_progress)
+    reference = Reference(problem.traced, gaussian, problem.dimension, problem.count)
+    draws = ENGINE.run(reference, jax.random.PRNGKey(seed), no_progress)
     points = np.asarray(draws.position).reshape(-1, problem.dimension)
     return SampledPosterior(points, draws.log_evidence, draws.log_evidence_error)
 

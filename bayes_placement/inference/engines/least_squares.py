@@ -10,9 +10,8 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from ._column_groups import ColumnGroups, column_groups
 
@@ -78,22 +77,18 @@ class LeastSquares:
         Number of unknowns.
     count
         Number of data.
+    traced
+        The same for any number of points, to be called in compiled functions: a tree, so that one
+        such function serves all problems of one form. By default the first.
     """
 
-    def __init__(self, evaluate: Evaluate, dimension: int, count: int):
+    def __init__(
+        self, evaluate: Evaluate, dimension: int, count: int, traced: Evaluate | None = None
+    ):
         self.evaluate = evaluate
         self.dimension = dimension
         self.count = count
-
-    def residual(self, point: Float[Array, "unknown"]) -> tuple[Array, Array]:
-        """Residuals and the sum of logs at one point, for a compiled function."""
-        residual, log_scale = self.evaluate(point[None], False)
-        return residual[0], log_scale[0]
-
-    def log_likelihood(self, point: Float[Array, "unknown"]) -> Array:
-        """Log likelihood at one point, for a compiled function."""
-        residual, log_scale = self.residual(point)
-        return -0.5 * residual @ residual - log_scale - 0.5 * self.count * jnp.log(2 * jnp.pi)
+        self.traced = evaluate if traced is None else traced
 
     def residuals(self, points: Points, logarithmic: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Residuals [point, datum] and sums of logs [point] at points."""
