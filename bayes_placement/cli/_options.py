@@ -15,7 +15,8 @@ Data = Annotated[
     Path | None,
     typer.Option(
         help="Measured FRFs: universal file, .mat, .npz, HDF5, CSV, .xlsx, or a mapping (TOML) "
-        "that names such a file. Default: the model's `measurement`."
+        "that names such a file; or modal parameters, a universal file or CSV. Default: the "
+        "model's `measurement`."
     ),
 ]
 Engine = Annotated[
@@ -185,7 +186,8 @@ Mapping = Annotated[
     typer.Option(help="TOML file that says what the data do not: axes, names, units, case."),
 ]
 Shown = Annotated[
-    Path, typer.Argument(help="Model file, folder with case.json, or file of measured FRFs.")
+    Path,
+    typer.Argument(help="Model file, folder with case.json, or file of measured FRFs or modes."),
 ]
 NewFolder = Annotated[Path, typer.Argument(help="Folder of the model file, which is made.")]
 Channels = Annotated[
@@ -194,7 +196,10 @@ Channels = Annotated[
 ]
 Save = Annotated[
     Path | None,
-    typer.Option(help="Model file to which the mended model is written; its posterior goes along."),
+    typer.Option(
+        help="Model file to which the mended model is written, or case folder where the model is "
+        "one; its posterior goes to the results."
+    ),
 ]
 Results = Annotated[
     Path,

@@ -1,18 +1,18 @@
-"""`--save` of `improve`: the mended model as a model file, and its posterior."""
+"""`--save` of `improve`: the mended model as a model file or case folder."""
 
 import os
 from pathlib import Path
 from typing import NamedTuple
 
 from .._files import write_atomically
-from .._sites import described, is_unknown
-from .._types import InputError, UsageError
+from .._types import UsageError
 from ..criticism.missing.ledger import Ledger
-from ..effects import library
 from ..effects.effect import Effect
 from ..effects.library import kind_of
 from ..experiment.experiment import Experiment
 from ..io._modal_files import holds_modal_parameters
+from ..io.case._effects import candidate_place
+from ..io.case._mended import write_mended
 
 HEAD = '''\
 """The model of {model} with what it lacked: {effects}.
@@ -43,12 +43,12 @@ experiment = experiment + dataclasses.replace({variable}, name={name!r})
 
 
 class Mended(NamedTuple):
-    """A model file that is to be written.
+    """A model file or case folder that is to be written.
 
     Parameters
     ----------
     path
-        The file.
+        The file, or the folder.
     model
         Model file or case folder that lacked something.
     data
@@ -66,6 +66,9 @@ class Mended(NamedTuple):
         """Write the model as it was given, and the effects of the ledger."""
         known = {effect.name for effect in experiment.effects}
         added = [effect for effect in ledger.experiment.effects if effect.name not in known]
+        if not self.path.suffix:
+            write_mended(self.path, self.model, experiment, added)
+            return
         parts = [self._head(added)]
         parts += [_addition(experiment, effect, n) for n, effect in enumerate(added, 1)]
         text = "\n".join(parts)
@@ -93,40 +96,35 @@ class Mended(NamedTuple):
 
 
 def mended(path: Path, model: Path, data: Path | None, model_error: bool) -> Mended:
-    """Return a model file that is to be written, after a check that it replaces nothing.
+    """Return a model file or case folder to be written, after a check that it replaces nothing.
 
     Raises
     ------
     UsageError
-        If there is such a file, or its name does not end in .py.
+        If there is such a file or folder, or it cannot hold what is to be saved.
     """
-    if path.suffix != ".py" or path.exists():
+    is_case = not path.suffix and model.is_dir()
+    if path.exists() or not (is_case or path.suffix == ".py"):
         fault = "is there already" if path.exists() else "is no name of a Python file"
+        folder = f", or of a case folder: --save {model.name}_mended" if model.is_dir() else ""
         raise UsageError(
             f"--save {path} was given, which {fault}; a new model file is needed, since nothing is "
-            f"replaced: --save {model.stem}_mended.py."
+            f"replaced: --save {model.stem}_mended.py{folder}."
+        )
+    if is_case and (data is not None or model_error):
+        option = "--data" if data is not None else "--model-error"
+        raise UsageError(
+            f"--save {path} was given beside {option}; a model file is needed then, since a case "
+            f"folder holds its own data and no model error: --save {model.stem}_mended.py."
         )
     return Mended(path, model, data, model_error)
 
 
 def _addition(experiment: Experiment, effect: Effect, number: int) -> str:
     """Lines that add an effect: which of the default candidates it is."""
-    candidates = library(experiment, [kind_of(effect)]).effects
-    for place, candidate in enumerate(candidates):
-        if _content(candidate) == _content(effect):
-            return ADDED.format(
-                variable=f"effect_{number}", kind=kind_of(effect), number=place, name=effect.name
-            )
-    raise InputError(
-        f"The effect {effect.name} is none of the default candidates, so it cannot be saved as "
-        "text; what is added in Python is saved there: keep experiment + effect in your model file."
+    return ADDED.format(
+        variable=f"effect_{number}",
+        kind=kind_of(effect),
+        number=candidate_place(experiment, effect),
+        name=effect.name,
     )
-
-
-def _content(effect: Effect) -> list[tuple[str, str]]:
-    """Numbers and priors of an effect, by the names of its fields."""
-    return [
-        (name, described(value) if is_unknown(value) else str(value))
-        for name, value in vars(effect).items()
-        if name != "name"
-    ]

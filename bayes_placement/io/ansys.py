@@ -103,7 +103,8 @@ def read_modes(
     """
     file = path_of(path)
     _check_units(length_unit, mass_unit)
-    system = read_matrices(matrices)
+    # In the units of the files, in which the shapes are orthonormal.
+    system = read_matrices(matrices, length_unit=1.0, mass_unit=1.0)
     result = _read(file)
     with reading(file, "modes of Ansys", _REMEDY):
         if "shape" not in result.arrays:

@@ -54,6 +54,9 @@ LETTERS = 32
 SMALLEST = 1e-3
 """Probability below which no digits are shown."""
 
+LEAST_MISFIT = 1e-3
+"""Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
+
 _SCORE = "size of score"
 # The numbers of their scores are shifts.
 _WITHOUT_PLACE = ("misplaced_sensor", "misplaced_actuator")
@@ -254,12 +257,13 @@ def error_falls(ledger: Ledger, *, ax: Axes | None = None) -> Figure:
     misfit, quantity = _misfit(ledger.steps)
     layout = panels(1, 1, ax)
     panel = layout.only
-    panel.plot(range(len(misfit)), misfit, "o-", color=SUSPECT, label="misfit of the best fit")
-    for number, chi2 in enumerate(misfit):
-        panel.annotate(_short(chi2), (number, chi2), (8, 4), textcoords="offset points")
+    drawn = np.maximum(misfit, LEAST_MISFIT)
+    panel.plot(range(len(misfit)), drawn, "o-", color=SUSPECT, label="misfit of the best fit")
+    for number, (chi2, height) in enumerate(zip(misfit, drawn, strict=True)):
+        panel.annotate(_short(chi2), (number, height), (8, 4), textcoords="offset points")
     panel.axhline(1.0, color=FLOOR, linestyle="--", label="noise floor of a correct model")
     panel.set_yscale("log")
-    panel.set_ylim(0.5 * min(1.0, *misfit, 1.0), 2 * max(1.0, *misfit, 1.0))
+    panel.set_ylim(0.5 * min(1.0, *drawn, 1.0), 2 * max(1.0, *drawn, 1.0))
     panel.set_xlim(-0.5, len(misfit) - 0.5)
     panel.set_xticks(range(len(names)), names)
     panel.set_xlabel("model [effects added one after the other]")

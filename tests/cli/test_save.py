@@ -1,10 +1,14 @@
 """`improve --save`: the mended model is a model file that explains the data."""
 
+import numpy as np
 import pytest
 
 import bayes_placement as bp
+from bayes_placement._compiled import compiled
 from bayes_placement.experiment.content_hash import content_hash
 from tests.cli.test_criticism import HIDDEN, MEASUREMENT, MODEL, run, written
+from tests.io.case.test_folder import measured
+from tests.io.case.test_folder import written as written_case
 
 
 @pytest.mark.long
@@ -36,3 +40,40 @@ def test_nothing_is_replaced_by_a_saved_model(tmp_path, name):
     assert done.exit_code == 2
     assert "nothing is replaced: --save study_mended.py" in " ".join(done.output.split())
     assert model.read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "option", "words"),
+    [
+        ("study_mended", (), "is no name of a Python file"),
+        ("case_mended", ("--data", "measured.uff"), "beside --data; a model file is needed then"),
+        ("case_mended", ("--model-error",), "beside --model-error; a model file is needed then"),
+        ("case", (), "is there already"),
+    ],
+)
+def test_a_folder_holds_a_case_with_its_own_data_alone(tmp_path, name, option, words):
+    model = written(tmp_path, MODEL)
+    if name.startswith("case"):
+        model = tmp_path / "case"
+        model.mkdir()
+    done = run("improve", model, *option, "--save", tmp_path / name)
+    assert done.exit_code == 2
+    assert words in " ".join(done.output.split())
+
+
+@pytest.mark.long
+def test_a_case_is_mended_as_a_case(tmp_path):
+    folder = tmp_path / "case"
+    folder.mkdir()
+    given = bp.io.case.read(written_case(folder)).experiment
+    hidden = (given + bp.effects.point_mass(0.4, 2.0)).nominal()
+    frf = np.asarray(compiled(bp.Experiment.frf)(hidden))
+    coherence = np.full(frf.shape, 0.9999)
+    written_case(folder, measured=measured(frf=frf, coherence=coherence))
+    words = ("--effects", "point_mass", "--out", tmp_path / "out", "--save", tmp_path / "mended")
+    done = run("improve", folder, *words)
+    assert done.exit_code == 0, (done.output, done.exception)
+    assert f"Mended model: {tmp_path / 'mended'}" in done.output
+    mended = bp.io.case.read(tmp_path / "mended")
+    assert [effect.name for effect in mended.experiment.effects] == ["point_mass"]
+    assert (tmp_path / "out" / "posterior.nc").is_file()

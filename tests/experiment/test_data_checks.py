@@ -4,6 +4,7 @@ import dataclasses
 import json
 from pathlib import Path
 
+import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
 import pytest
@@ -11,6 +12,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
 from bayes_placement.experiment.data_checks import CHECKS
+from tests.in_space import Linear
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
 LINES = np.linspace(20.0, 900.0, 250)
@@ -333,3 +335,30 @@ def test_no_false_alarm_on_the_cases(folder):
         assert fault.sensor.startswith(hidden["misplaced_sensor"]["sensor"])
     else:
         assert checks.passed, checks
+
+
+class Alike(Linear):
+    """Two of three modes have one natural frequency."""
+
+    def angular_frequency(self):
+        return 2 * np.pi * jnp.array([40.0, 70.0, 70.0])
+
+
+def test_modes_of_one_natural_frequency_are_a_fault_where_modes_are_observed():
+    def checked(modes, frequency):
+        measured = bp.ModalParameters(frequency, 0.1 * np.ones(len(frequency)), number=[1, 2])
+        experiment = bp.Experiment(
+            bp.Structure(modes, damping=bp.damping.Modal(0.01)),
+            sensors=[],
+            observe=bp.observe.Modes(measured),
+            noise=bp.noise.FromVariance(),
+        )
+        return experiment.check_data(measured)
+
+    checks = checked(Alike(), [40.0, 70.0])
+    assert not checks.passed
+    assert "Modes 2 and 3 of the model are both at 70 Hz" in checks.sentences()[0]
+    assert checked(Linear(), [40.0, 70.0]).words() == [
+        "The data pass their checks: repeated modes."
+    ]
+    assert checked(Alike(), [20.0, 40.0]).passed  # they lie above what was measured

@@ -165,6 +165,16 @@ def test_other_units_must_be_given(answered):
     np.testing.assert_allclose(system.mass.diagonal()[0], 1e3)
 
 
+def test_modes_in_other_units_are_confirmed_by_matrices_in_these(answered):
+    """The matrices state units; the shapes are orthonormal in these."""
+    in_si = ansys.read_modes(*answered())
+    results, matrices = answered(units="MPA")
+    model = ansys.read_modes(results, matrices, length_unit=1e-3, mass_unit=1e3)
+    np.testing.assert_allclose(model.natural_frequency, in_si.natural_frequency)
+    np.testing.assert_allclose(model.position, 1e-3 * in_si.position)
+    np.testing.assert_allclose(np.abs(model.shape), np.abs(in_si.shape) / np.sqrt(1e3))
+
+
 @pytest.mark.parametrize(
     ("changed", "reason"),
     [

@@ -352,6 +352,13 @@ def test_a_model_that_lacks_nothing_is_a_single_point():
     assert low < 0.98 < 1 < high
 
 
+def test_a_misfit_of_zero_is_drawn_on_the_logarithmic_axis():
+    axis = drawn(ledger_plots.error_falls(ledger(step(None, 12.0), step("mass", 0.0)))).axes[0]
+    assert words(axis) == ["12", "0"]
+    low, _ = axis.get_ylim()
+    assert 0 < low < line(axis, "misfit of the best fit")[1] < 0.01
+
+
 def test_responses_and_errors_are_those_of_each_fit():
     datasets = fits()
     figure = ledger_plots.before_and_after(datasets)

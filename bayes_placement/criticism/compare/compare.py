@@ -100,7 +100,7 @@ class ModelComparison:
     def _gap(self, column: str, name: str) -> tuple[float, float]:
         """Difference of a model to the best, with the standard error."""
         row = self._rows()[name]
-        return -row[column], float(np.nan_to_num(row[f"{column}_error"]))
+        return 0.0 - row[column], float(np.nan_to_num(row[f"{column}_error"]))
 
     def _evidence_words(self) -> list[str]:
         if len(names := self._ranked("log_evidence")) < 2:

@@ -12,6 +12,7 @@ from ...effects.effect import Effect
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal, ModalErrors
 from ...experiment.noise import Data
+from ...inference.engines.empirical_bayes import Rival
 from ...inference.residuals import State
 from ._before_and_after import carried_over, compared_with_baseline, fitted_baseline, state_of
 from ._compiled_ahead import compiled_ahead
@@ -20,10 +21,8 @@ from ._hypotheses import (
     Hypothesis,
     finite,
     fitted_with_errors,
-    null_hypothesis,
     problem_with_errors,
     rival_among,
-    with_errors,
 )
 from ._posterior_odds import (
     Comparison,
@@ -34,7 +33,8 @@ from ._posterior_odds import (
     wants_more_effects,
 )
 from ._screen import worth_fitting
-from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, Tick, one_more_effect, single_effects
+from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, Tick, one_more_effect
+from ._shared_fits import SharedFits, shared_fits
 from ._unknown_noise import is_noise_known
 
 
@@ -55,6 +55,8 @@ class Question(NamedTuple):
         Whether the experiment was given with it; else it is a rival of all candidates.
     level
         Probability that a correct model fails its check.
+    fits
+        Fits of the same question that were made before, and those that are made now.
     most_effects
         Most effects that are added.
     """
@@ -65,6 +67,7 @@ class Question(NamedTuple):
     errors: ModalErrors | None
     declared: bool
     level: float
+    fits: SharedFits
     most_effects: int = 1
 
     @classmethod
@@ -81,7 +84,8 @@ class Question(NamedTuple):
         errors = experiment.model_error
         if not declared and rival is not None:
             errors = experiment.with_model_error(rival).model_error
-        return cls(experiment.with_errors(None), data, effects, errors, declared, **settings)
+        content = experiment.with_errors(None), data, effects, errors
+        return cls(*content, declared, fits=shared_fits(*content), **settings)
 
 
 class Answer(NamedTuple):
@@ -151,8 +155,8 @@ def answered(
     """
     if baseline is not None:
         return _answered_by_two_states(question, baseline, between, tick)
-    null = null_hypothesis(question.experiment, question.data)
-    exact = single_effects(null, question.effects, tick)
+    exact = question.fits.singles(tick)
+    null = exact.hypotheses[0]
     if question.declared:
         return Answer(null, _deepened_with_errors(question, exact, tick))
     if explains(exact.best(), question.level):
@@ -228,11 +232,11 @@ def _rivals(question: Question, exact: Comparison) -> dict[Hypothesis, Hypothesi
     if question.errors is None:
         return {}
     best = exact.best()
-    rivals = {best: with_errors(best, question.errors)}
+    rivals = {best: question.fits.with_errors(best)}
     if exact.log_odds(rivals[best]) < exact.log_odds(best):
         return {}
     none = exact.hypotheses[0]
-    return {none: with_errors(none, question.errors)} | rivals
+    return {none: question.fits.with_errors(none)} | rivals
 
 
 def _deepened(
@@ -272,7 +276,7 @@ def _deepened_with_errors(
             exact._replace(hypotheses=[exact.hypotheses[0], *counterparts]), depth, tick, NARROW
         )
         further = [h for h in deeper.hypotheses if len(h.effects) == depth + 1]
-        refitted = _refitted(_by_evidence(further), question.errors, tick)
+        refitted = _refitted(_by_evidence(further), question, tick)
         comparison = comparison.with_hypotheses(refitted)
     return comparison
 
@@ -286,14 +290,14 @@ def _single_effects_with_errors(
     """None and single effects with model error, of each kind the variants of most evidence."""
     assert question.errors is not None
     none = exact.hypotheses[0]
-    null = fitted.get(none) or with_errors(none, question.errors)
+    null = fitted.get(none) or question.fits.with_errors(none)
     singles = _best_variants(exact.hypotheses)
     known = {**fitted, none: null}
     if passes(null, question.level):
         best = singles[:1]  # what it reaches is compared with what is predicted of the others
-        known |= {h: with_errors(h, question.errors) for h in best if h not in known}
+        known |= {h: question.fits.with_errors(h) for h in best if h not in known}
         singles = worth_fitting(null, exact, singles, [known[h] for h in singles if h in known])
-    refitted = _refitted(singles, question.errors, tick, known)
+    refitted = _refitted(singles, question, tick, known)
     return exact._replace(hypotheses=finite([null, *refitted]))
 
 
@@ -314,16 +318,26 @@ def _by_evidence(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
 
 def _refitted(
     hypotheses: Sequence[Hypothesis],
-    errors: ModalErrors,
+    question: Question,
     tick: Tick,
     fitted: Mapping[Hypothesis, Hypothesis] = MappingProxyType({}),
 ) -> list[Hypothesis]:
     """Fit hypotheses with model error, in their order; those far behind others are given up."""
+    assert question.errors is not None
+    errors, fits = question.errors, question.fits
     known = [fitted[hypothesis] for hypothesis in hypotheses if hypothesis in fitted]
     remaining = [hypothesis for hypothesis in hypotheses if hypothesis not in fitted]
+
+    def rival() -> Rival:
+        return rival_among([*fitted.values(), *known])
+
+    while remaining and (shared := fits.known(remaining[0], rival())) is not None:
+        known.append(shared)
+        remaining = remaining[1:]
+        tick()
     problems = compiled_ahead(problem_with_errors(exact, errors) for exact in remaining)
     for exact, problem in zip(remaining, problems, strict=True):
-        rival = rival_among([*fitted.values(), *known])
-        known.append(fitted_with_errors(exact, problem, rival))
+        least = rival()
+        known.append(fits.keep(exact, least, fitted_with_errors(exact, problem, least)))
         tick()
     return finite(known)

@@ -1,5 +1,6 @@
 """A fitted model for the record: its parameters, its misfit, its evidence."""
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -145,10 +146,15 @@ def sampled_finalists(comparison: Comparison, hypotheses: Sequence[Hypothesis]) 
     least = max(map(comparison.log_odds, hypotheses)) - 3 * STRONG
     close = [hypothesis for hypothesis in hypotheses if comparison.log_odds(hypothesis) > least]
     return {
-        id(hypothesis): sampled_about(hypothesis.problem.squares, hypothesis.fit)
+        id(hypothesis): _sampled(hypothesis)
         for hypothesis in close[:FINALISTS]
         if not hypothesis.has_errors  # too many unknowns to sample; Laplace's method stands
     }
+
+
+@functools.lru_cache(maxsize=2 * FINALISTS)  # `improve` asks for those of `explain` again
+def _sampled(hypothesis: Hypothesis) -> SampledPosterior:
+    return sampled_about(hypothesis.problem.squares, hypothesis.fit)
 
 
 def fitted_model(

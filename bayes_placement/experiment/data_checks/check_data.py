@@ -14,6 +14,7 @@ from . import (
     full_coherence,
     overload,
     reciprocity,
+    repeated_modes,
     repeated_records,
     rigid_body_line,
 )
@@ -115,7 +116,8 @@ def check_data(
 
     Records that stand twice, clipped or flat ones, a coherence of 1 everywhere; driving points
     that give energy back, pairs that are not reciprocal, and free structures off their rigid-body
-    line. Lines outside those of the experiment count as well.
+    line. Lines outside those of the experiment count as well. Where modes are observed, modes of
+    the model that have one natural frequency.
 
     Parameters
     ----------
@@ -135,7 +137,7 @@ def check_data(
     True
     """
     if experiment.observe.is_modal:
-        return DataChecks({})
+        return DataChecks({repeated_modes.NAME: list(repeated_modes.check(experiment))})
     runs = at_levels(measurement, experiment.force_levels)
     channels = experiment.sensor_channels, experiment.actuator_channels
     records = [Record(experiment, run.channels(*channels), n) for n, run in enumerate(runs)]

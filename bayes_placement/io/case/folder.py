@@ -2,15 +2,16 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.observe import Complex
 from ...experiment.transducers import Actuator, Sensor
-from ...positions.channel import Channel, checked
+from ...positions.channel import Channel
 from .._gate import path_of, reading
 from ..model import Study
-from ._json_fields import FieldRule, JsonObject, check_distinct, choice, integer, load
+from ._effects import NAME, with_effects
+from ._json_fields import JsonObject, check_distinct, choice, integer, load
 from ._known_fields import check_known
 from ._line import NominalStructure, nominal_structure, structure
 from ._measurement import RecordedTransducer, settings
@@ -53,6 +54,8 @@ def read(folder: str | Path) -> Study:
       is unknown: a ratio and a floor of wide priors.
       Other states of the structure, if measured: `baseline_files`, those of an earlier one; or
       `states`, a list of at least two with `label` and `files`, the first one the baseline.
+    - `effects`, if the structure has some: a list with `kind`, `candidate`, the number among the
+      default candidates of the kind, and `name`; as `improve --save` writes it.
 
     Parameters
     ----------
@@ -101,7 +104,7 @@ def _study(case: JsonObject, folder: Path) -> Study:
         sensors_mounted=_SENSOR_SETUPS[sensor_setup],
     )
     return Study(
-        experiment,
+        with_effects(experiment, case),
         _by_level(runs.measured, stated.force_levels),
         None,
         {},
@@ -119,7 +122,7 @@ def _recorded(case: JsonObject, side: str, nominal: NominalStructure) -> list[Re
 
 
 def _recorded_transducer(fields: JsonObject, nominal: NominalStructure) -> RecordedTransducer:
-    name = fields.value("id", _NAME)
+    name = fields.value("id", NAME)
     node = fields.value("uff_node", integer(1, 1))
     coordinates = tuple(map(float, fields.value("position_m", position_rule(nominal))))
     directions = fields.value("directions", directions_rule(nominal))
@@ -145,15 +148,3 @@ def _check_distinct(sensors: list[RecordedTransducer], actuators: list[RecordedT
     check_distinct("id", [transducer.fields for transducer in (*sensors, *actuators)])
     for side in (sensors, actuators):
         check_distinct("uff_node", [transducer.fields for transducer in side])
-
-
-def _is_name(value: Any) -> bool:
-    try:
-        return isinstance(value, str) and checked(Channel(value)).name == value
-    except ValueError:
-        return False
-
-
-_NAME = FieldRule(
-    "a name without blanks around it that does not end in a direction such as +x", "s1", _is_name
-)

@@ -341,6 +341,11 @@ def test_words_do_not_rank_within_the_sampling_error():
     assert any(line.startswith('The evidence does not separate "a" and "b"') for line in sentences)
 
 
+def test_equal_evidences_differ_by_zero():
+    sentences = words(a=row(), b=row((10.0, 0.0), (0.0, 0.0)))
+    assert any("log Bayes factor 0," in line for line in sentences)
+
+
 @pytest.mark.parametrize(
     ("elpd", "begins"),
     [

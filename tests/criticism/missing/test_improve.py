@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bayes_placement import effects
-from bayes_placement.criticism.missing import _with_errors
+from bayes_placement.criticism.missing import _shared_fits, _with_errors
 from bayes_placement.criticism.missing._hypotheses import fitted_with_errors, with_errors
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
@@ -40,8 +40,8 @@ def with_both(candidates):
         return fitted
 
     with pytest.MonkeyPatch.context() as patch:
-        for fit in (with_errors, fitted_with_errors):
-            patch.setattr(_with_errors, fit.__name__, counted(fit))
+        for module, fit in ((_shared_fits, with_errors), (_with_errors, fitted_with_errors)):
+            patch.setattr(module, fit.__name__, counted(fit))
         return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=candidates)
 
 
@@ -60,6 +60,37 @@ def test_a_hidden_mass_is_named_and_the_error_falls_to_the_noise(with_mass):
     assert last.held_out > first.held_out
     assert not with_mass.unexplained
     assert with_mass.probabilities["point_mass"] > 0.95
+
+
+def test_what_explain_fits_is_not_fitted_again(with_mass, candidates, monkeypatch):
+    """The same numbers come from fits of `improve`, and from ones that are made anew."""
+    asked = experiment(), measured(MASS, seed=1)
+    _shared_fits._LAST.clear()
+    anew = explain(*asked, candidates=candidates)
+    monkeypatch.setattr(_shared_fits, "single_effects", lambda *_: pytest.fail("fitted again"))
+    shared = explain(*asked, candidates=effects.library(experiment(), KINDS))
+    improved = improve(*asked, candidates=candidates)
+    assert shared.probabilities == anew.probabilities == improved.probabilities
+    assert improved.probabilities == with_mass.probabilities
+    assert shared.steps[0].parameters == anew.steps[0].parameters
+
+
+def test_another_question_is_fitted_anew(candidates, monkeypatch):
+    asked = experiment(), experiment().data(measured(MASS, seed=1)), candidates.effects, None
+    fits = _shared_fits.shared_fits(*asked)
+    assert _shared_fits.shared_fits(*asked) is fits
+    again = experiment(), experiment().data(measured(MASS, seed=1)), asked[2], None
+    assert _shared_fits.shared_fits(*again) is fits
+    heavier = dataclasses.replace(candidates.effects[0], mass=0.1)
+    others = [
+        (experiment(), experiment().data(measured(MASS, seed=2)), candidates.effects, None),
+        (experiment(), asked[1], candidates.effects[:1], None),
+        (experiment(), asked[1], (heavier, *candidates.effects[1:]), None),
+        (experiment().fix({"structure.damping.ratio": 0.04}), asked[1], candidates.effects, None),
+    ]
+    for other in others:
+        first = _shared_fits.shared_fits(*asked)
+        assert _shared_fits.shared_fits(*other) is not first
 
 
 def test_the_true_mass_and_its_place_lie_in_their_intervals(with_mass):

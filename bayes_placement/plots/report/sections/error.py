@@ -14,6 +14,9 @@ from ..report import ERROR
 SMALLEST = 1e-3
 """Probability below which a kind is not drawn."""
 
+LEAST_MISFIT = 1e-3
+"""Misfit below which a point stands at the lower end: data without noise can be fitted exactly."""
+
 
 def items(saved: Saved) -> Iterator[Item]:
     """Draw the error of each step, and the probabilities."""
@@ -34,13 +37,14 @@ def _falling(steps: list[dict[str, Any]]) -> Item:
     misfit, quantity = _misfit(steps)
     figure, axes = panels(1, 1, 2.6)
     panel = axes[0, 0]
-    panel.plot(range(len(misfit)), misfit, "o-", color=AFTER, label="misfit of the best fit")
-    for number, value in enumerate(misfit):
+    drawn = np.maximum(misfit, LEAST_MISFIT)
+    panel.plot(range(len(misfit)), drawn, "o-", color=AFTER, label="misfit of the best fit")
+    for number, (value, height) in enumerate(zip(misfit, drawn, strict=True)):
         text = f"{value:.0f}" if value >= 100 else f"{value:.3g}"
-        panel.annotate(text, (number, value), (8, 4), textcoords="offset points")
+        panel.annotate(text, (number, height), (8, 4), textcoords="offset points")
     panel.axhline(1.0, color=FLOOR, linestyle="--", label="noise floor of a correct model")
     panel.set_yscale("log")
-    panel.set_ylim(0.5 * min(1.0, *misfit, 1.0), 3 * max(1.0, *misfit, 1.0))
+    panel.set_ylim(0.5 * min(1.0, *drawn, 1.0), 3 * max(1.0, *drawn, 1.0))
     panel.set_xlim(-0.4, len(misfit) - 0.4)
     panel.set_xticks(range(len(names)), names)
     panel.set_ylabel(quantity)

@@ -1,0 +1,100 @@
+"""Fits that `explain` and `improve` of the same data have in common, made once.
+
+Those of the last question stay. They are taken only for the same experiment, data, candidates and
+model error, leaf by leaf and class by class, so that they are what would be fitted again.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import numpy as np
+
+from ...effects.effect import Effect
+from ...experiment.experiment import Experiment
+from ...experiment.model_error import ModalErrors
+from ...experiment.noise import Data
+from ...inference.engines.empirical_bayes import Rival
+from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis, with_errors
+from ._posterior_odds import Comparison
+from ._search import Tick, single_effects
+
+
+class SharedFits:
+    """Fits of one question.
+
+    Parameters
+    ----------
+    experiment
+        The experiment without model error.
+    data
+        Measured outputs.
+    effects
+        The candidates.
+    errors
+        The model error; None where the model is exact.
+    """
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        data: Data,
+        effects: Sequence[Effect],
+        errors: ModalErrors | None,
+    ):
+        self.content = (experiment, data, tuple(effects), errors)
+        self._singles: Comparison | None = None
+        self._with_errors: dict[tuple[Hypothesis, Rival], Hypothesis] = {}
+
+    def singles(self, tick: Tick) -> Comparison:
+        """The model as given, first, and every candidate alone."""
+        experiment, data, effects, _ = self.content
+        if self._singles is None:
+            null = null_hypothesis(experiment, data)
+            self._singles = single_effects(null, effects, tick)
+        return self._singles
+
+    def with_errors(self, exact: Hypothesis) -> Hypothesis:
+        """A hypothesis with the model error, not given up."""
+        *_, errors = self.content
+        assert errors is not None
+        known = self.known(exact, NO_RIVAL)
+        return known or self.keep(exact, NO_RIVAL, with_errors(exact, errors))
+
+    def known(self, exact: Hypothesis, rival: Rival) -> Hypothesis | None:
+        """A hypothesis with the model error as it was fitted beside a rival; None if it was not."""
+        return self._with_errors.get((exact, rival))
+
+    def keep(self, exact: Hypothesis, rival: Rival, erroneous: Hypothesis) -> Hypothesis:
+        """Keep a hypothesis with the model error, fitted beside a rival, and return it."""
+        self._with_errors[exact, rival] = erroneous
+        return erroneous
+
+
+_LAST: list[SharedFits] = []
+"""Fits of the last question, or none."""
+
+
+def shared_fits(*content: Any) -> SharedFits:
+    """Return the fits of a question: those that are there, or none yet. See `SharedFits`."""
+    fits = SharedFits(*content)
+    if not (_LAST and _same(_LAST[0].content, fits.content)):
+        _LAST[:] = [fits]
+    return _LAST[0]
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two trees are alike in structure, classes, numbers and all else."""
+    parts: list[Any] = [jax.tree.flatten(tree) for tree in (one, other)]
+    (leaves, structure), (others, another) = parts
+    return bool(structure == another) and all(map(_same_leaf, leaves, others))
+
+
+def _same_leaf(one: Any, other: Any) -> bool:
+    if one is other:
+        return True
+    kinds = (np.ndarray, jax.Array, np.generic, float, int, complex)
+    if not isinstance(one, kinds) or not isinstance(other, kinds):
+        return False  # whatever it is, it may have changed
+    first, second = np.asarray(one), np.asarray(other)
+    return first.dtype == second.dtype and np.array_equal(first, second)

@@ -1,0 +1,49 @@
+"""A case folder written anew, complete, with what its model lacked."""
+
+import json
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ..._files import write_json
+from ...effects.effect import Effect
+from ...experiment.experiment import Experiment
+from ._effects import FIELD, stated_effects
+
+CASE, MODEL = "case.json", "nominal_fe_model"
+
+
+def write_mended(
+    folder: Path, case: Path, experiment: Experiment, effects: Sequence[Effect]
+) -> Path:
+    """Copy a case with the finite element model that it names, and add effects.
+
+    `case.json` comes last, so that a folder that has it is complete.
+
+    Parameters
+    ----------
+    folder
+        The new folder.
+    case
+        The folder of the case.
+    experiment
+        The experiment of the case.
+    effects
+        Default candidates that are added to it.
+
+    Raises
+    ------
+    InputError
+        If one is no default candidate.
+    """
+    content: dict[str, Any] = json.loads((case / CASE).read_text(encoding="utf-8-sig"))
+    content[FIELD] = [*(content.get(FIELD) or []), *stated_effects(experiment, effects)]
+    folder.mkdir(parents=True)
+    for file in sorted(case.iterdir()):
+        if file.is_file() and file.name != CASE:
+            shutil.copyfile(file, folder / file.name)
+    if content.get(MODEL) is not None:
+        shutil.copytree(case.resolve() / content[MODEL], folder / MODEL)
+        content[MODEL] = MODEL
+    return write_json(folder / CASE, content)

@@ -1,0 +1,63 @@
+"""Effects that a case states: default candidates by kind and number, written and read back."""
+
+import equinox as eqx
+import pytest
+
+import bayes_placement as bp
+from bayes_placement.io import case
+from bayes_placement.io.case._mended import write_mended
+from tests.io.case.test_folder import changed, written
+
+MASS = {"kind": "point_mass", "candidate": 1, "name": "clamp"}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a function that makes a folder of a name."""
+
+    def made(name):
+        (tmp_path / name).mkdir()
+        return tmp_path / name
+
+    return made
+
+
+def test_a_case_with_effects_is_the_one_without_and_default_candidates(folder):
+    plain = case.read(written(folder("plain"))).experiment
+    gain = {"kind": "gain_error", "candidate": 2, "name": "gain_error"}
+    content = changed("effects", [MASS, gain])
+    experiment = case.read(written(folder("mended"), content)).experiment
+    assert [effect.name for effect in experiment.effects] == ["clamp", "gain_error"]
+    assert set(experiment.unknown) - set(plain.unknown) == {
+        "structure.effects.clamp.at",
+        "structure.effects.clamp.mass",
+        "instrument_effects.gain_error.error",
+    }
+    assert int(experiment.instrument_effects["gain_error"].transducer) == 1  # the second sensor
+
+
+def test_a_mended_case_is_complete_and_read_back(tmp_path, folder):
+    path = written(folder("given"))
+    given = case.read(path)
+    added = bp.effects.library(given.experiment, ["point_mass", "channel_delay"]).effects
+    (mass,), delay = added[:1], added[-1]
+    write_mended(tmp_path / "sub" / "mended", path, given.experiment, [mass, delay])
+    mended = case.read(tmp_path / "sub" / "mended")
+    assert eqx.tree_equal(mended.experiment, given.experiment + mass + delay)
+    assert (mended.measurement.frf == given.measurement.frf).all()
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("kind", "heavy_thing", "kind.*is .heavy_thing.; .point_mass. or"),
+        ("candidate", 7, "is 7, but there are 2 candidates of the kind point_mass"),
+        ("candidate", 0, "at least 1"),
+        ("name", "a ", "a name without blanks"),
+        ("strength", 3, "field effects\\[0\\].strength.*is not known"),
+    ],
+)
+def test_what_is_no_default_candidate_is_refused(tmp_path, field, value, words):
+    content = changed("effects", [MASS | {field: value}])
+    with pytest.raises(case.CaseError, match=words):
+        case.read(written(tmp_path, content))
