@@ -54,8 +54,8 @@ class Hypothesis:
         Standard deviation of the log of each unknown size of the model error, by name.
     has_errors
         Whether a model error is fitted.
-    early_evidence
-        Log evidence early on the way to a fit with model error.
+    as_rival
+        Evidence on the way to its fit with model error.
     chi2_when_exact
         Mean square of the residuals of its fit without the model error; NaN where there is none.
     """
@@ -67,7 +67,7 @@ class Hypothesis:
     scan: Scan | None = None
     deviations: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     has_errors: bool = False
-    early_evidence: float = -np.inf
+    as_rival: Rival = NO_RIVAL
     chi2_when_exact: float = float("nan")
 
     @property
@@ -192,7 +192,7 @@ def extended(pairs: Sequence[Pair], tick: Callable[[], None]) -> list[Hypothesis
 def rival_among(hypotheses: Sequence[Hypothesis]) -> Rival:
     """Return the hypothesis of the greatest evidence as a rival; without any, there is none."""
     best = max(hypotheses, key=lambda hypothesis: hypothesis.fit.log_evidence, default=None)
-    return NO_RIVAL if best is None else Rival(best.early_evidence, best.fit.log_evidence)
+    return NO_RIVAL if best is None else best.as_rival
 
 
 def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:

@@ -5,7 +5,7 @@ sizes of zero and means nothing; the evidence as a function of the sizes has a m
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
@@ -29,6 +29,10 @@ bandwidth leaves the plain residual flat."""
 FAR_BEHIND = 0.1
 """Log evidence a datum behind a rival at which a fit is given up: a rule of the search, no bound.
 It is asked only once the sizes have followed the data; before, fits that end well lie farther."""
+
+TOLERANT = 0.1
+"""Relative error besides at which a fit is given up that is behind a rival by more than 1 a datum:
+it does not follow what FRFs show to a tenth. Fits that end well are less than that behind."""
 
 SHORT = 10.0
 """Log evidence by which a fit may fall short of a rival and still matter beside it: strong evidence
@@ -85,12 +89,15 @@ class Rival(NamedTuple):
 
     Parameters
     ----------
+    tolerant
+        Its log evidence while FRFs have a relative error of `TOLERANT` besides.
     early
         Its log evidence after the first steps without softening.
     evidence
         Its log evidence in the end.
     """
 
+    tolerant: float = -np.inf
     early: float = -np.inf
     evidence: float = -np.inf
 
@@ -107,14 +114,14 @@ class Sized(Generic[Kind]):
         Its fit; the evidence is that of the model with unknown sizes.
     deviations
         Standard deviation of the log of each size, by name.
-    early_evidence
-        Log evidence after the first steps without softening, by which fits are given up.
+    as_rival
+        Its evidence on the way, by which other fits are given up.
     """
 
     problem: Kind
     fit: Fit
     deviations: dict[str, float]
-    early_evidence: float
+    as_rival: Rival
 
 
 def fitted_with_sizes(
@@ -136,38 +143,45 @@ def fitted_with_sizes(
     rival
         Another fit. One that is far behind it is given up.
     """
+    tolerant = -np.inf
     for relative_error in softening:
         ends, fit = _fit(problem, starts, relative_error, SOFT_STEPS)
+        if relative_error == TOLERANT and problem.weight(TOLERANT) is not None:
+            tolerant = fit.log_evidence
+            if tolerant < rival.tolerant - problem.count:
+                return _sized(problem, _fit(problem, ends[:1], steps=0)[1])
         problem, (starts,) = _at_better_sizes(problem, fit, (ends[:FOLLOWED],))
-    return _settled(problem, starts, rival)
+    sized, early = _settled(problem, starts, rival)
+    return replace(sized, as_rival=Rival(tolerant, early, sized.fit.log_evidence))
 
 
-def _settled(problem: Kind, starts: Points, rival: Rival) -> Sized[Kind]:
+def _settled(problem: Kind, starts: Points, rival: Rival) -> tuple[Sized[Kind], float]:
     """Estimate the sizes until the evidence no longer grows, or will not reach that of a rival.
 
-    Rounds mostly gain less and less: a rule of the search, no bound.
+    Rounds mostly gain less and less: a rule of the search, no bound. Also returned is the evidence
+    after the first steps.
     """
     ends, fit = _fit(problem, starts, steps=SOFT_STEPS)
     early = fit.log_evidence
     if early < rival.early - FAR_BEHIND * problem.count:
-        return _sized(problem, fit, early)
+        return _sized(problem, fit), early
     _, fit = _fit(problem, ends)
-    best = _sized(problem, fit, early)
+    best = _sized(problem, fit)
     for remaining in reversed(range(ROUNDS if problem.unknown_sizes else 0)):
         problem, (point,) = _at_better_sizes(problem, fit, (fit.point,))
         _, fit = _fit(problem, point[None])
-        sized = _sized(problem, fit, early)
+        sized = _sized(problem, fit)
         gain = sized.fit.log_evidence - best.fit.log_evidence
         best = sized if gain > 0 else best
         reached = best.fit.log_evidence + remaining * max(gain, 0.0)
         if gain < SETTLED or reached < rival.evidence - SHORT:
             break
-    return best
+    return best, early
 
 
-def _sized(problem: Kind, fit: Fit, early_evidence: float) -> Sized[Kind]:
+def _sized(problem: Kind, fit: Fit) -> Sized[Kind]:
     fit, deviations = _integrated(problem, fit)
-    return Sized(problem, fit, deviations, early_evidence)
+    return Sized(problem, fit, deviations, Rival())
 
 
 def _at_better_sizes(

@@ -1,0 +1,69 @@
+"""Sizes of errors by the evidence: what falls behind a rival is given up, and nothing else."""
+
+import numpy as np
+import pytest
+
+from bayes_placement.inference.engines import empirical_bayes
+from bayes_placement.inference.engines.empirical_bayes import Rival, fitted_with_sizes
+from bayes_placement.inference.residuals import Problem
+from tests.inference.engines.test_mode_with_sizes import case  # noqa: F401  a fixture
+
+
+@pytest.fixture(scope="module")
+def problem(case):  # noqa: F811
+    experiment, measurement = case
+    return Problem(experiment, experiment.data(measurement))
+
+
+@pytest.fixture
+def fits(monkeypatch):
+    """Relative error of each descent, in their order."""
+    softened, fit = [], empirical_bayes._fit
+
+    def counted(problem, starts, relative_error=0.0, steps=empirical_bayes.STEPS):
+        softened.append(relative_error)
+        return fit(problem, starts, relative_error, steps)
+
+    monkeypatch.setattr(empirical_bayes, "_fit", counted)
+    return softened
+
+
+def fitted(problem, rival=Rival()):  # noqa: B008
+    return fitted_with_sizes(problem, np.zeros((1, problem.dimension)), rival=rival)
+
+
+@pytest.fixture(scope="module")
+def alone(problem):
+    return fitted(problem)
+
+
+def test_the_sizes_are_those_of_the_errors(alone):
+    (size,) = alone.problem.sizes.values()
+    assert size == pytest.approx(0.01, rel=0.3)
+
+
+def test_beside_itself_a_fit_is_not_given_up(problem, alone):
+    assert fitted(problem, alone.as_rival).fit.log_evidence == alone.fit.log_evidence
+
+
+def test_what_does_not_follow_the_data_to_a_tenth_is_given_up_at_once(problem, alone, fits):
+    far = alone.as_rival._replace(tolerant=alone.as_rival.tolerant + 1.01 * problem.count)
+    given_up = fitted(problem, far)
+    assert fits == [0.3, 0.1, 0.0]
+    assert given_up.fit.log_evidence < alone.fit.log_evidence
+    near = alone.as_rival._replace(tolerant=alone.as_rival.tolerant + 0.99 * problem.count)
+    assert fitted(problem, near).fit.log_evidence == alone.fit.log_evidence
+
+
+def test_what_begins_far_behind_is_given_up_before_its_sizes_are_sought(problem, alone, fits):
+    given_up = fitted(problem, Rival(early=alone.as_rival.early + 0.11 * problem.count))
+    assert fits == [*empirical_bayes.SOFTENING, 0.0]
+    assert given_up.as_rival.early == alone.as_rival.early
+
+
+def test_what_gains_too_little_to_reach_a_rival_is_given_up(problem, alone, fits):
+    fitted(problem)
+    rounds = fits.count(0.0)
+    fits.clear()
+    fitted(problem, Rival(evidence=alone.fit.log_evidence + 1e6))
+    assert fits.count(0.0) == 3 <= rounds  # two of the first sizes, one of others
