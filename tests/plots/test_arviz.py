@@ -35,14 +35,20 @@ def chains():
         return bp.infer(experiment, bar.measurement, engine=engine, key=1)
 
 
-@pytest.mark.parametrize("draw", [arviz_plots.plot_rank, arviz_plots.plot_forest])
-def test_arviz_draws_a_result(draw):
-    draw(result(), backend="matplotlib")
+def test_arviz_draws_a_result():
+    arviz_plots.plot_forest(result(), backend="matplotlib")
     texts = {text.get_text() for text in plt.gcf().findobj(Text)}
     assert {RATIO, POSITION} <= texts
 
 
-@pytest.mark.parametrize("name", ["ppc_dist", "loo_pit", "energy", "trace"])
+IS_OF_0 = arviz_plots.__version__.startswith("0.")
+OF_1 = pytest.mark.skipif(IS_OF_0, reason="arviz-plots 0.8 fails on any tree with xarray of today")
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["ppc_dist", "loo_pit", "energy", "trace", "rank", pytest.param("psense_dist", marks=OF_1)],
+)
 @pytest.mark.filterwarnings("ignore")  # of libraries about each other
 def test_arviz_draws_predictions_energy_and_sensitivity(chains, name):
     getattr(arviz_plots, f"plot_{name}")(chains, backend="matplotlib")
@@ -50,7 +56,6 @@ def test_arviz_draws_predictions_energy_and_sensitivity(chains, name):
 
 
 def test_arviz_tells_the_sensitivity_to_the_prior(chains):
-    # plot_psense_dist of arviz-plots 0.8 fails on any tree with the xarray of today.
     table = arviz_stats.psense_summary(chains)
     assert table.loc["structure.damping.ratio.1", "prior"] > 0
 
