@@ -163,9 +163,11 @@ def _are_apart(block: dict[str, np.ndarray]) -> bool:
     log_density, position = block["lp"], block["position"]
     if position.shape[1] < 2:
         return False
-    halves = np.array_split(log_density, 2)
-    drift = np.abs(halves[1].mean(axis=0) - halves[0].mean(axis=0))
-    if np.any(drift > log_density.std(axis=0)):
+    with np.errstate(over="ignore", invalid="ignore"):  # far from the mode it may be -1e200
+        halves = np.array_split(log_density, 2)
+        drift = np.abs(halves[1].mean(axis=0) - halves[0].mean(axis=0))
+        deviation = log_density.std(axis=0)
+    if not np.all(np.isfinite(deviation)) or np.any(drift > deviation):
         return False
     within = position.var(axis=0, ddof=1).mean(axis=0)
     between = position.mean(axis=0).var(axis=0, ddof=1)

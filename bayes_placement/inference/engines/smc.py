@@ -28,6 +28,11 @@ NEIGHBOURS = 4
 FAR_STEPS = 0.1
 """Share of the steps that are the difference of any two particles, to lead from mode to mode."""
 
+SETTLING = 2
+"""Further rounds of moves at the posterior. Where the prior is far wider, particles lag behind the
+temperature: without these rounds the deviations of eight coefficients of a regression came out 2 %
+too wide and a mean 0.08 deviations off, with any number of particles."""
+
 
 class _Population(NamedTuple):
     particles: Float[Array, "draw unknown"]
@@ -222,6 +227,8 @@ def _temper(
                 f"The tempering is stuck at temperature {before:.2e}: a single particle fits far "
                 "better than all others. Use more particles, or check the noise level."
             )
+    for move_key in jax.random.split(key, SETTLING):
+        population = stages.move(move_key, population)
     return population, steps
 
 

@@ -6,12 +6,15 @@ import numpy as np
 import numpyro
 import numpyro.distributions as dist
 import pytest
+from scipy.special import gammaln
 
 from bayes_placement import engines
 from bayes_placement._types import no_progress
+from bayes_placement.inference.engines import nuts
 from bayes_placement.inference.engines.importance import pareto_k
 from bayes_placement.inference.engines.smc import _start, evidence_error
 from bayes_placement.inference.unconstrained import UnconstrainedModel
+from tests.benchmarks.posteriordb_models import posterior
 
 # y = a + 2 b + noise and y' = b + noise, with Gaussian priors of different means and scales: the
 # posterior is Gaussian, correlated, and symmetric in nothing.
@@ -146,6 +149,29 @@ def test_nuts_stops_with_words_where_chains_cannot_mix():
     assert "The chains were stopped after 300 of 2000 steps: they sit in separate modes" in warning
     assert "use engines.SMC()" in warning
     assert draws.position.shape == (4, 100, 1)
+
+
+def test_chains_on_their_way_from_far_off_are_not_at_rest():
+    random = np.random.default_rng(0)
+    apart = np.array([0.0, 50.0])[:, None] + random.standard_normal((100, 2, 1))
+    near = random.standard_normal((100, 2))
+    far = near + [0.0, -1e200] * near  # its squares are beyond the greatest number
+    assert nuts._are_apart({"lp": near, "position": apart})
+    assert not nuts._are_apart({"lp": far, "position": apart})
+
+
+@pytest.mark.long
+def test_particles_of_smc_do_not_lag_behind_a_prior_that_is_far_wider(optimised):
+    model, laws, _ = posterior("mesquite-logmesquite_logvas")
+    target, draws = run(engines.SMC(particles=4000), model, laws)
+    level = jax.jit(jax.vmap(jax.vmap(target.constrain)))(draws.position)["sigma"]
+    # With flat priors 2 / sum of squares is Gamma distributed in 1 / sigma^2, n - p - 1 degrees.
+    columns = np.asarray(model.columns)
+    (squares,) = np.linalg.lstsq(columns, np.asarray(model.target))[1]
+    half = (columns.shape[0] - columns.shape[1] - 1) / 2
+    mean = np.sqrt(squares / 2) * np.exp(gammaln(half - 0.5) - gammaln(half))
+    deviation = np.sqrt(squares / 2 / (half - 1) - mean**2)
+    assert abs(np.mean(level) - mean) < 0.05 * deviation
 
 
 def test_nuts_does_not_stop_chains_that_mix():
