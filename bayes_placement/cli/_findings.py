@@ -1,5 +1,6 @@
 """What each command leaves for its report, beside its tables and figures."""
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -7,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..criticism.check.misfit import Misfit
-from ..criticism.findings import Model, draws_of_result, findings, models_of
+from ..criticism.findings import ABOUT, Model, draws_of_result, findings, models_of
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..experiment.experiment import Experiment, Measurements
@@ -107,11 +108,19 @@ def of_check(
     return of_posterior(posterior, experiment, measurement, said, warned, "check")
 
 
-def modes_of_model(kept: xr.DataTree) -> dict[str, xr.Dataset]:
-    """Modes that an inference found beside the measured ones, by the model; none of FRFs."""
-    if "modes_0" not in kept.children:
-        return {}
-    return {BEST_DRAW: kept["modes_0"].to_dataset()}
+def of_models(kept: xr.DataTree, word: str) -> dict[str, xr.Dataset]:
+    """Return what was kept of each model, by its name; nothing where that was not kept.
+
+    Parameters
+    ----------
+    kept
+        What the functions above return.
+    word
+        `fit` for responses, `modes` where modes were measured.
+    """
+    names = json.loads(kept.attrs[ABOUT])["models"]
+    groups = {name: f"{word}_{number}" for number, name in enumerate(names)}
+    return {n: kept[group].to_dataset() for n, group in groups.items() if group in kept.children}
 
 
 def _best(experiment: Experiment, posterior: xr.DataTree) -> dict[str, float]:

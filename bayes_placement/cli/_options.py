@@ -189,7 +189,15 @@ Shown = Annotated[
     Path,
     typer.Argument(help="Model file, folder with case.json, or file of measured FRFs or modes."),
 ]
-NewFolder = Annotated[Path, typer.Argument(help="Folder of the model file, which is made.")]
+NewFolder = Annotated[Path, typer.Argument(help="Folder of the files, which is made.")]
+AsCase = Annotated[
+    bool,
+    typer.Option(
+        "--case",
+        help="Write a mapping and a channel table, which `import` turns into a case folder, in "
+        "the place of a model file.",
+    ),
+]
 Channels = Annotated[
     Path | None,
     typer.Option(help="Channel table, a workbook or CSV: name, role, x [mm], tolerance [mm], ..."),

@@ -189,13 +189,16 @@ def show(output: "Output", path: option.Shown) -> int:
 
 @app.command()
 def init(
-    folder: option.NewFolder, channels: option.Channels = None, traceback: option.Traceback = False
+    folder: option.NewFolder,
+    channels: option.Channels = None,
+    case: option.AsCase = False,
+    traceback: option.Traceback = False,
 ) -> None:
-    """Write a commented model file to begin with, from a channel table where there is one."""
+    """Write a commented model file or mapping to begin with, from a channel table if any."""
     with errors_in_words(folder, show_traceback=traceback):
         from . import init
 
-        typer.echo(init.run(folder, channels))
+        typer.echo(init.run(folder, channels, case))
 
 
 def _split(words: str | None) -> list[str] | None:

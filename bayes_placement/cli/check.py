@@ -12,7 +12,7 @@ from ..inference.results import warnings_of
 from ..plots import misfit as plots
 from ..plots import modes as mode_plots
 from ..plots import posterior as posterior_plots
-from ._findings import FINDINGS, modes_of_model, of_check
+from ._findings import FINDINGS, of_check, of_models
 from ._inputs import infer_posterior, named_method, read_inputs
 from ._run import Output, Run
 
@@ -82,7 +82,7 @@ def _write(misfit: Misfit, sentences: list[str], run: Run) -> None:
 def _figures(posterior: xr.DataTree, misfit: Misfit, kept: xr.DataTree) -> dict[str, Figure]:
     """Figures by the names of their files; modes have no neighbours that a curve could join."""
     residual_map = {"residual_map.png": plots.residual_map(misfit)}
-    modes = modes_of_model(kept)
+    modes = of_models(kept, "modes")
     if modes:
         return {"modes.png": mode_plots.compared(modes), **residual_map}
     return {

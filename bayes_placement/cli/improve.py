@@ -3,17 +3,16 @@
 from collections.abc import Mapping
 from typing import Any
 
+import xarray as xr
 from matplotlib.figure import Figure
 
-from ..criticism.fitted import fitted_steps
-from ..criticism.fitted_modes import modes_of_steps
 from ..criticism.missing.improve import improve
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.states import LedgerOfStates
 from ..experiment.experiment import Experiment, Measurements
 from ..plots import ledger as plots
 from ..plots import modes as mode_plots
-from ._findings import FINDINGS, of_result
+from ._findings import FINDINGS, of_models, of_result
 from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
 from ._run import Run
@@ -92,14 +91,6 @@ def _improve_states(
     return improve(experiment, states, **settings)
 
 
-def _before_and_after(ledger: Ledger, inputs: Inputs) -> Figure:
-    """Figure of what was measured beside the model as given and with all effects."""
-    given = ledger, inputs.experiment, inputs.measurement
-    if inputs.experiment.observe.is_modal:
-        return mode_plots.compared(modes_of_steps(*given))
-    return plots.before_and_after(fitted_steps(*given))
-
-
 def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
     run.json("ledger.json", ledger.to_json())
     run.text("ledger.txt", str(ledger))
@@ -109,9 +100,15 @@ def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
         "error_falls.png": plots.error_falls(ledger),
         "suspicion.png": plots.suspicion(ledger, experiment=inputs.experiment),
         "probabilities.png": plots.probabilities(ledger),
-        FITS: _before_and_after(ledger, inputs),
     }
     run.figures(figures)
     measured = inputs.measurement, inputs.data_faults
     kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
+    run.figures({FITS: _before_and_after(kept)})
     run.tree(FINDINGS, kept)
+
+
+def _before_and_after(kept: xr.DataTree) -> Figure:
+    """Figure of what was measured beside the model as given and with all effects."""
+    modes = of_models(kept, "modes")
+    return mode_plots.compared(modes) if modes else plots.before_and_after(of_models(kept, "fit"))

@@ -1,4 +1,4 @@
-"""`bayes-placement init`: a commented model file to begin with, and its channels."""
+"""`bayes-placement init`: a commented model file or mapping to begin with, and its channels."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -56,6 +56,57 @@ experiment = bp.Experiment(
 )
 '''
 
+MAPPING, TABLE = "mapping.toml", "channels"
+
+CASE_TEMPLATE = """\
+# What a file of FRFs does not say. Put the file beside this one, change what stands behind CHANGE,
+# then run
+#
+#     bayes-placement import {folder} --out {folder}/case
+#     bayes-placement improve {folder}/case
+
+file = "measured.uff"  # CHANGE: a universal file, .mat, .npz, HDF5, CSV or .xlsx
+channels = "{table}"  # CHANGE there: names, nodes, places and tolerances
+averages = 16  # CHANGE: of each FRF; with the coherence they tell the noise
+
+# A universal file says the rest. For arrays, without the signs at the beginning:
+# frf = {{ array = "H", axes = ["frequency", "sensor", "actuator"], unit = "(m/s^2)/N" }}
+# frequency = {{ array = "f", unit = "Hz" }}
+# coherence = "coherence"
+# sensors = ["s1", "s2"]
+# actuators = ["a1"]
+
+[case]
+sensor_setup = "fixed"  # CHANGE: "roving" where one sensor was moved from run to run
+estimator = "H1"
+
+[case.structure]
+type = "axial bar"  # or "Euler-Bernoulli beam, bending", with width_m and height_m for area_m2
+length_m = 1.0  # CHANGE, all of these
+area_m2 = 1e-3
+boundary_conditions = "fixed at x=0 and x=L"
+motion = "axial displacement u(x), direction 1"
+youngs_modulus_Pa = 1e9
+density_kg_m3 = 9000.0
+damping = {{ model = "modal viscous, the same ratio for every mode", ratio = 0.02 }}
+
+# What is not known of it; positions are unknown within the tolerances of the channel table.
+[[case.uncertain_parameters]]
+name = "youngs_modulus_Pa"
+prior = {{ type = "uniform", low = 0.9e9, high = 1.1e9 }}
+
+[[case.uncertain_parameters]]
+name = "modal_damping_ratio"
+prior = {{ type = "uniform", low = 0.005, high = 0.08 }}
+"""
+
+EXAMPLE_TABLE = """\
+name,role,node,x [mm],y [mm],z [mm],direction,tolerance [mm]
+s1,sensor,1,250,0,0,+x,10
+s2,sensor,2,600,0,0,+x,10
+a1,actuator,3,400,0,0,+x,10
+"""
+
 EXAMPLE = (
     ChannelRow("s1", "sensor", position=(0.25, 0.0, 0.0), tolerance=(0.01, 0.0, 0.0)),
     ChannelRow("s2", "sensor", position=(0.6, 0.0, 0.0), tolerance=(0.01, 0.0, 0.0)),
@@ -64,27 +115,57 @@ EXAMPLE = (
 """Channels where no table is given."""
 
 
-def run(folder: Path, channels: Path | None) -> str:
-    """Write a model file, and return what to do with it.
+def run(folder: Path, channels: Path | None, as_case: bool = False) -> str:
+    """Write a model file, or what a case folder is made of, and return what to do with it.
 
     Parameters
     ----------
     folder
-        Folder of the file, which is made.
+        Folder of the files, which is made.
     channels
         Channel table: workbook or text; None for channels to be changed.
+    as_case
+        Whether to write a mapping, from which `import` makes a case folder, for a model file.
 
     Raises
     ------
     UsageError
-        If the file is there already.
+        If a file is there already.
     """
-    path = folder / FILE
+    return _write_mapping(folder, channels) if as_case else _write_model(folder, channels)
+
+
+def _free(path: Path) -> Path:
+    """A path at which nothing is replaced."""
     if path.exists():
         raise UsageError(
             f"{path} is there already; another folder is needed, since it would be replaced: "
-            f"bayes-placement init {folder}-2."
+            f"bayes-placement init {path.parent}-2."
         )
+    return path
+
+
+def _write_mapping(folder: Path, channels: Path | None) -> str:
+    """Write a mapping, and the channel table that it names."""
+    path, table = _free(folder / MAPPING), "channels.csv"
+    if channels is None:
+        content = EXAMPLE_TABLE.encode()
+    else:
+        channel_table.read(channels)  # what is none is refused here, not later
+        content, table = channels.read_bytes(), f"{TABLE}{channels.suffix}"
+    target = _free(folder / table)
+    text = CASE_TEMPLATE.format(folder=folder, table=table)
+    write_atomically(target, lambda temporary: temporary.write_bytes(content))
+    write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    return (
+        f"A mapping was written to {path}, and a channel table to {target}: change them where the "
+        f"mapping says CHANGE, and put the file of FRFs beside them. Next: bayes-placement import "
+        f"{folder} --out {folder / 'case'}"
+    )
+
+
+def _write_model(folder: Path, channels: Path | None) -> str:
+    path = _free(folder / FILE)
     rows = list(EXAMPLE) if channels is None else channel_table.read(channels)
     text = TEMPLATE.format(
         file=path,

@@ -20,7 +20,7 @@ from ..io._gate import files_read
 from ..io.model import Study
 from ..plots import modes as mode_plots
 from ..plots import posterior as plots
-from ._findings import FINDINGS, modes_of_model, of_posterior
+from ._findings import FINDINGS, of_models, of_posterior
 from ._inputs import (
     infer_posterior,
     named_method,
@@ -223,7 +223,7 @@ def _write(results: Results, comparison: Report, run: Run) -> None:
 
 def _figures(results: Results, truth: Mapping[str, float], kept: xr.DataTree) -> dict[str, Figure]:
     """Figures by the names of their files."""
-    first, modes = next(iter(results.values())), modes_of_model(kept)
+    first, modes = next(iter(results.values())), of_models(kept, "modes")
     figures = (
         {"modes.png": mode_plots.compared(modes)}
         if modes

@@ -102,32 +102,12 @@ def fitted_steps(
     >>> list(fitted_steps(ledger, experiment, surprise))
     ['as given', 'with point_mass']
     """
-    return {
-        name: fitted(model, measurement, values)
-        for name, (model, values) in models_of_steps(ledger, experiment).items()
-    }
-
-
-def models_of_steps(
-    ledger: Ledger, experiment: Experiment
-) -> dict[str, tuple[Experiment, Mapping[str, float]]]:
-    """Return the model as given and that with all effects, each with values, by their names.
-
-    Parameters
-    ----------
-    ledger
-        What `improve` returned.
-    experiment
-        The experiment as it was given to `improve`.
-    """
     first, last = ledger.steps[0], ledger.steps[-1]
-    models: dict[str, tuple[Experiment, Mapping[str, float]]] = {
-        "as given": (first.experiment or experiment, first.values)
-    }
+    fits = {"as given": fitted(first.experiment or experiment, measurement, first.values)}
     if last.effects:
         name = f"with {' and '.join(last.effects)}"
-        models[name] = (last.experiment or ledger.experiment, last.values)
-    return models
+        fits[name] = fitted(last.experiment or ledger.experiment, measurement, last.values)
+    return fits
 
 
 def effect_places(ledger: Ledger) -> dict[str, Recorded]:

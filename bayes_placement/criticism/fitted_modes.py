@@ -7,11 +7,10 @@ import numpy as np
 import xarray as xr
 
 from .._compiled import compiled
-from ..experiment.experiment import Experiment, Measurements
+from ..experiment.experiment import Experiment
 from ..experiment.modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
 from ..experiment.observed_modes import ModesOfModel
-from .fitted import models_of_steps, with_arrays
-from .missing.ledger import Ledger
+from .fitted import with_arrays
 
 FURTHER_MODES = 2
 """Modes of the model, above those that were measured, whose shapes are compared as well."""
@@ -78,27 +77,6 @@ def fitted_modes(
     labels = [channel.label for channel in measured.sensors]
     count = measured.natural_frequency.size
     return xr.Dataset(variables, coords={"mode": np.arange(1, count + 1), "sensor": labels})
-
-
-def modes_of_steps(
-    ledger: Ledger, experiment: Experiment, measurement: Measurements
-) -> dict[str, xr.Dataset]:
-    """Return the modes of the model as given and with all effects that were added, by its name.
-
-    Parameters
-    ----------
-    ledger
-        What `improve` returned.
-    experiment
-        The experiment as it was given to `improve`.
-    measurement
-        What was measured.
-    """
-    assert isinstance(measurement, ModalParameters)
-    return {
-        name: fitted_modes(model, measurement, values)
-        for name, (model, values) in models_of_steps(ledger, experiment).items()
-    }
 
 
 def _scaled(measured: ModalParameters, model: ModesOfModel) -> np.ndarray:

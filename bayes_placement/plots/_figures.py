@@ -28,6 +28,12 @@ LETTER = 0.06
 HANDLE = 7
 """Letters for which the handle of a legend entry takes the room."""
 
+LOGARITHM, DECIBELS = "log10 of ", 20.0
+"""How units of logarithms of amplitudes begin, and decibels of a factor of ten."""
+
+HALF_TURN = 180.0
+"""Jump of a phase [degrees] that is none."""
+
 STAR: dict[str, Any] = {
     "marker": "*",
     "color": "r",
@@ -235,6 +241,19 @@ def color_bar(marks: Any, panel: Any, label: str, **settings: Any) -> None:
 def on_two_lines(unit: str) -> str:
     """Break the unit of an FRF where it is longer than a panel is high."""
     return unit.replace(" per force", "\nper force")
+
+
+def in_decibels(values: Any, unit: str) -> tuple[Any, str]:
+    """Logarithms of amplitudes in dB, with the name of their axis; all else as it is."""
+    if not unit.startswith(LOGARITHM):
+        return values, on_two_lines(unit)
+    return DECIBELS * values, f"magnitude\n[dB re 1 {unit[unit.rfind('[') + 1 :]}"
+
+
+def unbroken(phase: np.ndarray) -> np.ndarray:
+    """Phase [degrees] without lines from one end of the axis to the other."""
+    jumps = np.abs(np.diff(phase, prepend=phase[:1])) > HALF_TURN
+    return np.where(jumps, np.nan, phase)
 
 
 def _columns(labels: list[str], width: float) -> int:

@@ -21,15 +21,17 @@ from ..experiment.experiment import Experiment
 from ..positions.vectors import Recorded
 from . import structure as structure_plots
 from ._figures import (
+    HALF_TURN,
     PANEL,
     STAR,
     channel_panels,
     channels,
     color_bar,
     edges,
+    in_decibels,
     maps_and_bars,
-    on_two_lines,
     panels,
+    unbroken,
 )
 
 LEVEL = 0.01
@@ -289,6 +291,9 @@ def before_and_after(
 ) -> Figure:
     """Draw measured and fitted outputs, and below each channel pair the error and the noise.
 
+    Amplitudes are in dB. Where the fits have phases, as those of the findings of a run, these stand
+    in between.
+
     Parameters
     ----------
     fits
@@ -296,7 +301,7 @@ def before_and_after(
         `predicted`, `error` and `noise`.
     axes
         Axes to draw in: for each sensor a row of responses, a column for each actuator and force
-        level, and below it a row of errors; None for a new figure.
+        level, below it a row of phases, if there are any, and one of errors; None for a new figure.
 
     Examples
     --------
@@ -305,21 +310,47 @@ def before_and_after(
     >>> bp.plots.ledger.before_and_after(fits).axes[-1].get_xlabel()
     'frequency [Hz]'
     """
-    layout = channel_panels(next(iter(fits.values())), [1.0, 0.8], axes)
+    first = next(iter(fits.values()))
+    has_phase = "measured_phase" in first
+    heights = [1.0, 0.5, 0.8] if has_phase else [1.0, 0.8]
+    layout, rows = channel_panels(first, heights, axes), len(heights)
     colors = [BEFORE, AFTER] if len(fits) > 1 else [AFTER]
     for (name, fit), color in zip(fits.items(), colors, strict=True):
-        for panel, channel in channels(layout.axes[::2], fit):
+        for panel, channel in channels(layout.axes[::rows], fit):
             _draw_response(panel, channel, name, color)
-        for panel, channel in channels(layout.axes[1::2], fit):
+        for panel, channel in channels(layout.axes[1::rows], fit) if has_phase else ():
+            _draw_phase(panel, channel, color)
+        for panel, channel in channels(layout.axes[rows - 1 :: rows], fit):
             _draw_error(panel, channel, name, color)
+    _draw_measured(layout.axes, first, rows)
     return layout.with_legend()
 
 
+def _draw_measured(axes: np.ndarray, fit: xr.Dataset, rows: int) -> None:
+    """Draw what was measured, once, above the lines, which would hide it."""
+    style: dict[str, Any] = {"color": DATA, "markersize": 4, "zorder": 3}
+    for panel, channel in channels(axes[::rows], fit):
+        measured, _ = in_decibels(channel["measured"], channel["measured"].attrs["units"])
+        panel.plot(channel["frequency"], measured, ".", label="measured", **style)
+    if "measured_phase" not in fit:
+        return
+    for panel, channel in channels(axes[1::rows], fit):
+        panel.plot(channel["frequency"], channel["measured_phase"], ".", **style)
+    for panel in axes[1::rows].flat:  # it belongs to the panel above
+        panel.set(title="", xlabel="")
+
+
 def _draw_response(panel: Axes, channel: xr.Dataset, name: str, color: str) -> None:
-    (points,) = panel.plot(channel["frequency"], channel["measured"], ".", color=DATA)
-    points.set(label="measured", markersize=4, zorder=1)
-    panel.plot(channel["frequency"], channel["predicted"], color=color, label=name)
-    panel.set_ylabel(on_two_lines(channel["measured"].attrs["units"]))
+    values, label = in_decibels(channel["predicted"], channel["predicted"].attrs["units"])
+    panel.plot(channel["frequency"], values, color=color, label=name)
+    panel.set_ylabel(label)
+
+
+def _draw_phase(panel: Axes, channel: xr.Dataset, color: str) -> None:
+    phase = unbroken(channel["predicted_phase"].values)
+    panel.plot(channel["frequency"], phase, color=color)
+    panel.set(yticks=[-HALF_TURN, 0.0, HALF_TURN], ylim=(-1.1 * HALF_TURN, 1.1 * HALF_TURN))
+    panel.set_ylabel("phase [°]")
 
 
 def _draw_error(panel: Axes, channel: xr.Dataset, name: str, color: str) -> None:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import bayes_placement as bp
+from bayes_placement.cli import init
 from bayes_placement.cli.app import app
 from models import bar
 from tests.cli.studies import EXPERIMENT
@@ -97,3 +98,38 @@ def test_a_model_is_not_replaced_by_a_new_one(tmp_path):
     done = run("init", tmp_path)
     assert done.exit_code == 2 and "is there already" in done.output
     assert (tmp_path / "model.py").read_text() == before
+
+
+@pytest.mark.parametrize("with_table", [False, True])
+def test_a_new_mapping_and_a_file_of_frfs_become_a_case(tmp_path, with_table):
+    lines = np.linspace(100.0, 400.0, 5)
+    measurement = bp.Measurement.from_arrays(
+        np.ones((2, 1, 5), complex),
+        lines,
+        sensors=["1+x", "2+x"],
+        actuators=["3+x"],
+        quantity="accelerance",
+        coherence=np.full((2, 1, 5), 0.99),
+    )
+    folder, words = tmp_path / "new", []
+    if with_table:
+        table = tmp_path / "instruments.csv"
+        table.write_text(init.EXAMPLE_TABLE.replace("600", "610"))
+        words = ["--channels", table]
+    done = run("init", folder, "--case", *words)
+    assert done.exit_code == 0, (done.output, done.exception)
+    assert f"bayes-placement import {folder} --out {folder / 'case'}" in " ".join(
+        done.output.split()
+    )
+    bp.io.uff.write(folder / "measured.uff", measurement)
+    done = run("import", folder, "--out", folder / "case")
+    assert done.exit_code == 0, (done.output, done.exception)
+    experiment = bp.io.case.read(folder / "case").experiment
+    assert list(experiment.unknown)[:2] == [
+        "structure.modes.youngs_modulus",
+        "structure.damping.ratio",
+    ]
+    assert experiment.sensor["s2"].recorded == (0.61 if with_table else 0.6)
+    done = run("init", folder, "--case")
+    assert done.exit_code == 2
+    assert "is there already" in done.output

@@ -367,12 +367,29 @@ def test_responses_and_errors_are_those_of_each_fit():
         upper, lower = figure.axes[2 * sensor : 2 * sensor + 2]
         for name, dataset in datasets.items():
             channel = dataset.isel(sensor=sensor, actuator=0)
-            np.testing.assert_array_equal(line(upper, name), channel["predicted"])
+            np.testing.assert_allclose(line(upper, name), 20 * channel["predicted"])
             np.testing.assert_array_equal(line(lower, f"error, {name}"), channel["error"])
         noise = [curve.get_ydata() for curve in lower.lines if curve.get_label() == "noise"]
         np.testing.assert_array_equal(noise[0], datasets["as given"]["noise"][sensor, 0])
         assert upper.get_title() == lower.get_title() == f"sensor s{sensor + 1}, actuator a1"
+        measured = datasets["as given"]["measured"][sensor, 0]
+        np.testing.assert_allclose(line(upper, "measured"), 20 * measured)
+        assert upper.get_ylabel() == "magnitude\n[dB re 1 (m/s)/N]"
         assert lower.get_ylabel() == "size of error\n[(m/s)/N]"
+
+
+def test_phases_stand_between_responses_and_errors_where_they_are_known():
+    def with_phases(dataset):
+        phase = xr.zeros_like(dataset["error"]) + np.array([170.0, -170.0, -160.0, 0.0])
+        return dataset.assign(measured_phase=phase, predicted_phase=phase)
+
+    figure = ledger_plots.before_and_after({n: with_phases(f) for n, f in fits().items()})
+    assert len(figure.axes) == 6
+    assert [axis.get_ylabel() for axis in figure.axes[1::3]] == ["phase [°]"] * 2
+    predicted, _, measured = figure.axes[1].lines
+    assert np.isnan(predicted.get_ydata()[1])  # no line across the whole axis
+    np.testing.assert_array_equal(measured.get_ydata()[:2], [170.0, -170.0])
+    assert measured.get_zorder() > predicted.get_zorder()
 
 
 def test_each_force_level_has_panels_of_its_own():
@@ -380,7 +397,7 @@ def test_each_force_level_has_panels_of_its_own():
     assert len(figure.axes) == 8
     assert figure.axes[1].get_title() == "sensor s1, actuator a1, 2 N"
     expected = fits(levels=2)["as given"]["predicted"][0, 0, 1]
-    np.testing.assert_array_equal(line(figure.axes[1], "as given"), expected)
+    np.testing.assert_allclose(line(figure.axes[1], "as given"), 20 * expected)
 
 
 def test_logarithms_differ_by_the_logarithm_of_a_ratio():

@@ -8,6 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from ....experiment.experiment import FORCE_LEVEL
+from ..._figures import DECIBELS, HALF_TURN, LOGARITHM, unbroken
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels, thinned
 from .._svg import AFTER, BEFORE, DATA, FIFTH, INK
@@ -16,13 +17,6 @@ from ..report import RESPONSES
 
 MOST_CHANNELS = 12
 """Channel pairs that are drawn; those with the largest error before."""
-
-DECIBEL = 20.0
-"""Decibel of a factor of ten in amplitude."""
-
-
-HALF_TURN = 180.0
-"""Jump of a phase [deg] that is none."""
 
 
 def items(saved: Saved) -> Iterator[Item]:
@@ -96,12 +90,12 @@ def _title(channel: xr.Dataset) -> str:
 
 
 def _decibel(values: Any, is_logarithm: bool) -> Any:
-    return DECIBEL * values if is_logarithm else values
+    return DECIBELS * values if is_logarithm else values
 
 
 def _draw_response(panel: Any, fit: xr.Dataset, name: str, colour: str) -> None:
     unit = str(fit["predicted"].attrs["units"])
-    logarithm = unit.startswith("log10 of ")
+    logarithm = unit.startswith(LOGARITHM)
     values = _decibel(fit["predicted"].values, logarithm)
     panel.plot(fit["frequency"].values, values, color=colour, linewidth=1.2, label=name)
     panel.set_ylabel(f"dB re 1 {_bracket(unit)}" if logarithm else unit, fontsize=8)
@@ -113,9 +107,7 @@ def _bracket(unit: str) -> str:
 
 
 def _draw_phase(panel: Any, fit: xr.Dataset, colour: str) -> None:
-    phase = fit["predicted_phase"].values
-    jumps = np.abs(np.diff(phase, prepend=phase[:1])) > HALF_TURN
-    shown = np.where(jumps, np.nan, phase)  # no line from one end of the axis to the other
+    shown = unbroken(fit["predicted_phase"].values)
     panel.plot(fit["frequency"].values, shown, color=colour, linewidth=1.2)
     panel.set_ylabel("phase [deg]", fontsize=8)
     panel.set(yticks=[-HALF_TURN, 0, HALF_TURN], ylim=(-1.15 * HALF_TURN, 1.15 * HALF_TURN))
@@ -124,7 +116,7 @@ def _draw_phase(panel: Any, fit: xr.Dataset, colour: str) -> None:
 def _draw_measured(axes: np.ndarray, fit: xr.Dataset, has_phase: bool) -> None:
     """Draw what was measured, above the lines."""
     style: dict[str, Any] = {"color": DATA, "markersize": 2.4, "linestyle": "none", "zorder": 5}
-    logarithm = str(fit["measured"].attrs["units"]).startswith("log10 of ")
+    logarithm = str(fit["measured"].attrs["units"]).startswith(LOGARITHM)
     lines, values = fit["frequency"].values, _decibel(fit["measured"].values, logarithm)
     axes[0, 0].plot(lines, values, "o", label="measured", **style)
     if has_phase:
