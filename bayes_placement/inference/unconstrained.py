@@ -16,6 +16,7 @@ from ._quadrature_rules import product_rule
 from .coordinates import Coordinates
 from .engines.empirical_bayes import Hierarchy
 from .engines.least_squares import LeastSquares
+from .prior_draws import prior_draws
 from .symmetries import Move, Values
 
 Flat = Float[Array, "unknown"]
@@ -130,13 +131,8 @@ class UnconstrainedModel(eqx.Module):
 
     def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:
         """Independent draws from the prior."""
-        return compiled(_prior_draws)(self, jax.random.split(key, draws))
-
-    def prior_draw(self, key: Key) -> Flat:
-        """One draw from the prior."""
-        keys = jax.random.split(key, len(self.names))
-        pairs = zip(self.priors.items(), keys, strict=True)
-        return self.flatten({name: prior.sample(prior_key) for (name, prior), prior_key in pairs})
+        # Samplers by rejection take ten seconds to compile to run fast, and are run once.
+        return compiled(_prior_draws).bound(self, effort=0)(jax.random.split(key, draws))
 
     def prior_quadrature(
         self, nodes: int, box: list[tuple[float, float]] | None = None
@@ -160,7 +156,8 @@ class UnconstrainedModel(eqx.Module):
 
 
 def _prior_draws(model: UnconstrainedModel, keys: Any) -> Float[Array, "draw unknown"]:
-    return jax.vmap(model.prior_draw)(keys)
+    of_unknowns = jax.vmap(lambda key: jax.random.split(key, len(model.names)))(keys)
+    return jax.vmap(model.flatten)(prior_draws(model.priors, of_unknowns))
 
 
 def _flattened(model: UnconstrainedModel, values: Values) -> Float[Array, "draw unknown"]:

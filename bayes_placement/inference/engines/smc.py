@@ -18,12 +18,19 @@ from jaxtyping import Array, Float
 from ..._compiled import compiled
 from ..._types import InputError, Key, Progress, check_count, check_fields, check_positive
 from ..memory import affordable_batch, mapped
+from . import _trajectories as trajectories
 from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihood
 
 GOOD_R_HAT = 1.05
 TARGET_ACCEPTANCE = 0.25
 NEIGHBOURS = 4
 """Particles of which the nearest makes a step, so that most steps stay within a mode."""
+
+NEGLIGIBLE = 0.01
+"""Evidence of a population over the greatest below which it is stuck in lesser modes."""
+
+MOVED_ON = 5
+"""Times that a copy of another population moves, so that it is one of its own."""
 
 FAR_STEPS = 0.1
 """Share of the steps that are the difference of any two particles, to lead from mode to mode."""
@@ -41,6 +48,7 @@ class _Population(NamedTuple):
     log_evidence: Any
     lineage: Any
     scale: Any
+    length: Any
 
 
 class _Stages(NamedTuple):
@@ -53,7 +61,7 @@ class SMC(Engine):
 
     Particles move by a random walk whose steps are differences of two particles of the population
     (ter Braak, doi:10.1007/s11222-006-8769-1): they follow narrow ridges, and lead from one mode
-    into another.
+    into another. From 12 unknowns on they move along gradients besides (Hamiltonian Monte Carlo).
 
     Parameters
     ----------
@@ -103,7 +111,7 @@ class SMC(Engine):
         likelihood = compiled(_log_likelihoods).bound(posterior, batch)
         stages = _Stages(
             compiled(SMC.resampled).bound(self, size),
-            compiled(SMC.moved).bound(self, posterior, batch),
+            compiled(SMC.moved).bound(self, posterior, _moved_at_once(posterior, size, batch)),
         )
         tempered = []
         for number, population_key in enumerate(jax.random.split(key, self.populations)):
@@ -115,7 +123,8 @@ class SMC(Engine):
                 progress((number + _log_share(temperature)) / self.populations)
 
             tempered.append(_temper(stages, temper_key, population, share))
-        return self._draws(*map(list, zip(*tempered, strict=True)))
+        populations, steps = map(list, zip(*tempered, strict=True))
+        return self._draws(*_without_stuck(stages, key, populations), steps)
 
     def resampled(self, size: int, key: Key, population: _Population) -> _Population:
         """Raise the temperature as far as the target ESS allows, and resample to this size."""
@@ -165,13 +174,19 @@ class SMC(Engine):
 
         keys = jax.random.split(key, particles.shape[0])
         moved, rates = mapped(lambda pair: walk(*pair), (keys, particles), batch)
+        length = population.length
+        if particles.shape[1] >= trajectories.MANY:
+            travel_key = jax.random.fold_in(key, 1)
+            moved, rate = trajectories.travelled(density, travel_key, moved, length, batch)
+            length = length * jnp.exp(rate - trajectories.ACCEPTED)
         return population._replace(
             particles=moved,
             log_likelihood=mapped(posterior.log_likelihood, moved, batch),
             scale=population.scale * jnp.exp(jnp.mean(rates) - TARGET_ACCEPTANCE),
+            length=length,
         )
 
-    def _draws(self, populations: list[_Population], steps: list[int]) -> EngineDraws:
+    def _draws(self, populations: list[_Population], stuck: int, steps: list[int]) -> EngineDraws:
         evidences = np.array([float(population.log_evidence) for population in populations])
         log_evidence = logsumexp(jnp.asarray(evidences)) - np.log(evidences.size)
         position = jnp.stack([population.particles for population in populations])
@@ -184,7 +199,7 @@ class SMC(Engine):
             log_evidence=float(log_evidence),
             log_evidence_error=evidence_error(evidences, np.asarray(lineage), steps),
             attributes={"temperatures": max(steps)},
-            warnings=_warnings(r_hat),
+            warnings=_warnings(r_hat, stuck, self.populations),
         )
 
     def settings(self) -> dict[str, Any]:
@@ -193,6 +208,18 @@ class SMC(Engine):
         return {"engine": "SMC", **sizes, "moves": self.moves, "target_ess": self.target_ess} | {
             "prior_draws": self.prior_draws
         }
+
+
+def _moved_at_once(posterior: PosteriorDensity, size: int, batch: int) -> int:
+    """Particles whose moves fit into memory together: gradients keep what they pass through."""
+    if posterior.dimension < trajectories.MANY:
+        return batch
+    slope = compiled(_slope).bound(posterior)
+    return min(batch, affordable_batch(slope, jnp.zeros(posterior.dimension), size))
+
+
+def _slope(posterior: PosteriorDensity, particle: Any) -> Any:
+    return jax.grad(posterior.log_likelihood)(particle)
 
 
 def _log_likelihoods(posterior: PosteriorDensity, batch: int, particles: Any) -> Any:
@@ -208,7 +235,8 @@ def _start(particles: Any, likelihood: Any, number: int) -> _Population:
         )
     lineage = number * size + jnp.arange(size)
     zero = jnp.zeros(())
-    return _Population(particles, likelihood, zero, zero, lineage, jnp.ones(()))
+    length = jnp.asarray(trajectories.FIRST_STEP)
+    return _Population(particles, likelihood, zero, zero, lineage, jnp.ones(()), length)
 
 
 def _temper(
@@ -230,6 +258,26 @@ def _temper(
     for move_key in jax.random.split(key, SETTLING):
         population = stages.move(move_key, population)
     return population, steps
+
+
+def _without_stuck(
+    stages: _Stages, key: Key, populations: list[_Population]
+) -> tuple[list[_Population], int]:
+    """Replace populations that are stuck by copies of others, and count them.
+
+    Of independent populations each counts by its evidence (Verge et al.,
+    doi:10.1007/s11222-013-9429-x): one that ended in lesser modes counts for nothing.
+    """
+    evidences = np.array([float(population.log_evidence) for population in populations])
+    stuck = evidences < evidences.max() + np.log(NEGLIGIBLE)
+    alive = np.flatnonzero(~stuck)
+    replaced = list(populations)
+    for number, place in enumerate(np.flatnonzero(stuck)):
+        copy = populations[alive[number % len(alive)]]
+        for move_key in jax.random.split(jax.random.fold_in(key, place), MOVED_ON):
+            copy = stages.move(move_key, copy)
+        replaced[place] = copy._replace(log_evidence=populations[place].log_evidence)
+    return replaced, int(stuck.sum())
 
 
 def _log_share(temperature: float) -> float:
@@ -301,10 +349,17 @@ def _genealogical_variance(lineage: np.ndarray, steps: int) -> float:
     return 1 - (size / (size - 1)) ** steps * (1 - np.sum(shares**2))
 
 
-def _warnings(r_hat: float) -> tuple[str, ...]:
-    if r_hat <= GOOD_R_HAT:
-        return ()
-    return (
-        f"The independent SMC populations disagree: R-hat = {r_hat:.3f} is above {GOOD_R_HAT}; use "
-        "more particles or more moves, SMC(particles=8000, moves=60).",
-    )
+def _warnings(r_hat: float, stuck: int, populations: int) -> tuple[str, ...]:
+    warnings = []
+    if stuck:
+        warnings.append(
+            f"{stuck} of {populations} independent SMC populations ended in modes of less than a "
+            "hundredth of the evidence that others found, and went on from these: there may be "
+            "better modes still; use more particles, SMC(particles=8000)."
+        )
+    if r_hat > GOOD_R_HAT:
+        warnings.append(
+            f"The independent SMC populations disagree: R-hat = {r_hat:.3f} is above "
+            f"{GOOD_R_HAT}; use more particles or more moves, SMC(particles=8000, moves=60)."
+        )
+    return tuple(warnings)

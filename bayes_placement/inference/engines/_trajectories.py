@@ -1,0 +1,90 @@
+"""Trajectories along gradients, which move a population of many unknowns.
+
+Steps of a random walk must shrink as the square root of the number of unknowns, those of a
+trajectory as its fourth root (Neal, doi:10.1201/b10905-6).
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from blackjax.mcmc import hmc
+from jaxtyping import Array, Float
+
+from ..._types import Key
+from ..memory import mapped
+
+MANY = 12
+"""Unknowns from which a population moves along trajectories besides."""
+
+TRAJECTORIES, STEPS = 4, 5
+"""Trajectories of each particle at one temperature, and steps of each."""
+
+FIRST_STEP = 0.4
+"""Length of a step at first, where a curvature of 1 turns a particle in pi / 2."""
+
+ACCEPTED = 0.75
+"""Share of trajectories that the length of a step is adapted to."""
+
+Density = Callable[[Any], Any]
+
+
+class Travelled(NamedTuple):
+    """Particles after their trajectories, and the share of these that was accepted."""
+
+    particles: Float[Array, "draw unknown"]
+    rate: Float[Array, ""]
+
+
+def travelled(
+    density: Density, key: Key, particles: Float[Array, "draw unknown"], length: Any, batch: int
+) -> Travelled:
+    """Move particles along trajectories of Hamiltonian Monte Carlo.
+
+    Parameters
+    ----------
+    density
+        Log density, up to a constant.
+    key
+        Random key.
+    particles
+        The particles.
+    length
+        Length of a step, in units in which the mean curvature of the log density is 1.
+    batch
+        Particles that are moved at once.
+    """
+    states = mapped(lambda particle: hmc.init(particle, density), particles, batch)
+    inverse_mass = jnp.linalg.inv(_mean_curvature(states.logdensity_grad))
+    kernel = hmc.build_kernel()
+
+    def move(state: Any, key: Key) -> tuple[Any, Any]:
+        length_key, key = jax.random.split(key)
+        # Of one length, trajectories of a period would end where they began.
+        of_this = length * jax.random.uniform(length_key, minval=0.6, maxval=1.2)
+        state, info = kernel(key, state, density, of_this, inverse_mass, STEPS)
+        return state, info.acceptance_rate
+
+    def travel(pair: Any) -> tuple[Any, Any]:
+        state, key = pair
+        end, rates = jax.lax.scan(move, state, jax.random.split(key, TRAJECTORIES))
+        return end.position, jnp.mean(rates)
+
+    keys = jax.random.split(key, len(particles))
+    moved, rates = mapped(travel, (states, keys), batch)
+    return Travelled(moved, jnp.mean(rates))
+
+
+def _mean_curvature(gradients: Float[Array, "draw unknown"]) -> Float[Array, "unknown unknown"]:
+    """Mean curvature of minus the log density that particles are drawn from.
+
+    It is the mean product of the gradients (Fisher's identity). The distance between modes does not
+    enter it, as it does a covariance of the particles.
+    """
+    finite = jnp.all(jnp.isfinite(gradients), axis=1)
+    gradients = jnp.where(finite[:, None], gradients, 0.0)
+    dimension = gradients.shape[1]
+    # As if as many gradients as unknowns were those of a standard normal density.
+    total = gradients.T @ gradients + dimension * jnp.eye(dimension)
+    return total / (jnp.sum(finite) + dimension)

@@ -1,0 +1,44 @@
+"""Benchmarks fill one page of figures, which is printed at the end."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.benchmarks.page import Page
+
+PAGE = pytest.StashKey[Page]()
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--json",
+        type=Path,
+        metavar="FILE",
+        help="keep the figures of the page in this file; those that it holds are shown as well",
+    )
+
+
+def pytest_configure(config):
+    if config.getoption("numprocesses", None):
+        raise pytest.UsageError(
+            "Benchmarks were begun on several processes; they are measured one after another, "
+            "since they would disturb each other: add -n 0."
+        )
+    try:
+        config.stash[PAGE] = Page(config.getoption("--json"))
+    except ValueError as error:
+        raise pytest.UsageError(str(error)) from error
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    page = config.stash[PAGE]
+    if page.figures:
+        terminalreporter.section("figures")
+        for line in page.lines():
+            terminalreporter.write_line(line)
+
+
+@pytest.fixture
+def page(request):
+    """Page of figures: `page.add(name, value, unit, at_most(18.0))`."""
+    return request.config.stash[PAGE]

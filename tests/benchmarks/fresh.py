@@ -1,0 +1,48 @@
+"""Programs measured in processes of their own, as a user begins them."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from tests.benchmarks.page import ROOT
+
+OF_TESTS = ("JAX_", "XLA_", "OPENBLAS_", "OMP_", "PYTEST_")
+"""How variables begin that tests set, such as a cache of compiled functions."""
+
+
+def environment(caches: Path) -> dict[str, str]:
+    """Environment of a user whose caches are in this folder."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(OF_TESTS)}
+    return kept | {"XDG_CACHE_HOME": str(caches), "PYTHONPATH": str(ROOT)}
+
+
+def seconds_of(command: list[str], folder: Path, caches: Path | None = None) -> float:
+    """Seconds that a command takes, with its start; it is run in a folder."""
+    began = time.perf_counter()
+    finished = subprocess.run(
+        [sys.executable, "-m", "bayes_placement", *command],
+        cwd=folder,
+        env=environment(caches or folder / "caches"),
+        capture_output=True,
+        text=True,
+    )
+    took = time.perf_counter() - began
+    assert finished.returncode == 0, finished.stderr
+    return took
+
+
+def told_by(module: str, *arguments: str, folder: Path) -> Any:
+    """What a module says in its last line, as JSON."""
+    finished = subprocess.run(
+        [sys.executable, "-m", module, *arguments],
+        cwd=ROOT,
+        env=environment(folder),
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    return json.loads(finished.stdout.splitlines()[-1])

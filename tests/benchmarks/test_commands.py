@@ -1,0 +1,42 @@
+"""Benchmarks: commands of the README, from their start to their end.
+
+Run with `python -m pytest tests/benchmarks/test_commands.py -n 0`.
+"""
+
+import shutil
+
+import pytest
+
+from tests.benchmarks.fresh import seconds_of
+from tests.benchmarks.page import ROOT, at_most
+from tests.code_blocks import blocks
+
+HELP, MAIN, UPDATE = 0.4, (18.0, 8.0), 90.0
+"""Seconds asked: of `--help`, of the main example at first and then, and of `update`."""
+
+
+@pytest.fixture
+def study(tmp_path):
+    """A folder with README's `my_model.py` and the data that it reads."""
+    (tmp_path / "models").mkdir()
+    shutil.copy(ROOT / "models/hidden_effect.uff", tmp_path / "models")
+    saved = {block.file: block.code for block in blocks((ROOT / "README.md").read_text())}
+    (tmp_path / "my_model.py").write_text(saved["my_model.py"])
+    return tmp_path
+
+
+def test_help(page, tmp_path):
+    took = [seconds_of(["--help"], tmp_path) for _ in range(6)]
+    page.add("bayes-placement --help", min(took), "s", at_most(HELP))
+
+
+def test_the_main_example(page, tmp_path):
+    for order, most in zip(("first", "second"), MAIN, strict=True):
+        took = seconds_of(["improve", str(ROOT / "models/hidden_effect.py")], tmp_path)
+        page.add(f"main example, {order} run", took, "s", at_most(most))
+
+
+def test_update_of_my_model(page, study):
+    page.add(
+        "update my_model.py", seconds_of(["update", "my_model.py"], study), "s", at_most(UPDATE)
+    )
