@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from numpyro.distributions import Distribution, MaskedDistribution, MultivariateNormal
+from numpyro.distributions import Distribution
 
 from .._compiled import Bound, compiled
 from .._sites import Role, Unknown
@@ -19,13 +19,10 @@ from ..effects.effect import Effect
 from ..experiment.experiment import Experiment
 from ..experiment.model_error import shares_size
 from ..experiment.noise import Data
-from ..experiment.observe import Complex
 from .batches import Form, batch
 from .coordinates import Coordinates
 from .engines.least_squares import BATCH, LeastSquares
-
-LOGARITHMIC_ERROR = 0.1
-"""Relative error by which a logarithmic residual is divided."""
+from .standardised_residual import standardised_residual
 
 
 class State(NamedTuple):
@@ -275,7 +272,7 @@ class _TracedResiduals(eqx.Module):
         """Residuals [point, datum] and sums of logs [point]."""
         parts = zip(self.states, self.columns, strict=True)
         return _joined(
-            [_residuals(*state, points[:, list(kept)], logarithmic) for state, kept in parts]
+            [_at_points(*state, points[:, list(kept)], logarithmic) for state, kept in parts]
         )
 
 
@@ -351,44 +348,18 @@ def _residuals(
     """Residuals of a batch of experiments, all their numbers being inputs."""
 
     def of(numbers: Sequence[Array]) -> tuple[Array, Array]:
-        return _residual(form.filled(numbers, shared), data, logarithmic)
+        return standardised_residual(form.filled(numbers, shared), data, logarithmic)
 
     return jax.vmap(of)(numbers)
 
 
-def _residual(known: Experiment, data: Data, logarithmic: Any) -> tuple[Array, Array]:
-    assert known.noise is not None
-    frf = known.frf() if isinstance(known.observe, Complex) else None
-    predicted = known.predict() if frf is None else known.observe.output(frf)
-    distribution = known.noise.distribution(predicted, data)
-    plain, log_scale = standardised(distribution, data)
-    if frf is None:
-        return plain, log_scale
-    # A logarithm and an angle take longer than the FRF: they are computed where they are asked for.
-    chosen = jax.lax.cond(logarithmic, lambda: _logarithmic(frf, data), lambda: plain)
-    return chosen, log_scale
+def _at_points(
+    experiment: Experiment, data: Data, points: Float[Array, "point unknown"], logarithmic: Any
+) -> tuple[Array, Array]:
+    """Residuals of a batch of points, for a function that is compiled around them."""
+    coordinates = coordinates_of(experiment, standard_normal=False)
 
+    def at(point: Float[Array, "unknown"]) -> tuple[Array, Array]:
+        return standardised_residual(experiment.fix(coordinates.values(point)), data, logarithmic)
 
-def standardised(distribution: Any, data: Data) -> tuple[Array, Array]:
-    """Residuals over their standard deviations and the sum of the logs of these.
-
-    Zero where nothing was measured.
-    """
-    base = distribution.base_dist if isinstance(distribution, MaskedDistribution) else distribution
-    error = data.z - base.mean
-    if isinstance(base, MultivariateNormal):
-        scale = base.scale_tril
-        plain = jax.scipy.linalg.solve_triangular(scale, error[..., None], lower=True)[..., 0]
-        return plain.ravel(), jnp.sum(jnp.log(jnp.diagonal(scale, axis1=-2, axis2=-1)))
-    deviation = jnp.broadcast_to(base.scale, error.shape)
-    logs = jnp.sum(jnp.where(data.measured, jnp.log(deviation), 0.0))
-    return jnp.where(data.measured, error / deviation, 0.0).ravel(), logs
-
-
-def _logarithmic(frf: Array, data: Data) -> Array:
-    """Residual of the complex logarithm, the phase wrapped to its principal value."""
-    measured = data.z[..., 0, :] + 1j * data.z[..., 1, :]
-    ratio = jnp.where(data.measured[..., 0, :], frf / measured, 1.0)
-    ratio = jnp.where(jnp.abs(ratio) > 1e-12, ratio, 1e-12)
-    parts = jnp.stack([jnp.log(jnp.abs(ratio)), jnp.angle(ratio)], axis=-2)
-    return parts.ravel() / LOGARITHMIC_ERROR
+    return jax.vmap(at)(points)

@@ -12,8 +12,9 @@ from scipy.optimize import minimize
 import bayes_placement as bp
 from bayes_placement.criticism.missing._held_out import _folds, held_out
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.inference.engines.least_squares import BATCH
 from bayes_placement.inference.residuals import Problem
-from tests.criticism.small import TRUTH, experiment, measured, without_coherence
+from tests.criticism.small import MASS, TRUTH, experiment, measured, without_coherence
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +43,8 @@ def test_the_fit_is_where_another_optimiser_ends(null):
 
 def test_slopes_are_those_of_autodiff(null):
     point = null.fit.point + 0.1
-    exact = jax.jit(jax.jacfwd(lambda z: null.problem.squares.residual(z)[0]))(jnp.asarray(point))
+    traced = null.problem.squares.traced
+    exact = jax.jit(jax.jacfwd(lambda z: traced(z[None], False)[0][0]))(jnp.asarray(point))
     slopes = null.problem.squares.jacobian(point[None]).slopes[0]
     np.testing.assert_allclose(slopes, exact.T, atol=1e-4 * np.abs(exact).max())
 
@@ -94,3 +96,14 @@ def test_a_band_is_held_out_at_every_force_level():
         np.testing.assert_array_equal(held, np.broadcast_to(lines, held.shape))
     for number, held in enumerate(fold.reshape(data.z.shape) for fold in sensors):
         assert held[number].all() and not np.delete(held, number, axis=0).any()
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+def test_residuals_inside_a_compiled_function_are_those_outside(logarithmic):
+    setup = experiment() + bp.effects.point_mass(dist.Uniform(0.1, 0.9), dist.Uniform(0.0, 0.5))
+    problem = Problem(setup, setup.data(measured(MASS, seed=1)))
+    points = 0.3 * np.random.default_rng(0).normal(size=(BATCH, problem.dimension))
+    outside = problem.squares.evaluate(points, logarithmic)
+    inside = jax.jit(lambda points: problem.squares.traced(points, logarithmic))(points)
+    for expected, value in zip(outside, inside, strict=True):
+        np.testing.assert_allclose(value, expected, atol=1e-8)
