@@ -10,7 +10,7 @@ from typing import Any
 
 from tests.benchmarks.page import ROOT
 
-OF_TESTS = ("JAX_", "XLA_", "OPENBLAS_", "OMP_", "PYTEST_")
+OF_TESTS = ("JAX_", "XLA_", "OPENBLAS_", "OMP_")
 """How variables begin that tests set, such as a cache of compiled functions."""
 
 

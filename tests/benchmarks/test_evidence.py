@@ -1,6 +1,6 @@
 """Evidence by Laplace's method, SMC and randomised draws against nested quadrature.
 
-Run with `python -m pytest tests/benchmarks/test_evidence.py -n 0 -s`.
+Run with `python -m pytest tests/benchmarks/test_evidence.py -n 0 -s -m long`.
 """
 
 import functools
@@ -20,7 +20,7 @@ from bayes_placement.inference.engines.randomised_maximum_likelihood import (
 from bayes_placement.inference.residuals import Problem
 from tests.benchmarks.calibration_studies import Study, beam, frame
 
-pytestmark = pytest.mark.usefixtures("optimised")
+pytestmark = [pytest.mark.usefixtures("optimised"), pytest.mark.long]
 
 LAPLACE = 0.5
 """Error of log evidence that Laplace's method is allowed; it states none."""

@@ -1,7 +1,7 @@
 """Benchmarks on structures that are not quite as drawn: false alarms, power, calibration.
 
-Run with `python -m pytest tests/benchmarks/test_imperfect.py -n 0 -s`, or a part of it with `-k`,
-for example `-k "test_verdicts and power and 20"`. Where the environment names a file in
+Run with `python -m pytest tests/benchmarks/test_imperfect.py -n 0 -s -m long`, or a part of it with
+`-k`, for example `-k "test_verdicts and power and 20"`. Where the environment names a file in
 IMPERFECT_CASES, parts that were run before are taken from it.
 """
 
@@ -16,6 +16,8 @@ from tests.simulator.imperfect_draws import draw
 DRAWS, BATCH = 40, 10
 CALIBRATED = 25
 """Seeds of each question, which together make a hundred cases."""
+
+pytestmark = pytest.mark.long
 
 
 def summary(question: str, cases: list[Case]) -> int:

@@ -1,6 +1,6 @@
 """Benchmarks of maps of information: speed, memory, workers, and the worth of quasi-random points.
 
-Run with `python -m pytest tests/benchmarks/test_information.py -n 0 -s`. Ratios are what counts:
+Run with `python -m pytest tests/benchmarks/test_information.py -n 0`. Ratios are what counts:
 whatever is compared is measured in turns, in one process. The floor is one product of matrices and
 the logarithms of the same sizes, in single precision.
 """
@@ -14,6 +14,7 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from scipy.special import logsumexp
 
 import bayes_placement as bp
@@ -22,11 +23,15 @@ from bayes_placement.design._candidates import candidates, combinations
 from bayes_placement.design.information.estimator import Gain, divergence
 from bayes_placement.design.running.chunks import Task, chunks, compute
 from models import bar
+from tests.benchmarks.page import Anchor, at_least, at_most
 
 DRAWS, PLACES, MODES = 1000, 800, 15
 CELLS, ROUNDS = 50, 11
 LINES = bar.PAPER_LINES
 SEEDS = 30
+LOOPS, FLOORS, WORKERS = 100, 1.3, 1.8
+"""Times a plain loop, floors, and times one worker that are asked."""
+
 FEW = [(0.25, 0.25), (0.75, 0.25), (0.5, 0.5), (0.5, 0.25), (0.3, 0.7)]
 
 
@@ -101,27 +106,31 @@ def seconds(function):
     return time.perf_counter() - began
 
 
-def test_a_cell_beside_a_plain_loop_and_its_floor(benchmark):
+def test_a_cell_beside_a_plain_loop_and_its_floor(page):
     least = floor()
     cells = some_cells(
         information.KDE(draws=DRAWS, placement_draws=PLACES),
         {"s1": np.linspace(0.1, 0.9, CELLS), "a1": [0.25]},
     )
     least(), cells()  # compiled
-    took = {"plain loop": [], "floor": []}
-
-    def others():
-        took["plain loop"].append(seconds(lambda: table_1(FEW[0], 0)))
+    took = []
+    for _ in range(ROUNDS):
+        plain = seconds(lambda: table_1(FEW[0], 0))
         # As often as there are cells, so that other work on the machine disturbs both alike.
-        took["floor"].append(seconds(lambda: [least() for _ in range(CELLS)]) / CELLS)
+        low = seconds(lambda: [least() for _ in range(CELLS)]) / CELLS
+        took.append([plain, low, seconds(cells) / CELLS])
+    plain, low, cell = 1e3 * np.median(took, axis=0)
+    anchors = Anchor("plain NumPy loop", plain), Anchor("floor", low)
+    page.add("cell of a map, beside a loop", cell, "ms", at_least(LOOPS), anchor=anchors[0])
+    page.add("cell of a map, beside its floor", cell, "ms", at_most(FLOORS), anchor=anchors[1])
 
-    benchmark.pedantic(cells, setup=others, rounds=ROUNDS)
-    took["cell"] = [duration / CELLS for duration in benchmark.stats.stats.data]
-    for kind, reduce in (("minimum", np.min), ("median", np.median)):
-        plain, low, cell = (reduce(took[name]) for name in ("plain loop", "floor", "cell"))
-        print(f"\n{kind}: plain loop {1e3 * plain:.0f} ms, floor {1e3 * low:.2f} ms, ", end="")
-        print(f"cell {1e3 * cell:.2f} ms: {plain / cell:.0f} times as fast, ", end="")
-        print(f"{cell / low:.2f} floors", end="", flush=True)
+
+def test_a_small_map_once_more(page):
+    """What a map costs that is compiled already: the fixed part, as of a second map."""
+    experiment, places = bar.placed(0.25, 0.25, None), {"s1": [0.2, 0.3], "a1": [0.25]}
+    took = [seconds(lambda: bp.information_map(experiment, places)) for _ in range(4)]
+    page.add("map of 2 cells, the first", took[0], "s")
+    page.add("map of 2 cells, once more", min(took[1:]), "s")
 
 
 def even(size):
@@ -138,18 +147,18 @@ def peak(size):
     return int(re.search(r"VmHWM:\s*(\d+) kB", said)[1]) / 1024
 
 
-def test_memory_does_not_grow_with_the_cells():
+def test_memory_does_not_grow_with_the_cells(page):
     sizes, peaks = (10, 25, 49), []
     for size in sizes:
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as fresh:
             peaks.append(fresh.submit(peak, size).result())
-    told = ", ".join(f"{n} x {n} {mib:.0f} MiB" for n, mib in zip(sizes, peaks, strict=True))
-    print(f"\npeak memory of maps: {told}")
+    anchor = Anchor("10 x 10 cells", peaks[0])
+    page.add("peak memory of 49 x 49 cells", peaks[-1], "MiB", at_most(1.1), anchor=anchor)
     assert peaks[-1] < 1.1 * peaks[0]
 
 
-def test_a_map_on_two_workers():
-    experiment, maps = bar.placed(0.25, 0.25, None), []
+def test_a_map_on_two_workers(page):
+    experiment, maps, took = bar.placed(0.25, 0.25, None), [], []
     kinds = {
         "here": {},
         "two processes": {"processes": 2},
@@ -159,7 +168,10 @@ def test_a_map_on_two_workers():
         with bp.design.workers(**settings) as executor:
             began = time.perf_counter()
             maps.append(bp.information_map(experiment, even(49), executor=executor))
-            print(f"\n49 x 49 cells, {kind}: {time.perf_counter() - began:.0f} s", end="")
+            took.append(time.perf_counter() - began)
+        anchor = None if kind == "here" else Anchor("here", took[0])
+        asked = None if kind == "here" else at_least(WORKERS)
+        page.add(f"map of 49 x 49 cells, {kind}", took[-1], "s", asked, anchor=anchor)
         assert maps[-1].identical(maps[0])
 
 
@@ -183,6 +195,7 @@ def spreads(points, monkeypatch):
     return gains.std(axis=1, ddof=1)
 
 
+@pytest.mark.long
 def test_quasi_random_points_beside_plain_ones(monkeypatch):
     """Spread over seeds at equal cost; the ratio of two such is known to 13 %.
 

@@ -1,8 +1,8 @@
 """Benchmarks: Figures 3 to 5 of the paper, with its sizes, on 49 x 49 cells.
 
-Run with `python -m pytest tests/benchmarks/test_information_maps.py -n 0 -s`. The cells are 1/52 m
-apart about the middle of the bar, so that 0.25, 0.5 and 0.75 m are among them; they reach to 38 mm
-from its ends, where the tolerance of 40 mm is clipped.
+Run with `python -m pytest tests/benchmarks/test_information_maps.py -n 0 -s -m long`. The cells are
+1/52 m apart about the middle of the bar, so that 0.25, 0.5 and 0.75 m are among them; they reach to
+38 mm from its ends, where the tolerance of 40 mm is clipped.
 """
 
 import functools
@@ -29,6 +29,8 @@ FIGURES = {  # parameters, and distances of the optimum from the middle
 }
 LOCAL, SCATTER = 2.172, 0.058  # at (.5, .5), mean and standard deviation of 20 seeds of Table 1
 AROUND = 3
+
+pytestmark = pytest.mark.long
 
 
 @functools.cache

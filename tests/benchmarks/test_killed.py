@@ -1,6 +1,6 @@
 """Every command killed at 50 random moments; about a quarter of an hour.
 
-Run with `python -m pytest tests/benchmarks/test_killed.py -n 0`.
+Run with `python -m pytest tests/benchmarks/test_killed.py -n 0 -m long`.
 """
 
 import pytest
@@ -8,6 +8,8 @@ import pytest
 from tests.cli.killed_commands import killed_at
 
 MOMENTS = 50
+
+pytestmark = pytest.mark.long
 
 
 @pytest.mark.parametrize("command", ["update", "improve", "place", "report", "import"])

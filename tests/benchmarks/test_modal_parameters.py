@@ -1,6 +1,6 @@
 """Benchmark: hidden effects of open line cases from the first six modes alone.
 
-Run with `python -m pytest tests/benchmarks/test_modal_parameters.py -n 0 -s`.
+Run with `python -m pytest tests/benchmarks/test_modal_parameters.py -n 0 -s -m long`.
 
 Modal parameters are those of fine elements with the truth of the case and errors of stated
 deviations: poles by a state space of all modes of the mesh, shapes at the true places.
@@ -94,6 +94,7 @@ def modal_parameters(case_file, truth, sensors):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", ["01", "07", "11"])
 def test_six_modes_name_a_hidden_effect_or_the_tool_says_that_they_cannot(shared_data, number):
     folder = next((shared_data / "cases").glob(f"{number}_*"))

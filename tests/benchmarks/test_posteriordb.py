@@ -1,6 +1,6 @@
 """SMC and NUTS on models of other people against reference draws that Stan made (posteriordb).
 
-Run with `python -m pytest tests/benchmarks/test_posteriordb.py -n 0 -s`.
+Run with `python -m pytest tests/benchmarks/test_posteriordb.py -n 0 -s -m long`.
 """
 
 import jax
@@ -20,7 +20,7 @@ LEAST_SHARP = 0.1
 
 FIELDS = ("mean", "mean_error")
 
-pytestmark = pytest.mark.usefixtures("optimised")
+pytestmark = [pytest.mark.usefixtures("optimised"), pytest.mark.long]
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -1,9 +1,9 @@
 """Simulation-based calibration of all engines: ranks of true values among draws are uniform.
 
-Run with `python -m pytest tests/benchmarks/test_simulation_based_calibration.py -n 0 -s`, or a part
-of it with `-k "bar and smc"`. CALIBRATION_REPLICATES is how many replicates, 500 by default (200
-for SMC and NUTS); where the environment names a folder in CALIBRATION, those that it holds are not
-run again, and the figures are written there.
+Run with `python -m pytest tests/benchmarks/test_simulation_based_calibration.py -n 0 -s -m long`,
+or a part of it with `-k "bar and smc"`. CALIBRATION_REPLICATES is how many replicates, 500 by
+default (200 for SMC and NUTS); where the environment names a folder in CALIBRATION, those that it
+holds are not run again, and the figures are written there.
 """
 
 import os
@@ -27,7 +27,7 @@ from tests.benchmarks.calibration_studies import (
 
 EXPENSIVE = {"smc": 200, "nuts": 200}
 LEVEL = 0.01
-pytestmark = pytest.mark.usefixtures("optimised")
+pytestmark = [pytest.mark.usefixtures("optimised"), pytest.mark.long]
 
 
 def count_of(method: str) -> int:

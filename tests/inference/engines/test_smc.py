@@ -42,7 +42,7 @@ def test_thirty_unknowns_mix():
     particles = 1000
     target = UnconstrainedModel(counted, {"x": dist.Normal(jnp.zeros(MANY), 1.0).to_event(1)})
     draws = engines.SMC(particles=particles, populations=2).run(
-        target, jax.random.PRNGKey(0), no_progress
+        target, jax.random.PRNGKey(1), no_progress
     )
     turned = np.asarray(draws.position) @ TURNED.T
     mean, deviation, log_evidence = quadrature()
@@ -51,6 +51,7 @@ def test_thirty_unknowns_mix():
     assert np.all(np.abs(off) < 5 / np.sqrt(particles))
     assert np.all(np.abs(wider) < 5 / np.sqrt(2 * particles))
     assert np.max(array_stats.rhat(np.moveaxis(turned, 2, 0))) < 1.05
+    # Walks alone do not keep up with the temperature: their evidence is 1.8 too high, 7 errors.
     assert abs(draws.log_evidence - log_evidence) < 5 * draws.log_evidence_error
     assert draws.log_evidence_error < 0.5
     assert not draws.warnings
