@@ -93,6 +93,7 @@ def draw(folder: Path, study: str, rows: list[Replicate]) -> Path:
             ax.set_title(name.removeprefix("structure."), fontsize=7)
         line[0].set_ylabel(f"{method} ({len(ranks[names[0]])})")
     figure.supxlabel("rank")
+    figure.supylabel("share of true values below, less the rank")
     file = folder / f"{study}.png"
     figure.savefig(file, dpi=130)
     plt.close(figure)
