@@ -21,6 +21,7 @@ from ...inference.engines.empirical_bayes import SOFTENING, Rival, fitted_with_s
 from ...inference.residuals import Problem, State
 from ._hypotheses import (
     Hypothesis,
+    ScannedCandidate,
     extended,
     finite,
     fitted,
@@ -29,7 +30,9 @@ from ._hypotheses import (
     scanned,
     with_errors,
 )
-from ._posterior_odds import Comparison, wants_more_effects
+from ._posterior_odds import Comparison, passes, wants_more_effects
+from ._scan import best_places
+from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Tick, promising
 
 
@@ -91,11 +94,13 @@ def compared_with_baseline(
     unchanged = _over_both(later, earlier, before)
     variants = dict(Counter(kind_of(effect) for effect in effects))
     candidates = list(scanned([(unchanged, effect) for effect in effects], tick))
-    singles: list[Hypothesis] = []
-    for candidate in promising(candidates, VARIANTS_WITH_ERRORS):
-        singles.append(fitted(candidate, rival_among(singles)))
-    # How much model error is needed without any effect is told: its sizes are followed to the end.
-    null = _refitted(unchanged, rival_among(singles)._replace(evidence=-np.inf))
+    first, *others = promising(candidates, VARIANTS_WITH_ERRORS)
+    singles = [fitted(first)]
+    # What is left without any effect is told: it is fitted further than what is only a rival.
+    rival = rival_among(singles)._replace(tolerant=-np.inf, evidence=-np.inf)
+    null = _refitted(unchanged, rival)
+    for candidate in _worth_fitting(Comparison([null], variants), others, level):
+        singles.append(fitted(candidate, rival_among([null, *singles])))
     comparison = Comparison([null, *finite(singles)], variants, candidates)
     for depth in range(1, most_effects):
         if not wants_more_effects(comparison, depth, level):
@@ -176,3 +181,21 @@ def _refitted(unchanged: Hypothesis, rival: Rival) -> Hypothesis:
     """Nothing is new: the model fitted to both states."""
     sized = fitted_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:], rival)
     return replace(unchanged, **vars(sized))
+
+
+def _worth_fitting(
+    comparison: Comparison, candidates: list[ScannedCandidate], level: float
+) -> list[ScannedCandidate]:
+    """Single effects to be fitted: where both states agree, those that may still be new."""
+    (null,) = comparison.hypotheses
+    if not passes(null, level):
+        return candidates
+    at_best_places = [_at_best_place(null, candidate) for candidate in candidates]
+    worth = worth_fitting(null, comparison, at_best_places)
+    return [candidates[at_best_places.index(hypothesis)] for hypothesis in worth]
+
+
+def _at_best_place(null: Hypothesis, candidate: ScannedCandidate) -> Hypothesis:
+    """An effect where the scan sees it, as a hypothesis that is not fitted."""
+    fit = null.fit._replace(point=best_places(candidate.scan)[0])
+    return replace(null, effects=(candidate.effect,), problem=candidate.problem, fit=fit)

@@ -45,7 +45,8 @@ def worth_fitting(
     exact
         The comparison without model error, for the prior odds.
     hypotheses
-        Single effects, fitted without model error, in descending order of evidence.
+        Single effects in descending order of evidence: fitted without model error, or of that of
+        the null and where a scan sees them.
     fitted
         Effects that are fitted with model error.
     """
@@ -77,9 +78,11 @@ class _ErroneousModel:
 
     def problem(self, hypothesis: Hypothesis) -> Problem:
         """Return the problem of a hypothesis with model error, to be evaluated at few points."""
-        before = hypothesis.problem
+        before, errors = hypothesis.problem, self.null.problem.experiment.model_error
+        if (before.experiment.model_error is None) == (errors is None):  # it is compiled already
+            return before.at_sizes(self.null.problem.sizes)
         return Problem(
-            before.experiment.with_errors(self.null.problem.experiment.model_error),
+            before.experiment.with_errors(errors),
             before.data,
             sizes=self.null.problem.sizes,
             baseline=before.baseline,

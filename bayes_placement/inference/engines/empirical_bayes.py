@@ -31,8 +31,8 @@ FAR_BEHIND = 0.1
 It is asked only once the sizes have followed the data; before, fits that end well lie farther."""
 
 TOLERANT = 0.1
-"""Relative error besides at which a fit is given up that is behind a rival by more than 1 a datum:
-it does not follow what FRFs show to a tenth. Fits that end well are less than that behind."""
+"""Greatest relative error besides at which a fit is given up that is behind a rival by more than one
+a datum: it does not follow what FRFs show to a tenth. Fits that end well are less behind."""
 
 SHORT = 10.0
 """Log evidence by which a fit may fall short of a rival and still matter beside it: strong evidence
@@ -90,7 +90,7 @@ class Rival(NamedTuple):
     Parameters
     ----------
     tolerant
-        Its log evidence while FRFs have a relative error of `TOLERANT` besides.
+        Its log evidence once FRFs have a relative error of no more than `TOLERANT` besides.
     early
         Its log evidence after the first steps without softening.
     evidence
@@ -146,7 +146,8 @@ def fitted_with_sizes(
     tolerant = -np.inf
     for relative_error in softening:
         ends, fit = _fit(problem, starts, relative_error, SOFT_STEPS)
-        if relative_error == TOLERANT and problem.weight(TOLERANT) is not None:
+        is_soft = problem.weight(relative_error) is not None  # not where the noise is unknown
+        if is_soft and relative_error <= TOLERANT and tolerant == -np.inf:
             tolerant = fit.log_evidence
             if tolerant < rival.tolerant - problem.count:
                 return _sized(problem, _fit(problem, ends[:1], steps=0)[1])
