@@ -31,7 +31,7 @@ FAR_BEHIND = 0.1
 It is asked only once the sizes have followed the data; before, fits that end well lie farther."""
 
 TOLERANT = 0.1
-"""Greatest relative error besides at which a fit is given up that is behind a rival by more than one
+"""Greatest relative error besides at which a fit is given up that is behind a rival by more than 1
 a datum: it does not follow what FRFs show to a tenth. Fits that end well are less behind."""
 
 SHORT = 10.0
