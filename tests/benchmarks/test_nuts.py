@@ -5,6 +5,7 @@ installed, `pip install pymc nutpie`.
 """
 
 import json
+import os
 import sys
 import time
 from importlib.util import find_spec
@@ -100,4 +101,5 @@ def pymc():
 
 
 if __name__ == "__main__":
-    print(json.dumps({"ours": ours, "pymc": pymc}[sys.argv[1]]()))
+    print(json.dumps({"ours": ours, "pymc": pymc}[sys.argv[1]]()), flush=True)
+    os._exit(0)  # with threads of nutpie the interpreter may wait at its end for ever
