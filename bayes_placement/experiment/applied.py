@@ -177,7 +177,7 @@ def _with_stiffness(known: Experiment) -> Experiment:
     stiffness = {
         names[item.name]: AppliedStiffness(
             item.at,
-            item.dynamic_stiffness(omega) + 0j,
+            jnp.broadcast_to(item.dynamic_stiffness(omega), omega.shape) + 0j,
             direction=item.direction,
             name=names[item.name],
         )

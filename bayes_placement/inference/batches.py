@@ -85,7 +85,8 @@ def batch(experiment: Experiment, points: Float[Array, "point unknown"]) -> Batc
     coordinates = Coordinates(
         {unknown.name: unknown.distribution for unknown in unknowns}, standard_normal=False
     )
-    sources = _sources(experiment)
+    # By identity: what is known of the declared experiment is computed once for all points.
+    sources = {id(leaf): number for number, leaf in enumerate(jax.tree.leaves(experiment))}
 
     def at(point: Float[Array, "unknown"]) -> Batch:
         known = applied(experiment.fix(coordinates.values(point)))
@@ -96,19 +97,3 @@ def batch(experiment: Experiment, points: Float[Array, "point unknown"]) -> Batc
         return Batch(numbers, Form(structure, of_leaves))
 
     return jax.vmap(at)(points)
-
-
-def _sources(experiment: Experiment) -> dict[int, int]:
-    """Number of each leaf of an experiment by its identity, numbers of parts that vary left out.
-
-    Where a transducer or an effect sits differs within a batch of one hypothesis or of another one.
-    """
-    varying = (
-        experiment.sensor,
-        experiment.actuator,
-        experiment.structure.effects,
-        experiment.instrument_effects,
-    )
-    numbers = {id(leaf) for leaf in jax.tree.leaves(varying) if not isinstance(leaf, str | int)}
-    numbered = enumerate(jax.tree.leaves(experiment))
-    return {id(leaf): number for number, leaf in numbered if id(leaf) not in numbers}

@@ -18,14 +18,14 @@ ANYWHERE, STRENGTH = dist.Uniform(0.1, 0.9), dist.LogUniform(1e-3, 1.0)
 ATTACHED = [
     effects.point_mass(ANYWHERE, STRENGTH),
     effects.ground_spring(ANYWHERE, dist.Normal(0.0, 1e3)),
-    effects.ground_dashpot(0.4, STRENGTH),
+    effects.ground_dashpot(ANYWHERE, STRENGTH),
     effects.tuned_absorber(ANYWHERE, STRENGTH, 200.0, 0.1),
 ]
 OF_CHANNELS = [
     effects.gain_error("s1", dist.Normal(0.0, 0.1)),
     effects.time_delay(dist.Uniform(0.0, 1e-4)),
     effects.misplaced_sensor("s2", dist.Uniform(-0.1, 0.1)),
-    effects.reversed_channel("a1", 1.0),
+    effects.reversed_channel("a1", dist.Uniform(0.0, 1.0)),
 ]
 
 
@@ -57,6 +57,13 @@ def test_what_mixes_channels_or_frequencies_has_a_form_of_its_own(without):
     swapped = form(effects.swapped_sensors("s1", "s2"))
     window = form(effects.exponential_window(dist.Uniform(0.0, 1.0)))
     assert len({without, swapped, window}) == 3
+
+
+def test_what_is_known_is_the_same_for_all_points(without):
+    known = experiment().fix({"sensor.s1.position": 0.24})
+    points = np.zeros((2, len(known.unknowns)))
+    at_known_place = compiled(batch).bound(known).outcome(points)
+    assert len(at_known_place.form.shared(known)) == 1 + sum(s is not None for s in without.sources)
 
 
 def test_residuals_are_those_of_the_experiment_at_its_values():
