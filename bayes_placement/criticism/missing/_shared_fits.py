@@ -83,18 +83,18 @@ def shared_fits(*content: Any) -> SharedFits:
     return _LAST[0]
 
 
-def _same(one: Any, other: Any) -> bool:
+def _same(tree: Any, other: Any) -> bool:
     """Whether two trees are alike in structure, classes, numbers and all else."""
-    parts: list[Any] = [jax.tree.flatten(tree) for tree in (one, other)]
+    parts: list[Any] = [jax.tree.flatten(content) for content in (tree, other)]
     (leaves, structure), (others, another) = parts
     return bool(structure == another) and all(map(_same_leaf, leaves, others))
 
 
-def _same_leaf(one: Any, other: Any) -> bool:
-    if one is other:
+def _same_leaf(leaf: Any, other: Any) -> bool:
+    if leaf is other:
         return True
     kinds = (np.ndarray, jax.Array, np.generic, float, int, complex)
-    if not isinstance(one, kinds) or not isinstance(other, kinds):
+    if not isinstance(leaf, kinds) or not isinstance(other, kinds):
         return False  # whatever it is, it may have changed
-    first, second = np.asarray(one), np.asarray(other)
+    first, second = np.asarray(leaf), np.asarray(other)
     return first.dtype == second.dtype and np.array_equal(first, second)
