@@ -6,15 +6,18 @@ numbers only; where these are inputs of a compiled function, not constants in it
 
 import functools
 from collections.abc import Callable, Sequence
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 import jax
-import jax.numpy as jnp
 import jaxlib
 import numpy as np
+from jax.extend.core import get_opaque_trace_state
 from numpyro.distributions import Distribution
 
 Result = TypeVar("Result")
+
+_Options: TypeAlias = tuple[tuple[str, Any], ...] | None
+_OUTSIDE = get_opaque_trace_state()
 
 
 def compiled(function: Callable[..., Result]) -> "Compiled[Result]":
@@ -104,7 +107,11 @@ class Bound(Generic[Result]):
         return self._tried(lambda parts: self._jitted(parts, alone)(parts.numbers, arguments))
 
     def _jitted(self, parts: "_Parts", alone: bool = True) -> Any:
-        return _jitted(parts.key, _options(self._effort) if alone else None)
+        return _jitted(parts.key, self._options if alone else None)
+
+    @functools.cached_property
+    def _options(self) -> "_Options":
+        return _options(self._effort)
 
     def _tried(self, action: Callable[["_Parts"], Any]) -> Any:
         try:
@@ -182,7 +189,7 @@ def _parts(form: _Form, leaves: list[Any], is_input: Callable[[Any], bool]) -> _
 
 
 @functools.lru_cache(maxsize=512)
-def _jitted(key: _Key, options: tuple[tuple[str, Any], ...] | None) -> Any:
+def _jitted(key: _Key, options: _Options) -> Any:
     def function(numbers: list[Any], arguments: tuple[Any, ...]) -> Any:
         inputs = iter(numbers)
         leaves = [next(inputs) if leaf is _INPUT else leaf for leaf in key.fixed]
@@ -193,10 +200,10 @@ def _jitted(key: _Key, options: tuple[tuple[str, Any], ...] | None) -> Any:
 
 def _is_inside_another() -> bool:
     """Whether another function is being compiled: its options hold for all that it calls."""
-    return isinstance(jnp.add(0, 0), jax.core.Tracer)
+    return bool(get_opaque_trace_state() != _OUTSIDE)
 
 
-def _options(effort: int | None) -> tuple[tuple[str, Any], ...] | None:
+def _options(effort: int | None) -> _Options:
     """Options by which a function is compiled in half of the time, and runs as fast.
 
     A compiler that does not know an option refuses it: they are given to those alone with which

@@ -10,7 +10,7 @@ from jaxtyping import Array, Complex, Float, Inexact
 
 from .._types import InputError, Receptance
 from ..effects.effect import Attachment, CubicAttachment, Omega
-from ..modes.eigenpairs import coupling_receptance
+from ..modes.eigenpairs import with_coupling
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
 from ..modes.uneven_pieces import Excess, with_uneven_pieces
@@ -42,7 +42,8 @@ def receptance(
     r"""Receptance between points of a structure with all its effects, Eqs. (6), (7) and (18).
 
     The modal sum with the static flexibility of the modes left out, then each attachment by the
-    formula of Sherman and Morrison: one port after the other, which is block elimination.
+    formula of Sherman and Morrison: one port after the other, the last one first, which is block
+    elimination.
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ def receptance(
     ]
     attached = [*linear, *ports]
     cubic = structure.cubic_attachments
-    at_ports = [port.points for port in attached] + [spring.points(modes) for spring in cubic]
+    at_ports = [spring.points(modes) for spring in cubic] + [port.points for port in attached]
     response, reference = ShapesAtPoints.of(sensors, modes), ShapesAtPoints.of(actuators, modes)
     matrix = elastic(structure, modes, response, reference, omega, mode_error)
     if not at_ports:
@@ -94,15 +95,12 @@ def receptance(
     sides = response.joined(inner), reference.joined(inner)
     with_ports = elastic(structure, modes, *sides, omega, mode_error)
     matrix = with_ports.at[: matrix.shape[0], : matrix.shape[1]].set(matrix)
-    rows, columns = (side.position.shape[0] for side in (sensors, actuators))
-    port = 0
-    for points, stiffness in attached:
+    for points, stiffness in reversed(attached):
         for _ in range(points.position.shape[0]):
-            matrix = attach(matrix, (rows + port, columns + port), stiffness)
-            port += 1
+            matrix = attached_to_last(matrix, stiffness)
     if not cubic:
-        return matrix[:rows, :columns]
-    return attach_cubic(matrix, (rows, columns), port, _single(cubic).hardening(), _known(force))
+        return matrix
+    return attached_cubic(matrix, _single(cubic).hardening(), _known(force))
 
 
 class ShapesAtPoints(NamedTuple):
@@ -174,13 +172,13 @@ class ModalReceptance(NamedTuple):
         Receptance of each mode of unit shape.
     beyond_static
         The same without its static part.
-    relative_modulus
-        Modulus, with its loss, by which the static flexibility is divided [1].
+    relative_compliance
+        Factor on the static flexibility: one over the modulus, with its loss [1].
     """
 
     modal: Inexact[Array, "mode frequency"]
     beyond_static: Inexact[Array, "mode frequency"]
-    relative_modulus: Inexact[Array, "frequency"]
+    relative_compliance: Inexact[Array, "frequency"]
 
 
 def modal_receptance(
@@ -199,9 +197,22 @@ def modal_receptance(
     loss = structure.damping.loss(natural, omega, rigid)
     loss = loss if factor is None else loss * factor.damping[:, None]
     stiffness_less_inertia = (natural**2)[:, None] * modulus - omega**2
-    modal = 1 / (stiffness_less_inertia + loss * structure.kept_damping())
+    modal = reciprocal(stiffness_less_inertia + loss * structure.kept_damping())
     lossy = modulus + structure.damping.static_loss(omega) * structure.kept_damping()
-    return ModalReceptance(modal, modal - 1 / (eigenvalues[:, None] * lossy), lossy)
+    compliance = reciprocal(lossy)
+    return ModalReceptance(modal, modal - compliance / eigenvalues[:, None], compliance)
+
+
+def reciprocal(value: Inexact[Array, "*shape"]) -> Inexact[Array, "*shape"]:
+    """One over a number; of a complex one without the scaling that takes most of a division.
+
+    Dynamic stiffness is far from the ends of the range of numbers, so that squares are safe.
+    """
+    if not jnp.iscomplexobj(value):
+        return 1 / value
+    real, imaginary = jnp.real(value), jnp.imag(value)
+    over_square = 1 / (real * real + imaginary * imaginary)
+    return jax.lax.complex(real * over_square, -imaginary * over_square)
 
 
 def elastic(
@@ -214,17 +225,18 @@ def elastic(
 ) -> Matrix:
     """Receptance [m/N] of the structure proper, static where modes are left out."""
     factors = modal_receptance(structure, modes, omega, mode_error)
-    coupled = _coupled(structure, modes, (response, reference), factors.modal, omega)
     static = response.points.static_flexibility(modes, reference.points)
     if static is None:
-        return _modal_sum(response, reference, factors.modal) + coupled
-    if mode_error is not None:
+        matrix = _modal_sum(response, reference, factors.modal)
+    elif mode_error is not None:
         # What the kept modes leave out is that of the exact ones.
         left_out = static - (response.exact * _flexibility(modes)) @ reference.exact.T
         dynamic = _modal_sum(response, reference, factors.modal)
-        return dynamic + left_out[..., None] / factors.relative_modulus + coupled
-    beyond = _modal_sum(response, reference, factors.beyond_static)
-    return beyond + static[..., None] / factors.relative_modulus + coupled
+        matrix = dynamic + left_out[..., None] * factors.relative_compliance
+    else:
+        beyond = _modal_sum(response, reference, factors.beyond_static)
+        matrix = beyond + static[..., None] * factors.relative_compliance
+    return _coupled(matrix, structure, modes, (response, reference), factors.modal, omega)
 
 
 def _flexibility(modes: Modes) -> Float[Array, "mode"]:
@@ -243,16 +255,17 @@ def _modal_sum(
 
 
 def _coupled(
+    matrix: Matrix,
     structure: Structure,
     modes: Modes,
     sides: tuple[ShapesAtPoints, ShapesAtPoints],
     modal: Inexact[Array, "mode frequency"],
     omega: Omega,
-) -> Matrix | float:
-    """Coupling of modes of one frequency: zero, with the derivative that their shapes lack."""
+) -> Matrix:
+    """Receptance with the coupling of modes of one frequency: the derivative their shapes lack."""
     coupling = modes.coupling()
     if coupling is None:
-        return 0.0
+        return matrix
     natural = modes.angular_frequency()
 
     def loss(natural: Float[Array, "mode"]) -> Inexact[Array, "mode frequency"]:
@@ -263,49 +276,39 @@ def _coupled(
     over = 0.5 / jnp.where(natural > 0, natural, jnp.inf)[:, None]
     growth = structure.relative_modulus(omega) + slope * over * structure.kept_damping()
     response, reference = (side.shapes[:, :, None] * modal for side in sides)
-    return coupling_receptance(coupling, response * growth, reference)
+    return with_coupling(matrix, coupling, response * growth, reference)
 
 
-def attach(
-    matrix: Matrix, port: tuple[int, int], stiffness: Inexact[Array, "*frequency"]
-) -> Matrix:
-    """Receptance once a dynamic stiffness [N/m] is attached to a port, a row and a column."""
-    row, column = port
-    share = stiffness / (1 + stiffness * matrix[row, column])
-    return matrix - matrix[:, column, None] * share * matrix[row, None]
+def attached_to_last(
+    matrix: Matrix, stiffness: Inexact[Array, "*frequency"]
+) -> Complex[Array, "response-1 reference-1 frequency"]:
+    """Receptance between all points but the last, a port to which a stiffness [N/m] is attached."""
+    share = stiffness * reciprocal(1 + stiffness * matrix[-1, -1])
+    return matrix[:-1, :-1] - matrix[:-1, -1, None] * share * matrix[-1, None, :-1]
 
 
-def attach_cubic(
-    matrix: Matrix,
-    shape: tuple[int, int],
-    port: int,
-    hardening: Float[Array, ""],
-    force: Float[Array, "frequency"],
-) -> Receptance:
-    """Receptance once a cubic spring is attached to the last port, each actuator driving alone.
+def attached_cubic(
+    matrix: Matrix, hardening: Float[Array, ""], force: Float[Array, "frequency"]
+) -> Complex[Array, "response-1 reference-1 frequency"]:
+    """Receptance between all points but the last, a port to which a cubic spring is attached.
 
-    The equivalent stiffness k follows from the amplitude |u| and this from k: a fixed point.
+    Each actuator drives alone. The equivalent stiffness k follows from the amplitude |u| and this
+    from k: a fixed point.
 
     Parameters
     ----------
     matrix
-        Receptance between sensors, actuators and ports.
-    shape
-        Numbers of sensor and actuator channels.
-    port
-        Number of the port.
+        Receptance between sensors, actuators and the port.
     hardening
         Growth of the equivalent stiffness with the amplitude squared [N/m^3].
     force
         Amplitude of the force [N].
     """
-    rows, columns = shape
-    driving_point = matrix[rows + port, columns + port]
-    driven = matrix[rows + port, :columns]
+    driving_point, driven = matrix[-1, -1], matrix[-1, :-1]
     square = amplitude_squared(hardening * driving_point, jnp.abs(driven * force) ** 2)
     stiffness = hardening * square
-    share = stiffness / (1 + stiffness * driving_point)
-    return matrix[:rows, :columns] - matrix[:rows, columns + port, None] * share * driven
+    share = stiffness * reciprocal(1 + stiffness * driving_point)
+    return matrix[:-1, :-1] - matrix[:-1, -1, None] * share * driven
 
 
 def amplitude_squared(

@@ -62,7 +62,8 @@ class Problem:
         An earlier state of the same structure: all unknowns that it has are those of the
         experiment, with the same values. Its data are fitted with those of the experiment.
     effort
-        How much the compiler tries, see `Compiled.bound`.
+        How much the compiler tries, see `Compiled.bound`. By default more where a model error
+        makes evaluations take longer than compiling.
     further
         Further earlier states, the same way. An unknown of theirs that the experiment does not have
         must be one of their own.
@@ -82,7 +83,7 @@ class Problem:
         sizes: Mapping[str, float] | None = None,
         baseline: State | None = None,
         further: Sequence[State] = (),
-        effort: int = 1,
+        effort: int | None = None,
     ):
         if experiment.noise is None:
             raise InputError(
@@ -98,6 +99,8 @@ class Problem:
         self.sizes = dict(sizes or _medians(self.unknown_sizes))
         self.at_fixed_sizes = experiment.fix(self.sizes)
         earlier = (*(() if baseline is None else (baseline,)), *self.further)
+        if effort is None:
+            effort = 1 if experiment.model_error is None else 2
         self.further_unknowns = {
             own_name(unknown.name, number): unknown
             for number, state in enumerate(earlier, 1)

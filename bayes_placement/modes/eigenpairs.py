@@ -1,7 +1,7 @@
 """Eigenpairs of a symmetric matrix, with derivatives also where eigenvalues are repeated.
 
 Eigenvectors of a repeated eigenvalue have no derivative, but a receptance, made of all of them, has
-one. `Eigenpairs.coupling` and `coupling_receptance` keep the part that no eigenvector can have.
+one. `Eigenpairs.coupling` and `with_coupling` keep the part that no eigenvector can have.
 """
 
 from typing import Any, NamedTuple
@@ -72,13 +72,18 @@ def _eigh_jvp(primals: Any, tangents: Any) -> tuple[Any, Any]:
 
 
 @jax.custom_jvp
-def coupling_receptance(
-    coupling: Float[Array, "mode mode"], response: ModalResponse, reference: ModalReference
+def with_coupling(
+    receptance: Receptance,
+    coupling: Float[Array, "mode mode"],
+    response: ModalResponse,
+    reference: ModalReference,
 ) -> Receptance:
-    """First-order change of a receptance by a coupling of modes whose value is zero.
+    """Receptance with the first-order change by a coupling of modes whose value is zero.
 
     Parameters
     ----------
+    receptance
+        Receptance without it [m/N].
     coupling
         Stiffness [(rad/s)^2] between modes of one frequency: zero, with a derivative.
     response, reference
@@ -87,13 +92,13 @@ def coupling_receptance(
     Returns
     -------
     Receptance
-        Zero [m/N]; its derivative is - response d(coupling) reference.
+        The same receptance; its derivative has - response d(coupling) reference besides.
     """
-    return jnp.zeros((response.shape[0], reference.shape[0], response.shape[-1]), complex)
+    return receptance
 
 
-@coupling_receptance.defjvp
-def _coupling_receptance_jvp(primals: Any, tangents: Any) -> tuple[Any, Any]:
-    _, response, reference = primals
-    change = -jnp.einsum("pnf,nm,qmf->pqf", response, tangents[0], reference)
-    return coupling_receptance(*primals), change
+@with_coupling.defjvp
+def _with_coupling_jvp(primals: Any, tangents: Any) -> tuple[Any, Any]:
+    receptance, _, response, reference = primals
+    change = -jnp.einsum("pnf,nm,qmf->pqf", response, tangents[1], reference)
+    return receptance, tangents[0] + change

@@ -22,7 +22,7 @@ from scipy.spatial import KDTree
 import bayes_placement as bp
 from bayes_placement._sites import substitute
 from bayes_placement.io import npz_modes
-from bayes_placement.modes.eigenpairs import coupling_receptance
+from bayes_placement.modes.eigenpairs import with_coupling
 from tests.benchmarks.page import Anchor, at_least, at_most
 
 NODES, MODES, LINES = 333_334, 60, 400
@@ -212,7 +212,7 @@ def costs():
         residues = to[:, None] * come_from
         kept = residues @ jnp.real(modal) + 1j * (residues @ jnp.imag(modal))
         sides = (to[:, :, None] * modal, come_from[:, :, None] * modal)
-        return kept + coupling_receptance(solved.coupling(), *sides)
+        return with_coupling(kept, solved.coupling(), *sides)
 
     def direct(values):
         excess = jnp.tensordot(jnp.stack(values[:2]) - 1, parts, 1)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from bayes_placement.modes.eigenpairs import coupling_receptance, eigenpairs
+from bayes_placement.modes.eigenpairs import eigenpairs, with_coupling
 
 SIZE, STEP = 7, 1e-6
 APART = np.array([1.0, 2.0, 3.5, 5.0, 8.0, 13.0, 21.0])
@@ -42,7 +42,7 @@ def resolvent(values, step, share=1.0):
     read = READ @ pairs.vectors
     kept = jnp.einsum("pm,mf,qm->pqf", read, modal, read)
     sides = read[:, :, None] * modal
-    return kept + coupling_receptance(share * pairs.coupling, sides, sides)
+    return with_coupling(kept, share * pairs.coupling, sides, sides)
 
 
 def norm(values, step):

@@ -52,7 +52,7 @@ def spectra(experiment: Experiment) -> Complex[Array, "product frequency"]:
     factors = modal_receptance(experiment.structure, experiment.structure.proper_modes(), omega)
     products = factors.modal
     if _has_static_flexibility(experiment):
-        products = jnp.concatenate([factors.beyond_static, 1 / factors.relative_modulus[None]])
+        products = jnp.concatenate([factors.beyond_static, factors.relative_compliance[None]])
     return experiment.observe.frf(products[:, None] + 0j, omega)[:, 0]
 
 
