@@ -6,6 +6,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ...inference.engines.empirical_bayes import SHORT
+from ...inference.engines.sizes_of_errors import LinearModel
 from ...inference.residuals import Problem
 from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis, fields_of
@@ -20,8 +21,8 @@ ALWAYS = 4
 """Effects that are fitted whatever is predicted, those by which the exact model gains most: a large
 effect is not linear in its strength."""
 
-ROUNDS = 12
-"""Estimates of the sizes of errors."""
+FARTHEST = float(np.log(100.0))
+"""Greatest log of the factor by which sizes of errors differ from those without the effect."""
 
 
 def worth_fitting(
@@ -74,7 +75,8 @@ class _ErroneousModel:
         residual, _, slopes, _ = problem.squares.jacobian(null.fit.point[None])
         self.residual, self.slopes = residual[0], slopes[0]
         self.errors = [problem.errors_of(size) for size in problem.unknown_sizes]
-        self.curvature = self.slopes @ self.slopes.T + np.eye(len(self.slopes))
+        self.information = self.slopes @ self.slopes.T
+        self.curvature = self.information + np.eye(len(self.slopes))
 
     def problem(self, hypothesis: Hypothesis) -> Problem:
         """Return the problem of a hypothesis with model error, to be evaluated at few points."""
@@ -110,25 +112,18 @@ class _ErroneousModel:
     def _gained_by_other_sizes(self, change: np.ndarray) -> float:
         """Log evidence gained once errors have the sizes that suit them beside an effect.
 
-        MacKay's estimate of the sizes, as for a fit, of the model that is linear in the errors and
-        in the strength of the effect. Any strength is as probable.
+        The model is linear in the errors and in the strength of the effect. Any strength is as
+        probable.
         """
-        slopes = np.vstack([self.slopes, change])
-        information = slopes @ slopes.T
-        pull = information[:, :-1] @ self.null.fit.point - slopes @ self.residual
-        precision = np.ones(len(slopes))
+        across = self.slopes @ change
+        information = np.block([[self.information, across[:, None]], [across, change @ change]])
+        pull = information[:, :-1] @ self.null.fit.point
+        pull[:-1] -= self.slopes @ self.residual
+        pull[-1] -= change @ self.residual
+        precision = np.ones(len(pull))
         precision[-1] = 1e-12 * information[-1, -1]
-        evidence = []
-        for _ in range(ROUNDS):
-            curvature = information + np.diag(precision)
-            covariance = np.linalg.inv(curvature)
-            point = covariance @ pull
-            widths = np.sum(np.log(precision)) - np.linalg.slogdet(curvature)[1]
-            evidence.append(0.5 * (pull @ point + widths))
-            for places in self.errors:
-                determined = 1 - precision[places] * np.diag(covariance)[places]
-                precision[places] = np.sum(determined) / np.sum(point[places] ** 2)
-        return max(evidence) - evidence[0]
+        limit = np.full(len(self.errors), FARTHEST)
+        return LinearModel(information, pull, precision, self.errors).best_sizes(-limit, limit)[1]
 
     def _points(self, hypothesis: Hypothesis, problem: Problem) -> np.ndarray:
         """The effect at its weakest, at all its places and where the exact model has it."""

@@ -15,6 +15,7 @@ from ..._sites import Unknown
 from .laplace import Laplace
 from .least_squares import LeastSquares, Points
 from .levenberg_marquardt import Fit, best_fit, minimise
+from .sizes_of_errors import LinearModel
 
 ROUNDS = 6
 """Greatest number of estimates of the sizes."""
@@ -189,9 +190,11 @@ def _at_better_sizes(
     problem: Kind, fit: Fit, points: Sequence[np.ndarray]
 ) -> tuple[Kind, list[np.ndarray]]:
     """The problem at better sizes, and points of the same errors there."""
-    sizes = {size.name: _better(problem, fit, size) for size in problem.unknown_sizes}
+    if not problem.unknown_sizes:
+        return problem, list(points)
+    sizes = _better(problem, fit)
     moved = [_rescaled(problem, point, sizes) for point in points]
-    return (problem.at_sizes(sizes) if sizes else problem), moved
+    return problem.at_sizes(sizes), moved
 
 
 def _fit(
@@ -221,13 +224,33 @@ def _determined(problem: Hierarchy, fit: Fit, size: Unknown) -> tuple[float, flo
     return squares, float(np.sum(np.clip(1 - variance, 0.0, 1.0)))
 
 
-def _better(problem: Hierarchy, fit: Fit, size: Unknown) -> float:
-    """Fixed-point step: at the greatest evidence the squares sum up to the number determined."""
-    squares, determined = _determined(problem, fit, size)
-    pull = _slope_of_log_prior(size, problem.sizes[size.name])
-    ratio = (squares + max(pull, 0.0)) / max(determined - min(pull, 0.0), 1e-3)
-    step = np.clip(0.5 * np.log(max(ratio, 1e-12)), -LARGEST_STEP, LARGEST_STEP)
-    return _within(size, problem.sizes[size.name] * float(np.exp(step)))
+def _better(problem: Hierarchy, fit: Fit) -> dict[str, float]:
+    """Sizes of the greatest evidence of the model that is linear about a fit, none much changed."""
+    unknown = problem.unknown_sizes
+    curvature = np.linalg.inv(fit.gaussian.covariance)
+    prior = np.ones(len(fit.point))
+    linear = LinearModel(
+        curvature - np.diag(prior),
+        curvature @ fit.point,  # at the fit the prior pulls as much as the data
+        prior,
+        [problem.errors_of(size) for size in unknown],
+    )
+    before = np.log([problem.sizes[size.name] for size in unknown])
+    low, high = np.transpose([bounds_of_log(size) for size in unknown])
+
+    def log_prior(logs: np.ndarray) -> tuple[float, np.ndarray]:
+        values = np.exp(before + logs)
+        pairs = list(zip(unknown, values, strict=True))
+        slopes = np.array([_slope_of_log_prior(size, value) for size, value in pairs])
+        return sum(log_density(size, _within(size, value)) for size, value in pairs), slopes
+
+    logs, _ = linear.best_sizes(
+        np.clip(low - before, -LARGEST_STEP, 0.0),
+        np.clip(high - before, 0.0, LARGEST_STEP),
+        log_prior,
+    )
+    sizes = np.exp(before + logs)
+    return {size.name: _within(size, value) for size, value in zip(unknown, sizes, strict=True)}
 
 
 def _within(size: Unknown, value: float) -> float:

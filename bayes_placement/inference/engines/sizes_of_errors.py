@@ -1,0 +1,82 @@
+"""Sizes of errors that have the greatest evidence in a linear model, the errors integrated out.
+
+MacKay (1992, doi:10.1162/neco.1992.4.3.415). His fixed point, by which the squares of the errors of
+a size sum up to the number of them that the data determine, is a maximum of the evidence; where
+few are determined a fixed-point iteration goes there slowly, a descent along the gradient does not.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
+
+Logs = Float[np.ndarray, "size"]
+Slope = Callable[[Logs], tuple[float, Logs]]
+
+
+class LinearModel(NamedTuple):
+    """Minus log likelihood, half u' A u - b' u, of errors with normal priors.
+
+    Parameters
+    ----------
+    information
+        A, Fisher's information of the data.
+    pull
+        b, what the data pull at.
+    precision
+        Precision of the prior of each unknown.
+    errors
+        Unknowns whose priors have one size, for each size.
+    """
+
+    information: Float[np.ndarray, "unknown unknown"]
+    pull: Float[np.ndarray, "unknown"]
+    precision: Float[np.ndarray, "unknown"]
+    errors: Sequence[Int[np.ndarray, "error"]]
+
+    def log_evidence(self, logs: Logs) -> tuple[float, Logs]:
+        """Log evidence but for a constant, and its slopes along the logs of factors on the sizes.
+
+        Parameters
+        ----------
+        logs
+            Log of the factor on each size.
+        """
+        precision = self.precision.copy()
+        for places, log in zip(self.errors, logs, strict=True):
+            precision[places] = self.precision[places] * np.exp(-2 * log)
+        factor = cho_factor(self.information + np.diag(precision), lower=True)
+        covariance = cho_solve(factor, np.eye(len(precision)))
+        mean = covariance @ self.pull
+        volume = 0.5 * np.sum(np.log(precision)) - np.sum(np.log(np.diag(factor[0])))
+        spread = precision * (mean**2 + np.diag(covariance))
+        slopes = [np.sum(spread[places]) - len(places) for places in self.errors]
+        return float(0.5 * self.pull @ mean + volume), np.array(slopes)
+
+    def best_sizes(
+        self, low: Logs, high: Logs, log_prior: Slope | None = None
+    ) -> tuple[Logs, float]:
+        """Logs of the factors on the sizes of the greatest evidence, and the log evidence gained.
+
+        Parameters
+        ----------
+        low, high
+            Least and greatest log of each.
+        log_prior
+            Log prior density of the sizes and its slopes, at logs of factors; uniform by default.
+        """
+
+        def cost(logs: Logs) -> tuple[float, Logs]:
+            value, slopes = self.log_evidence(logs)
+            prior, of_prior = (0.0, 0.0) if log_prior is None else log_prior(logs)
+            return -value - prior, -slopes - of_prior
+
+        start = np.clip(np.zeros(len(self.errors)), low, high)
+        if not start.size:
+            return start, 0.0
+        bounds = np.transpose([low, high])
+        result = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds)
+        return np.asarray(result.x), float(cost(np.zeros(start.size))[0] - result.fun)
