@@ -11,6 +11,7 @@ from bayes_placement.criticism.missing import _shared_fits, _with_errors
 from bayes_placement.criticism.missing._hypotheses import fitted_with_errors, with_errors
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
+from bayes_placement.criticism.noise_needed import NoiseNeeded
 from tests.criticism.small import GAIN, MASS, experiment, measured
 
 KINDS = ["point_mass", "gain_error", "time_delay"]
@@ -140,6 +141,36 @@ def test_where_the_noise_is_in_doubt_no_effect_is_called_improbable(with_mass):
     assert "point_mass (the best of the candidates) also reduces the misfit" in ledger.sentence()
     assert "Missing" not in ledger.sentence()
     assert "Something else is still missing." in ledger.sentence()
+
+
+@pytest.mark.parametrize(
+    ("unexplained", "words"),
+    [(False, "Missing: point_mass"), (True, "point_mass (probability 0.999) also reduces the")],
+)
+def test_with_unknown_noise_an_effect_is_missing_if_what_is_left_scatters_as_noise(
+    with_mass, unexplained, words
+):
+    needed = NoiseNeeded(0.05, 3.0 if unexplained else 1.0, 1e-9 if unexplained else 0.4)
+    steps = tuple(dataclasses.replace(step, noise_needed=needed) for step in with_mass.steps)
+    likely = with_mass.probabilities | {"point_mass": 0.999}
+    ledger = dataclasses.replace(
+        with_mass, steps=steps, probabilities=likely, unexplained=unexplained
+    )
+    assert ledger.sentence().startswith(words)
+    assert ("Missing" in ledger.sentence()) is not unexplained
+
+
+def test_explain_claims_what_improve_claims(with_mass, with_nothing, candidates):
+    for ledger, seed, hidden in ((with_mass, 1, [MASS]), (with_nothing, 3, [])):
+        ranking = explain(experiment(), measured(*hidden, seed=seed), candidates=candidates)
+        assert ranking.claimed == ledger.verdict
+    favoured = {"point_mass": 0.9, "nothing_missing": 0.1, "none_of_these": 0.0}
+    doubtful = dataclasses.replace(ranking, probabilities=favoured)
+    assert doubtful.words()[0] == (
+        "The evidence favours point_mass (probability 0.9), but not clearly."
+    )
+    certain = dataclasses.replace(doubtful, claimed=("point_mass",))
+    assert certain.words()[0] == "Missing is point_mass, with probability 0.9."
 
 
 def test_what_no_candidate_explains_is_said_to_be_unexplained():
