@@ -10,6 +10,9 @@ from ..experiment.experiment import MEASURED, RESPONSE
 BAND = (0.05, 0.95)
 """Quantiles between which the band lies."""
 
+SAMPLE = ("chain", "draw")
+"""Dimensions of draws."""
+
 
 def amplitude(values: np.ndarray, part: int | None) -> np.ndarray:
     """Return log10 of the amplitude of complex outputs; real outputs as they are.
@@ -54,15 +57,61 @@ def predictive_band(result: xr.DataTree) -> xr.Dataset:
         predictive (of the prior predictive without output error, where there is no posterior),
         and what was `measured`, if it was; of complex outputs as log10 of the amplitude.
     """
-    if "posterior_predictive" in result.children:
-        predicted = result["posterior_predictive"].to_dataset()
-        draws = predicted[MEASURED if MEASURED in predicted else RESPONSE]
-    else:
-        draws = result["prior_predictive"].to_dataset()[RESPONSE]
-    values = labelled_amplitude(draws)
-    sample = ("chain", "draw")
-    low, high = (values.quantile(share, sample).drop_vars("quantile") for share in BAND)
-    arrays: dict[str, Any] = {"mean": values.mean(sample), "low": low, "high": high}
-    if "observed_data" in result.children:
-        arrays["measured"] = labelled_amplitude(result["observed_data"].to_dataset()[MEASURED])
+    values, measured = labelled_amplitude(_draws(result)), _measured(result)
+    low, high = (values.quantile(share, SAMPLE).drop_vars("quantile") for share in BAND)
+    arrays: dict[str, Any] = {"mean": values.mean(SAMPLE), "low": low, "high": high}
+    if measured is not None:
+        arrays["measured"] = labelled_amplitude(measured)
     return xr.Dataset(arrays).assign_attrs(units=values.attrs["units"])
+
+
+def phase_band(result: xr.DataTree) -> xr.Dataset | None:
+    """Return the 90 % band of the phase [degrees]; None where outputs are not complex.
+
+    Parameters
+    ----------
+    result
+        What `infer` or `simulate` returned.
+
+    Returns
+    -------
+    xarray.Dataset or None
+        As `predictive_band`. The `mean` is the direction of the mean of draws of unit length, and
+        `low` and `high` lie within half a turn of it.
+    """
+    draws, measured = _draws(result), _measured(result)
+    if draws.sizes.get("part", 1) < 2:
+        return None
+    turned = _unit_phasor(draws)
+    middle = turned.mean(SAMPLE)
+    around = _degrees(turned * np.conj(middle))
+    mean = _degrees(middle)
+    low, high = (mean + around.quantile(share, SAMPLE).drop_vars("quantile") for share in BAND)
+    arrays: dict[str, Any] = {"mean": mean, "low": low, "high": high}
+    if measured is not None:
+        arrays["measured"] = _degrees(_unit_phasor(measured))
+    return xr.Dataset(arrays).assign_attrs(units="phase [°]")
+
+
+def _draws(result: xr.DataTree) -> xr.DataArray:
+    """Draws of outputs, those of the posterior predictive where there is one."""
+    if "posterior_predictive" not in result.children:
+        return result["prior_predictive"].to_dataset()[RESPONSE]
+    predicted = result["posterior_predictive"].to_dataset()
+    return predicted[MEASURED if MEASURED in predicted else RESPONSE]
+
+
+def _measured(result: xr.DataTree) -> xr.DataArray | None:
+    if "observed_data" not in result.children:
+        return None
+    return result["observed_data"].to_dataset()[MEASURED]
+
+
+def _unit_phasor(values: xr.DataArray) -> xr.DataArray:
+    """Complex numbers of unit size, from a real and an imaginary part."""
+    phasor = values.isel(part=0, drop=True) + 1j * values.isel(part=1, drop=True)
+    return phasor / np.abs(phasor)
+
+
+def _degrees(phasor: xr.DataArray) -> xr.DataArray:
+    return xr.apply_ufunc(lambda values: np.angle(values, deg=True), phasor)

@@ -256,6 +256,12 @@ def unbroken(phase: np.ndarray) -> np.ndarray:
     return np.where(jumps, np.nan, phase)
 
 
+def phase_axis(panel: Axes) -> None:
+    """Name the axis of a phase, and show one turn of it."""
+    panel.set(yticks=[-HALF_TURN, 0.0, HALF_TURN], ylim=(-1.1 * HALF_TURN, 1.1 * HALF_TURN))
+    panel.set_ylabel("phase [°]")
+
+
 def _columns(labels: list[str], width: float) -> int:
     """Greatest number of columns, up to three, in which the labels fit a width [inch]."""
     for count in (3, 2):

@@ -21,7 +21,6 @@ from ..experiment.experiment import Experiment
 from ..positions.vectors import Recorded
 from . import structure as structure_plots
 from ._figures import (
-    HALF_TURN,
     PANEL,
     STAR,
     channel_panels,
@@ -31,6 +30,7 @@ from ._figures import (
     in_decibels,
     maps_and_bars,
     panels,
+    phase_axis,
     unbroken,
 )
 
@@ -349,8 +349,7 @@ def _draw_response(panel: Axes, channel: xr.Dataset, name: str, color: str) -> N
 def _draw_phase(panel: Axes, channel: xr.Dataset, color: str) -> None:
     phase = unbroken(channel["predicted_phase"].values)
     panel.plot(channel["frequency"], phase, color=color)
-    panel.set(yticks=[-HALF_TURN, 0.0, HALF_TURN], ylim=(-1.1 * HALF_TURN, 1.1 * HALF_TURN))
-    panel.set_ylabel("phase [°]")
+    phase_axis(panel)
 
 
 def _draw_error(panel: Axes, channel: xr.Dataset, name: str, color: str) -> None:

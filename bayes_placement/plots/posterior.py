@@ -13,9 +13,21 @@ from numpy.typing import ArrayLike
 from .._sites import Role
 from .._types import InputError, arguments_checked, check_annotated
 from ..experiment.experiment import RESPONSE
-from ..inference.bands import labelled_amplitude, predictive_band
+from ..inference.bands import labelled_amplitude, phase_band, predictive_band
 from ..inference.estimates import scalars
-from ._figures import PANEL, Panels, channel_panels, channels, on_two_lines, panels
+from ._figures import (
+    HALF_TURN,
+    LOGARITHM,
+    PANEL,
+    Panels,
+    channel_panels,
+    channels,
+    in_decibels,
+    on_two_lines,
+    panels,
+    phase_axis,
+    unbroken,
+)
 
 BINS = 40
 """Bins of a histogram of a posterior; that of a prior has half as many."""
@@ -41,8 +53,8 @@ def measured_against_band(
 ) -> Figure:
     """Draw measured outputs and the 90 % band of the posterior predictive.
 
-    Below each channel pair, both are drawn again less the mean of the band, which shows a band
-    that is thinner than a line.
+    Amplitudes are in dB. Below each channel pair stand the phases of complex outputs, and what is
+    drawn above less the mean of the band, which shows a band that is thinner than a line.
 
     Parameters
     ----------
@@ -50,22 +62,28 @@ def measured_against_band(
         What `infer` returned.
     axes
         Axes to draw in: for each sensor a row of responses, a column for each actuator and force
-        level, and below it a row of differences; None for a new figure.
+        level, below it a row of phases if outputs are complex, and one of differences; None for a
+        new figure.
 
     Examples
     --------
     >>> bp.plots.posterior.measured_against_band(posterior).axes[-1].get_xlabel()
     'frequency [Hz]'
     """
-    band = predictive_band(result)
-    layout = channel_panels(band, [1.0, 0.7], axes)
-    unit = band.attrs["units"]
-    for panel, channel in channels(layout.axes[::2], band):
+    band, phase = predictive_band(result), phase_band(result)
+    heights = [1.0, 0.7] if phase is None else [1.0, 0.5, 0.7]
+    layout, rows = channel_panels(band, heights, axes), len(heights)
+    shown, label = in_decibels(band, band.attrs["units"])
+    for panel, channel in channels(layout.axes[::rows], shown):
         _draw_band(panel, channel, "posterior predictive")
-        panel.set_ylabel(on_two_lines(unit))
-    for panel, channel in channels(layout.axes[1::2], band - band["mean"]):
+        panel.set_ylabel(label)
+    for panel, channel in [] if phase is None else channels(layout.axes[1::rows], phase):
+        _draw_phases(panel, channel)
+    for panel in [] if phase is None else layout.axes[1::rows].flat:  # it belongs to that above
+        panel.set(title="", xlabel="")
+    for panel, channel in channels(layout.axes[rows - 1 :: rows], shown - shown["mean"]):
         _draw_band(panel, channel, "posterior predictive")
-        panel.set_ylabel(f"difference from mean\n{_unit_of_difference(unit)}")
+        panel.set_ylabel(f"difference from mean\n{_unit_of_difference(band.attrs['units'])}")
     return layout.with_legend()
 
 
@@ -369,9 +387,20 @@ def _draw_band(panel: Axes, channel: xr.Dataset, name: str) -> None:
         panel.plot(lines, channel["reference"], color=DATA, label="as recorded", linewidth=1)
 
 
+def _draw_phases(panel: Axes, channel: xr.Dataset) -> None:
+    """Draw mean and band of the phase, and what was measured."""
+    lines, mean, low, high = (channel[key].values for key in ("frequency", "mean", "low", "high"))
+    for turn in (-2 * HALF_TURN, 0.0, 2 * HALF_TURN):  # a band goes on at the other end
+        panel.fill_between(lines, low + turn, high + turn, color=POSTERIOR, alpha=0.3, linewidth=0)
+    panel.plot(lines, unbroken(mean), color=POSTERIOR)
+    if "measured" in channel:
+        panel.plot(lines, channel["measured"], ".", color=DATA)
+    phase_axis(panel)
+
+
 def _unit_of_difference(unit: str) -> str:
     """A difference of logarithms is that of a ratio."""
-    return "[log10 of ratio]" if unit.startswith("log10") else unit.rpartition(" ")[2]
+    return "[dB]" if unit.startswith(LOGARITHM) else unit.rpartition(" ")[2]
 
 
 def _density_axis(panel: Axes, result: xr.DataTree, name: str) -> None:

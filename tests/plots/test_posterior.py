@@ -8,6 +8,7 @@ import xarray as xr
 
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
+from bayes_placement.inference.bands import phase_band
 
 FREQUENCY = np.array([10.0, 20.0, 40.0, 80.0])
 RNG = np.random.default_rng(3)
@@ -132,7 +133,8 @@ FIGURES = {
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_axis_bears_a_name_and_a_unit(name):
     for axis in drawn(FIGURES[name]()).axes:
-        assert axis.get_xlabel().endswith("]")
+        is_phase = axis.get_ylabel().startswith("phase")  # it belongs to the panel above
+        assert axis.get_xlabel().endswith("]") is not is_phase
         assert any(word in axis.get_ylabel() for word in ("[", "density", "ratio"))
 
 
@@ -169,9 +171,9 @@ def test_measured_points_are_drawn_on_the_band_and_less_its_mean():
         measured = tree["observed_data"]["measured"][sensor, 0]
         mean = tree["posterior_predictive"]["measured"][..., sensor, 0, :].mean(("chain", "draw"))
         upper, lower = figure.axes[2 * sensor : 2 * sensor + 2]
-        np.testing.assert_allclose(line(upper, "measured"), measured)
-        np.testing.assert_allclose(line(upper, "posterior predictive, mean"), mean)
-        np.testing.assert_allclose(line(lower, "measured"), measured - mean)
+        np.testing.assert_allclose(line(upper, "measured"), 20 * measured)
+        np.testing.assert_allclose(line(upper, "posterior predictive, mean"), 20 * mean)
+        np.testing.assert_allclose(line(lower, "measured"), 20 * (measured - mean))
         centre = line(lower, "posterior predictive, mean")
         np.testing.assert_allclose(centre, np.zeros(FREQUENCY.size), atol=1e-12)
         assert f"s{sensor + 1}+x" in upper.get_title()
@@ -184,16 +186,30 @@ def test_the_band_holds_nine_draws_in_ten():
     corners = axis.collections[0].get_paths()[0].vertices
     predicted = tree["posterior_predictive"]["measured"][0, :, 0, 0]
     at_first = corners[corners[:, 0] == FREQUENCY[0], 1]
-    expected = predicted[:, 0].quantile([0.05, 0.95])
+    expected = 20 * predicted[:, 0].quantile([0.05, 0.95])
     np.testing.assert_allclose([at_first.min(), at_first.max()], expected)
 
 
-def test_complex_outputs_are_drawn_by_the_logarithm_of_their_amplitude():
+def test_complex_outputs_are_drawn_in_decibels_and_by_their_phase():
     tree = result(parts=True)
-    axis = bp.plots.posterior.measured_against_band(tree).axes[0]
+    upper, phase, _ = bp.plots.posterior.measured_against_band(tree).axes[:3]
     real, imaginary = tree["observed_data"]["measured"].values[0, 0]
-    np.testing.assert_allclose(line(axis, "measured"), np.log10(np.hypot(real, imaginary)))
-    assert axis.get_ylabel() == "log10 of velocity\nper force [(m/s)/N]"
+    np.testing.assert_allclose(line(upper, "measured"), 20 * np.log10(np.hypot(real, imaginary)))
+    assert upper.get_ylabel() == "magnitude\n[dB re 1 (m/s)/N]"
+    measured = phase.lines[-1].get_ydata()
+    np.testing.assert_allclose(measured, np.rad2deg(np.arctan2(imaginary, real)))
+    assert phase.get_ylabel() == "phase [°]"
+
+
+def test_the_band_of_a_phase_is_narrow_also_where_the_phase_jumps():
+    """Draws about half a turn lie at both ends of the axis; their mean is not zero."""
+    turned = np.deg2rad(180.0 + 5.0 * RNG.normal(size=(1, 2000, 1, 1, 4)))
+    values = np.stack([np.cos(turned), np.sin(turned)], axis=-2)
+    tree = xr.DataTree.from_dict({"/posterior_predictive": outputs(values, parts=True, sensors=1)})
+    band = phase_band(tree)
+    np.testing.assert_allclose(np.abs(band["mean"]), 180.0, atol=1.0)
+    np.testing.assert_allclose(band["high"] - band["low"], 2 * 1.645 * 5.0, rtol=0.15)
+    assert phase_band(result()) is None
 
 
 def simulated(sensors=2, parts=False):
@@ -259,7 +275,7 @@ def test_each_force_level_has_panels_of_its_own():
         f"{pair}, {level} N" for pair in pairs for _ in range(2) for level in ("0.5", "2")
     ]
     measured = tree["observed_data"]["measured"].sel(force_level=2.0)[1, 0]
-    np.testing.assert_array_equal(line(figure.axes[5], "measured"), measured)
+    np.testing.assert_allclose(line(figure.axes[5], "measured"), 20 * measured)
 
 
 @pytest.mark.parametrize("group", ["prior", "posterior"])
