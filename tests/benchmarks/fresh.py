@@ -5,7 +5,9 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from tests.benchmarks.page import ROOT
@@ -35,12 +37,14 @@ def seconds_of(command: list[str], folder: Path, caches: Path | None = None) -> 
     return took
 
 
-def told_by(module: str, *arguments: str, folder: Path) -> Any:
-    """What a module says in its last line, as JSON."""
+def told_by(
+    module: str, *arguments: str, folder: Path, threads: Mapping[str, str] = MappingProxyType({})
+) -> Any:
+    """What a module says in its last line, as JSON; the environment may set numbers of threads."""
     finished = subprocess.run(
         [sys.executable, "-m", module, *arguments],
         cwd=ROOT,
-        env=environment(folder),
+        env=environment(folder) | dict(threads),
         stdout=subprocess.PIPE,
         text=True,
         check=True,
