@@ -70,15 +70,15 @@ def measured(places, count, *, noise=None, frequency=1e-3, damping=2e-4, shape=0
     )
 
 
-def experiment(measurement, places, *, modulus=MODULUS, ratio=0.01, within=None):
+def experiment(measurement, places, *, modulus=MODULUS, ratio=0.01, within=None, modes=20):
     """The bar with sensors at places, known or within a tolerance, that observes modes."""
-    modes = bp.beams.bar(20, length=1.0, area=AREA, youngs_modulus=modulus, density=DENSITY)
+    bar = bp.beams.bar(modes, length=1.0, area=AREA, youngs_modulus=modulus, density=DENSITY)
     at = [
         float(place) if within is None else bp.positions.Segment(float(place), within=within)
         for place in places
     ]
     return bp.Experiment(
-        bp.Structure(modes, damping=bp.damping.Modal(ratio)),
+        bp.Structure(bar, damping=bp.damping.Modal(ratio)),
         sensors=[bp.Sensor(f"s{number}", at=place) for number, place in enumerate(at)],
         observe=bp.observe.Modes(measurement),
         noise=bp.noise.FromVariance(),

@@ -112,7 +112,7 @@ def test_a_sensor_is_placed_by_shapes_alone():
     rng = np.random.default_rng(3)
     true = [0.12, 0.3, 0.42, 0.77]
     measurement = measured(true, 4, noise=rng, ratio=0.01)
-    setup = experiment(measurement, [0.15, 0.3, 0.4, 0.75], within=0.04)
+    setup = experiment(measurement, [0.15, 0.3, 0.4, 0.75], within=0.04, modes=8)
     posterior = bp.infer(setup, measurement, engine="map")["posterior"]
     for number, place in enumerate(true):
         drawn = posterior[f"sensor.s{number}.position"].values
@@ -191,6 +191,7 @@ def test_a_hidden_mass_is_named_and_the_check_fails_without_it():
         modulus=unknown_modulus(),
         ratio=dist.Uniform(0.005, 0.02),
         within=0.015,
+        modes=12,
     )
     candidates = bp.effects.library(setup, ["point_mass", "ground_spring", "gain_error"])
     ledger = bp.improve(setup, measurement, candidates=candidates)

@@ -32,7 +32,7 @@ QUIET = {
     "derandomize": True,
     "suppress_health_check": list(HealthCheck),
 }
-SHORT, LONG = 60, 2000
+SHORT, LONG = 60, 800
 
 # beartype looks at random entries of lists, which Hypothesis takes for a mistake
 pytestmark = pytest.mark.filterwarnings("ignore:Do not use the `random` module inside strategies")
@@ -438,7 +438,7 @@ def test_much_damage_is_told(readers, tmp_path_factory, name, changes):
 
 
 @pytest.mark.long
-@settings(max_examples=100, **QUIET)
+@settings(max_examples=30, **QUIET)
 @given(changes=CHANGES)
 def test_much_damage_of_a_mesh_is_told(readers, tmp_path_factory, changes):
     check_damage_is_told(tmp_path_factory.mktemp("damaged"), *readers["mesh"], changes)

@@ -141,7 +141,9 @@ def test_a_right_model_has_a_chi2_of_1(single):
 @pytest.mark.long
 def test_the_clamp_is_named_from_the_time_records(optimised):
     frequency = hammer_test.measurement.thinned(100).frequency
-    ledger = bp.improve(experiment(frequency), hammer_test.measurement)
+    setup = experiment(frequency)
+    candidates = bp.effects.library(setup, KINDS)
+    ledger = bp.improve(setup, hammer_test.measurement, candidates=candidates)
     assert ledger.verdict == ("point_mass",)
     assert ledger.probabilities["point_mass"] > 0.95
     first = ledger.steps[0]
