@@ -10,6 +10,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import solve_triangular
 
 from ..._sites import Unknown
 from .laplace import Laplace
@@ -227,7 +228,10 @@ def _determined(problem: Hierarchy, fit: Fit, size: Unknown) -> tuple[float, flo
 def _better(problem: Hierarchy, fit: Fit) -> dict[str, float]:
     """Sizes of the greatest evidence of the model that is linear about a fit, none much changed."""
     unknown = problem.unknown_sizes
-    curvature = np.linalg.inv(fit.gaussian.covariance)
+    if not np.isfinite(fit.gaussian.root).all():
+        return dict(problem.sizes)
+    root = solve_triangular(fit.gaussian.root, np.eye(len(fit.point)), lower=True)
+    curvature = root.T @ root
     prior = np.ones(len(fit.point))
     linear = LinearModel(
         curvature - np.diag(prior),

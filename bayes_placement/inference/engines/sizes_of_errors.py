@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
+from numpy.linalg import LinAlgError
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
@@ -40,6 +41,8 @@ class LinearModel(NamedTuple):
     def log_evidence(self, logs: Logs) -> tuple[float, Logs]:
         """Log evidence but for a constant, and its slopes along the logs of factors on the sizes.
 
+        Minus infinity where rounding leaves no positive definite matrix.
+
         Parameters
         ----------
         logs
@@ -48,7 +51,10 @@ class LinearModel(NamedTuple):
         precision = self.precision.copy()
         for places, log in zip(self.errors, logs, strict=True):
             precision[places] = self.precision[places] * np.exp(-2 * log)
-        factor = cho_factor(self.information + np.diag(precision), lower=True)
+        try:
+            factor = cho_factor(self.information + np.diag(precision), lower=True)
+        except LinAlgError:  # what the prior determines alone is lost in rounding
+            return -np.inf, np.zeros(len(logs))
         covariance = cho_solve(factor, np.eye(len(precision)))
         mean = covariance @ self.pull
         volume = 0.5 * np.sum(np.log(precision)) - np.sum(np.log(np.diag(factor[0])))
@@ -64,7 +70,7 @@ class LinearModel(NamedTuple):
         Parameters
         ----------
         low, high
-            Least and greatest log of each.
+            Least and greatest log of each, with zero between them.
         log_prior
             Log prior density of the sizes and its slopes, at logs of factors; uniform by default.
         """
@@ -74,9 +80,9 @@ class LinearModel(NamedTuple):
             prior, of_prior = (0.0, 0.0) if log_prior is None else log_prior(logs)
             return -value - prior, -slopes - of_prior
 
-        start = np.clip(np.zeros(len(self.errors)), low, high)
-        if not start.size:
+        start = np.zeros(len(self.errors))
+        if not start.size or not np.isfinite(before := cost(start)[0]):
             return start, 0.0
         bounds = np.transpose([low, high])
         result = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds)
-        return np.asarray(result.x), float(cost(np.zeros(start.size))[0] - result.fun)
+        return np.asarray(result.x), float(before - result.fun)

@@ -5,6 +5,7 @@ import pytest
 
 from bayes_placement.inference.engines import empirical_bayes
 from bayes_placement.inference.engines.empirical_bayes import Rival, fitted_with_sizes
+from bayes_placement.inference.engines.laplace import laplace
 from bayes_placement.inference.residuals import Problem
 from tests.inference.engines.test_mode_with_sizes import case  # noqa: F401  a fixture
 
@@ -68,3 +69,9 @@ def test_what_gains_too_little_to_reach_a_rival_is_given_up(problem, alone, fits
     fits.clear()
     fitted(problem, Rival(evidence=alone.fit.log_evidence + 1e6))
     assert fits.count(0.0) == 3  # two of the first sizes, one of others
+
+
+def test_a_fit_without_a_finite_curvature_leaves_the_sizes_as_they_are(alone):
+    shapeless = laplace(alone.fit.point, np.full((alone.problem.dimension,) * 2, np.nan))
+    fit = alone.fit._replace(gaussian=shapeless)
+    assert empirical_bayes._better(alone.problem, fit) == alone.problem.sizes

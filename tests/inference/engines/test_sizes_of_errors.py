@@ -68,3 +68,10 @@ def test_a_size_stays_within_its_limits_and_follows_its_prior(model):
 def test_without_sizes_nothing_is_gained(model):
     logs, gained = model._replace(errors=[]).best_sizes(np.zeros(0), np.zeros(0))
     assert logs.size == 0 and gained == 0.0
+
+
+def test_where_rounding_leaves_no_evidence_sizes_stay_as_they_are(model):
+    lost = model._replace(information=-2 * np.diag(model.precision))
+    assert lost.log_evidence(np.zeros(2))[0] == -np.inf
+    logs, gained = lost.best_sizes(-WIDE, WIDE)
+    assert (logs == 0).all() and gained == 0.0
