@@ -32,17 +32,16 @@ def measurement(plane):
     return study.measured(plane)
 
 
-def inferred(experiment, measurement, engine=study.engine):
+def inferred(experiment, measurement):
     # Laplace's method may warn that its standard deviations are approximate here.
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InferenceWarning)
-        return bp.infer(experiment, measurement, engine=engine, key=0)
+        return bp.infer(experiment, measurement, engine=study.engine, key=0)
 
 
 @pytest.fixture(scope="module")
 def posterior(plane, measurement):
-    # A single start: below mode 6 there is one maximum.
-    return inferred(study.below(plane), measurement, bp.engines.MAP(starts=1, draws=256))
+    return inferred(study.below(plane), measurement)
 
 
 @pytest.fixture(scope="module")
