@@ -15,19 +15,8 @@ from .._types import InputError, arguments_checked, check_annotated
 from ..experiment.experiment import RESPONSE
 from ..inference.bands import labelled_amplitude, phase_band, predictive_band
 from ..inference.estimates import scalars
-from ._figures import (
-    HALF_TURN,
-    LOGARITHM,
-    PANEL,
-    Panels,
-    channel_panels,
-    channels,
-    in_decibels,
-    on_two_lines,
-    panels,
-    phase_axis,
-    unbroken,
-)
+from ._band_panels import DATA, POSTERIOR, draw_band, draw_phases, unit_of_difference
+from ._figures import PANEL, Panels, channel_panels, channels, in_decibels, on_two_lines, panels
 
 BINS = 40
 """Bins of a histogram of a posterior; that of a prior has half as many."""
@@ -38,11 +27,8 @@ MOST_NODES = 100
 SMALL_PANEL = (4.2, 3.0)
 """Width and height [inch] of a panel that has others beside it."""
 
-PRIOR, POSTERIOR, DATA = "0.6", "C0", "C3"
-"""Colours."""
-
-SPARSE = 30
-"""Up to so many lines are marked one by one, since the curve between them is no measurement."""
+PRIOR = "0.6"
+"""Colour of priors."""
 
 LINE_STYLES = ("-", "--", "-.", ":")
 
@@ -75,15 +61,15 @@ def measured_against_band(
     layout, rows = channel_panels(band, heights, axes), len(heights)
     shown, label = in_decibels(band, band.attrs["units"])
     for panel, channel in channels(layout.axes[::rows], shown):
-        _draw_band(panel, channel, "posterior predictive")
+        draw_band(panel, channel, "posterior predictive")
         panel.set_ylabel(label)
     for panel, channel in [] if phase is None else channels(layout.axes[1::rows], phase):
-        _draw_phases(panel, channel)
+        draw_phases(panel, channel)
     for panel in [] if phase is None else layout.axes[1::rows].flat:  # it belongs to that above
         panel.set(title="", xlabel="")
     for panel, channel in channels(layout.axes[rows - 1 :: rows], shown - shown["mean"]):
-        _draw_band(panel, channel, "posterior predictive")
-        panel.set_ylabel(f"difference from mean\n{_unit_of_difference(band.attrs['units'])}")
+        draw_band(panel, channel, "posterior predictive")
+        panel.set_ylabel(f"difference from mean\n{unit_of_difference(band.attrs['units'])}")
     return layout.with_legend()
 
 
@@ -124,7 +110,7 @@ def response_band(
         band["reference"] = labelled_amplitude(draw.copy(data=np.asarray(reference)))
     layout = channel_panels(band, [1.0], axes)
     for panel, channel in channels(layout.axes, band):
-        _draw_band(panel, channel, "random draws")
+        draw_band(panel, channel, "random draws")
         panel.set_ylabel(on_two_lines(band.attrs["units"]))
     return layout.with_legend()
 
@@ -372,35 +358,6 @@ def _limits(panel: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
     if high - low < 0.2 * np.ptp(prior):
         margin = 0.5 * (high - low) if high > low else 0.05 * np.ptp(prior)
         panel.set_xlim(low - margin, high + margin)
-
-
-def _draw_band(panel: Axes, channel: xr.Dataset, name: str) -> None:
-    """Draw mean and band, what was measured, and the reference."""
-    lines, low, high = (channel[variable].values for variable in ("frequency", "low", "high"))
-    label = f"{name}, 90 % band"
-    panel.fill_between(lines, low, high, color=POSTERIOR, alpha=0.3, label=label)
-    style = "-" if lines.size > SPARSE else ".-"
-    panel.plot(lines, channel["mean"], style, color=POSTERIOR, label=f"{name}, mean")
-    if "measured" in channel:
-        panel.plot(lines, channel["measured"], ".", color=DATA, label="measured")
-    if "reference" in channel:
-        panel.plot(lines, channel["reference"], color=DATA, label="as recorded", linewidth=1)
-
-
-def _draw_phases(panel: Axes, channel: xr.Dataset) -> None:
-    """Draw mean and band of the phase, and what was measured."""
-    lines, mean, low, high = (channel[key].values for key in ("frequency", "mean", "low", "high"))
-    for turn in (-2 * HALF_TURN, 0.0, 2 * HALF_TURN):  # a band goes on at the other end
-        panel.fill_between(lines, low + turn, high + turn, color=POSTERIOR, alpha=0.3, linewidth=0)
-    panel.plot(lines, unbroken(mean), color=POSTERIOR)
-    if "measured" in channel:
-        panel.plot(lines, channel["measured"], ".", color=DATA)
-    phase_axis(panel)
-
-
-def _unit_of_difference(unit: str) -> str:
-    """A difference of logarithms is that of a ratio."""
-    return "[dB]" if unit.startswith(LOGARITHM) else unit.rpartition(" ")[2]
 
 
 def _density_axis(panel: Axes, result: xr.DataTree, name: str) -> None:
