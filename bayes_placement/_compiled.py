@@ -9,15 +9,14 @@ from collections.abc import Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 import jax
+import jax.numpy as jnp
 import jaxlib
 import numpy as np
-from jax.extend.core import get_opaque_trace_state
 from numpyro.distributions import Distribution
 
 Result = TypeVar("Result")
 
 _Options: TypeAlias = tuple[tuple[str, Any], ...] | None
-_OUTSIDE = get_opaque_trace_state()
 
 
 def compiled(function: Callable[..., Result]) -> "Compiled[Result]":
@@ -200,7 +199,7 @@ def _jitted(key: _Key, options: _Options) -> Any:
 
 def _is_inside_another() -> bool:
     """Whether another function is being compiled: its options hold for all that it calls."""
-    return bool(get_opaque_trace_state() != _OUTSIDE)
+    return isinstance(jnp.add(0, 0), jax.core.Tracer)
 
 
 def _options(effort: int | None) -> _Options:
