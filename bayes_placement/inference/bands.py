@@ -1,6 +1,4 @@
-"""Amplitude of outputs, and the band in which a model expects the data."""
-
-from typing import Any
+"""Outputs by amplitude and phase, and the band in which a model expects the data."""
 
 import numpy as np
 import xarray as xr
@@ -58,11 +56,8 @@ def predictive_band(result: xr.DataTree) -> xr.Dataset:
         and what was `measured`, if it was; of complex outputs as log10 of the amplitude.
     """
     values, measured = labelled_amplitude(_draws(result)), _measured(result)
-    low, high = (values.quantile(share, SAMPLE).drop_vars("quantile") for share in BAND)
-    arrays: dict[str, Any] = {"mean": values.mean(SAMPLE), "low": low, "high": high}
-    if measured is not None:
-        arrays["measured"] = labelled_amplitude(measured)
-    return xr.Dataset(arrays).assign_attrs(units=values.attrs["units"])
+    shown = None if measured is None else labelled_amplitude(measured)
+    return _band(values.mean(SAMPLE), values, shown, values.attrs["units"])
 
 
 def phase_band(result: xr.DataTree) -> xr.Dataset | None:
@@ -84,13 +79,20 @@ def phase_band(result: xr.DataTree) -> xr.Dataset | None:
         return None
     turned = _unit_phasor(draws)
     middle = turned.mean(SAMPLE)
-    around = _degrees(turned * np.conj(middle))
-    mean = _degrees(middle)
-    low, high = (mean + around.quantile(share, SAMPLE).drop_vars("quantile") for share in BAND)
-    arrays: dict[str, Any] = {"mean": mean, "low": low, "high": high}
+    mean, around = _degrees(middle), _degrees(turned * np.conj(middle))
+    shown = None if measured is None else _degrees(_unit_phasor(measured))
+    return _band(mean, mean + around, shown, "phase [°]")
+
+
+def _band(
+    mean: xr.DataArray, draws: xr.DataArray, measured: xr.DataArray | None, units: str
+) -> xr.Dataset:
+    """Mean and quantiles of draws, and what was measured, if it was."""
+    low, high = (draws.quantile(share, SAMPLE).drop_vars("quantile") for share in BAND)
+    arrays = {"mean": mean, "low": low, "high": high}
     if measured is not None:
-        arrays["measured"] = _degrees(_unit_phasor(measured))
-    return xr.Dataset(arrays).assign_attrs(units="phase [°]")
+        arrays["measured"] = measured
+    return xr.Dataset(arrays).assign_attrs(units=units)
 
 
 def _draws(result: xr.DataTree) -> xr.DataArray:
