@@ -78,7 +78,7 @@ class Bound(Generic[Result]):
         self, function: Callable[..., Result], trees: tuple[Any, ...], effort: int | None = None
     ):
         self._effort = effort
-        leaves, structure = jax.tree.flatten(_in_order(trees))
+        leaves, structure = jax.tree.flatten(with_sorted_fields(trees))
         self._parts = _parts(_Form(function, structure), leaves, _is_number)
         if self._parts.key in _STEERED:
             self._parts = self._parts.with_fixed_floats()
@@ -123,11 +123,7 @@ class Bound(Generic[Result]):
 
 @jax.tree_util.register_pytree_node_class
 class _Fields:
-    """A distribution whose fields are flattened by name; unflattened it is a distribution again.
-
-    NumPyro flattens them in the order of a set, another one in each process, and a program whose
-    inputs come in another order is not found in the compilation cache.
-    """
+    """A distribution whose fields are flattened by name; unflattened it is a distribution again."""
 
     def __init__(self, distribution: Distribution):
         values, self.fixed = distribution.tree_flatten()
@@ -136,7 +132,10 @@ class _Fields:
 
     def tree_flatten(self) -> tuple[list[Any], Any]:
         """Return values by the names of their fields, and what is fixed."""
-        return [_in_order(self.value[name]) for name in sorted(self.value)], (self.kind, self.fixed)
+        return [with_sorted_fields(self.value[name]) for name in sorted(self.value)], (
+            self.kind,
+            self.fixed,
+        )
 
     @classmethod
     def tree_unflatten(cls, fixed: Any, values: Sequence[Any]) -> Distribution:
@@ -147,7 +146,13 @@ class _Fields:
         return kind.tree_unflatten(auxiliary, tuple(value[name] for name in names))
 
 
-def _in_order(tree: Any) -> Any:
+def with_sorted_fields(tree: Any) -> Any:
+    """Return the tree with each distribution flattened by the names of its fields.
+
+    NumPyro flattens them in the order of a set, another one in each process, and a program whose
+    inputs come in another order is not found in the compilation cache.
+    """
+
     def is_distribution(leaf: Any) -> bool:
         return isinstance(leaf, Distribution)
 

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from numpyro.distributions import Distribution
 
+from .._compiled import with_sorted_fields
 from .symmetries import Values
 
 
@@ -48,7 +49,7 @@ def _by_form(priors: Mapping[str, Distribution]) -> dict[_Form, dict[str, list[A
     """Numbers of priors by name, of those of one form together."""
     forms: dict[_Form, dict[str, list[Any]]] = {}
     for name, prior in priors.items():
-        leaves, structure = jax.tree.flatten(prior)
+        leaves, structure = jax.tree.flatten(with_sorted_fields(prior))
         form = _Form(structure, tuple(jnp.shape(leaf) for leaf in leaves))
         forms.setdefault(form, {})[name] = leaves
     return forms
