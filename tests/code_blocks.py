@@ -60,15 +60,19 @@ FOR_TESTS = ("JAX_DISABLE_MOST_OPTIMIZATIONS", "XLA_FLAGS")
 """What tests set so that JAX compiles faster: a user has functions that run faster."""
 
 
-def run(sections, folder):
-    """Run sections of blocks in a folder, beside a copy of the models; return what each printed."""
+def run(sections, folder, optimised=True):
+    """Run sections of blocks in a folder, beside a copy of the models; return what each printed.
+
+    Functions are optimised as those of a user, or compiled faster, as those of other tests.
+    """
     shutil.copytree(ROOT / "models", folder / "models")
     names = [
         name
         for number, section in enumerate(sections)
         for name in [*written(section, folder, f"block_{number}"), "/"]
     ]
-    environment = {key: value for key, value in os.environ.items() if key not in FOR_TESTS}
+    left_out = FOR_TESTS if optimised else ()
+    environment = {key: value for key, value in os.environ.items() if key not in left_out}
     ran = subprocess.run(
         [sys.executable, "-c", RUN, *names[:-1]],
         cwd=folder,
