@@ -37,7 +37,9 @@ gc.set_threshold(100_000, 50, 50)
 
 # The hook rewrites modules as they are imported; one imported before it would go unchecked.
 assert "bayes_placement" not in sys.modules, "bayes_placement was imported before conftest.py"
-install_import_hook("bayes_placement", "beartype.beartype")
+# Where jaxtyping is switched off by its own variable, what it would wrap costs time for nothing.
+if os.environ.get("JAXTYPING_DISABLE", "0") != "1":
+    install_import_hook("bayes_placement", "beartype.beartype")
 
 
 def pytest_sessionfinish():
