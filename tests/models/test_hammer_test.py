@@ -179,6 +179,7 @@ def test_nothing_is_missing_where_nothing_is(plain, optimised):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_a_window_is_named_where_it_was_forgotten_and_not_where_it_is_known(plain, optimised):
     estimate = estimated(plain, 3, window=0.04)
     setup = experiment(estimate.measurement.frequency)

@@ -221,6 +221,7 @@ def test_modes_1_to_6_leave_the_stated_error(posterior):
 
 
 @pytest.mark.long  # a second fit of the structure
+@pytest.mark.longest
 def test_above_mode_6_the_check_fails_where_it_passes_below(plane, posterior, measurement):
     misfit = bp.check(inferred(study.beyond(plane, posterior), measurement))
     assert "The model fails" in str(misfit)

@@ -107,6 +107,7 @@ def test_explain_ranks_what_is_new(before, after, candidates):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_explain_says_that_nothing_is_new(before, candidates):
     again = measured(imperfect(1), 4)
     ranking = explain(experiment(), again, baseline=before, candidates=candidates)

@@ -81,6 +81,7 @@ def test_a_change_is_seen_that_two_sizes_alone_would_not_tell(ledger):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_an_effect_stays_where_it_was_when_another_one_comes():
     """By itself the second state has a wrong place of the mass, beside the gain."""
     gain = effects.gain_error("s2", -0.06)
@@ -99,6 +100,7 @@ def test_an_effect_stays_where_it_was_when_another_one_comes():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_two_effects_that_are_new_at_once_are_found_in_their_places():
     """Scanned before the gain, the mass seems to be elsewhere."""
     hidden = (effects.point_mass(0.313, 0.05), effects.gain_error("s2", -0.06))
