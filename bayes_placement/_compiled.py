@@ -132,10 +132,8 @@ class _Fields:
 
     def tree_flatten(self) -> tuple[list[Any], Any]:
         """Return values by the names of their fields, and what is fixed."""
-        return [with_sorted_fields(self.value[name]) for name in sorted(self.value)], (
-            self.kind,
-            self.fixed,
-        )
+        values = [with_sorted_fields(self.value[name]) for name in sorted(self.value)]
+        return values, (self.kind, self.fixed)
 
     @classmethod
     def tree_unflatten(cls, fixed: Any, values: Sequence[Any]) -> Distribution:
