@@ -5,13 +5,31 @@ one step of differences, not one each (Curtis, Powell and Reid, 1974,
 doi:10.1093/imamat/13.1.117).
 """
 
+import functools
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 
-class ColumnGroups(NamedTuple):
+class Block(NamedTuple):
+    """Data that the same unknowns change, which are all of different groups.
+
+    Parameters
+    ----------
+    unknowns
+        The unknowns.
+    data
+        The data: a slice where they follow each other.
+    """
+
+    unknowns: np.ndarray
+    data: slice | np.ndarray
+
+
+@dataclass(frozen=True)
+class ColumnGroups:
     """Unknowns in groups, no two of one group changing the same datum.
 
     Parameters
@@ -40,16 +58,53 @@ class ColumnGroups(NamedTuple):
         """Slopes along each unknown, from those along the groups."""
         return along_groups[:, self.group] * self.changes
 
+    def products(
+        self,
+        along_groups: Float[np.ndarray, "point group datum"],
+        residual: Float[np.ndarray, "point datum"],
+    ) -> tuple[Float[np.ndarray, "point unknown unknown"], Float[np.ndarray, "point unknown"]]:
+        """Products of the slopes along unknowns with each other, and with residuals.
+
+        Block by block, without the zeros of unknowns that change other data: they are a half of
+        all slopes and more.
+        """
+        count, size = len(along_groups), len(self.group)
+        squares, pulls = np.zeros((count, size, size)), np.zeros((count, size))
+        for unknowns, data in self.blocks:
+            rows = self.group[unknowns]
+            slopes = along_groups[:, rows if isinstance(data, slice) else rows[:, None], data]
+            squares[:, unknowns[:, None], unknowns] += slopes @ slopes.transpose(0, 2, 1)
+            pulls[:, unknowns] += (slopes @ residual[:, data, None])[..., 0]
+        return squares, pulls
+
+    @functools.cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """Data in blocks, each changed by the same unknowns."""
+        patterns, block = np.unique(self.changes, axis=1, return_inverse=True)
+        numbers = enumerate(patterns.T)
+        return tuple(
+            Block(np.flatnonzero(pattern), _in_a_row(np.flatnonzero(block == number)))
+            for number, pattern in numbers
+            if pattern.any()
+        )
+
+
+def _in_a_row(data: np.ndarray) -> slice | np.ndarray:
+    """The same data as a slice, where they follow each other: it copies nothing."""
+    first, last = data[0], data[-1]
+    return slice(first, last + 1) if last - first + 1 == len(data) else data
+
 
 def column_groups(changes: Bool[np.ndarray, "unknown datum"]) -> ColumnGroups:
     """Put each unknown in the first group that changes none of its data."""
     group = np.zeros(len(changes), dtype=int)
     taken: list[np.ndarray] = []
-    for unknown, data in enumerate(changes):
-        free = [number for number, other in enumerate(taken) if not (data & other).any()]
+    patterns = np.unique(changes, axis=1)  # few, however many data
+    for unknown, changed in enumerate(patterns):
+        free = [number for number, other in enumerate(taken) if not (changed & other).any()]
         group[unknown] = free[0] if free else len(taken)
         if free:
-            taken[free[0]] |= data
+            taken[free[0]] |= changed
         else:
-            taken.append(data.copy())
+            taken.append(changed.copy())
     return ColumnGroups(group, changes)

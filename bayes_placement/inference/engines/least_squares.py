@@ -114,12 +114,14 @@ class LeastSquares:
 
     def jacobian(self, points: Points, logarithmic: bool = False) -> Jacobian:
         """Residuals and their slopes at points."""
+        along = self.along_groups(points, logarithmic)
+        return along._replace(slopes=self.column_groups.slopes(along.slopes))
+
+    def along_groups(self, points: Points, logarithmic: bool = False) -> Jacobian:
+        """The same, but for the slopes of residuals: along the groups of unknowns."""
         groups = self.column_groups
         along = self._differences(points, groups.directions(), logarithmic)
-        return along._replace(
-            slopes=groups.slopes(along.slopes),
-            widening=along.widening[:, groups.group] * self._changes[1],
-        )
+        return along._replace(widening=along.widening[:, groups.group] * self._changes[1])
 
     def objective(
         self,
@@ -218,15 +220,16 @@ class SquaresAndPrior(NamedTuple):
 
     def normal_equations(self, points: Points) -> NormalEquations:
         """Normal equations at points."""
-        residual, log_scale, slopes, widening = self.problem.jacobian(points, self.logarithmic)
-        residual, slopes = self._weighted(residual), self._weighted(slopes)
+        residual, log_scale, slopes, widening = self.problem.along_groups(points, self.logarithmic)
+        residual = self._weighted(residual)
+        squares, pulls = self.problem.column_groups.products(self._weighted(slopes), residual)
         # Fisher's information: unknown noise counts twice, once in the slopes.
         of_scale = widening[:, :, None] * widening[:, None, :] / self.problem.count
         prior = self.prior(points)
         return NormalEquations(
             self._cost(points, residual, log_scale),
-            np.einsum("bin,bn->bi", slopes, residual) + widening + prior.gradient,
-            slopes @ slopes.transpose(0, 2, 1) + of_scale + prior.curvature,
+            pulls + widening + prior.gradient,
+            squares + of_scale + prior.curvature,
             np.einsum("bn,bn->b", residual, residual),
         )
 

@@ -31,6 +31,22 @@ def test_slopes_along_groups_are_those_along_each_unknown():
     np.testing.assert_array_equal(groups.slopes(along_groups), slopes)
 
 
+def test_products_of_slopes_are_those_without_groups():
+    random = np.random.default_rng(0)
+    patterns = random.random((7, 6)) < 0.3
+    patterns[:, 0] = False  # what no unknown changes
+    changes = patterns[:, [1, 1, 1, 2, 3, 3, 0, 2, 4, 5, 5]]
+    slopes = random.standard_normal((3, 7, 11)) * changes
+    residual = random.standard_normal((3, 11))
+    groups = column_groups(changes)
+    along_groups = np.einsum("gu,pun->pgn", groups.directions(), slopes)
+    squares, pulls = groups.products(along_groups, residual)
+    np.testing.assert_allclose(squares, slopes @ slopes.transpose(0, 2, 1), atol=1e-14)
+    np.testing.assert_allclose(pulls, np.einsum("pun,pn->pu", slopes, residual), atol=1e-14)
+    assert any(isinstance(block.data, slice) for block in groups.blocks)
+    assert not all(isinstance(block.data, slice) for block in groups.blocks)
+
+
 def test_no_unknown_makes_no_group():
     groups = column_groups(np.zeros((0, 5), dtype=bool))
     assert groups.number == 0
