@@ -8,13 +8,10 @@ Run a part by hand with `python -m tests.benchmarks.calibration_studies STUDY ME
 """
 
 import functools
-import json
-import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 from time import process_time
 from typing import NamedTuple
 
@@ -30,6 +27,7 @@ from bayes_placement.inference.infer import InferenceWarning
 from bayes_placement.inference.marginals.marginal import Marginal
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.modes.finite_elements import interpolation
+from tests.benchmarks.rows import Rows
 from tests.simulator import space_frames
 
 REPLICATES = 500
@@ -243,36 +241,20 @@ def rank(
     return float(np.interp(float(prior.cdf(truth)), known, below))
 
 
+ROWS = Rows(Replicate, "ranks")
+
+
 def replicates(name: str, method: str, count: int) -> list[Replicate]:
-    """Return so many replicates; those that the file of CALIBRATION holds are not run again."""
-    known = {(row.study, row.method, row.replicate): row for row in recorded(path())}
-    rows = []
-    for number in range(count):
-        row = known.get((name, method, number)) or recording(ranked(name, method, number))
-        rows.append(row)
-    return rows
-
-
-def recording(row: Replicate) -> Replicate:
-    """Add a replicate to the file."""
-    file = path()
-    if file is not None:
-        with file.open("a") as stream:
-            stream.write(json.dumps(asdict(row)) + "\n")
-    return row
-
-
-def path() -> Path | None:
-    """File of replicates, in the folder that the environment names in CALIBRATION."""
-    folder = os.environ.get("CALIBRATION")
-    return Path(folder) / "ranks.jsonl" if folder else None
-
-
-def recorded(file: Path | None) -> list[Replicate]:
-    """Replicates that a file holds."""
-    if file is None or not file.exists():
-        return []
-    return [Replicate(**json.loads(line)) for line in file.read_text().splitlines()]
+    """Return so many replicates; those that are recorded are not run again."""
+    return [
+        ROWS.row(
+            functools.partial(ranked, name, method, number),
+            study=name,
+            method=method,
+            replicate=number,
+        )
+        for number in range(count)
+    ]
 
 
 if __name__ == "__main__":

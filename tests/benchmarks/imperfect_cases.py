@@ -1,18 +1,14 @@
 """Verdicts on imperfect structures, one case at a time, each told as it ends.
 
-Run a part by hand with `python -m tests.benchmarks.imperfect_cases QUESTION FIRST LAST`. Where the
-environment names a file in IMPERFECT_CASES, cases that it holds are not run again, and new ones are
-added to it, so that parts of the benchmarks can be run one after another.
+Run a part by hand with `python -m tests.benchmarks.imperfect_cases QUESTION FIRST LAST`; see
+`rows` for how parts are put together.
 """
 
-import json
-import os
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +16,7 @@ import bayes_placement as bp
 from bayes_placement.inference.estimates import scalars
 from bayes_placement.inference.residuals import coordinates_of
 from tests.benchmarks.imperfect_experiments import given
+from tests.benchmarks.rows import Rows
 from tests.simulator.imperfect_draws import ImperfectDraw, draw
 
 INTERVAL_99, INTERVAL_90 = 2.5758, 1.6449
@@ -51,14 +48,18 @@ QUESTIONS = {
 
 @dataclass(frozen=True)
 class Case:
-    """A verdict, its time, and which true values lie within their 90 % intervals."""
+    """A verdict, its time, and which true values lie within their 90 % intervals.
+
+    What is claimed comes with its stated probability.
+    """
 
     question: str
     seed: int
     form: str
     hidden: str
     ratio: float
-    verdict: tuple[str, ...]
+    verdict: list[str]
+    stated: dict[str, float]
     right: bool
     wall: float
     cpu: float
@@ -74,31 +75,20 @@ class Case:
         )
 
 
+ROWS = Rows(Case, "imperfect_cases")
+
+
 @cache
 def case(question: str, seed: int) -> Case:
     """Ask a question of a seed, or look it up."""
-    for case in recorded():
-        if (case.question, case.seed) == (question, seed):
-            return case
+    return ROWS.row(lambda: told(question, seed), question=question, seed=seed)
+
+
+def told(question: str, seed: int) -> Case:
+    """Ask a question of a seed, and print what came of it."""
     asked = asked_of(question, seed)
     print(asked, flush=True)
-    if path():
-        with path().open("a") as file:
-            file.write(json.dumps(asdict(asked)) + "\n")
     return asked
-
-
-def path() -> Path | None:
-    name = os.environ.get("IMPERFECT_CASES")
-    return Path(name) if name else None
-
-
-def recorded() -> list[Case]:
-    file = path()
-    if file is None or not file.exists():
-        return []
-    rows = map(json.loads, file.read_text().splitlines())
-    return [Case(**row | {"verdict": tuple(row["verdict"])}) for row in rows]
 
 
 def asked_of(question: str, seed: int) -> Case:
@@ -114,7 +104,8 @@ def asked_of(question: str, seed: int) -> Case:
         form=drawn.form,
         hidden=in_words(drawn),
         ratio=drawn.ratio,
-        verdict=ledger.verdict,
+        verdict=list(ledger.verdict),
+        stated={kind: ledger.probabilities[kind] for kind in ledger.verdict},
         right=is_right(ledger, drawn),
         wall=time.perf_counter() - wall,
         cpu=time.process_time() - cpu,
@@ -231,5 +222,5 @@ def coordinates(name: str, place) -> Iterator[tuple[str, float]]:
 
 if __name__ == "__main__":
     asked, first, last = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
-    told = [case(asked, number) for number in range(first, last + 1)]
-    print(f"{asked}: {sum(case.right for case in told)} of {len(told)} right")
+    cases = [case(asked, number) for number in range(first, last + 1)]
+    print(f"{asked}: {sum(case.right for case in cases)} of {len(cases)} right")

@@ -2,8 +2,8 @@
 
 Run with `python -m pytest tests/benchmarks/test_simulation_based_calibration.py -n 0 -s -m long`,
 or a part of it with `-k "bar and smc"`. CALIBRATION_REPLICATES is how many replicates, 500 by
-default (200 for SMC and NUTS); where the environment names a folder in CALIBRATION, those that it
-holds are not run again, and the figures are written there.
+default (200 for SMC and NUTS). `rows` tells how parts are put together; the figures are written
+to its folder.
 """
 
 import os
@@ -18,12 +18,12 @@ from tests.benchmarks import uniform_ranks
 from tests.benchmarks.calibration_studies import (
     METHODS,
     REPLICATES,
+    ROWS,
     STUDIES,
     Replicate,
-    path,
-    recorded,
     replicates,
 )
+from tests.benchmarks.rows import folder
 
 EXPENSIVE = {"smc": 200, "nuts": 200}
 LEVEL = 0.01
@@ -67,10 +67,9 @@ def test_ranks_that_are_not_uniform_are_told():
 
 
 def test_figures(tmp_path):
-    folder = path().parent if path() else tmp_path
-    rows = recorded(path()) or replicates("bar", "finalist", 20)
+    rows = ROWS.recorded() or replicates("bar", "finalist", 20)
     for study in dict.fromkeys(row.study for row in rows):
-        print(draw(folder, study, [row for row in rows if row.study == study]))
+        print(draw(folder() or tmp_path, study, [row for row in rows if row.study == study]))
 
 
 def draw(folder: Path, study: str, rows: list[Replicate]) -> Path:

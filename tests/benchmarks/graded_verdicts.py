@@ -1,0 +1,68 @@
+"""Verdicts on exact models that hide nothing, one effect or two, and what probability they state.
+
+Run a part by hand with `python -m tests.benchmarks.graded_verdicts FIRST LAST`; see `rows` for how
+parts are put together.
+"""
+
+import sys
+import time
+from dataclasses import dataclass
+from functools import cache
+
+import bayes_placement as bp
+from tests.benchmarks.missing_effects import experiment_of
+from tests.benchmarks.rows import Rows
+from tests.simulator.graded_draws import graded
+
+
+@dataclass(frozen=True)
+class GradedVerdict:
+    """What a structure hides, how much it shows, and each claimed kind with its probability."""
+
+    seed: int
+    hidden: list[str]
+    excess: list[float]
+    stated: dict[str, float]
+    wall: float
+    cpu: float
+
+    def __str__(self) -> str:
+        hides = [f"{name} ({x:.3g})" for name, x in zip(self.hidden, self.excess, strict=True)]
+        claims = [
+            f"{kind} ({share:.3g}{'' if kind in self.hidden else ', WRONG'})"
+            for kind, share in self.stated.items()
+        ]
+        return (
+            f"{self.seed}: {' + '.join(hides) or 'nothing'}; claimed "
+            f"{' + '.join(claims) or 'nothing'}, {self.wall:.0f} s, CPU {self.cpu:.0f} s"
+        )
+
+
+ROWS = Rows(GradedVerdict, "graded_verdicts")
+
+
+@cache
+def verdict(seed: int) -> GradedVerdict:
+    """Ask for what a structure hides, or look it up."""
+    return ROWS.row(lambda: told(seed), seed=seed)
+
+
+def told(seed: int) -> GradedVerdict:
+    drawn = graded(seed)
+    wall, cpu = time.perf_counter(), time.process_time()
+    ledger = bp.improve(*experiment_of(drawn.draw))
+    verdict = GradedVerdict(
+        seed=seed,
+        hidden=list(drawn.hidden),
+        excess=list(drawn.excess),
+        stated={kind: ledger.probabilities[kind] for kind in ledger.verdict},
+        wall=time.perf_counter() - wall,
+        cpu=time.process_time() - cpu,
+    )
+    print(verdict, flush=True)
+    return verdict
+
+
+if __name__ == "__main__":
+    for number in range(int(sys.argv[1]), int(sys.argv[2]) + 1):
+        verdict(number)

@@ -1,0 +1,41 @@
+"""Structures that hide effects from invisible to plain have the properties stated."""
+
+import numpy as np
+import pytest
+
+from tests.simulator.graded_draws import EXCESS, MASS, graded
+from tests.simulator.hidden_structures import accelerance
+
+pytestmark = pytest.mark.long  # only benchmarks draw structures
+
+
+def missed(draw, true, hidden):
+    """Excess of chi2 per datum of a structure and an effect, by the noise of the records."""
+    levels = [
+        (record, accelerance(true, draw.sensors, draw.actuators, record.frequency, hidden))
+        for record in draw.records
+    ]
+    return np.mean([np.abs(level.frf - exact) ** 2 / level.variance() for level, exact in levels])
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_records_are_those_of_all_that_is_hidden(seed):
+    drawn = graded(seed)
+    draw = drawn.draw
+    assert (
+        len(drawn.hidden)
+        == len(drawn.excess)
+        == len(draw.true.masses) + (draw.hidden.name != "nothing")
+    )
+    assert all(EXCESS[0] <= excess <= EXCESS[1] for excess in drawn.excess)
+    if draw.records[0].force_level is None:
+        count = draw.records[0].frf.size
+        assert abs(missed(draw, draw.true, draw.hidden) - 1) < 5 / np.sqrt(count)
+
+
+def test_all_numbers_of_effects_are_drawn():
+    counts = {len(graded(seed).hidden) for seed in range(8)}
+    assert counts == {0, 1, 2}
+    two = next(drawn for drawn in map(graded, range(8)) if len(drawn.hidden) == 2)
+    assert two.hidden[1] == MASS != two.hidden[0]
+    assert graded(3).hidden == graded(3).hidden
