@@ -1003,6 +1003,7 @@ def calls_of_verbs():
         "baseline": thing(measured, "nothing"),
         "candidates": thing(library, "nothing"),
         "model_error": thing(None, "nothing", "class"),
+        "store": path(None, "nothing", "missing"),
         **progress,
     }
     level = positive(0.01, one=1.0, percent=95.0)

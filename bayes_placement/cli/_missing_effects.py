@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from .._types import InputError, UsageError
+from ..criticism.missing._kept_fits import fits_kept_in
 from ..effects import library
 from ..experiment.experiment import Measurements
 from ..io.model import Study
@@ -14,6 +15,9 @@ from ._run import Output
 from ._save import Mended
 
 Result = TypeVar("Result")
+
+FITS = "fits"
+"""Folder of fits, which `explain` and `improve` of one model share."""
 
 
 @dataclass(frozen=True)
@@ -136,14 +140,20 @@ class Request:
             effects = library(inputs.experiment, self.kinds)
         except InputError as error:
             raise UsageError(str(error)) from error
-        with inputs.screen.progress([command]) as begin:
-            return function(
+        with (
+            fits_kept_in(inputs.run.shared / FITS) as fits,
+            inputs.screen.progress([command]) as begin,
+        ):
+            result = function(
                 inputs.experiment,
                 measured,
                 candidates=effects,
                 progress=begin(command),
                 **settings,
             )
+        if fits is not None and fits.taken:
+            inputs.screen.text(f"{fits.taken} fits were there from an earlier run: {fits.folder}/")
+        return result
 
 
 def states_by_label(words: Sequence[str]) -> dict[str, Path]:

@@ -138,6 +138,11 @@ class Problem:
         """Number of data."""
         return self.squares.count
 
+    @property
+    def content(self) -> tuple[Any, ...]:
+        """All that its fits follow from, but for their starts."""
+        return self.experiment, self.data, self.sizes, self.baseline, self.further
+
     def at_sizes(self, sizes: Mapping[str, float]) -> "Problem":
         """Return the problem at other sizes of the model error."""
         problem = Problem(

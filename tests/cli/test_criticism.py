@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 import bayes_placement as bp
 from bayes_placement.cli.app import app
+from bayes_placement.criticism.missing import _shared_fits
 
 MODEL = """
 import jax
@@ -93,6 +94,7 @@ FILES = {
         "explanation.json",
         "explanation.txt",
         "findings.nc",
+        "fits",
         "probabilities.png",
         "run.json",
         "suspicion.csv",
@@ -103,6 +105,7 @@ FILES = {
         "compared.csv",
         "error_falls.png",
         "findings.nc",
+        "fits",
         "ledger.json",
         "ledger.txt",
         "probabilities.png",
@@ -127,6 +130,21 @@ def test_a_run_shows_the_priors_its_progress_and_where_the_results_are(hidden, c
     for piece in ("Uniform(9.5e+08, 1.05e+09)", "100 %", "took"):
         assert piece in output
     assert output.splitlines()[-1] == f"Results are in {hidden[0] / command}/"
+
+
+def test_a_later_run_takes_the_fits_that_are_there(hidden, tmp_path):
+    folder, said = hidden
+    shutil.copytree(folder / "improve" / "fits", tmp_path / "again" / "fits")
+    _shared_fits._LAST.clear()
+    options = COMMANDS["improve"]
+    done = run("improve", folder / "study.py", *options, "--out", tmp_path / "again")
+    assert f"fits were there from an earlier run: {tmp_path / 'again' / 'fits'}/" in done.output
+    assert "from an earlier run" not in said["improve"]
+    first, second = (
+        json.loads((out / "ledger.json").read_text())["steps"]
+        for out in (folder / "improve", tmp_path / "again")
+    )
+    assert first == second
 
 
 def test_check_says_where_the_model_fails(hidden):

@@ -17,7 +17,7 @@ from ...experiment.measurement import Measurement
 from ...experiment.modal_parameters import ModalParameters
 from ...experiment.model_error import ModalErrors
 from ...experiment.resized import as_measured
-from ...inference.engines.empirical_bayes import SOFTENING, Rival, fitted_with_sizes
+from ...inference.engines.empirical_bayes import SOFTENING, Rival
 from ...inference.residuals import Problem, State
 from ._hypotheses import (
     Hypothesis,
@@ -30,6 +30,7 @@ from ._hypotheses import (
     scanned,
     with_errors,
 )
+from ._kept_fits import kept_with_sizes
 from ._posterior_odds import Comparison, passes, wants_more_effects
 from ._scan import best_places
 from ._screen import worth_fitting
@@ -157,7 +158,7 @@ def _from_both(
             for name, place in hypothesis.problem.coordinates.places.items():
                 if name in problem.coordinates.places:
                     starts[row, problem.coordinates.places[name]] = hypothesis.fit.point[place]
-    sized = fitted_with_sizes(problem, starts, SOFTENING[-2:])
+    sized = kept_with_sizes(problem, starts, SOFTENING[-2:])
     return replace(null, effects=effects, **vars(sized))
 
 
@@ -179,7 +180,7 @@ def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
 
 def _refitted(unchanged: Hypothesis, rival: Rival) -> Hypothesis:
     """Nothing is new: the model fitted to both states."""
-    sized = fitted_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:], rival)
+    sized = kept_with_sizes(unchanged.problem, unchanged.fit.point[None], SOFTENING[-2:], rival)
     return replace(unchanged, **vars(sized))
 
 

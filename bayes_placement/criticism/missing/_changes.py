@@ -10,10 +10,11 @@ import numpy as np
 from ..._sites import Unknown
 from ...effects.effect import Effect
 from ...effects.library import kind_of
-from ...inference.engines.empirical_bayes import SOFTENING, fitted_with_sizes
+from ...inference.engines.empirical_bayes import SOFTENING
 from ...inference.residuals import Problem, State, own_name
 from ._estimates import Estimate
 from ._hypotheses import Hypothesis
+from ._kept_fits import kept_with_sizes
 from ._posterior_odds import STRONG, Comparison
 from .fitted_model import FittedModel
 
@@ -117,7 +118,7 @@ def _log_odds(earlier: FoundEffect, later: FoundEffect, names: Collection[str]) 
         for hypothesis in order:
             _put(starts[row], problem, hypothesis, hypothesis.problem.coordinates.places)
         _put(starts[row], problem, first, names, number=2)
-    sized = fitted_with_sizes(problem, starts, SOFTENING[-2:])
+    sized = kept_with_sizes(problem, starts, SOFTENING[-2:])
     return Comparison([], {}).log_odds(replace(last, effects=(), **vars(sized)))
 
 

@@ -13,11 +13,12 @@ from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
-from ...inference.engines.empirical_bayes import SOFTENING, Rival, fitted_with_sizes
+from ...inference.engines.empirical_bayes import SOFTENING, Rival
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ._candidates import numbered
 from ._compiled_ahead import compiled_ahead
+from ._kept_fits import NO_RIVAL, kept_with_sizes
 from ._scan import LEAST, MOST, Scan, best_places, carried_over, fit_alone, fit_grown, others, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
@@ -29,9 +30,6 @@ WEAKEST = np.array([-3.0, -1.0, -0.3, -0.05, 0.05, 0.3, 1.0, 3.0])
 
 PLACES_WITH_ERRORS = 4
 """Best places of a scan from which an effect beside a model error is fitted."""
-
-
-NO_RIVAL = Rival()
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +118,7 @@ def fitted_with_errors(exact: Hypothesis, problem: Problem, rival: Rival) -> Hyp
     """Fit a hypothesis in its problem with model error, see `with_errors`."""
     starts = np.zeros((len(exact.near), problem.dimension))
     starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
-    sized = fitted_with_sizes(problem, starts, _softening(problem, SOFTENING), rival)
+    sized = kept_with_sizes(problem, starts, _softening(problem, SOFTENING), rival)
     chi2 = exact.chi2_per_datum
     return replace(exact, **vars(sized), has_errors=True, chi2_when_exact=chi2)
 
@@ -208,7 +206,7 @@ def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
     if not base.has_errors:
         return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]), scan)
     starts = np.concatenate([best_places(scan)[:PLACES_WITH_ERRORS], weak[None]])
-    sized = fitted_with_sizes(problem, starts, _softening(problem, SOFTENING[-2:]), rival)
+    sized = kept_with_sizes(problem, starts, _softening(problem, SOFTENING[-2:]), rival)
     return Hypothesis(effects, scan=scan, has_errors=True, **vars(sized))
 
 

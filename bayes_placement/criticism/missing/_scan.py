@@ -8,6 +8,7 @@ from scipy.stats import norm
 
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise, sobol_starts
 from ...inference.residuals import Problem
+from ._kept_fits import ANY_FIT, kept
 
 MOST, LEAST = 1600, 400
 """Greatest number of points of a grid for all variants of a kind, and least for each."""
@@ -53,10 +54,18 @@ class Fitted(NamedTuple):
     near: np.ndarray
 
 
+ANY = Fitted(ANY_FIT, 0)  # type: ignore[arg-type]
+"""Its structure alone matters."""
+
+
 def fit_alone(problem: Problem, seed: int = 0) -> Fitted:
     """Best fit of an experiment whose unknowns are all treated alike."""
-    near = _near(problem, sobol_starts(problem.dimension, 16, seed))
-    return Fitted(_followed(problem, near), near)
+
+    def fitted() -> Fitted:
+        near = _near(problem, sobol_starts(problem.dimension, 16, seed))
+        return Fitted(_followed(problem, near), near)
+
+    return kept(fitted, ANY, problem, seed)
 
 
 def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
@@ -71,8 +80,13 @@ def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
     further
         Further starts [start, unknown], followed to the end as they are.
     """
-    near = _near(problem, best_places(scan))
-    return Fitted(_followed(problem, np.concatenate([near, further])), near)
+    places = best_places(scan)
+
+    def fitted() -> Fitted:
+        near = _near(problem, places)
+        return Fitted(_followed(problem, np.concatenate([near, further])), near)
+
+    return kept(fitted, ANY, problem, places, further)
 
 
 def best_places(scan: Scan) -> np.ndarray:

@@ -1,5 +1,7 @@
 """Rank the effects that a model may lack, each added alone."""
 
+from pathlib import Path
+
 from threadpoolctl import threadpool_limits
 
 from ..._types import Progress, arguments_checked, no_progress
@@ -9,6 +11,7 @@ from ...experiment.model_error import Modal
 from ...inference.record import record
 from ._alternatives import alternatives
 from ._candidates import candidates_of, check_experiment
+from ._kept_fits import fits_kept_in
 from ._posterior_odds import LEVEL
 from ._score_test import suspicion
 from ._with_errors import Question, answered, ticks
@@ -28,6 +31,7 @@ def explain(
     baseline: Measurements | None = None,
     candidates: Library[Experiment] | None = None,
     model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    store: str | Path | None = None,
     progress: Progress = no_progress,
 ) -> Ranking:
     """Say which effect is missing from a model, if any.
@@ -49,6 +53,9 @@ def explain(
     model_error
         Model error that is a rival of the candidates where the experiment has none and no candidate
         reaches the noise; None where the model must be taken for exact.
+    store
+        Folder in which fits are kept, one file each, named by a hash of all that they follow from.
+        A later search, `explain` or `improve`, takes those that are there.
     progress
         Called with the share of the work done.
 
@@ -70,7 +77,8 @@ def explain(
     data = experiment.data(measurement)
     effects = candidates_of(experiment, candidates)
     question = Question.of(experiment, data, effects, model_error, level=LEVEL)
-    answer = answered(question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9)), baseline)
+    with fits_kept_in(store):
+        answer = answered(question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9)), baseline)
     null, comparison, before = answer
     shown = comparison.distinct()
     sampled = sampled_finalists(comparison, shown)

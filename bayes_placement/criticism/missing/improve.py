@@ -4,6 +4,7 @@ import itertools
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple, overload
 
 import pandas as pd
@@ -27,6 +28,7 @@ from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions
 from ._changes import FoundEffect, found_effects
 from ._hypotheses import Hypothesis
+from ._kept_fits import fits_kept_in
 from ._posterior_odds import LEVEL, Comparison, p_value, steps_to
 from ._score_test import suspicion
 from ._with_errors import Question, answered, ticks
@@ -47,6 +49,7 @@ def improve(
     level: float = LEVEL,
     most_effects: int = MOST_EFFECTS,
     model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    store: str | Path | None = None,
     progress: Progress = no_progress,
 ) -> Ledger: ...
 
@@ -60,6 +63,7 @@ def improve(
     level: float = LEVEL,
     most_effects: int = MOST_EFFECTS,
     model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    store: str | Path | None = None,
     progress: Progress = no_progress,
 ) -> LedgerOfStates: ...
 
@@ -75,6 +79,7 @@ def improve(
     level: float = LEVEL,
     most_effects: int = MOST_EFFECTS,
     model_error: Modal | None = Modal(),  # noqa: B008  it never changes
+    store: str | Path | None = None,
     progress: Progress = no_progress,
 ) -> Ledger | LedgerOfStates:
     """Add the effects that a model lacks, until it passes its check or nothing pays any more.
@@ -105,6 +110,9 @@ def improve(
     model_error
         Model error that is a rival of the candidates where the experiment has none and no candidate
         reaches the noise; None where the model must be taken for exact.
+    store
+        Folder in which fits are kept, one file each, named by a hash of all that they follow from.
+        A later search, `explain` or `improve`, takes those that are there.
     progress
         Called with the share of the work done.
 
@@ -133,10 +141,11 @@ def improve(
     search = _Search(
         experiment, candidates_of(experiment, candidates), model_error, level, most_effects
     )
-    if not isinstance(measurement, Mapping):
-        return search.of(measurement, baseline, progress).ledger
-    _check_states(measurement, baseline)
-    return search.of_states(measurement, progress)
+    with fits_kept_in(store):
+        if not isinstance(measurement, Mapping):
+            return search.of(measurement, baseline, progress).ledger
+        _check_states(measurement, baseline)
+        return search.of_states(measurement, progress)
 
 
 class _Search(NamedTuple):

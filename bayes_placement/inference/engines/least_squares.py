@@ -89,6 +89,7 @@ class LeastSquares:
         self.dimension = dimension
         self.count = count
         self.traced = evaluate if traced is None else traced
+        self._alike: LeastSquares | None = None
 
     def residuals(self, points: Points, logarithmic: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Residuals [point, datum] and sums of logs [point] at points."""
@@ -151,8 +152,8 @@ class LeastSquares:
         return not self._changes[1].any()
 
     def take_structure(self, other: "LeastSquares") -> None:
-        """Take over what is known of which datum depends on which unknown, to save its search."""
-        self._changes = other._changes
+        """Take over which datum depends on which unknown, once that is asked for."""
+        self._alike = other
 
     @functools.cached_property
     def column_groups(self) -> ColumnGroups:
@@ -169,6 +170,8 @@ class LeastSquares:
         it reaches all that an unknown can change. What steps from one value to another, such as a
         nearest node, may swallow it, but has a slope at a point of no symmetry, or none anywhere.
         """
+        if self._alike is not None:
+            return self._alike._changes
         point = np.random.default_rng(0).uniform(-0.5, 0.5, (1, self.dimension))
         unknown = np.eye(self.dimension)
         probes = np.concatenate([point, np.where(unknown, np.nan, point)])

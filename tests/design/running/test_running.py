@@ -128,7 +128,7 @@ def test_a_damaged_file_is_computed_anew_and_said(harm, store, full_map, counted
 def test_a_file_that_was_copied_under_the_name_of_another_is_not_believed(store, full_map, counted):
     first, second, *_ = sorted(store.iterdir())
     second.write_bytes(first.read_bytes())
-    with pytest.warns(UserWarning, match=rf"{second.name} is damaged \(it holds another chunk"):
+    with pytest.warns(UserWarning, match=rf"{second.name} is damaged \(it holds another part"):
         assert computed(store=store).identical(full_map)
     assert len(counted) == 1
 
@@ -184,10 +184,8 @@ def test_names_are_the_same_in_any_process(processes):
     assert in_worker == small_maps.hashes(structures) and len(set(in_worker)) == 3
 
 
-def test_each_that_determines_a_result_is_in_its_name(monkeypatch, tmp_path):
-    def name(chunk):
-        return _store.Store(tmp_path)._path(tmp_path, chunk).name
-
+def test_each_that_determines_a_result_is_in_its_name(monkeypatch):
+    name = _store._key
     first, *further = small_maps.chunks()
     places = {"s1": small_maps.PLACES["s1"][:3], "a1": small_maps.PLACES["a1"]}
     (pair, *_), variants = small_maps.chunks(size=2), further

@@ -1,0 +1,160 @@
+"""Fits that stay in a folder: a search that was ended, or another command, goes on from them.
+
+A fit follows from its problem, its starts and its settings alone, and its file is named by their
+hash.
+"""
+
+import pickle
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import jax
+
+from ..._types import WritingError
+from ...experiment.array_store import ArrayStore
+from ...experiment.content_hash import content_hash
+from ...inference.engines.empirical_bayes import Rival, Sized, fitted_with_sizes
+from ...inference.engines.laplace import Laplace
+from ...inference.engines.least_squares import Points
+from ...inference.engines.levenberg_marquardt import Fit
+from ...inference.residuals import Problem
+
+VERSION = version("bayes_placement")
+"""Part of the name of each file, since fits of another version may differ."""
+
+NO_RIVAL = Rival()
+
+ANY_FIT = Fit(0, 0, 0, Laplace(0, 0, 0), 0, 0)  # type: ignore[arg-type]
+"""A fit whose structure alone matters."""
+
+Tree = TypeVar("Tree")
+
+
+class KeptFits:
+    """Fits in a folder, and how many of them were taken.
+
+    Parameters
+    ----------
+    folder
+        The folder, made if it does not exist.
+    """
+
+    def __init__(self, folder: str | Path):
+        self.files = ArrayStore(folder)
+        self.taken = 0
+
+    @property
+    def folder(self) -> Path:
+        """Where they are."""
+        return self.files.folder
+
+    def read(self, key: str, like: Tree) -> Tree | None:
+        """Return a tree of arrays and numbers; None where it is not there."""
+        arrays = self.files.read(key)
+        if arrays is None:
+            return None
+        self.taken += 1
+        leaves = [arrays[_name(number)] for number in range(len(arrays))]
+        numbers = [leaf if leaf.ndim else leaf.item() for leaf in leaves]
+        tree: Tree = jax.tree.unflatten(jax.tree.structure(like), numbers)
+        return tree
+
+    def write(self, key: str, tree: Any) -> None:
+        """Keep a tree; a search does not end where that fails."""
+        leaves = {_name(number): leaf for number, leaf in enumerate(jax.tree.leaves(tree))}
+        try:
+            self.files.write(key, leaves)
+        except WritingError as error:
+            warnings.warn(f"A fit is not kept for a later run: {error}", stacklevel=4)
+
+
+_KEPT: ContextVar[KeptFits | None] = ContextVar("fits", default=None)
+
+
+@contextmanager
+def fits_kept_in(folder: str | Path | None) -> Iterator[KeptFits | None]:
+    """Keep the fits of what follows in a folder; None changes nothing.
+
+    Raises
+    ------
+    InputError
+        If it is a file.
+    """
+    if folder is None:
+        yield _KEPT.get()
+        return
+    kept = KeptFits(folder)
+    token = _KEPT.set(kept)
+    try:
+        yield kept
+    finally:
+        _KEPT.reset(token)
+
+
+def kept(compute: Callable[[], Tree], like: Tree, problem: Problem, *inputs: Any) -> Tree:
+    """Return what a file holds, or compute it and write the file.
+
+    Parameters
+    ----------
+    compute
+        Computes it.
+    like
+        A tree of the same structure.
+    problem
+        The problem that is fitted.
+    inputs
+        All else that it follows from.
+    """
+    fits = _KEPT.get()
+    key = None if fits is None else _key(*problem.content, *inputs)
+    if fits is None or key is None:
+        return compute()
+    known = fits.read(key, like)
+    if known is not None:
+        return known
+    tree = compute()
+    fits.write(key, tree)
+    return tree
+
+
+def _key(*inputs: Any) -> str | None:
+    """Hash of all inputs; None where one of the user's has no content that can be written."""
+    try:
+        return content_hash(VERSION, *inputs)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return None
+
+
+class _SizedFit(NamedTuple):
+    """A fit at sizes that were found for it; see `Sized`."""
+
+    sizes: dict[str, float]
+    fit: Fit
+    deviations: dict[str, float]
+    as_rival: Rival
+
+
+def kept_with_sizes(
+    problem: Problem, starts: Points, softening: Sequence[float], rival: Rival = NO_RIVAL
+) -> Sized[Problem]:
+    """Best fit with sizes of the model error, see `fitted_with_sizes`."""
+
+    def fitted() -> _SizedFit:
+        sized = fitted_with_sizes(problem, starts, softening, rival)
+        return _SizedFit(sized.problem.sizes, sized.fit, sized.deviations, sized.as_rival)
+
+    deviations = {size.name: 0.0 for size in problem.unknown_sizes}
+    like = _SizedFit(dict.fromkeys(problem.sizes, 0.0), ANY_FIT, deviations, NO_RIVAL)
+    sized_fit = kept(fitted, like, problem, starts, tuple(softening), rival)
+    return Sized(
+        problem.at_sizes(sized_fit.sizes), sized_fit.fit, sized_fit.deviations, sized_fit.as_rival
+    )
+
+
+def _name(number: int) -> str:
+    return f"leaf_{number}"
