@@ -27,7 +27,7 @@ from bayes_placement.inference.infer import InferenceWarning
 from bayes_placement.inference.marginals.marginal import Marginal
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.modes.finite_elements import interpolation
-from tests.benchmarks.rows import Rows
+from tests.benchmarks.recorded_rows import Rows
 from tests.simulator import space_frames
 
 REPLICATES = 500

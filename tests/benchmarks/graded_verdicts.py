@@ -1,6 +1,6 @@
 """Verdicts on exact models that hide nothing, one effect or two, and what probability they state.
 
-Run a part by hand with `python -m tests.benchmarks.graded_verdicts FIRST LAST`; see `rows` for how
+Run a part by hand with `python -m tests.benchmarks.graded_verdicts FIRST LAST`; see `recorded_rows` for how
 parts are put together.
 """
 
@@ -11,7 +11,7 @@ from functools import cache
 
 import bayes_placement as bp
 from tests.benchmarks.missing_effects import experiment_of
-from tests.benchmarks.rows import Rows
+from tests.benchmarks.recorded_rows import Rows
 from tests.simulator.graded_draws import graded
 
 

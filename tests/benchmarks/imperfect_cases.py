@@ -1,7 +1,7 @@
 """Verdicts on imperfect structures, one case at a time, each told as it ends.
 
 Run a part by hand with `python -m tests.benchmarks.imperfect_cases QUESTION FIRST LAST`; see
-`rows` for how parts are put together.
+`recorded_rows` for how parts are put together.
 """
 
 import sys
@@ -16,7 +16,7 @@ import bayes_placement as bp
 from bayes_placement.inference.estimates import scalars
 from bayes_placement.inference.residuals import coordinates_of
 from tests.benchmarks.imperfect_experiments import given
-from tests.benchmarks.rows import Rows
+from tests.benchmarks.recorded_rows import Rows
 from tests.simulator.imperfect_draws import ImperfectDraw, draw
 
 INTERVAL_99, INTERVAL_90 = 2.5758, 1.6449

@@ -1,6 +1,6 @@
 """Benchmark: what verdicts state as probability is the share of them that is right.
 
-Run with `python -m pytest tests/benchmarks/test_calibrated_verdicts.py -n 0 -s -m long`. `rows`
+Run with `python -m pytest tests/benchmarks/test_calibrated_verdicts.py -n 0 -s -m long`. `recorded_rows`
 tells how parts are put together; imperfect structures are shared with `test_imperfect.py`.
 """
 
@@ -13,7 +13,7 @@ from scipy.stats import beta
 
 from tests.benchmarks import graded_verdicts
 from tests.benchmarks.imperfect_cases import QUESTIONS, case
-from tests.benchmarks.rows import folder
+from tests.benchmarks.recorded_rows import folder
 
 GRADED, IMPERFECT = 140, 40
 """Structures whose model is exact; and that are imperfect, of each question."""

@@ -2,7 +2,7 @@
 
 Run with `python -m pytest tests/benchmarks/test_simulation_based_calibration.py -n 0 -s -m long`,
 or a part of it with `-k "bar and smc"`. CALIBRATION_REPLICATES is how many replicates, 500 by
-default (200 for SMC and NUTS). `rows` tells how parts are put together; the figures are written
+default (200 for SMC and NUTS). `recorded_rows` tells how parts are put together; the figures are written
 to its folder.
 """
 
@@ -23,7 +23,7 @@ from tests.benchmarks.calibration_studies import (
     Replicate,
     replicates,
 )
-from tests.benchmarks.rows import folder
+from tests.benchmarks.recorded_rows import folder
 
 EXPENSIVE = {"smc": 200, "nuts": 200}
 LEVEL = 0.01

@@ -93,6 +93,7 @@ def test_a_search_that_was_ended_goes_on(asked, full_store, tmp_path):
     assert same(ledger, full_store[1])
 
 
+@pytest.mark.long
 def test_damaged_and_copied_fits_are_made_anew_and_said(asked, full_store, store):
     damaged, copied = sorted(store.iterdir())[:2]
     content = bytearray(damaged.read_bytes())
@@ -105,6 +106,7 @@ def test_damaged_and_copied_fits_are_made_anew_and_said(asked, full_store, store
     assert told == {str(damaged), str(copied)}
 
 
+@pytest.mark.long
 def test_a_full_disk_does_not_end_the_search(asked, full_store, tmp_path, monkeypatch):
     def full(*_):
         raise WritingError("there is no room")
