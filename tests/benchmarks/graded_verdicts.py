@@ -1,7 +1,7 @@
 """Verdicts on exact models that hide nothing, one effect or two, and what probability they state.
 
-Run a part by hand with `python -m tests.benchmarks.graded_verdicts FIRST LAST`; see `recorded_rows` for how
-parts are put together.
+Run a part by hand with `python -m tests.benchmarks.graded_verdicts FIRST LAST`; see `recorded_rows`
+for how parts are put together.
 """
 
 import sys

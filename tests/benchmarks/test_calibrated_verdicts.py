@@ -1,7 +1,8 @@
 """Benchmark: what verdicts state as probability is the share of them that is right.
 
-Run with `python -m pytest tests/benchmarks/test_calibrated_verdicts.py -n 0 -s -m long`. `recorded_rows`
-tells how parts are put together; imperfect structures are shared with `test_imperfect.py`.
+Run with `python -m pytest tests/benchmarks/test_calibrated_verdicts.py -n 0 -s -m long`.
+`recorded_rows` tells how parts are put together; imperfect structures are shared with
+`test_imperfect.py`.
 """
 
 from typing import NamedTuple
