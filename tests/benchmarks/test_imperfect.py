@@ -1,7 +1,8 @@
 """Benchmarks on structures that are not quite as drawn: false alarms, power, calibration.
 
 Run with `python -m pytest tests/benchmarks/test_imperfect.py -n 0 -s -m long`, or a part of it with
-`-k`, for example `-k "test_verdicts and power and 20"`; `recorded_rows` tells how parts are put together.
+`-k`, for example `-k "test_verdicts and power and 20"`; `recorded_rows` tells how
+parts are put together.
 """
 
 import numpy as np

@@ -2,8 +2,8 @@
 
 Run with `python -m pytest tests/benchmarks/test_simulation_based_calibration.py -n 0 -s -m long`,
 or a part of it with `-k "bar and smc"`. CALIBRATION_REPLICATES is how many replicates, 500 by
-default (200 for SMC and NUTS). `recorded_rows` tells how parts are put together; the figures are written
-to its folder.
+default (200 for SMC and NUTS). `recorded_rows` tells how parts are put together; the figures are
+written to its folder.
 """
 
 import os

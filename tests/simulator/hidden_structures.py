@@ -74,7 +74,7 @@ def as_recorded(
     hidden: Effect,
     force_level: float = 1.0,
 ) -> np.ndarray:
-    """Accelerance of any structure whose modes are known: `natural`, and `recorded_rows` at places."""
+    """Accelerance of any structure whose modes are known: `natural`, and `rows` at places."""
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     read, driven = seats(sensors, hidden), [actuator.true for actuator in actuators]
     response = Response(system, omega, flexibility(system, structure, hidden, omega))
