@@ -152,7 +152,9 @@ class Request:
                 **settings,
             )
         if fits is not None and fits.taken:
-            inputs.screen.text(f"{fits.taken} fits were there from an earlier run: {fits.folder}/")
+            inputs.screen.text(
+                f"Fits of an earlier run that were taken: {fits.taken} of {fits.folder}/"
+            )
         return result
 
 

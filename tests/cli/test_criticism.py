@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import shutil
 
 import pandas as pd
@@ -138,8 +139,9 @@ def test_a_later_run_takes_the_fits_that_are_there(hidden, tmp_path):
     _shared_fits._LAST.clear()
     options = COMMANDS["improve"]
     done = run("improve", folder / "study.py", *options, "--out", tmp_path / "again")
-    assert f"fits were there from an earlier run: {tmp_path / 'again' / 'fits'}/" in done.output
-    assert "from an earlier run" not in said["improve"]
+    taken = re.search(r"Fits of an earlier run that were taken: (\d+) of (.*)", done.output)
+    assert taken and int(taken[1]) > 0 and taken[2] == f"{tmp_path / 'again' / 'fits'}/"
+    assert "of an earlier run" not in said["improve"]
     first, second = (
         json.loads((out / "ledger.json").read_text())["steps"]
         for out in (folder / "improve", tmp_path / "again")
