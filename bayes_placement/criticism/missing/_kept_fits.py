@@ -88,10 +88,10 @@ def fits_kept_in(folder: str | Path | None) -> Iterator[KeptFits | None]:
     if folder is None:
         yield _KEPT.get()
         return
-    kept = KeptFits(folder)
-    token = _KEPT.set(kept)
+    fits = KeptFits(folder)
+    token = _KEPT.set(fits)
     try:
-        yield kept
+        yield fits
     finally:
         _KEPT.reset(token)
 

@@ -54,7 +54,7 @@ class Fitted(NamedTuple):
     near: np.ndarray
 
 
-ANY = Fitted(ANY_FIT, 0)  # type: ignore[arg-type]
+ANY_FITTED = Fitted(ANY_FIT, 0)  # type: ignore[arg-type]
 """Its structure alone matters."""
 
 
@@ -65,7 +65,7 @@ def fit_alone(problem: Problem, seed: int = 0) -> Fitted:
         near = _near(problem, sobol_starts(problem.dimension, 16, seed))
         return Fitted(_followed(problem, near), near)
 
-    return kept(fitted, ANY, problem, seed)
+    return kept(fitted, ANY_FITTED, problem, seed)
 
 
 def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
@@ -86,7 +86,7 @@ def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
         near = _near(problem, places)
         return Fitted(_followed(problem, np.concatenate([near, further])), near)
 
-    return kept(fitted, ANY, problem, places, further)
+    return kept(fitted, ANY_FITTED, problem, places, further)
 
 
 def best_places(scan: Scan) -> np.ndarray:

@@ -81,10 +81,9 @@ class ColumnGroups:
     def blocks(self) -> tuple[Block, ...]:
         """Data in blocks, each changed by the same unknowns."""
         patterns, block = np.unique(self.changes, axis=1, return_inverse=True)
-        numbers = enumerate(patterns.T)
         return tuple(
             Block(np.flatnonzero(pattern), _in_a_row(np.flatnonzero(block == number)))
-            for number, pattern in numbers
+            for number, pattern in enumerate(patterns.T)
             if pattern.any()
         )
 
