@@ -150,13 +150,15 @@ def with_sorted_fields(tree: Any) -> Any:
     NumPyro flattens them in the order of a set, another one in each process, and a program whose
     inputs come in another order is not found in the compilation cache.
     """
-
-    def is_distribution(leaf: Any) -> bool:
-        return isinstance(leaf, Distribution)
-
     return jax.tree.map(
-        lambda leaf: _Fields(leaf) if is_distribution(leaf) else leaf, tree, is_leaf=is_distribution
+        lambda leaf: _Fields(leaf) if _is_distribution(leaf) else leaf,
+        tree,
+        is_leaf=_is_distribution,
     )
+
+
+def _is_distribution(leaf: Any) -> bool:
+    return isinstance(leaf, Distribution)
 
 
 class _Form(NamedTuple):

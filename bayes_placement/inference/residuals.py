@@ -21,7 +21,8 @@ from ..experiment.model_error import shares_size
 from ..experiment.noise import Data
 from .batches import Form, batch
 from .coordinates import Coordinates
-from .engines.least_squares import BATCH, LeastSquares
+from .engines.least_squares import LeastSquares
+from .in_batches import BATCH, InBatches
 from .standardised_residual import standardised_residual
 
 
@@ -124,9 +125,9 @@ class Problem:
         )
         self.squares = LeastSquares(self._evaluated, self.dimension, count, traced)
 
-    def _evaluated(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
+    def _evaluated(self, points: Any, logarithmic: Any) -> tuple[Any, Any]:
         """Residuals of all states, the experiment first, and the sum of logs."""
-        return _joined([part(points, logarithmic) for part in self._parts])
+        return _joined([part(points, logarithmic) for part in self._parts], np.concatenate)
 
     @property
     def dimension(self) -> int:
@@ -240,11 +241,23 @@ class _Part:
         self.is_all = np.array_equal(self.columns, np.arange(coordinates.dimension))
         self._state, self._effort = state, effort
         self._batch = compiled(batch).bound(state.experiment, effort=0)
+        self._in_batches = InBatches(self._of_batch)
 
-    def __call__(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
+    def __call__(
+        self, points: Float[np.ndarray, "point unknown"], logarithmic: Any
+    ) -> tuple[np.ndarray, ...]:
         """Residuals [point, datum] and sums of logs [point]."""
-        numbers = self._batch(points if self.is_all else points[:, self.columns]).numbers
-        return self._residuals(numbers, logarithmic)
+        if self.is_all:
+            return self._in_batches(points, logarithmic)
+        # What another state alone has does not change this one: each point is computed once.
+        mine = points[:, self.columns]
+        different, places = np.unique(mine, axis=0, return_inverse=True)
+        if len(different) == len(mine):
+            return self._in_batches(mine, logarithmic)
+        return tuple(values[places.ravel()] for values in self._in_batches(different, logarithmic))
+
+    def _of_batch(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
+        return self._residuals(self._batch(points).numbers, logarithmic)
 
     def prepare(self) -> None:
         """Compile them, unless that is done. Any thread may."""
@@ -284,12 +297,11 @@ class _TracedResiduals(eqx.Module):
         )
 
 
-def _joined(parts: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+def _joined(parts: Sequence[Any], concatenate: Any = jnp.concatenate) -> tuple[Any, Any]:
     """Residuals and sums of logs of all states from those of each."""
-    if len(parts) == 1:
-        return parts[0]
     residuals, log_scales = zip(*parts, strict=True)
-    return jnp.concatenate(residuals, axis=1), sum(log_scales[1:], log_scales[0])
+    residual = residuals[0] if len(parts) == 1 else concatenate(residuals, axis=1)
+    return residual, sum(log_scales[1:], log_scales[0])
 
 
 def _weight(state: State, relative_error: float) -> np.ndarray | None:

@@ -13,9 +13,9 @@ from ._kept_fits import ANY_FIT, kept
 MOST, LEAST = 1600, 400
 """Greatest number of points of a grid for all variants of a kind, and least for each."""
 
-KEPT = 128
-"""Points of a scan that are kept, those of the least predicted cost, since residuals of all would
-be gigabytes."""
+KEPT, TOGETHER = 128, 256
+"""Points of a scan that are kept, those of the least predicted cost, and points that are scanned
+together: residuals of all would be gigabytes."""
 
 FOLLOWED, FINISHED = 8, 3
 """Starts that are followed along logarithmic residuals, and those followed to the end."""
@@ -37,6 +37,16 @@ class Scan(NamedTuple):
     points: np.ndarray
     residual: np.ndarray
     predicted_cost: np.ndarray
+
+    def best(self, count: int) -> "Scan":
+        """Return the points of least predicted cost, at most so many."""
+        cost = np.nan_to_num(self.predicted_cost, nan=np.inf)
+        order = np.argsort(cost, kind="stable")[:count]
+        return Scan(*(values[order] for values in self))
+
+    def joined(self, other: "Scan") -> "Scan":
+        """Return these points followed by others."""
+        return Scan(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
 class Fitted(NamedTuple):
@@ -91,7 +101,7 @@ def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
 
 def best_places(scan: Scan) -> np.ndarray:
     """Points of least predicted cost [point, unknown]."""
-    return scan.points[np.argsort(np.nan_to_num(scan.predicted_cost, nan=np.inf))[:FOLLOWED]]
+    return scan.best(FOLLOWED).points
 
 
 def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) -> Scan:
@@ -111,14 +121,23 @@ def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) 
     grid = _grid(problem, counts, most)
     columns = others(problem, list(counts))
     grid[:, columns] = carried_over(base, columns)
-    residual, _ = problem.squares.residuals(grid, True)
     slopes = problem.squares.jacobian(grid[:1], True).slopes[0][columns]
-    curvature = slopes @ slopes.T + np.eye(len(columns))
+    parts = (grid[begin : begin + TOGETHER] for begin in range(0, len(grid), TOGETHER))
+    best = _scanned(problem, next(parts), slopes)
+    for points in parts:
+        best = best.joined(_scanned(problem, points, slopes)).best(KEPT)
+    return best
+
+
+def _scanned(problem: Problem, points: np.ndarray, slopes: np.ndarray) -> Scan:
+    """The best of some points, where all else gives way along the slopes."""
+    residual, _ = problem.squares.residuals(points, True)
+    curvature = slopes @ slopes.T + np.eye(len(slopes))
     pull = residual @ slopes.T
     absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)
     predicted_cost = 0.5 * (np.einsum("bn,bn->b", residual, residual) - absorbed)
-    kept = np.argsort(np.nan_to_num(predicted_cost, nan=np.inf))[:KEPT]
-    return Scan(grid[kept], residual[kept].astype(np.float32), predicted_cost[kept])
+    best = Scan(points, residual, predicted_cost).best(KEPT)
+    return best._replace(residual=best.residual.astype(np.float32))
 
 
 def carried_over(base: np.ndarray, columns: np.ndarray) -> np.ndarray:

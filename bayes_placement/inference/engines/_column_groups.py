@@ -80,12 +80,26 @@ class ColumnGroups:
     @functools.cached_property
     def blocks(self) -> tuple[Block, ...]:
         """Data in blocks, each changed by the same unknowns."""
-        patterns, block = np.unique(self.changes, axis=1, return_inverse=True)
+        patterns, pattern_of_datum = _patterns(self.changes)
         return tuple(
-            Block(np.flatnonzero(pattern), _in_a_row(np.flatnonzero(block == number)))
+            Block(np.flatnonzero(pattern), _in_a_row(np.flatnonzero(pattern_of_datum == number)))
             for number, pattern in enumerate(patterns.T)
             if pattern.any()
         )
+
+
+def _patterns(
+    changes: Bool[np.ndarray, "unknown datum"],
+) -> tuple[Bool[np.ndarray, "unknown pattern"], np.ndarray]:
+    """The different columns, and which of them each datum has.
+
+    Bits are packed and hashed, since NumPy sorts columns in seconds where there are many data.
+    """
+    keys = [packed.tobytes() for packed in np.packbits(changes, axis=0).T]
+    number = {key: number for number, key in enumerate(dict.fromkeys(keys))}
+    pattern_of_datum = np.array([number[key] for key in keys], dtype=int)
+    _, first = np.unique(pattern_of_datum, return_index=True)
+    return changes[:, first], pattern_of_datum
 
 
 def _in_a_row(data: np.ndarray) -> slice | np.ndarray:
@@ -98,7 +112,7 @@ def column_groups(changes: Bool[np.ndarray, "unknown datum"]) -> ColumnGroups:
     """Put each unknown in the first group that changes none of its data."""
     group = np.zeros(len(changes), dtype=int)
     taken: list[np.ndarray] = []
-    patterns = np.unique(changes, axis=1)  # few, however many data
+    patterns, _ = _patterns(changes)  # few, however many data
     for unknown, changed in enumerate(patterns):
         free = [number for number, other in enumerate(taken) if not (changed & other).any()]
         group[unknown] = free[0] if free else len(taken)

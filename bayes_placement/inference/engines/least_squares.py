@@ -15,9 +15,6 @@ from jaxtyping import Float
 
 from ._column_groups import ColumnGroups, column_groups
 
-BATCH = 8
-"""Points evaluated together: more cost memory, fewer cost compiled calls."""
-
 STEP = 1e-6
 """Step of differences, in prior standard deviations."""
 
@@ -69,8 +66,8 @@ class LeastSquares:
     Parameters
     ----------
     evaluate
-        From points [BATCH, unknown], and whether residuals are logarithmic, to residuals over
-        their standard deviations [BATCH, datum] and the sum of the logs of these [BATCH]. A
+        From points [point, unknown], and whether residuals are logarithmic, to residuals over
+        their standard deviations [point, datum] and the sum of the logs of these [point]. A
         logarithmic residual compares logarithms of complex numbers: far from the solution it
         still points to it, where resonances that do not overlap leave the plain residual flat.
     dimension
@@ -78,8 +75,8 @@ class LeastSquares:
     count
         Number of data.
     traced
-        The same for any number of points, to be called in compiled functions: a tree, so that one
-        such function serves all problems of one form. By default the first.
+        The same, to be called in compiled functions: a tree, so that one such function serves all
+        problems of one form. By default the first.
     """
 
     def __init__(
@@ -93,13 +90,8 @@ class LeastSquares:
 
     def residuals(self, points: Points, logarithmic: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Residuals [point, datum] and sums of logs [point] at points."""
-        count = len(points)
-        padded = np.concatenate([points, np.repeat(points[-1:], -count % BATCH, axis=0)])
-        batches = padded.reshape(len(padded) // BATCH, BATCH, self.dimension)
-        parts = [self.evaluate(batch, logarithmic) for batch in batches]
-        residual = np.concatenate([np.asarray(part[0]) for part in parts])
-        log_scale = np.concatenate([np.asarray(part[1]) for part in parts])
-        return residual[:count], log_scale[:count]
+        residual, log_scale = self.evaluate(points, logarithmic)
+        return np.asarray(residual), np.asarray(log_scale)
 
     def log_posterior(self, points: Points) -> np.ndarray:
         """Log of standard normal prior times likelihood [point]."""
@@ -158,6 +150,8 @@ class LeastSquares:
     @functools.cached_property
     def column_groups(self) -> ColumnGroups:
         """Unknowns that change different data."""
+        if self._alike is not None:
+            return self._alike.column_groups
         changes, widens = self._changes
         # An unknown of the noise stands alone: it changes all that is known of the level.
         return column_groups(changes | widens[:, None])

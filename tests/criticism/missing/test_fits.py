@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 import bayes_placement as bp
 from bayes_placement.criticism.missing._held_out import _folds, held_out
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-from bayes_placement.inference.engines.least_squares import BATCH
+from bayes_placement.inference.in_batches import BATCH
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import MASS, TRUTH, experiment, measured, without_coherence
 
