@@ -14,12 +14,13 @@ from jaxtyping import Array, Complex, Float
 from numpy.typing import ArrayLike
 from numpyro.distributions import Distribution
 
-LEAST_THREADS = 8
+LEAST_THREADS = 32
 """Least number of threads of JAX, unless it has a single one."""
 
 # Linear algebra of a batch waits for threads of JAX while it holds one. As many such calls at once
 # as there are threads wait for each other forever (jaxlib 0.10, ParallelBatchMap): on a machine of
-# two cores two are enough. Idle threads cost nothing. JAX reads this when it computes first.
+# two cores two are enough, and `in_batches.MOST_AT_ONCE` batches have some each. Idle threads cost
+# nothing. JAX reads this when it computes first.
 os.environ.setdefault("PJRT_NPROC", str(max(LEAST_THREADS, os.cpu_count() or 1)))
 
 # Response amplitudes span many decades and posteriors are narrow: single precision loses both.

@@ -32,7 +32,7 @@ def test_jax_has_read_how_many_threads_it_should_have():
 
 @pytest.mark.parametrize(
     ("cores", "workers", "of_jax", "of_others"),
-    [(2, 2, 1, 1), (2, 1, 8, 2), (16, 4, 8, 4), (64, 4, 16, 16), (1, 3, 1, 1)],
+    [(2, 2, 1, 1), (2, 1, 32, 2), (16, 4, 32, 4), (256, 4, 64, 64), (1, 3, 1, 1)],
 )
 def test_a_worker_has_one_thread_of_jax_or_enough(monkeypatch, cores, workers, of_jax, of_others):
     monkeypatch.setattr(os, "cpu_count", lambda: cores)

@@ -58,7 +58,6 @@ def _at_once(at: Callable[[np.ndarray], Values], batches: np.ndarray) -> list[Va
 
 @functools.cache
 def _threads() -> ThreadPoolExecutor | None:
-    """One thread for each core that this process may use; None where that is a single one."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    count = min(cores or 1, MOST_AT_ONCE)
+    """One thread for each core, none where there is a single one."""
+    count = min(os.cpu_count() or 1, MOST_AT_ONCE)
     return ThreadPoolExecutor(count, thread_name_prefix="batches") if count > 1 else None

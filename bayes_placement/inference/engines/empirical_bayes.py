@@ -6,12 +6,14 @@ sizes of zero and means nothing; the evidence as a function of the sizes has a m
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic, NamedTuple, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float
+from numpyro.distributions import Distribution
 from scipy.linalg import solve_triangular
 
+from ..._compiled import compiled
 from ..._sites import Unknown
 from .laplace import Laplace
 from .least_squares import LeastSquares, Points
@@ -243,10 +245,9 @@ def _better(problem: Hierarchy, fit: Fit) -> dict[str, float]:
     low, high = np.transpose([bounds_of_log(size) for size in unknown])
 
     def log_prior(logs: np.ndarray) -> tuple[float, np.ndarray]:
-        values = np.exp(before + logs)
-        pairs = list(zip(unknown, values, strict=True))
-        slopes = np.array([_slope_of_log_prior(size, value) for size, value in pairs])
-        return sum(log_density(size, _within(size, value)) for size, value in pairs), slopes
+        values = zip(unknown, np.exp(before + logs), strict=True)
+        densities, slopes = np.transpose([_log_prior(size, value) for size, value in values])
+        return float(densities.sum()), slopes
 
     logs, _ = linear.best_sizes(
         np.clip(low - before, -LARGEST_STEP, 0.0),
@@ -270,16 +271,22 @@ def bounds_of_log(size: Unknown) -> tuple[float, float]:
     return float(np.log(low)), float(np.log(getattr(support, "upper_bound", np.inf)))
 
 
-def log_density(size: Unknown, value: float) -> float:
-    """Log prior density of the log of a size."""
-    return float(size.distribution.log_prob(value)) + float(np.log(value))
+def log_density(size: Unknown, values: Float[np.ndarray, "value"]) -> Float[np.ndarray, "value"]:
+    """Log prior density of the log of a size, at values of the size."""
+    return np.asarray(compiled(_log_prob)(size.distribution, values)) + np.log(values)
 
 
-def _slope_of_log_prior(size: Unknown, value: float) -> float:
+def _log_prob(distribution: Distribution, values: Any) -> Array:
+    return distribution.log_prob(values)
+
+
+def _log_prior(size: Unknown, value: float) -> tuple[float, float]:
+    """Log prior density of the log of a size, and its slope."""
     step = 1e-3
-    ends = [_within(size, value * np.exp(side * step)) for side in (-1, 1)]
-    densities = [log_density(size, end) for end in ends]
-    return (densities[1] - densities[0]) / max(float(np.log(ends[1] / ends[0])), 1e-9)
+    low, middle, high = (_within(size, value * np.exp(side * step)) for side in (-1, 0, 1))
+    densities = log_density(size, np.array([low, middle, high]))
+    slope = (densities[2] - densities[0]) / max(float(np.log(high / low)), 1e-9)
+    return float(densities[1]), float(slope)
 
 
 def _rescaled(problem: Hierarchy, point: np.ndarray, sizes: Mapping[str, float]) -> np.ndarray:
@@ -302,7 +309,7 @@ def _integrated(problem: Hierarchy, fit: Fit) -> tuple[Fit, dict[str, float]]:
         _, determined = _determined(problem, fit, size)
         deviation = 1 / np.sqrt(2 * max(determined, 0.5))
         width = np.sqrt(2 * np.pi) * deviation
-        density = log_density(size, problem.sizes[size.name])
+        density, _ = _log_prior(size, problem.sizes[size.name])
         log_evidence += min(0.0, density + float(np.log(width)))
         deviations[size.name] = float(deviation)
     return fit._replace(log_evidence=log_evidence), deviations

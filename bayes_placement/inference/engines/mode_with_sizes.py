@@ -118,7 +118,7 @@ def _log_sizes(
     proposal = truncnorm(*ends, loc=middle, scale=deviation)
     drawn = proposal.rvs(draws, random_state=random)
     score = np.asarray(jax.vmap(partial(_score, size))(np.exp(drawn)))
-    prior = np.array([log_density(size, float(np.exp(value))) for value in drawn])
+    prior = log_density(size, np.exp(drawn))
     return drawn, proposal.logpdf(drawn) - prior + norm.logpdf(score)
 
 

@@ -13,7 +13,7 @@ import bayes_placement as bp
 from bayes_placement.criticism.missing._held_out import _folds, held_out
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.inference.in_batches import BATCH
-from bayes_placement.inference.residuals import Problem
+from bayes_placement.inference.residuals import Problem, State
 from tests.criticism.small import MASS, TRUTH, experiment, measured, without_coherence
 
 
@@ -107,3 +107,29 @@ def test_residuals_inside_a_compiled_function_are_those_outside(logarithmic):
     inside = jax.jit(lambda points: problem.squares.traced(points, logarithmic))(points)
     for expected, value in zip(outside, inside, strict=True):
         np.testing.assert_allclose(value, expected, atol=1e-8)
+
+
+def test_an_earlier_state_is_computed_once_for_what_it_does_not_have(monkeypatch):
+    """A scan moves the effect of the later state alone."""
+    setup = experiment()
+    earlier = State(setup, setup.data(measured()))
+    later = setup + bp.effects.point_mass(dist.Uniform(0.1, 0.9), dist.Uniform(0.0, 0.5))
+    problem = Problem(later, later.data(measured(MASS, seed=1)), baseline=earlier)
+    points = np.zeros((3 * BATCH, problem.dimension))
+    mass = problem.coordinates.places["structure.effects.point_mass.mass"]
+    points[:, mass] = np.linspace(-1.0, 1.0, len(points))[:, None]
+    expected = np.concatenate([problem.squares.residuals(point[None])[0] for point in points])
+    computed = []
+    for part in problem._parts:
+        monkeypatch.setattr(part._in_batches, "_function", counting(part._of_batch, computed))
+    residual, _ = problem.squares.residuals(points)
+    np.testing.assert_array_equal(residual, expected)
+    assert len(computed) == 3 + 1
+
+
+def counting(function, computed):
+    def counted(*arguments):
+        computed.append(1)
+        return function(*arguments)
+
+    return counted

@@ -47,6 +47,18 @@ def test_products_of_slopes_are_those_without_groups():
     assert not all(isinstance(block.data, slice) for block in groups.blocks)
 
 
+def test_blocks_of_many_data_hold_each_datum_once():
+    patterns = np.random.default_rng(0).random((200, 12)) < 0.3
+    changes = patterns[:, np.random.default_rng(1).integers(0, 12, 30_000)]
+    groups = column_groups(changes)
+    found = {tuple(block.unknowns): np.arange(30_000)[block.data] for block in groups.blocks}
+    assert len(found) == 12
+    for unknowns, data in found.items():
+        for datum in data[:3]:
+            np.testing.assert_array_equal(np.flatnonzero(changes[:, datum]), unknowns)
+    assert sum(map(len, found.values())) == 30_000
+
+
 def test_no_unknown_makes_no_group():
     groups = column_groups(np.zeros((0, 5), dtype=bool))
     assert groups.number == 0
