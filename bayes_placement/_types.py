@@ -19,7 +19,7 @@ LEAST_THREADS = 32
 
 # Linear algebra of a batch waits for threads of JAX while it holds one. As many such calls at once
 # as there are threads wait for each other forever (jaxlib 0.10, ParallelBatchMap): on a machine of
-# two cores two are enough, and `in_batches.MOST_AT_ONCE` batches have some each. Idle threads cost
+# two cores two are enough, and each of `MOST_AT_ONCE` calls has some. Idle threads cost
 # nothing. JAX reads this when it computes first.
 os.environ.setdefault("PJRT_NPROC", str(max(LEAST_THREADS, os.cpu_count() or 1)))
 

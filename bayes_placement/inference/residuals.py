@@ -1,47 +1,29 @@
 """An experiment with data as a problem of least squares over standard normal coordinates."""
 
-import functools
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
-import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 
-from .._compiled import Bound, compiled
+from .._compiled import compiled
 from .._sites import Role, Unknown
 from .._types import InputError
 from ..effects.effect import Effect
 from ..experiment.experiment import Experiment
 from ..experiment.model_error import shares_size
 from ..experiment.noise import Data
-from .batches import Form, batch
 from .coordinates import Coordinates
 from .engines.least_squares import LeastSquares
-from .in_batches import BATCH, InBatches
-from .standardised_residual import standardised_residual
-
-
-class State(NamedTuple):
-    """An experiment, and what was measured in it.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    data
-        Measured outputs.
-    unknowns
-        Names of unknowns that have values of their own in this state.
-    """
-
-    experiment: Experiment
-    data: Data
-    unknowns: frozenset[str] = frozenset()
+from .residuals_of_state import (
+    ResidualsOfState,
+    State,
+    TracedResiduals,
+    coordinates_of,
+    own_name,
+)
 
 
 class Problem:
@@ -115,19 +97,25 @@ class Problem:
         for state in earlier:
             self.states.append(state._replace(experiment=state.experiment.fix(self.sizes)))
         self._parts = [
-            _Part(state, number, self.coordinates, effort)
+            ResidualsOfState(state, number, self.coordinates, effort)
             for number, state in enumerate(self.states)
         ]
         count = sum(int(np.sum(np.asarray(state.data.measured))) for state in self.states)
-        traced = _TracedResiduals(
+        traced = TracedResiduals(
             tuple((state.experiment, state.data) for state in self.states),
             tuple(tuple(part.columns.tolist()) for part in self._parts),
         )
         self.squares = LeastSquares(self._evaluated, self.dimension, count, traced)
 
-    def _evaluated(self, points: Any, logarithmic: Any) -> tuple[Any, Any]:
+    def _evaluated(self, points: Any, logarithmic: Any) -> tuple[np.ndarray, np.ndarray]:
         """Residuals of all states, the experiment first, and the sum of logs."""
-        return _joined([part(points, logarithmic) for part in self._parts], np.concatenate)
+        ends = np.cumsum([0, *(part.size for part in self._parts)])
+        residual = np.empty((len(points), ends[-1]))
+        log_scale = np.empty((len(points), len(self._parts)))
+        for number, part in enumerate(self._parts):
+            columns = slice(*ends[number : number + 2])
+            part.fill((residual[:, columns], log_scale[:, number]), points, logarithmic)
+        return residual, log_scale.sum(axis=1)
 
     @property
     def dimension(self) -> int:
@@ -215,95 +203,6 @@ class Problem:
             part.prepare()
 
 
-class _Part:
-    """Compiled residuals of one state, at points in the coordinates of a problem.
-
-    Parameters
-    ----------
-    state
-        The state, its model error of known sizes.
-    number
-        Its number among the states of the problem.
-    coordinates
-        Coordinates of the problem.
-    effort
-        How much the compiler tries.
-    """
-
-    def __init__(self, state: State, number: int, coordinates: Coordinates, effort: int):
-        mine = coordinates_of(state.experiment, standard_normal=False)
-        places = [
-            coordinates.places[own_name(name, number) if name in state.unknowns else name]
-            for name in mine.places
-        ]
-        columns = [np.arange(place.start, place.stop) for place in places]
-        self.columns = np.concatenate([np.zeros(0, dtype=int), *columns])
-        self.is_all = np.array_equal(self.columns, np.arange(coordinates.dimension))
-        self._state, self._effort = state, effort
-        self._batch = compiled(batch).bound(state.experiment, effort=0)
-        self._in_batches = InBatches(self._of_batch)
-
-    def __call__(
-        self, points: Float[np.ndarray, "point unknown"], logarithmic: Any
-    ) -> tuple[np.ndarray, ...]:
-        """Residuals [point, datum] and sums of logs [point]."""
-        if self.is_all:
-            return self._in_batches(points, logarithmic)
-        # What another state alone has does not change this one: each point is computed once.
-        mine = points[:, self.columns]
-        different, places = np.unique(mine, axis=0, return_inverse=True)
-        if len(different) == len(mine):
-            return self._in_batches(mine, logarithmic)
-        return tuple(values[places.ravel()] for values in self._in_batches(different, logarithmic))
-
-    def _of_batch(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
-        return self._residuals(self._batch(points).numbers, logarithmic)
-
-    def prepare(self) -> None:
-        """Compile them, unless that is done. Any thread may."""
-        points = np.zeros((BATCH, len(self.columns)))
-        self._batch.prepare(points)
-        self._residuals.prepare(self._batch.outcome(points).numbers, False)
-
-    @functools.cached_property
-    def _residuals(self) -> Bound[tuple[Array, Array]]:
-        """Residuals of experiments of this form: one function for all hypotheses that share it."""
-        form = self._batch.outcome(np.zeros((BATCH, len(self.columns)))).form
-        shared, data = form.shared(self._state.experiment), self._state.data
-        return compiled(_residuals).bound(
-            form.apart_from_declared(), shared, data, effort=self._effort
-        )
-
-
-class _TracedResiduals(eqx.Module):
-    """Residuals of all states, for compiled functions that serve all problems of one form.
-
-    Parameters
-    ----------
-    states
-        Experiment and data of each state, the experiments' model errors of known sizes.
-    columns
-        Coordinates of the problem that are those of each state.
-    """
-
-    states: tuple[tuple[Experiment, Data], ...]
-    columns: tuple[tuple[int, ...], ...] = eqx.field(static=True)
-
-    def __call__(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
-        """Residuals [point, datum] and sums of logs [point]."""
-        parts = zip(self.states, self.columns, strict=True)
-        return _joined(
-            [_at_points(*state, points[:, list(kept)], logarithmic) for state, kept in parts]
-        )
-
-
-def _joined(parts: Sequence[Any], concatenate: Any = jnp.concatenate) -> tuple[Any, Any]:
-    """Residuals and sums of logs of all states from those of each."""
-    residuals, log_scales = zip(*parts, strict=True)
-    residual = residuals[0] if len(parts) == 1 else concatenate(residuals, axis=1)
-    return residual, sum(log_scales[1:], log_scales[0])
-
-
 def _weight(state: State, relative_error: float) -> np.ndarray | None:
     noise, observe = state.experiment.noise, state.experiment.observe
     deviation = None if noise is None else noise.deviation(state.data)
@@ -333,53 +232,7 @@ def _medians(unknowns: Sequence[Unknown]) -> dict[str, float]:
     }
 
 
-def own_name(name: str, number: int) -> str:
-    """Name of an unknown that has a value of its own in one of the states."""
-    return f"{name} of state {number}"
-
-
-def coordinates_of(
-    experiment: Experiment,
-    *,
-    standard_normal: bool = True,
-    further: Mapping[str, Unknown] = MappingProxyType({}),
-) -> Coordinates:
-    """Coordinates of the unknowns of an experiment, and of further ones after them.
-
-    Raises
-    ------
-    InfeasibleError
-        If the prior has to be standard normal, and one has no inverse distribution function.
-    """
-    distributions = {unknown.name: unknown.distribution for unknown in experiment.unknowns}
-    distributions |= {name: unknown.distribution for name, unknown in further.items()}
-    return Coordinates(distributions, standard_normal=standard_normal)
-
-
 def _scores(distribution: Distribution, values: Any) -> Float[Array, "point coordinate"]:
     """Coordinates of values [point] of one unknown."""
     coordinates = Coordinates({"value": distribution})
     return jax.vmap(lambda value: coordinates.vector({"value": value}))(values)
-
-
-def _residuals(
-    form: Form, shared: Sequence[Any], data: Data, numbers: Sequence[Array], logarithmic: Any
-) -> tuple[Array, Array]:
-    """Residuals of a batch of experiments, all their numbers being inputs."""
-
-    def of(numbers: Sequence[Array]) -> tuple[Array, Array]:
-        return standardised_residual(form.filled(numbers, shared), data, logarithmic)
-
-    return jax.vmap(of)(numbers)
-
-
-def _at_points(
-    experiment: Experiment, data: Data, points: Float[Array, "point unknown"], logarithmic: Any
-) -> tuple[Array, Array]:
-    """Residuals of a batch of points, for a function that is compiled around them."""
-    coordinates = coordinates_of(experiment, standard_normal=False)
-
-    def at(point: Float[Array, "unknown"]) -> tuple[Array, Array]:
-        return standardised_residual(experiment.fix(coordinates.values(point)), data, logarithmic)
-
-    return jax.vmap(at)(points)

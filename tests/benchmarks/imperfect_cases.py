@@ -14,7 +14,7 @@ import numpy as np
 
 import bayes_placement as bp
 from bayes_placement.inference.estimates import scalars
-from bayes_placement.inference.residuals import coordinates_of
+from bayes_placement.inference.residuals_of_state import coordinates_of
 from tests.benchmarks.imperfect_experiments import given
 from tests.benchmarks.recorded_rows import Rows
 from tests.simulator.imperfect_draws import ImperfectDraw, draw

@@ -6,7 +6,7 @@ import threading
 import numpy as np
 import pytest
 
-from bayes_placement.inference import in_batches
+from bayes_placement.inference import at_once
 from bayes_placement.inference.in_batches import BATCH, InBatches
 
 
@@ -19,7 +19,8 @@ def test_values_are_those_of_each_point(count):
     points = np.random.default_rng(count).normal(size=(count, 3))
     evaluated = InBatches(squares_and_sums)
     for _ in range(2):  # alone at first, then on several threads
-        squares, sums = evaluated(points, 2.0)
+        squares, sums = np.full((count, 3), np.nan), np.full(count, np.nan)
+        evaluated.fill((squares, sums), points, 2.0)
         np.testing.assert_array_equal(squares, 2.0 * points**2)
         np.testing.assert_array_equal(sums, points.sum(axis=1))
 
@@ -27,7 +28,7 @@ def test_values_are_those_of_each_point(count):
 def test_the_first_batch_is_alone_and_later_ones_meet(monkeypatch):
     """What is compiled at its first call is compiled once; then two batches run at once."""
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    in_batches._threads.cache_clear()
+    at_once._threads.cache_clear()
     together, first = threading.Barrier(2, timeout=30), threading.Event()
 
     def met(points):
@@ -39,17 +40,16 @@ def test_the_first_batch_is_alone_and_later_ones_meet(monkeypatch):
         return (points,)
 
     try:
-        InBatches(met)(np.arange(3.0 * BATCH)[:, None])
+        InBatches(met).fill([np.zeros((3 * BATCH, 1))], np.zeros((3 * BATCH, 1)))
     finally:
-        in_batches._threads.cache_clear()
+        at_once._threads.cache_clear()
 
 
 def test_on_a_single_core_there_are_no_threads(monkeypatch):
     monkeypatch.setattr(os, "cpu_count", lambda: 1)
-    in_batches._threads.cache_clear()
+    at_once._threads.cache_clear()
     try:
-        assert in_batches._threads() is None
-        (values,) = InBatches(lambda points: (points,))(np.arange(3.0 * BATCH)[:, None])
+        assert at_once._threads() is None
+        assert at_once.at_once(str, [1, 2, 3]) == ["1", "2", "3"]
     finally:
-        in_batches._threads.cache_clear()
-    np.testing.assert_array_equal(values[:, 0], np.arange(3.0 * BATCH))
+        at_once._threads.cache_clear()

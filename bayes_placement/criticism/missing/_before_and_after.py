@@ -18,7 +18,8 @@ from ...experiment.modal_parameters import ModalParameters
 from ...experiment.model_error import ModalErrors
 from ...experiment.resized import as_measured
 from ...inference.engines.empirical_bayes import SOFTENING, Rival
-from ...inference.residuals import Problem, State
+from ...inference.residuals import Problem
+from ...inference.residuals_of_state import State
 from ._hypotheses import (
     Hypothesis,
     ScannedCandidate,

@@ -8,7 +8,7 @@ from ..._types import InputError, check_kind
 from ...effects.effect import Effect
 from ...effects.library import Library, library
 from ...experiment.experiment import Experiment
-from ...inference.residuals import coordinates_of
+from ...inference.residuals_of_state import coordinates_of
 
 
 def check_experiment(experiment: Any, verb: str) -> None:

@@ -11,7 +11,8 @@ from ..._sites import Unknown
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.empirical_bayes import SOFTENING
-from ...inference.residuals import Problem, State, own_name
+from ...inference.residuals import Problem
+from ...inference.residuals_of_state import State, own_name
 from ._estimates import Estimate
 from ._hypotheses import Hypothesis
 from ._kept_fits import kept_with_sizes

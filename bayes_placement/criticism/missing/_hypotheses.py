@@ -1,5 +1,6 @@
 """An experiment with none, one or several effects that may be missing, each fitted."""
 
+import functools
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,6 +15,7 @@ from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
 from ...inference.engines.empirical_bayes import SOFTENING, Rival
+from ...inference.engines.least_squares import Jacobian
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ._candidates import numbered
@@ -82,6 +84,12 @@ class Hypothesis:
 def fields_of(effect: Effect, problem: Problem) -> dict[str, str]:
     """Field of an effect that each of its unknowns belongs to, by the name of the unknown."""
     return {unknown.name: unknown.field for unknown in problem.experiment.unknowns_of(effect)}
+
+
+@functools.lru_cache(maxsize=4)  # of the hypotheses that are extended
+def logarithmic_jacobian(hypothesis: Hypothesis) -> Jacobian:
+    """Logarithmic residuals at its fit, and their slopes."""
+    return hypothesis.problem.squares.jacobian(hypothesis.fit.point[None], True)
 
 
 def null_hypothesis(experiment: Experiment, data: Data) -> Hypothesis:
@@ -174,7 +182,9 @@ def scanned(pairs: Sequence[Pair], tick: Callable[[], None]) -> Iterator[Scanned
         fields = fields_of(effect, problem)
         most = max(MOST // variants[kind_of(effect)], LEAST)
         counts = _counts(effect, fields, problem)
-        yield ScannedCandidate(base, effect, problem, scan(problem, counts, base.fit.point, most))
+        slopes = logarithmic_jacobian(base).slopes[0]
+        seen = scan(problem, counts, base.fit.point, slopes, most)
+        yield ScannedCandidate(base, effect, problem, seen)
         tick()
 
 

@@ -104,7 +104,9 @@ def best_places(scan: Scan) -> np.ndarray:
     return scan.best(FOLLOWED).points
 
 
-def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) -> Scan:
+def scan(
+    problem: Problem, counts: dict[str, int], base: np.ndarray, slopes: np.ndarray, most: int
+) -> Scan:
     """Scan an effect through the prior of its own unknowns.
 
     Parameters
@@ -115,13 +117,15 @@ def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) 
         Its unknowns, and the number of points along each.
     base
         Coordinates of all other unknowns.
+    slopes
+        Slopes of the logarithmic residuals without the effect [unknown, datum], along which all
+        else gives way.
     most
         Greatest number of points.
     """
     grid = _grid(problem, counts, most)
     columns = others(problem, list(counts))
     grid[:, columns] = carried_over(base, columns)
-    slopes = problem.squares.jacobian(grid[:1], True).slopes[0][columns]
     parts = (grid[begin : begin + TOGETHER] for begin in range(0, len(grid), TOGETHER))
     best = _scanned(problem, next(parts), slopes)
     for points in parts:
@@ -130,7 +134,7 @@ def scan(problem: Problem, counts: dict[str, int], base: np.ndarray, most: int) 
 
 
 def _scanned(problem: Problem, points: np.ndarray, slopes: np.ndarray) -> Scan:
-    """The best of some points, where all else gives way along the slopes."""
+    """The best of some points."""
     residual, _ = problem.squares.residuals(points, True)
     curvature = slopes @ slopes.T + np.eye(len(slopes))
     pull = residual @ slopes.T

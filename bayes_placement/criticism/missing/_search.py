@@ -12,7 +12,15 @@ import numpy as np
 
 from ...effects.effect import Effect
 from ...effects.library import kind_of
-from ._hypotheses import Hypothesis, ScannedCandidate, extended, finite, fitted, scanned
+from ._hypotheses import (
+    Hypothesis,
+    ScannedCandidate,
+    extended,
+    finite,
+    fitted,
+    logarithmic_jacobian,
+    scanned,
+)
 from ._posterior_odds import Comparison
 
 VARIANTS = 4
@@ -120,9 +128,8 @@ def _by_promise(
     Logarithms of FRFs add what effects do, as far as these do not act on each other: so the
     change that a scan saw without the branch is added to the residual of the branch.
     """
-    residual, _, jacobian, _ = branch.problem.squares.jacobian(branch.fit.point[None], True)
-    slopes = jacobian[0]
-    before, _ = null.problem.squares.residuals(null.fit.point[None], True)
+    residual, _, (slopes,), _ = logarithmic_jacobian(branch)
+    before = logarithmic_jacobian(null).residual
     curvature = slopes @ slopes.T + np.eye(len(slopes))
 
     def least_cost(candidate: ScannedCandidate) -> float:

@@ -13,7 +13,7 @@ from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal, ModalErrors
 from ...experiment.noise import Data
 from ...inference.engines.empirical_bayes import Rival
-from ...inference.residuals import State
+from ...inference.residuals_of_state import State
 from ._before_and_after import carried_over, compared_with_baseline, fitted_baseline, state_of
 from ._compiled_ahead import compiled_ahead
 from ._held_out import held_out

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ..at_once import at_once
+
 
 class Block(NamedTuple):
     """Data that the same unknowns change, which are all of different groups.
@@ -70,12 +72,20 @@ class ColumnGroups:
         """
         count, size = len(along_groups), len(self.group)
         squares, pulls = np.zeros((count, size, size)), np.zeros((count, size))
-        for unknowns, data in self.blocks:
-            rows = self.group[unknowns]
-            slopes = along_groups[:, rows if isinstance(data, slice) else rows[:, None], data]
-            squares[:, unknowns[:, None], unknowns] += slopes @ slopes.transpose(0, 2, 1)
-            pulls[:, unknowns] += (slopes @ residual[:, data, None])[..., 0]
+        of_block = functools.partial(self._products_of_block, along_groups, residual)
+        products = at_once(of_block, self.blocks)
+        for (unknowns, _), (square, pull) in zip(self.blocks, products, strict=True):
+            squares[:, unknowns[:, None], unknowns] += square
+            pulls[:, unknowns] += pull
         return squares, pulls
+
+    def _products_of_block(
+        self, along_groups: np.ndarray, residual: np.ndarray, block: Block
+    ) -> tuple[np.ndarray, np.ndarray]:
+        unknowns, data = block
+        rows = self.group[unknowns]
+        slopes = along_groups[:, rows if isinstance(data, slice) else rows[:, None], data]
+        return slopes @ slopes.transpose(0, 2, 1), (slopes @ residual[:, data, None])[..., 0]
 
     @functools.cached_property
     def blocks(self) -> tuple[Block, ...]:

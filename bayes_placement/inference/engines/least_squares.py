@@ -91,7 +91,7 @@ class LeastSquares:
     def residuals(self, points: Points, logarithmic: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Residuals [point, datum] and sums of logs [point] at points."""
         residual, log_scale = self.evaluate(points, logarithmic)
-        return np.asarray(residual), np.asarray(log_scale)
+        return np.require(residual, requirements="W"), np.require(log_scale, requirements="W")
 
     def log_posterior(self, points: Points) -> np.ndarray:
         """Log of standard normal prior times likelihood [point]."""
@@ -182,12 +182,10 @@ class LeastSquares:
         residual, log_scale = self.residuals(around, logarithmic)
         residual = residual.reshape(len(points), len(steps), -1)
         log_scale = log_scale.reshape(len(points), len(steps))
-        return Jacobian(
-            residual[:, 0],
-            log_scale[:, 0],
-            (residual[:, 1:] - residual[:, :1]) / STEP,
-            (log_scale[:, 1:] - log_scale[:, :1]) / STEP,
-        )
+        for values in (residual, log_scale):  # in place: they are large
+            values[:, 1:] -= values[:, :1]
+            values[:, 1:] /= STEP
+        return Jacobian(residual[:, 0], log_scale[:, 0], residual[:, 1:], log_scale[:, 1:])
 
 
 class SquaresAndPrior(NamedTuple):

@@ -10,7 +10,8 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import effects, explain, improve
 from bayes_placement.criticism.missing._before_and_after import state_of
-from bayes_placement.inference.residuals import Problem, State
+from bayes_placement.inference.residuals import Problem
+from bayes_placement.inference.residuals_of_state import State
 from tests.criticism.small import LINES, MASS, TRUTH, experiment, recorded
 from tests.criticism.small import measured as small_measured
 

@@ -13,7 +13,8 @@ import bayes_placement as bp
 from bayes_placement.criticism.missing._held_out import _folds, held_out
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.inference.in_batches import BATCH
-from bayes_placement.inference.residuals import Problem, State
+from bayes_placement.inference.residuals import Problem
+from bayes_placement.inference.residuals_of_state import State
 from tests.criticism.small import MASS, TRUTH, experiment, measured, without_coherence
 
 

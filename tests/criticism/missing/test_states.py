@@ -8,7 +8,8 @@ import pytest
 from bayes_placement import effects, improve
 from bayes_placement.criticism.missing._changes import CHANGED, NEW, UNCHANGED, FoundEffect
 from bayes_placement.criticism.missing.states import courses_of
-from bayes_placement.inference.residuals import Problem, State
+from bayes_placement.inference.residuals import Problem
+from bayes_placement.inference.residuals_of_state import State
 from tests.criticism.missing.test_before_and_after import imperfect, measured
 from tests.criticism.small import experiment
 
