@@ -70,11 +70,12 @@ class Modal:
     shape * rms * e'', rms being the root mean square of a mass-normalised shape, and a channel
     records 1 + gain * e''' times the motion. All e are standard normal and independent.
 
-    Stiffness and mass vary along a structure: each piece of a uniform bar or beam, or each region
-    of a finite element model, has the stiffness of the model times exp(unevenness * e), and its
-    mass likewise. This moves natural frequencies and shapes together, as errors of single modes do
-    not. Both have one size, since a wave hardly tells a stiffer piece from one that is lighter and
-    as much longer. Of a model without regions no piece is known.
+    Stiffness and mass vary along a structure: each piece of a uniform bar or beam has the stiffness
+    of the model times exp(unevenness * e), and its mass likewise. Of a finite element model, each
+    region has such a stiffness, and each of 36 cells of neighbouring nodes such a mass. This moves
+    natural frequencies and shapes together, as errors of single modes do not. Both have one size,
+    since a wave hardly tells a stiffer piece from one that is lighter and as much longer. Of a
+    model without regions no piece is known.
 
     In a roved test a structure is not the same in all runs: it is warmer, or its joints slip more
     where a hit is harder. In the run of each actuator natural frequencies are those of the

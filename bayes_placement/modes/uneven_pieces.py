@@ -56,8 +56,8 @@ def piece_shares(modes: Modes, pieces: int, count: int) -> PieceShares | None:
     modes
         Modes whose parameters are numbers.
     pieces
-        Number of pieces of equal length of a uniform bar or beam. Those of a finite element model
-        are its regions, as many as it has.
+        Number of pieces of equal length of a uniform bar or beam. Those of the stiffness of a
+        finite element model are its regions, as many as it has; those of its mass are its cells.
     count
         Number of the lowest modes, rigid-body modes among them, that uneven pieces mix.
     """
@@ -127,7 +127,7 @@ def _of_regions(nodal: NodalModes) -> PieceShares:
     natural = _elastic(nodal)
     scale = float(nodal.stiffness_scale() / nodal.mass_scale())
     stiffness = np.asarray(nodal.regions.matrices) * scale / (natural[:, None] * natural)
-    return PieceShares(stiffness, np.asarray(nodal.region_masses.matrices))
+    return PieceShares(stiffness, np.asarray(nodal.cell_masses))
 
 
 def _elastic(modes: Modes) -> Float[np.ndarray, "mode"]:

@@ -11,9 +11,10 @@ import scipy.linalg
 
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
+from bayes_placement.modes.finite_elements.cell_masses import _cells
 from bayes_placement.modes.uneven_pieces import Excess, piece_shares, with_uneven_pieces
 from tests.in_space import Linear
-from tests.meshed_plates import plate_modes
+from tests.meshed_plates import CELLS, plate_modes
 from tests.simulator.imperfect_scenes import Sizes, drawn, elastic
 
 PIECES = 12
@@ -47,8 +48,8 @@ def modes(form):
 
 def uneven(even, stiffness=1.0, mass=1.0, pieces=PIECES, count=60):
     shares = piece_shares(even, pieces, count)
-    factors = (np.broadcast_to(factor, pieces) - 1 for factor in (stiffness, mass))
-    sums = (np.tensordot(f, share, 1) for f, share in zip(factors, shares, strict=True))
+    pairs = zip((stiffness, mass), shares, strict=True)
+    sums = (np.tensordot(np.broadcast_to(f, len(share)) - 1, share, 1) for f, share in pairs)
     return compiled(with_uneven_pieces)(even, Excess(*map(jnp.asarray, sums)))
 
 
@@ -156,18 +157,31 @@ def test_uneven_mass_is_that_of_finite_elements():
     assert np.ptp(expected) > 5e-3
 
 
-def test_a_region_has_the_mass_of_its_elements():
-    """But for the nodes on its edge, which it shares with its neighbours."""
+def test_a_cell_has_the_mass_about_its_nodes():
+    """Of the first mode of a plate, by the nearest node of each of many places."""
     _, even = scene("plate")
     shares = piece_shares(modes("plate"), PIECES, 30).mass
-    places = np.stack(np.meshgrid(*(np.linspace(0, 1, 801)[:-1] + 1 / 1600,) * 2), axis=-1)
-    x, y = places[..., 0], places[..., 1]
-    first = np.sin(np.pi * x) ** 2 * np.sin(np.pi * y) ** 2 * 4 / 800**2
-    columns, rows = even.grid
-    patch = (x * columns).astype(int) + columns * (y * rows).astype(int)
-    expected = [np.sum(first[patch == number]) for number in range(columns * rows)]
-    np.testing.assert_allclose(shares[:, 0, 0], expected, atol=0.01)
-    assert np.ptp(expected) > 0.1
+    sides = zip((even.length, even.width), CELLS, strict=True)
+    x, y = (np.linspace(0.0, size, count + 1) for size, count in sides)
+    nodes = np.stack([axis.ravel() for axis in np.meshgrid(x, y, indexing="ij")], axis=1)
+    cell = _cells(np.pad(nodes, [(0, 0), (0, 1)]))
+    at = (np.arange(800) + 0.5) / 800
+    density = np.outer(*(2 * np.sin(np.pi * at) ** 2 for _ in range(2))) / 800**2
+    nearest = [np.rint(at * count).astype(int) for count in CELLS]
+    cell_at = cell.reshape(x.size, y.size)[np.ix_(*nearest)]
+    expected = [np.sum(density[cell_at == number]) for number in range(36)]
+    # Elements share out their mass by what their nodes move, not by what is nearest.
+    np.testing.assert_allclose(shares[:, 0, 0], expected, atol=0.003)
+    assert np.max(expected) < 0.15
+
+
+def test_cells_are_as_long_where_a_mesh_is_fine_as_elsewhere():
+    along = np.concatenate([np.linspace(0.0, 0.5, 1000), np.linspace(0.5, 1.0, 100)[1:]])
+    nodes = along[:, None] * [1.0, 0.2, 0.0]
+    cell = _cells(nodes)
+    lengths = [np.ptp(along[cell == number]) for number in range(36)]
+    assert cell.max() == 35 and max(lengths) < 0.04 and min(lengths) > 0.005
+    assert len(np.unique(_cells(np.repeat(nodes[:5], 3, axis=0)))) == 5
 
 
 def test_slopes_in_the_excess_are_those_of_differences():

@@ -15,6 +15,7 @@ from ...positions.vectors import Coordinates, triple
 from . import _part_factors
 from ._part_factors import Powers, Range
 from .affine_modes import AffineModes
+from .cell_masses import cell_masses
 from .interpolation import Interpolation
 from .matrices import Affine, Matrices, ReducedBasis, Sparse
 from .matrices._matrix_checks import sparse
@@ -208,7 +209,7 @@ def _nodal(
         interpolation,
         flexibility=matrices.static_flexibility(rows),
         regions=_over_modes(model, matrices.regions),
-        region_masses=_region_masses(matrices, model),
+        cell_masses=cell_masses(matrices, model) if matrices.regions else None,
         members=_over_modes(model, members),
         centres=_centres(matrices, {**matrices.regions, **members}, soft or {}),
         static_shapes=shapes,
@@ -227,24 +228,6 @@ def _over_modes(
     free = np.arange(model.shape.shape[1]) < model.rigid_body_modes
     modal = {name: model.shape.T @ (part @ model.shape) for name, part in parts.items()}
     return {name: np.where(free | free[:, None], 0.0, part) for name, part in modal.items()}
-
-
-def _region_masses(
-    matrices: Matrices, model: ModalModel
-) -> dict[str, Float[np.ndarray, "mode mode"]]:
-    """Mass of each region over the modes.
-
-    What regions share, their common nodes, is shared out by the diagonals of their stiffness.
-    """
-    diagonals = {name: region.diagonal() for name, region in matrices.regions.items()}
-    total = sum(diagonals.values(), np.zeros(len(model.shape)))
-    inertia = matrices.mass @ model.shape
-    masses = {}
-    for name, diagonal in diagonals.items():
-        share = np.divide(diagonal, total, out=np.zeros_like(total), where=total > 0)
-        product = (share[:, None] * model.shape).T @ inertia
-        masses[name] = (product + product.T) / 2
-    return masses
 
 
 def _residual(

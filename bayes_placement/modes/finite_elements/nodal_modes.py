@@ -85,7 +85,7 @@ class NodalModes(Modes):
     youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
     density: Parameter = eqx.field(metadata=unit("kg/m3"))
     regions: NamedMatrices
-    region_masses: NamedMatrices
+    cell_masses: Float[np.ndarray, "cell mode mode"]
     members: NamedMatrices
     static_shapes: StaticShapes
     nominal: tuple[float, float] = eqx.field(static=True)
@@ -251,7 +251,7 @@ def modes_from_shapes(
     nominal: tuple[float, float] = (1.0, 1.0),
     flexibility: Float[np.ndarray, "row row"] | None = None,
     regions: Mapping[str, np.ndarray] | None = None,
-    region_masses: Mapping[str, np.ndarray] | None = None,
+    cell_masses: Float[np.ndarray, "cell mode mode"] | None = None,
     members: Mapping[str, np.ndarray] | None = None,
     centres: Mapping[str, Coordinates] | None = None,
     static_shapes: StaticShapes | None = None,
@@ -279,8 +279,8 @@ def modes_from_shapes(
         modes; None if not known, which leaves a plain modal sum.
     regions
         Stiffness [(rad/s)^2] of each region over the modes, by name.
-    region_masses
-        Mass [1] of each region over the modes, by name; zero by default.
+    cell_masses
+        Mass [1] of each cell of nodes over the modes; by default all is one cell.
     members
         Geometric stiffness [(rad/s)^2 / N] of each member under a unit tension over the modes.
     centres
@@ -321,9 +321,7 @@ def modes_from_shapes(
         youngs_modulus=youngs_modulus,
         density=density,
         regions=NamedMatrices.of(regions or {}, count),
-        region_masses=NamedMatrices.of(
-            region_masses or dict.fromkeys(regions or {}, np.zeros((count, count))), count
-        ),
+        cell_masses=np.eye(count)[None] if cell_masses is None else cell_masses,
         members=NamedMatrices.of(members or {}, count),
         static_shapes=static_shapes or no_static_shapes(*shape.shape),
         nominal=nominal,

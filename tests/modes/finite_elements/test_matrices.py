@@ -194,21 +194,21 @@ def test_a_free_block_has_six_rigid_body_modes(block):
 
 
 def test_rigid_body_fields_need_no_force(block):
-    place = block.position[block._index]
+    place = block.position[block.node_index]
     fields = rigid_body.geometric_fields(place, block.dof[:, 1])
     assert np.abs(block.stiffness @ fields).max() < 1e-12 * np.abs(block.stiffness).max()
     assert rigid_body.free_fields(block.stiffness, fields, fields[:0]).shape == (len(place), 6)
 
 
 def test_rotations_take_part_in_rigid_body_fields(held_plate):
-    place = held_plate.position[held_plate._index]
+    place = held_plate.position[held_plate.node_index]
     fields = rigid_body.geometric_fields(place, held_plate.dof[:, 1])
     assert rigid_body.free_fields(held_plate.stiffness, fields, fields[:0]).shape == (len(place), 3)
 
 
 def test_handed_over_models_move_as_rigid_bodies_once_nothing_holds_them(handed_over):
     model, _ = handed_over
-    place = model.position[model._index]
+    place = model.position[model.node_index]
     fields = rigid_body.geometric_fields(place, model.dof[:, 1])
     expected = 6 if len(place) == 438 else 3
     assert rigid_body.free_fields(model.stiffness, fields, fields[:0]).shape[1] == expected
@@ -357,7 +357,7 @@ def test_a_mode_that_lanczos_missed_is_found_again(held_plate, monkeypatch):
 
 
 def test_the_order_of_elimination_fills_less(block):
-    index, free = block._index, np.arange(len(block.dof))
+    index, free = block.node_index, np.arange(len(block.dof))
     order = nested_dissection(block.stiffness, index, block.position)
     assert np.array_equal(np.sort(order), free)
     lifted = block.stiffness + block.mass

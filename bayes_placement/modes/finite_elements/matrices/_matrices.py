@@ -320,7 +320,7 @@ class Matrices:
     def flexibility(self) -> StaticFlexibility:
         """Factorised stiffness on the rows that may move, in the order of elimination."""
         order = self._order
-        fields = rigid_body.geometric_fields(self.position[self._index], self.dof[:, 1])
+        fields = rigid_body.geometric_fields(self.position[self.node_index], self.dof[:, 1])
         stiffness, mass = (
             csc_array(matrix[order][:, order]) for matrix in (self.stiffness, self.mass)
         )
@@ -332,10 +332,10 @@ class Matrices:
         """Rows that may move, in the order of elimination."""
         free = np.setdiff1d(np.arange(len(self.dof)), self.fixed)
         couplings = abs(self.stiffness[free][:, free]) + abs(self.mass[free][:, free])
-        return free[nested_dissection(csc_array(couplings), self._index[free], self.position)]
+        return free[nested_dissection(csc_array(couplings), self.node_index[free], self.position)]
 
     @cached_property
-    def _index(self) -> Int[np.ndarray, "dof"]:
+    def node_index(self) -> Int[np.ndarray, "dof"]:
         """Index of the node of each row."""
         by_number = np.argsort(self.node)
         return by_number[np.searchsorted(self.node[by_number], self.dof[:, 0])]
