@@ -15,14 +15,17 @@ Output = TypeVar("Output")
 
 def at_once(function: Callable[[Input], Output], inputs: Sequence[Input]) -> list[Output]:
     """Outputs of a function, in the order of its inputs."""
-    threads = _threads()
+    threads = _threads(os.getpid())
     if threads is None or len(inputs) < 2:
         return [function(value) for value in inputs]
     return list(threads.map(function, inputs))
 
 
 @functools.cache
-def _threads() -> ThreadPoolExecutor | None:
-    """One thread for each core, none where there is a single one."""
+def _threads(process: int) -> ThreadPoolExecutor | None:
+    """One thread for each core, none where there is a single one.
+
+    By the number of the process: one that is forked has no thread of its parent, and would wait.
+    """
     count = min(os.cpu_count() or 1, MOST_AT_ONCE)
     return ThreadPoolExecutor(count, thread_name_prefix="at_once") if count > 1 else None
