@@ -1,0 +1,46 @@
+"""An effect scanned through its prior, in parts."""
+
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement.criticism.missing import _scan
+from bayes_placement.inference.residuals import Problem
+from tests.criticism.small import experiment, measured
+
+COUNTS = {"structure.effects.point_mass.at": 9, "structure.effects.point_mass.mass": 5}
+
+
+@pytest.fixture(scope="module")
+def problems():
+    """Without and with a mass that is there."""
+    data = experiment().data(measured(bp.effects.point_mass(0.7, 0.1), seed=1))
+    mass = bp.effects.point_mass(dist.Uniform(0.1, 0.9), dist.Uniform(0.0, 0.5))
+    return Problem(experiment(), data), Problem(experiment() + mass, data)
+
+
+def scanned(problems, most=1000):
+    without, with_mass = problems
+    base = np.zeros(without.dimension)
+    slopes = without.squares.jacobian(base[None], True).slopes[0]
+    return _scan.scan(with_mass, COUNTS, base, slopes, most)
+
+
+def test_a_scan_in_parts_keeps_the_points_of_least_cost_of_all(problems, monkeypatch):
+    monkeypatch.setattr(_scan, "KEPT", 20)
+    together = scanned(problems)
+    monkeypatch.setattr(_scan, "TOGETHER", 7)
+    for part, expected in zip(scanned(problems), together, strict=True):
+        np.testing.assert_allclose(part, expected, rtol=1e-6)
+    monkeypatch.setattr(_scan, "KEPT", 45)
+    assert np.all(np.diff(together.predicted_cost) >= 0)
+    rest = scanned(problems).predicted_cost[20:]
+    assert len(rest) == 25 and together.predicted_cost[-1] <= rest.min()
+
+
+def test_the_best_place_of_a_scan_is_near_the_mass(problems):
+    _, with_mass = problems
+    values = with_mass.coordinates.named(_scan.best_places(scanned(problems))[:1])
+    assert abs(values["structure.effects.point_mass.at"][0] - 0.7) < 0.05
+    assert abs(values["structure.effects.point_mass.mass"][0] - 0.1) < 0.1
