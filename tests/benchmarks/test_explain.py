@@ -63,10 +63,10 @@ def starts_of_candidates(experiment, measurement):
 def fitted(problem, start):
     """Half the sum of squares at the end of a descent of SciPy, its slopes by differences."""
 
+    (state,) = problem._parts  # one point alone, where `explain` evaluates batches
+
     def residual(point):
-        return np.concatenate(
-            [np.asarray(problem.squares.evaluate(point[None], False)[0])[0], point]
-        )
+        return np.concatenate([np.asarray(state._of_batch(point[None], False)[0])[0], point])
 
     fit = least_squares(residual, start, bounds=(-5.0, 5.0))
     return 0.5 * float(np.sum(residual(fit.x)[: -len(start)] ** 2))
