@@ -17,6 +17,7 @@ from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
 from .batches import Form, batch
 from .coordinates import Coordinates
+from .different_rows import different_rows
 from .in_batches import BATCH, InBatches
 from .standardised_residual import standardised_residual
 
@@ -62,7 +63,6 @@ class ResidualsOfState:
         ]
         columns = [np.arange(place.start, place.stop) for place in places]
         self.columns = np.concatenate([np.zeros(0, dtype=int), *columns])
-        self.is_all = np.array_equal(self.columns, np.arange(coordinates.dimension))
         self._state, self._effort = state, effort
         self._batch = compiled(batch).bound(state.experiment, effort=0)
         self._in_batches = InBatches(self._of_batch)
@@ -79,17 +79,16 @@ class ResidualsOfState:
         logarithmic: Any,
     ) -> None:
         """Write residuals [point, datum] and sums of logs [point] into arrays."""
+        mine = points[:, self.columns]
         # What another state alone has does not change this one: each point is computed once.
-        mine, places = points[:, self.columns], np.arange(len(points))
-        if not self.is_all:
-            different, places = np.unique(mine, axis=0, return_inverse=True)
-        if self.is_all or len(different) == len(points):
+        first, which = different_rows(mine)
+        if len(first) == len(mine):
             self._in_batches.fill(arrays, mine, logarithmic)
             return
-        shorter = tuple(np.empty_like(array[: len(different)]) for array in arrays)
-        self._in_batches.fill(shorter, different, logarithmic)
-        for array, values in zip(arrays, shorter, strict=True):
-            array[:] = values[places.ravel()]
+        fewer = tuple(np.empty_like(array[: len(first)]) for array in arrays)
+        self._in_batches.fill(fewer, mine[first], logarithmic)
+        for array, values in zip(arrays, fewer, strict=True):
+            array[:] = values[which]
 
     def _of_batch(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
         return self._residuals(self._batch(points).numbers, logarithmic)

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..at_once import at_once
+from ..different_rows import different_rows
 
 
 class Block(NamedTuple):
@@ -101,14 +102,8 @@ class ColumnGroups:
 def _patterns(
     changes: Bool[np.ndarray, "unknown datum"],
 ) -> tuple[Bool[np.ndarray, "unknown pattern"], np.ndarray]:
-    """The different columns, and which of them each datum has.
-
-    Bits are packed and hashed, since NumPy sorts columns in seconds where there are many data.
-    """
-    keys = [packed.tobytes() for packed in np.packbits(changes, axis=0).T]
-    number = {key: number for number, key in enumerate(dict.fromkeys(keys))}
-    pattern_of_datum = np.array([number[key] for key in keys], dtype=int)
-    _, first = np.unique(pattern_of_datum, return_index=True)
+    """The different columns, and which of them each datum has."""
+    first, pattern_of_datum = different_rows(np.packbits(changes, axis=0).T)
     return changes[:, first], pattern_of_datum
 
 
