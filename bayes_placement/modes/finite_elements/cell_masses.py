@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..._types import InputError
 from .matrices import Matrices
 from .modal_model import ModalModel
 
@@ -35,6 +36,25 @@ def cell_masses(matrices: Matrices, model: ModalModel) -> Float[np.ndarray, "cel
         # What couples nodes of two cells belongs to both by halves.
         masses.append((product + product.T) / 2)
     return np.stack(masses)
+
+
+def checked(masses: np.ndarray | None, count: int) -> Float[np.ndarray, "cell mode mode"]:
+    """Return masses of cells over so many modes; by default all is one cell.
+
+    Raises
+    ------
+    InputError
+        If they are not over the modes.
+    """
+    if masses is None:
+        return np.eye(count)[None]
+    if np.ndim(masses) != 3 or np.shape(masses)[1:] != (count, count) or not len(masses):
+        raise InputError(
+            f"cell_masses of shape {np.shape(masses)} was given; [cell, {count}, {count}] is "
+            "needed, since the mass of each cell is over the modes: "
+            "np.stack([shape.T @ part @ shape for part in parts])."
+        )
+    return np.asarray(masses)
 
 
 def _cells(position: Float[np.ndarray, "node 3"]) -> Int[np.ndarray, "node"]:
