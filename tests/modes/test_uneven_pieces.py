@@ -12,7 +12,7 @@ import scipy.linalg
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
 from bayes_placement._types import InputError
-from bayes_placement.modes.finite_elements.cell_masses import _cells, checked
+from bayes_placement.modes.finite_elements.cell_masses import _cells, checked_cell_masses
 from bayes_placement.modes.uneven_pieces import Excess, piece_shares, with_uneven_pieces
 from tests.in_space import Linear
 from tests.meshed_plates import CELLS, plate_modes
@@ -187,9 +187,9 @@ def test_cells_are_as_long_where_a_mesh_is_fine_as_elsewhere():
 
 @pytest.mark.parametrize("wrong", [np.eye(3), np.zeros((4, 3, 3)), np.zeros((0, 5, 5))])
 def test_masses_of_cells_are_over_the_modes(wrong):
-    np.testing.assert_array_equal(checked(None, 5), np.eye(5)[None])
+    np.testing.assert_array_equal(checked_cell_masses(None, 5), np.eye(5)[None])
     with pytest.raises(InputError, match=r"\[cell, 5, 5\] is needed"):
-        checked(wrong, 5)
+        checked_cell_masses(wrong, 5)
 
 
 def test_slopes_in_the_excess_are_those_of_differences():

@@ -38,7 +38,9 @@ def cell_masses(matrices: Matrices, model: ModalModel) -> Float[np.ndarray, "cel
     return np.stack(masses)
 
 
-def checked(masses: np.ndarray | None, count: int) -> Float[np.ndarray, "cell mode mode"]:
+def checked_cell_masses(
+    masses: np.ndarray | None, count: int
+) -> Float[np.ndarray, "cell mode mode"]:
     """Return masses of cells over so many modes; by default all is one cell.
 
     Raises

@@ -16,7 +16,7 @@ from ...positions.places import Place, mean
 from ...positions.tolerances import Box, Tolerance
 from ...positions.vectors import Coordinates
 from ..modes import Modes
-from .cell_masses import checked
+from .cell_masses import checked_cell_masses
 from .interpolation import Interpolation
 from .modal_model import ModalModel
 from .static_shapes import StaticShapes, no_static_shapes
@@ -322,7 +322,7 @@ def modes_from_shapes(
         youngs_modulus=youngs_modulus,
         density=density,
         regions=NamedMatrices.of(regions or {}, count),
-        cell_masses=checked(cell_masses, count),
+        cell_masses=checked_cell_masses(cell_masses, count),
         members=NamedMatrices.of(members or {}, count),
         static_shapes=static_shapes or no_static_shapes(*shape.shape),
         nominal=nominal,
