@@ -104,7 +104,7 @@ def far_apart(points: Points, count: int) -> Float[np.ndarray, "chosen 3"]:
 
 def can_be_at(experiment: Experiment, transducer: Transducer, at: Any) -> bool:
     try:
-        transducer.moved(at, experiment.structure.modes)
+        transducer.placement_at(at, experiment.structure.modes)
     except InputError:
         return False
     return True

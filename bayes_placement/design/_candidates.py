@@ -11,6 +11,7 @@ from .._sites import unknowns
 from .._types import InputError, check_annotated
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
+from ..positions.at import Placement
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Vector, triple
 
@@ -104,18 +105,20 @@ def _candidates(experiment: Experiment, name: str, listed: Any) -> Candidates:
             "of a region."
         )
     check_annotated(f"places of {name}", listed, Sequence[Any])
-    moved = [stated.moved(_place(at), experiment.structure.modes) for at in listed]
-    if not moved:
+    modes = experiment.structure.modes
+    placements = [stated.placement_at(_place(at), modes) for at in listed]
+    if not placements:
         raise InputError(
             f'{stated.kind} "{name}" was given no place to try; at least one is needed: '
             f'{{"{name}": [0.25, 0.5]}}.'
         )
-    return _as_candidates(experiment, name, moved)
+    return _as_candidates(experiment, name, placements)
 
 
 def present_position(experiment: Experiment, name: str) -> Candidates:
     """The position that the experiment states for a transducer, as the only candidate."""
-    return _as_candidates(experiment, name, [transducer(experiment, name)])
+    stated = transducer(experiment, name)
+    return _as_candidates(experiment, name, [Placement(stated.position, stated.recorded)])
 
 
 def combinations(moved: Sequence[Candidates]) -> np.ndarray:
@@ -124,17 +127,19 @@ def combinations(moved: Sequence[Candidates]) -> np.ndarray:
     return np.stack(np.unravel_index(np.arange(np.prod(counts)), counts), axis=1)
 
 
-def _as_candidates(experiment: Experiment, name: str, moved: Sequence[Transducer]) -> Candidates:
+def _as_candidates(
+    experiment: Experiment, name: str, placements: Sequence[Placement]
+) -> Candidates:
     path = ".".join([_side(experiment, name), name, "position"])
     nominal = [
         {
             f"{path}.{unknown.name}".rstrip("."): np.asarray(at.at_record(unknown.name)).item()
             for unknown in unknowns(at.position)
         }
-        for at in moved
+        for at in placements
     ]
-    recorded = np.array([at.recorded for at in moved])
-    return Candidates(name, recorded, [at.position for at in moved], nominal)
+    recorded = np.array([at.recorded for at in placements])
+    return Candidates(name, recorded, [at.position for at in placements], nominal)
 
 
 def _form(position: Tree) -> Any:

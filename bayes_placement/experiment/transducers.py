@@ -16,7 +16,7 @@ from .._sites import Role, checked_name, described, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes, check_annotated, check_kind
 from ..modes.modes import Modes
 from ..modes.points import Points
-from ..positions.at import At, as_place, position_on
+from ..positions.at import At, Placement, as_place, position_on
 from ..positions.bounds import position_text
 from ..positions.channel import checked
 from ..positions.places import Place, Position, coordinates, mean
@@ -178,7 +178,7 @@ class Transducer(eqx.Module):
         self._check_axes(modes.axes)
         return type(self)(
             self.name,
-            position_on(self.position, modes.bounds(), f'{self.kind} "{self.name}"'),
+            self._position_on(self.position, modes),
             directions=self.directions or modes.axes,
             angles=self.angles,
             recorded=self.recorded,
@@ -186,6 +186,9 @@ class Transducer(eqx.Module):
             gain=self.gain,
             delay=self.delay,
         )
+
+    def _position_on(self, at: At, modes: Modes) -> Position:
+        return position_on(at, modes.bounds(), f'{self.kind} "{self.name}"')
 
     def _check_axes(self, axes: tuple[int, ...]) -> None:
         """Refuse a channel along an axis in which nothing moves, unless it may be tilted."""
@@ -197,8 +200,8 @@ class Transducer(eqx.Module):
                 f"moves is needed, since the others read nothing: directions=({axes[0]},)."
             )
 
-    def moved(self: Self, place: Recorded | Tolerance, modes: Modes) -> Self:
-        """Return it recorded elsewhere on the structure, with its present tolerance.
+    def placement_at(self, place: Recorded | Tolerance, modes: Modes) -> Placement:
+        """Return where it sits if it is recorded elsewhere, with its present tolerance.
 
         Parameters
         ----------
@@ -223,7 +226,7 @@ class Transducer(eqx.Module):
                 "that can be moved. Declare "
                 "at=positions.Segment(0.25, within=0.04), or give tolerances as candidates."
             )
-        return self.like(self.name, at).on(modes)
+        return Placement(self._position_on(at, modes), _middle(as_place(at)))
 
     def mounted(self: Self, factor: float, modes: Modes) -> Self:
         """Return it mounted at the same place with `factor` times its tolerance.
@@ -268,9 +271,7 @@ class Transducer(eqx.Module):
 
     def at_record(self, component: str) -> Any:
         """Value of an unknown component of its position where it was recorded."""
-        if not isinstance(self.position, Place):
-            return self.recorded
-        return self.position.nearest(self.recorded)[component]
+        return Placement(self.position, self.recorded).at_record(component)
 
     def points(self, axes: tuple[int, ...]) -> Points:
         """Where and along what its channels read or drive a structure that moves along axes."""

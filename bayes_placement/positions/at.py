@@ -1,6 +1,6 @@
 """Read what a user writes behind `at=`, and check it against the structure."""
 
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import jax
 import numpy as np
@@ -18,12 +18,34 @@ from .bounds import (
 )
 from .places import AtNode, Cartesian, Place, Position
 from .tolerances import Tolerance
+from .vectors import Recorded
 
 SINGLE_PRECISION = 1e-6
 """Rounding of single precision, over the extent of a structure."""
 
 At: TypeAlias = Position | Tolerance | tuple[Parameter, ...] | list[Parameter]
 """A position as a user may write it: one or three numbers, a distribution, place or tolerance."""
+
+
+class Placement(NamedTuple):
+    """Where something sits on a structure, and where it was recorded.
+
+    Parameters
+    ----------
+    position
+        Its position [m]: numbers and distributions.
+    recorded
+        Its recorded position [m].
+    """
+
+    position: Position
+    recorded: Recorded
+
+    def at_record(self, component: str) -> Any:
+        """Value of an unknown component of the position where it was recorded."""
+        if not isinstance(self.position, Place):
+            return self.recorded
+        return self.position.nearest(self.recorded)[component]
 
 
 def position_on(at: At, bounds: Bounds, owner: str, word: str = "position") -> Position:

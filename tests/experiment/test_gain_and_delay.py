@@ -97,10 +97,10 @@ def test_gains_and_delays_are_unknowns_of_their_own_role():
     assert setup.nominal_values() == {"sensor.s1.gain": 1.0, "actuator.a2.delay": 0.0}
 
 
-def test_a_transducer_that_is_moved_or_mounted_keeps_its_gain_and_delay():
+def test_a_transducer_that_is_mounted_or_placed_keeps_its_gain_and_delay():
     place = bp.positions.Segment(0.4, within=0.01)
     sensor = bp.Sensor("s1", at=place, gain=dist.Normal(1.0, 0.01), delay=1e-5).on(BEAM)
-    for changed_sensor in (sensor.moved(0.7, BEAM), sensor.mounted(2.0, BEAM), sensor.on(BEAM)):
+    for changed_sensor in (sensor.mounted(2.0, BEAM), sensor.on(BEAM)):
         assert changed_sensor.gain is sensor.gain
         assert changed_sensor.delay == 1e-5
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import jax
+import numpy as np
 
 from ..._types import WritingError
 from ...experiment.array_store import ArrayStore
@@ -29,7 +30,8 @@ VERSION = version("bayes_placement")
 
 NO_RIVAL = Rival()
 
-ANY_FIT = Fit(0, 0, 0, Laplace(0, 0, 0), 0, 0)  # type: ignore[arg-type]
+_NONE = np.zeros(0)
+ANY_FIT = Fit(_NONE, 0.0, 0.0, Laplace(_NONE, np.zeros((0, 0)), False), 0.0, 0)
 """A fit whose structure alone matters."""
 
 Tree = TypeVar("Tree")

@@ -64,7 +64,7 @@ class Fitted(NamedTuple):
     near: np.ndarray
 
 
-ANY_FITTED = Fitted(ANY_FIT, 0)  # type: ignore[arg-type]
+ANY_FITTED = Fitted(ANY_FIT, np.zeros(0))
 """Its structure alone matters."""
 
 
