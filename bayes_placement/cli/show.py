@@ -104,16 +104,15 @@ def _runs(measured: Measurement | Sequence[Measurement]) -> list[Measurement]:
 
 def channel_table(experiment: Experiment) -> pd.DataFrame:
     """One row for each transducer: its kind, channels, recorded place and what is unknown."""
-    both = {**experiment.sensor, **experiment.actuator}
-    table = pd.DataFrame([_row(experiment, transducer) for transducer in both.values()])
-    return table.set_index("name")
+    both = [*experiment.sensor.values(), *experiment.actuator.values()]
+    return pd.DataFrame([_row(experiment, transducer) for transducer in both]).set_index("name")
 
 
 def _row(experiment: Experiment, transducer: Transducer) -> dict[str, str]:
     unknown = [
-        unknown.name.split(".", 2)[2]
+        ".".join(filter(None, (unknown.field, unknown.component)))
         for unknown in experiment.unknowns
-        if unknown.is_of_transducer and unknown.owner.name == transducer.name
+        if tuple(unknown.owner) == (transducer.kind.lower(), transducer.name)
     ]
     return {
         "name": transducer.name,

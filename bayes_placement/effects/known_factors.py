@@ -32,6 +32,8 @@ def known_factor(mean: float, standard_deviation: float) -> str:
     """
     if not 0 <= standard_deviation <= SHARPEST * abs(mean):
         return ""
+    if abs(mean - 1.0) <= WIDTH * standard_deviation:
+        return ""  # it may be none at all
     distance = {name: abs(mean - factor) for name, factor in KNOWN.items()}
     nearest = min(distance, key=lambda name: distance[name])
     return nearest if distance[nearest] <= WIDTH * standard_deviation else ""

@@ -40,6 +40,20 @@ def test_a_model_is_shown_with_channels_places_and_frfs(tmp_path):
     assert names == {"channels.csv", "geometry.png", "frf_1.png", "run.json"}
 
 
+def test_a_sensor_and_an_actuator_may_share_a_name(tmp_path):
+    """Universal files call response and reference of a driving point by one number."""
+    path = tmp_path / "study.py"
+    model = EXPERIMENT.replace('"s1"', '"1"').replace('"a1"', '"1"')
+    path.write_text(model + "measurement = experiment.nominal_measurement()\n")
+    run("show", path, "--out", tmp_path / "out")
+    table = pd.read_csv(tmp_path / "out" / "channels.csv")
+    assert list(table["kind"]) == ["Sensor", "Actuator"]
+    assert list(table["unknown"].fillna("")) == ["position", ""]
+    done = run("check", path, "--report", "--out", tmp_path / "checked")
+    assert done.exit_code in (0, 1), (done.output, done.exception)
+    assert (tmp_path / "checked" / "report.html").is_file()
+
+
 def test_a_file_is_shown_with_what_it_records(tmp_path):
     done = run("show", "models/hidden_effect.uff", "--out", tmp_path / "out", "--json")
     assert done.exit_code == 0, (done.output, done.exception)

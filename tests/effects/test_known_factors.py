@@ -23,6 +23,7 @@ from bayes_placement.effects.known_factors import known_factor
         (9.7, 0.02, ""),
         (1.2, 0.01, ""),
         (9.0, 3.0, ""),  # tells nothing apart
+        (0.886, 0.085, ""),  # may be 1 as well as 1/sqrt 2
     ],
 )
 def test_a_factor_is_named_within_its_uncertainty(mean, deviation, beginning):

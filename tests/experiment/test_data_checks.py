@@ -4,6 +4,7 @@ import dataclasses
 import json
 from pathlib import Path
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
@@ -115,9 +116,38 @@ def test_reversed_polarity_shows_at_the_driving_point(quantity):
     assert kinds(checks) == ["driving points"]
     (sentence,) = checks.words()
     assert sentence.startswith("The driving point s1+x / a1+x has the wrong sign at 6")
-    assert sentence.endswith("its polarity reversed: turn its direction round.")
+    assert "its polarity reversed: turn its direction round (or, if all driving" in sentence
     part = "real part must not be negative" if quantity == "mobility" else "imaginary part must"
     assert part in sentence
+
+
+@pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
+@pytest.mark.parametrize("experiment", [exchanged(), free_beam()])
+@pytest.mark.parametrize("coherence", [True, False])
+def test_complex_conjugates_are_told_from_reversed_polarity(experiment, coherence, quantity):
+    data = measured(experiment, quantity=quantity)
+    if not coherence:
+        data = dataclasses.replace(data, coherence=None, averages=None)
+    checks = experiment.check_data(dataclasses.replace(data, frf=np.conj(data.frf)))
+    assert kinds(checks) == ["phase"]
+    (sentence,) = checks.words()
+    assert sentence.startswith("All FRFs (first s1")
+    assert 'convention = "exp(-i w t)"' in sentence
+
+
+@pytest.mark.parametrize("first", range(0, 25, 3))
+def test_lines_too_far_apart_tell_nothing_of_the_sign_of_time(first):
+    """Between lines that are far apart the phase of the model itself turns either way."""
+    coarse = eqx.tree_at(lambda tree: tree.frequency, exchanged(), LINES[first::25])
+    assert coarse.check_data(measured(coarse)).passed
+
+
+@pytest.mark.parametrize("form", [np.abs, np.real, lambda frf: 20 * np.log10(np.abs(frf))])
+def test_numbers_without_a_phase_are_told(form):
+    data = measured(exchanged())
+    checks = exchanged().check_data(dataclasses.replace(data, frf=form(data.frf).astype(complex)))
+    assert "phase" in kinds(checks)
+    assert "All FRFs (first s1+x / a1+x) have no imaginary part at any line" in str(checks)
 
 
 def test_opposite_directions_at_a_driving_point_are_told():

@@ -95,4 +95,4 @@ def _means(array: xr.DataArray, size: np.ndarray) -> Iterator[tuple[str, float]]
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

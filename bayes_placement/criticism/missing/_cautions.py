@@ -1,4 +1,4 @@
-"""What to doubt in a fitted hypothesis: priors piled up at an edge, a fit reached only once."""
+"""What to doubt in a fit: priors piled up at an edge, sizes at a bound, a single start."""
 
 from collections.abc import Iterator
 
@@ -24,7 +24,11 @@ def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[
         Draws of its posterior; None where it was not sampled.
     """
     draws = laplace(hypothesis) if sampled is None else sampled.points
-    return (*_piled_up(hypothesis, draws), *_reached_once(hypothesis))
+    return (
+        *_piled_up(hypothesis, draws),
+        *_sizes_at_bounds(hypothesis),
+        *_reached_once(hypothesis),
+    )
 
 
 def _piled_up(hypothesis: Hypothesis, draws: np.ndarray) -> Iterator[str]:
@@ -43,6 +47,19 @@ def _piled_up(hypothesis: Hypothesis, draws: np.ndarray) -> Iterator[str]:
             ):
                 if share >= PILED * EDGE:
                     yield sentence(name, side, share, EDGE)
+
+
+def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:
+    """Sizes of the model error that are as large as their priors allow."""
+    problem = hypothesis.problem
+    for unknown in problem.unknown_sizes:
+        size = problem.sizes[unknown.name]
+        if unknown.distribution.cdf(size) >= 1 - EDGE:
+            yield (
+                f"{unknown.name} ended at the upper edge of its prior, {size:.3g}: a larger model "
+                "error is no rival then, so that effects are claimed too easily. Look at the model "
+                "first; or widen that prior of model_error=bp.model_error.Modal()."
+            )
 
 
 def _reached_once(hypothesis: Hypothesis) -> Iterator[str]:

@@ -164,24 +164,10 @@ class Ledger:
 
     def _sentence_beside_model_error(self, first: FittedModel, last: FittedModel) -> str:
         """Say the verdict where a model error is the rival of every effect."""
-        if not self.verdict and self.confounded:
-            return (
-                "Nothing is claimed to be missing: beside a model error more than one effect also "
-                f"reduces the misfit, and these data do not tell which. {sizes_in_words(last)}"
-            )
-        best = self.compared["effects"].iloc[0]
-        if not self.verdict and best != "none":
-            return (
-                f"Nothing is claimed to be missing: {best} also reduces the misfit, but leaves "
-                "more of it to the model error than it explains, or predicts held-out data no "
-                "better. "
-                f"{sizes_in_words(last)}"
-            )
         if not self.verdict:
-            return (
-                f"Nothing is claimed to be missing: a model error explains the data better than "
-                f"any candidate. {sizes_in_words(last)}"
-            )
+            fails = " The model still fails its check." if self.unexplained else ""
+            why = f"{self._why_not()}. {sizes_in_words(last)}{fails}"
+            return f"Nothing is claimed to be missing: {why}"
         remark = " Something else is still missing." if self.unexplained else ""
         before, after = first.chi2_when_exact, last.chi2_when_exact
         if last.noise_needed is not None:
@@ -195,6 +181,21 @@ class Ledger:
         return (
             f"{self._claims()}, which explains the data better than a larger model error."
             f"{falls} {sizes_in_words(last, first)}{remark}"
+        )
+
+    def _why_not(self) -> str:
+        """Say why nothing is claimed beside a model error."""
+        if self.confounded:
+            return (
+                "beside a model error more than one effect also reduces the misfit, and these data "
+                "do not tell which"
+            )
+        best = self.compared["effects"].iloc[0]
+        if best == "none":
+            return "a model error explains the data better than any candidate"
+        return (
+            f"{best} also reduces the misfit, but leaves more of it to the model error than it "
+            "explains, or predicts held-out data no better"
         )
 
     def _is_claimed(self, kind: str) -> bool:
@@ -294,7 +295,7 @@ def misfit_columns(step: FittedModel) -> dict[str, str]:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
 def _model_error_columns(step: FittedModel) -> dict[str, str]:

@@ -10,7 +10,7 @@ import pandas as pd
 from ..._files import write_json
 from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
-from ._posterior_odds import NONE, NOTHING
+from ._posterior_odds import LEVEL, NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank, number_or_none
 from .ledger import (
     DOUBTED,
@@ -97,7 +97,8 @@ class Ranking:
             }
             for step in self.steps
         ]
-        return pd.DataFrame(rows).set_index("effect")
+        none = {"effect": NONE, "probability": f"{self.probabilities[NONE]:.3g}"}
+        return pd.DataFrame([*rows, none]).fillna("").set_index("effect")
 
     def words(self) -> list[str]:
         """The most probable effect, and which effects the data do not distinguish."""
@@ -117,7 +118,10 @@ class Ranking:
         likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
         share = self.probabilities[likely]
         if best.kind and best.kind in self.claimed and (best.model_error or best.noise_needed):
-            return f"Missing is {best.kind}, which explains the data better than a larger error."
+            more = " Something else is missing too." if self._is_misfit_left(likely, best) else ""
+            return (
+                f"Missing is {best.kind}, which explains the data better than a larger error.{more}"
+            )
         if likely not in (NOTHING, NONE) and share >= DOUBTED:
             if likely in self.claimed:
                 return f"Missing is {likely}, with probability {share:.3g}."
@@ -131,6 +135,10 @@ class Ranking:
                 f"stated noise (probability {share:.3g}).{also} improve tries two effects at once."
             )
         return f"No effect is clearly missing.{also}"
+
+    def _is_misfit_left(self, likely: str, best: FittedModel) -> bool:
+        """Whether the best one does not explain all: no candidate does, or it fails its check."""
+        return likely == NONE or best.p_value < LEVEL
 
     def _verdict_on_new(self, best: FittedModel) -> str:
         """Name an effect that is new in the later of two states, where the evidence is strong."""

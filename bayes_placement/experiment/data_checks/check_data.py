@@ -13,6 +13,7 @@ from . import (
     driving_points,
     full_coherence,
     overload,
+    phase,
     reciprocity,
     repeated_modes,
     repeated_records,
@@ -54,6 +55,7 @@ CHECKS = tuple(
         ("repeated records", repeated_records),
         ("overload", overload),
         ("coherence of 1", full_coherence),
+        ("phase", phase),
         ("driving points", driving_points),
         ("reciprocity", reciprocity),
         ("rigid-body line", rigid_body_line),
@@ -114,7 +116,8 @@ def check_data(
 ) -> DataChecks:
     """Look for faults of a measurement that no model explains, before any inference.
 
-    Records that stand twice, clipped or flat ones, a coherence of 1 everywhere; driving points
+    Records that stand twice, clipped or flat ones, a coherence of 1 everywhere; FRFs without a
+    phase or with that of the other sign of time; driving points
     that give energy back, pairs that are not reciprocal, and free structures off their rigid-body
     line. Lines outside those of the experiment count as well. Where modes are observed, modes of
     the model that have one natural frequency.

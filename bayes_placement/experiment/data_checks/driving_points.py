@@ -7,6 +7,7 @@ from jaxtyping import Bool, Complex, Float
 
 from .._noise_level import FEWEST_LINES
 from ..quantities import quantity_of
+from .phase import rising
 from .prior_responses import prior_responses
 from .record import Fault, Pair, Record
 
@@ -39,8 +40,10 @@ def check(record: Record) -> Iterator[Fault]:
     The power that a force brings in is |F|^2 Re(mobility) / 2, which no passive structure makes
     negative. A line counts where the phase is more than 10 degrees and four deviations of the
     noise on the wrong side. Where sensor and actuator may sit apart, as many lines may do so as in
-    the worst of some draws from the priors.
+    the worst of some draws from the priors. Complex conjugates are told by the check of phases.
     """
+    if rising(record):
+        return
     lines = _lines(record)
     for pair, sign in record.driving_points.items():
         if not record.measured[pair]:
@@ -101,7 +104,8 @@ def _sentence(
         rule = rule.replace("its", "with the opposite directions of the two, minus its")
     reversed_throughout = wrong.size >= FEWEST_LINES and np.mean(taken < 0) > 0.9
     cause = (
-        "one of the two has its polarity reversed: turn its direction round"
+        "one of the two has its polarity reversed: turn its direction round (or, if all driving "
+        "points have it, accelerance was given as receptance, or the other way round)"
         if reversed_throughout
         else "the two are not at one place, or one of them lags: correct its position, or add "
         "effects.time_delay"

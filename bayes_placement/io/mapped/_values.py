@@ -135,13 +135,24 @@ def frf_of(held: NamedArrays, rule: FrfRule) -> np.ndarray:
             f"{' and '.join(map(str, shapes))}; the same are needed, since they are parts of one."
         )
     if "array" in arrays:
-        return arrays["array"].astype(complex)
+        return _complex(held, rule.parts["array"], arrays["array"])
     first, second = (values.astype(float) for values in arrays.values())
     names = tuple(arrays)
     if names == ("real", "imaginary"):
         return first + 1j * second
     amplitude = 10 ** (first / 20) if names[0] == "decibel" else first
     return amplitude * np.exp(1j * second * (math.pi / 180 if names[1] == "degrees" else 1.0))
+
+
+def _complex(held: NamedArrays, column: Column, values: np.ndarray) -> np.ndarray:
+    if values.dtype.kind != "c":
+        name = name_of(held, column)
+        raise InputError(
+            f"{held.path}: {name} holds real numbers; the complex FRFs are needed there, since "
+            "amplitudes or decibels alone say nothing of the phase. Name two arrays: frf = { real "
+            '= "Re", imaginary = "Im" }, or decibel and degrees, magnitude and radians.'
+        )
+    return values.astype(complex)
 
 
 def _check_parts(held: NamedArrays, rule: FrfRule) -> None:

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import bayes_placement as bp
 from bayes_placement.criticism.missing._cautions import cautions
-from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis, problem_with_errors
 from bayes_placement.inference.engines.about_mode import SampledPosterior
 from tests.criticism.small import TRUTH, experiment, measured
 
@@ -36,3 +37,16 @@ def test_a_fit_that_a_single_start_reached_is_doubted(fitted):
     (sentence,) = cautions(alone, None)
     assert sentence.startswith("Only one of 3 starts")
     assert cautions(replace(alone, has_errors=True), None) == ()
+
+
+def test_a_model_error_as_large_as_its_prior_allows_is_doubted(fitted):
+    known = fitted.problem.experiment.with_model_error(bp.model_error.Modal())
+    problem = problem_with_errors(fitted, known.model_error)
+    sampled = SampledPosterior(np.zeros((1, problem.dimension)), 0.0, 0.0)
+    at_median = replace(fitted, problem=problem, has_errors=True)
+    assert cautions(at_median, sampled) == ()
+    largest = problem.at_sizes(problem.sizes | {"model_error.damping.size": 0.999})
+    (sentence,) = cautions(replace(at_median, problem=largest), sampled)
+    assert sentence.startswith(
+        "model_error.damping.size ended at the upper edge of its prior, 0.999: "
+    )

@@ -593,6 +593,7 @@ def test_a_mapping_that_is_no_toml_is_refused(tmp_path):
         ({"f": LINES[::-1]}, "it must increase from line to line"),
         ({"f": np.full(6, np.nan)}, "must be finite"),
         ({"H": ARRAYS["H"] * np.nan}, "holds nothing but NaN"),
+        ({"H": np.abs(ARRAYS["H"])}, "H holds real numbers; the complex FRFs are needed there"),
         ({"H": ARRAYS["H"] * 1e40}, "finite numbers up to 1e\\+30"),
         ({"H": np.where(ARRAYS["f"][:, None, None] > 11, np.inf, ARRAYS["H"])}, "finite value"),
     ],

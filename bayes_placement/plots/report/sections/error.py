@@ -97,5 +97,8 @@ def _probabilities(shares: dict[str, float]) -> Item:
     others = len(shares) - len(probable)
     words = "1 other has" if others == 1 else f"{others} others have"
     rest = f"; {words} less than {SMALLEST:g}" if others else ""
-    caption = f"The most probable explanation is {best}, with probability {share:.3g}{rest}."
+    caption = (
+        "Probability that each kind is among what is missing, alone or with others: the greatest "
+        f"is that of {best}, {share:.3g}{rest}."
+    )
     return Item(ERROR, "Probability of each kind", drawing(figure, data), caption, ("effect",))

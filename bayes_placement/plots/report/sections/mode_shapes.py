@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from .._placed_items import name_of, placed_items
 from .._saved import Saved
 from ..content import Item, MovingShapes, Table
 from ..report import SHAPES
@@ -78,14 +79,12 @@ def _note(group: xr.Dataset, on_a_line: bool) -> str:
 def _marks(places: xr.Dataset | None) -> list[dict[str, Any]]:
     """Instruments and effects at their inferred places; at the recorded ones where not known."""
     marks = []
-    for name in [] if places is None else places["item"].values:
-        assert places is not None
-        item = places.sel(item=name)
+    for item in placed_items(places):
         inferred, recorded = item["posterior"].mean("draw").values, item["recorded"].values
         at = inferred if np.isfinite(inferred).all() else recorded
         if np.isfinite(at).all():
             kind = str(item["kind"].item())
-            marks.append({"name": str(name), "at": at.tolist(), "kind": kind})
+            marks.append({"name": name_of(item), "at": at.tolist(), "kind": kind})
     return marks
 
 

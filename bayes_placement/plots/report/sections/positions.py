@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from .._placed_items import name_of, placed_items
 from .._projection import Projection, draw_outline
 from .._saved import Saved
 from .._style import drawing, legend, panels
@@ -75,8 +76,7 @@ _COLUMNS = (
 def _rows(places: xr.Dataset) -> Iterator[tuple[Any, ...]]:
     """One row for each coordinate along which anything lies, and for each tilt."""
     along = np.nanmax(np.abs(places["posterior"].values), axis=(0, 1), initial=0.0) > 0
-    for name in places["item"].values:
-        item = places.sel(item=name)
+    for item in placed_items(places):
         kind = str(item["kind"].item())
         recorded = item["recorded"].values * MILLIMETRE
         draws = item["posterior"].values * MILLIMETRE
@@ -84,9 +84,9 @@ def _rows(places: xr.Dataset) -> Iterator[tuple[Any, ...]]:
             values = draws[:, axis]
             if (along[axis] or axis == 0) and np.isfinite(values).all():
                 known = None if np.isnan(recorded[axis]) else float(recorded[axis])
-                yield (str(name), kind, word, known, *rounded_summary(values), "mm")
+                yield (name_of(item), kind, word, known, *rounded_summary(values), "mm")
         if np.isfinite(item["tilt"].values).all():
-            yield (str(name), kind, "tilt", 0.0, *rounded_summary(item["tilt"].values), "deg")
+            yield (name_of(item), kind, "tilt", 0.0, *rounded_summary(item["tilt"].values), "deg")
 
 
 def _structure(places: xr.Dataset, outline: xr.Dataset, data: Table) -> Drawing:
@@ -95,8 +95,8 @@ def _structure(places: xr.Dataset, outline: xr.Dataset, data: Table) -> Drawing:
     figure, axes = panels(1, 1, 1.5 if on_a_line else 3.8)
     panel = axes[0, 0]
     draw_outline(panel, outline, view)
-    for name in places["item"].values:
-        _draw_item(panel, places.sel(item=name), str(name), view)
+    for item in placed_items(places):
+        _draw_item(panel, item, view)
     if on_a_line:
         panel.set(yticks=[], ylabel="", xlabel="position along the structure [m]", aspect="auto")
         panel.spines["left"].set_visible(False)
@@ -105,7 +105,7 @@ def _structure(places: xr.Dataset, outline: xr.Dataset, data: Table) -> Drawing:
     return drawing(figure, data)
 
 
-def _draw_item(panel: Any, item: xr.Dataset, name: str, view: Projection) -> None:
+def _draw_item(panel: Any, item: xr.Dataset, view: Projection) -> None:
     """Draw the record, the inferred place and its ellipse, and the direction."""
     kind = str(item["kind"].item())
     marker, colour = _MARKS[kind], DATA if kind == "effect" else AFTER
@@ -125,7 +125,7 @@ def _draw_item(panel: Any, item: xr.Dataset, name: str, view: Projection) -> Non
     panel.plot(*view.ellipse(draws, DEVIATIONS), color=colour, linewidth=1)
     offset, side = _LABELS[kind]
     near: dict[str, Any] = {"textcoords": "offset points", "ha": side, "fontsize": 8}
-    panel.annotate(name, at[:, 0], offset, **near)
+    panel.annotate(name_of(item), at[:, 0], offset, **near)
     if np.isfinite(item["direction"].values).all():
         _draw_directions(panel, item, view, draws.mean(axis=0))
 
@@ -138,15 +138,15 @@ def _draw_directions(panel: Any, item: xr.Dataset, view: Projection, at: np.ndar
         panel.plot(*ends, color=colour, linewidth=1.2)
 
 
-def _moved(places: xr.Dataset) -> list[tuple[str, int]]:
+def _moved(places: xr.Dataset) -> list[tuple[xr.Dataset, int]]:
     """Coordinates that are uncertain, of instruments."""
     return [
-        (str(name), axis)
-        for name in places["item"].values
+        (item, axis)
+        for item in placed_items(places)
         for axis in range(3)
-        if str(places["kind"].sel(item=name).item()) != "effect"
-        if float(np.ptp(places["prior"].sel(item=name).values[:, axis])) > 0
-        if np.isfinite(places["posterior"].sel(item=name).values[:, axis]).all()
+        if str(item["kind"].item()) != "effect"
+        if float(np.ptp(item["prior"].values[:, axis])) > 0
+        if np.isfinite(item["posterior"].values[:, axis]).all()
     ]
 
 
@@ -155,8 +155,7 @@ def _deviations(places: xr.Dataset, data: Table) -> Drawing:
     rows = _moved(places)[::-1]
     figure, axes = panels(1, 1, 0.8 + 0.28 * len(rows))
     panel = axes[0, 0]
-    for number, (name, axis) in enumerate(rows):
-        item = places.sel(item=name)
+    for number, (item, axis) in enumerate(rows):
         recorded = item["recorded"].values[axis]
         prior, posterior = (
             (item[word].values[:, axis] - recorded) * MILLIMETRE for word in ("prior", "posterior")
@@ -168,7 +167,7 @@ def _deviations(places: xr.Dataset, data: Table) -> Drawing:
         mean: dict[str, Any] = {"color": AFTER, "markersize": 5, "linestyle": "none"}
         panel.plot(posterior.mean(), number, "o", label="inferred", **mean)
     panel.axvline(0.0, color=FLOOR, linewidth=0.8)
-    names = [f"{name} {'xyz'[axis]}" for name, axis in rows]
+    names = [f"{name_of(item)} {'xyz'[axis]}" for item, axis in rows]
     panel.set_yticks(range(len(rows)), names)
     panel.set_xlabel("deviation from the recorded place [mm]")
     legend(figure, axes)

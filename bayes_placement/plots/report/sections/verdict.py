@@ -75,8 +75,8 @@ def items(saved: Saved) -> Iterator[Item]:
             VERDICT,
             "Steps",
             _steps(saved.ledger["steps"]),
-            "The model as given, then with one more effect each time: chi2 per datum of a correct "
-            "model is 1; held out is the mean log density [nat] of data that were not fitted.",
+            f"The model as given, then with one more effect each time: {_of_misfit(saved)}; held "
+            "out is the mean log density [nat] of data that were not fitted.",
             ("verdict", "error"),
         )
 
@@ -93,12 +93,29 @@ def tables(saved: Saved) -> Iterator[Item]:
             yield Item(section, title, table, words, tags)
 
 
+def _of_misfit(saved: Saved) -> str:
+    """Say what the misfit of each step is held against."""
+    if _is_noise_known(saved.ledger["steps"]):
+        return "chi2 per datum of a correct model is 1"
+    return (
+        "the noise is not known and inferred with all else; p is the probability that a right "
+        "model leaves residuals so far above the scatter of neighbouring lines"
+    )
+
+
+def _is_noise_known(steps: list[dict[str, Any]]) -> bool:
+    return all(step["noise_needed"] is None for step in steps)
+
+
 def _steps(steps: list[dict[str, Any]]) -> Table:
-    columns = ("added", "chi2 per datum", "p", "log evidence", "held out [nat]", "what it is")
+    misfit: tuple[str, ...] = ("chi2 per datum",)
+    if not _is_noise_known(steps):
+        misfit = ("noise needed [%]", "noise needed / scatter of lines")
+    columns = ("added", *misfit, "p", "log evidence", "held out [nat]", "what it is")
     rows: list[tuple[Cell, ...]] = [
         (
             step["added"] or "as given",
-            step["chi2_per_datum"],
+            *_misfit(step),
             step["p_value"],
             step["log_evidence"],
             step["held_out"],
@@ -107,6 +124,14 @@ def _steps(steps: list[dict[str, Any]]) -> Table:
         for step in steps
     ]
     return Table(columns, tuple(rows))
+
+
+def _misfit(step: dict[str, Any]) -> tuple[Cell, ...]:
+    """Chi2 per datum; where the noise is not known, the noise that is needed."""
+    noise = step["noise_needed"]
+    if noise is None:
+        return (step["chi2_per_datum"],)
+    return 100 * noise["relative"], noise["over_scatter"]
 
 
 def _parameters(step: dict[str, Any]) -> Iterator[str]:
