@@ -12,6 +12,7 @@ import pandas as pd
 from scipy.special import ndtri
 from scipy.stats import norm
 
+from ..._sites import Role
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.residuals import Problem
@@ -27,6 +28,9 @@ SETTINGS = 5
 
 MOST, LEAST = 400, 100
 """Greatest number of places and settings for all variants of a kind, and least for each."""
+
+ABSORBED = 1e-4
+"""Share of its change that an effect leaves at most where the model does the same by itself."""
 
 TRIALS = 2000
 """Draws of what chance does, for the correction for having looked in many places."""
@@ -51,7 +55,7 @@ def suspicion(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> pd.Da
         corrected for all its places and settings.
     """
     residual, _, slopes, _ = null.problem.squares.jacobian(null.fit.point[None])
-    model = _Model(residual[0], slopes[0])
+    model = _Model(residual[0], slopes[0][_moves_response(null.problem)])
     variants = Counter(kind_of(candidate.effect) for candidate in candidates)
     most = [max(MOST // variants[kind_of(candidate.effect)], LEAST) for candidate in candidates]
     frames = [
@@ -59,6 +63,19 @@ def suspicion(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> pd.Da
         for number, (candidate, points) in enumerate(zip(candidates, most, strict=True))
     ]
     return pd.concat(frames, ignore_index=True)
+
+
+def _moves_response(problem: Problem) -> np.ndarray:
+    """Tell which coordinates move the response, rather than the level of the noise.
+
+    A higher level scales all residuals down, as if it explained them; the information on it is
+    independent of that on the response.
+    """
+    moves = np.ones(problem.dimension, dtype=bool)
+    for name, unknown in (problem.experiment.unknown | problem.further_unknowns).items():
+        if unknown.role is Role.OUTPUT_ERROR and name in problem.coordinates.places:
+            moves[problem.coordinates.places[name]] = False
+    return moves
 
 
 class _Model:
@@ -107,10 +124,12 @@ def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signa
     points = weak_points(problem, effect, most)
     columns = others(problem, list(fields_of(effect, problem)))
     points[:, columns] = candidate.scan.points[0, columns]
-    change = model.projected(problem.squares.residuals(points)[0] - model.start)
+    whole = problem.squares.residuals(points)[0] - model.start
+    change = model.projected(whole)
     size = np.linalg.norm(change, axis=1, keepdims=True)
     largest = np.max(size, where=np.isfinite(size), initial=0.0)
-    felt = (size[:, 0] > 1e-9 * largest) & np.isfinite(size[:, 0])
+    absorbed = size[:, 0] <= ABSORBED * np.linalg.norm(whole, axis=1)
+    felt = (size[:, 0] > 1e-9 * largest) & np.isfinite(size[:, 0]) & ~absorbed
     return _Signatures(points[felt], change[felt] / size[felt])
 
 

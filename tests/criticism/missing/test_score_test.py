@@ -1,5 +1,6 @@
 """Score test: places of the candidates, and scores of effects that are missing or not."""
 
+import equinox as eqx
 import numpy as np
 import numpyro.distributions as dist
 import pytest
@@ -62,6 +63,53 @@ def test_an_instrument_is_suspected_where_it_was_recorded(on_a_line):
         ("sensor s2", 0.61),
         ("actuator a1", 0.40),
     ]
+
+
+def with_noise(prior):
+    noise = bp.noise.FromCoherence(prior)
+    return eqx.tree_at(lambda tree: tree.noise, small.experiment(), noise)
+
+
+def test_noise_that_is_not_known_hides_no_suspicion():
+    experiment = with_noise(dist.LogUniform(0.2, 50.0))
+    candidates = [*effects.library(experiment, ["point_mass", "gain_error"]).effects]
+    row = greatest(table(experiment, small.measured(small.MASS), candidates))
+    assert row["kind"] == "point_mass"
+    assert row["p_value"] < 1e-12
+    assert row["x"] == pytest.approx(small.MASS.at, abs=0.05)
+
+
+def test_scores_are_those_of_the_noise_that_is_inferred():
+    """At the level of noise at which they are inferred, scores are the same where it is known."""
+    unknown = with_noise(dist.LogUniform(0.9, 1.1))
+    known = with_noise(1.0)
+    gains = [*effects.library(known, ["gain_error"]).effects]
+    scores = [
+        table(experiment, small.measured(seed=1), gains)["score"] for experiment in (unknown, known)
+    ]
+    np.testing.assert_allclose(*scores, rtol=0.1)
+
+
+def test_an_effect_that_the_model_absorbs_has_no_score():
+    """The gain of the only sensor is a common factor, as an unknown area is."""
+    known = small.experiment()
+    bar = bp.beams.bar(
+        12, length=1.0, area=dist.LogUniform(5e-4, 2e-3), youngs_modulus=1e9, density=9000.0
+    )
+    experiment = bp.Experiment(
+        bp.Structure(bar, damping=bp.damping.Modal(dist.Uniform(0.02, 0.06))),
+        sensors=[known.sensor["s1"]],
+        actuators=[known.actuator["a1"]],
+        frequency=small.LINES,
+        observe=known.observe,
+        noise=known.noise,
+    )
+    of_sensor, of_actuator = (
+        effects.gain_error(name, dist.Uniform(-0.5, 0.5)) for name in ("s1", "a1")
+    )
+    assert table(experiment, small.measured(), [of_sensor, of_actuator]).empty
+    delay = effects.time_delay(dist.Uniform(-1e-4, 1e-4))
+    assert not table(experiment, small.measured(), [delay]).empty
 
 
 PLACE, RECORDED = (0.7, 0.5, 0.2), {"s1": (0.3, 0.6, 0.1), "s2": (0.8, 0.2, 0.5)}
