@@ -36,7 +36,7 @@ class InBatches:
         """Write what the function returns into arrays [point, ...]: nothing is copied twice."""
         write = functools.partial(self._write, arrays, points, arguments)
         begins = range(0, len(points), BATCH)
-        if not self._is_compiled:  # alone, since two threads would both compile
+        if begins and not self._is_compiled:  # alone, since two threads would both compile
             write(begins[0])
             self._is_compiled, begins = True, begins[1:]
         at_once(write, begins)

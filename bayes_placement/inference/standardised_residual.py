@@ -47,7 +47,8 @@ def _standardised(distribution: Any, data: Data) -> tuple[Array, Array]:
     base = distribution.base_dist if isinstance(distribution, MaskedDistribution) else distribution
     error = data.z - base.mean
     if isinstance(base, MultivariateNormal):
-        scale = base.scale_tril
+        # One factor serves all channels and parts: its logarithm counts for each of them.
+        scale = jnp.broadcast_to(base.scale_tril, (*error.shape, error.shape[-1]))
         plain = jax.scipy.linalg.solve_triangular(scale, error[..., None], lower=True)[..., 0]
         return plain.ravel(), jnp.sum(jnp.log(jnp.diagonal(scale, axis1=-2, axis2=-1)))
     deviation = jnp.broadcast_to(base.scale, error.shape)

@@ -103,8 +103,10 @@ def _columns(statistics: Statistics, grouping: Grouping) -> dict[str, list[float
 
 def _combined(overall: xr.DataArray, channels: xr.DataArray) -> xr.DataArray:
     """Smaller of the p-values of all residuals and of the worst channel (Bonferroni)."""
-    worst = float(channels.count()) * float(channels.min())
-    return (2 * overall.clip(max=worst)).clip(max=1.0)
+    count = int(channels.count())
+    if count == 0:  # too few neighbouring lines in any one of them
+        return overall
+    return (2 * overall.clip(max=count * float(channels.min()))).clip(max=1.0)
 
 
 def _corrected(table: xr.Dataset, noise_known: bool) -> xr.Dataset:

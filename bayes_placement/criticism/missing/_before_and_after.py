@@ -153,13 +153,11 @@ def _from_both(
     problem = null.problem
     for effect in effects:
         problem = problem.with_effect(effect)
-    starts = np.zeros((2, problem.dimension))
-    for row, order in enumerate(((between, partner), (partner, between))):
-        for hypothesis in order:
-            for name, place in hypothesis.problem.coordinates.places.items():
-                if name in problem.coordinates.places:
-                    starts[row, problem.coordinates.places[name]] = hypothesis.fit.point[place]
-    sized = kept_with_sizes(problem, starts, SOFTENING[-2:])
+    starts = [
+        first.point_in(problem, second.point_in(problem))
+        for first, second in ((partner, between), (between, partner))
+    ]
+    sized = kept_with_sizes(problem, np.stack(starts), SOFTENING[-2:])
     return replace(null, effects=effects, **vars(sized))
 
 
@@ -173,10 +171,7 @@ def _next_best(comparison: Comparison, branch: Hypothesis) -> list[Effect]:
 def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:
     """The fit of the earlier state as a point of the problem of both."""
     problem = Problem(later.experiment, later.data, sizes=before.problem.sizes, baseline=earlier)
-    point = np.zeros(problem.dimension)
-    for name, place in before.problem.coordinates.places.items():
-        point[problem.coordinates.places[name]] = before.fit.point[place]
-    return replace(before, problem=problem, fit=before.fit._replace(point=point))
+    return replace(before, problem=problem, fit=before.fit._replace(point=before.point_in(problem)))
 
 
 def _refitted(unchanged: Hypothesis, rival: Rival) -> Hypothesis:

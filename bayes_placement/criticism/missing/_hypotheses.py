@@ -21,7 +21,7 @@ from ...inference.residuals import Problem
 from ._candidates import numbered
 from ._compiled_ahead import compiled_ahead
 from ._kept_fits import NO_RIVAL, kept_with_sizes
-from ._scan import LEAST, MOST, Scan, best_places, carried_over, fit_alone, fit_grown, others, scan
+from ._scan import LEAST, MOST, Scan, best_places, carried_over, fit_alone, fit_grown, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
 """Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
@@ -69,6 +69,10 @@ class Hypothesis:
     has_errors: bool = False
     as_rival: Rival = NO_RIVAL
     chi2_when_exact: float = float("nan")
+
+    def point_in(self, problem: Problem, onto: np.ndarray | None = None) -> np.ndarray:
+        """The fit as coordinates of a problem; what is new there as in `onto`, else at medians."""
+        return carried_over(self.problem, self.fit.point, problem, onto)
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -183,7 +187,7 @@ def scanned(pairs: Sequence[Pair], tick: Callable[[], None]) -> Iterator[Scanned
         most = max(MOST // variants[kind_of(effect)], LEAST)
         counts = _counts(effect, fields, problem)
         slopes = logarithmic_jacobian(base).slopes[0]
-        seen = scan(problem, counts, base.fit.point, slopes, most)
+        seen = scan(problem, counts, base.point_in(problem), slopes, most)
         yield ScannedCandidate(base, effect, problem, seen)
         tick()
 
@@ -211,7 +215,7 @@ def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
 def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
     """Fit a candidate that was scanned; with model error, see `with_errors`."""
     base, effect, problem, scan = candidate
-    weak = _weak_start(effect, problem, base.fit.point)
+    weak = _weak_start(effect, problem, base)
     effects = (*base.effects, effect)
     if not base.has_errors:
         return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]), scan)
@@ -220,12 +224,10 @@ def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
     return Hypothesis(effects, scan=scan, has_errors=True, **vars(sized))
 
 
-def _weak_start(effect: Effect, problem: Problem, base: np.ndarray) -> np.ndarray:
-    """The fit without the effect, and the effect at its weakest: never worse than without."""
-    start, fields = np.zeros(problem.dimension), fields_of(effect, problem)
-    columns = others(problem, list(fields))
-    start[columns] = carried_over(base, columns)
-    for name, word in fields.items():
+def _weak_start(effect: Effect, problem: Problem, base: Hypothesis) -> np.ndarray:
+    """The fit without the effect, and the effect at its weakest: about as good as without."""
+    start = base.point_in(problem)
+    for name, word in fields_of(effect, problem).items():
         if word == effect.absent[0]:
             start[problem.coordinates.places[name]] = weakest(effect, problem, name)
     return start

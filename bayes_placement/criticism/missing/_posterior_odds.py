@@ -181,14 +181,15 @@ def p_value(hypothesis: Hypothesis) -> float:
 def _gain_of_larger_error(hypothesis: Hypothesis) -> float:
     """Gain of log evidence where the error may be larger by an unknown factor s.
 
-    Laplace's method in log s about s^2 = squares per datum; where this is below 1, about s = 1 with
-    the lower half of the Gaussian cut off. Posterior deviations of parameters grow by s.
+    Laplace's method in log s about s^2 = squares per degree of freedom; where this is below 1,
+    about s = 1 with the lower half of the Gaussian cut off. Posterior deviations of parameters grow
+    by s.
     """
-    count, squares = hypothesis.problem.count, hypothesis.fit.squares
-    factor = max(squares / count, 1.0)
-    determined = hypothesis.fit.determined
-    gain = 0.5 * squares * (1 - 1 / factor) - 0.5 * (count - determined) * np.log(factor)
-    width = np.sqrt(np.pi / count) * (1.0 if factor > 1 else 0.5)
+    squares = hypothesis.fit.squares
+    free = max(hypothesis.problem.count - hypothesis.fit.determined, 1.0)
+    factor = max(squares / free, 1.0)
+    gain = 0.5 * squares * (1 - 1 / factor) - 0.5 * free * np.log(factor)
+    width = np.sqrt(np.pi / free) * (1.0 if factor > 1 else 0.5)
     return float(gain + np.log(width / np.log(LARGEST_FACTOR)))
 
 

@@ -116,7 +116,7 @@ def scan(
     counts
         Its unknowns, and the number of points along each.
     base
-        Coordinates of all other unknowns.
+        Coordinates [unknown] of the problem, of which those of all other unknowns are taken.
     slopes
         Slopes of the logarithmic residuals without the effect [unknown, datum], along which all
         else gives way.
@@ -125,7 +125,7 @@ def scan(
     """
     grid = _grid(problem, counts, most)
     columns = others(problem, list(counts))
-    grid[:, columns] = carried_over(base, columns)
+    grid[:, columns] = base[columns]
     parts = (grid[begin : begin + TOGETHER] for begin in range(0, len(grid), TOGETHER))
     best = _scanned(problem, next(parts), slopes)
     for points in parts:
@@ -144,12 +144,19 @@ def _scanned(problem: Problem, points: np.ndarray, slopes: np.ndarray) -> Scan:
     return best._replace(residual=best.residual.astype(np.float32))
 
 
-def carried_over(base: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Coordinates without an effect, for the problem with it.
+def carried_over(
+    before: Problem, point: np.ndarray, problem: Problem, onto: np.ndarray | None = None
+) -> np.ndarray:
+    """Coordinates of a point, for a problem with further effects; what is new as in `onto`, or 0.
 
-    What its attachment adds to a model error comes last, and is zero without it.
+    By their names: effects are in the order of theirs, and so is what their attachments add to a
+    model error.
     """
-    return np.pad(base, (0, len(columns) - len(base)))
+    carried = np.zeros(problem.dimension) if onto is None else onto.copy()
+    for name, place in before.coordinates.places.items():
+        if name in problem.coordinates.places:
+            carried[problem.coordinates.places[name]] = point[place]
+    return carried
 
 
 def others(problem: Problem, names: list[str]) -> np.ndarray:

@@ -30,15 +30,32 @@ MOST, LEAST = 400, 100
 """Greatest number of places and settings for all variants of a kind, and least for each."""
 
 ABSORBED = 1e-4
-"""Share of its change that an effect leaves at most where the model does the same by itself."""
+"""Share of the squares of its change that is left where the model does the same by itself."""
 
 TRIALS = 2000
 """Draws of what chance does, for the correction for having looked in many places."""
 
 
 class _Signatures(NamedTuple):
+    """Changes of the residuals by an effect, each over the deviation of its score.
+
+    Parameters
+    ----------
+    points
+        Places and settings of the effect [place, unknown].
+    whole
+        The changes [place, datum].
+    projected
+        What the model cannot absorb of them.
+    """
+
     points: np.ndarray
-    unit: np.ndarray
+    whole: np.ndarray
+    projected: np.ndarray
+
+    def correlation(self) -> np.ndarray:
+        """Correlation of the scores."""
+        return np.asarray(self.whole @ self.projected.T)
 
 
 def suspicion(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> pd.DataFrame:
@@ -79,13 +96,12 @@ def _moves_response(problem: Problem) -> np.ndarray:
 
 
 class _Model:
-    """Residual of the model as given, and the directions that it can absorb."""
+    """Residual of the fitted model as given, and the directions that it can absorb."""
 
     def __init__(self, residual: np.ndarray, slopes: np.ndarray):
         self.slopes = slopes
         self.curvature = slopes @ slopes.T + np.eye(len(slopes))
-        self.start = residual
-        self.residual = self.projected(residual[None])[0]
+        self.residual = residual
 
     def projected(self, vectors: np.ndarray) -> np.ndarray:
         """What the model cannot absorb, its prior included."""
@@ -98,8 +114,8 @@ def _of_candidate(
 ) -> pd.DataFrame:
     effect = candidate.effect
     signatures = _signatures(model, candidate, most)
-    score = -signatures.unit @ model.residual
-    corrected = _corrected(signatures.unit, score) if score.size else 1.0
+    score = -signatures.whole @ model.residual
+    corrected = _corrected(signatures.correlation(), score) if score.size else 1.0
     named = candidate.problem.coordinates.named(signatures.points)
     experiment = candidate.problem.experiment
     unknowns = experiment.unknowns_of(effect)
@@ -124,13 +140,15 @@ def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signa
     points = weak_points(problem, effect, most)
     columns = others(problem, list(fields_of(effect, problem)))
     points[:, columns] = candidate.scan.points[0, columns]
-    whole = problem.squares.residuals(points)[0] - model.start
+    whole = problem.squares.residuals(points)[0] - model.residual
     change = model.projected(whole)
-    size = np.linalg.norm(change, axis=1, keepdims=True)
+    # Residuals of a fit have the covariance of the projection: it is not applied to them again.
+    size = np.sqrt(np.maximum(np.einsum("pn,pn->p", whole, change), 0.0))
     largest = np.max(size, where=np.isfinite(size), initial=0.0)
-    absorbed = size[:, 0] <= ABSORBED * np.linalg.norm(whole, axis=1)
-    felt = (size[:, 0] > 1e-9 * largest) & np.isfinite(size[:, 0]) & ~absorbed
-    return _Signatures(points[felt], change[felt] / size[felt])
+    absorbed = size**2 <= ABSORBED * np.sum(whole**2, axis=1)
+    felt = (size > 1e-9 * largest) & np.isfinite(size) & ~absorbed
+    scale = size[felt, None]
+    return _Signatures(points[felt], whole[felt] / scale, change[felt] / scale)
 
 
 def weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:
@@ -156,7 +174,7 @@ def weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:
     return points
 
 
-def _corrected(unit: np.ndarray, score: np.ndarray) -> float:
+def _corrected(correlation: np.ndarray, score: np.ndarray) -> float:
     """Probability that the greatest score of a correct model is as large.
 
     Scores of neighbouring places are correlated. The number of places is therefore replaced by the
@@ -164,7 +182,7 @@ def _corrected(unit: np.ndarray, score: np.ndarray) -> float:
     """
     greatest = float(np.max(np.abs(score)))
     rng = np.random.default_rng(0)
-    values, vectors = np.linalg.eigh(unit @ unit.T)
+    values, vectors = np.linalg.eigh(correlation)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     drawn = np.abs(rng.standard_normal((TRIALS, len(score))) @ root.T).max(axis=1)
     typical = float(np.median(drawn))

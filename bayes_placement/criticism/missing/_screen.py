@@ -11,7 +11,7 @@ from ...inference.residuals import Problem
 from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis, fields_of
 from ._posterior_odds import Comparison
-from ._scan import carried_over, others
+from ._scan import others
 from ._score_test import weak_points
 
 POINTS = 200
@@ -136,5 +136,5 @@ class _ErroneousModel:
                 fitted = hypothesis.fit.point[hypothesis.problem.coordinates.places[name]]
                 points[-1, problem.coordinates.places[name]] = fitted
         columns = others(problem, list(fields))
-        points[:, columns] = carried_over(self.null.fit.point, columns)
+        points[:, columns] = self.null.point_in(problem)[columns]
         return points

@@ -78,9 +78,11 @@ _LAST: list[SharedFits] = []
 def shared_fits(*content: Any) -> SharedFits:
     """Return the fits of a question: those that are there, or none yet. See `SharedFits`."""
     fits = SharedFits(*content)
-    if not (_LAST and _same(_LAST[0].content, fits.content)):
-        _LAST[:] = [fits]
-    return _LAST[0]
+    for last in _LAST:
+        if _same(last.content, fits.content):
+            return last
+    _LAST[:] = [fits]
+    return fits
 
 
 def _same(tree: Any, other: Any) -> bool:

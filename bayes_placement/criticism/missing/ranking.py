@@ -143,10 +143,10 @@ class Ranking:
     def _verdict_on_new(self, best: FittedModel) -> str:
         """Name an effect that is new in the later of two states, where the evidence is strong."""
         if best.kind and best.kind in self.claimed:
-            return (
-                f"New since the baseline is {best.kind}, with probability "
-                f"{self.probabilities[best.kind]:.3g}."
-            )
+            share = self.probabilities[best.kind]
+            odds = f", with probability {share:.3g}" if share >= DOUBTED else ""
+            more = " Something else is new as well." if best.p_value < LEVEL else ""
+            return f"New since the baseline is {best.kind}{odds}.{more}"
         share = self.probabilities[NOTHING]
         if share >= DOUBTED:
             return f"Nothing is new since the baseline was measured, with probability {share:.3g}."

@@ -15,7 +15,7 @@ from ..weights import GOOD_PARETO_K, pareto_k
 from .differential_evolution import evolved
 from .empirical_bayes import Hierarchy
 from .engine import Engine, EngineDraws, PosteriorDensity
-from .laplace import laplace
+from .laplace import Laplace, laplace
 from .least_squares import NormalEquations, Points, SquaresAndPrior, Terms
 from .levenberg_marquardt import LARGEST, Objective, minimise
 from .mode_with_sizes import evolved_without_errors, mode_with_sizes
@@ -29,6 +29,9 @@ NEAR, STEPS, GAIN = 10, 200, 1e-10
 
 MOST_DAMPING = 1e8
 """Damping above which a descent ends: from a single start it must get past bends and ridges."""
+
+PRIOR_DRAWS, WIDEST = 32, 3.0
+"""Fewest draws of the prior, and the deviations of it from which on a Gaussian means nothing."""
 
 ALIKE = 0.1
 """Difference of log density below which two starts end at the same mode."""
@@ -126,7 +129,8 @@ class MAP(Engine):
         near, mode = modes
         log_height, curvature = compiled(_height_and_curvature)(posterior, mode)
         gaussian = laplace(mode, np.asarray(curvature))
-        is_flat = gaussian.is_flat
+        prior = np.asarray(posterior.sample_prior(key, max(self.starts, PRIOR_DRAWS)))
+        is_flat = gaussian.is_flat or _reaches_beyond(gaussian, prior)
         if is_flat:
             # Over the flat vector the prior is curved everywhere, so draws stay within it.
             over_vector = compiled(_curvature_over_vector)(posterior, near)
@@ -148,6 +152,12 @@ class MAP(Engine):
     def settings(self) -> dict[str, Any]:
         """Name and sizes."""
         return {"engine": "MAP", "starts": self.starts, "search": self.search, "draws": self.draws}
+
+
+def _reaches_beyond(gaussian: Laplace, prior: Points) -> bool:
+    """Whether a Gaussian is far wider than the prior, as at a corner, where all is flat alike."""
+    deviation = np.sqrt(np.diag(gaussian.covariance))
+    return bool(np.any(deviation > WIDEST * prior.std(axis=0)))
 
 
 def _descend(posterior: PosteriorDensity, starts: Points) -> tuple[Points, Points, np.ndarray]:

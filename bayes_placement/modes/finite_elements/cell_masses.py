@@ -16,6 +16,9 @@ from .modal_model import ModalModel
 CELLS = 36
 """Most cells."""
 
+ROUNDING = 1e-9
+"""Distance of nodes that share their place, over the length of the model."""
+
 
 def cell_masses(matrices: Matrices, model: ModalModel) -> Float[np.ndarray, "cell mode mode"]:
     """Mass of each cell over the modes; that of all cells is the mass of the model.
@@ -65,9 +68,10 @@ def _cells(position: Float[np.ndarray, "node 3"]) -> Int[np.ndarray, "node"]:
     By its length, not by the number of nodes: a mesh may be finer somewhere.
     """
     cells = [_Cell.of(np.arange(len(position)), position)]
+    least = ROUNDING * cells[0].length()
     while len(cells) < min(CELLS, len(position)):
         longest = int(np.argmax([cell.length() for cell in cells]))
-        if cells[longest].length() == 0:  # the nodes that are left share their places
+        if cells[longest].length() <= least:  # the nodes that are left share their places
             break
         cells[longest : longest + 1] = cells[longest].halves(position)
     cell_of_node = np.empty(len(position), dtype=int)

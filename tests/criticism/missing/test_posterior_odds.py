@@ -5,6 +5,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from bayes_placement import effects
 from bayes_placement.criticism.missing._hypotheses import Hypothesis
@@ -92,6 +93,21 @@ def test_data_that_are_explained_leave_little_for_none_of_these():
     probabilities = comparison(hypothesis([], -3000.0, squares=7 * COUNT), good).probabilities()
     assert probabilities[NONE] < PRIOR_OF_NONE
     assert probabilities["point_mass"] > 0.95
+
+
+@pytest.mark.parametrize(("determined", "factor"), [(10, 1.5), (100, 1.2), (100, 1.5), (160, 1.5)])
+def test_the_gain_of_a_larger_error_is_that_of_its_integral(determined, factor):
+    """Data of a linear model: the integral over the log-uniform factor, by the trapezoidal rule."""
+    count = 240
+    squares = factor**2 * (count - determined)
+    one = hypothesis([], 0.0, squares, dimension=determined)
+    one.problem.count = count
+    log_factor = np.linspace(0.0, np.log(1e3), 20001)
+    exponent = -0.5 * squares * np.expm1(-2 * log_factor) - (count - determined) * log_factor
+    exact = np.log(trapezoid(np.exp(exponent), log_factor) / np.log(1e3))
+    shares = comparison(one).probabilities()
+    gain = np.log(shares[NONE] / shares[NOTHING]) - np.log(PRIOR_OF_NONE / (1 - PRIOR_OF_NONE))
+    assert gain == pytest.approx(exact, abs=0.3)
 
 
 def test_only_what_has_odds_close_to_the_best_is_confounded_with_it():

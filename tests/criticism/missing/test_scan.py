@@ -22,9 +22,8 @@ def problems():
 
 def scanned(problems, most=1000):
     without, with_mass = problems
-    base = np.zeros(without.dimension)
-    slopes = without.squares.jacobian(base[None], True).slopes[0]
-    return _scan.scan(with_mass, COUNTS, base, slopes, most)
+    slopes = without.squares.jacobian(np.zeros((1, without.dimension)), True).slopes[0]
+    return _scan.scan(with_mass, COUNTS, np.zeros(with_mass.dimension), slopes, most)
 
 
 def test_a_scan_in_parts_keeps_the_points_of_least_cost_of_all(problems, monkeypatch):
@@ -44,3 +43,18 @@ def test_the_best_place_of_a_scan_is_near_the_mass(problems):
     values = with_mass.coordinates.named(_scan.best_places(scanned(problems))[:1])
     assert abs(values["structure.effects.point_mass.at"][0] - 0.7) < 0.05
     assert abs(values["structure.effects.point_mass.mass"][0] - 0.1) < 0.1
+
+
+def test_a_point_is_carried_over_by_names():
+    """Of two attachments the new one may come first, as what they add to a model error does."""
+    spring = bp.effects.ground_spring(dist.Uniform(0.1, 0.9), dist.LogUniform(1e3, 1e6))
+    mass = bp.effects.point_mass(dist.Uniform(0.1, 0.9), dist.Uniform(0.0, 0.5))
+    imperfect = experiment().with_model_error(bp.model_error.Modal())
+    data = imperfect.data(measured())
+    for first, second in ((spring, mass), (mass, spring)):
+        before = Problem(imperfect + first, data)
+        problem = before.with_effect(second)
+        point = np.random.default_rng(0).normal(size=before.dimension)
+        carried = problem.coordinates.named(_scan.carried_over(before, point, problem)[None])
+        for name, values in before.coordinates.named(point[None]).items():
+            np.testing.assert_allclose(carried[name], values, rtol=1e-9)

@@ -196,3 +196,25 @@ def test_having_looked_in_many_places_is_corrected_for(chance):
     alone_by_chance = 2 * norm.sf(sizes)
     assert np.all(np.array(p_values) > -np.expm1(2 * np.log1p(-alone_by_chance)))
     assert np.all(np.array(p_values) < -np.expm1(41 * np.log1p(-alone_by_chance)))
+
+
+def test_a_score_has_unit_variance_where_the_model_absorbs_much_of_the_effect():
+    """A gain beside a gain of which little is known besides, over data of many true models."""
+    known = small.experiment()
+    where = bp.positions.Segment(0.61, within=0.02)
+    experiment = bp.Experiment(
+        known.structure,
+        sensors=[known.sensor["s1"], bp.Sensor("s2", at=where, gain=dist.Normal(1.0, 4e-4))],
+        actuators=[known.actuator["a1"]],
+        frequency=small.LINES,
+        observe=known.observe,
+        noise=known.noise,
+    )
+    candidate = effects.gain_error("s2", dist.Uniform(-0.5, 0.5))
+    scores = []
+    for seed in range(24):
+        gain = 1.0 + 4e-4 * np.random.default_rng(100 + seed).standard_normal()
+        true = effects.gain_error("s2", gain - 1.0)
+        rows = table(experiment, small.measured(true, seed=seed), [candidate])
+        scores.append(rows["score"].abs().max())
+    assert 1e-3 < chi2.cdf(np.sum(np.square(scores)), len(scores)) < 1 - 1e-3

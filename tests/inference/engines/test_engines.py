@@ -246,6 +246,19 @@ def test_laplace_says_when_the_posterior_is_no_gaussian():
     )
 
 
+def test_laplace_says_when_the_mode_lies_in_a_corner_where_all_is_flat_alike():
+    def rising():
+        x = numpyro.sample("x", dist.Uniform(0.0, 1.0))
+        y = numpyro.sample("y", dist.Uniform(-2.0, 5.0))
+        numpyro.factor("corner", 1e4 * x + 2e4 * y)
+
+    laws = {"x": dist.Uniform(0.0, 1.0), "y": dist.Uniform(-2.0, 5.0)}
+    target, draws = run(engines.MAP(), rising, laws)
+    assert any("flat at its maximum" in warning for warning in draws.warnings)
+    x = jax.vmap(jax.vmap(target.constrain))(draws.position)["x"]
+    assert np.mean(np.asarray(x) < 0.5) < 0.01  # none at the other edge
+
+
 def test_importance_says_when_few_draws_carry_the_weight():
     _, draws = run(engines.Importance(draws=200), two_modes, TWO_MODES)
     assert any("Importance sampling is unreliable here" in warning for warning in draws.warnings)
