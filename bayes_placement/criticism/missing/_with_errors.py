@@ -21,6 +21,7 @@ from ._hypotheses import (
     Hypothesis,
     finite,
     fitted_with_errors,
+    null_hypothesis,
     problem_with_errors,
     rival_among,
 )
@@ -202,7 +203,24 @@ def _answered_by_two_states(
     if between is not None:
         carried = carried_over(comparison, between, question.most_effects)
         comparison = comparison.with_hypotheses(carried)
+    if not explains(comparison.best(), question.level):
+        found = _found_alone(question, earlier, tick)
+        carried = carried_over(comparison, found, question.most_effects)
+        comparison = comparison.with_hypotheses(carried)
     return Answer(unchanged, comparison, before)
+
+
+def _found_alone(question: Question, earlier: State, tick: Tick) -> Hypothesis:
+    """What the later state alone tells, where the exact model explains the earlier one.
+
+    Effects that act together may each win alone elsewhere than where they are; all pairs of an
+    exact model are tried in the time of a few beside a model error of two states.
+    """
+    exact = null_hypothesis(earlier.experiment.with_errors(None), earlier.data)
+    if not passes(exact, question.level):
+        return exact
+    singles = question.fits.singles(tick)
+    return _deepened(question, singles, Breadth(), -np.inf, tick).best()
 
 
 def _stands_out(comparison: Comparison, best: Hypothesis) -> bool:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
@@ -63,6 +64,8 @@ class FittedModel:
         The experiment, its model error of the sizes above.
     noise_needed
         Noise that it needs, where the noise is not known; None where it is.
+    about
+        Setting and remark of each of its effects, in words.
 
     Examples
     --------
@@ -87,6 +90,7 @@ class FittedModel:
     chi2_when_exact: float = float("nan")
     experiment: Experiment | None = field(default=None, repr=False)
     noise_needed: NoiseNeeded | None = None
+    about: Mapping[str, tuple[str, str]] = field(default_factory=dict, repr=False)
 
     @property
     def values(self) -> dict[str, float]:
@@ -182,6 +186,12 @@ def fitted_model(
     names = [effect.name for effect in hypothesis.effects]
     name = added or (names[-1] if names else None)
     effect = next((effect for effect in experiment.effects if effect.name == name), None)
+    about = {
+        own.name: _about(own, experiment, parameters)
+        for own in experiment.effects
+        if own.name in names
+    }
+    setting, remark = about.get(name or "", ("", ""))
     return FittedModel(
         added=name,
         effects=tuple(names),
@@ -192,16 +202,23 @@ def fitted_model(
         log_evidence_error=None if posterior is None else posterior.log_evidence_error,
         held_out=held_out(hypothesis) if in_full else float("nan"),
         kind="" if effect is None else kind_of(effect),
-        setting=""
-        if effect is None
-        else effect.setting(experiment.structure.modes, experiment.instruments),
-        remark="" if effect is None else effect.remark(_of_effect(effect.name, parameters)),
+        setting=setting,
+        remark=remark,
         model_error=sizes(hypothesis),
         errors=errors(hypothesis),
         chi2_when_exact=hypothesis.chi2_when_exact,
         experiment=hypothesis.problem.at_fixed_sizes,
         noise_needed=noise_needed(hypothesis) if in_full else None,
+        about=about,
     )
+
+
+def _about(
+    effect: Effect, experiment: Experiment, parameters: Mapping[str, Estimate]
+) -> tuple[str, str]:
+    """Which part an effect is about, and what its estimates mean."""
+    setting = effect.setting(experiment.structure.modes, experiment.instruments)
+    return setting, effect.remark(_of_effect(effect.name, parameters))
 
 
 def _of_effect(name: str, parameters: Mapping[str, Estimate]) -> dict[str, tuple[float, float]]:

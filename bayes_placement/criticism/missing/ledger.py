@@ -1,6 +1,6 @@
 """Record of an improvement: the error that falls step by step, in words and JSON."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -212,13 +212,22 @@ class Ledger:
 
     def _with_odds(self, kind: str) -> str:
         """Name an effect: which part it is about, and its probability where the noise is right."""
-        steps = [step for step in self.steps if step.kind == kind]
-        settings = [word for step in steps for word in (step.setting, step.remark) if word]
+        settings = [*self._settings(kind)]
         if self.probabilities[NONE] <= DOUBTED:
             settings.append(f"probability {self.probabilities[kind]:.3g}")
         elif not self._is_claimed(kind):
             settings.append("the best of the candidates")
         return f"{kind} ({', '.join(settings)})" if settings else kind
+
+    def _settings(self, kind: str) -> Iterator[str]:
+        """Which part an effect is about in the last model, and what its estimates mean.
+
+        On the way there another variant of the same kind may have been the best.
+        """
+        final = self.steps[-1].about
+        for step in self.steps:
+            if step.kind == kind:
+                yield from filter(None, final.get(step.added or "", (step.setting, step.remark)))
 
     def words(self) -> list[str]:
         """The verdict, which effects the data do not distinguish, and what remains unexplained."""

@@ -218,6 +218,11 @@ def test_what_was_not_measured_does_not_count(correct_model):
     np.testing.assert_allclose(gap.response["residual"][1], complete.response["residual"][1])
 
 
+def test_few_lines_of_each_channel_are_judged_together(correct_model):
+    """No channel has pairs of neighbouring lines enough, all of them have."""
+    assert 0 < float(check(correct_model(3, shape=(3, 2, 2, 8))).overall["whiteness"]) <= 1
+
+
 def test_whiteness_sees_a_smooth_misfit_below_the_noise(correct_model):
     # Less than a noise deviation over a third of the band, which chi2 hardly sees.
     rows = [statistics(correct_model(seed, missing=0.8 * bump(width=50))) for seed in range(20)]

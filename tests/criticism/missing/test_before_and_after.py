@@ -144,3 +144,28 @@ def test_a_baseline_of_other_channels_is_refused(before):
     renamed = dataclasses.replace(before, sensors=others)
     with pytest.raises(ValueError, match="shares no line, no sensor or no actuator"):
         state_of(experiment(), renamed)
+
+
+@pytest.mark.long
+def test_two_effects_that_each_win_alone_elsewhere_are_found_together():
+    """Alone, a removed mass at another place explains more than the mass that is there."""
+    stiffness, at = 2e6, 0.8
+    hidden = MASS, effects.ground_spring(at, stiffness)
+    ledger = bp.improve(
+        experiment(),
+        small_measured(*hidden, seed=4),
+        baseline=small_measured(seed=3),
+        candidates=effects.library(experiment(), ["point_mass", "ground_spring"]),
+        most_effects=2,
+    )
+    assert not ledger.unexplained
+    assert "removed" not in ledger.sentence()
+    found = ledger.steps[-1].parameters
+    for name, true in (
+        ("point_mass.mass", MASS.mass),
+        ("point_mass.at", MASS.at),
+        ("ground_spring.stiffness", stiffness),
+        ("ground_spring.at", at),
+    ):
+        estimate = found[f"structure.effects.{name}"]
+        assert estimate.low < true < estimate.high, name
