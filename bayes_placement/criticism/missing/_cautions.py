@@ -7,6 +7,7 @@ from scipy.special import ndtri
 
 from ..._sites import Role
 from ...inference.engines.about_mode import SampledPosterior
+from ...inference.engines.levenberg_marquardt import APART
 from ...inference.estimates import scalars
 from ..check._edges import EDGE, PILED, sentence
 from ._estimates import laplace
@@ -27,6 +28,7 @@ def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[
     return (
         *_piled_up(hypothesis, draws),
         *_sizes_at_bounds(hypothesis),
+        *_as_good_elsewhere(hypothesis),
         *_reached_once(hypothesis),
     )
 
@@ -59,6 +61,25 @@ def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:
                 f"{unknown.name} ended at the upper edge of its prior, {size:.3g}: a larger model "
                 "error is no rival then, so that effects are claimed too easily. Look at the model "
                 "first; or widen that prior of model_error=bp.model_error.Modal()."
+            )
+
+
+def _as_good_elsewhere(hypothesis: Hypothesis) -> Iterator[str]:
+    """Other places at which the data fit as well, such as mirror images."""
+    fit, named = hypothesis.fit, hypothesis.problem.coordinates.named
+    deviation = np.sqrt(np.diag(fit.gaussian.covariance))
+    here = named(fit.point[None])
+    for point in fit.elsewhere:
+        there, far = named(point[None]), np.abs(point - fit.point) > APART * deviation
+        differing = [
+            f"{name} = {there[name].item():.4g} in the place of {here[name].item():.4g}"
+            for name, place in hypothesis.problem.coordinates.places.items()
+            if far[place].any() and here[name].size == 1
+        ]
+        if differing:
+            yield (
+                f"The data fit as well with {', '.join(differing)}: these channels do not tell "
+                "which; measure at one more place, where the two differ."
             )
 
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from jaxtyping import Float
 from scipy.stats import norm, qmc
 
 from .laplace import Laplace, laplace
@@ -33,6 +34,9 @@ prior has a curvature of 1, however large that of others is."""
 SAME_MODE = 0.5
 """Difference of log density below which two descents end at the same mode."""
 
+APART = 10.0
+"""Distance in deviations of the posterior from which on two points are not of one mode."""
+
 
 @runtime_checkable
 class Objective(Protocol):
@@ -61,7 +65,9 @@ class Fit(NamedTuple):
     log_evidence
         Log evidence by Laplace's approximation.
     reached
-        Number of starts whose descents ended at the mode.
+        Number of starts whose descents ended at a density as high.
+    elsewhere
+        Other places of that density at which descents ended [place, unknown].
     """
 
     point: np.ndarray
@@ -70,6 +76,7 @@ class Fit(NamedTuple):
     gaussian: Laplace
     log_evidence: float
     reached: int
+    elsewhere: Float[np.ndarray, "mode unknown"] = np.zeros((0, 0))
 
     @property
     def determined(self) -> float:
@@ -202,6 +209,7 @@ def best_fit(points: Points, normal: NormalEquations, count: int) -> Fit:
     costs = np.nan_to_num(normal.cost, nan=np.inf)
     best = int(np.argmin(costs))
     gaussian = laplace(points[best], normal.curvature[best], ROUNDING)
+    as_high = points[costs < costs[best] + SAME_MODE]
     constant = -0.5 * (count + len(points[best])) * np.log(2 * np.pi)
     return Fit(
         point=points[best],
@@ -209,5 +217,19 @@ def best_fit(points: Points, normal: NormalEquations, count: int) -> Fit:
         squares=float(normal.squares[best]),
         gaussian=gaussian,
         log_evidence=float(constant - costs[best] + gaussian.log_volume),
-        reached=int(np.sum(costs < costs[best] + SAME_MODE)),
+        reached=len(as_high),
+        elsewhere=_elsewhere(gaussian, as_high),
     )
+
+
+def _elsewhere(gaussian: Laplace, points: Points) -> Float[np.ndarray, "mode unknown"]:
+    """Points far from a mode by its deviations, one of those that are near each other."""
+    apart: list[np.ndarray] = []
+    for point in points if np.isfinite(gaussian.root).all() else []:
+        distances = [
+            np.linalg.norm(np.linalg.solve(gaussian.root, point - other))
+            for other in (gaussian.mode, *apart)
+        ]
+        if min(distances) > APART:
+            apart.append(point)
+    return np.array(apart).reshape(len(apart), gaussian.mode.size)

@@ -1,15 +1,17 @@
 """Cautions of a search: priors that exclude the truth, and fits reached from one start."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
 from bayes_placement.criticism.missing._cautions import cautions
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, problem_with_errors
 from bayes_placement.inference.engines.about_mode import SampledPosterior
-from tests.criticism.small import TRUTH, experiment, measured
+from tests.criticism.small import LINES, MASS, TRUTH, experiment, measured, recorded
 
 RATIO = "structure.damping.ratio"
 
@@ -50,3 +52,22 @@ def test_a_model_error_as_large_as_its_prior_allows_is_doubted(fitted):
     assert sentence.startswith(
         "model_error.damping.size ended at the upper edge of its prior, 0.999: "
     )
+
+
+def test_a_mirror_image_that_fits_as_well_is_named():
+    """A mass on a bar that is driven and read in its middle."""
+    known = experiment().fix(TRUTH)
+    middle = bp.Experiment(
+        known.structure,
+        sensors=[bp.Sensor("s1", at=0.5)],
+        actuators=[bp.Actuator("a1", at=0.5)],
+        frequency=LINES,
+        observe=known.observe,
+        noise=known.noise,
+    )
+    mass = bp.effects.point_mass(dist.Uniform(0.0, 1.0), dist.Uniform(0.1, 0.5))
+    data = middle.data(recorded(middle + MASS, seed=2))
+    (doubt,) = cautions(null_hypothesis(middle + mass, data), None)
+    places = re.match(r"The data fit as well with (.*) = ([\d.]+) in the place of ([\d.]+):", doubt)
+    assert places[1] == "structure.effects.point_mass.at"
+    np.testing.assert_allclose(sorted(map(float, places.groups()[1:])), [0.313, 0.687], atol=2e-3)
