@@ -58,7 +58,7 @@ class Ledger:
     >>> ledger.verdict, len(ledger.steps)
     (('point_mass',), 2)
     >>> ledger.sentence()
-    'Missing: point_mass (probability 0.999); chi2 per datum falls from 91.7 to 0.703.'
+    'Missing: point_mass (probability 0.998); chi2 per datum falls from 91.7 to 0.703.'
     """
 
     steps: tuple[FittedModel, ...]

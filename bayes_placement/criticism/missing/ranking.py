@@ -54,7 +54,7 @@ class Ranking:
     --------
     >>> ranking = bp.explain(experiment, surprise, candidates=library, model_error=None)
     >>> ranking
-    Ranking: Missing is point_mass, with probability 0.999.
+    Ranking: Missing is point_mass, with probability 0.998.
     """
 
     steps: tuple[FittedModel, ...]

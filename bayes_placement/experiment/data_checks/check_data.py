@@ -77,7 +77,7 @@ class DataChecks:
     Examples
     --------
     >>> experiment.check_data(measured).words()
-    ['The data pass their checks: overload.']
+    ['The data pass their checks: overload, phase.']
     """
 
     faults: dict[str, list[Fault]]
