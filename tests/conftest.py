@@ -14,7 +14,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import pytest
-from jaxtyping import install_import_hook
 
 # Read by JAX when it is imported, here and in every process that a test starts.
 os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
@@ -39,7 +38,9 @@ gc.set_threshold(100_000, 50, 50)
 assert "bayes_placement" not in sys.modules, "bayes_placement was imported before conftest.py"
 # Where jaxtyping is switched off by its own variable, what it would wrap costs time for nothing.
 if os.environ.get("JAXTYPING_DISABLE", "0") != "1":
-    install_import_hook("bayes_placement", "beartype.beartype")
+    from tests.annotation_checks import check_annotations  # imports JAX, which reads the variables
+
+    check_annotations("bayes_placement")
 
 
 HAS_ROOM = pytest.StashKey[bool]()

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,18 +11,16 @@ import xarray as xr
 from .._types import InputError
 from ..positions.channel import Channel, Channels, check_distinct, checked, match, parsed
 from . import _measurement_checks as checks
-from . import _measurement_dataset, _noise_level, line_choice
+from . import _measurement_dataset, line_choice
+from ._estimated_coherence import pooled_by_coherence
 from ._measurement_arrays import as_pairs, frozen
 from ._measurement_words import sentence
+from .measured_lines import measured_lines
 from .quantities import converted, frf_name
 
 __all__ = ["Channel", "Channels", "Measurement"]
 
 Position = tuple[float, float, float]
-
-# Universal files carry 6 significant digits of the first line and of the spacing, so a line is
-# known to 5e-6 of its frequency; twice that still tells apart the lines of any such file.
-LINE_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,6 +52,9 @@ class Measurement:
     variance
         Variance E|error|^2 of each FRF value [unit of the FRF squared] in the shape of the FRFs, as
         repeats show it, NaN for pairs where unknown; or None.
+    coherent_variance
+        What `noise_variance` returns, kept where lines are chosen, so that it rests on all lines of
+        the record; None where it is not computed yet.
 
     Raises
     ------
@@ -77,6 +79,7 @@ class Measurement:
     positions: dict[str, Position] = field(default_factory=dict)
     force_level: float | int | None = None
     variance: np.ndarray | None = None
+    coherent_variance: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check the values."""
@@ -97,6 +100,8 @@ class Measurement:
         if self.variance is not None:
             checks.shape("variance", self.variance, self._shape)
             checks.not_negative(self.variance, self.frequency, self._label)
+        if self.coherent_variance is not None:
+            checks.shape("coherent_variance", self.coherent_variance, self._shape)
         checks.averages(self.averages)
         checks.force_level(self.force_level)
 
@@ -175,8 +180,9 @@ class Measurement:
         """
         frf = converted(self.frf, self.frequency, self.quantity, quantity)
         factor = converted(np.ones(self.frequency.size), self.frequency, self.quantity, quantity)
-        variance = None if self.variance is None else self.variance * np.abs(factor) ** 2
-        return replace(self, frf=frf, quantity=quantity, variance=variance)
+        variances = self._of_lines(lambda values: values * np.abs(factor) ** 2)
+        variances.pop("coherence", None)
+        return replace(self, frf=frf, quantity=quantity, **variances)
 
     def band(self, low: float | int, high: float | int) -> "Measurement":
         """Return the lines from low to high [Hz], both included.
@@ -216,18 +222,7 @@ class Measurement:
         """
         checks.numeric("frequency", frequency, "iuf")
         requested = np.atleast_1d(np.asarray(frequency, dtype=float))
-        index = np.arange(self.frequency.size)
-        nearest = np.rint(np.interp(requested, self.frequency, index)).astype(int)
-        close = np.isclose(self.frequency[nearest], requested, rtol=LINE_TOLERANCE, atol=0.0)
-        if not close.all():
-            raise checks.not_measured(requested[~close], self.frequency[nearest[~close]])
-        if np.any(np.diff(nearest) <= 0):
-            raise InputError(
-                "The frequencies given do not increase from one measured line to the next; each "
-                "line is needed once, since a line that counts twice makes the answer too certain: "
-                "measurement.lines(np.unique(frequency))."
-            )
-        return self._at(nearest)
+        return self._at(measured_lines(self.frequency, requested))
 
     def channels(self, sensors: Channels, actuators: Channels) -> "Measurement":
         """Pick and order the rows and columns of these channels; they may repeat.
@@ -312,7 +307,10 @@ class Measurement:
         """Variance E|error|^2 of each FRF value, known from coherence and averages.
 
         For an H1 estimate of n averages with coherence g2 it is |H|^2 (1 - g2) / (n g2), circular
-        complex Gaussian: half of it lies in the real part, half in the imaginary part.
+        complex Gaussian: half of it lies in the real part, half in the imaginary part. A coherence
+        that scatters from line to line as an estimate by n averages does makes chi2 of a right
+        model n / (n - 2): it is pooled over neighbouring lines of the whole record
+        (`pooled_variance`), with n - 1 in the place of n.
 
         Returns
         -------
@@ -332,7 +330,8 @@ class Measurement:
                 "follows from the two together. Give them to the measurement, or state the error: "
                 "noise.Gaussian(sigma)."
             )
-        variance = _noise_level.by_coherence(self)
+        variance = self._variance_by_coherence
+        assert variance is not None
         checks.variance(variance, self.measured, self.frequency, self._label)
         return variance
 
@@ -363,6 +362,13 @@ class Measurement:
 
     _repr_html_ = _measurement_dataset.html
 
+    @cached_property
+    def _variance_by_coherence(self) -> np.ndarray | None:
+        """Variance by coherence and averages, pooled over neighbouring lines; None without them."""
+        known = self.coherent_variance is not None
+        told = self.coherence is not None and self.averages is not None
+        return pooled_by_coherence(self) if told and not known else self.coherent_variance
+
     def _label(self, row: int, column: int) -> str:
         return f"{self.sensors[row].label} / {self.actuators[column].label}"
 
@@ -385,8 +391,9 @@ class Measurement:
 
     def _of_lines(self, pick: Callable[[np.ndarray], np.ndarray]) -> dict[str, Any]:
         """Pick what is known of each line besides its FRF."""
-        values = {name: getattr(self, name) for name in _OF_LINES}
+        known = (self.coherence, self.variance, self._variance_by_coherence)
+        values = dict(zip(_OF_LINES, known, strict=True))
         return {name: pick(array) for name, array in values.items() if array is not None}
 
 
-_OF_LINES = ("coherence", "variance")
+_OF_LINES = ("coherence", "variance", "coherent_variance")

@@ -184,6 +184,8 @@ class FromCoherence(Noise):
 
     E|error|^2 = |H|^2 (1 - coherence) / (averages coherence) for an FRF by the H1 estimator, half
     of it in the real part and half in the imaginary part (Bendat and Piersol, Random Data, ch. 9).
+    A coherence that few averages estimate scatters itself: its neighbouring lines then tell the
+    error (`Measurement.noise_variance`).
 
     Parameters
     ----------

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...experiment.measurement import LINE_TOLERANCE, Measurement
+from ...experiment.measured_lines import LINE_TOLERANCE
+from ...experiment.measurement import Measurement
 from ...experiment.noise import Noise
 from ...experiment.quantities import QUANTITIES
 from ...positions.channel import Channel

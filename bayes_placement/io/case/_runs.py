@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...experiment.measurement import LINE_TOLERANCE, Measurement
+from ...experiment.measured_lines import LINE_TOLERANCE
+from ...experiment.measurement import Measurement
 from ...experiment.noise import Noise
 from ._json_fields import CaseError
 from ._measurement import MeasurementSettings, read_run

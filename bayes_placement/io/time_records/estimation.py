@@ -10,10 +10,11 @@ import numpy as np
 from jaxtyping import Complex
 
 from ..._types import InputError, check_annotated, check_count, check_kind, shown
+from ...experiment import pooled_variance
 from ...experiment._measurement_checks import band as check_band
 from ...experiment.measurement import Measurement
 from ...positions.channel import Channel, Channels
-from . import correlation, estimators, pooling, resolution
+from . import correlation, estimators, resolution
 from .estimate import Estimate, EstimateWarning
 from .excitation import Excitation, Spectra
 from .recording import Recording, joined
@@ -196,8 +197,10 @@ def _of_sensor(
     total = estimators.summed(repeats)
     response = function(total)
     scatter = estimators.scatter(function, repeats, spectra.averages)
-    count = neighbours or pooling.neighbours(spectra.averages, spectra.correlated_lines)
-    variance = pooling.pooled(scatter, total.force, np.abs(response), spectra.averages, count)
+    count = neighbours or pooled_variance.neighbours(spectra.averages, spectra.correlated_lines)
+    variance = pooled_variance.pooled(
+        scatter, total.force, np.abs(response), spectra.averages, count
+    )
     return np.array([response, estimators.coherence(total), scatter, variance])
 
 
