@@ -5,16 +5,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 from scipy.special import polygamma
-from scipy.stats import binom, norm
+from scipy.stats import norm
 
 from ._noise_level import FEWEST_LINES, by_coherence
-from .pooled_variance import LEAST_PROBABILITY, neighbours, pooled
+from .pooled_variance import neighbours, pooled
 
 if TYPE_CHECKING:
     from .measurement import Measurement
 
-CORRELATED_LINES = 1.5
-"""Lines that are worth one, as a Hann window makes them."""
+DISTANCES = (1, 2, 4, 8, 16)
+"""Distances in lines at which variances are compared."""
+
+DEGREES = 25.0
+"""Complex degrees of freedom of a variance: levels of noise change, and near lines know best."""
+
+ALIKE = 0.5
+"""Share of the scatter of independent lines below which lines are alike."""
 
 FEWEST_AVERAGES = 2
 """Averages below which the coherence is 1, whatever the noise."""
@@ -33,33 +39,49 @@ def pooled_by_coherence(measurement: "Measurement") -> Pairs:
     """
     assert measurement.averages is not None
     variance, averages = by_coherence(measurement), float(measurement.averages)
-    tells = averages >= FEWEST_AVERAGES and variance.shape[-1] >= FEWEST_LINES
-    if not (tells and is_estimated(variance, averages)):
+    if averages < FEWEST_AVERAGES or variance.shape[-1] < FEWEST_LINES:
+        return variance
+    correlated = correlated_lines(variance, averages)
+    if correlated is None:
         return variance
     unbiased = variance * averages / (averages - 1)
-    count = neighbours(averages, CORRELATED_LINES)
+    inverse = DEGREES / (DEGREES - 1)  # mean of 1 / variance of an estimate of so many degrees
+    count = neighbours(averages, correlated, DEGREES)
     result = np.array(unbiased)
     for pair in np.ndindex(*variance.shape[:2]):
         useful = _is_useful(unbiased[pair])
         if useful.sum() >= FEWEST_LINES:
             lines, amplitude = unbiased[pair][useful], np.abs(measurement.frf[pair][useful])
-            result[pair][useful] = pooled(lines, np.ones(lines.size), amplitude, averages, count)
+            result[pair][useful] = inverse * pooled(
+                lines, np.ones(lines.size), amplitude, averages, count
+            )
     return result
 
 
-def is_estimated(variance: Pairs, averages: float) -> bool:
-    """Whether variances scatter from line to line as estimates by so many averages do.
+def correlated_lines(variance: Pairs, averages: float) -> float | None:
+    """Lines that are worth one where variances are estimates of so many averages; else None.
 
-    The logarithm of an estimate has the variance trigamma(n - 1). Half of the second differences
-    of independent lines exceed their median size, more of them half of it: also where windows make
-    neighbours alike. A coherence that is known, or was smoothed, changes less from line to line.
+    The logarithm of an estimate has the variance trigamma(n - 1), and so a known scatter of its
+    second differences, from the distance on at which lines are independent: windows and padded
+    records make neighbours alike. There, twice the distance changes the scatter by less than 2,
+    while it multiplies that of a variance that is known, or was smoothed, by 4.
     """
+    expected = norm.ppf(0.75) * np.sqrt(6 * polygamma(1, averages - 1))
+    for distance in DISTANCES:
+        near, far = (_scatter(variance, lines) / expected for lines in (distance, 2 * distance))
+        if near >= ALIKE:
+            return 2.0 * distance if far < 2 * near else None
+    return None
+
+
+def _scatter(variance: Pairs, distance: int) -> float:
+    """Median size of the second differences of the logarithm; NaN where lines are too few."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        apart = np.abs(np.diff(np.log(variance), n=2))[..., ::3]  # which share no line
+        level = np.log(variance)
+        middle = level[..., distance:-distance]
+        apart = np.abs(level[..., : -2 * distance] - 2 * middle + level[..., 2 * distance :])
     apart = apart[np.isfinite(apart)]
-    deviation = np.sqrt(6 * polygamma(1, averages - 1))
-    many = np.sum(apart > 0.5 * norm.ppf(0.75) * deviation)
-    return bool(apart.size > 0 and binom.cdf(many, apart.size, 0.5) >= LEAST_PROBABILITY)
+    return float(np.median(apart)) if apart.size else float("nan")
 
 
 def _is_useful(variance: Float[np.ndarray, "frequency"]) -> np.ndarray:

@@ -23,12 +23,15 @@ SINGULAR = 1e-6
 
 ITERATIONS = 30
 
+CONVERGED = 1e-3
+"""Change of the level, of itself, at which the iteration ends."""
+
 Lines = Float[np.ndarray, "frequency"]
 
 
-def neighbours(averages: float, correlated_lines: float) -> int:
-    """Number of lines, odd, over which the variance is pooled so that it is known well."""
-    needed = int(np.ceil(DEGREES * correlated_lines / (averages - 1)))
+def neighbours(averages: float, correlated_lines: float, degrees: float = DEGREES) -> int:
+    """Number of lines, odd, over which a variance is pooled to have these degrees of freedom."""
+    needed = int(np.ceil(degrees * correlated_lines / (averages - 1)))
     return needed + 1 - needed % 2
 
 
@@ -81,7 +84,7 @@ def _levels(values: Lines, shape: Lines, most: float, count: int) -> Lines:
     level = near(values)
     for _ in range(ITERATIONS):
         # Between resonances the noise of the force alone would give next to nothing.
-        around = near(level)
+        around, previous = near(level), level
         level = np.maximum(level, LEAST_SHARE * around)
         weight = np.where(values > most * np.maximum(level, around), 0.0, 1 / level**2)
         plain, crossed, square = (near(weight * shape**power) for power in range(3))
@@ -93,6 +96,8 @@ def _levels(values: Lines, shape: Lines, most: float, count: int) -> Lines:
         level = np.where(apart & (slope > 0), flat + slope * shape, _ratio(constant, plain))
         level = np.where(apart & (flat < 0), _ratio(linear, square) * shape, level)
         level = np.where(plain > 0, level, near(values))  # every line around differs from others
+        if np.allclose(level, previous, rtol=CONVERGED, atol=0.0):
+            break
     return np.maximum(level, LEAST_SHARE * near(level))
 
 

@@ -46,7 +46,7 @@ def test_a_right_model_has_a_chi2_of_1(averages, noise):
     measurement = measured(averages, noise)
     squares = chi2(measurement, measurement.noise_variance())
     error = np.std(squares) / np.sqrt(squares.size)
-    # Pooled variances have 100 degrees of freedom, fewer where levels change: 1 to 4 % too much.
+    # What the mean of 1 / variance is corrected for holds to a few percent: levels change.
     assert abs(np.mean(squares) - 1.0) < 0.04 + 4 * error
     beyond = np.exp(-5)  # of an exponential distribution
     assert np.mean(squares > 5) < beyond + 4 * np.sqrt(beyond / squares.size)
@@ -83,6 +83,33 @@ def test_chosen_lines_keep_the_variance_of_the_whole_record():
     expected = measurement.noise_variance()[[3, 1]][..., index]
     factor = (2 * np.pi * chosen.frequency) ** 4
     np.testing.assert_allclose(chosen.noise_variance(), expected * factor, rtol=1e-12)
+
+
+@pytest.mark.parametrize("averages", [4, 10])
+@pytest.mark.parametrize("padding", [1, 4])
+def test_padded_records_with_a_window_are_estimates_as_well(averages, padding):
+    random, size = np.random.default_rng([padding, averages]), 1024
+    window = np.exp(-4.6 * np.arange(size) / size)
+    scatter = window * random.normal(size=(averages, 6, size))
+    lines = np.fft.rfftfreq(size * padding)[1:-1] * size
+    response = 30 / (1 - (lines / 150) ** 2 + 0.05j * lines / 150)
+    hits = response + np.fft.rfft(scatter, size * padding)[..., 1:-1]
+    frf = hits.mean(axis=0)
+    measurement = bp.Measurement.from_arrays(
+        frf[:, None],
+        lines,
+        sensors=[f"s{number}" for number in range(6)],
+        actuators=["a1"],
+        quantity="receptance",
+        coherence=(np.abs(frf) ** 2 / np.mean(np.abs(hits) ** 2, axis=0))[:, None],
+        averages=averages,
+    )
+    truth = np.sum(window**2) / averages
+    low, high = np.percentile(measurement.noise_variance() / truth, [2.5, 97.5])
+    assert 0.5 < low < high < 2  # of single lines they go from 0.2 to 2.9
+    squares = np.abs(frf - response) ** 2 / measurement.noise_variance()[:, 0]
+    independent = squares.size / (5 * padding)
+    assert abs(np.mean(squares) - 1) < 0.04 + 4 / np.sqrt(independent)
 
 
 def test_lines_of_no_coherence_tell_nothing_of_their_neighbours():
