@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import equinox as eqx
 import jax
 import numpy as np
 from jaxtyping import Array, Float
@@ -138,6 +139,18 @@ class Problem:
             self.experiment,
             self.data,
             sizes=sizes,
+            baseline=self.baseline,
+            further=self.further,
+        )
+        problem.squares.take_structure(self.squares)
+        return problem
+
+    def with_measured(self, measured: np.ndarray) -> "Problem":
+        """Return the problem of some of the measured outputs of the experiment."""
+        problem = Problem(
+            self.experiment,
+            eqx.tree_at(lambda data: data.measured, self.data, measured),
+            sizes=self.sizes,
             baseline=self.baseline,
             further=self.further,
         )

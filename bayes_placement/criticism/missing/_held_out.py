@@ -1,7 +1,7 @@
 """How well a fitted hypothesis predicts data that it was not fitted to.
 
-Left out are one sensor channel at a time, and one frequency band at a time; each time the fit is
-corrected from where it was.
+Left out are one channel at a time, of sensors or of hits of a roved hammer, and one frequency band
+at a time; each time the fit is corrected from where it was.
 """
 
 import functools
@@ -9,9 +9,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...experiment.noise import Covariance
+from ...inference.engines.least_squares import SquaresAndPrior
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem
 from ._hypotheses import Hypothesis
+from ._unknown_noise import is_noise_known
 
 BANDS = 4
 """Frequency bands, of as many lines each."""
@@ -30,7 +33,8 @@ def held_out(hypothesis: Hypothesis) -> float:
     problem = hypothesis.problem
     measured = np.asarray(problem.data.measured).ravel()
     folds = [problem.of_experiment(held & measured) for held in _folds(problem)]
-    score = _evidence_ratio if hypothesis.has_errors else _score
+    is_linear = is_noise_known(hypothesis) and not hypothesis.has_errors
+    score = _score if is_linear else _evidence_ratio
     scores = [
         score(hypothesis, held)
         for held in folds
@@ -42,11 +46,12 @@ def held_out(hypothesis: Hypothesis) -> float:
 def _folds(problem: Problem) -> Iterator[np.ndarray]:
     """Which data are held out, one fold after the other."""
     shape = np.shape(problem.data.z)
-    for channel in range(shape[0]):
+    sensors, actuators = shape[:2]
+    channels = sensors if sensors > 1 else actuators
+    for channel in range(channels if channels > 1 else 0):
         held = np.zeros(shape, dtype=bool)
-        held[channel] = True
-        if shape[0] > 1:
-            yield held.ravel()
+        held[channel if sensors > 1 else (slice(None), channel)] = True
+        yield held.ravel()
     for lines in np.array_split(np.arange(shape[-1]), BANDS):
         held = np.zeros(shape, dtype=bool)
         held[..., lines] = True
@@ -59,14 +64,29 @@ def _evidence_ratio(hypothesis: Hypothesis, held: np.ndarray) -> float:
     Errors of what is held out go back to their prior, much farther than slopes hold.
     """
     problem, fit = hypothesis.problem, hypothesis.fit
-    training = problem.squares.objective(weight=(~held).astype(float))
+    training, level = _training(hypothesis, held)
     _, normal = minimise(training, fit.point[None], steps=2 * STEPS)
     log_evidence = -normal.cost[0] - 0.5 * np.linalg.slogdet(normal.curvature[0])[1]
-    _, log_scale = problem.squares.residuals(fit.point[None])
     all_data = -fit.cost + fit.gaussian.log_volume - 0.5 * problem.dimension * np.log(2 * np.pi)
     count = int(held.sum())
-    level = log_scale[0] / problem.count
     return float((all_data - log_evidence) / count - 0.5 * np.log(2 * np.pi) - level)
+
+
+def _training(hypothesis: Hypothesis, held: np.ndarray) -> tuple[SquaresAndPrior, float]:
+    """What a fit to the rest makes small, and the log of the deviation that it lacks a datum.
+
+    Unknown noise is told by the rest alone, which is measured then and nothing else. Known noise,
+    and noise that allows no gaps, stays as it is.
+    """
+    problem = hypothesis.problem
+    data, noise = problem.data, problem.experiment.noise
+    assert noise is not None
+    rest = np.asarray(data.measured) & ~held[: data.z.size].reshape(data.z.shape)
+    if is_noise_known(hypothesis) or isinstance(noise, Covariance):
+        _, log_scale = problem.squares.residuals(hypothesis.fit.point[None])
+        weight = (~held).astype(float)
+        return problem.squares.objective(weight=weight), log_scale[0] / problem.count
+    return problem.with_measured(rest).squares.objective(), 0.0
 
 
 def _score(hypothesis: Hypothesis, held: np.ndarray) -> float:

@@ -26,6 +26,7 @@ from ._hypotheses import (
     rival_among,
 )
 from ._posterior_odds import (
+    STRONG,
     Comparison,
     explains,
     greatest_odds_expected,
@@ -109,15 +110,18 @@ class Answer(NamedTuple):
     def best(self, level: float) -> Hypothesis:
         """The hypothesis that is claimed: none of the effects where the model passes its check.
 
+        Chi2 over many lines passes although an effect shows in a few: there, odds of twice strong
+        evidence decide.
+
         The form of a model error is assumed, so that evidence alone does not suffice beside it:
         the effects must also predict held-out data better than fewer of them, none of them may be
         only the best of several, and each must explain more than it leaves to the model error:
         scatter along a structure looks a little like many effects.
         """
-        none = self.comparison.hypotheses[0]
-        if not none.has_errors and passes(none, level):
+        none, best = self.comparison.hypotheses[0], self.comparison.best()
+        odds = self.comparison.log_odds(best) - self.comparison.log_odds(none)
+        if not none.has_errors and passes(none, level) and odds < 2 * STRONG:
             return none
-        best = self.comparison.best()
         while best.has_errors and best.effects and not self._holds(best):
             best = _with_fewer(self.comparison, best)
         return best

@@ -31,6 +31,13 @@ def test_an_effect_explains_more_than_it_leaves_to_the_model_error(monkeypatch, 
     assert claimed(monkeypatch, chi2) == kinds
 
 
+@pytest.mark.parametrize(("evidence", "kinds"), [(6.0, ()), (20.0, ("point_mass",))])
+def test_where_the_model_passes_its_check_twice_strong_evidence_is_needed(evidence, kinds):
+    """Chi2 of 6000 lines passes although an effect shows in some of them."""
+    none, mass = hypothesis([], 0.0), hypothesis(["point_mass"], evidence)
+    assert Answer(none, comparison(none, mass)).best(LEVEL).kinds == kinds
+
+
 def test_what_is_new_since_a_baseline_may_be_small(monkeypatch):
     before = hypothesis([], 0.0)
     assert claimed(monkeypatch, 90.0, baseline=before) == ("point_mass",)

@@ -1,7 +1,9 @@
 """Fits of an experiment: the truth, an unknown noise level, and held-out data."""
 
 import dataclasses
+from types import SimpleNamespace
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -74,6 +76,25 @@ def test_held_out_data_are_predicted_as_well_as_the_noise_allows(null):
     _, spread = null.problem.squares.residuals(null.fit.point[None])
     ideal = -0.5 * (1 + np.log(2 * np.pi)) - spread[0] / null.problem.count
     assert held_out(null) == pytest.approx(ideal, abs=0.2)
+
+
+def test_unknown_noise_of_what_is_held_out_is_told_by_the_rest(null):
+    """Its level counts neither in the fit nor in the score, which is that of the known noise."""
+    bar = experiment()
+    unknown = bp.noise.FromCoherence(dist.LogUniform(0.2, 5.0))
+    noisy = eqx.tree_at(lambda experiment: experiment.noise, bar, unknown)
+    hypothesis = null_hypothesis(noisy, noisy.data(measured()))
+    # The factor is known to 1 / sqrt(2 N), of 120 data held out the other way round to 6 %.
+    assert held_out(hypothesis) == pytest.approx(held_out(null), abs=0.03)
+
+
+def test_hits_of_a_roved_hammer_are_held_out_one_at_a_time():
+    shape = (1, 4, 2, 20)
+    problem = SimpleNamespace(data=SimpleNamespace(z=np.zeros(shape)))
+    hits = [fold.reshape(shape) for fold in _folds(problem)][:-4]
+    assert len(hits) == 4
+    for number, held in enumerate(hits):
+        assert held[:, number].all() and not np.delete(held, number, axis=1).any()
 
 
 def test_a_band_is_held_out_at_every_force_level():
