@@ -2,6 +2,7 @@
 
 import dataclasses
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import equinox as eqx
 import jax
@@ -90,7 +91,7 @@ def test_unknown_noise_of_what_is_held_out_is_told_by_the_rest(null):
 
 def test_hits_of_a_roved_hammer_are_held_out_one_at_a_time():
     shape = (1, 4, 2, 20)
-    problem = SimpleNamespace(data=SimpleNamespace(z=np.zeros(shape)))
+    problem = Mock(spec=Problem, data=SimpleNamespace(z=np.zeros(shape)))
     hits = [fold.reshape(shape) for fold in _folds(problem)][:-4]
     assert len(hits) == 4
     for number, held in enumerate(hits):
