@@ -1596,6 +1596,9 @@ def calls_of_plots():
         "plots.ledger.error_falls": Call(
             plots.ledger.error_falls, {"ledger": thing(ledger()), **AX}
         ),
+        "plots.ledger.before_and_after_pages": Call(
+            plots.ledger.before_and_after_pages, {"fits": mapping(fitted())}
+        ),
         "plots.ledger.before_and_after": Call(
             plots.ledger.before_and_after, {"fits": mapping(fitted()), **AXES}
         ),

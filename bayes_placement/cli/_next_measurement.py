@@ -52,7 +52,7 @@ def next_measurement(
         `sentence`, and the places with their expected gain: `columns`, `rows` and a `caption`.
     """
     if len(alternatives) < 2:
-        words = "One explanation is left, so that there is nothing for a next measurement to decide"
+        words = "Of the explanations tried one is left: a next measurement has nothing to decide"
         return _only(f"{words}; bayes-placement place MODEL says where its numbers get sharper.")
     sensor = next(iter(experiment.sensor))
     try:

@@ -200,7 +200,10 @@ AsCase = Annotated[
 ]
 Channels = Annotated[
     Path | None,
-    typer.Option(help="Channel table, a workbook or CSV: name, role, x [mm], tolerance [mm], ..."),
+    typer.Option(
+        # Unescaped, a bracket is taken for markup and left out.
+        help=r"Channel table, a workbook or CSV: name, role, x \[mm], tolerance \[mm], ..."
+    ),
 ]
 Save = Annotated[
     Path | None,

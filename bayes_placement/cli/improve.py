@@ -1,6 +1,7 @@
 """`bayes-placement improve`: add what a model lacks, effect by effect."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
@@ -104,11 +105,16 @@ def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
     run.figures(figures)
     measured = inputs.measurement, inputs.data_faults
     kept = of_result(ledger, inputs.experiment, *measured, with_next=run.with_report)
-    run.figures({FITS: _before_and_after(kept)})
+    run.figures(_before_and_after(kept))
     run.tree(FINDINGS, kept)
 
 
-def _before_and_after(kept: xr.DataTree) -> Figure:
-    """Figure of what was measured beside the model as given and with all effects."""
+def _before_and_after(kept: xr.DataTree) -> dict[str, Figure]:
+    """Figures of what was measured beside the model as given and with all effects, by name."""
     modes = of_models(kept, "modes")
-    return mode_plots.compared(modes) if modes else plots.before_and_after(of_models(kept, "fit"))
+    if modes:
+        return {FITS: mode_plots.compared(modes)}
+    first, *further = plots.before_and_after_pages(of_models(kept, "fit"))
+    stem, suffix = Path(FITS).stem, Path(FITS).suffix
+    numbered = {f"{stem}_{number}{suffix}": page for number, page in enumerate(further, 2)}
+    return {FITS: first, **numbered}

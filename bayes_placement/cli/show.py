@@ -74,11 +74,32 @@ def _show_file(path: Path, output: Output) -> int:
     measurement = formats.read_measurement(path)
     _draw(run, measurement)
     screen.verdict(repr(measurement))
+    table = _measured_channels(measurement)
+    screen.table(table, "channel")
+    run.table("channels.csv", table)
     places = [
         f"{name} at {position_text(at)} m" for name, at in sorted(measurement.positions.items())
     ]
-    screen.list(places or ["No positions are recorded in the file."])
-    return run.finish(screen, repr(measurement), {"positions": places})
+    if not places:
+        screen.list(["No positions are recorded in the file."])
+    channels = table.reset_index().to_dict("records")
+    return run.finish(screen, repr(measurement), {"positions": places, "channels": channels})
+
+
+def _measured_channels(measurement: Measurement) -> pd.DataFrame:
+    """One row for each measured channel: its kind, and where it is recorded."""
+    sides = (("Sensor", measurement.sensors), ("Actuator", measurement.actuators))
+    places = {name: position_text(at) for name, at in measurement.positions.items()}
+    rows = [
+        {
+            "channel": channel.label,
+            "kind": kind,
+            "recorded [m]": places.get(channel.name, "not recorded"),
+        }
+        for kind, channels in sides
+        for channel in channels
+    ]
+    return pd.DataFrame(rows).set_index("channel")
 
 
 def _show_modes(modes: ModalParameters, run: Run, screen: Screen) -> int:

@@ -37,6 +37,9 @@ from ._figures import (
 LEVEL = 0.01
 """Corrected p-value below which a score is more than chance."""
 
+MOST_SENSORS = 3
+"""Sensors on a page of responses."""
+
 MOST_MAPS = 4
 """Greatest number of maps of a structure in space."""
 
@@ -283,6 +286,29 @@ def _misfit(steps: Sequence[FittedModel]) -> tuple[list[float], str]:
     if np.all(np.isfinite(exact)):
         return exact, "chi2 per datum without model error [1]"
     return [step.chi2_per_datum for step in steps], "chi2 per datum [1]"
+
+
+@arguments_checked
+def before_and_after_pages(fits: Mapping[str, xr.Dataset]) -> list[Figure]:
+    """Draw `before_and_after` on pages of a few sensors.
+
+    Parameters
+    ----------
+    fits
+        As for `before_and_after`.
+
+    Examples
+    --------
+    >>> from bayes_placement.criticism.fitted import fitted_steps
+    >>> len(bp.plots.ledger.before_and_after_pages(fitted_steps(ledger, experiment, surprise)))
+    1
+    """
+    count = next(iter(fits.values())).sizes["sensor"]
+    pages = [slice(start, start + MOST_SENSORS) for start in range(0, count, MOST_SENSORS)]
+    return [
+        before_and_after({name: fit.isel(sensor=page) for name, fit in fits.items()})
+        for page in pages
+    ]
 
 
 @arguments_checked

@@ -91,9 +91,13 @@ def match(requested: Channel, recorded: tuple[Channel, ...], side: str) -> Match
             f"name were measured; a direction is needed on both sides to tell them apart. Measured "
             f"are {labels}: name one of them."
         )
+    otherwise = "rename the transducer to its name in the measurement"
+    if named:
+        way = abs(recorded[named[0]].direction)
+        otherwise = f"let the model move that way, as bp.beams.beam(..., direction={way}) does"
     raise InputError(
         f"The {side} channel {requested.label} was requested, but only {labels} were measured; "
-        "name one of them, or rename the transducer to its name in the measurement."
+        f"name one of them, or {otherwise}."
     )
 
 

@@ -76,7 +76,7 @@ def test_the_search_ends_when_its_time_is_over(alternatives, monkeypatch):
 
 def test_one_explanation_leaves_nothing_to_decide(alternatives):
     found = next_measurement(experiment(), experiment().nominal_measurement(), alternatives[:1])
-    assert found["sentence"].startswith("One explanation is left")
+    assert found["sentence"].startswith("Of the explanations tried one is left")
     assert found["rows"] == []
 
 

@@ -60,6 +60,13 @@ def test_a_file_is_shown_with_what_it_records(tmp_path):
     content = json.loads(done.stdout)
     assert content["verdict"].startswith("Measurement: accelerance")
     assert "s1 at (0.16, 0, 0) m" in content["result"]["positions"]
+    channels = {row["channel"]: row for row in content["result"]["channels"]}
+    assert channels["s1+x"] == {
+        "channel": "s1+x",
+        "kind": "Sensor",
+        "recorded [m]": "(0.16, 0, 0)",
+    }
+    assert (tmp_path / "out" / "channels.csv").is_file()
     assert (tmp_path / "out" / "frf_1.png").is_file()
 
 

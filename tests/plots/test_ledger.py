@@ -359,6 +359,17 @@ def test_a_misfit_of_zero_is_drawn_on_the_logarithmic_axis():
     assert 0 < low < line(axis, "misfit of the best fit")[1] < 0.01
 
 
+def test_many_sensors_become_pages():
+    names = [f"s{number}" for number in range(1, 9)]
+    many = {
+        name: xr.concat([dataset] * 4, "sensor").assign_coords(sensor=names)
+        for name, dataset in fits().items()
+    }
+    pages = ledger_plots.before_and_after_pages(many)
+    assert [len(page.axes) // 2 for page in pages] == [3, 3, 2]
+    assert pages[1].axes[0].get_title() == "sensor s4, actuator a1"
+
+
 def test_responses_and_errors_are_those_of_each_fit():
     datasets = fits()
     figure = ledger_plots.before_and_after(datasets)
