@@ -12,6 +12,8 @@ from pathlib import Path
 # Each worker has one thread for dense algebra: they share the cores. Read when NumPy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+# And one of JAX: handing small functions to idle threads took a seventh of the time.
+os.environ.setdefault("PJRT_NPROC", "1")
 
 import pytest
 
