@@ -38,13 +38,13 @@ def exchanged():
     return bar(sensors, [bp.Actuator("a1", at=0.23), bp.Actuator("a2", at=0.61)])
 
 
-def free_beam():
+def free_beam(modulus=1.0):
     modes = bp.beams.beam(
         12,
         length=1.0,
         area=3e-4,
         second_moment=2.5e-9,
-        youngs_modulus=dist.Uniform(2.0e11, 2.2e11),
+        youngs_modulus=dist.Uniform(2.0e11 * modulus, 2.2e11 * modulus),
         density=7850.0,
         ends="free-free",
     )
@@ -148,6 +148,22 @@ def test_numbers_without_a_phase_are_told(form):
     checks = exchanged().check_data(dataclasses.replace(data, frf=form(data.frf).astype(complex)))
     assert "phase" in kinds(checks)
     assert "All FRFs (first s1+x / a1+x) have no imaginary part at any line" in str(checks)
+
+
+def test_lines_in_radians_a_second_are_told():
+    exact = measured(free_beam())
+    radians = dataclasses.replace(exact, frequency=2 * np.pi * exact.frequency)
+    found = free_beam().check_data(radians).faults["natural frequencies"]
+    assert len(found) == 1
+    assert "in rad/s that were taken for Hz" in found[0].sentence
+    assert not free_beam().check_data(exact).faults["natural frequencies"]
+
+
+@pytest.mark.parametrize("modulus", [1e-9, 1e9])
+def test_a_model_without_a_natural_frequency_among_the_lines_is_told(modulus):
+    found = free_beam(modulus).check_data(measured(free_beam())).faults["natural frequencies"]
+    assert len(found) == 1
+    assert found[0].sentence.startswith("The FRFs have resonances between 4 and 300 Hz, but no")
 
 
 def test_opposite_directions_at_a_driving_point_are_told():

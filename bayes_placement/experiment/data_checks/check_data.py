@@ -12,6 +12,7 @@ from ..modal_parameters import ModalParameters
 from . import (
     driving_points,
     full_coherence,
+    natural_frequencies,
     overload,
     phase,
     reciprocity,
@@ -55,6 +56,7 @@ CHECKS = tuple(
         ("repeated records", repeated_records),
         ("overload", overload),
         ("coherence of 1", full_coherence),
+        ("natural frequencies", natural_frequencies),
         ("phase", phase),
         ("driving points", driving_points),
         ("reciprocity", reciprocity),
@@ -77,7 +79,7 @@ class DataChecks:
     Examples
     --------
     >>> experiment.check_data(measured).words()
-    ['The data pass their checks: overload, phase.']
+    ['The data pass their checks: overload, natural frequencies, phase.']
     """
 
     faults: dict[str, list[Fault]]
@@ -116,8 +118,8 @@ def check_data(
 ) -> DataChecks:
     """Look for faults of a measurement that no model explains, before any inference.
 
-    Records that stand twice, clipped or flat ones, a coherence of 1 everywhere; FRFs without a
-    phase or with that of the other sign of time; driving points
+    Records that stand twice, clipped or flat ones, a coherence of 1 everywhere; resonances where
+    units were mistaken; FRFs without a phase or with that of the other sign of time; driving points
     that give energy back, pairs that are not reciprocal, and free structures off their rigid-body
     line. Lines outside those of the experiment count as well. Where modes are observed, modes of
     the model that have one natural frequency.

@@ -46,10 +46,11 @@ def prior_responses(
         return np.asarray(flat * power)
 
     nominal = response(record.experiment.nominal_values())
-    return nominal, [response(values) for values in _prior_values(record.experiment)]
+    return nominal, [response(values) for values in prior_values(record.experiment)]
 
 
-def _prior_values(experiment: "Experiment") -> list[dict[str, Any]]:
+def prior_values(experiment: "Experiment") -> list[dict[str, Any]]:
+    """Values of all unknowns by name, at draws from their priors."""
     unknowns = experiment.unknowns
     keys = jax.random.split(jax.random.key(0), (DRAWS, max(1, len(unknowns))))
     return [

@@ -1,0 +1,88 @@
+"""Resonances of the data beside natural frequencies of the model: units that were mistaken."""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..._compiled import compiled
+from .._noise_level import FEWEST_LINES
+from ..line_choice import resonances
+from .prior_responses import prior_values
+from .record import Fault, Pair, Record
+
+if TYPE_CHECKING:
+    from ..experiment import Experiment
+
+FEWEST_RESONANCES = 3
+"""Resonances that are not all near natural frequencies by chance."""
+
+WITHIN = 0.05
+"""Relative distance of a resonance from the natural frequency of a mode that is not as drawn."""
+
+RADIANS = 2 * np.pi
+
+Modes = Float[np.ndarray, "mode"]
+
+
+def can_check(record: Record) -> bool:
+    """Tell whether there are lines enough to see resonances."""
+    return record.frequency.size >= FEWEST_LINES
+
+
+def check(record: Record) -> Iterator[Fault]:
+    """Find natural frequencies that are all outside of the lines, and lines in rad/s."""
+    measured = record.frequency[resonances((record.measurement,))]
+    if measured.size < FEWEST_RESONANCES:
+        return
+    draws = natural_frequencies(record.experiment)
+    low, high = record.frequency[[0, -1]]
+    first = next(record.pairs)
+    if not any(np.any((modes >= low) & (modes <= high)) for modes in draws):
+        yield _outside(record, first, draws[0])
+    elif _found(measured, draws) <= measured.size / 2:
+        of_radians = _found(measured / RADIANS, draws)
+        if of_radians == measured.size:
+            yield record.fault(
+                first,
+                float(of_radians),
+                measured.size / 2,
+                f"All {measured.size} resonances lie at 2 pi times natural frequencies of the "
+                "model, as of lines in rad/s that were taken for Hz; lines in Hz are needed: "
+                "divide them by 2 pi, or state the unit rad/s in a mapping.",
+            )
+
+
+def natural_frequencies(experiment: "Experiment") -> list[Modes]:
+    """Natural frequencies [Hz] of the nominal structure, and at draws from the priors."""
+    values = [experiment.nominal_values(), *prior_values(experiment)]
+    return [np.asarray(compiled(_natural_frequency)(experiment.fix(draw))) for draw in values]
+
+
+def _outside(record: Record, first: Pair, modes: Modes) -> Fault:
+    low, high = record.frequency[[0, -1]]
+    elastic = modes[modes > 0]
+    return record.fault(
+        first,
+        0.0,
+        1.0,
+        f"The FRFs have resonances between {low:.4g} and {high:.4g} Hz, but no natural frequency "
+        f"of the model lies there, whatever the priors allow (nominal: {elastic[0]:.3g} to "
+        f"{elastic[-1]:.3g} Hz), as of a modulus in GPa or a length in mm; Pa, m, kg/m³ and Hz are "
+        "needed: youngs_modulus=70e9.",
+    )
+
+
+def _found(resonant: Float[np.ndarray, "resonance"], draws: Sequence[Modes]) -> int:
+    """Most resonances that lie at natural frequencies of one draw."""
+
+    def count(modes: Modes) -> int:
+        apart = np.abs(modes / resonant[:, None] - 1)
+        return int(np.sum(np.min(apart, axis=1) < WITHIN))
+
+    return max(map(count, draws))
+
+
+def _natural_frequency(experiment: "Experiment") -> Array:
+    return experiment.structure.modes.natural_frequency
