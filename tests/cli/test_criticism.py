@@ -285,7 +285,10 @@ def test_an_unknown_engine_is_answered_with_the_known_ones(hidden):
 def test_commands_say_which_lines_they_take_and_what_the_data_checks_say(hidden):
     for output in hidden[1].values():
         assert "Lines: all 20 of the experiment, from 100 to 670 Hz." in output
-        assert "- The data pass their checks: repeated records, overload, natural frequencies, phase." in output
+        assert (
+            "- The data pass their checks: repeated records, overload, natural frequencies, phase."
+            in output
+        )
 
 
 REPEATED = """
