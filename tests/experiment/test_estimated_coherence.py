@@ -25,13 +25,19 @@ def measured(averages, noise, seed=0, channels=4):
     response = RECEPTANCE * force + noise * normal(averages, channels, LINES.size)
     powers = [np.sum(np.abs(record) ** 2, axis=0) for record in (force, response)]
     cross = np.sum(np.conj(force) * response, axis=0)
+    coherence = np.abs(cross) ** 2 / (powers[0] * powers[1])
+    return recorded(cross / powers[0], LINES, coherence, averages)
+
+
+def recorded(frf, lines, coherence, averages):
+    """Measurement of several sensors and one force, arrays [sensor, frequency]."""
     return bp.Measurement.from_arrays(
-        (cross / powers[0])[:, None],
-        LINES,
-        sensors=[f"s{number}" for number in range(channels)],
+        frf[:, None],
+        lines,
+        sensors=[f"s{number}" for number in range(len(frf))],
         actuators=["a1"],
         quantity="receptance",
-        coherence=(np.abs(cross) ** 2 / (powers[0] * powers[1]))[:, None],
+        coherence=coherence[:, None],
         averages=averages,
     )
 
@@ -64,15 +70,8 @@ def test_a_coherence_that_is_known_stays_as_it_is(averages):
     share = NOISE["of each part"] ** 2 / np.abs(RECEPTANCE) ** 2  # noise over signal
     measurement = measured(averages, NOISE["of each part"])
     variance = np.abs(measurement.frf) ** 2 * share / averages
-    known = bp.Measurement.from_arrays(
-        measurement.frf,
-        LINES,
-        sensors=measurement.sensors,
-        actuators=measurement.actuators,
-        quantity="receptance",
-        coherence=np.broadcast_to(1 / (1 + share), measurement.frf.shape),
-        averages=averages,
-    )
+    frf = measurement.frf[:, 0]
+    known = recorded(frf, LINES, np.broadcast_to(1 / (1 + share), frf.shape), averages)
     np.testing.assert_allclose(known.noise_variance(), variance, rtol=1e-12)
 
 
@@ -95,15 +94,8 @@ def test_padded_records_with_a_window_are_estimates_as_well(averages, padding):
     response = 30 / (1 - (lines / 150) ** 2 + 0.05j * lines / 150)
     hits = response + np.fft.rfft(scatter, size * padding)[..., 1:-1]
     frf = hits.mean(axis=0)
-    measurement = bp.Measurement.from_arrays(
-        frf[:, None],
-        lines,
-        sensors=[f"s{number}" for number in range(6)],
-        actuators=["a1"],
-        quantity="receptance",
-        coherence=(np.abs(frf) ** 2 / np.mean(np.abs(hits) ** 2, axis=0))[:, None],
-        averages=averages,
-    )
+    coherence = np.abs(frf) ** 2 / np.mean(np.abs(hits) ** 2, axis=0)
+    measurement = recorded(frf, lines, coherence, averages)
     truth = np.sum(window**2) / averages
     low, high = np.percentile(measurement.noise_variance() / truth, [2.5, 97.5])
     assert 0.5 < low < high < 2  # of single lines they go from 0.2 to 2.9
@@ -114,17 +106,9 @@ def test_padded_records_with_a_window_are_estimates_as_well(averages, padding):
 
 def test_lines_of_no_coherence_tell_nothing_of_their_neighbours():
     measurement = measured(5, NOISE["response"])
-    coherence = measurement.coherence.copy()
-    coherence[0, 0, [0, 300]] = 0.0, 1.0
-    damaged = bp.Measurement.from_arrays(
-        measurement.frf,
-        LINES,
-        sensors=measurement.sensors,
-        actuators=measurement.actuators,
-        quantity="receptance",
-        coherence=coherence,
-        averages=5,
-    )
+    coherence = measurement.coherence[:, 0].copy()
+    coherence[0, [0, 300]] = 0.0, 1.0
+    damaged = recorded(measurement.frf[:, 0], LINES, coherence, 5)
     with pytest.raises(InputError, match="coherence 0 means an unbounded error"):
         damaged.noise_variance()
     variance = damaged.without(1, 1).without(301, 301).noise_variance()[0, 0]
