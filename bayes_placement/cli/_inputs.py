@@ -95,7 +95,8 @@ def read_inputs(
         study = study._replace(experiment=study.experiment.with_model_error(Modal()))
     lines = choose_lines(study.experiment, measurement, most_lines)
     study = study._replace(experiment=lines.experiment)
-    settings = {"lines": most_lines, "model_error": model_error, **settings}
+    has_error = study.experiment.model_error is not None
+    settings = {"lines": most_lines, "model_error": has_error, **settings}
     run = output.begin(command, path, files=files, **settings)
     screen.text(f"{study.experiment}\n")
     screen.text(lines.sentence)
