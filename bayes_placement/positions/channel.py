@@ -94,7 +94,7 @@ def match(requested: Channel, recorded: tuple[Channel, ...], side: str) -> Match
     otherwise = "rename the transducer to its name in the measurement"
     if named:
         way = abs(recorded[named[0]].direction)
-        otherwise = f"let the model move that way, as bp.beams.beam(..., direction={way}) does"
+        otherwise = f"state the direction: directions=({way},), and direction={way} of a beam"
     raise InputError(
         f"The {side} channel {requested.label} was requested, but only {labels} were measured; "
         f"name one of them, or {otherwise}."

@@ -68,7 +68,7 @@ def _outside(record: Record, first: Pair, modes: Modes) -> Fault:
         0.0,
         1.0,
         f"The FRFs have resonances between {low:.4g} and {high:.4g} Hz, but no natural frequency "
-        f"of the model lies there, whatever the priors allow (nominal: {elastic[0]:.3g} to "
+        f"of the model lies there, at any draw from the priors (nominal: {elastic[0]:.3g} to "
         f"{elastic[-1]:.3g} Hz), as of a modulus in GPa or a length in mm; Pa, m, kg/m³ and Hz are "
         "needed: youngs_modulus=70e9.",
     )
