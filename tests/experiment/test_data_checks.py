@@ -166,6 +166,17 @@ def test_a_model_without_a_natural_frequency_among_the_lines_is_told(modulus):
     assert found[0].sentence.startswith("The FRFs have resonances between 4 and 300 Hz, but no")
 
 
+def test_natural_frequencies_without_the_effects_of_a_model_tell_nothing():
+    """A body on soft mounts, measured below its first elastic mode, resonates on its mounts."""
+    stiff = free_beam(1e6)
+    mounted = stiff + bp.effects.ground_spring(0.1, 1e6, name="left")
+    mounted = mounted + bp.effects.ground_spring(0.7, 1e6, name="right")
+    mounted = mounted + bp.effects.tuned_absorber(0.5, 0.5, 60.0, 0.01)
+    data = measured(mounted)
+    assert stiff.check_data(data).faults["natural frequencies"]
+    assert "natural frequencies" not in mounted.check_data(data).faults
+
+
 def test_opposite_directions_at_a_driving_point_are_told():
     checks = exchanged().check_data(changed(measured(exchanged()), -1.0, 1, 1))
     assert "with the opposite directions of the two, minus its imaginary part" in str(checks)
