@@ -2,7 +2,6 @@
 
 import io
 import tempfile
-import warnings
 import zipfile
 from collections.abc import Mapping
 from functools import partial
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .._files import write_atomically
-from .._types import InputError
+from .._types import InputError, warn
 
 
 class ArrayStore:
@@ -47,9 +46,8 @@ class ArrayStore:
         try:
             return _checked(content, key)
         except (OSError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile) as error:
-            warnings.warn(
-                f"{path} is damaged ({error}). What it held is computed again, and it is replaced.",
-                stacklevel=3,
+            warn(
+                f"{path} is damaged ({error}). What it held is computed again, and it is replaced."
             )
             return None
 

@@ -1,7 +1,6 @@
 """Posterior of everything unknown in an experiment, given a measurement."""
 
 import time
-import warnings
 from typing import Any
 
 import equinox as eqx
@@ -11,7 +10,7 @@ import xarray as xr
 
 from .._compiled import compiled
 from .._sites import Role, substitute
-from .._types import InputError, Key, Progress, arguments_checked, check_kind, no_progress
+from .._types import InputError, Key, Progress, arguments_checked, check_kind, no_progress, warn
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from . import divergence, engines, marginals
@@ -103,7 +102,7 @@ def infer(
     inference = _inference(experiment, data, *method, jax_key(key), progress)
     sentences = [*inference.draws.warnings, *_unresolved(inference.stats)]
     for sentence in sentences:
-        warnings.warn(sentence, InferenceWarning, stacklevel=2)
+        warn(sentence, InferenceWarning)
     record = {
         **method[0].settings(),
         **method[1].settings(),

@@ -1,7 +1,6 @@
 """Meshes of many formats, by meshio: nodes, elements and named sets of nodes."""
 
 import importlib.util
-import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -9,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._types import InputError, MissingExtraError, arguments_checked, check_positive
+from .._types import InputError, MissingExtraError, arguments_checked, check_positive, warn
 from ..modes.finite_elements.modal_model import ModalModel
 from . import _reader_process
 from ._gate import check_plausible, existing, reading
@@ -126,10 +125,9 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
         content = _contents_of(existing(file, "a mesh"))
         mesh = _mesh(file, content, length_unit)
     if content.complaints:
-        warnings.warn(
+        warn(
             f"{path} was read, but meshio says: {content.complaints} Check the number of nodes "
-            "and elements, or convert the file.",
-            stacklevel=2,
+            "and elements, or convert the file."
         )
     return mesh
 

@@ -5,7 +5,6 @@ hash.
 """
 
 import pickle
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -16,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import numpy as np
 
-from ..._types import WritingError
+from ..._types import WritingError, warn
 from ...experiment.array_store import ArrayStore
 from ...experiment.content_hash import content_hash
 from ...inference.engines.empirical_bayes import Rival, Sized, fitted_with_sizes
@@ -72,7 +71,7 @@ class KeptFits:
         try:
             self.files.write(key, leaves)
         except WritingError as error:
-            warnings.warn(f"A fit is not kept for a later run: {error}", stacklevel=4)
+            warn(f"A fit is not kept for a later run: {error}")
 
 
 _KEPT: ContextVar[KeptFits | None] = ContextVar("fits", default=None)

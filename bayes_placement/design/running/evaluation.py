@@ -1,6 +1,5 @@
 """Evaluation of the information gain at placements, and its settings, common to all searches."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
@@ -9,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._types import Key, Progress, no_progress
+from ..._types import Key, Progress, no_progress, warn
 from ...experiment.experiment import Experiment
 from ...experiment.resized import with_lines
 from ...inference.random_keys import integer_seed
@@ -126,12 +125,11 @@ def _warn_if_saturated(estimator: Estimator, gain: np.ndarray) -> None:
         return
     limit, greatest = np.log(estimator.draws), np.max(gain, initial=-np.inf)
     if greatest > limit:
-        warnings.warn(
+        warn(
             f"An expected gain of {greatest:.3g} nat was estimated with draws={estimator.draws} "
             f"draws of the parameters, which can resolve at most log draws = {limit:.2g} nat: "
             "such values are too high, and only their order is a hint. Give more draws, "
             f"information.ExpectedGain(draws={16 * estimator.draws}), fewer lines, or a narrower "
             "prior, such as the posterior of a first measurement: after=posterior.",
             InformationWarning,
-            stacklevel=4,
         )

@@ -1,6 +1,5 @@
 """FRFs from time records of one force and the responses to it."""
 
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
@@ -9,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex
 
-from ..._types import InputError, check_annotated, check_count, check_kind, shown
+from ..._types import InputError, check_annotated, check_count, check_kind, shown, warn
 from ...experiment import pooled_variance
 from ...experiment._measurement_checks import band as check_band
 from ...experiment.measurement import Measurement
@@ -134,7 +133,7 @@ def frf(
         time_constant=kept.time_constant,
     )
     for sentence in estimate.warnings:
-        warnings.warn(sentence, EstimateWarning, stacklevel=2)
+        warn(sentence, EstimateWarning)
     return estimate
 
 
