@@ -4,7 +4,9 @@ import abc
 from typing import Any
 
 import equinox as eqx
+import numpy as np
 
+from .._types import InputError
 from .bounds import Bounds, bounds_text
 from .places import Position
 from .vectors import Recorded
@@ -31,7 +33,7 @@ class Tolerance(eqx.Module):
         Raises
         ------
         InputError
-            If no part of the region lies on the structure.
+            If no part of the region lies on the structure, or it is larger than the structure.
         """
 
     @abc.abstractmethod
@@ -47,6 +49,17 @@ class Tolerance(eqx.Module):
         InputError
             If it has no size to scale.
         """
+
+
+def check_reach(tolerance: Tolerance, reach: float, bounds: Bounds) -> None:
+    """Refuse a tolerance that says nothing of the position, as millimetres taken for metres do."""
+    size = float(np.max(np.subtract(bounds[1], bounds[0])))
+    if reach > size:
+        raise InputError(
+            f"{tolerance} reaches {reach:g} m to either side, farther than the structure "
+            f"({bounds_text(bounds)}) is long; a tolerance in metres is needed: {reach / 1000:g} "
+            f"for {reach:g} mm. Where nothing is known of the position, {size:g} is enough."
+        )
 
 
 def off_structure(tolerance: Tolerance, bounds: Bounds) -> str:

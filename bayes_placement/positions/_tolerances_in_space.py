@@ -7,7 +7,7 @@ import numpy as np
 from numpyro.distributions import Uniform
 
 from .._types import InputError, check_annotated, finite_number
-from ._tolerance import Tolerance, off_structure
+from ._tolerance import Tolerance, check_reach, off_structure
 from .bounds import ROUNDING, Bounds, bounds_text, box, clipped, inside, rounding_margin
 from .places import Cartesian, InBall, OnMember, OnPatch
 from .vectors import Coordinates, Vector, direction_of, right_angled, triple, vector
@@ -60,6 +60,7 @@ class Box(Tolerance):
     def on(self, bounds: Bounds) -> Cartesian:
         """Uniform distribution of each coordinate [m] along which box and structure extend."""
         corners = box(bounds, self)
+        check_reach(self, max(self.within), bounds)
         sides = zip(self.centre, self.within, *corners, strict=True)
         coordinates = [_side(*side, rounding_margin(corners)) for side in sides]
         if any(coordinate is None for coordinate in coordinates):
@@ -157,6 +158,7 @@ class Member(Tolerance):
     def on(self, bounds: Bounds) -> OnMember:
         """Uniform distribution of the distance from the start [m]."""
         corners = box(bounds, self)
+        check_reach(self, self.within or 0.0, bounds)
         foot, direction, length = self._foot()
         stretch = (max(foot - self._reach(), 0.0), min(foot + self._reach(), length))
         low, high = clipped(np.array(self.start), direction, stretch, corners)
@@ -223,6 +225,7 @@ class Patch(Tolerance):
     def on(self, bounds: Bounds) -> OnPatch:
         """Uniform distribution of the distances from the centre along both directions [m]."""
         corners = box(bounds, self)
+        check_reach(self, max(self.within), bounds)
         centre, directions = np.array(self.centre), np.array(self.directions)
         in_one_only = np.sum(np.abs(directions) > ROUNDING, axis=0) == 1
         sides = [
@@ -291,6 +294,7 @@ class Ball(Tolerance):
     def on(self, bounds: Bounds) -> InBall:
         """Uniform distribution in the part of the ball within the box about the structure."""
         low, high = box(bounds, self)
+        check_reach(self, self.radius, bounds)
         place = InBall((), self.centre, self.radius, (low, high))
         if place.cut.is_empty:
             raise InputError(off_structure(self, bounds))

@@ -9,7 +9,7 @@ from numpyro.distributions import Uniform
 
 from .._types import InputError, check_annotated, finite_number
 from ._nearest_nodes import at_nearest_node
-from ._tolerance import Tolerance
+from ._tolerance import Tolerance, check_reach
 from ._tolerances_in_space import Ball, Box, Member, Patch
 from .bounds import (
     Bounds,
@@ -74,13 +74,15 @@ class Segment(Tolerance):
         Raises
         ------
         InputError
-            If the structure lies in space, or no part of the segment lies on it.
+            If the structure lies in space, no part of the segment lies on it, or the tolerance is
+            longer than the structure.
         """
         if in_space(bounds):
             needed = three_coordinates_needed(bounds)
             raise InputError(
                 f"Segment({self.centre}, within={self.within}) was given, but {needed}"
             )
+        check_reach(self, self.within, bounds)
         start, end = cast(tuple[float, float], bounds)
         low = max(self.centre - self.within, start)
         high = min(self.centre + self.within, end)

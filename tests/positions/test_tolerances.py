@@ -33,6 +33,29 @@ def test_a_segment_is_clipped_to_the_structure(centre, within, expected):
     np.testing.assert_allclose(limits(positions.Segment(centre, within=within)), expected)
 
 
+@pytest.mark.parametrize(
+    ("tolerance", "bounds", "example"),
+    [
+        (positions.Segment(0.25, within=20), (0.0, 1.0), "0.02 for 20 mm"),
+        (positions.Box((0.3, 0.0, 0.2), within=(5, 0, 0)), FRAME, "0.005 for 5 mm"),
+        (positions.Member(*FRAME, centre=(0.4, 0.0, 0.3), within=30), FRAME, "0.03 for 30 mm"),
+        (
+            positions.Patch((0.3, 0.0, 0.2), (1, 0, 0), (0, 0, 1), within=(0.1, 10)),
+            FRAME,
+            "0.01 for 10 mm",
+        ),
+        (positions.Ball((0.3, 0.2, 0.2), 8), BODY, "0.008 for 8 mm"),
+    ],
+)
+def test_a_tolerance_larger_than_the_structure_is_refused(tolerance, bounds, example):
+    with pytest.raises(ValueError, match=rf"a tolerance in metres is needed: {example}"):
+        tolerance.on(bounds)
+
+
+def test_a_tolerance_as_long_as_the_structure_is_a_tolerance():
+    assert limits(positions.Segment(0.25, within=1.0)) == (0.0, 1.0)
+
+
 @pytest.mark.parametrize("centre", [1.3, -0.3, 1.04])
 def test_a_segment_beside_the_structure_is_refused(centre):
     with pytest.raises(ValueError, match=r"has no point on the structure \(0 to 1 m\)"):
