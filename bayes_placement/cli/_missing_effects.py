@@ -6,18 +6,15 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from .._types import InputError, UsageError
-from ..criticism.missing._kept_fits import fits_kept_in
 from ..effects import library
 from ..experiment.experiment import Measurements
 from ..io.model import Study
 from ._inputs import Inputs, read_inputs, read_measurement
 from ._run import Output
 from ._save import Mended
+from ._shared_fits import fits_of_model
 
 Result = TypeVar("Result")
-
-FITS = "fits"
-"""Folder of fits, which `explain` and `improve` of one model share."""
 
 
 @dataclass(frozen=True)
@@ -140,22 +137,14 @@ class Request:
             effects = library(inputs.experiment, self.kinds)
         except InputError as error:
             raise UsageError(str(error)) from error
-        with (
-            fits_kept_in(inputs.run.shared / FITS) as fits,
-            inputs.screen.progress([command]) as begin,
-        ):
-            result = function(
+        with fits_of_model(inputs), inputs.screen.progress([command]) as begin:
+            return function(
                 inputs.experiment,
                 measured,
                 candidates=effects,
                 progress=begin(command),
                 **settings,
             )
-        if fits is not None and fits.taken:
-            inputs.screen.text(
-                f"Fits of an earlier run that were taken: {fits.taken} of {fits.folder}/"
-            )
-        return result
 
 
 def states_by_label(words: Sequence[str]) -> dict[str, Path]:

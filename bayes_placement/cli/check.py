@@ -13,8 +13,9 @@ from ..plots import misfit as plots
 from ..plots import modes as mode_plots
 from ..plots import posterior as posterior_plots
 from ._findings import FINDINGS, of_check, of_models
-from ._inputs import infer_posterior, named_method, read_inputs
+from ._inputs import infer_posterior, read_inputs
 from ._run import Output, Run
+from ._shared_fits import method_from_fit
 
 
 def run(
@@ -54,7 +55,7 @@ def run(
         path, data, "check", output, most_lines, model_error, seed=seed, engine=engine
     )
     screen, run = inputs.screen, inputs.run
-    method = named_method(inputs.study, engine, "latent")
+    method, cautions = method_from_fit(inputs, engine)
     with screen.progress(["posterior", "check"]) as begin:
         posterior = infer_posterior(
             inputs.experiment, inputs.measurement, method, seed, begin("posterior")
@@ -63,7 +64,7 @@ def run(
         misfit = check(posterior)
     screen.verdict(misfit.verdict())
     screen.table(misfit.table(), "group")
-    sentences = [*misfit.words(), *warnings_of(posterior)]
+    sentences = [*misfit.words(), *cautions, *warnings_of(posterior)]
     told = {misfit.verdict(), *inputs.data_faults}
     screen.list(sentence for sentence in sentences if sentence not in told)
     kept = of_check(posterior, misfit, inputs.experiment, inputs.measurement)

@@ -11,6 +11,7 @@ from ..criticism.missing.improve import improve
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.states import LedgerOfStates
 from ..experiment.experiment import Experiment, Measurements
+from ..inference.engines import MAP
 from ..plots import ledger as plots
 from ..plots import modes as mode_plots
 from ._findings import FINDINGS, of_models, of_result
@@ -56,6 +57,7 @@ def _save(mended: Mended, ledger: Ledger, inputs: Inputs) -> None:
     """Write the mended model, and its posterior to the folder of the results."""
     mended.write(inputs.experiment, ledger)
     method = named_method(inputs.study, "map", "latent")
+    method = method._replace(engine=MAP(begin=ledger.steps[-1].values))
     with inputs.screen.progress(["posterior"]) as begin:
         posterior = infer_posterior(
             ledger.experiment, inputs.measurement, method, 0, begin("posterior")

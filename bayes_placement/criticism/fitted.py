@@ -12,6 +12,7 @@ from .._types import Response
 from ..experiment.experiment import FORCE_LEVEL, Experiment, Measurements
 from ..experiment.noise import Data
 from ..inference.bands import amplitude
+from ..inference.estimates import from_scalars
 from ..inference.results import outputs
 from ..positions.vectors import Recorded
 from .missing._location import effect_locations
@@ -131,10 +132,8 @@ def with_arrays(experiment: Experiment, values: Mapping[str, float]) -> dict[str
     values
         Value of every unknown, elements of arrays one by one (`structure.damping.ratio[0]`).
     """
-    return {
-        unknown.name: _value(unknown.name, unknown.distribution.shape(), values)
-        for unknown in experiment.unknowns
-    }
+    shapes = {unknown.name: unknown.distribution.shape() for unknown in experiment.unknowns}
+    return from_scalars(shapes, values)
 
 
 def _prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:
@@ -148,10 +147,3 @@ def _prediction(concrete: Experiment, data: Data) -> tuple[Response, Response]:
 def _over_parts(squares: np.ndarray, part: int | None) -> Any:
     """Sum over the real and the imaginary part of complex outputs."""
     return squares if part is None else squares.sum(axis=part)
-
-
-def _value(name: str, shape: tuple[int, ...], values: Mapping[str, float]) -> Any:
-    if not shape:
-        return values[name]
-    count = int(np.prod(shape))
-    return np.array([values[f"{name}[{number}]"] for number in range(count)]).reshape(shape)

@@ -1,5 +1,6 @@
 """Mean, spread and their standard errors, from draws of a number with weights or in chains."""
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -98,3 +99,30 @@ def scalars(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
         return [(name, array)]
     flat = array.reshape(*array.shape[:2], -1)
     return [(f"{name}[{i}]", flat[..., i]) for i in range(flat.shape[-1])]
+
+
+def from_scalars(
+    shapes: Mapping[str, tuple[int, ...]], values: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Values by name, the elements of an array put together where they come one by one.
+
+    Parameters
+    ----------
+    shapes
+        Shape of each value that is needed, by name.
+    values
+        Values by name; of an array the whole, or every element: `structure.damping.ratio[0]`.
+
+    Raises
+    ------
+    KeyError
+        If one is missing.
+    """
+    return {name: _value(name, shape, values) for name, shape in shapes.items()}
+
+
+def _value(name: str, shape: tuple[int, ...], values: Mapping[str, Any]) -> Any:
+    if not shape or name in values:
+        return values[name]
+    count = int(np.prod(shape))
+    return np.array([values[f"{name}[{number}]"] for number in range(count)]).reshape(shape)

@@ -1,11 +1,12 @@
 """Prior and likelihood of a NumPyro model over one flat vector without bounds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Distribution
 from numpyro.infer.util import compute_log_probs
@@ -16,6 +17,7 @@ from ._quadrature_rules import product_rule
 from .coordinates import Coordinates
 from .engines.empirical_bayes import Hierarchy
 from .engines.least_squares import LeastSquares
+from .estimates import from_scalars
 from .prior_draws import prior_draws
 from .symmetries import Move, Values
 
@@ -101,6 +103,31 @@ class UnconstrainedModel(eqx.Module):
     def flatten(self, values: Values) -> Flat:
         """Flat vector of values by name; not finite where a prior excludes a value."""
         return self.coordinates.vector(values)
+
+    def vector(self, values: Mapping[str, Any]) -> Flat:
+        """Flat vector of values by name, arrays as a whole or element by element.
+
+        Raises
+        ------
+        InputError
+            If a value is missing, or lies where its prior has no density.
+        """
+        try:
+            shapes = {name: prior.shape() for name, prior in self.priors.items()}
+            named = jax.tree.map(jnp.asarray, from_scalars(shapes, values))
+        except KeyError as error:
+            raise InputError(
+                f"There is no value of {error} to begin with. A value of every unknown is needed, "
+                "such as those of a fit: engines.MAP(begin=ledger.steps[-1].values)."
+            ) from error
+        flat = self.flatten(named)
+        for name, place in self.coordinates.places.items():
+            if not np.isfinite(np.asarray(flat[place])).all():
+                raise InputError(
+                    f'"{name}" is to begin at {named[name]}, where its prior has no density. '
+                    "Begin within the priors, which print(experiment) lists."
+                )
+        return flat
 
     def constrain(self, flat: Flat) -> Values:
         """Values by name at a flat vector."""

@@ -30,7 +30,6 @@ experiment = bp.Experiment(
     observe=bp.observe.Complex("velocity"),
     noise=bp.noise.Gaussian(2e-5),
 )
-engine = bp.engines.MAP(starts=8, draws=200)
 """
 HIDDEN = """
 hidden = experiment + bp.effects.point_mass(0.42, 0.3)
@@ -84,6 +83,7 @@ FILES = {
     "check": [
         "discrepancy.png",
         "findings.nc",
+        "fits",
         "measured_against_band.png",
         "misfit.csv",
         "misfit.txt",
@@ -147,6 +147,32 @@ def test_a_later_run_takes_the_fits_that_are_there(hidden, tmp_path):
         for out in (folder / "improve", tmp_path / "again")
     )
     assert first == second
+
+
+def test_check_takes_the_fit_of_improve(hidden, tmp_path):
+    folder, _ = hidden
+    shutil.copytree(folder / "improve" / "fits", tmp_path / "again" / "fits")
+    done = run("check", folder / "study.py", "--out", tmp_path / "again")
+    assert "Fits of an earlier run that were taken: 1 of" in done.output
+    first, second = (
+        (out / "misfit.csv").read_text() for out in (folder / "check", tmp_path / "again")
+    )
+    assert first == second
+
+
+def test_explain_takes_the_fit_of_check(hidden, tmp_path):
+    folder, _ = hidden
+    shutil.copytree(folder / "check" / "fits", tmp_path / "again" / "fits")
+    _shared_fits._LAST.clear()
+    options = COMMANDS["explain"]
+    done = run("explain", folder / "study.py", *options, "--out", tmp_path / "again")
+    assert "Fits of an earlier run that were taken: 1 of" in done.output
+
+
+def test_the_search_that_a_model_declares_is_that_of_its_check(tmp_path):
+    model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT, "engine = bp.engines.MAP(starts=2)\n")
+    done = run("check", model, "--out", tmp_path / "out")
+    assert not (tmp_path / "out" / "fits").exists(), done.output
 
 
 def test_check_says_where_the_model_fails(hidden):

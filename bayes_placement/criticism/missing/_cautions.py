@@ -25,8 +25,12 @@ def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[
         Draws of its posterior; None where it was not sampled.
     """
     draws = laplace(hypothesis) if sampled is None else sampled.points
+    return *_piled_up(hypothesis, draws), *cautions_of_fit(hypothesis)
+
+
+def cautions_of_fit(hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Return those of the fit alone, without draws of its posterior."""
     return (
-        *_piled_up(hypothesis, draws),
         *_sizes_at_bounds(hypothesis),
         *_as_good_elsewhere(hypothesis),
         *_reached_once(hypothesis),

@@ -57,7 +57,7 @@ class FittedModel:
         Sizes of the model error that it needs, by what they are the size of; empty for an exact
         model.
     errors
-        Errors over their sizes at the best fit, by name.
+        Errors over their sizes at the best fit, and these sizes, by name.
     chi2_when_exact
         Chi2 per datum of the best fit without model error; NaN where there is none.
     experiment
@@ -205,7 +205,7 @@ def fitted_model(
         setting=setting,
         remark=remark,
         model_error=sizes(hypothesis),
-        errors=errors(hypothesis),
+        errors=errors(hypothesis) | hypothesis.problem.sizes,
         chi2_when_exact=hypothesis.chi2_when_exact,
         experiment=hypothesis.problem.at_fixed_sizes,
         noise_needed=noise_needed(hypothesis) if in_full else None,

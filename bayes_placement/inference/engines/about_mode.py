@@ -5,6 +5,7 @@ trusted, draws are made along the ridges of the posterior; where these cannot ei
 from the Gaussian.
 """
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -87,6 +88,13 @@ class Reference(eqx.Module):
     def symmetric_images(self, flat: Any) -> list[Any]:
         """None."""
         return []
+
+    def vector(self, values: Mapping[str, Any]) -> Any:
+        """Refuse: the unknowns have no names here."""
+        raise InfeasibleError(
+            "Values by name were given to begin at, but what is sampled about a mode has no names. "
+            "Use engines.SMC()."
+        )
 
     def sample_prior(self, key: Key, draws: int) -> Any:
         """Draws from the Gaussian."""

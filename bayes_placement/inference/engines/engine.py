@@ -1,6 +1,7 @@
 """What every engine is, what it may know of a posterior, and what it returns."""
 
 import abc
+from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
 
 import equinox as eqx
@@ -46,6 +47,15 @@ class PosteriorDensity(Protocol):
         """Vectors that may explain the data as well, by maps that are their own inverse.
 
         The maps keep the volume of the named values. Not finite where a prior excludes an image.
+        """
+
+    def vector(self, values: Mapping[str, Any]) -> Flat:
+        """Vector of values by name.
+
+        Raises
+        ------
+        InputError
+            If a value is missing, or lies where its prior has no density.
         """
 
     def sample_prior(self, key: Key, draws: int) -> Float[Array, "draw unknown"]:

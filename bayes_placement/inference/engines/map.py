@@ -1,6 +1,7 @@
 """Highest points of a posterior from many starts, and a Gaussian about the best, Eq. (26)."""
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -13,12 +14,12 @@ from ..._compiled import compiled
 from ..._types import InputError, Key, Progress, check_count
 from ..weights import GOOD_PARETO_K, pareto_k
 from .differential_evolution import evolved
-from .empirical_bayes import Hierarchy
+from .empirical_bayes import Hierarchy, fitted_with_sizes
 from .engine import Engine, EngineDraws, PosteriorDensity
 from .laplace import Laplace, laplace
 from .least_squares import NormalEquations, Points, SquaresAndPrior, Terms
 from .levenberg_marquardt import LARGEST, Objective, minimise
-from .mode_with_sizes import evolved_without_errors, mode_with_sizes
+from .mode_with_sizes import evolved_without_errors, mode_with_sizes, near_modes
 
 Cost = Callable[[PosteriorDensity, Any], Any]
 
@@ -54,6 +55,9 @@ class MAP(Engine):
         zero until then.
     draws
         Draws from the Gaussian about the maximum.
+    begin
+        Value of every unknown by name, from which alone the search begins, such as those of a fit
+        that `improve` made: `ledger.steps[-1].values`. By default it begins at the starts.
 
     Examples
     --------
@@ -64,6 +68,7 @@ class MAP(Engine):
     starts: int = eqx.field(static=True, default=32)
     search: str = eqx.field(static=True, default="gradient")
     draws: int = eqx.field(static=True, default=1000)
+    begin: Mapping[str, Any] | None = None
 
     def __check_init__(self) -> None:
         check_count("starts", self.starts, 1, "engines.MAP(starts=32)")
@@ -80,8 +85,8 @@ class MAP(Engine):
         hierarchy = posterior.hierarchy()
         if hierarchy is not None:
             return self._with_sizes(posterior, hierarchy, start_key, progress)
-        starts = np.asarray(posterior.sample_prior(start_key, self.starts))
-        if self.search == "evolutionary":
+        starts = self._starts(posterior, start_key)
+        if self.search == "evolutionary" and self.begin is None:
             seed = int(jax.random.randint(start_key, (), 0, 2**31 - 1))
             batch_costs = compiled(_costs).bound(posterior)
             starts = evolved(lambda points: np.asarray(batch_costs(points)), starts, seed)[None]
@@ -98,12 +103,16 @@ class MAP(Engine):
         self, posterior: PosteriorDensity, problem: Hierarchy, key: Key, progress: Progress
     ) -> EngineDraws:
         """Mode at sizes of greatest evidence; the joint mode with the errors means nothing."""
-        starts = np.asarray(posterior.sample_prior(key, self.starts))
         seed = int(jax.random.randint(key, (), 0, 2**31 - 1))
-        begin = problem.without_sizes(starts)
-        if self.search == "evolutionary":
-            begin = evolved_without_errors(problem, begin, seed)
-        sized = mode_with_sizes(problem, begin, self.draws, seed)
+        starts = problem.without_sizes(self._starts(posterior, key))
+        if self.begin is not None:
+            sizes = {size.name: float(self.begin[size.name]) for size in problem.unknown_sizes}
+            fit = fitted_with_sizes(problem.at_sizes(sizes), starts, softening=())
+        else:
+            if self.search == "evolutionary":
+                starts = evolved_without_errors(problem, starts, seed)
+            fit = fitted_with_sizes(problem, near_modes(problem, starts))
+        sized = mode_with_sizes(fit, self.draws, seed)
         progress(0.9)
         position = jnp.asarray(sized.points)
         density, likelihood = compiled(_densities)(posterior, position)
@@ -117,6 +126,12 @@ class MAP(Engine):
             attributes={"pareto_k": k},
             warnings=_warnings(sized.is_flat, k, 0, 0),
         )
+
+    def _starts(self, posterior: PosteriorDensity, key: Key) -> Points:
+        """Where the search begins."""
+        if self.begin is None:
+            return np.asarray(posterior.sample_prior(key, self.starts))
+        return np.asarray(posterior.vector(self.begin))[None]
 
     def _laplace(
         self,
@@ -151,7 +166,11 @@ class MAP(Engine):
 
     def settings(self) -> dict[str, Any]:
         """Name and sizes."""
-        return {"engine": "MAP", "starts": self.starts, "search": self.search, "draws": self.draws}
+        sizes = {"starts": self.starts, "search": self.search, "draws": self.draws}
+        if self.begin is None:
+            return {"engine": "MAP", **sizes}
+        begin = {name: np.asarray(value).tolist() for name, value in self.begin.items()}
+        return {"engine": "MAP", **sizes, "begin": json.dumps(begin)}
 
 
 def _reaches_beyond(gaussian: Laplace, prior: Points) -> bool:

@@ -14,7 +14,7 @@ from scipy.stats import norm, truncnorm
 from ..._sites import Unknown
 from ..coordinates import Coordinates
 from .differential_evolution import evolved
-from .empirical_bayes import Hierarchy, Sized, bounds_of_log, fitted_with_sizes, log_density
+from .empirical_bayes import Ends, Hierarchy, Sized, bounds_of_log, log_density
 from .least_squares import Points
 from .levenberg_marquardt import minimise
 
@@ -46,13 +46,12 @@ class ModeWithSizes(NamedTuple):
     is_flat: bool
 
 
-def mode_with_sizes(problem: Hierarchy, starts: Points, draws: int, seed: int) -> ModeWithSizes:
-    """Find the mode from some starts [start, unknown without sizes] and draw about it."""
-    sized = fitted_with_sizes(problem, _near(problem, starts))
+def mode_with_sizes(sized: Sized, draws: int, seed: int) -> ModeWithSizes:
+    """Mode of all unknowns from a fit, and draws about it."""
     points, log_density = _drawn(sized, draws, np.random.default_rng(seed))
     at_mode = {name: np.array([size]) for name, size in sized.problem.sizes.items()}
     return ModeWithSizes(
-        mode=problem.with_sizes(sized.fit.point[None], at_mode)[0],
+        mode=sized.problem.with_sizes(sized.fit.point[None], at_mode)[0],
         points=points,
         log_density=log_density,
         log_evidence=sized.fit.log_evidence,
@@ -77,8 +76,8 @@ def evolved_without_errors(
     return exact(evolved(lambda points: cost(exact(points)), starts[:, ~is_error], seed)[None])
 
 
-def _near(problem: Hierarchy, starts: np.ndarray) -> np.ndarray:
-    """The best ends of descents at the first sizes.
+def near_modes(problem: Hierarchy, starts: Points) -> Ends:
+    """The best ends of descents from some starts [start, unknown without sizes], at first sizes.
 
     They go along logarithmic residuals first, which find resonances from afar.
     """

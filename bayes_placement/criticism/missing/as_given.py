@@ -1,0 +1,48 @@
+"""The model as given, fitted as `explain` and `improve` fit it, so that a fit serves all three."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...experiment.experiment import Experiment, Measurements
+from ._cautions import cautions_of_fit
+from ._hypotheses import null_hypothesis, with_errors
+
+
+class AsGiven(NamedTuple):
+    """Best fit of a model as it was given.
+
+    Parameters
+    ----------
+    values
+        Value of every unknown, by name.
+    cautions
+        What to doubt in the fit, a sentence each.
+    """
+
+    values: dict[str, np.ndarray]
+    cautions: tuple[str, ...]
+
+
+def fitted_as_given(experiment: Experiment, measurement: Measurements) -> AsGiven:
+    """Fit a model as it is given; `fits_kept_in` shares the fit.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    measurement
+        What was measured.
+
+    Raises
+    ------
+    InfeasibleError
+        If a prior has no inverse distribution function.
+    """
+    fit = null_hypothesis(experiment.with_errors(None), experiment.data(measurement))
+    if experiment.model_error is not None:
+        fit = with_errors(fit, experiment.model_error)
+    named = fit.problem.coordinates.named(fit.fit.point[None])
+    values = {name: value[0] for name, value in named.items()}
+    sizes = {name: np.asarray(size) for name, size in fit.problem.sizes.items()}
+    return AsGiven(values | sizes, cautions_of_fit(fit))
