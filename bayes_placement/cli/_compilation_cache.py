@@ -8,8 +8,8 @@ import time
 import warnings
 from pathlib import Path
 
-SHORTEST_COMPILATION = "0.2"
-"""Compilations that take less [s] are not worth a file."""
+SHORTEST_COMPILATION = "0.01"
+"""Compilations that take less [s] are not worth a file: one is read in some milliseconds."""
 
 OLDEST_FILE = 60 * 86400.0
 """Age [s] at which a file of the cache is deleted."""

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Normal
 
@@ -47,7 +48,7 @@ class ResidualModes(InstrumentEffect):
         """Normal about zero, as wide as the flexibility about the middle of the band."""
         shape = tuple(len(scales.instruments.channels(side)) for side in ("sensor", "actuator"))
         width = 0.1 / scales.stiffness
-        return [cls(Normal(jnp.zeros(shape), width).to_event(2))]
+        return [cls(Normal(np.zeros(shape), width).to_event(2))]
 
 
 residual_modes = ResidualModes

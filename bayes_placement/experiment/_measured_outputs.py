@@ -30,7 +30,7 @@ def measured_outputs(
         Whether the level of the output error depends on the amplitude of the FRFs.
     """
     measured = np.isfinite(frf)
-    filled = jnp.asarray(np.where(measured, frf, 1.0))
+    filled = np.where(measured, frf, 1.0)
     z = compiled(_output)(observe, filled)
     if observe.parts > 1:
         measured = np.broadcast_to(measured[..., None, :], z.shape)

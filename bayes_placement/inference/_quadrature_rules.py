@@ -1,13 +1,15 @@
 """Nodes and weights that integrate over distributions; one over finitely many values is summed."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Shaped
 from numpyro.distributions import Distribution
 
+from .._compiled import compiled
 from .._sites import is_finite
 from .._types import InfeasibleError
 
@@ -47,10 +49,15 @@ def product_rule(
     """
     pairs = zip(distributions.values(), intervals or [ALL] * len(distributions), strict=True)
     rules = [rule(distribution, nodes, interval) for distribution, interval in pairs]
+    grids, log_weight = compiled(_product)(tuple(rules))
+    return ProductRule(dict(zip(distributions, grids, strict=True)), log_weight)
+
+
+def _product(rules: Sequence[tuple[Array, Array]]) -> tuple[list[Array], Array]:
+    """Every combination of the nodes of some rules, the last one fastest; logs of weights."""
     grids = jnp.meshgrid(*(node for node, _ in rules), indexing="ij")
     weights = jnp.meshgrid(*(jnp.log(weight) for _, weight in rules), indexing="ij")
-    values = {name: grid.ravel() for name, grid in zip(distributions, grids, strict=True)}
-    return ProductRule(values, sum(weights, jnp.zeros(())).ravel())
+    return [grid.ravel() for grid in grids], sum(weights, jnp.zeros(())).ravel()
 
 
 def rule(
@@ -81,18 +88,26 @@ def rule(
         )
     if is_finite(distribution):
         values = distribution.enumerate_support(expand=False)
-        return values, jnp.exp(distribution.log_prob(values))
+        return values, compiled(_probabilities)(distribution, values)
     node, weight = np.polynomial.legendre.leggauss(nodes)
     try:
         share = (interval[1] - interval[0]) / 2
         probability = interval[0] + share * (node + 1)
-        return distribution.icdf(jnp.asarray(probability)), jnp.asarray(weight * share)
+        return compiled(_quantiles)(distribution, probability), jax.device_put(weight * share)
     except (NotImplementedError, ImportError) as error:  # some inverses need TensorFlow
         raise InfeasibleError(
             "Quadrature needs the inverse distribution function of each unknown, which "
             f"{type(distribution).__name__} lacks. Use marginals.Latent() with engines.SMC() or "
             "NUTS()."
         ) from error
+
+
+def _probabilities(distribution: Distribution, values: Any) -> Array:
+    return jnp.exp(distribution.log_prob(values))
+
+
+def _quantiles(distribution: Distribution, probability: Any) -> Array:
+    return distribution.icdf(probability)
 
 
 def node_count(distribution: Distribution, nodes: int) -> int:

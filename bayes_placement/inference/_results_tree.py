@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpyro.distributions import Uniform
+from numpyro.distributions import Distribution, Uniform
 
+from .._compiled import compiled
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
 from ..experiment.noise import Data
 from .divergence import Divergence
@@ -115,10 +116,14 @@ def _log_prior(experiment: Experiment, values: Values) -> xr.Dataset:
     variables = {}
     for unknown in experiment.unknowns:
         if unknown.name in values and not isinstance(unknown.distribution, Uniform):
-            density = np.asarray(unknown.distribution.log_prob(values[unknown.name]))
+            density = np.asarray(compiled(_log_prob)(unknown.distribution, values[unknown.name]))
             total = density.reshape(*density.shape[:2], -1).sum(axis=-1)
             variables[unknown.name] = (("chain", "draw"), total)
     return numbered(xr.Dataset(variables))
+
+
+def _log_prob(distribution: Distribution, values: Any) -> Any:
+    return distribution.log_prob(values)
 
 
 def _constants(experiment: Experiment, data: Data) -> xr.Dataset:

@@ -165,7 +165,7 @@ def _inference(
         predictions=predictions,
         stats=stats,
         divergences=_divergences(experiment, posterior, draws),
-        mode=None if draws.mode is None else posterior.constrain(draws.mode),
+        mode=None if draws.mode is None else compiled(_at_mode)(posterior, draws.mode),
         prior=sample_prior(experiment, prior_key),
     )
 
@@ -285,6 +285,10 @@ def _outputs(experiment: Experiment, data: Data, key: Key) -> dict[str, Any]:
 
 def _named(posterior: UnconstrainedModel, position: Any) -> dict[str, np.ndarray]:
     return jax.tree.map(np.asarray, compiled(_constrained)(posterior, position))
+
+
+def _at_mode(posterior: UnconstrainedModel, mode: Any) -> Values:
+    return posterior.constrain(mode)
 
 
 def _constrained(posterior: UnconstrainedModel, position: Any) -> Values:

@@ -136,12 +136,12 @@ def build_elements(
     """Elements with their local coordinates; without `kind`, each has its own polynomials."""
     return Elements(
         axes=tuple(axes),
-        origin=jnp.asarray(origin),
-        edges=jnp.asarray(edges),
-        local=jnp.asarray(np.linalg.pinv(edges)),
-        rows=jnp.asarray(rows),
-        kind=jnp.asarray(np.arange(len(origin)) if kind is None else kind),
-        coefficients=jnp.asarray(coefficients),
+        origin=jax.device_put(origin),
+        edges=jax.device_put(edges),
+        local=jax.device_put(np.linalg.pinv(edges)),
+        rows=jax.device_put(rows),
+        kind=jax.device_put(np.arange(len(origin)) if kind is None else kind),
+        coefficients=jax.device_put(coefficients),
         exponents=exponents,
         simplex=simplex,
     )
