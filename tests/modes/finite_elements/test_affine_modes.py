@@ -245,14 +245,19 @@ def _modal(stiffness, mass):
     return 0.02 * factor @ (vectors * np.sqrt(values)) @ vectors.T @ factor.T
 
 
+@functools.cache
+def basis_at_places():
+    """Shapes of the basis [place, mode], which does not depend on the parameters."""
+    return np.asarray(jax.jit(jax.vmap(affine().nodal.shapes))(PLACES))[:, 0]
+
+
 def reduced(values, law):
     modes = affine()
     stiffness, mass = np.diag(modes.nodal.eigenvalues), np.eye(modes.nodal.eigenvalues.size)
     for name, part in zip(modes.stiffness.names, modes.stiffness.matrices, strict=True):
         stiffness = stiffness + (values[NAMES.index(name)] - 1) * part
     mass = mass + (values[2] - 1) * modes.mass.matrices[0]
-    read = np.asarray(jax.jit(jax.vmap(modes.nodal.shapes))(PLACES))[:, 0]
-    return direct(stiffness, mass, read, law)
+    return direct(stiffness, mass, basis_at_places(), law)
 
 
 def full(values, law):
