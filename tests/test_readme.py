@@ -35,14 +35,18 @@ def test_all_blocks_of_the_readme_are_found():
     [
         ("Where to place sensors", "nat", {"map.png", "tolerances.png"}),
         ("Your own structure", "point_mass", {"residual_map.png", "error_falls.png"}),
-        ("Frames, plates and finite element models", "point_mass", {"suspicion.png"}),
-        ("Real measurements", "model_error.frequency.size", set()),
+        (
+            "Frames, plates and finite element models",
+            r"Missing: point_mass .* falls from 2\.46e\+04 to (0\.9|1)",
+            {"suspicion.png"},
+        ),
+        ("Real measurements", r"model_error\.frequency\.size", set()),
         ("Time records", "Hit 4 of 7 is left out", set()),
     ],
 )
 def test_blocks_run_in_their_order(title, words, figures, tmp_path):
     (told,) = run([SECTIONS[title]], tmp_path)
-    assert words in told
+    assert re.search(words, told)
     assert figures <= {path.name for path in tmp_path.iterdir()}
 
 

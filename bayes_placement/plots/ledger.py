@@ -43,7 +43,7 @@ MOST_SENSORS = 3
 MOST_MAPS = 4
 """Greatest number of maps of a structure in space."""
 
-SUSPECT, CHANCE, FLOOR = "C0", "0.7", "k"
+CLAIMED, SUSPECT, CHANCE, FLOOR = "#009E73", "C0", "0.7", "k"
 BEFORE, AFTER, DATA = "C1", "C0", "C3"
 """Colours."""
 
@@ -87,7 +87,8 @@ def suspicion(
 
     A score compares the model as given with a trace of the effect, once all that the model can
     absorb is left out: where it fails badly, everything is suspect, and the brightest is a first
-    guess that the evidence confirms or not.
+    guess that the evidence confirms or not. Effects that a ledger claims come first, in a colour
+    of their own.
 
     A line has one strip for each kind. A structure in space has one map for each of the most
     suspect kinds that have a place; effects on a region, a member or a sensor are drawn in the
@@ -111,11 +112,15 @@ def suspicion(
     >>> bp.plots.ledger.suspicion(ledger).axes[0].get_ylabel()
     'effect [kind]'
     """
+    claimed: tuple[str, ...] = ()
     if isinstance(result, Ledger):
         experiment = result.experiment if experiment is None else experiment
         places = effect_places(result) if places is None else places
+        claimed = result.verdict
     table = result.suspicion.assign(size=result.suspicion["score"].abs())
-    kinds = list(table.groupby("kind")["size"].max().sort_values().index)
+    table["claimed"] = table["kind"].isin(claimed)
+    greatest = table.groupby("kind")[["claimed", "size"]].max()
+    kinds = list(greatest.sort_values(["claimed", "size"]).index)
     marked = {kind: place for kind, place in (places or {}).items() if kind in kinds}
     if "z" in table and table["z"].notna().any():
         return _in_space(table, kinds, marked, experiment, axes)
@@ -193,11 +198,13 @@ def _draw_strips(panel: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
 
 
 def _draw_greatest(panel: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
-    most = table.groupby("kind").agg({"size": "max", "p_value": "min"}).loc[kinds]
-    significant = (most["p_value"] < LEVEL).to_numpy()
+    greatest = {"size": "max", "p_value": "min", "claimed": "max"}
+    most = table.groupby("kind").agg(greatest).loc[kinds]
+    significant, claimed = (most["p_value"] < LEVEL).to_numpy(), most["claimed"].to_numpy()
     for rows, color, label in (
-        (significant, SUSPECT, f"more than chance (corrected p < {LEVEL:g})"),
-        (~significant, CHANCE, "no more than chance"),
+        (claimed, CLAIMED, "missing, by its evidence"),
+        (significant & ~claimed, SUSPECT, f"more than chance (corrected p < {LEVEL:g})"),
+        (~significant & ~claimed, CHANCE, "no more than chance"),
     ):
         if rows.any():
             panel.barh(np.flatnonzero(rows), most["size"][rows], color=color, label=label)

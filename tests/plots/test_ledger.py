@@ -421,3 +421,16 @@ def test_a_ledger_marks_where_its_effects_were_found():
     figure = ledger_plots.suspicion(replace(ledger(), experiment=added))
     (star,) = figure.axes[0].lines
     assert (list(star.get_xdata()), list(star.get_ydata())) == ([0.37], [3])
+
+
+def test_what_a_ledger_claims_comes_first_whatever_else_is_suspect():
+    claimed = replace(ledger(), verdict=("gain_error",))
+    ranked = ledger_plots.suspicion(claimed).axes[1]
+    bars = {round(bar.get_y() + 0.4): bar for bar in ranked.patches}
+    green = [bars[n].get_facecolor() == to_rgba(ledger_plots.CLAIMED) for n in range(4)]
+    assert green == [False, False, False, True]
+    assert bars[3].get_width() < bars[2].get_width()
+    kinds = [
+        label.get_text() for label in ledger_plots.suspicion(claimed).axes[0].get_yticklabels()
+    ]
+    assert kinds[-1] == "gain_error"
