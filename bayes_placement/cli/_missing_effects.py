@@ -11,7 +11,7 @@ from ..experiment.experiment import Measurements
 from ..io.model import Study
 from ._inputs import Inputs, read_inputs, read_measurement
 from ._run import Output
-from ._save import Mended
+from ._save import CompletedModel
 from ._shared_fits import fits_of_model
 
 Result = TypeVar("Result")
@@ -42,7 +42,7 @@ class Request:
     states
         Universal files of several states by label, the baseline first; none for those of the study.
     save
-        Model file that the mended model is written to; None for none.
+        Model file that the completed model is written to; None for none.
     """
 
     path: Path
@@ -54,7 +54,7 @@ class Request:
     baseline: Path | None = None
     alone: bool = False
     states: Mapping[str, Path] = field(default_factory=dict)
-    save: Mended | None = None
+    save: CompletedModel | None = None
 
     def read(self, command: str) -> Inputs:
         """Read study and measurement, which is that of the last state where there are several.

@@ -208,8 +208,8 @@ Channels = Annotated[
 Save = Annotated[
     Path | None,
     typer.Option(
-        help="Model file to which the mended model is written, or case folder where the model is "
-        "one; its posterior goes to the results."
+        help="Model file to which the completed model is written, or case folder where the model "
+        "is one; its posterior goes to the results."
     ),
 ]
 Results = Annotated[

@@ -1,4 +1,7 @@
-"""`--save` of `improve`: the mended model as a model file or case folder."""
+"""`--save` of `improve`: the completed model as a model file or case folder.
+
+The completed model is the model with the effects that it lacked.
+"""
 
 import os
 from pathlib import Path
@@ -11,11 +14,11 @@ from ..effects.effect import Effect
 from ..effects.library import kind_of
 from ..experiment.experiment import Experiment
 from ..io._modal_files import holds_modal_parameters
+from ..io.case._completed import write_completed
 from ..io.case._effects import candidate_place
-from ..io.case._mended import write_mended
 
 HEAD = '''\
-"""The model of {model} with what it lacked: {effects}.
+"""The model of {model} with the effects it lacked: {effects}.
 
 Written by bayes-placement improve --save. Default priors of effects are scaled to the structure.
 """
@@ -42,7 +45,7 @@ experiment = experiment + dataclasses.replace({variable}, name={name!r})
 """
 
 
-class Mended(NamedTuple):
+class CompletedModel(NamedTuple):
     """A model file or case folder that is to be written.
 
     Parameters
@@ -67,7 +70,7 @@ class Mended(NamedTuple):
         known = {effect.name for effect in experiment.effects}
         added = [effect for effect in ledger.experiment.effects if effect.name not in known]
         if not self.path.suffix:
-            write_mended(self.path, self.model, experiment, added)
+            write_completed(self.path, self.model, experiment, added)
             return
         parts = [self._head(added)]
         parts += [_addition(experiment, effect, n) for n, effect in enumerate(added, 1)]
@@ -80,7 +83,7 @@ class Mended(NamedTuple):
         data = f"bp.io.{reader}(HERE / {self._from_here(self.data)!r})" if self.data else ""
         return HEAD.format(
             model=self.model.name,
-            effects=", ".join(effect.name for effect in added) or "nothing that is claimed",
+            effects=", ".join(effect.name for effect in added) or "none is claimed",
             reader="case" if self.model.is_dir() else "model",
             path=self._from_here(self.model),
             measurement=data or "study.measurement",
@@ -95,7 +98,9 @@ class Mended(NamedTuple):
         return Path(os.path.relpath(target, self.path.resolve().parent)).as_posix()
 
 
-def mended(path: Path, model: Path, data: Path | None, model_error: bool) -> Mended:
+def completed_model(
+    path: Path, model: Path, data: Path | None, model_error: bool
+) -> CompletedModel:
     """Return a model file or case folder to be written, after a check that it replaces nothing.
 
     Raises
@@ -106,18 +111,18 @@ def mended(path: Path, model: Path, data: Path | None, model_error: bool) -> Men
     is_case = not path.suffix and model.is_dir()
     if path.exists() or not (is_case or path.suffix == ".py"):
         fault = "is there already" if path.exists() else "is no name of a Python file"
-        folder = f", or of a case folder: --save {model.name}_mended" if model.is_dir() else ""
+        folder = f", or of a case folder: --save {model.name}_completed" if model.is_dir() else ""
         raise UsageError(
             f"--save {path} was given, which {fault}; a new model file is needed, since nothing is "
-            f"replaced: --save {model.stem}_mended.py{folder}."
+            f"replaced: --save {model.stem}_completed.py{folder}."
         )
     if is_case and (data is not None or model_error):
         option = "--data" if data is not None else "--model-error"
         raise UsageError(
             f"--save {path} was given beside {option}; a model file is needed then, since a case "
-            f"folder holds its own data and no model error: --save {model.stem}_mended.py."
+            f"folder holds its own data and no model error: --save {model.stem}_completed.py."
         )
-    return Mended(path, model, data, model_error)
+    return CompletedModel(path, model, data, model_error)
 
 
 def _addition(experiment: Experiment, effect: Effect, number: int) -> str:

@@ -106,9 +106,9 @@ def improve(
     from . import _missing_effects, _save, improve
 
     kinds, states = _split(effects), _missing_effects.states_by_label(state or [])
-    mended = None if save is None else _save.mended(save, model, data, model_error)
+    completed = None if save is None else _save.completed_model(save, model, data, model_error)
     request = _missing_effects.Request(
-        model, data, kinds, output, lines, model_error, baseline, alone, states, mended
+        model, data, kinds, output, lines, model_error, baseline, alone, states, completed
     )
     return improve.run(request)
 

@@ -18,7 +18,7 @@ from ._findings import FINDINGS, of_models, of_result
 from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
 from ._run import Run
-from ._save import Mended
+from ._save import CompletedModel
 
 FITS = "before_and_after.png"
 
@@ -53,9 +53,9 @@ def _run_one(request: Request, inputs: Inputs) -> int:
     return inputs.run.finish(screen, verdict, ledger.to_json(), passed=not ledger.unexplained)
 
 
-def _save(mended: Mended, ledger: Ledger, inputs: Inputs) -> None:
-    """Write the mended model, and its posterior to the folder of the results."""
-    mended.write(inputs.experiment, ledger)
+def _save(completed: CompletedModel, ledger: Ledger, inputs: Inputs) -> None:
+    """Write the completed model, and its posterior to the folder of the results."""
+    completed.write(inputs.experiment, ledger)
     method = named_method(inputs.study, "map", "latent")
     method = method._replace(engine=MAP(begin=ledger.steps[-1].values))
     with inputs.screen.progress(["posterior"]) as begin:
@@ -63,7 +63,7 @@ def _save(mended: Mended, ledger: Ledger, inputs: Inputs) -> None:
             ledger.experiment, inputs.measurement, method, 0, begin("posterior")
         )
     inputs.run.tree("posterior.nc", posterior)
-    inputs.screen.text(f"Mended model: {mended.path}. Its posterior: posterior.nc.")
+    inputs.screen.text(f"Completed model: {completed.path}. Its posterior: posterior.nc.")
 
 
 def _run_states(request: Request, inputs: Inputs, states: Mapping[str, Measurements]) -> int:

@@ -54,8 +54,8 @@ def test_places_are_not_compared_by_modes(modes, tmp_path):
 
 @pytest.mark.long
 @pytest.mark.longest
-def test_a_model_of_frfs_is_checked_and_mended_by_modes(modes, tmp_path):
-    model, saved = written(tmp_path, MODEL), tmp_path / "mended.py"
+def test_a_model_of_frfs_is_checked_and_completed_by_modes(modes, tmp_path):
+    model, saved = written(tmp_path, MODEL), tmp_path / "completed.py"
     done = run("check", model, "--data", modes, "--out", tmp_path / "check")
     assert done.exit_code == 1, (done.output, done.exception)
     assert "Modes: all 4 that were measured." in done.output

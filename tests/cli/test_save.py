@@ -1,4 +1,4 @@
-"""`improve --save`: the mended model is a model file that explains the data."""
+"""`improve --save`: the completed model is a model file that explains the data."""
 
 import numpy as np
 import pytest
@@ -12,13 +12,13 @@ from tests.io.case.test_folder import written as written_case
 
 
 @pytest.mark.long
-def test_the_mended_model_is_read_and_explains_the_data(tmp_path):
+def test_the_completed_model_is_read_and_explains_the_data(tmp_path):
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT)
-    saved = tmp_path / "sub" / "mended.py"
+    saved = tmp_path / "sub" / "completed.py"
     words = ("--effects", "point_mass", "--out", tmp_path / "out", "--save", saved)
     done = run("improve", model, *words)
     assert done.exit_code == 0, (done.output, done.exception)
-    assert f"Mended model: {saved}" in done.output
+    assert f"Completed model: {saved}" in done.output
     study = bp.io.model.read(saved)
     assert [effect.name for effect in study.experiment.effects] == ["point_mass"]
     posterior = bp.io.netcdf.read(tmp_path / "out" / "posterior.nc")
@@ -32,22 +32,26 @@ def test_the_mended_model_is_read_and_explains_the_data(tmp_path):
     assert content_hash(known) == content_hash(study.measurement)
 
 
-@pytest.mark.parametrize("name", ["study.py", "mended.txt"])
+@pytest.mark.parametrize("name", ["study.py", "completed.txt"])
 def test_nothing_is_replaced_by_a_saved_model(tmp_path, name):
     model = written(tmp_path, MODEL, HIDDEN, MEASUREMENT)
     before = model.read_text()
     done = run("improve", model, "--out", tmp_path / "out", "--save", tmp_path / name)
     assert done.exit_code == 2
-    assert "nothing is replaced: --save study_mended.py" in " ".join(done.output.split())
+    assert "nothing is replaced: --save study_completed.py" in " ".join(done.output.split())
     assert model.read_text() == before
 
 
 @pytest.mark.parametrize(
     ("name", "option", "words"),
     [
-        ("study_mended", (), "is no name of a Python file"),
-        ("case_mended", ("--data", "measured.uff"), "beside --data; a model file is needed then"),
-        ("case_mended", ("--model-error",), "beside --model-error; a model file is needed then"),
+        ("study_completed", (), "is no name of a Python file"),
+        (
+            "case_completed",
+            ("--data", "measured.uff"),
+            "beside --data; a model file is needed then",
+        ),
+        ("case_completed", ("--model-error",), "beside --model-error; a model file is needed then"),
         ("case", (), "is there already"),
     ],
 )
@@ -62,7 +66,7 @@ def test_a_folder_holds_a_case_with_its_own_data_alone(tmp_path, name, option, w
 
 
 @pytest.mark.long
-def test_a_case_is_mended_as_a_case(tmp_path):
+def test_a_case_is_completed_as_a_case(tmp_path):
     folder = tmp_path / "case"
     folder.mkdir()
     given = bp.io.case.read(written_case(folder)).experiment
@@ -70,10 +74,10 @@ def test_a_case_is_mended_as_a_case(tmp_path):
     frf = np.asarray(compiled(bp.Experiment.frf)(hidden))
     coherence = np.full(frf.shape, 0.9999)
     written_case(folder, measured=measured(frf=frf, coherence=coherence))
-    words = ("--effects", "point_mass", "--out", tmp_path / "out", "--save", tmp_path / "mended")
+    words = ("--effects", "point_mass", "--out", tmp_path / "out", "--save", tmp_path / "completed")
     done = run("improve", folder, *words)
     assert done.exit_code == 0, (done.output, done.exception)
-    assert f"Mended model: {tmp_path / 'mended'}" in done.output
-    mended = bp.io.case.read(tmp_path / "mended")
-    assert [effect.name for effect in mended.experiment.effects] == ["point_mass"]
+    assert f"Completed model: {tmp_path / 'completed'}" in done.output
+    completed = bp.io.case.read(tmp_path / "completed")
+    assert [effect.name for effect in completed.experiment.effects] == ["point_mass"]
     assert (tmp_path / "out" / "posterior.nc").is_file()

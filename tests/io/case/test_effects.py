@@ -5,7 +5,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement.io import case
-from bayes_placement.io.case._mended import write_mended
+from bayes_placement.io.case._completed import write_completed
 from tests.io.case.test_folder import changed, written
 
 MASS = {"kind": "point_mass", "candidate": 1, "name": "clamp"}
@@ -26,7 +26,7 @@ def test_a_case_with_effects_is_the_one_without_and_default_candidates(folder):
     plain = case.read(written(folder("plain"))).experiment
     gain = {"kind": "gain_error", "candidate": 2, "name": "gain_error"}
     content = changed("effects", [MASS, gain])
-    experiment = case.read(written(folder("mended"), content)).experiment
+    experiment = case.read(written(folder("completed"), content)).experiment
     assert [effect.name for effect in experiment.effects] == ["clamp", "gain_error"]
     assert set(experiment.unknown) - set(plain.unknown) == {
         "structure.effects.clamp.at",
@@ -36,15 +36,15 @@ def test_a_case_with_effects_is_the_one_without_and_default_candidates(folder):
     assert int(experiment.instrument_effects["gain_error"].transducer) == 1  # the second sensor
 
 
-def test_a_mended_case_is_complete_and_read_back(tmp_path, folder):
+def test_a_completed_case_is_complete_and_read_back(tmp_path, folder):
     path = written(folder("given"))
     given = case.read(path)
     added = bp.effects.library(given.experiment, ["point_mass", "channel_delay"]).effects
     (mass,), delay = added[:1], added[-1]
-    write_mended(tmp_path / "sub" / "mended", path, given.experiment, [mass, delay])
-    mended = case.read(tmp_path / "sub" / "mended")
-    assert eqx.tree_equal(mended.experiment, given.experiment + mass + delay)
-    assert (mended.measurement.frf == given.measurement.frf).all()
+    write_completed(tmp_path / "sub" / "completed", path, given.experiment, [mass, delay])
+    completed = case.read(tmp_path / "sub" / "completed")
+    assert eqx.tree_equal(completed.experiment, given.experiment + mass + delay)
+    assert (completed.measurement.frf == given.measurement.frf).all()
 
 
 @pytest.mark.parametrize(

@@ -148,7 +148,7 @@ def test_the_report_is_a_sentence(basis, limit):
 
 
 def test_modes_that_the_estimate_overlooked_are_added(square, affine, limit, monkeypatch):
-    """A blind estimate: full solutions at fresh points find the errors, and mend them."""
+    """A blind estimate: full solutions at fresh points find the errors, and reduce them."""
     ritz = RitzSpan.ritz
 
     def blind(self, factors, up_to):

@@ -1,4 +1,4 @@
-"""A case folder written anew, complete, with what its model lacked."""
+"""The case folder of a completed model: the case, and the effects that its model lacked."""
 
 import json
 import shutil
@@ -14,7 +14,7 @@ from ._effects import FIELD, stated_effects
 CASE, MODEL = "case.json", "nominal_fe_model"
 
 
-def write_mended(
+def write_completed(
     folder: Path, case: Path, experiment: Experiment, effects: Sequence[Effect]
 ) -> Path:
     """Copy a case with the finite element model that it names, and add effects.
