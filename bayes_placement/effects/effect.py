@@ -249,7 +249,7 @@ class Hinged(StructureEffect):
 
     @abc.abstractmethod
     def hinges(self, modes: Modes) -> Sequence[Hinge] | Sequence[FlexiblePart]:
-        """Hinges that it opens, or parts of a finite element model that become softer."""
+        """Hinges that it adds, or parts of a finite element model that become softer."""
 
 
 Placed = TypeVar("Placed", bound=Effect)

@@ -94,7 +94,7 @@ class Oscillator(NamedTuple):
         ports = self._ports(line)
         if ports is None:
             return diagonal
-        return diagonal + ports.shapes.T @ ports.felt @ ports.shapes
+        return diagonal + ports.shapes.T @ ports.stiffness @ ports.shapes
 
     def branches(self, omega: Float[Array, ""]) -> Branches:
         """Every mode as it is seen from one frequency, without damping; no gradient passes."""
@@ -151,7 +151,7 @@ class Oscillator(NamedTuple):
         ports = self._ports(line)
         assert ports is not None
         left_out = self._points().flexibility_left_out(self.modes, ports.points)
-        return -left_out @ (ports.felt @ ports.shapes @ vector) / self._modulus(line)[0]
+        return -left_out @ (ports.stiffness @ ports.shapes @ vector) / self._modulus(line)[0]
 
     def _modulus(self, line: Float[Array, "1"]) -> Inexact[Array, "1"]:
         return self.structure.relative_modulus(line)
@@ -182,9 +182,10 @@ class Oscillator(NamedTuple):
             [jnp.broadcast_to(value, place.position.shape[:1]) for place, value in groups]
         )
         flexibility = points.flexibility_left_out(self.modes, points) / self._modulus(line)[0]
-        yielding = jnp.eye(stiffness.size) + stiffness[:, None] * flexibility
-        felt = jnp.linalg.solve(yielding, jnp.diag(stiffness) + 0 * yielding)
-        return _Ports(points, points.shapes(self.modes), felt)
+        # In series with the flexibility R of the modes left out: (1 + Z R)^-1 Z.
+        factor = jnp.eye(stiffness.size) + stiffness[:, None] * flexibility
+        in_series = jnp.linalg.solve(factor, jnp.diag(stiffness) + 0 * factor)
+        return _Ports(points, points.shapes(self.modes), in_series)
 
     def _at(self, attachment: Any) -> Points:
         points: Points = attachment.points(self.modes)
@@ -202,11 +203,11 @@ class Oscillator(NamedTuple):
 
 
 class _Ports(NamedTuple):
-    """Ports, shapes there, and the stiffness between them as kept modes feel it."""
+    """Ports, shapes there, and their dynamic stiffness in series with the modes left out."""
 
     points: Points
     shapes: Float[Array, "port mode"]
-    felt: Inexact[Array, "port port"]
+    stiffness: Inexact[Array, "port port"]
 
 
 def _about(

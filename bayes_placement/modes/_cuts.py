@@ -1,7 +1,8 @@
-"""Static shapes of unit openings at cuts of a uniform line, and their mass and stiffness.
+"""Constraint modes of cuts of a uniform line, and their mass and stiffness.
 
-An opening of order q is conjugate to the internal force that is the q-th derivative of the shape:
-axial force of a bar (1), bending moment (2) and shear force (3) of a beam.
+They are the static shapes of unit relative displacements of both sides of a cut. That of order q is
+conjugate to the internal force that is the q-th derivative of the shape: axial force of a bar (1),
+bending moment (2) and shear force (3) of a beam.
 """
 
 from collections.abc import Sequence
@@ -47,7 +48,7 @@ def cut(line: UniformLine, positions: Sequence[Parameter], orders: Sequence[int]
 def shapes(
     line: UniformLine, cuts: Cuts, position: Float[Array, ""], derivative: int = 0
 ) -> Float[Array, "cut"]:
-    """Static shape of each unit opening, by reciprocity the internal force under a unit force.
+    """Constraint mode of each cut, by reciprocity the internal force under a unit force.
 
     Deflection or slope right of the cut less that left of it is 1.
     """
@@ -60,12 +61,12 @@ def shapes(
 
 
 def mass(line: UniformLine, cuts: Cuts) -> Square:
-    """Mass products of the shapes of openings."""
+    """Mass products of the constraint modes."""
     return line.density * line.area * _green_matrix(line, cuts, 2)
 
 
 def stiffness(line: UniformLine, cuts: Cuts) -> Square:
-    """Internal force at each cut that resists a unit opening at each.
+    """Internal force at each cut that resists a unit relative displacement at each.
 
     It is zero where the structure is statically determinate.
     """
@@ -89,7 +90,7 @@ def _green_matrix(line: UniformLine, cuts: Cuts, power: int) -> Square:
 
 
 def participation(modes: Modes, line: UniformLine, cuts: Cuts) -> Float[Array, "elastic cut"]:
-    """Mass product of each elastic mode with the shape of each opening.
+    """Mass product of each elastic mode with each constraint mode.
 
     The internal force in the mode over omega_n^2.
     """

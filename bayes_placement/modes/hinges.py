@@ -21,7 +21,7 @@ _ROUNDING = 1e-12  # of the mass of the structure, added where modes span a shap
 
 
 class Hinge(NamedTuple):
-    """A place where an internal force opens the structure.
+    """A place where an internal force moves the two sides of a cut relative to each other.
 
     Parameters
     ----------
@@ -31,7 +31,8 @@ class Hinge(NamedTuple):
         Order of the derivative of the shape that makes the force: 2 for the bending moment of a
         beam, 3 for its shear force, 1 for the axial force of a bar.
     compliance
-        Opening per internal force: [rad/(N m)] for a moment, [m/N] for a force.
+        Relative rotation or displacement per internal force: [rad/(N m)] for a moment, [m/N] for a
+        force.
     """
 
     at: Parameter
@@ -40,7 +41,7 @@ class Hinge(NamedTuple):
 
 
 class _ResidualCuts(ResidualShapes):
-    """Static shapes of unit openings of a uniform line, less their part in its modes."""
+    """Constraint modes of cuts of a uniform line, less their part in its modes."""
 
     line: UniformLine
     cuts: Cuts
@@ -56,12 +57,12 @@ class _ResidualCuts(ResidualShapes):
         """Shapes of the cuts, less their part in the modes of the line."""
         # Modes that a preload or shear has changed span the same shapes as those of the line.
         spanned = self.line.shapes(position, derivative) if self.changed else kept
-        openings = _cuts.shapes(self.line, self.cuts, position, derivative)
-        return openings - spanned @ self.participation
+        shapes = _cuts.shapes(self.line, self.cuts, position, derivative)
+        return shapes - spanned @ self.participation
 
 
 def with_compliance(modes: Modes, compliances: Sequence[Hinge | FlexiblePart]) -> Modes:
-    """Open hinges in a uniform bar or beam, or make parts of a finite element model flexible.
+    """Put hinges in a uniform bar or beam, or make parts of a finite element model flexible.
 
     Raises
     ------
@@ -113,7 +114,9 @@ def _in_series(
     stiffness = _cuts.stiffness(line, cuts)
     total = jnp.zeros_like(stiffness)
     for number, compliance in enumerate(compliances):
-        opening = jnp.zeros(len(compliances)).at[number].set(1.0) - total @ stiffness[:, number]
-        relative = compliance / (1 + compliance * (stiffness[number] @ opening))
-        total += relative * jnp.outer(opening, opening)
+        # Relative displacements at all cuts for a unit one at this, with the hinges before it.
+        displacement = jnp.zeros(len(compliances)).at[number].set(1.0)
+        displacement -= total @ stiffness[:, number]
+        in_series = compliance / (1 + compliance * (stiffness[number] @ displacement))
+        total += in_series * jnp.outer(displacement, displacement)
     return total

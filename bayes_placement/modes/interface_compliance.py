@@ -16,7 +16,10 @@ _ROUNDING = 1e-9  # of the greatest flexibility, below which a negative one coun
 
 
 class ResidualShapes(eqx.Module):
-    """Static shapes of unit openings of the interfaces, less their part in the kept modes."""
+    """Static shapes of unit relative displacements at interfaces, less their part in kept modes.
+
+    These are constraint modes of supports and hinges, and attachment modes of regions and members.
+    """
 
     @abc.abstractmethod
     def shapes(
@@ -24,7 +27,7 @@ class ResidualShapes(eqx.Module):
         position: Float[Array, "*coordinate"],
         derivative: int,
         kept: Float[Array, "axis mode"],
-    ) -> Float[Array, "axis opening"]:
+    ) -> Float[Array, "axis static_shape"]:
         """Shapes or their derivatives at a position [m].
 
         Parameters
@@ -39,12 +42,12 @@ class ResidualShapes(eqx.Module):
 
 
 class Interface(NamedTuple):
-    """Interfaces at which a structure may open, in terms of its modes.
+    """Interfaces whose two sides may move relative to each other, in terms of the modes.
 
     Parameters
     ----------
     participation
-        Mass products of the elastic modes with the static shapes of unit openings.
+        Mass products of the elastic modes with the static shapes of unit relative displacements.
     orthonormal
         Combinations of the residual shapes that are mass-orthonormal.
     residual_participation
@@ -52,14 +55,15 @@ class Interface(NamedTuple):
     residual_flexibility
         Flexibility of these [s^2].
     compliance
-        Compliances of the openings, in series with the structure that holds them shut.
+        Compliances of the interfaces, in series with the structure that resists the relative
+        displacements.
     """
 
-    participation: Float[Array, "elastic opening"]
-    orthonormal: Float[Array, "opening opening"]
-    residual_participation: Float[Array, "opening opening"]
-    residual_flexibility: Float[Array, "opening opening"]
-    compliance: Float[Array, "opening opening"]
+    participation: Float[Array, "elastic static_shape"]
+    orthonormal: Float[Array, "static_shape static_shape"]
+    residual_participation: Float[Array, "static_shape static_shape"]
+    residual_flexibility: Float[Array, "static_shape static_shape"]
+    compliance: Float[Array, "static_shape static_shape"]
 
 
 class CompliantModes(DerivedModes):
@@ -69,9 +73,9 @@ class CompliantModes(DerivedModes):
     residual: ResidualShapes
     eigenvalues: Float[Array, "mode"]
     of_modes: Float[Array, "mode mode"]
-    of_residual: Float[Array, "opening mode"]
-    participation: Float[Array, "mode opening"]
-    compliance: Float[Array, "opening opening"]
+    of_residual: Float[Array, "static_shape mode"]
+    participation: Float[Array, "mode static_shape"]
+    compliance: Float[Array, "static_shape static_shape"]
     repeated_coupling: Float[Array, "mode mode"] | None
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
@@ -90,14 +94,18 @@ class CompliantModes(DerivedModes):
         before = self.modes.static_flexibility(position, other)
         if before is None:
             return None
-        return before + self._openings(position) @ self.compliance @ self._openings(other).T
+        return (
+            before + self._static_shapes(position) @ self.compliance @ self._static_shapes(other).T
+        )
 
     def _parts(self, position: Float[Array, "*coordinate"], derivative: int) -> tuple[Array, Array]:
         kept = self.modes.shapes(position, derivative)
         return kept, self.residual.shapes(position, derivative, kept)
 
-    def _openings(self, position: Float[Array, "*coordinate"]) -> Float[Array, "axis opening"]:
-        """Static shapes of unit openings."""
+    def _static_shapes(
+        self, position: Float[Array, "*coordinate"]
+    ) -> Float[Array, "axis static_shape"]:
+        """Static shapes of unit relative displacements."""
         kept, residual = self._parts(position, 0)
         return residual + kept @ self.participation
 
@@ -105,21 +113,21 @@ class CompliantModes(DerivedModes):
 def compliant_modes(modes: Modes, residual: ResidualShapes, interface: Interface) -> CompliantModes:
     """Modes of a structure once its interfaces are compliant.
 
-    Its flexibility grows by psi C' psi^T, where psi are the static shapes of unit openings and C'
-    the compliances in series with the structure. The eigenvalues in the span of the kept modes
-    and psi are 1 / omega_n^2: a Ritz procedure in flexibility, in which a compliance of zero
-    changes nothing, bit for bit. As many modes are kept as before; the static flexibility is exact
-    and contains the others.
+    Its flexibility grows by psi C' psi^T, where psi are the static shapes of unit relative
+    displacements and C' the compliances in series with the structure. The eigenvalues in the span
+    of the kept modes and psi are 1 / omega_n^2: a Ritz procedure in flexibility, in which a
+    compliance of zero changes nothing, bit for bit. As many modes are kept as before; the static
+    flexibility is exact and contains the others.
     """
     rigid = modes.rigid_body_modes
     before = modes.angular_frequency() ** 2
     flexibility = 1 / before[rigid:]
-    openings = jnp.concatenate([interface.participation, interface.residual_participation])
+    participation = jnp.concatenate([interface.participation, interface.residual_participation])
     unchanged = jax.scipy.linalg.block_diag(
         _flexibility(modes, flexibility), interface.residual_flexibility
     )
     values, vectors, coupling = eigenpairs(
-        -(unchanged + openings @ interface.compliance @ openings.T)
+        -(unchanged + participation @ interface.compliance @ participation.T)
     )
     kept = flexibility.size  # eigenvalues ascend: the lowest mode comes first
     # At zero compliance the eigenvalues are those put in, so the difference is exactly zero.

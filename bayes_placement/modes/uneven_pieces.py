@@ -82,7 +82,7 @@ def with_uneven_pieces(modes: Modes, excess: Excess) -> ChangedModes:
 def _over(modes: Modes, matrix: Float[Array, "mode mode"]) -> Float[Array, "mode mode"]:
     """Matrix over modes, from what it is over those beneath them.
 
-    Shapes that opened interfaces add to the span are left out: pieces are no more exact than that.
+    Shapes that compliant interfaces add are left out: pieces are no more exact than that.
     """
     if not isinstance(modes, DerivedModes):
         return matrix

@@ -149,7 +149,7 @@ GROUPS = {
         ),
         "compliant_support": Case(
             "All resonances low, the first one most",
-            "The clamp gives way. High modes bend mainly elsewhere and feel it less. Only lower stiffness "
+            "The clamp is compliant. High modes bend mainly elsewhere and feel it less. Only lower stiffness "
             "everywhere would lower all of them by the same share.",
             lambda: bp.effects.compliant_support(2e-4, end="left", motion="rotation"),
         ),

@@ -49,7 +49,7 @@ def cut(member, at, *orders):
 
 
 def table(member, order, first=PLACES, second=CUTS, derivative=0):
-    """Shapes of openings at the second places, read at the first."""
+    """Constraint modes of cuts at the second places, read at the first."""
 
     def read(x, at):
         return _cuts.shapes(member, cut(member, at, order), x, derivative)[0]

@@ -119,7 +119,7 @@ def scan(
         Coordinates [unknown] of the problem, of which those of all other unknowns are taken.
     slopes
         Slopes of the logarithmic residuals without the effect [unknown, datum], along which all
-        else gives way.
+        other unknowns are refitted.
     most
         Greatest number of points.
     """

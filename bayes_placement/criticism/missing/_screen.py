@@ -67,7 +67,7 @@ def worth_fitting(
 
 
 class _ErroneousModel:
-    """A fit with model error, linearised: errors and parameters give way to an effect."""
+    """A fit with model error, linearised: errors and parameters are refitted with an effect."""
 
     def __init__(self, null: Hypothesis):
         self.null = null
@@ -96,7 +96,7 @@ class _ErroneousModel:
         points = self._points(hypothesis, problem)
         change = problem.squares.residuals(points)[0] - self.residual
         change = change[np.all(np.isfinite(change), axis=1)]
-        # At the best fit the slope of the cost along all that gives way is zero.
+        # At the best fit the slope of the cost along all that is refitted is zero.
         pull = -change @ self.residual
         absorbed = change @ self.slopes.T
         stiffness = np.einsum("bn,bn->b", change, change) - np.einsum(

@@ -65,9 +65,10 @@ class UniformLine(Modes):
         return unit * self.length ** (2 * self.half_order * power - 1 - sum(orders))
 
     def mean_flexibility_beyond(self, order: int) -> Float[Array, ""]:
-        """Mean of 1 / omega_n^2 [s2] over the modes left out, weighted by an opening of this order.
+        """Mean of 1 / omega_n^2 [s2] over the modes left out, weighted by a constraint mode.
 
-        The weight of a mode falls as n^-decay and omega_n^2 grows as n^growth, so the mean is a
+        The constraint mode is that of a cut with an internal force of this order (`_cuts`). The
+        weight of a mode falls as n^-decay and omega_n^2 grows as n^growth, so the mean is a
         ratio of two sums over n > N, Hurwitz's zeta functions.
         """
         growth = 2 * self.half_order
