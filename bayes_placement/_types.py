@@ -34,6 +34,8 @@ Parameter = float | int | Array | np.ndarray | Distribution
 """A number, an array, or a distribution where the number is not known."""
 
 Shapes = Float[Array, "channel mode"]
+Spectrum = Float[np.ndarray, "frequency"]
+ComplexSpectrum = Complex[np.ndarray, "frequency"]
 Receptance = Complex[Array, "sensor actuator *force_level frequency"]
 Response = Float[Array, "sensor actuator *level_and_part frequency"]
 Key = Any

@@ -13,14 +13,13 @@ from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
 from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
+from ..positions.vectors import PointsInSpace
 
 MOST_PLACEMENTS = 100_000
 """Placements, at most, that an exhaustive search tries."""
 
 UNMOVED = 1e-9
 """Share of the greatest mode shape below which a point does not move."""
-
-Points = Float[np.ndarray, "point 3"]
 
 
 def positions_to_try(experiment: Experiment, search: str, count: int) -> dict[str, Sequence[Any]]:
@@ -81,7 +80,7 @@ def positions_on(experiment: Experiment, count: int) -> list[Any]:
     return [tuple(map(float, at)) for at in far_apart(moving, count)]
 
 
-def _greatest_motion(experiment: Experiment, points: Points) -> Float[np.ndarray, "point"]:
+def _greatest_motion(experiment: Experiment, points: PointsInSpace) -> Float[np.ndarray, "point"]:
     """Greatest mode shape [kg^-1/2] at each point."""
 
     def greatest() -> Any:
@@ -91,7 +90,7 @@ def _greatest_motion(experiment: Experiment, points: Points) -> Float[np.ndarray
     return np.asarray(jax.jit(greatest)())
 
 
-def far_apart(points: Points, count: int) -> Float[np.ndarray, "chosen 3"]:
+def far_apart(points: PointsInSpace, count: int) -> Float[np.ndarray, "chosen 3"]:
     """Choose points, each of them the one farthest from those before it."""
     distance = np.linalg.norm(points - points.mean(axis=0), axis=1)
     chosen = [int(np.argmax(distance))]

@@ -11,7 +11,7 @@ from .._sites import unknowns
 from .._types import InputError, check_annotated
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
-from ..positions.at import Placement
+from ..positions.at import RecordedPosition
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Vector, triple
 
@@ -118,7 +118,7 @@ def _candidates(experiment: Experiment, name: str, listed: Any) -> Candidates:
 def present_position(experiment: Experiment, name: str) -> Candidates:
     """The position that the experiment states for a transducer, as the only candidate."""
     stated = transducer(experiment, name)
-    return _as_candidates(experiment, name, [Placement(stated.position, stated.recorded)])
+    return _as_candidates(experiment, name, [RecordedPosition(stated.position, stated.recorded)])
 
 
 def combinations(moved: Sequence[Candidates]) -> np.ndarray:
@@ -128,7 +128,7 @@ def combinations(moved: Sequence[Candidates]) -> np.ndarray:
 
 
 def _as_candidates(
-    experiment: Experiment, name: str, placements: Sequence[Placement]
+    experiment: Experiment, name: str, placements: Sequence[RecordedPosition]
 ) -> Candidates:
     path = ".".join([_side(experiment, name), name, "position"])
     nominal = [

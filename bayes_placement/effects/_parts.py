@@ -6,7 +6,7 @@ from typing import Any
 from .._types import InputError
 from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
-from ..positions.vectors import Coordinates
+from ..positions.vectors import CartesianComponents
 
 
 def check_number(part: Any, names: Sequence[str]) -> None:
@@ -29,6 +29,6 @@ def name_of(part: Any, names: Sequence[str]) -> str:
     return part if isinstance(part, str) else names[int(part)]
 
 
-def centre(modes: Modes, name: str) -> Coordinates | None:
+def centre(modes: Modes, name: str) -> CartesianComponents | None:
     """Centre of a part [m]; None where it is not known."""
     return dict(underlying_nodal_modes(modes).centres).get(name)

@@ -17,7 +17,7 @@ Number: TypeAlias = str | int | Int[Array | np.ndarray, ""]
 
 
 @runtime_checkable
-class Transducer(Protocol):
+class TransducerProtocol(Protocol):
     """What an effect may know of a sensor or an actuator."""
 
     @property
@@ -50,7 +50,7 @@ class Instruments(NamedTuple):
     sensors: Mapping[str, Any]
     actuators: Mapping[str, Any]
 
-    def side(self, side: str) -> Mapping[str, Transducer]:
+    def side(self, side: str) -> Mapping[str, TransducerProtocol]:
         """Transducers of one side, `sensor` or `actuator`.
 
         Raises

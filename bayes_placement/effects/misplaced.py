@@ -17,7 +17,7 @@ from .._types import InputError, Parameter
 from ..modes.modes import Modes
 from ..positions.bounds import in_space
 from ..positions.places import Cartesian, Frame, coordinates
-from ..positions.vectors import Coordinates, triple
+from ..positions.vectors import CartesianComponents, triple
 from . import _setting_words
 from .effect import Location
 from .instrument_effect import InstrumentEffect
@@ -145,7 +145,7 @@ def _anywhere(modes: Modes, recorded: Any) -> list[dict[str, Any]]:
     ]
 
 
-def _distance(frame: Frame, place: Coordinates) -> float:
+def _distance(frame: Frame, place: CartesianComponents) -> float:
     """Distance of a place from a piece of the structure [m]."""
     feet = frame.directions @ (np.array(place) - frame.origin)
     pairs = zip(frame.values.values(), feet, strict=True)

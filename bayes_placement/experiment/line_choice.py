@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.signal import find_peaks
 
-from .._types import InputError, shown
+from .._types import InputError, Spectrum, shown
 from ._noise_level import noise_variance, scatter_variance
 from .quantities import converted
 
@@ -27,10 +27,8 @@ DEVIATIONS = 6.0
 EVEN_SHARE = 0.3
 """Share of thinned lines that are spread evenly, so that no stretch is left without any."""
 
-Lines = Float[np.ndarray, "frequency"]
 
-
-def mode_indicator(runs: Sequence["Measurement"], quantity: str = "mobility") -> Lines:
+def mode_indicator(runs: Sequence["Measurement"], quantity: str = "mobility") -> Spectrum:
     """Sum of the squared FRFs of all pairs, each over its mean; 1 on the average.
 
     Parameters
@@ -87,14 +85,14 @@ def resonances(runs: Sequence["Measurement"]) -> Int[np.ndarray, "peak"]:
     return np.asarray(peaks[(apart <= np.reshape(widths, (-1, 1))).any(axis=1)])
 
 
-def _peaks(indicator: Lines, prominence: Lines) -> Int[np.ndarray, "peak"]:
+def _peaks(indicator: Spectrum, prominence: Spectrum) -> Int[np.ndarray, "peak"]:
     """Peaks of an indicator whose log stands out by its prominence above the valley beside it."""
     level = np.log(np.maximum(indicator, np.finfo(float).tiny))
     peaks, properties = find_peaks(level, prominence=0.0)
     return np.asarray(peaks[properties["prominences"] > prominence[peaks]])
 
 
-def half_power_bandwidth(frequency: Lines, indicator: Lines, peak: int) -> float:
+def half_power_bandwidth(frequency: Spectrum, indicator: Spectrum, peak: int) -> float:
     """Width of a peak [Hz] where the indicator is half of it; the spacing of the lines at least."""
     low = _crossing(frequency, indicator, peak, -1)
     high = _crossing(frequency, indicator, peak, 1)
@@ -119,7 +117,7 @@ def thinned(runs: Sequence["Measurement"], most: int) -> Int[np.ndarray, "chosen
     return np.flatnonzero(np.diff(np.floor(np.cumsum(share) + 0.5), prepend=0.0) > 0)
 
 
-def _density(runs: Sequence["Measurement"]) -> Lines:
+def _density(runs: Sequence["Measurement"]) -> Spectrum:
     """Length of the curve of all FRFs at each line, in deviations of the noise, and an even share.
 
     A parameter that moves the response shows where the response changes; a stretch of the curve
@@ -131,7 +129,7 @@ def _density(runs: Sequence["Measurement"]) -> Lines:
     return even if total == 0 else EVEN_SHARE * even + (1 - EVEN_SHARE) * length / total
 
 
-def _squared_steps(run: "Measurement") -> Lines:
+def _squared_steps(run: "Measurement") -> Spectrum:
     """Square of the change of all FRFs along a line, over the variance of their noise."""
     frf, variance = run.frf[run.measured], noise_variance(run)[run.measured]
     step = np.abs(np.diff(frf, axis=-1)) ** 2
@@ -142,7 +140,7 @@ def _squared_steps(run: "Measurement") -> Lines:
     return np.asarray((padded[1:] + padded[:-1]) / 2)
 
 
-def _inclusion(density: Lines, most: int) -> Lines:
+def _inclusion(density: Spectrum, most: int) -> Spectrum:
     """Probabilities proportional to a density, at most 1, of the sum `most`."""
     share = np.zeros_like(density)
     full = np.zeros(density.size, bool)
@@ -155,8 +153,8 @@ def _inclusion(density: Lines, most: int) -> Lines:
 
 
 def _band(
-    frequency: Lines,
-    indicator: Lines,
+    frequency: Spectrum,
+    indicator: Spectrum,
     peak: int,
     per_bandwidth: float | int,
     bandwidths: float | int,
@@ -170,7 +168,7 @@ def _band(
     return np.unique(np.append(nearest, peak))
 
 
-def _crossing(frequency: Lines, indicator: Lines, peak: int, step: int) -> float | None:
+def _crossing(frequency: Spectrum, indicator: Spectrum, peak: int, step: int) -> float | None:
     """Frequency [Hz] at which the indicator falls to half of a peak; None if it does not."""
     half = HALF_POWER * indicator[peak]
     line = peak
@@ -191,7 +189,7 @@ def _squares(run: "Measurement", quantity: str) -> Float[np.ndarray, "pair frequ
     return squares
 
 
-def _indicator_deviation(runs: Sequence["Measurement"]) -> Lines:
+def _indicator_deviation(runs: Sequence["Measurement"]) -> Spectrum:
     """Standard deviation of the log of the mode indicator by the noise of the FRFs."""
     squares = np.concatenate([_squares(run, "mobility") for run in runs])
     share = np.concatenate([_noise_share(run) for run in runs])
@@ -208,7 +206,7 @@ def _noise_share(run: "Measurement") -> Float[np.ndarray, "pair frequency"]:
     return variance / np.maximum(np.abs(frf) ** 2, np.finfo(float).tiny)
 
 
-def _common_lines(runs: Sequence["Measurement"]) -> Lines:
+def _common_lines(runs: Sequence["Measurement"]) -> Spectrum:
     for run in runs[1:]:
         if not isinstance(run, type(runs[0])):
             raise InputError(

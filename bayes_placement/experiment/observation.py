@@ -16,7 +16,7 @@ from .quantities import quantity_of
 FRF = Inexact[Array, "sensor actuator *force_level frequency"]
 Variance = Float[Array, "sensor actuator *force_level frequency"]
 Measured = Float[np.ndarray, "sensor actuator *level_and_part frequency"]
-Lines = Float[np.ndarray, "frequency"]
+AngularFrequencies = Float[np.ndarray, "frequency"]
 
 
 class Observation(eqx.Module):
@@ -53,7 +53,7 @@ class Observation(eqx.Module):
         """Standard deviation of each output for an FRF with a relative error of 1."""
 
     @abc.abstractmethod
-    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+    def receptance(self, measured: Measured, omega: AngularFrequencies) -> Measured:
         """Return the receptance [m/N], or its amplitude, by outputs of any observed quantity.
 
         Parameters
@@ -65,7 +65,7 @@ class Observation(eqx.Module):
         """
 
     @abc.abstractmethod
-    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+    def log_jacobian(self, measured: Measured, omega: AngularFrequencies) -> Measured:
         """Log of |dz / d r| for each output, with r as `receptance` returns it.
 
         The density of z times this Jacobian is a density of the receptance, in which models of

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._types import Response
-from .observation import FRF, Lines, Measured, Observation, Variance
+from .observation import FRF, AngularFrequencies, Measured, Observation, Variance
 from .observed_modes import Modes
 from .quantities import motion_name, quantity_of
 
@@ -42,11 +42,11 @@ class LogAmplitude(Observation):
         """Only the part of the error along U counts, half of the variance."""
         return np.full(outputs.shape, 1 / (np.sqrt(2) * np.log(10.0)))
 
-    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+    def receptance(self, measured: Measured, omega: AngularFrequencies) -> Measured:
         """Amplitude of the receptance |H| [m/N]; z does not contain the phase."""
         return 10.0**measured / omega**self.derivative
 
-    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+    def log_jacobian(self, measured: Measured, omega: AngularFrequencies) -> Measured:
         """Log of dz / d|H| = 1 / (|H| log 10)."""
         return -np.log(self.receptance(measured, omega) * np.log(10.0))
 
@@ -87,13 +87,13 @@ class Complex(Observation):
         squares = np.sum(np.asarray(outputs) ** 2, axis=-2, keepdims=True)
         return np.broadcast_to(np.sqrt(squares / 2), outputs.shape)
 
-    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+    def receptance(self, measured: Measured, omega: AngularFrequencies) -> Measured:
         """Real and imaginary part of the receptance [m/N]."""
         frf = measured[..., 0, :] + 1j * measured[..., 1, :]
         receptance = frf / (1j * omega) ** self.derivative
         return np.stack([np.real(receptance), np.imag(receptance)], axis=-2)
 
-    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+    def log_jacobian(self, measured: Measured, omega: AngularFrequencies) -> Measured:
         """Log of the factor omega^n on both parts; the rotation by i^n changes no volume."""
         return np.log(omega**self.derivative) + 0.0 * measured
 

@@ -16,7 +16,7 @@ from ._experiment_checks import all_known, no_frfs
 from ._mode_pairs import MeasuredShapes, assurance, paired
 from ._oscillator import Branches, Oscillator
 from .modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
-from .observation import FRF, Lines, Measured, Observation, Variance
+from .observation import FRF, AngularFrequencies, Measured, Observation, Variance
 
 COLUMN = "modes"
 """Name of the only column of the outputs."""
@@ -271,11 +271,11 @@ class Modes(Observation):
         """Refused, as `output`."""
         return no_frfs("An FRF was asked for")
 
-    def receptance(self, measured: Measured, omega: Lines) -> Measured:
+    def receptance(self, measured: Measured, omega: AngularFrequencies) -> Measured:
         """Return the outputs: no receptance follows from them."""
         return measured
 
-    def log_jacobian(self, measured: Measured, omega: Lines) -> Measured:
+    def log_jacobian(self, measured: Measured, omega: AngularFrequencies) -> Measured:
         """Zero: the outputs are what densities are compared of."""
         return 0.0 * measured
 

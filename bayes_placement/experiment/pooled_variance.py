@@ -5,9 +5,10 @@ Few repeats know the variance of a line badly: the mean of 1 / variance over n r
 """
 
 import numpy as np
-from jaxtyping import Float
 from scipy.ndimage import convolve1d
 from scipy.stats import chi2
+
+from .._types import Spectrum
 
 DEGREES = 100
 """Complex degrees of freedom by which a variance is known to 10 %, and chi2 is 1 % too large."""
@@ -26,8 +27,6 @@ ITERATIONS = 30
 CONVERGED = 1e-3
 """Change of the level, of itself, at which the iteration ends."""
 
-Lines = Float[np.ndarray, "frequency"]
-
 
 def neighbours(averages: float, correlated_lines: float, degrees: float = DEGREES) -> int:
     """Number of lines, odd, over which a variance is pooled to have these degrees of freedom."""
@@ -35,7 +34,9 @@ def neighbours(averages: float, correlated_lines: float, degrees: float = DEGREE
     return needed + 1 - needed % 2
 
 
-def pooled(scatter: Lines, force: Lines, amplitude: Lines, averages: float, count: int) -> Lines:
+def pooled(
+    scatter: Spectrum, force: Spectrum, amplitude: Spectrum, averages: float, count: int
+) -> Spectrum:
     """Variance by which the scatter of neighbouring lines is most likely.
 
     Noise of the response adds Snn / Gxx to the variance, noise of the force |H|^2 Smm / Gxx, in
@@ -74,10 +75,10 @@ def _most(averages: float) -> float:
     return float(chi2.isf(LEAST_PROBABILITY, degrees) / degrees)
 
 
-def _levels(values: Lines, shape: Lines, most: float, count: int) -> Lines:
+def _levels(values: Spectrum, shape: Spectrum, most: float, count: int) -> Spectrum:
     """Level a + b shape of each line, a and b not negative and common to its neighbours."""
 
-    def near(terms: Lines) -> Lines:
+    def near(terms: Spectrum) -> Spectrum:
         # Direct sums: a running one loses small weights beside large ones.
         return np.asarray(convolve1d(terms, np.full(count, 1 / count), mode="nearest"))
 
@@ -101,6 +102,6 @@ def _levels(values: Lines, shape: Lines, most: float, count: int) -> Lines:
     return np.maximum(level, LEAST_SHARE * near(level))
 
 
-def _ratio(numerator: Lines, denominator: Lines) -> Lines:
+def _ratio(numerator: Spectrum, denominator: Spectrum) -> Spectrum:
     """Quotient; 0 where no line of a neighbourhood has a weight."""
     return np.divide(numerator, denominator, out=np.zeros_like(numerator), where=denominator > 0)

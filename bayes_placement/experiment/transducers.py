@@ -16,7 +16,7 @@ from .._sites import Role, checked_name, described, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes, check_annotated, check_kind
 from ..modes.modes import Modes
 from ..modes.points import Points
-from ..positions.at import At, Placement, as_place, position_on
+from ..positions.at import At, RecordedPosition, as_place, position_on
 from ..positions.bounds import position_text
 from ..positions.channel import checked
 from ..positions.places import Place, Position, coordinates, mean
@@ -200,7 +200,7 @@ class Transducer(eqx.Module):
                 f"moves is needed, since the others read nothing: directions=({axes[0]},)."
             )
 
-    def placement_at(self, place: Recorded | Tolerance, modes: Modes) -> Placement:
+    def placement_at(self, place: Recorded | Tolerance, modes: Modes) -> RecordedPosition:
         """Return where it sits if it is recorded elsewhere, with its present tolerance.
 
         Parameters
@@ -226,7 +226,7 @@ class Transducer(eqx.Module):
                 "that can be moved. Declare "
                 "at=positions.Segment(0.25, within=0.04), or give tolerances as candidates."
             )
-        return Placement(self._position_on(at, modes), _middle(as_place(at)))
+        return RecordedPosition(self._position_on(at, modes), _middle(as_place(at)))
 
     def mounted(self: Self, factor: float, modes: Modes) -> Self:
         """Return it mounted at the same place with `factor` times its tolerance.
@@ -271,7 +271,7 @@ class Transducer(eqx.Module):
 
     def at_record(self, component: str) -> Any:
         """Value of an unknown component of its position where it was recorded."""
-        return Placement(self.position, self.recorded).at_record(component)
+        return RecordedPosition(self.position, self.recorded).at_record(component)
 
     def points(self, axes: tuple[int, ...]) -> Points:
         """Where and along what its channels read or drive a structure that moves along axes."""

@@ -11,7 +11,7 @@ from .._compiled import with_sorted_fields
 from .symmetries import Values
 
 
-class _Form(NamedTuple):
+class _PriorStructure(NamedTuple):
     """What priors have in common that differ in numbers alone."""
 
     structure: Any
@@ -36,7 +36,7 @@ def prior_draws(priors: Mapping[str, Distribution], keys: Any) -> Values:
         stacked = [jnp.stack(leaves) for leaves in zip(*alike.values(), strict=True)]
         of_priors = keys[:, jnp.array([numbers[name] for name in alike])]
 
-        def draw(leaves: Any, key: Any, form: _Form = form) -> Any:
+        def draw(leaves: Any, key: Any, form: _PriorStructure = form) -> Any:
             return jax.tree.unflatten(form.structure, leaves).sample(key)
 
         for_draws = jax.vmap(draw, in_axes=(None, 0))
@@ -45,11 +45,11 @@ def prior_draws(priors: Mapping[str, Distribution], keys: Any) -> Values:
     return {name: values[name] for name in priors}
 
 
-def _by_form(priors: Mapping[str, Distribution]) -> dict[_Form, dict[str, list[Any]]]:
+def _by_form(priors: Mapping[str, Distribution]) -> dict[_PriorStructure, dict[str, list[Any]]]:
     """Numbers of priors by name, of those of one form together."""
-    forms: dict[_Form, dict[str, list[Any]]] = {}
+    forms: dict[_PriorStructure, dict[str, list[Any]]] = {}
     for name, prior in priors.items():
         leaves, structure = jax.tree.flatten(with_sorted_fields(prior))
-        form = _Form(structure, tuple(jnp.shape(leaf) for leaf in leaves))
+        form = _PriorStructure(structure, tuple(jnp.shape(leaf) for leaf in leaves))
         forms.setdefault(form, {})[name] = leaves
     return forms

@@ -20,7 +20,7 @@ EXACT_TOLERANCE = 1e-3
 """Relative difference that two figures without sampling error may have: quadrature's own error."""
 
 
-class Comparison(NamedTuple):
+class MethodComparison(NamedTuple):
     """Two methods' values of one figure."""
 
     figure: str
@@ -70,7 +70,7 @@ class Report(NamedTuple):
     """
 
     table: pd.DataFrame
-    disagreements: list[Comparison]
+    disagreements: list[MethodComparison]
     comparisons: int
     warnings: list[str]
 
@@ -171,15 +171,15 @@ def numbers(results: Mapping[str, xr.DataTree]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["method", "figure", "value", "standard_error"])
 
 
-def _summaries(disagreements: list[Comparison]) -> list[str]:
+def _summaries(disagreements: list[MethodComparison]) -> list[str]:
     """One sentence for each pair of methods, about the figure that they differ most on."""
-    pairs: dict[tuple[str, str], list[Comparison]] = {}
+    pairs: dict[tuple[str, str], list[MethodComparison]] = {}
     for comparison in disagreements:
         pairs.setdefault((comparison.first, comparison.second), []).append(comparison)
     return [_summary(*pair, comparisons) for pair, comparisons in pairs.items()]
 
 
-def _summary(first: str, second: str, disagreements: list[Comparison]) -> str:
+def _summary(first: str, second: str, disagreements: list[MethodComparison]) -> str:
     largest = max(disagreements, key=lambda comparison: comparison.deviation)
     if len(disagreements) == 1:
         return f"{first} and {second} disagree on one figure: {largest}."
@@ -242,10 +242,10 @@ def _with_error(value: float, error: float) -> str:
     return f"({pair})e{power}" if power else pair
 
 
-def _comparisons(results: Mapping[str, xr.DataTree]) -> list[Comparison]:
+def _comparisons(results: Mapping[str, xr.DataTree]) -> list[MethodComparison]:
     tables = {name: {f: (v, e) for f, v, e in _figures(r)} for name, r in results.items()}
     return [
-        Comparison(figure, first, second, (a, b), (da, db))
+        MethodComparison(figure, first, second, (a, b), (da, db))
         for first, second in combinations(tables, 2)
         for figure, (a, da) in tables[first].items()
         for b, db in [tables[second].get(figure, (np.nan, np.nan))]
@@ -253,6 +253,6 @@ def _comparisons(results: Mapping[str, xr.DataTree]) -> list[Comparison]:
     ]
 
 
-def _disagreements(comparisons: list[Comparison]) -> list[Comparison]:
+def _disagreements(comparisons: list[MethodComparison]) -> list[MethodComparison]:
     threshold = norm.isf(FALSE_ALARM / 2 / max(1, len(comparisons)))
     return [comparison for comparison in comparisons if comparison.deviation > threshold]

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from .._types import InputError
 from . import _contents as content
-from .mapped._toml_fields import Table, is_text, load
+from .mapped._toml_fields import TomlTable, is_text, load
 from .uff import measured_modes
 
 TABLE, SUFFIX = "modal_parameters", ".toml"
@@ -80,7 +80,7 @@ def read_mapping(path: Path) -> ModalMapping:
     )
 
 
-def _names(table: Table) -> dict[int, str]:
+def _names(table: TomlTable) -> dict[int, str]:
     stated: dict[str, Any] = table.value("names", _are_names, "a table of names", _EXAMPLE) or {}
     return {int(node): name for node, name in stated.items()}
 

@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -13,10 +12,10 @@ from .._types import arguments_checked
 from ..experiment.experiment import Experiment
 from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
+from ..positions.vectors import PointsInSpace
 from ._figures import STAR, color_bar, panels
 
 Panel = Any  # Axes, or Axes3D where the structure does not lie in a plane
-Points = Float[np.ndarray, "point 3"]
 
 LEAST_COLOUR_RANGE = 5.0
 """Smallest range of colours of a map [standard deviations]."""
@@ -127,7 +126,7 @@ def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
     return layout.with_legend()
 
 
-def view(points: Points) -> View:
+def view(points: PointsInSpace) -> View:
     """View of all points, without an axis along which all have the same coordinate.
 
     Examples
@@ -244,7 +243,7 @@ def name_axes(panel: Panel, view: View) -> None:
         panel.set_aspect("equal")
 
 
-def extent(experiment: Experiment | None, rows: pd.DataFrame) -> Points:
+def extent(experiment: Experiment | None, rows: pd.DataFrame) -> PointsInSpace:
     """Corners of the structure [m], or the places of the rows where no experiment is known.
 
     Examples

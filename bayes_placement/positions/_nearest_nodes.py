@@ -26,7 +26,7 @@ _NEIGHBOURS = 32  # looked up at first
 _GRID = 33  # points along an axis at which the distance to the nodes is looked up
 _TIE = 1e-12  # of the size of the region
 
-Nodes = Float[np.ndarray, "node coordinate"]
+NodePositions = Float[np.ndarray, "node coordinate"]
 Corners = Float[np.ndarray, "_ axis"]  # clipping changes how many there are
 
 
@@ -84,7 +84,7 @@ class Rectangle(NamedTuple):
         """Points at some lengths along the directions [m]."""
         return self.origin + lengths @ self.directions
 
-    def distance(self, points: Nodes) -> Float[np.ndarray, "node"]:
+    def distance(self, points: NodePositions) -> Float[np.ndarray, "node"]:
         """Distance of points from the region [m]."""
         feet = np.clip((points - self.origin) @ self.directions.T, *self.limits.T)
         return np.linalg.norm(points - self.at(feet), axis=1)
@@ -119,7 +119,7 @@ def _sobol_points(dimension: int) -> Float[np.ndarray, "repeat point axis"]:
     )
 
 
-def shares(nodes: Nodes, region: Rectangle) -> Float[np.ndarray, "node"]:
+def shares(nodes: NodePositions, region: Rectangle) -> Float[np.ndarray, "node"]:
     """Share of the length or area of a region that is nearest to each node; they sum to 1."""
     corners = region.corners()
     clip, measure = _OF_DIMENSION[corners.shape[1]]
@@ -131,7 +131,7 @@ def shares(nodes: Nodes, region: Rectangle) -> Float[np.ndarray, "node"]:
 
 
 def shares_by_points(
-    nodes: Nodes, repeats: Sequence[np.ndarray]
+    nodes: NodePositions, repeats: Sequence[np.ndarray]
 ) -> tuple[Float[np.ndarray, "node"], float]:
     """Share of points nearest to each node, and the greatest standard error of a share.
 
@@ -152,7 +152,7 @@ def _on_all_nodes(values: np.ndarray, candidates: Bool[np.ndarray, "node"]) -> n
     return full
 
 
-def _candidates(nodes: Nodes, region: Rectangle) -> Bool[np.ndarray, "node"]:
+def _candidates(nodes: NodePositions, region: Rectangle) -> Bool[np.ndarray, "node"]:
     """Nodes that may be nearest to some point of a region.
 
     No point is farther from a node than the farthest of a grid, and half a cell of the grid.
@@ -167,7 +167,7 @@ def _candidates(nodes: Nodes, region: Rectangle) -> Bool[np.ndarray, "node"]:
     return candidates
 
 
-def _within_reach(nodes: Nodes, points: np.ndarray) -> Bool[np.ndarray, "node"]:
+def _within_reach(nodes: NodePositions, points: np.ndarray) -> Bool[np.ndarray, "node"]:
     """Nodes that may be nearest to some point in the hull of points.
 
     From every point some node is no farther than from the middle and the radius of the hull.
@@ -180,7 +180,7 @@ def _within_reach(nodes: Nodes, points: np.ndarray) -> Bool[np.ndarray, "node"]:
 
 def _cell_measure(
     node: np.ndarray,
-    nodes: Nodes,
+    nodes: NodePositions,
     tree: cKDTree,
     region: Rectangle,
     clip: Callable[[Corners, np.ndarray, float], Corners],
@@ -206,7 +206,7 @@ def _cell_measure(
 
 
 def _neighbours(
-    node: np.ndarray, tree: cKDTree, nodes: Nodes
+    node: np.ndarray, tree: cKDTree, nodes: NodePositions
 ) -> Iterator[tuple[np.ndarray, float]]:
     """All other nodes and their distances, nearest first."""
     begin, is_itself = 0, True

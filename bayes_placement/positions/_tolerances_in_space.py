@@ -10,7 +10,7 @@ from .._types import InputError, check_annotated, finite_number
 from ._tolerance import Tolerance, check_reach, off_structure
 from .bounds import ROUNDING, Bounds, bounds_text, box, clipped, inside, rounding_margin
 from .places import Cartesian, InBall, OnMember, OnPatch
-from .vectors import Coordinates, Vector, direction_of, right_angled, triple, vector
+from .vectors import CartesianComponents, Vector, direction_of, right_angled, triple, vector
 
 _OFF_AXIS = 0.1  # of the length of a member, by which a recorded position may miss its axis
 
@@ -31,8 +31,8 @@ class Box(Tolerance):
     Box(centre=(0.5, 0.4, 0.0), within=(0.01, 0.005, 0.0))
     """
 
-    centre: Coordinates = eqx.field(static=True)
-    within: Coordinates = eqx.field(static=True)
+    centre: CartesianComponents = eqx.field(static=True)
+    within: CartesianComponents = eqx.field(static=True)
 
     def __init__(self, centre: Vector, *, within: Vector):
         self.centre = vector("Box(centre=...)", centre)
@@ -45,7 +45,7 @@ class Box(Tolerance):
             )
 
     @property
-    def recorded(self) -> Coordinates:
+    def recorded(self) -> CartesianComponents:
         """Recorded position [m]."""
         return self.centre
 
@@ -88,9 +88,9 @@ class Member(Tolerance):
     (0.5, 0.5, 0.0)
     """
 
-    start: Coordinates = eqx.field(static=True)
-    end: Coordinates = eqx.field(static=True)
-    centre: Coordinates | None = eqx.field(static=True)
+    start: CartesianComponents = eqx.field(static=True)
+    end: CartesianComponents = eqx.field(static=True)
+    centre: CartesianComponents | None = eqx.field(static=True)
     within: float | None = eqx.field(static=True)
 
     def __init__(
@@ -137,7 +137,7 @@ class Member(Tolerance):
         return float((centre - np.array(self.start)) @ axis / length), axis / length, length
 
     @property
-    def recorded(self) -> Coordinates:
+    def recorded(self) -> CartesianComponents:
         """Recorded position [m], or the middle of the member."""
         return triple(np.add(self.start, self.end) / 2) if self.centre is None else self.centre
 
@@ -186,8 +186,8 @@ class Patch(Tolerance):
     (0.5, 0.4, 0.0)
     """
 
-    centre: Coordinates = eqx.field(static=True)
-    directions: tuple[Coordinates, Coordinates] = eqx.field(static=True)
+    centre: CartesianComponents = eqx.field(static=True)
+    directions: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True)
     within: tuple[float, float] = eqx.field(static=True)
 
     def __init__(
@@ -209,7 +209,7 @@ class Patch(Tolerance):
             )
 
     @property
-    def recorded(self) -> Coordinates:
+    def recorded(self) -> CartesianComponents:
         """Recorded position [m]."""
         return self.centre
 
@@ -266,7 +266,7 @@ class Ball(Tolerance):
     (0.5, 0.4, 0.0)
     """
 
-    centre: Coordinates = eqx.field(static=True)
+    centre: CartesianComponents = eqx.field(static=True)
     radius: float = eqx.field(static=True)
 
     def __init__(self, centre: Vector, radius: float | int):
@@ -279,7 +279,7 @@ class Ball(Tolerance):
             )
 
     @property
-    def recorded(self) -> Coordinates:
+    def recorded(self) -> CartesianComponents:
         """Recorded position [m]."""
         return self.centre
 

@@ -27,7 +27,7 @@ At: TypeAlias = Position | Tolerance | tuple[Parameter, ...] | list[Parameter]
 """A position as a user may write it: one or three numbers, a distribution, place or tolerance."""
 
 
-class Placement(NamedTuple):
+class RecordedPosition(NamedTuple):
     """Where something sits on a structure, and where it was recorded.
 
     Parameters

@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from .._types import InputError
-from .vectors import Coordinates
+from .vectors import CartesianComponents
 
-Corners = tuple[Coordinates, Coordinates]
+Corners = tuple[CartesianComponents, CartesianComponents]
 
 Bounds: TypeAlias = tuple[Any, Any] | Corners
 """Least and greatest position on a line, or the corners of the box about a structure [m]."""

@@ -15,7 +15,15 @@ from numpyro.distributions import Uniform
 from .._sites import is_finite, is_unknown, unit
 from .._types import Parameter
 from . import _ball_in_box
-from .vectors import Coordinates, Recorded, Vector, direction_of, right_angled, triple, vector
+from .vectors import (
+    CartesianComponents,
+    Recorded,
+    Vector,
+    direction_of,
+    right_angled,
+    triple,
+    vector,
+)
 
 
 class Place(eqx.Module):
@@ -59,7 +67,7 @@ class Straight(Place):
         lengths = jnp.stack([jnp.asarray(value, dtype=float) for value in values.values()])
         return jnp.asarray(origin) + lengths @ directions
 
-    def middle(self) -> Coordinates:
+    def middle(self) -> CartesianComponents:
         """Position at the means of its distributions [m]."""
         origin, directions, values = self.frame()
         return triple(origin + np.array([mean(value) for value in values.values()]) @ directions)
@@ -115,8 +123,8 @@ class OnMember(Straight):
     """
 
     along: Parameter = eqx.field(metadata=unit("m"))
-    start: Coordinates = eqx.field(static=True)
-    direction: Coordinates = eqx.field(static=True)
+    start: CartesianComponents = eqx.field(static=True)
+    direction: CartesianComponents = eqx.field(static=True)
 
     def __init__(self, along: Parameter, *, start: Vector, direction: Vector):
         self.along = along
@@ -150,8 +158,8 @@ class OnPatch(Straight):
 
     first: Parameter = eqx.field(metadata=unit("m"))
     second: Parameter = eqx.field(metadata=unit("m"))
-    origin: Coordinates = eqx.field(static=True)
-    directions: tuple[Coordinates, Coordinates] = eqx.field(static=True)
+    origin: CartesianComponents = eqx.field(static=True)
+    directions: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True)
 
     def __init__(
         self,
@@ -194,9 +202,9 @@ class InBall(Place):
     """
 
     share: tuple[Parameter, ...] = eqx.field(metadata=unit("1"))
-    centre: Coordinates = eqx.field(static=True)
+    centre: CartesianComponents = eqx.field(static=True)
     radius: float = eqx.field(static=True)
-    bounds: tuple[Coordinates, Coordinates] = eqx.field(static=True)
+    bounds: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True)
 
     def coordinates(self) -> Float[Array, "3"]:
         """Position [m], by Rosenblatt's transform."""
@@ -222,7 +230,7 @@ class InBall(Place):
             tuple(high - middle for extends, middle, _, high in sides if extends),
         )
 
-    def middle(self) -> Coordinates:
+    def middle(self) -> CartesianComponents:
         """Centre of the ball [m], or the point of the box nearest to it."""
         return triple(np.clip(self.centre, *self.bounds))
 

@@ -9,9 +9,13 @@ from jaxtyping import Array, Float
 
 from .._types import InputError, arguments_checked, shown
 
-Coordinates = tuple[float, float, float]
+CartesianComponents = tuple[float, float, float]
+"""Components of a position or direction along x, y and z."""
 
-Recorded: TypeAlias = float | Coordinates
+PointsInSpace = Float[np.ndarray, "point 3"]
+"""Cartesian coordinates [m] of points."""
+
+Recorded: TypeAlias = float | CartesianComponents
 """A position as one number on a line or three in space [m]."""
 
 Vector: TypeAlias = Sequence[float | int] | np.ndarray
@@ -20,13 +24,13 @@ Vector: TypeAlias = Sequence[float | int] | np.ndarray
 _PERPENDICULAR = 1e-9  # greatest cosine between two directions at right angles
 
 
-def triple(values: Any) -> Coordinates:
+def triple(values: Any) -> CartesianComponents:
     """Return three numbers as a tuple."""
     x, y, z = np.asarray(values, dtype=float).tolist()
     return x, y, z
 
 
-def vector(argument: str, values: Any) -> Coordinates:
+def vector(argument: str, values: Any) -> CartesianComponents:
     """Return three finite numbers as a tuple.
 
     Parameters
@@ -59,7 +63,7 @@ def _numbers(values: Any) -> np.ndarray:
         return np.zeros(0)
 
 
-def direction_of(argument: str, values: Any) -> Coordinates:
+def direction_of(argument: str, values: Any) -> CartesianComponents:
     """Return a direction of unit length.
 
     Raises
@@ -77,7 +81,9 @@ def direction_of(argument: str, values: Any) -> Coordinates:
     return triple(array / length)
 
 
-def right_angled(argument: str, first: Any, second: Any) -> tuple[Coordinates, Coordinates]:
+def right_angled(
+    argument: str, first: Any, second: Any
+) -> tuple[CartesianComponents, CartesianComponents]:
     """Return two directions of unit length at right angles.
 
     Raises

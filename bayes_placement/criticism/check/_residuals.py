@@ -21,7 +21,7 @@ LINES_OF_BAND = 5
 
 _NEEDED = ("posterior", "prior", "posterior_predictive", "observed_data")
 
-Values = Float[np.ndarray, "sensor actuator frequency part"]
+FRFParts = Float[np.ndarray, "sensor actuator frequency part"]
 Draws = Float[np.ndarray, "draw sensor actuator frequency part"]
 Chosen = Bool[np.ndarray, "sensor actuator frequency"]
 Labelled = TypeVar("Labelled", xr.DataArray, xr.Dataset)
@@ -57,11 +57,11 @@ class Residuals:
     """
 
     template: xr.DataArray
-    measured: Values
+    measured: FRFParts
     present: Bool[np.ndarray, "sensor actuator frequency part"]
     draws: Draws
     replicates: Draws | None
-    deviation: Values | None
+    deviation: FRFParts | None
     frequency: Float[np.ndarray, "frequency"]
     force_level: Int[np.ndarray, "frequency"]
     unknowns: int
@@ -72,17 +72,17 @@ class Residuals:
         return shows_modes(self.template)
 
     @cached_property
-    def mean(self) -> Values:
+    def mean(self) -> FRFParts:
         """Posterior mean of the response."""
         return self.draws.mean(axis=0)
 
     @cached_property
-    def residual(self) -> Values:
+    def residual(self) -> FRFParts:
         """Measured outputs less the posterior mean response; zero where nothing was measured."""
         return np.where(self.present, self.measured - self.mean, 0.0)
 
     @cached_property
-    def scale(self) -> Values:
+    def scale(self) -> FRFParts:
         """Deviation of the noise where known, else of the replicates, else of the residuals."""
         if self.deviation is not None:
             return self.deviation
@@ -160,13 +160,13 @@ def residuals(posterior: xr.DataTree) -> Residuals:
     )
 
 
-def response_when_exact(posterior: xr.DataTree) -> Values | None:
+def response_when_exact(posterior: xr.DataTree) -> FRFParts | None:
     """Mean response without the errors of the model; None where it has none."""
     predicted = posterior["posterior_predictive"].to_dataset()
     if RESPONSE_WHEN_EXACT not in predicted:
         return None
     ordered = _in_order(predicted)
-    mean: Values = _flat_draws(ordered[RESPONSE_WHEN_EXACT]).mean(axis=0)
+    mean: FRFParts = _flat_draws(ordered[RESPONSE_WHEN_EXACT]).mean(axis=0)
     return mean
 
 

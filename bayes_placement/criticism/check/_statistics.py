@@ -8,7 +8,7 @@ from jaxtyping import Float
 from scipy import stats
 
 from ._noise import scatter_of
-from ._residuals import Chosen, Draws, Residuals, Values
+from ._residuals import Chosen, Draws, FRFParts, Residuals
 
 LAGS = 5
 """Largest distance in lines over which residuals are compared."""
@@ -121,7 +121,7 @@ class Statistics:
         products, squares = zip(*pairs, strict=True)
         return np.stack(products), np.stack(squares)
 
-    def _pairs(self, lag: int) -> tuple[Values, Values]:
+    def _pairs(self, lag: int) -> tuple[FRFParts, FRFParts]:
         data, scale = self.data, self.data.scale
         scaled = np.clip(data.residual / scale, -_LARGEST, _LARGEST)
         same_level = data.force_level[lag:] == data.force_level[:-lag]

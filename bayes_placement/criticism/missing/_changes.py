@@ -13,7 +13,7 @@ from ...effects.library import kind_of
 from ...inference.engines.empirical_bayes import SOFTENING
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State, own_name
-from ._estimates import Estimate
+from ._estimates import ParameterEstimate
 from ._hypotheses import Hypothesis
 from ._kept_fits import kept_with_sizes
 from ._posterior_odds import STRONG, Comparison
@@ -39,7 +39,7 @@ class FoundEffect(NamedTuple):
 
     effect: Effect
     setting: str
-    estimates: Mapping[str, Estimate]
+    estimates: Mapping[str, ParameterEstimate]
     hypothesis: Hypothesis
 
     @property

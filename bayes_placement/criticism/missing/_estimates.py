@@ -17,7 +17,7 @@ OUTER = 2.5758
 """Standard deviations between which 99 % of a normal distribution lie."""
 
 
-class Estimate(NamedTuple):
+class ParameterEstimate(NamedTuple):
     """What is known of one unknown.
 
     Parameters
@@ -48,7 +48,9 @@ class Estimate(NamedTuple):
         return f"{self.mean:.5g} ± {self.standard_deviation:.2g}{unit}"
 
 
-def estimates(hypothesis: Hypothesis, points: np.ndarray | None = None) -> dict[str, Estimate]:
+def estimates(
+    hypothesis: Hypothesis, points: np.ndarray | None = None
+) -> dict[str, ParameterEstimate]:
     """Every unknown, from draws [draw, unknown] or from Laplace's Gaussian.
 
     Intervals are those of a normal distribution in standard normal coordinates, as wide as the
@@ -67,7 +69,7 @@ def estimates(hypothesis: Hypothesis, points: np.ndarray | None = None) -> dict[
     }
 
 
-def sizes(hypothesis: Hypothesis) -> dict[str, Estimate]:
+def sizes(hypothesis: Hypothesis) -> dict[str, ParameterEstimate]:
     """Unknown sizes of the model error, by what they are the size of."""
     return {
         size.owner.kind: _log_normal(value, hypothesis.deviations[size.name])
@@ -76,9 +78,9 @@ def sizes(hypothesis: Hypothesis) -> dict[str, Estimate]:
     }
 
 
-def _log_normal(median: float, deviation: float) -> Estimate:
+def _log_normal(median: float, deviation: float) -> ParameterEstimate:
     low, high = (float(median * np.exp(side * OUTER * deviation)) for side in (-1, 1))
-    return Estimate(median, median * deviation, low, high, "1", None, "size")
+    return ParameterEstimate(median, median * deviation, low, high, "1", None, "size")
 
 
 def errors(hypothesis: Hypothesis) -> dict[str, float]:
@@ -100,7 +102,7 @@ def laplace(hypothesis: Hypothesis) -> np.ndarray:
 
 def _of_unknown(
     unknown: Unknown, draws: np.ndarray, sides: np.ndarray
-) -> Iterator[tuple[str, Estimate]]:
+) -> Iterator[tuple[str, ParameterEstimate]]:
     """Name and estimate of an unknown, the elements of an array one by one."""
     effect = unknown.owner.name if unknown.owner.kind in EFFECTS else None
     word = ".".join(filter(None, (unknown.field, unknown.component)))
@@ -109,4 +111,4 @@ def _of_unknown(
     for name, (element, drawn), side in zip(names, scalars(word, draws[None]), ends, strict=True):
         low, high = sorted(map(float, side.ravel()))
         mean, deviation = float(np.mean(drawn)), float(np.std(drawn))
-        yield name, Estimate(mean, deviation, low, high, unknown.unit, effect, element)
+        yield name, ParameterEstimate(mean, deviation, low, high, unknown.unit, effect, element)

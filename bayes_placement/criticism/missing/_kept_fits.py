@@ -20,7 +20,7 @@ from ...experiment.array_store import ArrayStore
 from ...experiment.content_hash import content_hash
 from ...inference.engines.empirical_bayes import Rival, Sized, fitted_with_sizes
 from ...inference.engines.laplace import Laplace
-from ...inference.engines.least_squares import Points
+from ...inference.engines.least_squares import ParameterPoints
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 
@@ -141,7 +141,7 @@ class _SizedFit(NamedTuple):
 
 
 def kept_with_sizes(
-    problem: Problem, starts: Points, softening: Sequence[float], rival: Rival = NO_RIVAL
+    problem: Problem, starts: ParameterPoints, softening: Sequence[float], rival: Rival = NO_RIVAL
 ) -> Sized[Problem]:
     """Best fit with sizes of the model error, see `fitted_with_sizes`."""
 

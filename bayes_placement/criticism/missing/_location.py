@@ -8,21 +8,18 @@ from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Float
 
 from ..._compiled import compiled
 from ..._sites import is_unknown, substitute
 from ...effects.effect import Effect
 from ...experiment.experiment import Experiment
 from ...positions.places import Place, Straight, mean
-from ...positions.vectors import Recorded, triple
-
-Coordinates = Float[np.ndarray, "point 3"]
+from ...positions.vectors import PointsInSpace, Recorded, triple
 
 
 def locations(
     effect: Effect, experiment: Experiment, values: Mapping[str, np.ndarray], count: int
-) -> Coordinates:
+) -> PointsInSpace:
     """Where an effect is [m] at each of several points.
 
     Parameters
@@ -73,7 +70,7 @@ def effect_locations(experiment: Experiment, means: Mapping[str, float]) -> dict
     return located
 
 
-def _in_space(place: Place, values: Mapping[str, np.ndarray], count: int) -> Coordinates:
+def _in_space(place: Place, values: Mapping[str, np.ndarray], count: int) -> PointsInSpace:
     if isinstance(place, Straight):
         origin, directions, components = place.frame()
         lengths = [

@@ -12,7 +12,7 @@ from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
 from ..noise_needed import NoiseNeeded
-from ._estimates import Estimate, errors, estimates, sizes
+from ._estimates import ParameterEstimate, errors, estimates, sizes
 from ._held_out import held_out
 from ._hypotheses import Hypothesis
 from ._posterior_odds import STRONG, Comparison, p_value
@@ -76,7 +76,7 @@ class FittedModel:
 
     added: str | None
     effects: tuple[str, ...]
-    parameters: dict[str, Estimate]
+    parameters: dict[str, ParameterEstimate]
     chi2_per_datum: float
     p_value: float
     log_evidence: float
@@ -85,7 +85,7 @@ class FittedModel:
     kind: str = ""
     setting: str = ""
     remark: str = ""
-    model_error: Mapping[str, Estimate] = field(default_factory=dict)
+    model_error: Mapping[str, ParameterEstimate] = field(default_factory=dict)
     errors: Mapping[str, float] = field(default_factory=dict, repr=False)
     chi2_when_exact: float = float("nan")
     experiment: Experiment | None = field(default=None, repr=False)
@@ -106,7 +106,7 @@ class FittedModel:
         words = [f"{estimate.word} {estimate}" for estimate in parameters]
         return ", ".join(filter(None, [self.setting, *words, self.remark]))
 
-    def parameters_of_added(self) -> dict[str, Estimate]:
+    def parameters_of_added(self) -> dict[str, ParameterEstimate]:
         """Unknowns of the effect that was added; of the model, where none was."""
         if self.added is None:
             return self.parameters
@@ -214,14 +214,16 @@ def fitted_model(
 
 
 def _about(
-    effect: Effect, experiment: Experiment, parameters: Mapping[str, Estimate]
+    effect: Effect, experiment: Experiment, parameters: Mapping[str, ParameterEstimate]
 ) -> tuple[str, str]:
     """Which part an effect is about, and what its estimates mean."""
     setting = effect.setting(experiment.structure.modes, experiment.instruments)
     return setting, effect.remark(_of_effect(effect.name, parameters))
 
 
-def _of_effect(name: str, parameters: Mapping[str, Estimate]) -> dict[str, tuple[float, float]]:
+def _of_effect(
+    name: str, parameters: Mapping[str, ParameterEstimate]
+) -> dict[str, tuple[float, float]]:
     """Mean and standard deviation of the unknowns of an effect, by field."""
     return {
         estimate.word: (estimate.mean, estimate.standard_deviation)

@@ -26,8 +26,6 @@ _PARTS = {
     "accelerance": "its imaginary part must not be negative",
 }
 
-Line = Complex[np.ndarray, "line"]
-
 
 def can_check(record: Record) -> bool:
     """Tell whether a sensor and an actuator share a place and an axis."""
@@ -62,7 +60,7 @@ def _lines(record: Record) -> Bool[np.ndarray, "frequency"]:
 
 
 def _power_sine(
-    record: Record, frf: Line, lines: Bool[np.ndarray, "frequency"]
+    record: Record, frf: Complex[np.ndarray, "line"], lines: Bool[np.ndarray, "frequency"]
 ) -> Float[np.ndarray, "line"]:
     """Power factor: the real part of the mobility over its amplitude [1]."""
     derivative = quantity_of(record.measurement.quantity).derivative

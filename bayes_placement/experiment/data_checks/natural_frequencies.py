@@ -23,7 +23,7 @@ WITHIN = 0.05
 
 RADIANS = 2 * np.pi
 
-Modes = Float[np.ndarray, "mode"]
+NaturalFrequencies = Float[np.ndarray, "mode"]
 
 
 def can_check(record: Record) -> bool:
@@ -57,13 +57,13 @@ def check(record: Record) -> Iterator[Fault]:
             )
 
 
-def natural_frequencies(experiment: "Experiment") -> list[Modes]:
+def natural_frequencies(experiment: "Experiment") -> list[NaturalFrequencies]:
     """Natural frequencies [Hz] of the nominal structure, and at draws from the priors."""
     values = [experiment.nominal_values(), *prior_values(experiment)]
     return [np.asarray(compiled(_natural_frequency)(experiment.fix(draw))) for draw in values]
 
 
-def _outside(record: Record, first: Pair, modes: Modes) -> Fault:
+def _outside(record: Record, first: Pair, modes: NaturalFrequencies) -> Fault:
     low, high = record.frequency[[0, -1]]
     elastic = modes[modes > 0]
     return record.fault(
@@ -77,10 +77,10 @@ def _outside(record: Record, first: Pair, modes: Modes) -> Fault:
     )
 
 
-def _found(resonant: Float[np.ndarray, "resonance"], draws: Sequence[Modes]) -> int:
+def _found(resonant: Float[np.ndarray, "resonance"], draws: Sequence[NaturalFrequencies]) -> int:
     """Most resonances that lie at natural frequencies of one draw."""
 
-    def count(modes: Modes) -> int:
+    def count(modes: NaturalFrequencies) -> int:
         apart = np.abs(modes / resonant[:, None] - 1)
         return int(np.sum(np.min(apart, axis=1) < WITHIN))
 

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Float
 
+from ..._types import Spectrum
 from .._noise_level import FEWEST_LINES
 from .record import Fault, Record
 
@@ -16,8 +16,6 @@ FLAT_SHARE = 0.5
 
 CLIPPED_LINES = 5
 """Neighbouring lines at the greatest value from which on a record is clipped."""
-
-Values = Float[np.ndarray, "frequency"]
 
 
 def can_check(record: Record) -> bool:
@@ -57,7 +55,7 @@ def check(record: Record) -> Iterator[Fault]:
             break
 
 
-def _at_greatest(values: Values) -> np.ndarray:
+def _at_greatest(values: Spectrum) -> np.ndarray:
     greatest = np.abs(values).max()
     return np.asarray(np.abs(values) >= greatest * (1 - ROUNDING))
 

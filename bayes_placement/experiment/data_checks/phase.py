@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Complex
 
+from ..._types import ComplexSpectrum
 from .._noise_level import FEWEST_LINES
 from ..observe import LogAmplitude
 from .prior_responses import prior_responses
@@ -12,8 +12,6 @@ from .record import Fault, Pair, Record
 
 WRONG_WAY = 0.5
 """Turn from which on the phase rises through resonances; it is -1 where it falls throughout."""
-
-Lines = Complex[np.ndarray, "frequency"]
 
 
 def can_check(record: Record) -> bool:
@@ -66,7 +64,7 @@ def rising(record: Record) -> list[Pair]:
     ]
 
 
-def turn(frf: Lines) -> float:
+def turn(frf: ComplexSpectrum) -> float:
     """Turn of the phase from line to line, 1 where it rises and -1 where it falls throughout.
 
     Steps are weighed by the amplitudes at both of their ends, so that resonances decide and

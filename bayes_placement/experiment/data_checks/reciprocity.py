@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Complex
 
+from ..._types import ComplexSpectrum
 from .._noise_level import FEWEST_LINES
 from .prior_responses import prior_responses
 from .record import Fault, Pair, Record
@@ -14,7 +14,6 @@ DIFFERENCE = 0.1
 
 DEVIATIONS = 4.0
 
-Line = Complex[np.ndarray, "frequency"]
 Reciprocal = tuple[Pair, Pair, int]
 """Two pairs that exchange sensor and actuator, and the sign between them."""
 
@@ -59,7 +58,7 @@ def _reciprocal(record: Record) -> list[Reciprocal]:
     return pairs
 
 
-def _difference(forward: Line, backward: Line) -> float:
+def _difference(forward: ComplexSpectrum, backward: ComplexSpectrum) -> float:
     size = np.mean(np.abs(forward) ** 2 + np.abs(backward) ** 2) / 2
     return float(np.sqrt(np.mean(np.abs(forward - backward) ** 2) / size))
 
@@ -80,7 +79,7 @@ def _by_placement(record: Record, first: Pair, second: Pair, sign: int) -> float
     return 4 * max(_difference(draw[first], sign * draw[second]) ** 2 for draw in draws)
 
 
-def _cause(forward: Line, backward: Line) -> str:
+def _cause(forward: ComplexSpectrum, backward: ComplexSpectrum) -> str:
     """How the first differs from the second: by a factor, or otherwise."""
     factor = np.vdot(backward, forward) / np.vdot(backward, backward)
     if _difference(forward, factor * backward) < DIFFERENCE:

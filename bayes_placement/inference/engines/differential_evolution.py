@@ -5,13 +5,15 @@ from collections.abc import Callable
 import numpy as np
 from scipy import optimize
 
-from .least_squares import Points
+from .least_squares import ParameterPoints
 
 GENERATIONS = 300
 """Most generations."""
 
 
-def evolved(costs: Callable[[Points], np.ndarray], starts: Points, seed: int) -> np.ndarray:
+def evolved(
+    costs: Callable[[ParameterPoints], np.ndarray], starts: ParameterPoints, seed: int
+) -> np.ndarray:
     """Return the point of the least cost that a population reaches [unknown].
 
     Parameters

@@ -16,7 +16,7 @@ from scipy.linalg import solve_triangular
 from ..._compiled import compiled
 from ..._sites import Unknown
 from .laplace import Laplace
-from .least_squares import LeastSquares, Points
+from .least_squares import LeastSquares, ParameterPoints
 from .levenberg_marquardt import Fit, best_fit, minimise
 from .sizes_of_errors import LinearModel
 
@@ -130,7 +130,7 @@ class Sized(Generic[Kind]):
 
 def fitted_with_sizes(
     problem: Kind,
-    starts: Points,
+    starts: ParameterPoints,
     softening: Sequence[float] = SOFTENING,
     rival: Rival = Rival(),  # noqa: B008  it never changes
 ) -> Sized[Kind]:
@@ -160,7 +160,7 @@ def fitted_with_sizes(
     return replace(sized, as_rival=Rival(tolerant, early, sized.fit.log_evidence))
 
 
-def _settled(problem: Kind, starts: Points, rival: Rival) -> tuple[Sized[Kind], float]:
+def _settled(problem: Kind, starts: ParameterPoints, rival: Rival) -> tuple[Sized[Kind], float]:
     """Estimate the sizes until the evidence no longer grows, or will not reach that of a rival.
 
     Rounds mostly gain less and less: a rule of the search, no bound. Also returned is the evidence
@@ -201,7 +201,7 @@ def _at_better_sizes(
 
 
 def _fit(
-    problem: Hierarchy, starts: Points, relative_error: float = 0.0, steps: int = STEPS
+    problem: Hierarchy, starts: ParameterPoints, relative_error: float = 0.0, steps: int = STEPS
 ) -> tuple[Ends, Fit]:
     """Final points of the descents, the best first and each mode once, and the best fit."""
     objective = problem.squares.objective(weight=problem.weight(relative_error))
@@ -211,7 +211,7 @@ def _fit(
     return _distinct(ends[order], fit.gaussian), fit
 
 
-def _distinct(ends: Points, gaussian: Laplace) -> Ends:
+def _distinct(ends: ParameterPoints, gaussian: Laplace) -> Ends:
     """The first point, and those that differ from it by more than a posterior deviation."""
     deviation = np.sqrt(np.diag(gaussian.covariance))
     differs = np.any(np.abs(ends - ends[0]) > deviation, axis=1)

@@ -18,7 +18,7 @@ from ._column_groups import ColumnGroups, column_groups
 STEP = 1e-6
 """Step of differences, in prior standard deviations."""
 
-Points = Float[np.ndarray, "point unknown"]
+ParameterPoints = Float[np.ndarray, "point unknown"]
 Evaluate = Callable[[Any, Any], tuple[Any, Any]]
 
 
@@ -88,29 +88,31 @@ class LeastSquares:
         self.traced = evaluate if traced is None else traced
         self._alike: LeastSquares | None = None
 
-    def residuals(self, points: Points, logarithmic: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    def residuals(
+        self, points: ParameterPoints, logarithmic: bool = False
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Residuals [point, datum] and sums of logs [point] at points."""
         residual, log_scale = self.evaluate(points, logarithmic)
         return np.require(residual, requirements="W"), np.require(log_scale, requirements="W")
 
-    def log_posterior(self, points: Points) -> np.ndarray:
+    def log_posterior(self, points: ParameterPoints) -> np.ndarray:
         """Log of standard normal prior times likelihood [point]."""
         return self.log_density(points, *self.residuals(points))
 
     def log_density(
-        self, points: Points, residual: np.ndarray, log_scale: np.ndarray
+        self, points: ParameterPoints, residual: np.ndarray, log_scale: np.ndarray
     ) -> np.ndarray:
         """Log of standard normal prior times likelihood, from residuals that are known."""
         squares = np.einsum("bn,bn->b", residual, residual) + np.einsum("bi,bi->b", points, points)
         constants = (self.count + self.dimension) * 0.5 * np.log(2 * np.pi)
         return -0.5 * squares - log_scale - constants
 
-    def jacobian(self, points: Points, logarithmic: bool = False) -> Jacobian:
+    def jacobian(self, points: ParameterPoints, logarithmic: bool = False) -> Jacobian:
         """Residuals and their slopes at points."""
         along = self.along_groups(points, logarithmic)
         return along._replace(slopes=self.column_groups.slopes(along.slopes))
 
-    def along_groups(self, points: Points, logarithmic: bool = False) -> Jacobian:
+    def along_groups(self, points: ParameterPoints, logarithmic: bool = False) -> Jacobian:
         """The same, but for the slopes of residuals: along the groups of unknowns."""
         groups = self.column_groups
         along = self._differences(points, groups.directions(), logarithmic)
@@ -121,7 +123,7 @@ class LeastSquares:
         *,
         logarithmic: bool = False,
         weight: np.ndarray | None = None,
-        prior: Callable[[Points], Terms] | None = None,
+        prior: Callable[[ParameterPoints], Terms] | None = None,
     ) -> "SquaresAndPrior":
         """Return what a descent makes small.
 
@@ -175,7 +177,9 @@ class LeastSquares:
             along.widening[0] != 0
         )
 
-    def _differences(self, points: Points, directions: np.ndarray, logarithmic: bool) -> Jacobian:
+    def _differences(
+        self, points: ParameterPoints, directions: np.ndarray, logarithmic: bool
+    ) -> Jacobian:
         """Residuals and sums of logs at points, and their slopes along directions."""
         steps = np.concatenate([np.zeros((1, self.dimension)), STEP * directions])
         around = (points[:, None] + steps).reshape(len(points) * len(steps), self.dimension)
@@ -206,14 +210,14 @@ class SquaresAndPrior(NamedTuple):
     problem: LeastSquares
     logarithmic: bool
     weight: np.ndarray | None
-    prior: Callable[[Points], Terms]
+    prior: Callable[[ParameterPoints], Terms]
 
-    def cost(self, points: Points) -> np.ndarray:
+    def cost(self, points: ParameterPoints) -> np.ndarray:
         """Minus log posterior density at points [point]; it takes no slopes."""
         residual, log_scale = self.problem.residuals(points, self.logarithmic)
         return self._cost(points, self._weighted(residual), log_scale)
 
-    def normal_equations(self, points: Points) -> NormalEquations:
+    def normal_equations(self, points: ParameterPoints) -> NormalEquations:
         """Normal equations at points."""
         residual, log_scale, slopes, widening = self.problem.along_groups(points, self.logarithmic)
         residual = self._weighted(residual)
@@ -231,12 +235,14 @@ class SquaresAndPrior(NamedTuple):
     def _weighted(self, values: np.ndarray) -> np.ndarray:
         return values if self.weight is None else values * self.weight
 
-    def _cost(self, points: Points, residual: np.ndarray, log_scale: np.ndarray) -> np.ndarray:
+    def _cost(
+        self, points: ParameterPoints, residual: np.ndarray, log_scale: np.ndarray
+    ) -> np.ndarray:
         squares = np.einsum("bn,bn->b", residual, residual)
         return 0.5 * squares + log_scale + self.prior(points).cost
 
 
-def standard_normal(points: Points) -> Terms:
+def standard_normal(points: ParameterPoints) -> Terms:
     """Standard normal prior, but for its constant."""
     half_squares = 0.5 * np.einsum("bi,bi->b", points, points)
     return Terms(half_squares, points, np.eye(points.shape[1]))

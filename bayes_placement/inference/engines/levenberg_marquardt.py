@@ -7,7 +7,7 @@ from jaxtyping import Float
 from scipy.stats import norm, qmc
 
 from .laplace import Laplace, laplace
-from .least_squares import NormalEquations, Points
+from .least_squares import NormalEquations, ParameterPoints
 
 LARGEST = 5.0
 """Largest coordinate; the prior probability beyond it is 3e-7."""
@@ -42,10 +42,10 @@ APART = 10.0
 class Objective(Protocol):
     """What a descent makes small."""
 
-    def cost(self, points: Points) -> np.ndarray:
+    def cost(self, points: ParameterPoints) -> np.ndarray:
         """Minus log posterior density at points [point]."""
 
-    def normal_equations(self, points: Points) -> NormalEquations:
+    def normal_equations(self, points: ParameterPoints) -> NormalEquations:
         """The same, its gradient and positive definite curvature, and the sum of squares."""
 
 
@@ -84,7 +84,7 @@ class Fit(NamedTuple):
         return len(self.point) - float(np.trace(self.gaussian.covariance))
 
 
-def sobol_starts(dimension: int, count: int, seed: int) -> Points:
+def sobol_starts(dimension: int, count: int, seed: int) -> ParameterPoints:
     """The median of the prior, then scrambled Sobol points of it."""
     if dimension == 0:
         return np.zeros((1, 0))
@@ -96,13 +96,13 @@ def sobol_starts(dimension: int, count: int, seed: int) -> Points:
 
 def minimise(
     objective: Objective,
-    starts: Points,
+    starts: ParameterPoints,
     *,
     steps: int,
     gain: float = GAIN,
     largest: float | np.ndarray = LARGEST,
     most_damping: float = MOST_DAMPING,
-) -> tuple[Points, NormalEquations]:
+) -> tuple[ParameterPoints, NormalEquations]:
     """Final points of the descents from all starts, and the normal equations at these.
 
     Each descent has its own damping; converged descents are no longer evaluated. Slopes are taken
@@ -151,7 +151,7 @@ def minimise(
     return points, normal
 
 
-def _limits(points: Points, largest: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _limits(points: ParameterPoints, largest: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest step along each coordinate."""
     return np.maximum(-LONGEST, -largest - points), np.minimum(LONGEST, largest - points)
 
@@ -194,7 +194,7 @@ def _change_of_damping(decrease: np.ndarray, predicted: np.ndarray) -> np.ndarra
     return np.select([ratio > RIGHT, ratio > WRONG], [0.2, 1.0], 5.0)
 
 
-def best_fit(points: Points, normal: NormalEquations, count: int) -> Fit:
+def best_fit(points: ParameterPoints, normal: NormalEquations, count: int) -> Fit:
     """Laplace's approximation about the final point of the highest posterior density.
 
     Parameters
@@ -222,7 +222,7 @@ def best_fit(points: Points, normal: NormalEquations, count: int) -> Fit:
     )
 
 
-def _elsewhere(gaussian: Laplace, points: Points) -> Float[np.ndarray, "mode unknown"]:
+def _elsewhere(gaussian: Laplace, points: ParameterPoints) -> Float[np.ndarray, "mode unknown"]:
     """Points far from a mode by its deviations, one of those that are near each other."""
     apart: list[np.ndarray] = []
     for point in points if np.isfinite(gaussian.root).all() else []:

@@ -17,7 +17,7 @@ from .differential_evolution import evolved
 from .empirical_bayes import Hierarchy, fitted_with_sizes
 from .engine import Engine, EngineDraws, PosteriorDensity
 from .laplace import Laplace, laplace
-from .least_squares import NormalEquations, Points, SquaresAndPrior, Terms
+from .least_squares import NormalEquations, ParameterPoints, SquaresAndPrior, Terms
 from .levenberg_marquardt import LARGEST, Objective, minimise
 from .mode_with_sizes import evolved_without_errors, mode_with_sizes, near_modes
 
@@ -127,7 +127,7 @@ class MAP(Engine):
             warnings=_warnings(sized.is_flat, k, 0, 0),
         )
 
-    def _starts(self, posterior: PosteriorDensity, key: Key) -> Points:
+    def _starts(self, posterior: PosteriorDensity, key: Key) -> ParameterPoints:
         """Where the search begins."""
         if self.begin is None:
             return np.asarray(posterior.sample_prior(key, self.starts))
@@ -173,13 +173,15 @@ class MAP(Engine):
         return {"engine": "MAP", **sizes, "begin": json.dumps(begin)}
 
 
-def _reaches_beyond(gaussian: Laplace, prior: Points) -> bool:
+def _reaches_beyond(gaussian: Laplace, prior: ParameterPoints) -> bool:
     """Whether a Gaussian is far wider than the prior, as at a corner, where all is flat alike."""
     deviation = np.sqrt(np.diag(gaussian.covariance))
     return bool(np.any(deviation > WIDEST * prior.std(axis=0)))
 
 
-def _descend(posterior: PosteriorDensity, starts: Points) -> tuple[Points, Points, np.ndarray]:
+def _descend(
+    posterior: PosteriorDensity, starts: ParameterPoints
+) -> tuple[ParameterPoints, ParameterPoints, np.ndarray]:
     """Modes over the flat vector and of the named values, and the cost at the latter.
 
     The density over the flat vector comes first: it has a peak also where the density of the named
@@ -226,16 +228,16 @@ class _Smooth:
         self._value = compiled(_value).bound(function, posterior)
         self._expansion = compiled(_expansion).bound(function, posterior)
 
-    def cost(self, points: Points) -> np.ndarray:
+    def cost(self, points: ParameterPoints) -> np.ndarray:
         """Its value [point]."""
         return np.array([float(self._value(point)) for point in points])
 
-    def terms(self, points: Points) -> Terms:
+    def terms(self, points: ParameterPoints) -> Terms:
         """Its value, gradient and Hessian."""
         parts = zip(*(jax.device_get(self._expansion(point)) for point in points), strict=True)
         return Terms(*(np.stack(part) for part in parts))
 
-    def convex(self, points: Points) -> Terms:
+    def convex(self, points: ParameterPoints) -> Terms:
         """The same, with the eigenvalues of the Hessian made positive."""
         terms = self.terms(points)
         return terms._replace(curvature=_positive(terms.curvature))
@@ -244,7 +246,7 @@ class _Smooth:
 class _Newton(_Smooth):
     """Newton's equations, with the eigenvalues of the Hessian made positive."""
 
-    def normal_equations(self, points: Points) -> NormalEquations:
+    def normal_equations(self, points: ParameterPoints) -> NormalEquations:
         """Normal equations at points; there are no squares."""
         return NormalEquations(*self.convex(points), np.zeros(len(points)))
 

@@ -15,7 +15,7 @@ from ..._sites import Unknown
 from ..coordinates import Coordinates
 from .differential_evolution import evolved
 from .empirical_bayes import Ends, Hierarchy, Sized, bounds_of_log, log_density
-from .least_squares import Points
+from .least_squares import ParameterPoints
 from .levenberg_marquardt import minimise
 
 NEAR, STEPS, FOLLOWED = 10, 100, 6
@@ -60,7 +60,7 @@ def mode_with_sizes(sized: Sized, draws: int, seed: int) -> ModeWithSizes:
 
 
 def evolved_without_errors(
-    problem: Hierarchy, starts: Points, seed: int
+    problem: Hierarchy, starts: ParameterPoints, seed: int
 ) -> Float[np.ndarray, "1 unknown"]:
     """Evolve a population of starts of the exact model to a single one [1, unknown]."""
     is_error = np.zeros(starts.shape[1], dtype=bool)
@@ -76,7 +76,7 @@ def evolved_without_errors(
     return exact(evolved(lambda points: cost(exact(points)), starts[:, ~is_error], seed)[None])
 
 
-def near_modes(problem: Hierarchy, starts: Points) -> Ends:
+def near_modes(problem: Hierarchy, starts: ParameterPoints) -> Ends:
     """The best ends of descents from some starts [start, unknown without sizes], at first sizes.
 
     They go along logarithmic residuals first, which find resonances from afar.

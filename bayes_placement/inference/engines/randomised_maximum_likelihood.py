@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .least_squares import LeastSquares, Points
+from .least_squares import LeastSquares, ParameterPoints
 from .levenberg_marquardt import LARGEST, Fit
 
 DRAWS, BLOCK = 192, 16
@@ -51,18 +51,18 @@ class _Image:
         self.axes, self.root = np.linalg.qr(jacobian)
         self.of_point, self.of_residual = np.split(self.axes, [problem.dimension])
 
-    def image(self, points: Points, residual: np.ndarray) -> np.ndarray:
+    def image(self, points: ParameterPoints, residual: np.ndarray) -> np.ndarray:
         """Q^T F [point, unknown], a standard normal vector if the problem is linear."""
         return points @ self.of_point + residual @ self.of_residual
 
-    def at(self, points: Points) -> _State:
+    def at(self, points: ParameterPoints) -> _State:
         """Image, slopes and density of points."""
         residual, log_scale, slopes, _ = self.problem.jacobian(points)
         slopes_of_image = self.of_point.T + (slopes @ self.of_residual).transpose(0, 2, 1)
         density = self.problem.log_density(points, residual, log_scale)
         return _State(self.image(points, residual), slopes_of_image, density)
 
-    def chord(self, points: Points, state: _State, target: np.ndarray) -> Points:
+    def chord(self, points: ParameterPoints, state: _State, target: np.ndarray) -> ParameterPoints:
         """Move points towards those that have the target as image, by slopes from nearby."""
         image = state.image
         for _ in range(CHORDS):

@@ -14,7 +14,10 @@ from .marginal import DrawPlacement, IntegratedModel, Marginal, Model, integrate
 
 
 class KDE(Marginal):
-    """Estimate the density of z given h from draws of the placement, Eqs. (29) and (31).
+    """Placement integrated by a kernel density estimate of z given h, Eqs. (29) and (31).
+
+    A way to treat placement when data are inferred from; the estimator of expected information that
+    uses the same kernels is `information.KDE`.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ REFERENCES = "#refs#"
 MATLAB_TEXT = "char"
 
 
-class RefusedFile(Exception):  # noqa: N818, its name is the word that people read
+class RefusedHDF5File(Exception):  # noqa: N818, its name is the word that people read
     """A file that is not read; the process that asked for it makes our error of its words."""
 
 
@@ -37,7 +37,7 @@ def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
                 faults[name] = fault
         total = sum(data.nbytes for name, data in datasets.items() if name not in faults)
         if total > MOST_BYTES:
-            raise RefusedFile(f"its arrays take {total} bytes, more than {MOST_BYTES}")
+            raise RefusedHDF5File(f"its arrays take {total} bytes, more than {MOST_BYTES}")
         if any("MATLAB_class" in data.attrs for data in datasets.values()):
             return _matlab(path, list(file), faults)
         good = {name: data for name, data in datasets.items() if name not in faults}
@@ -52,7 +52,9 @@ def _datasets(
 ) -> Iterator[tuple[str, h5py.Dataset]]:
     """Datasets by name; no link is followed that leaves the file or comes back to a group."""
     if depth > DEEPEST or len(seen) > MOST_OBJECTS:
-        raise RefusedFile(f"groups stand in each other more than {DEEPEST} deep, or are too many")
+        raise RefusedHDF5File(
+            f"groups stand in each other more than {DEEPEST} deep, or are too many"
+        )
     for key in group:
         name = f"{prefix}{key}"
         if not isinstance(group.get(key, getlink=True), h5py.HardLink):
@@ -85,7 +87,7 @@ def _fault(dataset: h5py.Dataset) -> str:
     if PACKED & set(dataset.attrs):
         return "it is packed by scale_factor and add_offset, which are not applied"
     if dataset.nbytes > SMALL + GREATEST_RATIO * stored:
-        raise RefusedFile(
+        raise RefusedHDF5File(
             f"{dataset.name} announces {dataset.nbytes} bytes in {stored} stored ones"
         )
     return ""
@@ -126,7 +128,7 @@ def _matlab(
 
     wrong = {fault.split("/")[0] for fault in faults}
     if REFERENCES in wrong:
-        raise RefusedFile(f"{REFERENCES}: {next(iter(faults.values()))}")
+        raise RefusedHDF5File(f"{REFERENCES}: {next(iter(faults.values()))}")
     wanted = [name for name in names if not name.startswith("#") and name not in wrong]
     content = pymatreader.read_mat(path, variable_names=wanted) if wanted else {}
     arrays: dict[str, np.ndarray] = {}

@@ -18,7 +18,7 @@ from ._measurement import RecordedTransducer, settings
 from ._runs import Runs, read_runs
 from ._transducers import angles, delay, directions_rule, gain, position, position_rule
 
-Transducer = TypeVar("Transducer", Sensor, Actuator)
+SensorOrActuator = TypeVar("SensorOrActuator", Sensor, Actuator)
 
 _SENSOR_SETUPS = {
     "one sensor roved over the positions, one run per position": "roving",
@@ -131,8 +131,8 @@ def _recorded_transducer(fields: JsonObject, nominal: NominalStructure) -> Recor
 
 
 def _transducer(
-    make: Callable[..., Transducer], recorded: RecordedTransducer, nominal: NominalStructure
-) -> Transducer:
+    make: Callable[..., SensorOrActuator], recorded: RecordedTransducer, nominal: NominalStructure
+) -> SensorOrActuator:
     return make(
         recorded.name,
         at=position(recorded, nominal),

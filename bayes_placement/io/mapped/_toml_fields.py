@@ -13,7 +13,7 @@ from .._gate import existing, reading
 _MOST_BYTES = 1 << 20
 
 
-class Table(NamedTuple):
+class TomlTable(NamedTuple):
     """A table of a mapping: its content, and where it stands, for messages."""
 
     content: dict[str, Any]
@@ -92,7 +92,7 @@ class Table(NamedTuple):
             f"{name} = {example}",
         )
 
-    def table(self, name: str) -> "Table | None":
+    def table(self, name: str) -> "TomlTable | None":
         """Return a table in a field, None where it is not there.
 
         Raises
@@ -103,10 +103,10 @@ class Table(NamedTuple):
         content = self.value(
             name, lambda value: isinstance(value, dict), "a table", f"{name} = {{ ... }}"
         )
-        return None if content is None else Table(content, self.place, self.dotted(name))
+        return None if content is None else TomlTable(content, self.place, self.dotted(name))
 
 
-def load(path: Path) -> Table:
+def load(path: Path) -> TomlTable:
     """Read a TOML file.
 
     Raises
@@ -121,7 +121,7 @@ def load(path: Path) -> Table:
         if size > _MOST_BYTES:
             raise InputError(f"it has {size} bytes, and a mapping has at most {_MOST_BYTES}")
         content = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    return Table(content, str(path))
+    return TomlTable(content, str(path))
 
 
 def is_text(value: Any) -> bool:

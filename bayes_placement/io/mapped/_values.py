@@ -18,7 +18,7 @@ _NO_UNIT = {"dB", "deg", "°", "rad", "-", "1", ""}
 _CONTRARY_UNITS = {"degrees": ("rad",), "radians": ("deg", "°"), "decibel": ("rad", "deg", "°")}
 
 
-class Lines(NamedTuple):
+class FrequencyAxis(NamedTuple):
     """Frequencies [Hz], and a sentence that says where they come from."""
 
     frequency: np.ndarray
@@ -70,7 +70,7 @@ def name_of(held: NamedArrays, column: Column) -> str:
     )
 
 
-def lines_of(held: NamedArrays, rule: FrequencyRule, count: int) -> Lines:
+def lines_of(held: NamedArrays, rule: FrequencyRule, count: int) -> FrequencyAxis:
     """Frequencies [Hz] of an array or of an even axis.
 
     Raises
@@ -102,7 +102,7 @@ def lines_of(held: NamedArrays, rule: FrequencyRule, count: int) -> Lines:
     sentence = (
         f"Frequency: {origin}, in {unit}: {count} lines from {values[0]:g} to {values[-1]:g} Hz."
     )
-    return Lines(values, sentence)
+    return FrequencyAxis(values, sentence)
 
 
 def _number(held: NamedArrays, value: float | str | None) -> float:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError, check_kind
-from ._toml_fields import Table, are_texts, is_column, is_number, is_text, load
+from ._toml_fields import TomlTable, are_texts, is_column, is_number, is_text, load
 
 AXES = ("frequency", "sensor", "actuator")
 CONVENTIONS = {"exp(+i w t)": False, "exp(-i w t)": True}
@@ -142,11 +142,11 @@ def read(source: Any) -> Mapping:
     needed = "the path of a TOML file or a dictionary is needed, which says what the file does not"
     check_kind("mapping", source, (str, Path, Dictionary), needed, 'mapping="measured.toml"')
     if isinstance(source, Dictionary):
-        return of_table(Table(dict(source), "mapping"), Path())
+        return of_table(TomlTable(dict(source), "mapping"), Path())
     return of_table(load(Path(source)), Path(source).parent)
 
 
-def of_table(table: Table, folder: Path) -> Mapping:
+def of_table(table: TomlTable, folder: Path) -> Mapping:
     """Check the fields of a mapping.
 
     Raises
@@ -174,7 +174,7 @@ def of_table(table: Table, folder: Path) -> Mapping:
     )
 
 
-def _file_name(table: Table, name: str, example: str) -> str | None:
+def _file_name(table: TomlTable, name: str, example: str) -> str | None:
     """Name of a file in the folder of the mapping; no path leads out of it."""
     return table.value(
         name,
@@ -184,13 +184,13 @@ def _file_name(table: Table, name: str, example: str) -> str | None:
     )
 
 
-def _channels(table: Table) -> str | dict[str, Any] | None:
+def _channels(table: TomlTable) -> str | dict[str, Any] | None:
     if _is_table(table.content.get("channels")):
         return table.content["channels"]
     return _file_name(table, "channels", "channels.xlsx")
 
 
-def _frf_rules(table: Table, unit: str | None) -> tuple[FrfRule, ...]:
+def _frf_rules(table: TomlTable, unit: str | None) -> tuple[FrfRule, ...]:
     held = table.value(
         "frf",
         lambda value: _is_table(value) or (isinstance(value, list) and all(map(_is_table, value))),
@@ -200,12 +200,12 @@ def _frf_rules(table: Table, unit: str | None) -> tuple[FrfRule, ...]:
     if held is None:
         return ()
     if _is_table(held):
-        return (_frf_rule(Table(held, table.place, "frf"), unit, pair=False),)
-    listed = [Table(item, table.place, f"frf[{number}]") for number, item in enumerate(held)]
+        return (_frf_rule(TomlTable(held, table.place, "frf"), unit, pair=False),)
+    listed = [TomlTable(item, table.place, f"frf[{number}]") for number, item in enumerate(held)]
     return tuple(_frf_rule(item, unit, pair=True) for item in listed)
 
 
-def _frf_rule(table: Table, unit: str | None, *, pair: bool) -> FrfRule:
+def _frf_rule(table: TomlTable, unit: str | None, *, pair: bool) -> FrfRule:
     table.check_known(_FRF_FIELDS)
     names = tuple(name for name in _PART_NAMES if name in table.content)
     if names not in _PARTS:
@@ -235,7 +235,7 @@ def _frf_rule(table: Table, unit: str | None, *, pair: bool) -> FrfRule:
     )
 
 
-def _axes(table: Table) -> tuple[str, ...] | None:
+def _axes(table: TomlTable) -> tuple[str, ...] | None:
     value = table.value(
         "axes",
         lambda value: are_texts(value) and set(value) <= set(AXES) and len({*value}) == len(value),
@@ -245,11 +245,11 @@ def _axes(table: Table) -> tuple[str, ...] | None:
     return None if value is None else tuple(value)
 
 
-def _coherence(table: Table) -> dict[str, Any]:
+def _coherence(table: TomlTable) -> dict[str, Any]:
     if not _is_table(table.content.get("coherence")):
         needed = "the name of an array, or a table with `array` and `axes`,"
         return {"coherence": table.value("coherence", is_column, needed, 'coherence = "C"')}
-    inner = Table(table.content["coherence"], table.place, "coherence")
+    inner = TomlTable(table.content["coherence"], table.place, "coherence")
     inner.check_known(("array", "axes"))
     name = inner.value("array", is_column, "the name of an array", 'array = "C"')
     if name is None:
@@ -257,7 +257,7 @@ def _coherence(table: Table) -> dict[str, Any]:
     return {"coherence": name, "coherence_axes": _axes(inner)}
 
 
-def _frequency(table: Table) -> FrequencyRule | None:
+def _frequency(table: TomlTable) -> FrequencyRule | None:
     example = 'frequency = { array = "f", unit = "Hz" }'
     held = table.content.get("frequency")
     if held is None:
@@ -266,7 +266,7 @@ def _frequency(table: Table) -> FrequencyRule | None:
         return FrequencyRule(held, None, None, None)
     if not _is_table(held):
         raise table.error("frequency", "an array with its unit, or first and step,", example)
-    inner = Table(held, table.place, "frequency")
+    inner = TomlTable(held, table.place, "frequency")
     inner.check_known(_FREQUENCY_FIELDS)
     rule = FrequencyRule(
         inner.value("array", is_column, "the name of an array", 'array = "f"'),
@@ -279,7 +279,7 @@ def _frequency(table: Table) -> FrequencyRule | None:
     return rule
 
 
-def _labels(table: Table, name: str, example: str) -> tuple[str, ...] | str | None:
+def _labels(table: TomlTable, name: str, example: str) -> tuple[str, ...] | str | None:
     value = table.value(
         name,
         lambda value: are_texts(value) or is_text(value),
@@ -289,7 +289,7 @@ def _labels(table: Table, name: str, example: str) -> tuple[str, ...] | str | No
     return tuple(value) if isinstance(value, list) else value
 
 
-def _averages(table: Table) -> int | None:
+def _averages(table: TomlTable) -> int | None:
     return table.value(
         "averages",
         lambda value: type(value) is int and value >= 1,
@@ -298,7 +298,7 @@ def _averages(table: Table) -> int | None:
     )
 
 
-def _convention(table: Table) -> str:
+def _convention(table: TomlTable) -> str:
     value = table.value(
         "convention",
         lambda value: isinstance(value, str) and value in CONVENTIONS,

@@ -143,7 +143,7 @@ def _of_pair(held: NamedArrays, rule: FrfRule, values: np.ndarray, lines: int) -
     return _values.arranged(held, what, values, rule.axes, sizes)[0, 0]
 
 
-def _lines(held: NamedArrays, mapping: Mapping, count: int) -> _values.Lines:
+def _lines(held: NamedArrays, mapping: Mapping, count: int) -> _values.FrequencyAxis:
     if mapping.frequency is None:
         raise InputError("nothing says at which frequencies its FRFs are")
     return _values.lines_of(held, mapping.frequency, count)

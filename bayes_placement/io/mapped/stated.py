@@ -14,7 +14,7 @@ from ..._types import InputError
 from ...experiment.quantities import QUANTITIES
 from .._frf_units import plain
 from ..arrays.named_arrays import NamedArrays
-from ._toml_fields import Table
+from ._toml_fields import TomlTable
 from .mapping import Mapping, of_table
 
 _OWN = ("frf", "frequency", "sensors", "actuators", "quantity")
@@ -43,7 +43,7 @@ def stated(held: NamedArrays, unit: str | None) -> Mapping:
         If what it says is no mapping.
     """
     fields = {**_of_columns(held), **_of_own_arrays(held), **({"unit": unit} if unit else {})}
-    return of_table(Table(fields, f"{held.path}, by its own names"), held.path.parent)
+    return of_table(TomlTable(fields, f"{held.path}, by its own names"), held.path.parent)
 
 
 def completed(mapping: Mapping, held: NamedArrays) -> Mapping:

@@ -44,14 +44,14 @@ LAYOUT = {2: (4, 1), 4: (8, 1), 5: (4, 2), 6: (8, 2)}
 """Bytes of a number and numbers of an ordinate, by the ordinate data type of dataset 58."""
 
 
-class Fault(NamedTuple):
+class FormatFault(NamedTuple):
     """What is against the format: the line of the dataset, from 1, and a sentence without end."""
 
     line: int
     what: str
 
 
-def faults(number: int, lines: Sequence[str], *, binary: bool = False) -> Iterator[Fault]:
+def faults(number: int, lines: Sequence[str], *, binary: bool = False) -> Iterator[FormatFault]:
     """Faults of one dataset.
 
     Parameters
@@ -73,10 +73,10 @@ def _fields(line: str, widths: Sequence[int]) -> list[str]:
     return [line[low:high] for low, high in pairwise(edges)]
 
 
-def _function_head(lines: Sequence[str]) -> Iterator[Fault]:
+def _function_head(lines: Sequence[str]) -> Iterator[FormatFault]:
     """Faults of the eleven lines before the values of dataset 58."""
     if len(lines) < HEAD_LINES:
-        yield Fault(len(lines), "its head has less than eleven lines")
+        yield FormatFault(len(lines), "its head has less than eleven lines")
         return
     yield from _wrong_fields(lines, 5, _FUNCTION_FIELDS, INTEGER, "whole number")
     yield from _blank_fields(lines[5].ljust(80))
@@ -86,22 +86,24 @@ def _function_head(lines: Sequence[str]) -> Iterator[Fault]:
         columns = _fields(lines[number].ljust(80), _AXIS_WIDTHS)
         wrong = [text for text in columns if not INTEGER.fullmatch(text)]
         if wrong:
-            yield Fault(number + 1, f"a type or unit exponent of the {name} is {wrong[0]!r}")
+            yield FormatFault(number + 1, f"a type or unit exponent of the {name} is {wrong[0]!r}")
 
 
-def _blank_fields(line: str) -> Iterator[Fault]:
+def _blank_fields(line: str) -> Iterator[FormatFault]:
     """Faults of record 6 that a shift by a column makes: its numbers then end in the gaps."""
     for name in _STATED_FIELDS:
         low, high = _FUNCTION_FIELDS[name]
         if not line[low:high].strip():
-            yield Fault(6, f"the {name} (columns {low + 1} to {high}) is blank")
+            yield FormatFault(6, f"the {name} (columns {low + 1} to {high}) is blank")
         elif line[high - 1].isspace():
-            yield Fault(6, f"the {name} (columns {low + 1} to {high}) ends before its columns do")
+            yield FormatFault(
+                6, f"the {name} (columns {low + 1} to {high}) ends before its columns do"
+            )
     if line[80:].strip():
-        yield Fault(6, f"{line[80:].strip()!r} stands behind its last field")
+        yield FormatFault(6, f"{line[80:].strip()!r} stands behind its last field")
     for column in _BLANK_COLUMNS:
         if line[column].strip():
-            yield Fault(6, f"column {column + 1} between two fields holds {line[column]!r}")
+            yield FormatFault(6, f"column {column + 1} between two fields holds {line[column]!r}")
 
 
 def _wrong_fields(
@@ -110,15 +112,15 @@ def _wrong_fields(
     fields: dict[str, tuple[int, int]],
     rule: re.Pattern[str],
     noun: str,
-) -> Iterator[Fault]:
+) -> Iterator[FormatFault]:
     line = lines[number].ljust(80)
     for name, (low, high) in fields.items():
         if not rule.fullmatch(line[low:high]):
             what = f"the {name} (columns {low + 1} to {high}) is {line[low:high]!r}, no {noun}"
-            yield Fault(number + 1, what)
+            yield FormatFault(number + 1, what)
 
 
-def _function(lines: Sequence[str]) -> Iterator[Fault]:
+def _function(lines: Sequence[str]) -> Iterator[FormatFault]:
     """Faults of dataset 58 with values as text."""
     head = list(_function_head(lines))
     yield from head
@@ -126,7 +128,9 @@ def _function(lines: Sequence[str]) -> Iterator[Fault]:
         return
     kind, count, even = (int(text or 0) for text in _form(lines[6]))
     if kind not in LAYOUT or even not in (0, 1) or count < 1:
-        yield Fault(7, f"type {kind}, count {count} and spacing {even} are not those of values")
+        yield FormatFault(
+            7, f"type {kind}, count {count} and spacing {even} are not those of values"
+        )
         return
     total = 0
     widths = _value_widths(kind, even)
@@ -140,12 +144,12 @@ def _function(lines: Sequence[str]) -> Iterator[Fault]:
                 if wrong
                 else f"{surplus!r} stands behind them"
             )
-            yield Fault(number, what if wrong or surplus else "its last number is cut off")
+            yield FormatFault(number, what if wrong or surplus else "its last number is cut off")
             return
         total += len(values)
     announced = count * (LAYOUT[kind][1] + (even == 0))
     if total != announced:
-        yield Fault(7, f"{announced} numbers are announced and {total} are there")
+        yield FormatFault(7, f"{announced} numbers are announced and {total} are there")
 
 
 def _is_cut(line: str, widths: Sequence[int]) -> bool:
@@ -166,77 +170,81 @@ def _value_widths(kind: int, even: int) -> tuple[int, ...]:
     return (13, 20, 20) if kind == 6 else (13, 20, 13, 20)
 
 
-def _nodes_15(lines: Sequence[str]) -> Iterator[Fault]:
+def _nodes_15(lines: Sequence[str]) -> Iterator[FormatFault]:
     for number, line in enumerate(lines, start=1):
         words = line.split()
         if words:
             yield from _counted(number, words, 4, 3)
 
 
-def _nodes_2411(lines: Sequence[str]) -> Iterator[Fault]:
+def _nodes_2411(lines: Sequence[str]) -> Iterator[FormatFault]:
     stated = [(number, line.split()) for number, line in enumerate(lines, 1) if line.strip()]
     if len(stated) % 2:
-        yield Fault(stated[-1][0], "a node has no line of coordinates")
+        yield FormatFault(stated[-1][0], "a node has no line of coordinates")
     for index, (number, words) in enumerate(stated):
         yield from _counted(number, words, *((4, 0) if index % 2 == 0 else (0, 3)))
 
 
-def _units_164(lines: Sequence[str]) -> Iterator[Fault]:
+def _units_164(lines: Sequence[str]) -> Iterator[FormatFault]:
     if not lines or not INTEGER.fullmatch(lines[0][:10]):
-        yield Fault(1, "the code of the units is no whole number")
+        yield FormatFault(1, "the code of the units is no whole number")
     words = " ".join(lines[1:]).split()
     yield from _counted(2, words, 0, 4)
 
 
-def _counted(number: int, words: Sequence[str], integers: int, reals: int) -> Iterator[Fault]:
+def _counted(number: int, words: Sequence[str], integers: int, reals: int) -> Iterator[FormatFault]:
     """Fault of a line in free columns: so many whole numbers, then so many real ones."""
     if len(words) != integers + reals:
-        yield Fault(number, f"{integers + reals} numbers are needed and {len(words)} are there")
+        yield FormatFault(
+            number, f"{integers + reals} numbers are needed and {len(words)} are there"
+        )
         return
     for place, word in enumerate(words):
         is_whole = place < integers
         right = _WHOLE.fullmatch(word) if is_whole else NUMBER.fullmatch(word)
         if not right or (is_whole and len(word) > _LONGEST_WHOLE):
-            yield Fault(number, f"{word!r} is no {'whole ' if is_whole else ''}number")
+            yield FormatFault(number, f"{word!r} is no {'whole ' if is_whole else ''}number")
             return
 
 
-def _mode(lines: Sequence[str]) -> Iterator[Fault]:
+def _mode(lines: Sequence[str]) -> Iterator[FormatFault]:
     """Faults of dataset 55; only those of its kinds where it holds no mode."""
     if len(lines) < 8:
-        yield Fault(len(lines), "its head has less than eight lines")
+        yield FormatFault(len(lines), "its head has less than eight lines")
         return
     kinds = _fields(lines[5].ljust(80), (10,) * 6)
     if not all(map(INTEGER.fullmatch, kinds)):
-        yield Fault(6, "a kind of its data is no whole number")
+        yield FormatFault(6, "a kind of its data is no whole number")
         return
     if kinds[1].strip() != "2":
         return
     integers, reals = _fields(lines[6].ljust(80), (10,) * 4), _fields(lines[7].ljust(80), (13,) * 3)
     if not all(map(INTEGER.fullmatch, integers)):
-        yield Fault(7, "the load case or the number of the mode is no whole number")
+        yield FormatFault(7, "the load case or the number of the mode is no whole number")
     if not all(map(NUMBER.fullmatch, reals)):
-        yield Fault(8, "the frequency, modal mass or damping is no number")
+        yield FormatFault(8, "the frequency, modal mass or damping is no number")
     data_type, length = (int(text.strip() or 0) for text in kinds[4:])
     if data_type == REAL and length in _VALUES_OF_A_NODE:  # others are refused by their kind
         yield from _records(lines[8:], length)
 
 
-def _records(lines: Sequence[str], length: int) -> Iterator[Fault]:
+def _records(lines: Sequence[str], length: int) -> Iterator[FormatFault]:
     """Faults of the records of the nodes: a line with the number, and one with its values."""
     for index in range(0, len(lines), 2):
         node = lines[index]
         if not node.strip() or not INTEGER.fullmatch(node):
-            yield Fault(index + 9, f"{node.strip()!r} is no number of a node")
+            yield FormatFault(index + 9, f"{node.strip()!r} is no number of a node")
             return
         values = lines[index + 1] if index + 1 < len(lines) else ""
         words = [text for text in _fields(values, (13,) * 6) if text.strip()]
         if len(words) != length or values[78:].strip() or not all(map(NUMBER.fullmatch, words)):
-            yield Fault(index + 10, f"{length} numbers of a node are announced, not {values!r}")
+            yield FormatFault(
+                index + 10, f"{length} numbers of a node are announced, not {values!r}"
+            )
             return
 
 
-_CHECKS: dict[int, Callable[[Sequence[str]], Iterator[Fault]]] = {
+_CHECKS: dict[int, Callable[[Sequence[str]], Iterator[FormatFault]]] = {
     15: _nodes_15,
     2411: _nodes_2411,
     164: _units_164,

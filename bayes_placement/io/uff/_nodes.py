@@ -2,17 +2,16 @@
 
 from collections.abc import Container
 
+from ...positions.vectors import CartesianComponents
 from ._datasets import NODES, Dataset, MeasurementFileError
 from ._units import FileUnits
-
-Coordinates = tuple[float, float, float]
 
 _GLOBAL_SYSTEMS = (0, 1)  # writers use either number for the global Cartesian system
 
 
 def node_positions(
     datasets: list[Dataset], units: FileUnits, wanted: Container[int]
-) -> dict[int, Coordinates]:
+) -> dict[int, CartesianComponents]:
     """Coordinates [m] of the wanted nodes, as far as the file states them.
 
     Raises
@@ -20,7 +19,7 @@ def node_positions(
     MeasurementFileError
         If a wanted node is in a local coordinate system, or has two positions.
     """
-    positions: dict[int, Coordinates] = {}
+    positions: dict[int, CartesianComponents] = {}
     for dataset in datasets:
         if dataset.number in NODES:
             positions |= _positions(dataset, units, wanted, positions)
@@ -28,10 +27,13 @@ def node_positions(
 
 
 def _positions(
-    dataset: Dataset, units: FileUnits, wanted: Container[int], earlier: dict[int, Coordinates]
-) -> dict[int, Coordinates]:
+    dataset: Dataset,
+    units: FileUnits,
+    wanted: Container[int],
+    earlier: dict[int, CartesianComponents],
+) -> dict[int, CartesianComponents]:
     columns = [dataset.fields[key] for key in ("node_nums", "def_cs", "disp_cs", "x", "y", "z")]
-    positions: dict[int, Coordinates] = {}
+    positions: dict[int, CartesianComponents] = {}
     for number, definition, displacement, *coordinates in zip(*columns, strict=True):
         node = int(number)
         if node not in wanted:

@@ -11,7 +11,7 @@ from scipy.sparse import csc_array
 from ..._sites import is_unknown
 from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.tolerances import Tolerance
-from ...positions.vectors import Coordinates, triple
+from ...positions.vectors import CartesianComponents, triple
 from . import _part_factors
 from ._part_factors import Powers, Range
 from .affine_modes import AffineModes
@@ -281,7 +281,7 @@ def _check_numbers(parameters: Mapping[str, Parameter]) -> None:
 
 def _centres(
     matrices: Matrices, parts: Mapping[str, Any], soft: Mapping[str, SupportMotion]
-) -> dict[str, Coordinates]:
+) -> dict[str, CartesianComponents]:
     """Mean of the nodes [m] of each part of the stiffness and of each support."""
     rows = {name: part.nonzero()[0] for name, part in parts.items()}
     rows |= {name: support.rows for name, support in soft.items()}

@@ -14,7 +14,7 @@ from ..._sites import is_unknown, unit
 from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.places import Place, mean
 from ...positions.tolerances import Box, Tolerance
-from ...positions.vectors import Coordinates
+from ...positions.vectors import CartesianComponents
 from ..modes import Modes
 from .cell_masses import checked_cell_masses
 from .interpolation import Interpolation
@@ -91,9 +91,9 @@ class NodalModes(Modes):
     static_shapes: StaticShapes
     nominal: tuple[float, float] = eqx.field(static=True)
     mass: float = eqx.field(static=True)
-    extent: tuple[Coordinates, Coordinates] = eqx.field(static=True)
+    extent: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True)
     pieces: tuple[Tolerance, ...] = eqx.field(static=True)
-    centres: tuple[tuple[str, Coordinates], ...] = eqx.field(static=True)
+    centres: tuple[tuple[str, CartesianComponents], ...] = eqx.field(static=True)
     axes: tuple[int, ...] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True)
 
@@ -134,7 +134,7 @@ class NodalModes(Modes):
         between = jnp.asarray(self.flexibility)[response.rows[:, None], reference.rows]
         return response.weight @ between @ reference.weight.T / self.stiffness_scale()
 
-    def bounds(self) -> tuple[Coordinates, Coordinates]:
+    def bounds(self) -> tuple[CartesianComponents, CartesianComponents]:
         """Return the least and the greatest coordinates [m]."""
         return self.extent
 
@@ -154,7 +154,7 @@ class DerivedNodalModes(Modes):
 
     nodal: eqx.AbstractVar[NodalModes]
 
-    def bounds(self) -> tuple[Coordinates, Coordinates]:
+    def bounds(self) -> tuple[CartesianComponents, CartesianComponents]:
         """Return the least and the greatest coordinates [m]."""
         return self.nodal.bounds()
 
@@ -254,7 +254,7 @@ def modes_from_shapes(
     regions: Mapping[str, np.ndarray] | None = None,
     cell_masses: Float[np.ndarray, "cell mode mode"] | None = None,
     members: Mapping[str, np.ndarray] | None = None,
-    centres: Mapping[str, Coordinates] | None = None,
+    centres: Mapping[str, CartesianComponents] | None = None,
     static_shapes: StaticShapes | None = None,
     mass: float | None = None,
 ) -> NodalModes:
@@ -377,12 +377,14 @@ def _check_order(frequency: Sequence[float]) -> None:
             )
 
 
-def _extent(position: Float[np.ndarray, "node 3"]) -> tuple[Coordinates, Coordinates]:
+def _extent(
+    position: Float[np.ndarray, "node 3"],
+) -> tuple[CartesianComponents, CartesianComponents]:
     low, high = position.min(axis=0), position.max(axis=0)
     return tuple(map(float, low)), tuple(map(float, high))  # type: ignore[return-value]
 
 
-def _box_about(extent: tuple[Coordinates, Coordinates]) -> Box:
+def _box_about(extent: tuple[CartesianComponents, CartesianComponents]) -> Box:
     low, high = np.array(extent)
     return Box(tuple((low + high) / 2), within=tuple((high - low) / 2))
 

@@ -3,19 +3,17 @@
 import itertools
 
 import numpy as np
-from jaxtyping import Float
 
+from ...positions.vectors import PointsInSpace
 from ..modes import Modes
 from .interpolation import Elements, Nearest, Scattered, reference_corners
 from .nodal_modes import nodal_of
-
-Points = Float[np.ndarray, "point 3"]
 
 MOST_LINES = 20_000
 """Largest number of lines of a mesh; of a larger mesh, every n-th line is taken."""
 
 
-def outline(modes: Modes) -> tuple[Points, str]:
+def outline(modes: Modes) -> tuple[PointsInSpace, str]:
     """Lines of the mesh, separated by NaN, or nodes; and the format string to draw them."""
     nodal = nodal_of(modes)
     mesh = None if nodal is None else nodal.interpolation
@@ -29,7 +27,9 @@ def outline(modes: Modes) -> tuple[Points, str]:
     return _lines(low[None], np.diag(high - low)[None], box, simplex=False), "-"
 
 
-def _lines(origin: np.ndarray, edges: np.ndarray, corners: np.ndarray, simplex: bool) -> Points:
+def _lines(
+    origin: np.ndarray, edges: np.ndarray, corners: np.ndarray, simplex: bool
+) -> PointsInSpace:
     """Edges of cells: of a simplex between all corners, else between neighbouring corners."""
     pairs = [
         pair
