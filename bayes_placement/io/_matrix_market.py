@@ -21,7 +21,7 @@ _BANNER = "%%matrixmarket"
 _NUMBERS = {"real": 1, "double": 1, "integer": 1, "complex": 2, "pattern": 0}
 _SYMMETRIES = ("general", "symmetric")
 
-Table = Float[np.ndarray, "line column"]
+NumberTable = Float[np.ndarray, "line column"]
 
 
 class _Head(NamedTuple):
@@ -86,7 +86,7 @@ def _sizes(path: Path, line: bytes, count: int) -> tuple[int, ...]:
     return sizes
 
 
-def _table(path: Path, values: bytes, head: _Head) -> Table:
+def _table(path: Path, values: bytes, head: _Head) -> NumberTable:
     """Values of the file, a row for each; refused where they are not those announced."""
     rows, columns, *stored = head.sizes
     full = rows * columns if head.symmetry == "general" else rows * (rows + 1) // 2
@@ -101,7 +101,7 @@ def _table(path: Path, values: bytes, head: _Head) -> Table:
     return table
 
 
-def _sparse(path: Path, table: Table, head: _Head) -> Any:
+def _sparse(path: Path, table: NumberTable, head: _Head) -> Any:
     rows, columns, _ = head.sizes
     places = table[:, :2]
     integral = np.array_equal(places, np.round(places))
@@ -116,7 +116,7 @@ def _sparse(path: Path, table: Table, head: _Head) -> Any:
     return scipy.sparse.coo_array((values, (row, column)), shape=(rows, columns))
 
 
-def _dense(table: Table, head: _Head) -> Any:
+def _dense(table: NumberTable, head: _Head) -> Any:
     rows, columns = head.sizes
     values = _values(table)
     if head.symmetry == "general":
@@ -127,7 +127,7 @@ def _dense(table: Table, head: _Head) -> Any:
     return square
 
 
-def _values(numbers: Table) -> Any:
+def _values(numbers: NumberTable) -> Any:
     if numbers.shape[1] == 0:
         return np.ones(len(numbers))
     return numbers[:, 0] if numbers.shape[1] == 1 else numbers[:, 0] + 1j * numbers[:, 1]

@@ -6,29 +6,29 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float
 
-Spectra = Float[np.ndarray, "*repeat frequency"]
-ComplexSpectra = Complex[np.ndarray, "*repeat frequency"]
+RepeatedSpectra = Float[np.ndarray, "*repeat frequency"]
+ComplexRepeatedSpectra = Complex[np.ndarray, "*repeat frequency"]
 
 
 class Products(NamedTuple):
     """Sums over repeats: |X|^2, conj(X) Y and |Y|^2 of force X and response Y."""
 
-    force: Spectra
-    cross: ComplexSpectra
-    response: Spectra
+    force: RepeatedSpectra
+    cross: ComplexRepeatedSpectra
+    response: RepeatedSpectra
 
 
-def h1(products: Products) -> ComplexSpectra:
+def h1(products: Products) -> ComplexRepeatedSpectra:
     """Return Gxy / Gxx, which noise on the response does not bias."""
     return products.cross / products.force
 
 
-def h2(products: Products) -> ComplexSpectra:
+def h2(products: Products) -> ComplexRepeatedSpectra:
     """Return Gyy / Gyx, which noise on the force does not bias."""
     return products.response / np.conj(products.cross)
 
 
-def hv(products: Products) -> ComplexSpectra:
+def hv(products: Products) -> ComplexRepeatedSpectra:
     """Geometric mean of H1 and H2: total least squares with both signals scaled to one size.
 
     Rocklin, Crowley and Vold, A comparison of H1, H2 and Hv frequency response functions, IMAC 3
@@ -38,7 +38,11 @@ def hv(products: Products) -> ComplexSpectra:
     return np.sqrt(products.response / products.force) * phase
 
 
-ESTIMATORS: Mapping[str, Callable[[Products], ComplexSpectra]] = {"H1": h1, "H2": h2, "Hv": hv}
+ESTIMATORS: Mapping[str, Callable[[Products], ComplexRepeatedSpectra]] = {
+    "H1": h1,
+    "H2": h2,
+    "Hv": hv,
+}
 
 
 def products(
@@ -60,7 +64,7 @@ def coherence(total: Products) -> Float[np.ndarray, "frequency"]:
 
 
 def scatter(
-    estimator: Callable[[Products], ComplexSpectra], repeats: Products, averages: float
+    estimator: Callable[[Products], ComplexRepeatedSpectra], repeats: Products, averages: float
 ) -> Float[np.ndarray, "frequency"]:
     """Variance E|error|^2 of an estimate by the jackknife: one repeat left out at a time.
 
@@ -83,7 +87,7 @@ def scatter(
 
 
 def deviations(
-    estimator: Callable[[Products], ComplexSpectra], repeats: Products
+    estimator: Callable[[Products], ComplexRepeatedSpectra], repeats: Products
 ) -> Complex[np.ndarray, "repeat frequency"]:
     """Estimates without one repeat at a time, from their mean."""
     without = estimator(Products(*(values.sum(axis=0) - values for values in repeats)))
