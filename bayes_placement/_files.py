@@ -142,7 +142,7 @@ def _to_disk(path: Path) -> None:
 
 
 def write_json(path: str | Path, content: Any) -> Path:
-    """Write numbers and words as JSON, whole or not at all."""
+    """Write numbers and words as JSON, atomically."""
     text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
     return write_atomically(
         path, lambda temporary: temporary.write_text(f"{text}\n", encoding="utf-8")

@@ -204,12 +204,12 @@ def _locked(path: Path, out: Path) -> int:
             raise _in_use(out, path) from error
         except OSError:  # a system without locks: everybody may write
             return handle
-        if _is_still(handle, path):
+        if _leads_to(path, handle):
             return handle
         os.close(handle)  # the run before this one has just ended
 
 
-def _is_still(handle: int, path: Path) -> bool:
+def _leads_to(path: Path, handle: int) -> bool:
     """Whether a path still leads to an open file."""
     try:
         return os.path.samestat(os.fstat(handle), path.stat())

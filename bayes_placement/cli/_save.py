@@ -32,15 +32,15 @@ HERE = Path(__file__).parent
 
 study = bp.io.{reader}.read(HERE / {path!r})
 measurement = {measurement}
-given = {given}
-experiment = given{model_error}
+original = {original}
+experiment = original{model_error}
 '''
 
 OF_MODES = "observing_modes(study.experiment, measurement)"
 IMPORT = "from bayes_placement.experiment.resized import observing_modes\n"
 
 ADDED = """\
-{variable} = bp.effects.library(given, [{kind!r}]).effects[{number}]
+{variable} = bp.effects.library(original, [{kind!r}]).effects[{number}]
 experiment = experiment + dataclasses.replace({variable}, name={name!r})
 """
 
@@ -88,7 +88,7 @@ class CompletedModel(NamedTuple):
             path=self._from_here(self.model),
             measurement=data or "study.measurement",
             imports=IMPORT if is_modal else "",
-            given=OF_MODES if is_modal else "study.experiment",
+            original=OF_MODES if is_modal else "study.experiment",
             model_error=(".with_model_error(bp.model_error.Modal())" if self.model_error else ""),
         )
 

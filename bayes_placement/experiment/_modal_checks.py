@@ -93,9 +93,9 @@ def has_sensors(shape: Any, channels: Sequence[Channel]) -> None:
         If there are.
     """
     if (shape is None) == bool(channels):
-        given = "no shape, but sensors" if shape is None else "a shape, but no sensors"
+        mismatch = "no shape, but sensors" if shape is None else "a shape, but no sensors"
         raise InputError(
-            f"{given} were given; both or neither are needed, since each row of a shape belongs "
+            f"{mismatch} were given; both or neither are needed, since each row of a shape belongs "
             "to a channel: shape=phi, sensors=['s1+x', 's2+x']."
         )
 
@@ -187,15 +187,17 @@ def number(numbers: Any, count: int) -> tuple[int, ...] | None:
     """
     if numbers is None:
         return None
-    given = _numbers("number", numbers)
-    whole = given.ndim == 1 and bool(np.all((given >= 1) & (given == np.rint(given))))
-    if not whole or given.size != count or np.unique(given).size < count:
+    mode_numbers = _numbers("number", numbers)
+    are_integers = mode_numbers.ndim == 1 and bool(
+        np.all((mode_numbers >= 1) & (mode_numbers == np.rint(mode_numbers)))
+    )
+    if not are_integers or mode_numbers.size != count or np.unique(mode_numbers).size < count:
         raise InputError(
             f"number={shown(numbers)} was given; {count} whole numbers from 1 on are needed, one "
             "for each mode and each once, since they count the elastic modes of the model: "
             "number=[1, 2, 3]."
         )
-    return tuple(int(value) for value in given)
+    return tuple(int(value) for value in mode_numbers)
 
 
 def places(chosen: Sequence[int], count: int) -> np.ndarray:
@@ -206,14 +208,14 @@ def places(chosen: Sequence[int], count: int) -> np.ndarray:
     InputError
         If there is no such mode, or none is chosen.
     """
-    given = _numbers("modes", chosen)
-    inside = (given >= 0) & (given < count) & (given == np.rint(given))
-    if given.ndim != 1 or given.size == 0 or not np.all(inside):
+    indices = _numbers("modes", chosen)
+    inside = (indices >= 0) & (indices < count) & (indices == np.rint(indices))
+    if indices.ndim != 1 or indices.size == 0 or not np.all(inside):
         raise InputError(
             f"modes({shown(chosen)}) was asked for; places from 0 to {count - 1} are needed, since "
             f"{count} modes were measured: measured.modes(range({count}))."
         )
-    return np.unique(given.astype(int))
+    return np.unique(indices.astype(int))
 
 
 def real_part(shape: Any) -> np.ndarray:

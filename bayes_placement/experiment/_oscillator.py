@@ -124,9 +124,9 @@ class Oscillator(NamedTuple):
         expanded = self._expansion(middle)
         fixed = jax.lax.stop_gradient(expanded)
         damped = middle + 0j, vector + 0j
-        found = _repeated(_about(middle, fixed), damped, start[1], COMPLEX_STEPS)
+        approximate = _repeated(_about(middle, fixed), damped, start[1], COMPLEX_STEPS)
         # One more step from a constant carries the derivative of the pole, exactly.
-        return _newton(_about(middle, expanded), *jax.lax.stop_gradient(found), start[1])
+        return _newton(_about(middle, expanded), *jax.lax.stop_gradient(approximate), start[1])
 
     def read(
         self, vectors: Inexact[Array, "mode branch"], omega: Float[Array, "branch"]

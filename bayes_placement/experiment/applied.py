@@ -162,8 +162,8 @@ def _with_factor(known: Experiment) -> Experiment:
     channels = (len(known.sensor_channels), len(known.actuator_channels), omega.size)
     factor = jnp.ones(channels, complex)
     for effect in plain:
-        own = effect.channel_factor(omega, known.instruments)
-        factor = factor if own is None else factor * own
+        of_effect = effect.channel_factor(omega, known.instruments)
+        factor = factor if of_effect is None else factor * of_effect
     merged = AppliedFactor(factor)
     remaining = _without(known.instrument_effects, plain) | {merged.name: merged}
     return eqx.tree_at(lambda tree: tree.instrument_effects, known, remaining, is_leaf=_is_dict)

@@ -52,9 +52,9 @@ class Damping(eqx.Module):
     def __check_init__(self) -> None:
         """Refuse negative numbers, and distributions with negative values."""
         for entry in dataclasses.fields(self):
-            given = getattr(self, entry.name)
-            if given is None or (entry.type == Parameter and np.ndim(given)):
-                check_annotated(entry.name, given, float | Distribution)
+            parameter = getattr(self, entry.name)
+            if parameter is None or (entry.type == Parameter and np.ndim(parameter)):
+                check_annotated(entry.name, parameter, float | Distribution)
         for field, value in _values(self):
             if _least(value) < 0:
                 raise InputError(

@@ -95,14 +95,14 @@ class ModalParameters:
             "damping_ratio": (count,),
             "shape": (len(channels), count),
         }
-        given = {"natural_frequency": frequency, "damping_ratio": damping_ratio, "shape": shape}
+        stated = {"natural_frequency": frequency, "damping_ratio": damping_ratio, "shape": shape}
         deviations = {
             "natural_frequency": natural_frequency_deviation,
             "damping_ratio": damping_ratio_deviation,
             "shape": shape_deviation,
         }
         checks.has_sensors(shape, channels)
-        rows = [checks.array(name, given[name], size) for name, size in layout.items()]
+        rows = [checks.array(name, stated[name], size) for name, size in layout.items()]
         values = _in_rows(rows)
         errors = _in_rows(
             [

@@ -59,13 +59,13 @@ def natural_modes(structure: Structure, points: Any, up_to: float, most: int) ->
     """
     pencil = _Pencil(structure, *map(np.asarray, compiled(_at_ports)(structure)))
     grid = 2 * np.pi * up_to * (np.arange(STEPS) + 1) / STEPS
-    found = list(_roots(pencil, grid, most))
-    frequency = np.array([root for root, _ in found]) / (2 * np.pi)
-    if not found:
+    roots = list(_roots(pencil, grid, most))
+    frequency = np.array([root for root, _ in roots]) / (2 * np.pi)
+    if not roots:
         return NaturalModes(frequency, np.zeros((0, len(points), 3)))
-    shape = np.zeros((len(found), len(points), 3))
+    shape = np.zeros((len(roots), len(points), 3))
     read, left_out = map(np.asarray, compiled(_at_points)(structure, jnp.asarray(points)))
-    for mode, (root, branch) in enumerate(found):
+    for mode, (root, branch) in enumerate(roots):
         amplitude = pencil.vector(root, branch)
         modulus, attached = pencil.attached(root)
         # The forces of the attachments also bend what the kept modes leave out.

@@ -120,8 +120,8 @@ class _Loaded(NamedTuple):
             return self._driven(driven, loads)
 
         def run(actuator: Points, load: DynamicStiffness | None, factor: Factor) -> Receptance:
-            own_load = None if load is None else load[None]
-            return self._replace(run_factor=factor)._driven(actuator, own_load)
+            single_load = None if load is None else load[None]
+            return self._replace(run_factor=factor)._driven(actuator, single_load)
 
         axes = 0, None if loads is None else 0, 0
         runs = jax.vmap(run, in_axes=axes, out_axes=1)(_singly(driven), loads, factors)

@@ -47,8 +47,8 @@ class Form:
 
     def filled(self, numbers: Sequence[Array], shared: Sequence[Any]) -> Experiment:
         """Return the experiment with these numbers, once the form is apart from a declared one."""
-        own = iter(numbers)
-        leaves = [next(own) if source is None else shared[source] for source in self.sources]
+        inputs = iter(numbers)
+        leaves = [next(inputs) if source is None else shared[source] for source in self.sources]
         experiment: Experiment = jax.tree.unflatten(self.structure, leaves)
         return experiment
 

@@ -23,7 +23,7 @@ from .residuals_of_state import (
     State,
     TracedResiduals,
     coordinates_of,
-    own_name,
+    name_in_state,
 )
 
 
@@ -86,7 +86,7 @@ class Problem:
         if effort is None:
             effort = 1 if experiment.model_error is None else 2
         self.further_unknowns = {
-            own_name(unknown.name, number): unknown
+            name_in_state(unknown.name, number): unknown
             for number, state in enumerate(earlier, 1)
             for unknown in state.experiment.unknowns
             if unknown.name in state.unknowns

@@ -58,7 +58,7 @@ class ResidualsOfState:
     def __init__(self, state: State, number: int, coordinates: Coordinates, effort: int):
         mine = coordinates_of(state.experiment, standard_normal=False)
         places = [
-            coordinates.places[own_name(name, number) if name in state.unknowns else name]
+            coordinates.places[name_in_state(name, number) if name in state.unknowns else name]
             for name in mine.places
         ]
         columns = [np.arange(place.start, place.stop) for place in places]
@@ -137,7 +137,7 @@ def _joined(parts: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
     return jnp.concatenate(residuals, axis=1), sum(log_scales[1:], log_scales[0])
 
 
-def own_name(name: str, number: int) -> str:
+def name_in_state(name: str, number: int) -> str:
     """Name of an unknown that has a value of its own in one of the states."""
     return f"{name} of state {number}"
 

@@ -148,8 +148,8 @@ def peaks(draws: Float[np.ndarray, "draw"]) -> tuple[Peak, ...]:
     peaks where the density between them falls below half of that of the lower one.
     """
     parts = _split(np.sort(draws), len(draws))
-    found = tuple(Peak(float(part.mean()), part.size / draws.size) for part in parts)
-    return found if 1 < len(found) <= MOST_PEAKS else ()
+    all_peaks = tuple(Peak(float(part.mean()), part.size / draws.size) for part in parts)
+    return all_peaks if 1 < len(all_peaks) <= MOST_PEAKS else ()
 
 
 def _split(ordered: np.ndarray, total: int) -> list[np.ndarray]:

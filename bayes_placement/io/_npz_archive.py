@@ -1,4 +1,4 @@
-"""Arrays of an .npz file, none of which is believed before its bytes are counted; no pickles."""
+"""Arrays of an .npz file; stated sizes are checked against the bytes, and pickles are refused."""
 
 import zipfile
 from pathlib import Path

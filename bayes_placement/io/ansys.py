@@ -1,8 +1,8 @@
 """Stiffness and mass of Ansys (`.full`), and its modes (`.rst`), by ansys-mapdl-reader.
 
 That library reads some files of Ansys 2021 and later wrongly without a word (its issues 110, 235,
-402 and 409), and ends the interpreter on others: it runs in a process of its own, and nothing that
-it reads is believed before the matrices confirm it.
+402 and 409), and ends the interpreter on others: it runs in a process of its own, and what it
+reads is checked against the matrices.
 """
 
 import importlib.util

@@ -136,11 +136,11 @@ def _model_nodes(path: Path, arrays: dict[str, Any]) -> ModelNodes:
     """Nodes and degrees of freedom, once they refer to each other."""
     count, element = len(arrays["position"]), arrays.get("element")
     nodes = ModelNodes(
-        node=_whole(path, "node", arrays.get("node", np.arange(1, count + 1)), (count,)),
+        node=_integers(path, "node", arrays.get("node", np.arange(1, count + 1)), (count,)),
         position=_shaped(path, "position", arrays["position"].astype(float), (count, 3)),
-        dof=_whole(path, "dof", arrays["dof"], (len(arrays["dof"]), 2)),
-        fixed=_whole(path, "fixed", arrays.get("fixed", np.zeros(0, dtype=int)), (-1,)),
-        element=None if element is None else _whole(path, "element", element, (-1, -1)),
+        dof=_integers(path, "dof", arrays["dof"], (len(arrays["dof"]), 2)),
+        fixed=_integers(path, "fixed", arrays.get("fixed", np.zeros(0, dtype=int)), (-1,)),
+        element=None if element is None else _integers(path, "element", element, (-1, -1)),
     )
     known = {
         "node": np.unique(nodes.node).size == count and count > 0,
@@ -158,7 +158,7 @@ def _model_nodes(path: Path, arrays: dict[str, Any]) -> ModelNodes:
     return nodes
 
 
-def _whole(path: Path, name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+def _integers(path: Path, name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     if values.dtype.kind not in "iu" and not np.array_equal(values, np.round(values)):
         raise InputError(
             f"{path}: the array {name} holds {values.dtype}, not whole numbers; these are needed, "

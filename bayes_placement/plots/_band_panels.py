@@ -28,8 +28,10 @@ def draw_band(panel: Axes, channel: xr.Dataset, name: str) -> None:
 def draw_phases(panel: Axes, channel: xr.Dataset) -> None:
     """Draw mean and band of the phase, and what was measured."""
     lines, mean, low, high = (channel[key].values for key in ("frequency", "mean", "low", "high"))
-    for turn in (-2 * HALF_TURN, 0.0, 2 * HALF_TURN):  # a band goes on at the other end
-        panel.fill_between(lines, low + turn, high + turn, color=POSTERIOR, alpha=0.3, linewidth=0)
+    for shift in (-2 * HALF_TURN, 0.0, 2 * HALF_TURN):  # a band goes on at the other end
+        panel.fill_between(
+            lines, low + shift, high + shift, color=POSTERIOR, alpha=0.3, linewidth=0
+        )
     panel.plot(lines, unbroken(mean), color=POSTERIOR)
     if "measured" in channel:
         panel.plot(lines, channel["measured"], ".", color=DATA)

@@ -47,9 +47,9 @@ def vector(argument: str, values: Any) -> CartesianComponents:
     """
     array = _numbers(values)
     if array.shape != (3,) or not np.all(np.isfinite(array)):
-        given = array.tolist() if 0 < array.size < 9 else shown(values)
+        stated = array.tolist() if 0 < array.size < 9 else shown(values)
         raise InputError(
-            f"{argument} was given {given}; three finite numbers along x, y and z [m] are "
+            f"{argument} was given {stated}; three finite numbers along x, y and z [m] are "
             "needed, since the structure lies in space: (0.2, 0.0, 0.9)."
         )
     return triple(array)

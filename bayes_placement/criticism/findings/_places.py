@@ -105,9 +105,9 @@ def _effect_row(effect: Any, experiment: Experiment, draws: JointDraws) -> dict[
     thinned = {
         name: np.asarray(values)[_rows(len(values), count)] for name, values in draws.items()
     }
-    found = locations(effect, experiment, thinned, count)
-    on_line = np.isnan(found[:, 1:]).all() and np.isfinite(found[:, 0]).all()
-    filled = np.where(np.isnan(found), 0.0, found) if on_line else found
+    positions = locations(effect, experiment, thinned, count)
+    on_line = np.isnan(positions[:, 1:]).all() and np.isfinite(positions[:, 0]).all()
+    filled = np.where(np.isnan(positions), 0.0, positions) if on_line else positions
     nowhere = np.full((DRAWS, 3), np.nan)
     return {
         "name": effect.name,
@@ -125,15 +125,15 @@ def _drawn(
     experiment: Experiment, kind: str, transducer: Transducer, draws: JointDraws
 ) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates [draw, 3] and direction [draw, 3] of the first channel at draws."""
-    own = [
+    names = [
         unknown.name
         for unknown in experiment.unknowns
         if unknown.owner == (kind, transducer.name) and unknown.field in ("position", "angles")
     ]
-    missing = [name for name in own if name not in draws]
+    missing = [name for name in names if name not in draws]
     if missing:
         return np.full((DRAWS, 3), np.nan), np.full((DRAWS, 3), np.nan)
-    chosen = {name: _chosen(draws[name]) for name in own}
+    chosen = {name: _chosen(draws[name]) for name in names}
 
     def at(values: dict[str, Any]) -> tuple[Any, Any]:
         side = getattr(experiment.fix(values), kind)
@@ -141,14 +141,12 @@ def _drawn(
         direction = jnp.asarray(there.points(AXES).direction)[0]
         return jnp.atleast_1d(coordinates(there.position)), direction
 
-    if not own:
-        position, direction = at({})
-        found = np.asarray(position)[None], np.asarray(direction)[None]
+    if not names:
+        position, direction = (np.asarray(part)[None] for part in at({}))
     else:
-        position, direction = jax.jit(jax.vmap(at))(chosen)
-        found = np.asarray(position), np.asarray(direction)
-    rows = _rows(len(found[0]), DRAWS)
-    return np.stack([_three(row) for row in found[0]])[rows], found[1][rows]
+        position, direction = map(np.asarray, jax.jit(jax.vmap(at))(chosen))
+    rows = _rows(len(position), DRAWS)
+    return np.stack([_three(row) for row in position])[rows], direction[rows]
 
 
 def _chosen(draws: np.ndarray) -> np.ndarray:

@@ -119,7 +119,7 @@ def compared_with_baseline(
     return unchanged, comparison
 
 
-def carried_over(
+def refitted_effects(
     comparison: Comparison, between: Hypothesis, most_effects: int
 ) -> list[Hypothesis]:
     """Fit the effects of a state in between once more, from where they were found there.

@@ -12,7 +12,7 @@ from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.empirical_bayes import SOFTENING
 from ...inference.residuals import Problem
-from ...inference.residuals_of_state import State, own_name
+from ...inference.residuals_of_state import State, name_in_state
 from ._estimates import ParameterEstimate
 from ._hypotheses import Hypothesis
 from ._kept_fits import kept_with_sizes
@@ -132,7 +132,7 @@ def _put(
 ) -> None:
     """Put fitted values into a point of a problem of several states."""
     for name in names:
-        target = own_name(name, number) if number else name
+        target = name_in_state(name, number) if number else name
         if target in problem.coordinates.places:
             place = hypothesis.problem.coordinates.places[name]
             point[problem.coordinates.places[target]] = hypothesis.fit.point[place]

@@ -21,7 +21,7 @@ from ...inference.residuals import Problem
 from ._candidates import numbered
 from ._compiled_ahead import compiled_ahead
 from ._kept_fits import NO_RIVAL, kept_with_sizes
-from ._scan import LEAST, MOST, Scan, best_places, carried_over, fit_alone, fit_grown, scan
+from ._scan import LEAST, MOST, Scan, best_places, fit_alone, fit_grown, point_in_problem, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
 """Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
@@ -72,7 +72,7 @@ class Hypothesis:
 
     def point_in(self, problem: Problem, onto: np.ndarray | None = None) -> np.ndarray:
         """The fit as coordinates of a problem; what is new there as in `onto`, else at medians."""
-        return carried_over(self.problem, self.fit.point, problem, onto)
+        return point_in_problem(self.problem, self.fit.point, problem, onto)
 
     @property
     def kinds(self) -> tuple[str, ...]:

@@ -144,7 +144,7 @@ def _scanned(problem: Problem, points: np.ndarray, slopes: np.ndarray) -> Scan:
     return best._replace(residual=best.residual.astype(np.float32))
 
 
-def carried_over(
+def point_in_problem(
     before: Problem, point: np.ndarray, problem: Problem, onto: np.ndarray | None = None
 ) -> np.ndarray:
     """Coordinates of a point, for a problem with further effects; what is new as in `onto`, or 0.
@@ -152,11 +152,11 @@ def carried_over(
     By their names: effects are in the order of theirs, and so is what their attachments add to a
     model error.
     """
-    carried = np.zeros(problem.dimension) if onto is None else onto.copy()
+    transferred = np.zeros(problem.dimension) if onto is None else onto.copy()
     for name, place in before.coordinates.places.items():
         if name in problem.coordinates.places:
-            carried[problem.coordinates.places[name]] = point[place]
-    return carried
+            transferred[problem.coordinates.places[name]] = point[place]
+    return transferred
 
 
 def others(problem: Problem, names: list[str]) -> np.ndarray:

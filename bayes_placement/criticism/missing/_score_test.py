@@ -43,19 +43,19 @@ class _Signatures(NamedTuple):
     ----------
     points
         Places and settings of the effect [place, unknown].
-    whole
+    change
         The changes [place, datum].
     projected
         What the model cannot absorb of them.
     """
 
     points: np.ndarray
-    whole: np.ndarray
+    change: np.ndarray
     projected: np.ndarray
 
     def correlation(self) -> np.ndarray:
         """Correlation of the scores."""
-        return np.asarray(self.whole @ self.projected.T)
+        return np.asarray(self.change @ self.projected.T)
 
 
 def suspicion(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> pd.DataFrame:
@@ -114,7 +114,7 @@ def _of_candidate(
 ) -> pd.DataFrame:
     effect = candidate.effect
     signatures = _signatures(model, candidate, most)
-    score = -signatures.whole @ model.residual
+    score = -signatures.change @ model.residual
     corrected = _corrected(signatures.correlation(), score) if score.size else 1.0
     named = candidate.problem.coordinates.named(signatures.points)
     experiment = candidate.problem.experiment
@@ -140,15 +140,15 @@ def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signa
     points = weak_points(problem, effect, most)
     columns = others(problem, list(fields_of(effect, problem)))
     points[:, columns] = candidate.scan.points[0, columns]
-    whole = problem.squares.residuals(points)[0] - model.residual
-    change = model.projected(whole)
+    change = problem.squares.residuals(points)[0] - model.residual
+    projected = model.projected(change)
     # Residuals of a fit have the covariance of the projection: it is not applied to them again.
-    size = np.sqrt(np.maximum(np.einsum("pn,pn->p", whole, change), 0.0))
+    size = np.sqrt(np.maximum(np.einsum("pn,pn->p", change, projected), 0.0))
     largest = np.max(size, where=np.isfinite(size), initial=0.0)
-    absorbed = size**2 <= ABSORBED * np.sum(whole**2, axis=1)
+    absorbed = size**2 <= ABSORBED * np.sum(change**2, axis=1)
     felt = (size > 1e-9 * largest) & np.isfinite(size) & ~absorbed
     scale = size[felt, None]
-    return _Signatures(points[felt], whole[felt] / scale, change[felt] / scale)
+    return _Signatures(points[felt], change[felt] / scale, projected[felt] / scale)
 
 
 def weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:

@@ -14,7 +14,7 @@ from ...experiment.model_error import Modal, ModalErrors
 from ...experiment.noise import Data
 from ...inference.engines.empirical_bayes import Rival
 from ...inference.residuals_of_state import State
-from ._before_and_after import carried_over, compared_with_baseline, fitted_baseline, state_of
+from ._before_and_after import compared_with_baseline, fitted_baseline, refitted_effects, state_of
 from ._compiled_ahead import compiled_ahead
 from ._held_out import held_out
 from ._hypotheses import (
@@ -205,16 +205,16 @@ def _answered_by_two_states(
         later, earlier, before, question.effects, question.level, question.most_effects, tick
     )
     if between is not None:
-        carried = carried_over(comparison, between, question.most_effects)
-        comparison = comparison.with_hypotheses(carried)
+        refitted = refitted_effects(comparison, between, question.most_effects)
+        comparison = comparison.with_hypotheses(refitted)
     if not explains(comparison.best(), question.level):
-        found = _found_alone(question, earlier, tick)
-        carried = carried_over(comparison, found, question.most_effects)
-        comparison = comparison.with_hypotheses(carried)
+        of_later_state = _best_of_later_state(question, earlier, tick)
+        refitted = refitted_effects(comparison, of_later_state, question.most_effects)
+        comparison = comparison.with_hypotheses(refitted)
     return Answer(unchanged, comparison, before)
 
 
-def _found_alone(question: Question, earlier: State, tick: Tick) -> Hypothesis:
+def _best_of_later_state(question: Question, earlier: State, tick: Tick) -> Hypothesis:
     """What the later state alone tells, where the exact model explains the earlier one.
 
     Effects that act together may each win alone elsewhere than where they are; all pairs of an

@@ -187,9 +187,9 @@ def fitted_model(
     name = added or (names[-1] if names else None)
     effect = next((effect for effect in experiment.effects if effect.name == name), None)
     about = {
-        own.name: _about(own, experiment, parameters)
-        for own in experiment.effects
-        if own.name in names
+        present.name: _about(present, experiment, parameters)
+        for present in experiment.effects
+        if present.name in names
     }
     setting, remark = about.get(name or "", ("", ""))
     return FittedModel(

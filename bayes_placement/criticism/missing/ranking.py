@@ -79,7 +79,7 @@ class Ranking:
         }
 
     def write(self, path: str | Path) -> None:
-        """Write the ranking as JSON, whole or not at all."""
+        """Write the ranking as JSON, atomically."""
         write_json(path, self.to_json())
 
     def table(self) -> pd.DataFrame:

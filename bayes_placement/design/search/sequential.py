@@ -62,10 +62,10 @@ class Sequential(Search):
             for transducer in moved
         ]
         current = counts.copy()
-        for turn in range(self.rounds):
+        for round_number in range(self.rounds):
             before = current.copy()
             for column in range(len(moved)):
-                step = evaluation.part(turn * len(moved) + column, self.rounds * len(moved))
+                step = evaluation.part(round_number * len(moved) + column, self.rounds * len(moved))
                 cells = _cells_of_column(current, column, counts)
                 cells = _allowed(rules, evaluation, extended, cells, counts)
                 if not len(cells):

@@ -44,8 +44,8 @@ def check(record: Record) -> Iterator[Fault]:
     first = next(record.pairs)
     if not any(np.any((modes >= low) & (modes <= high)) for modes in draws):
         yield _outside(record, first, draws[0])
-    elif _found(measured, draws) <= measured.size / 2:
-        of_radians = _found(measured / RADIANS, draws)
+    elif _count_matched(measured, draws) <= measured.size / 2:
+        of_radians = _count_matched(measured / RADIANS, draws)
         if of_radians == measured.size:
             yield record.fault(
                 first,
@@ -77,7 +77,9 @@ def _outside(record: Record, first: Pair, modes: NaturalFrequencies) -> Fault:
     )
 
 
-def _found(resonant: Float[np.ndarray, "resonance"], draws: Sequence[NaturalFrequencies]) -> int:
+def _count_matched(
+    resonant: Float[np.ndarray, "resonance"], draws: Sequence[NaturalFrequencies]
+) -> int:
     """Most resonances that lie at natural frequencies of one draw."""
 
     def count(modes: NaturalFrequencies) -> int:

@@ -41,7 +41,7 @@ def check(record: Record) -> Iterator[Fault]:
     if conjugated:
         yield record.fault(
             conjugated[0],
-            turn(record.frf[conjugated[0]]),
+            phase_trend(record.frf[conjugated[0]]),
             WRONG_WAY,
             f"{_whose(record, conjugated)} have a phase that rises through resonances, where "
             "that of a damped structure falls, as of FRFs for exp(-i omega t); those for "
@@ -52,7 +52,7 @@ def check(record: Record) -> Iterator[Fault]:
 
 def rising(record: Record) -> list[Pair]:
     """Pairs whose phase rises through resonances, where it falls in all draws of the model."""
-    pairs = [pair for pair in record.pairs if turn(record.frf[pair]) > WRONG_WAY]
+    pairs = [pair for pair in record.pairs if phase_trend(record.frf[pair]) > WRONG_WAY]
     if not pairs:
         return []
     lines = record.frequency > 0
@@ -60,12 +60,12 @@ def rising(record: Record) -> list[Pair]:
     return [
         pair
         for pair in pairs
-        if all(turn(response[pair]) < -WRONG_WAY for response in [nominal, *draws])
+        if all(phase_trend(response[pair]) < -WRONG_WAY for response in [nominal, *draws])
     ]
 
 
-def turn(frf: ComplexSpectrum) -> float:
-    """Turn of the phase from line to line, 1 where it rises and -1 where it falls throughout.
+def phase_trend(frf: ComplexSpectrum) -> float:
+    """Trend of the phase from line to line, 1 where it rises and -1 where it falls throughout.
 
     Steps are weighed by the amplitudes at both of their ends, so that resonances decide and
     antiresonances, where the phase may rise, do not.

@@ -164,7 +164,7 @@ class LeastSquares:
 
         A value that is not a number passes through every operation, also where the slope is zero:
         it reaches all that an unknown can change. What steps from one value to another, such as a
-        nearest node, may swallow it, but has a slope at a point of no symmetry, or none anywhere.
+        nearest node, may stop it, but has a slope at a point of no symmetry, or none anywhere.
         """
         if self._alike is not None:
             return self._alike._changes

@@ -1,4 +1,4 @@
-"""The letter of a workbook: a zip of XML, none of which is believed before it is counted."""
+"""Checks of a workbook, a zip of XML: its sizes are counted before anything is read."""
 
 import re
 import zipfile

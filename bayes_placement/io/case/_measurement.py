@@ -257,10 +257,10 @@ def _in_band(file: Path, settings: MeasurementSettings, measured: Measurement) -
     lines = measured.frequency
     near = (low * (1 - LINE_TOLERANCE) <= lines) & (lines <= high * (1 + LINE_TOLERANCE))
     kept = lines[near]
-    whole_band = kept.size == settings.lines and np.allclose(
+    covers_band = kept.size == settings.lines and np.allclose(
         kept[[0, -1]], settings.band, rtol=LINE_TOLERANCE
     )
-    if not whole_band:
+    if not covers_band:
         raise _contradiction(
             file,
             f"has {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {kept.size} of them in "

@@ -17,7 +17,7 @@ from ..arrays.named_arrays import NamedArrays
 from ._toml_fields import TomlTable
 from .mapping import Mapping, of_table
 
-_OWN = ("frf", "frequency", "sensors", "actuators", "quantity")
+_ARRAY_NAMES = ("frf", "frequency", "sensors", "actuators", "quantity")
 _PARTS = {
     "real": "real",
     "imaginary": "imaginary",
@@ -42,7 +42,7 @@ def stated(held: NamedArrays, unit: str | None) -> Mapping:
     InputError
         If what it says is no mapping.
     """
-    fields = {**_of_columns(held), **_of_own_arrays(held), **({"unit": unit} if unit else {})}
+    fields = {**_of_columns(held), **_of_named_arrays(held), **({"unit": unit} if unit else {})}
     return of_table(TomlTable(fields, f"{held.path}, by its own names"), held.path.parent)
 
 
@@ -79,8 +79,8 @@ def _check_units(mapping: Mapping, known: Mapping, path: Path) -> None:
             )
 
 
-def _of_own_arrays(held: NamedArrays) -> dict[str, Any]:
-    if not set(_OWN) <= held.arrays.keys():
+def _of_named_arrays(held: NamedArrays) -> dict[str, Any]:
+    if not set(_ARRAY_NAMES) <= held.arrays.keys():
         return {"frequency": "frequency"} if "frequency" in held.arrays else {}
     axes = ["sensor", "actuator", "frequency"]
     fields: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""An estimated FRF: the measurement, what was done to the records, and what speaks against it."""
+"""An estimated FRF: the measurement, what was done to the records, and warnings."""
 
 import abc
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from ...experiment.measurement import Measurement
 
 
 class EstimateWarning(UserWarning):
-    """What speaks against FRFs that were estimated from time records.
+    """A warning about FRFs that were estimated from time records.
 
     Examples
     --------
@@ -33,7 +33,7 @@ class Processing(abc.ABC):  # noqa: B024, it has fields alone
     left_out
         What was left out and why, a sentence for each.
     warnings
-        What speaks against the estimate, a sentence for each.
+        Reasons to doubt the estimate, a sentence for each.
     time_constant
         Time constant [s] of an exponential window on force and response, or None.
     """
@@ -86,7 +86,7 @@ class Estimate(Processing):
         return () if self.time_constant is None else (ExponentialWindow(1 / self.time_constant),)
 
     def __str__(self) -> str:
-        """Say what was estimated, from what, and what speaks against it."""
+        """Say what was estimated, from what, and its warnings."""
         done = "".join(f", {words}" for words in self.done)
         return "\n".join(
             [

@@ -43,7 +43,7 @@ class Hit(NamedTuple):
         return (lead if before is None else min(lead, before)) // 2
 
 
-def whole_records(records: Records) -> list[Hit]:
+def one_hit_per_record(records: Records) -> list[Hit]:
     """Return a hit for each record, with all samples of it."""
     return [
         Hit(number, onset(force), slice(0, force.size))

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ..._types import InputError, check_positive
 from . import overload
 from .excitation import Excitation, Spectra, lines
-from .hits import Hit, over_trigger, second_hit, whole_records
+from .hits import Hit, one_hit_per_record, over_trigger, second_hit
 from .records import FEWEST_SAMPLES, Records, Samples, positive
 
 DECAYED = 0.01
@@ -111,7 +111,7 @@ class Impacts(Excitation):
 
     def _hits(self, records: Records) -> list[Hit]:
         if self.duration is None:
-            return whole_records(records)
+            return one_hit_per_record(records)
         length = round(self.duration * records.rate)
         if length < FEWEST_SAMPLES:
             raise InputError(

@@ -1,4 +1,4 @@
-"""The letter of a universal file: every field of the datasets that are read, by its columns."""
+"""Checks of a universal file: every field of the datasets that are read, by its columns."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -11,8 +11,8 @@ INTEGER = re.compile(r"\s*[+-]?\d+\s*|\s*")
 NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?\s*")
 """A real number in its columns."""
 
-_WHOLE = re.compile(r"[+-]?\d+")
-_LONGEST_WHOLE = 18  # digits, which an integer of 64 bits has
+_INTEGER_WORD = re.compile(r"[+-]?\d+")
+_LONGEST_INTEGER = 18  # digits, which an integer of 64 bits has
 
 HEAD_LINES = 11
 REAL = 2
@@ -200,10 +200,10 @@ def _counted(number: int, words: Sequence[str], integers: int, reals: int) -> It
         )
         return
     for place, word in enumerate(words):
-        is_whole = place < integers
-        right = _WHOLE.fullmatch(word) if is_whole else NUMBER.fullmatch(word)
-        if not right or (is_whole and len(word) > _LONGEST_WHOLE):
-            yield FormatFault(number, f"{word!r} is no {'whole ' if is_whole else ''}number")
+        is_integer = place < integers
+        right = _INTEGER_WORD.fullmatch(word) if is_integer else NUMBER.fullmatch(word)
+        if not right or (is_integer and len(word) > _LONGEST_INTEGER):
+            yield FormatFault(number, f"{word!r} is no {'whole ' if is_integer else ''}number")
             return
 
 

@@ -93,13 +93,15 @@ def _nodes(dataset: Dataset) -> np.ndarray:
 
 def _shape(dataset: Dataset, nodes: np.ndarray) -> np.ndarray:
     """Translations of the nodes [node, axis], zero without a record."""
-    own, fields = _nodes(dataset), dataset.fields
+    node_numbers, fields = _nodes(dataset), dataset.fields
     columns = [np.asarray(fields[f"r{axis}"]) for axis in (1, 2, 3)]
-    if np.unique(own).size < own.size or any(column.size != own.size for column in columns):
+    if np.unique(node_numbers).size < node_numbers.size or any(
+        column.size != node_numbers.size for column in columns
+    ):
         raise MeasurementFileError(
             f"{dataset.place} holds a node twice or not three translations of each; each node once "
             "is needed with its three translations. Export the mode again."
         )
     shape = np.zeros((nodes.size, 3), dtype=np.result_type(*columns))
-    shape[np.searchsorted(nodes, own)] = np.column_stack(columns)
+    shape[np.searchsorted(nodes, node_numbers)] = np.column_stack(columns)
     return shape

@@ -8,7 +8,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import quote
 
-from ._svg import with_own_names, with_theme
+from ._svg import with_prefixed_identifiers, with_theme
 from .content import Cell, Drawing, Item, MovingShapes
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def _shown(items: list[Item], prefix: str) -> Iterator[_Shown]:
 
 
 def _svg(drawing: Drawing, identifier: str) -> str:
-    named = with_own_names(drawing.svg, f"{identifier}-")
+    named = with_prefixed_identifiers(drawing.svg, f"{identifier}-")
     return with_theme(named) if drawing.follows_theme else named
 
 

@@ -94,7 +94,7 @@ def _root(text: str) -> Element:
     return root
 
 
-def with_own_names(svg: str, prefix: str) -> str:
+def with_prefixed_identifiers(svg: str, prefix: str) -> str:
     """Give the identifiers of a drawing a prefix of its own, and drop those nobody refers to."""
     used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', svg))
 

@@ -45,7 +45,7 @@ def test_the_best_place_of_a_scan_is_near_the_mass(problems):
     assert abs(values["structure.effects.point_mass.mass"][0] - 0.1) < 0.1
 
 
-def test_a_point_is_carried_over_by_names():
+def test_a_point_is_transferred_by_names():
     """Of two attachments the new one may come first, as what they add to a model error does."""
     spring = bp.effects.ground_spring(dist.Uniform(0.1, 0.9), dist.LogUniform(1e3, 1e6))
     mass = bp.effects.point_mass(dist.Uniform(0.1, 0.9), dist.Uniform(0.0, 0.5))
@@ -55,6 +55,8 @@ def test_a_point_is_carried_over_by_names():
         before = Problem(imperfect + first, data)
         problem = before.with_effect(second)
         point = np.random.default_rng(0).normal(size=before.dimension)
-        carried = problem.coordinates.named(_scan.carried_over(before, point, problem)[None])
+        transferred = problem.coordinates.named(
+            _scan.point_in_problem(before, point, problem)[None]
+        )
         for name, values in before.coordinates.named(point[None]).items():
-            np.testing.assert_allclose(carried[name], values, rtol=1e-9)
+            np.testing.assert_allclose(transferred[name], values, rtol=1e-9)
