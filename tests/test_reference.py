@@ -54,27 +54,27 @@ SEEDS, REFERENCE_SEEDS = 5, 20
 def kde_runs(experiment, marginal):
     """Likelihoods and values of 1000 draws from the prior, for several seeds."""
     z = np.asarray(experiment.data(experiment.nominal_measurement()).z)
-    laws = laws_of(experiment, marginal)
-    prior = UnconstrainedModel(lambda: None, laws)
+    priors = priors_of(experiment, marginal)
+    prior = UnconstrainedModel(lambda: None, priors)
     for key in jax.random.split(jax.random.PRNGKey(1), SEEDS):
         vectors = prior.sample_prior(key, 1000)
         likelihood = compiled(likelihoods)(experiment, marginal, z, key, vectors)
-        yield np.asarray(likelihood), compiled(values_of)(laws, vectors)
+        yield np.asarray(likelihood), compiled(values_of)(priors, vectors)
 
 
-def laws_of(experiment, marginal):
+def priors_of(experiment, marginal):
     return {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
 
 
 def likelihoods(experiment, marginal, z, key, vectors):
     data = bp.noise.Data(z, np.ones(z.shape, dtype=bool))
-    laws = laws_of(experiment, marginal)
-    target = UnconstrainedModel(marginal.model(experiment, data, key), laws)
+    priors = priors_of(experiment, marginal)
+    target = UnconstrainedModel(marginal.model(experiment, data, key), priors)
     return jax.lax.map(target.log_likelihood, vectors, batch_size=250)
 
 
-def values_of(laws, vectors):
-    return jax.vmap(UnconstrainedModel(lambda: None, laws).constrain)(vectors)
+def values_of(priors, vectors):
+    return jax.vmap(UnconstrainedModel(lambda: None, priors).constrain)(vectors)
 
 
 @pytest.mark.parametrize(("kernel", "ratios", "places", "kl", "first", "second", "ess"), KDE_TABLE)
@@ -106,8 +106,8 @@ def test_exact_table(sigma, places, expected):
     experiment = bar.placed(*places, bp.noise.Gaussian(sigma))
     marginal = bp.marginals.Quadrature(nodes=48)
     data = experiment.data(experiment.nominal_measurement())
-    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
-    target = UnconstrainedModel(marginal.model(experiment, data, jax.random.PRNGKey(0)), laws)
+    priors = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
+    target = UnconstrainedModel(marginal.model(experiment, data, jax.random.PRNGKey(0)), priors)
     draws = bp.engines.Grid(nodes=24).run(target, jax.random.PRNGKey(0), no_progress)
     weighting = Weighting(np.asarray(draws.log_weight), exact=True)
     values = jax.jit(jax.vmap(jax.vmap(target.constrain)))(draws.position)

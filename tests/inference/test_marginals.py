@@ -41,8 +41,8 @@ def at_ratios(experiment):
 
 def log_likelihood(experiment, marginal, data):
     model = marginal.model(experiment, data, KEY)
-    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
-    target = unconstrained.UnconstrainedModel(model, laws)
+    priors = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
+    target = unconstrained.UnconstrainedModel(model, priors)
     return float(jax.jit(lambda flat: target.log_likelihood(flat))(target.flatten(RATIOS)))
 
 
@@ -55,14 +55,16 @@ def wide():
 
 def brute_force(experiment, data, points):
     """Log of the integral over a full tensor of midpoints of all three positions."""
-    laws = {
+    priors = {
         unknown.name: unknown.distribution
         for unknown in experiment.unknowns
         if unknown.name.endswith("position")
     }
     steps = (np.arange(points) + 0.5) / points
-    grids = np.meshgrid(*(law.icdf(jnp.asarray(steps)) for law in laws.values()), indexing="ij")
-    values = {name: jnp.asarray(grid.ravel()) for name, grid in zip(laws, grids, strict=True)}
+    grids = np.meshgrid(
+        *(prior.icdf(jnp.asarray(steps)) for prior in priors.values()), indexing="ij"
+    )
+    values = {name: jnp.asarray(grid.ravel()) for name, grid in zip(priors, grids, strict=True)}
     fixed = at_ratios(experiment)
 
     def term(places):
@@ -160,8 +162,8 @@ def test_common_draws_make_the_likelihood_smooth_and_fresh_draws_do_not():
     roughness = {}
     for common in (True, False):
         marginal = bp.marginals.KDE(placement_draws=100, common=common)
-        laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
-        target = unconstrained.UnconstrainedModel(marginal.model(experiment, data, KEY), laws)
+        priors = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
+        target = unconstrained.UnconstrainedModel(marginal.model(experiment, data, KEY), priors)
         line = jnp.stack([jnp.full(2, u) for u in np.linspace(-0.01, 0.01, 21)])
         values = np.asarray(jax.jit(jax.vmap(target.log_likelihood))(line))
         np.testing.assert_array_equal(values, jax.jit(jax.vmap(target.log_likelihood))(line))

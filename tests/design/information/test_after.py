@@ -67,19 +67,21 @@ def test_draws_belong_together(linear):
 
 def alternatives(linear):
     """Two explanations that predict different means and spreads."""
-    laws = (([0.4, -1.0], COVARIANCE, 3.0), ([1.1, -0.6], 0.1 * np.eye(2), 1.0))
-    return laws, [
+    distributions = (([0.4, -1.0], COVARIANCE, 3.0), ([1.1, -0.6], 0.1 * np.eye(2), 1.0))
+    return distributions, [
         information.Alternative(str(number), probability, linear, normal_draws(mean, covariance))
-        for number, (mean, covariance, probability) in enumerate(laws)
+        for number, (mean, covariance, probability) in enumerate(distributions)
     ]
 
 
-def mutual_information(laws, count=400_000):
+def mutual_information(distributions, count=400_000):
     """By Monte Carlo with the exact densities of the data."""
-    weights = np.array([weight for *_, weight in laws]) / sum(weight for *_, weight in laws)
+    weights = np.array([weight for *_, weight in distributions]) / sum(
+        weight for *_, weight in distributions
+    )
     exact = [
         multivariate_normal(mean @ ALONG, np.eye(3) + ALONG.T @ covariance @ ALONG)
-        for mean, covariance, _ in [(np.array(m), c, w) for m, c, w in laws]
+        for mean, covariance, _ in [(np.array(m), c, w) for m, c, w in distributions]
     ]
     total = 0.0
     for number, (distribution, weight) in enumerate(zip(exact, weights, strict=True)):
@@ -91,8 +93,8 @@ def mutual_information(laws, count=400_000):
 
 @pytest.mark.long
 def test_separation_is_the_mutual_information(linear):
-    laws, explanations = alternatives(linear)
-    truth = mutual_information(laws)
+    distributions, explanations = alternatives(linear)
+    truth = mutual_information(distributions)
     gain, error = estimated(
         information.Separation(explanations, draws=1024, data_draws=512), linear
     )

@@ -221,7 +221,7 @@ def test_what_is_compiled_does_not_depend_on_where_candidates_are():
     assert len({task.program for task in [first, *different]}) == 3
 
 
-LAWS = [
+DISTRIBUTIONS = [
     dist.Uniform(0.0, 1.0),
     dist.Uniform(0.0, 2.0),
     dist.Uniform(np.zeros(1), 1.0),
@@ -266,7 +266,7 @@ VALUES = [
 ]
 
 
-@pytest.mark.parametrize("values", [LAWS, VALUES])
+@pytest.mark.parametrize("values", [DISTRIBUTIONS, VALUES])
 def test_content_that_differs_has_another_name(values):
     names = [content_hash(value) for value in values]
     assert len(set(names)) == len(names)

@@ -32,11 +32,14 @@ RESIDUAL = MEASURED - DESIGN @ PRIOR_MEAN
 LOG_EVIDENCE = -0.5 * (
     RESIDUAL @ np.linalg.solve(MARGINAL, RESIDUAL) + np.linalg.slogdet(2 * np.pi * MARGINAL)[1]
 )
-LAWS = {"a": dist.Normal(PRIOR_MEAN[0], PRIOR_SD[0]), "b": dist.Normal(PRIOR_MEAN[1], PRIOR_SD[1])}
+PRIORS = {
+    "a": dist.Normal(PRIOR_MEAN[0], PRIOR_SD[0]),
+    "b": dist.Normal(PRIOR_MEAN[1], PRIOR_SD[1]),
+}
 
 
 def linear_gaussian():
-    values = jnp.stack([numpyro.sample(name, law) for name, law in LAWS.items()])
+    values = jnp.stack([numpyro.sample(name, prior) for name, prior in PRIORS.items()])
     numpyro.sample("y", dist.Normal(DESIGN @ values, NOISE), obs=jnp.asarray(MEASURED))
 
 
@@ -48,15 +51,15 @@ def two_modes():
 TWO_MODES = {"x": dist.Uniform(-3.0, 5.0)}
 
 
-def run(engine, model=linear_gaussian, laws=LAWS, key=0, **options):
-    target = UnconstrainedModel(model, laws, **options)
+def run(engine, model=linear_gaussian, priors=PRIORS, key=0, **options):
+    target = UnconstrainedModel(model, priors, **options)
     return target, engine.run(target, jax.random.PRNGKey(key), no_progress)
 
 
 def values(target, draws):
     """Values of both unknowns [chain, draw, unknown]."""
     named = jax.jit(jax.vmap(jax.vmap(target.constrain)))(jnp.asarray(draws.position))
-    return np.stack([named[name] for name in LAWS], axis=-1)
+    return np.stack([named[name] for name in PRIORS], axis=-1)
 
 
 def weights(draws):
@@ -162,8 +165,8 @@ def test_chains_on_their_way_from_far_off_are_not_at_rest():
 
 @pytest.mark.long
 def test_particles_of_smc_do_not_lag_behind_a_prior_that_is_far_wider(optimised):
-    model, laws, _ = posterior("mesquite-logmesquite_logvas")
-    target, draws = run(engines.SMC(particles=4000), model, laws)
+    model, priors, _ = posterior("mesquite-logmesquite_logvas")
+    target, draws = run(engines.SMC(particles=4000), model, priors)
     level = jax.jit(jax.vmap(jax.vmap(target.constrain)))(draws.position)["sigma"]
     # With flat priors 2 / sum of squares is Gamma distributed in 1 / sigma^2, n - p - 1 degrees.
     columns = np.asarray(model.columns)
@@ -252,8 +255,8 @@ def test_laplace_says_when_the_mode_lies_in_a_corner_where_all_is_flat_alike():
         y = numpyro.sample("y", dist.Uniform(-2.0, 5.0))
         numpyro.factor("corner", 1e4 * x + 2e4 * y)
 
-    laws = {"x": dist.Uniform(0.0, 1.0), "y": dist.Uniform(-2.0, 5.0)}
-    target, draws = run(engines.MAP(), rising, laws)
+    priors = {"x": dist.Uniform(0.0, 1.0), "y": dist.Uniform(-2.0, 5.0)}
+    target, draws = run(engines.MAP(), rising, priors)
     assert any("flat at its maximum" in warning for warning in draws.warnings)
     x = jax.vmap(jax.vmap(target.constrain))(draws.position)["x"]
     assert np.mean(np.asarray(x) < 0.5) < 0.01  # none at the other edge
@@ -290,9 +293,9 @@ def test_a_discrete_unknown_is_an_error():
 
 
 def test_a_large_grid_is_an_error():
-    laws = {name: dist.Uniform(0.0, 1.0) for name in "abcde"}
+    priors = {name: dist.Uniform(0.0, 1.0) for name in "abcde"}
     with pytest.raises(ValueError, match=r"engines.Grid\(24\) over 5 unknowns has 8e\+06 nodes"):
-        engines.Grid(nodes=24).run(UnconstrainedModel(linear_gaussian, laws), None, no_progress)
+        engines.Grid(nodes=24).run(UnconstrainedModel(linear_gaussian, priors), None, no_progress)
 
 
 def test_wrong_settings_are_errors():
@@ -305,7 +308,7 @@ def test_wrong_settings_are_errors():
 @pytest.mark.long
 def test_nuts_runs_in_blocks_whatever_the_number_of_draws():
     shares = []
-    target = UnconstrainedModel(linear_gaussian, LAWS)
+    target = UnconstrainedModel(linear_gaussian, PRIORS)
     draws = engines.NUTS(chains=2, warmup=50, draws=49).run(
         target, jax.random.PRNGKey(0), shares.append
     )
@@ -322,14 +325,16 @@ def test_nuts_runs_in_blocks_whatever_the_number_of_draws():
 def test_progress_ends_at_one():
     for engine in (engines.Importance(draws=40, batch=20), engines.NUTS(warmup=20, draws=20)):
         shares = []
-        engine.run(UnconstrainedModel(linear_gaussian, LAWS), jax.random.PRNGKey(0), shares.append)
+        engine.run(
+            UnconstrainedModel(linear_gaussian, PRIORS), jax.random.PRNGKey(0), shares.append
+        )
         assert shares[-1] == pytest.approx(1.0)
         assert shares == sorted(shares)
 
 
 def test_progress_of_a_grid_that_is_refined_never_runs_backwards():
     shares = []
-    target = UnconstrainedModel(linear_gaussian, LAWS)
+    target = UnconstrainedModel(linear_gaussian, PRIORS)
     engines.Grid(nodes=12, batch=12).run(target, jax.random.PRNGKey(0), shares.append)
     assert shares == sorted(shares) and shares[-1] == 1.0
     assert shares[11] == 0.5  # the first of several levels
