@@ -259,7 +259,7 @@ def test_quadrature_over_many_positions_is_an_error():
         model(bp.marginals.Quadrature(nodes=64), setup)
 
 
-def test_quadrature_over_a_law_without_inverse_is_an_error():
+def test_quadrature_over_a_distribution_without_inverse_is_an_error():
     odd = experiment_with(
         [bp.Sensor("s1", at=dist.Beta(2.0, 3.0))],
         [bp.Actuator("a1", at=0.3)],

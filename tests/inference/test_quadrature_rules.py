@@ -33,7 +33,7 @@ def test_quadrature_integrates_over_a_part_of_a_distribution(distribution, betwe
     np.testing.assert_allclose(jnp.sum(weight * jnp.sin(5 * node)), expected, rtol=1e-9)
 
 
-def test_quadrature_over_a_uniform_law_is_exact_for_polynomials():
+def test_quadrature_over_a_uniform_distribution_is_exact_for_polynomials():
     node, weight = rule(dist.Uniform(-1.0, 3.0), 3)
     np.testing.assert_allclose(jnp.sum(weight * node**5), (3**6 - 1) / 6 / 4, rtol=1e-13)
 
@@ -47,20 +47,20 @@ def test_quadrature_of_a_vector_is_refused():
         rule(distribution, 4)
 
 
-def test_quadrature_of_a_law_that_cannot_be_inverted_is_refused():
+def test_quadrature_of_a_distribution_that_cannot_be_inverted_is_refused():
     distribution = dist.VonMises(0.0, 3.0)
     with pytest.raises(InfeasibleError, match=r"which VonMises lacks. Use marginals.Latent\(\)"):
         rule(distribution, 4)
 
 
-def test_quadrature_of_a_law_whose_inverse_is_not_installed_is_refused(monkeypatch):
+def test_quadrature_of_a_distribution_whose_inverse_is_not_installed_is_refused(monkeypatch):
     # NumPyro inverts a beta distribution by TensorFlow Probability, which is no dependency of ours.
     monkeypatch.setitem(sys.modules, "tensorflow_probability", None)
     with pytest.raises(InfeasibleError, match=r"which Beta lacks. Use marginals.Latent\(\)"):
         rule(dist.Beta(2.0, 5.0), 4)
 
 
-def test_a_finite_law_is_summed():
+def test_a_finite_distribution_is_summed():
     distribution = dist.Categorical(probs=np.array([0.2, 0.5, 0.3]))
     node, weight = rule(distribution, 64)
     np.testing.assert_array_equal(node, [0, 1, 2])

@@ -76,9 +76,8 @@ def alternatives(linear):
 
 def mutual_information(distributions, count=400_000):
     """By Monte Carlo with the exact densities of the data."""
-    weights = np.array([weight for *_, weight in distributions]) / sum(
-        weight for *_, weight in distributions
-    )
+    weights = np.array([weight for *_, weight in distributions])
+    weights /= weights.sum()
     exact = [
         multivariate_normal(mean @ ALONG, np.eye(3) + ALONG.T @ covariance @ ALONG)
         for mean, covariance, _ in [(np.array(m), c, w) for m, c, w in distributions]
