@@ -98,13 +98,14 @@ class _Pencil(NamedTuple):
     residual: np.ndarray
 
     def attached(self, omega: float) -> tuple[float, np.ndarray]:
-        """Modulus over that as drawn [1], and stiffness between ports as kept modes feel it."""
+        """Modulus over that as drawn [1], and stiffness between ports, in series with `residual`."""
         modulus, stiffness = compiled(_at_line)(self.structure, jnp.array([omega]))
-        return float(modulus), self._felt(float(modulus), np.asarray(stiffness))
+        return float(modulus), self._in_series(float(modulus), np.asarray(stiffness))
 
-    def _felt(self, modulus: float, stiffness: np.ndarray) -> np.ndarray:
-        felt = np.eye(stiffness.size) + stiffness[:, None] * self.residual / modulus
-        return np.linalg.solve(felt, np.diag(stiffness))
+    def _in_series(self, modulus: float, stiffness: np.ndarray) -> np.ndarray:
+        # (1 + Z R)^-1 Z, as `_Ports` of an oscillator.
+        factor = np.eye(stiffness.size) + stiffness[:, None] * self.residual / modulus
+        return np.linalg.solve(factor, np.diag(stiffness))
 
     def matrix(self, omega: float) -> np.ndarray:
         """Modal dynamic stiffness [(rad/s)^2]."""
