@@ -98,7 +98,7 @@ class _Pencil(NamedTuple):
     residual: np.ndarray
 
     def attached(self, omega: float) -> tuple[float, np.ndarray]:
-        """Modulus over that as drawn [1], and stiffness between ports, in series with `residual`."""
+        """Modulus over that as drawn [1], and stiffness of ports in series with `residual`."""
         modulus, stiffness = compiled(_at_line)(self.structure, jnp.array([omega]))
         return float(modulus), self._in_series(float(modulus), np.asarray(stiffness))
 
