@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import csc_array
 
-from ..._sites import is_unknown
+from ..._sites import checked_name, is_unknown
 from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.tolerances import Tolerance
 from ...positions.vectors import CartesianComponents, triple
@@ -160,7 +160,7 @@ def affine(
     Structure: AffineModes, Modal damping
     """
     _check_rows(interpolation)
-    _check_numbers(parameters)
+    _check_parameters(parameters)
     powers = powers or {}
     named = [name for name in matrices.regions if name in parameters or name in powers]
     stiffness = {name: matrices.regions[name] for name in named} | dict(stiffness or {})
@@ -272,9 +272,10 @@ def _check_rows(interpolation: Interpolation) -> None:
         )
 
 
-def _check_numbers(parameters: Mapping[str, Parameter]) -> None:
-    """Refuse numbers that are not above zero; distributions are checked by their ranges."""
+def _check_parameters(parameters: Mapping[str, Parameter]) -> None:
+    """Refuse names of several words, and numbers not above zero; ranges check distributions."""
     for name, value in parameters.items():
+        checked_name("A parameter of the name", name)
         if not is_unknown(value) and not isinstance(value, jax.core.Tracer):
             check_positive(f"parameters[{name!r}]", value, f"parameters={{{name!r}: 1.0}}")
 

@@ -437,6 +437,8 @@ def test_ranges_follow_quantiles_and_powers():
     ("changes", "message"),
     [
         (dict(parameters={"roof": LAW}), 'parameter "roof" scales nothing; the parts are none'),
+        (dict(parameters={"beam.root": LAW}), r"parameter of the name 'beam\.root'.*\"beam_root\""),
+        (dict(parameters={"": LAW}), "parameter of the name '' was given"),
         (dict(parameters={"corner": LAW, "roof": LAW}), r'parts are "corner".*stiffness=\{"roof"'),
         (dict(powers={"roof": {"corner": 1}}), 'powers names "roof", but the parts'),
         (dict(powers={"corner": {"modulus": 1}}), 'part "corner" is scaled by "modulus", but'),
