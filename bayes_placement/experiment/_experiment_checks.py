@@ -1,7 +1,7 @@
 """Checks of the arguments of an experiment: lines, force levels, mounting of the sensors."""
 
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import jax
 import numpy as np
@@ -15,6 +15,9 @@ from .observation import Observation
 from .recording import MOUNTINGS
 from .structure import Structure
 from .transducers import Actuator, Sensor, Transducer
+
+if TYPE_CHECKING:  # the class imports this module
+    from .experiment import Experiment
 
 SHOWN = 5
 """Names that a message lists."""
@@ -54,7 +57,7 @@ def kinds(structure: Any, sensors: Any, actuators: Any, observe: Any, noise: Any
         )
 
 
-def all_known(experiment: Any) -> None:
+def all_known(experiment: "Experiment") -> None:
     """Refuse an experiment whose response depends on something unknown.
 
     Raises

@@ -1,7 +1,7 @@
 """The table of an experiment: every unknown with its prior, unit and role."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -10,11 +10,14 @@ from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from .._sites import Role, Unknown
 
+if TYPE_CHECKING:  # the class imports this module
+    from .experiment import Experiment
+
 HEADINGS = ("unknown", "prior", "unit", "role")
 """Headings of the table."""
 
 
-def sentence_on(experiment: Any) -> str:
+def sentence_on(experiment: "Experiment") -> str:
     """Say how many channels and lines an experiment observes."""
     lines = np.asarray(experiment.frequency)
     sensors, actuators = len(experiment.sensor_channels), len(experiment.actuator_channels)

@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import equinox as eqx
 import numpy as np
@@ -12,6 +12,9 @@ from .._types import InputError, Receptance, Response
 from ..positions.channel import Channel
 from ._data import Data
 from .quantities import quantity_of
+
+if TYPE_CHECKING:  # the class imports this module
+    from .experiment import Experiment
 
 FRF = Inexact[Array, "sensor actuator *force_level frequency"]
 Variance = Float[Array, "sensor actuator *force_level frequency"]
@@ -101,7 +104,7 @@ class Observation(eqx.Module):
                 f"{self.quantity}. Drop 0 Hz: frequency[frequency > 0]."
             )
 
-    def predicted(self, experiment: Any) -> Response:
+    def predicted(self, experiment: "Experiment") -> Response:
         """Outputs z of an experiment without output error."""
         return self.output(experiment.frf())
 

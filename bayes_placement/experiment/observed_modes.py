@@ -1,7 +1,7 @@
 """The observation of modal parameters: natural frequencies, damping ratios and mode shapes."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -17,6 +17,9 @@ from ._mode_pairs import MeasuredShapes, assurance, paired
 from ._oscillator import Branches, Oscillator
 from .modal_parameters import DAMPING, FREQUENCY, SHAPE, ModalParameters
 from .observation import FRF, AngularFrequencies, Measured, Observation, Variance
+
+if TYPE_CHECKING:  # the class imports this module
+    from .experiment import Experiment
 
 COLUMN = "modes"
 """Name of the only column of the outputs."""
@@ -186,14 +189,14 @@ class Modes(Observation):
         """Name of the only column."""
         return [COLUMN]
 
-    def predicted(self, experiment: Any) -> Response:
+    def predicted(self, experiment: "Experiment") -> Response:
         """Outputs of an experiment without output error: see the class."""
         modal, _, _ = self._modal(self._oscillator(experiment))
         axes = (1, 1, 1, 1, 0, 0)
         parts = (modal, self.values, self._sigma(), self.present, self.root, self.reference)
         return jax.vmap(_comparable, axes, 1)(*map(jnp.asarray, parts))[:, None]
 
-    def of_model(self, experiment: Any) -> ModesOfModel:
+    def of_model(self, experiment: "Experiment") -> ModesOfModel:
         """Modes of an experiment that are paired with the measured ones, and how alike shapes are.
 
         Parameters
@@ -210,7 +213,7 @@ class Modes(Observation):
             criterion, _ = jax.vmap(assurance, (0, None))(self._measured_shapes(), shapes)
         return ModesOfModel(values, chosen - rigid + 1, criterion)
 
-    def _oscillator(self, experiment: Any) -> Oscillator:
+    def _oscillator(self, experiment: "Experiment") -> Oscillator:
         all_known(experiment)
         effects = [effect for _, effect in sorted(experiment.instrument_effects.items())]
         return Oscillator.of(

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..._types import InfeasibleError, InputError
+from ..._types import InputError
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment, Measurements
@@ -41,7 +41,7 @@ from ._search import NARROW, VARIANTS_WITH_ERRORS, Tick, promising
 def state_of(experiment: Experiment, measurement: Measurements) -> State:
     """An earlier state of an experiment, with the lines and transducers that were measured."""
     if isinstance(measurement, ModalParameters) or experiment.observe.is_modal:
-        raise InfeasibleError(
+        raise InputError(
             "An earlier state was given with modal parameters; FRFs of both states are needed, "
             "since the modes of each are paired by an observation of its own. Explain each state "
             "by itself, bp.explain(experiment, modes), or observe FRFs."

@@ -9,6 +9,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects, explain, improve
+from bayes_placement._types import InputError
 from bayes_placement.criticism.missing._before_and_after import state_of
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.inference.residuals_of_state import State
@@ -144,6 +145,13 @@ def test_a_baseline_of_other_channels_is_refused(before):
     renamed = dataclasses.replace(before, sensors=others)
     with pytest.raises(ValueError, match="shares no line, no sensor or no actuator"):
         state_of(experiment(), renamed)
+
+
+def test_modal_parameters_as_a_baseline_are_a_wrong_argument(before):
+    modes = bp.ModalParameters([160.0], [0.1])
+    with pytest.raises(InputError, match="FRFs of both states are needed") as refused:
+        improve(experiment(), before, baseline=modes)
+    assert refused.type is InputError, "another method would not help"
 
 
 @pytest.mark.long
