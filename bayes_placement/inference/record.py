@@ -8,7 +8,7 @@ from typing import Any
 from ..experiment.content_hash import content_hash
 from ..experiment.experiment import Experiment
 
-PACKAGES = ("bayes_placement", "numpyro", "jax", "numpy", "blackjax", "arviz-base")
+PACKAGES = ("bayes_placement", "numpyro", "jax", "numpy", "blackjax", "arviz-stats")
 
 
 def versions() -> dict[str, str]:
