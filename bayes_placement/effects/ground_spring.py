@@ -12,7 +12,7 @@ from .._sites import unit
 from .._types import Parameter
 from .effect import Attachment, Direction, Omega, Place, Stiffness
 from .scales import Scales
-from .signed import negative_log_uniform
+from .signed import negative_log_uniform, where_negative
 
 
 class GroundSpring(Attachment):
@@ -48,7 +48,7 @@ class GroundSpring(Attachment):
 
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
         """Say that a spring of the model is too stiff, where the estimate is negative."""
-        return "less than assumed" if estimates.get("stiffness", (0.0, 0.0))[0] < 0 else ""
+        return where_negative("stiffness", estimates, "less than assumed")
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["GroundSpring"]:

@@ -18,7 +18,7 @@ from . import _setting_words
 from .effect import Hinged, Location, Place, placed
 from .instruments import Instruments
 from .scales import Scales
-from .signed import negative_log_uniform
+from .signed import negative_log_uniform, where_negative
 
 
 class LocalStiffnessLoss(Hinged):
@@ -84,7 +84,7 @@ class LocalStiffnessLoss(Hinged):
 
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
         """Say that stiffness was added, where the loss is negative."""
-        return "stiffer, not softer" if estimates.get("loss", (0.0, 0.0))[0] < 0 else ""
+        return where_negative("loss", estimates, "stiffer, not softer")
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["LocalStiffnessLoss"]:

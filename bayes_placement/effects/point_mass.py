@@ -10,7 +10,7 @@ from .._sites import unit
 from .._types import Parameter
 from .effect import Attachment, Omega, Place, Stiffness
 from .scales import Scales
-from .signed import negative_log_uniform
+from .signed import negative_log_uniform, where_negative
 
 
 class PointMass(Attachment):
@@ -43,7 +43,7 @@ class PointMass(Attachment):
 
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
         """Say that a mass was removed, where the estimate is negative."""
-        return "removed" if estimates.get("mass", (0.0, 0.0))[0] < 0 else ""
+        return where_negative("mass", estimates, "removed")
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["PointMass"]:

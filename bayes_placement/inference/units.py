@@ -63,6 +63,11 @@ def readable(unit: str, field: str, size: float) -> ReadableUnit:
     return ReadableUnit(factor, name)
 
 
+def percent(share: float) -> str:
+    """Write a share in percent with two digits, or with all before the point."""
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
+
+
 def decimals(deviation: float) -> int:
     """Decimals that show two digits of a standard deviation; at most twelve."""
     if not (np.isfinite(deviation) and deviation > 0):

@@ -1,5 +1,6 @@
 """What every reader does first: look at the file, and turn errors of libraries into ours."""
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -141,3 +142,8 @@ def _unreadable(path: Path, contents: str, remedy: str, error: Exception) -> Inp
         f"{path} cannot be read as {contents} ({type(error).__name__}: {reason}); a complete file "
         f"is needed. {remedy}"
     )
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value of a file of JSON or TOML is a finite number."""
+    return isinstance(value, int | float) and type(value) is not bool and math.isfinite(value)

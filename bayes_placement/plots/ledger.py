@@ -13,6 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from .._types import arguments_checked
+from ..criticism.check.check import LEVEL
 from ..criticism.fitted import effect_places
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
@@ -33,9 +34,6 @@ from ._figures import (
     phase_axis,
     unbroken,
 )
-
-LEVEL = 0.01
-"""Corrected p-value below which a score is more than chance."""
 
 MOST_SENSORS = 3
 """Sensors on a page of responses."""

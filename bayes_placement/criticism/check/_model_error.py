@@ -8,6 +8,7 @@ import xarray as xr
 
 from ..._sites import Role
 from ...experiment.model_error import OF_WHAT
+from ...inference.units import percent
 
 COUNTED = {
     "frequency": "mode",
@@ -47,8 +48,8 @@ class Errors(NamedTuple):
         if np.isnan(self.size):
             return f"{of_what} by at most {abs(self.largest):.2g} times its size ({self.where})"
         return (
-            f"{of_what} by {_percent(self.size)} (90 %: {_percent(self.low)} to "
-            f"{_percent(self.high)}; {self.where}: {_percent(self.largest)})"
+            f"{of_what} by {percent(self.size)} (90 %: {percent(self.low)} to "
+            f"{percent(self.high)}; {self.where}: {percent(self.largest)})"
         )
 
 
@@ -92,7 +93,3 @@ def _means(array: xr.DataArray, size: np.ndarray) -> Iterator[tuple[str, float]]
         number = f"{counted} {index[-1] + 1}" if counted else ""
         number += f" of {means.size}" if counted == "piece" else ""
         yield ", ".join(filter(None, [transducer, number])), float(mean)
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

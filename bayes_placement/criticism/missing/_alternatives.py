@@ -6,9 +6,10 @@ import numpy as np
 
 from ...inference.alternative_explanation import Alternative
 from ...inference.engines.about_mode import SampledPosterior
+from ..check.check import LEVEL
 from ._estimates import laplace
 from ._hypotheses import Hypothesis
-from ._posterior_odds import LEVEL, NOTHING, STRONG, Comparison, p_value
+from ._posterior_odds import NOTHING, STRONG, Comparison, p_value
 
 
 def alternatives(

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
+from ..check.check import LEVEL
 from ._hypotheses import Hypothesis, ScannedCandidate
 from ._unknown_noise import is_noise_known, scatter
 
@@ -24,9 +25,6 @@ LARGEST_FACTOR = 1e3
 
 STRONG = np.log(20.0)
 """Log Bayes factor of strong evidence (Kass and Raftery, doi:10.1080/01621459.1995.10476572)."""
-
-LEVEL = 0.01
-"""Probability that a correct model fails its check."""
 
 
 class Comparison(NamedTuple):

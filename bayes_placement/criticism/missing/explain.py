@@ -9,10 +9,10 @@ from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ...inference.record import record
+from ..check.check import LEVEL
 from ._alternatives import alternatives
 from ._candidates import candidates_of, check_experiment
 from ._kept_fits import fits_kept_in
-from ._posterior_odds import LEVEL
 from ._score_test import suspicion
 from ._with_errors import Question, answered, ticks
 from .fitted_model import fitted_model, sampled_finalists

@@ -23,13 +23,14 @@ from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
 from ...inference.record import record
+from ..check.check import LEVEL
 from ._alternatives import alternatives
 from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions
 from ._changes import FoundEffect, found_effects
 from ._hypotheses import Hypothesis
 from ._kept_fits import fits_kept_in
-from ._posterior_odds import LEVEL, Comparison, p_value, steps_to
+from ._posterior_odds import Comparison, p_value, steps_to
 from ._score_test import suspicion
 from ._with_errors import Question, answered, ticks
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists

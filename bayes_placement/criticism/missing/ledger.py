@@ -13,6 +13,7 @@ from ...experiment.experiment import Experiment
 from ...experiment.model_error import OF_WHAT
 from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
+from ...inference.units import percent
 from ._posterior_odds import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank, number_or_none
 
@@ -266,8 +267,8 @@ def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
     """Say how much model error a model needs, and how much it needed before."""
     parts = []
     for kind, size in step.model_error.items():
-        was = "" if before is None else f" (before: {_percent(before.model_error[kind].mean)})"
-        parts.append(f"{OF_WHAT[kind]} by {_percent(size.mean)}{was}")
+        was = "" if before is None else f" (before: {percent(before.model_error[kind].mean)})"
+        parts.append(f"{OF_WHAT[kind]} by {percent(size.mean)}{was}")
     return f"The model needs to err: {', '.join(parts)}."
 
 
@@ -297,14 +298,10 @@ def misfit_columns(step: FittedModel) -> dict[str, str]:
     if noise is None:
         return {"chi2 per datum": number_or_blank(step.chi2_per_datum, ".4g")}
     return {
-        "noise needed": _percent(noise.relative),
+        "noise needed": percent(noise.relative),
         "over coherence": number_or_blank(noise.over_coherence, ".2g"),
         "over scatter": number_or_blank(noise.over_scatter, ".2g"),
     }
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
 def _model_error_columns(step: FittedModel) -> dict[str, str]:
@@ -312,7 +309,7 @@ def _model_error_columns(step: FittedModel) -> dict[str, str]:
         return {}
     known = step.noise_needed is None
     exact = {"exact chi2": number_or_blank(step.chi2_when_exact, ".4g")} if known else {}
-    return exact | {kind: _percent(size.mean) for kind, size in step.model_error.items()}
+    return exact | {kind: percent(size.mean) for kind, size in step.model_error.items()}
 
 
 def confounded_sentence(kind: str, other: str) -> str:

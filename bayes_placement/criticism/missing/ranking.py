@@ -10,7 +10,8 @@ import pandas as pd
 from ..._files import write_json
 from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
-from ._posterior_odds import LEVEL, NONE, NOTHING
+from ..check.check import LEVEL
+from ._posterior_odds import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank, number_or_none
 from .ledger import (
     DOUBTED,

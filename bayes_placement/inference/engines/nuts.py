@@ -13,7 +13,9 @@ from ..._compiled import compiled
 from ..._types import Key, Progress, check_count, check_fields, check_positive
 from .engine import Engine, EngineDraws, PosteriorDensity
 
-GOOD_R_HAT = 1.01
+R_HAT_OF_CHAINS = 1.01
+"""Greatest R-hat of chains that have mixed (Vehtari et al., doi:10.1214/20-BA1221)."""
+
 SEPARATE = 3.0
 """R-hat of chains at rest above which they sit in modes between which they do not hop."""
 
@@ -184,11 +186,11 @@ def _words_on_stop(r_hat: float, steps: int, total: int) -> str:
 
 def _warnings(r_hat: float, divergences: int, draws: int) -> tuple[str, ...]:
     warnings = []
-    if r_hat > GOOD_R_HAT:
+    if r_hat > R_HAT_OF_CHAINS:
         warnings.append(
-            f"The chains have not mixed: R-hat = {r_hat:.3f} is above {GOOD_R_HAT}; the posterior "
-            "may have separate modes, which NUTS does not hop between, so use engines.SMC(), or "
-            "run longer chains."
+            f"The chains have not mixed: R-hat = {r_hat:.3f} is above {R_HAT_OF_CHAINS}; the "
+            "posterior may have separate modes, which NUTS does not hop between, so use "
+            "engines.SMC(), or run longer chains."
         )
     if divergences > 0.01 * draws:
         warnings.append(

@@ -21,7 +21,9 @@ from ..memory import affordable_batch, mapped
 from . import _trajectories as trajectories
 from .engine import Engine, EngineDraws, PosteriorDensity, log_likelihood
 
-GOOD_R_HAT = 1.05
+R_HAT_OF_POPULATIONS = 1.05
+"""Greatest R-hat of independent populations that agree."""
+
 TARGET_ACCEPTANCE = 0.25
 NEIGHBOURS = 4
 """Particles of which the nearest makes a step, so that most steps stay within a mode."""
@@ -357,9 +359,10 @@ def _warnings(r_hat: float, stuck: int, populations: int) -> tuple[str, ...]:
             "hundredth of the evidence that others found, and went on from these: there may be "
             "better modes still; use more particles, SMC(particles=8000)."
         )
-    if r_hat > GOOD_R_HAT:
+    if r_hat > R_HAT_OF_POPULATIONS:
         warnings.append(
             f"The independent SMC populations disagree: R-hat = {r_hat:.3f} is above "
-            f"{GOOD_R_HAT}; use more particles or more moves, SMC(particles=8000, moves=60)."
+            f"{R_HAT_OF_POPULATIONS}; use more particles or more moves, "
+            "SMC(particles=8000, moves=60)."
         )
     return tuple(warnings)

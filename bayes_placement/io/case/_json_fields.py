@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError
-from .._gate import reading
+from .._gate import is_number, reading
 
 _MOST_BYTES = 16 << 20
 _DEEPEST = 30
@@ -243,11 +243,6 @@ def numbers(
             and accepts(value)
         ),
     )
-
-
-def is_number(value: Any) -> bool:
-    """Tell whether a JSON value is a finite number."""
-    return isinstance(value, int | float) and type(value) is not bool and math.isfinite(value)
 
 
 def _are_objects(value: Any, least: int) -> bool:

@@ -13,13 +13,13 @@ from ...experiment.noise import Noise
 from ...experiment.quantities import QUANTITIES
 from ...positions.channel import Channel
 from .. import uff
+from .._gate import is_number
 from ._json_fields import (
     CaseError,
     FieldRule,
     JsonObject,
     choice,
     integer,
-    is_number,
     numbers,
 )
 from ._noise import stated_noise

@@ -9,7 +9,8 @@ from numpyro.distributions import LogUniform
 from ..._types import Parameter
 from ...experiment.measurement import Measurement
 from ...experiment.noise import FromCoherence, FromVariance, Noise, Relative
-from ._json_fields import CaseError, FieldRule, JsonObject, is_number
+from .._gate import is_number
+from ._json_fields import CaseError, FieldRule, JsonObject
 
 RATIO, FLOOR = (1e-3, 0.3), (1e-4, 0.3)
 """Noise over |H|, and over the median of |H|, where neither the case nor a coherence states it."""

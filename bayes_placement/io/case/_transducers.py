@@ -7,8 +7,9 @@ from numpyro.distributions import Normal, Uniform
 
 from ..._types import Parameter
 from ...positions.tolerances import Box, Segment
+from .._gate import is_number
 from ._finite_elements import FiniteElementStructure
-from ._json_fields import FieldRule, between, is_number, numbers
+from ._json_fields import FieldRule, between, numbers
 from ._line import NominalStructure
 from ._measurement import RecordedTransducer
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError
-from .._gate import existing, reading
+from .._gate import existing, is_number, reading
 
 _MOST_BYTES = 1 << 20
 
@@ -127,11 +127,6 @@ def load(path: Path) -> TomlTable:
 def is_text(value: Any) -> bool:
     """Whether a value is a text that is not blank."""
     return isinstance(value, str) and bool(value.strip())
-
-
-def is_number(value: Any) -> bool:
-    """Whether a value is a finite number."""
-    return isinstance(value, int | float) and type(value) is not bool and math.isfinite(value)
 
 
 def is_column(value: Any) -> bool:

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError, check_kind
-from ._toml_fields import TomlTable, are_texts, is_column, is_number, is_text, load
+from .._gate import is_number
+from ._toml_fields import TomlTable, are_texts, is_column, is_text, load
 
 AXES = ("frequency", "sensor", "actuator")
 CONVENTIONS = {"exp(+i w t)": False, "exp(-i w t)": True}

@@ -2,10 +2,8 @@
 
 import numpy as np
 
+from ...inference.summary import INTERVAL
 from ...inference.units import decimals
-
-INTERVAL = (2.5, 97.5)
-"""Percentiles between which 95 % lie."""
 
 
 def rounded(value: float, spread: float) -> float:
@@ -16,6 +14,6 @@ def rounded(value: float, spread: float) -> float:
 def rounded_summary(draws: np.ndarray) -> tuple[float, float, float, float]:
     """Mean, standard deviation and both ends of the 95 % interval of draws, rounded."""
     spread = float(draws.std())
-    numbers = (draws.mean(), *np.percentile(draws, INTERVAL))
+    numbers = (draws.mean(), *np.quantile(draws, INTERVAL))
     mean, low, high = (rounded(float(number), spread) for number in numbers)
     return mean, float(f"{spread:.2g}"), low, high

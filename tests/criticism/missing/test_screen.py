@@ -6,9 +6,10 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
+from bayes_placement.criticism.check.check import LEVEL
 from bayes_placement.criticism.missing._candidates import candidates_of
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
-from bayes_placement.criticism.missing._posterior_odds import LEVEL, passes
+from bayes_placement.criticism.missing._posterior_odds import passes
 from bayes_placement.criticism.missing._screen import ALWAYS, _ErroneousModel, worth_fitting
 from bayes_placement.criticism.missing._search import single_effects
 from bayes_placement.inference.engines.levenberg_marquardt import minimise

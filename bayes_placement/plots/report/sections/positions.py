@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ....inference.summary import INTERVAL
 from .._placed_items import name_of, placed_items
 from .._projection import Projection, draw_outline
 from .._saved import Saved
 from .._style import drawing, legend, panels
 from .._svg import AFTER, DATA, FAINT, FLOOR, INK
-from .._units import INTERVAL, rounded_summary
+from .._units import rounded_summary
 from ..content import Drawing, Item, Table
 from ..report import PLACES
 
@@ -162,7 +163,7 @@ def _deviations(places: xr.Dataset, data: Table) -> Drawing:
         )
         low, high = float(prior.min()), float(prior.max())
         panel.barh(number, high - low, left=low, height=0.6, color=FAINT, label="tolerance")
-        ends = np.percentile(posterior, INTERVAL)
+        ends = np.quantile(posterior, INTERVAL)
         panel.plot(ends, [number, number], color=AFTER, linewidth=2.5, label="95 % interval")
         mean: dict[str, Any] = {"color": AFTER, "markersize": 5, "linestyle": "none"}
         panel.plot(posterior.mean(), number, "o", label="inferred", **mean)

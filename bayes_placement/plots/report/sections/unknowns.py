@@ -8,12 +8,12 @@ import pandas as pd
 import xarray as xr
 
 from ....inference.estimates import scalars
-from ....inference.summary import summary
+from ....inference.summary import INTERVAL, summary
 from ....inference.units import ReadableUnit, readable
 from .._saved import Saved
 from .._style import drawing, legend, panels
 from .._svg import AFTER, FLOOR
-from .._units import INTERVAL, rounded_summary
+from .._units import rounded_summary
 from ..content import Item, Table, Text
 from ..report import UNKNOWNS
 
@@ -84,7 +84,7 @@ def _table(unknowns: list[_Unknown]) -> Table:
     )
     rows = []
     for unknown in unknowns:
-        before = [float(f"{end:.3g}") for end in np.percentile(unknown.prior, INTERVAL)]
+        before = [float(f"{end:.3g}") for end in np.quantile(unknown.prior, INTERVAL)]
         after: tuple[Any, ...] = (None,) * 4
         if unknown.posterior.size:
             after = rounded_summary(unknown.posterior)
