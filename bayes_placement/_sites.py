@@ -63,8 +63,8 @@ class Unknown(NamedTuple):
         Unit of its value.
     name
         Its path through the tree, for people, files and NumPyro: `sensor.s1.position.x`.
-    component
-        Its path within the field, empty where it is all of it: `x`.
+    path
+        Words of its path within the field, none where it is all of it: `("x",)`.
     """
 
     owner: Owner
@@ -73,7 +73,12 @@ class Unknown(NamedTuple):
     distribution: Distribution
     unit: str
     name: str
-    component: str = ""
+    path: tuple[str, ...] = ()
+
+    @property
+    def component(self) -> str:
+        """Its path within the field as one word, empty where it is all of it: `x`."""
+        return ".".join(self.path)
 
     @property
     def is_placement(self) -> bool:
@@ -304,8 +309,8 @@ _kept_descriptions = functools.lru_cache(maxsize=512)(_new_descriptions)
 
 def _unknown(of: _Description, leaf: Distribution) -> Unknown:
     steps = of.steps
-    field, *components = steps.within or ("",)
-    return Unknown(steps.owner, field, steps.role, leaf, steps.unit, of.name, ".".join(components))
+    field, *path = steps.within or ("",)
+    return Unknown(steps.owner, field, steps.role, leaf, steps.unit, of.name, tuple(path))
 
 
 def _leaf(of: _Description, leaf: Any) -> Leaf:

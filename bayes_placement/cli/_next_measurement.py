@@ -11,10 +11,11 @@ import pandas as pd
 from .._types import PackageError
 from ..design import information
 from ..design.information.estimator import Estimator
-from ..design.place import place
+from ..design.place import place, position_columns
 from ..design.planned import planned
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.resized import with_lines
+from ..experiment.transducers import Sensor
 from ..inference.alternative_explanation import Alternative
 from ..positions.bounds import position_text
 from ._positions_to_try import can_be_at, positions_on
@@ -54,13 +55,13 @@ def next_measurement(
     if len(alternatives) < 2:
         words = "Of the explanations tried one is left: a next measurement has nothing to decide"
         return _only(f"{words}; bayes-placement place MODEL says where its numbers get sharper.")
-    sensor = next(iter(experiment.sensor))
+    sensor = next(iter(experiment.sensor.values()))
     try:
         few = with_lines(planned(experiment, measurement), LINES)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", information.InformationWarning)
             estimator = information.Separation(alternatives=tuple(alternatives))
-            best = _search(few, sensor, estimator)
+            best = _search(few, sensor.name, estimator)
     except PackageError as error:
         return _only(f"Where to measure next was not searched for: {error}")
     return _in_words(best, sensor, alternatives)
@@ -90,9 +91,9 @@ def _search(experiment: Experiment, sensor: str, estimator: Estimator) -> pd.Dat
 
 
 def _in_words(
-    table: pd.DataFrame, sensor: str, alternatives: Sequence[Alternative]
+    table: pd.DataFrame, sensor: Sensor, alternatives: Sequence[Alternative]
 ) -> dict[str, Any]:
-    axes = [column for column in map(str, table) if column.partition(".")[0] == sensor]
+    axes = position_columns(sensor.name, sensor.recorded)
     best = table.iloc[0]
     where = position_text(np.round(best[axes].to_numpy(float).squeeze(), 4))
     shares = np.array([alternative.probability for alternative in alternatives])
@@ -102,10 +103,10 @@ def _in_words(
     names = " and ".join(alternative.name for alternative in alternatives[:2])
     shown = table[[*axes, "information_gain", "information_gain_se"]]
     return {
-        "sentence": f"With {sensor} at {where} m, and all else where it is, one more measurement "
-        f"tells {names} apart best: {gain} of the {entropy:.2g} nat that decide.",
+        "sentence": f"With {sensor.name} at {where} m, and all else where it is, one more "
+        f"measurement tells {names} apart best: {gain} of the {entropy:.2g} nat that decide.",
         "columns": [*(f"{axis} [m]" for axis in axes), "expected gain [nat]", "its error [nat]"],
         "rows": shown.to_numpy(float).tolist(),
-        "caption": f"Expected gain of one more measurement with {sensor} moved; its tolerance "
+        "caption": f"Expected gain of one more measurement with {sensor.name} moved; its tolerance "
         "counts, bars are two standard errors.",
     }

@@ -31,6 +31,7 @@ from ._run import Output, Run
 from ._terminal import Screen
 
 Results = dict[str, xr.DataTree]
+OfUnknowns = Mapping[str, tuple[str, str]]
 
 TITLE = """\
 Cross-check. variation: posterior standard deviation over mean, the uncertainty that is left.
@@ -181,24 +182,24 @@ def _verdict(rows: list[summaries.UnknownSummary], method: str) -> str:
 
 def _print(screen: Screen, comparison: Report) -> None:
     screen.text(TITLE)
-    for table in _tables(screen.console, comparison.table):
+    for table in _tables(screen.console, comparison.table, comparison.of_unknowns):
         screen.show(table)
     screen.list(comparison.words()[:-1])
 
 
-def _tables(console: Console, figures: pd.DataFrame) -> Iterator[Table]:
+def _tables(console: Console, figures: pd.DataFrame, of_unknowns: OfUnknowns) -> Iterator[Table]:
     """Tables of as many methods as fit side by side, so that no figure is broken into lines."""
     first, last = 0, 1
     while first < len(figures):
-        wider = _table(figures.iloc[first : last + 1])
+        wider = _table(figures.iloc[first : last + 1], of_unknowns)
         if last < len(figures) and console.measure(wider).maximum < console.width:
             last += 1
         else:
-            yield _table(figures.iloc[first:last])
+            yield _table(figures.iloc[first:last], of_unknowns)
             first, last = last, last + 1
 
 
-def _table(figures: pd.DataFrame) -> Table:
+def _table(figures: pd.DataFrame, of_unknowns: OfUnknowns) -> Table:
     """One column for each method; mean and variation stand below the name of their unknown."""
     table = Table(box=SIMPLE_HEAD)
     table.add_column("figure", overflow="fold")
@@ -206,11 +207,10 @@ def _table(figures: pd.DataFrame) -> Table:
         table.add_column(str(method), justify="right", no_wrap=True)
     heading = ""
     for figure, row in figures.T.iterrows():
-        unknown, _, statistic = str(figure).rpartition(" ")
-        grouped = statistic in ("mean", "variation")
-        if grouped and unknown != heading:
+        unknown, statistic = of_unknowns.get(str(figure), ("", str(figure)))
+        if unknown and unknown != heading:
             table.add_row(unknown)
-        table.add_row(f"  {statistic}" if grouped else str(figure), *(str(value) for value in row))
+        table.add_row(f"  {statistic}" if unknown else statistic, *(str(value) for value in row))
         heading = unknown
     return table
 

@@ -232,10 +232,20 @@ def _lead_over_second(trials: Trials, net: np.ndarray, order: np.ndarray) -> tup
 
 def _row(positions: Mapping[str, Any]) -> dict[str, float]:
     """Coordinates of each transducer."""
-    row = {}
+    row: dict[str, float] = {}
     for name, at in positions.items():
-        if np.ndim(at) == 0:
-            row[name] = float(at)
-        else:
-            row |= {f"{name}.{axis}": float(x) for axis, x in zip("xyz", at, strict=True)}
+        row |= zip(position_columns(name, at), map(float, np.ravel(at)), strict=True)
     return row
+
+
+def position_columns(name: str, at: Any) -> list[str]:
+    """Columns with the position of a transducer, in a table of placements.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    at
+        A position of it: a number on a line, three in space.
+    """
+    return [name] if np.ndim(at) == 0 else [f"{name}.{axis}" for axis in "xyz"]

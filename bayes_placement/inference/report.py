@@ -48,6 +48,30 @@ class MethodComparison(NamedTuple):
         return f"{self.figure}, {first} against {second}, {distance}"
 
 
+class Figure(NamedTuple):
+    """A figure of a result with its standard error.
+
+    Parameters
+    ----------
+    unknown
+        Name of the unknown that it is of; empty for one of the entire result.
+    statistic
+        What it is: `mean`, `variation`, `log evidence`.
+    value, error
+        Its value and standard error.
+    """
+
+    unknown: str
+    statistic: str
+    value: float
+    error: float
+
+    @property
+    def name(self) -> str:
+        """Unknown and statistic."""
+        return f"{self.unknown} {self.statistic}".strip()
+
+
 class Report(NamedTuple):
     """A cross-check of several methods.
 
@@ -62,6 +86,8 @@ class Report(NamedTuple):
         Number of pairs of figures that were compared.
     warnings
         What each method warns of, after its name.
+    of_unknowns
+        Unknown and statistic of each column of the table that is a figure of an unknown.
 
     Examples
     --------
@@ -73,6 +99,7 @@ class Report(NamedTuple):
     disagreements: list[MethodComparison]
     comparisons: int
     warnings: list[str]
+    of_unknowns: Mapping[str, tuple[str, str]] = {}
 
     def words(self) -> list[str]:
         """Sentences: what each method warns of, and where two disagree."""
@@ -136,7 +163,13 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
     ]
     comparisons = _comparisons(results)
     table = pd.DataFrame.from_dict(rows, orient="index")
-    return Report(table, _disagreements(comparisons), len(comparisons), warnings)
+    of_unknowns = {
+        figure.name: (figure.unknown, figure.statistic)
+        for result in results.values()
+        for figure in _figures(result)
+        if figure.unknown
+    }
+    return Report(table, _disagreements(comparisons), len(comparisons), warnings, of_unknowns)
 
 
 def _check_result(name: str, result: xr.DataTree) -> None:
@@ -164,9 +197,9 @@ def numbers(results: Mapping[str, xr.DataTree]) -> pd.DataFrame:
         One row for each method and figure: `method`, `figure`, `value`, `standard_error`.
     """
     rows = [
-        (name, figure, value, error)
+        (name, figure.name, figure.value, figure.error)
         for name, result in results.items()
-        for figure, value, error in _figures(result)
+        for figure in _figures(result)
     ]
     return pd.DataFrame(rows, columns=["method", "figure", "value", "standard_error"])
 
@@ -187,16 +220,16 @@ def _summary(first: str, second: str, disagreements: list[MethodComparison]) -> 
     return f"{first} and {second} disagree on {count} figures, most on one: {largest}."
 
 
-def _figures(result: xr.DataTree) -> Iterator[tuple[str, float, float]]:
+def _figures(result: xr.DataTree) -> Iterator[Figure]:
     """Every figure that has a standard error."""
     estimates = result["estimates"].to_dataset()
-    for unknown in estimates["unknown"].values:
+    for unknown in map(str, estimates["unknown"].values):
         row = estimates.sel(unknown=unknown)
-        yield f"{unknown} mean", float(row["mean"]), float(row["mean_error"])
-        yield f"{unknown} variation", float(row["cv"]), float(row["cv_error"])
+        yield Figure(unknown, "mean", float(row["mean"]), float(row["mean_error"]))
+        yield Figure(unknown, "variation", float(row["cv"]), float(row["cv_error"]))
     kl, kl_error = estimates["kl_parameters"], estimates["kl_parameters_error"]
-    yield "KL of parameters", float(kl), float(kl_error)
-    yield "log evidence", float(estimates["log_evidence"]), _evidence_error(result)
+    yield Figure("", "KL of parameters", float(kl), float(kl_error))
+    yield Figure("", "log evidence", float(estimates["log_evidence"]), _evidence_error(result))
 
 
 def _evidence_error(result: xr.DataTree) -> float:
@@ -206,7 +239,7 @@ def _evidence_error(result: xr.DataTree) -> float:
 
 def _row(result: xr.DataTree) -> dict[str, str]:
     estimates = result["estimates"].to_dataset()
-    row = {name: _with_error(value, error) for name, value, error in _figures(result)}
+    row = {figure.name: _with_error(figure.value, figure.error) for figure in _figures(result)}
     sampled = estimates["ess"].values[estimates["mean_error"].values > 0]
     row["smallest ESS"] = _number(np.round(_among_finite(np.min, sampled)))
     row["largest R-hat"] = _number(_among_finite(np.max, estimates["r_hat"].values))
@@ -243,7 +276,10 @@ def _with_error(value: float, error: float) -> str:
 
 
 def _comparisons(results: Mapping[str, xr.DataTree]) -> list[MethodComparison]:
-    tables = {name: {f: (v, e) for f, v, e in _figures(r)} for name, r in results.items()}
+    tables = {
+        name: {figure.name: (figure.value, figure.error) for figure in _figures(result)}
+        for name, result in results.items()
+    }
     return [
         MethodComparison(figure, first, second, (a, b), (da, db))
         for first, second in combinations(tables, 2)

@@ -260,11 +260,13 @@ def test_an_engine_that_the_model_sizes_keeps_its_size(tmp_path):
 
 @pytest.mark.parametrize(("width", "tables"), [(80, 2), (140, 1)])
 def test_tables_are_as_wide_as_the_terminal(width, tables, capsys):
-    figures = ["structure.damping.ratio.1 mean", "structure.damping.ratio.1 variation", "seconds"]
+    unknown = "structure.damping.ratio.1"
+    of_unknowns = {f"{unknown} {word}": (unknown, word) for word in ("mean", "variation")}
+    figures = [*of_unknowns, "their mean"]
     row = ["0.03505 ± 0.00003", "0.0393 ± 0.0006", "12.3"]
     table = DataFrame([row] * 4, [f"method {n}" for n in range(4)], figures)
     console = Console(width=width)
-    for part in commands._tables(console, table):
+    for part in commands._tables(console, table, of_unknowns):
         console.print(part)
     output = capsys.readouterr().out
     assert output.count("figure") == tables

@@ -143,6 +143,12 @@ def test_a_figure_is_written_to_the_first_digit_of_its_error(value, error, text)
     assert report.table.loc["one", MEAN] == text
 
 
+def test_figures_of_unknowns_are_told_from_those_of_the_entire_result():
+    report = bp.report({"one": result()})
+    assert report.of_unknowns == {MEAN: ("damping", "mean"), VARIATION: ("damping", "variation")}
+    assert {*report.table} - {*report.of_unknowns} >= {"log evidence", "seconds"}
+
+
 def test_methods_that_agree_are_rarely_accused():
     # Four methods, 24 comparisons: at most one report in a hundred may accuse one of them.
     rng = np.random.default_rng(11)

@@ -1,7 +1,7 @@
 """Unknowns of a fitted hypothesis by name, with intervals."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,8 @@ class ParameterEstimate(NamedTuple):
         Name of the effect that it belongs to; None for one of the structure or its instruments.
     word
         Its name within the effect.
+    field
+        Field of the effect that it is, or is in; of the structure or an instrument likewise.
     """
 
     mean: float
@@ -41,11 +43,24 @@ class ParameterEstimate(NamedTuple):
     unit: str
     effect: str | None = None
     word: str = ""
+    field: str = ""
 
     def __str__(self) -> str:
         """Mean and standard deviation, with the unit."""
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
         return f"{self.mean:.5g} ± {self.standard_deviation:.2g}{unit}"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as numbers and words for a file; None for what cannot be said."""
+        return {
+            "effect": self.effect,
+            "field": self.field,
+            "word": self.word,
+            "mean": number_or_none(self.mean),
+            "standard_deviation": number_or_none(self.standard_deviation),
+            "interval_99": [number_or_none(self.low), number_or_none(self.high)],
+            "unit": self.unit,
+        }
 
 
 def estimates(
@@ -100,6 +115,11 @@ def laplace(hypothesis: Hypothesis) -> np.ndarray:
     return hypothesis.fit.gaussian.points(normal)
 
 
+def number_or_none(value: float) -> float | None:
+    """Return a number that JSON knows; None for any other."""
+    return float(value) if np.isfinite(value) else None
+
+
 def _of_unknown(
     unknown: Unknown, draws: np.ndarray, sides: np.ndarray
 ) -> Iterator[tuple[str, ParameterEstimate]]:
@@ -111,4 +131,5 @@ def _of_unknown(
     for name, (element, drawn), side in zip(names, scalars(word, draws[None]), ends, strict=True):
         low, high = sorted(map(float, side.ravel()))
         mean, deviation = float(np.mean(drawn)), float(np.std(drawn))
-        yield name, ParameterEstimate(mean, deviation, low, high, unknown.unit, effect, element)
+        of = unknown.unit, effect, element, unknown.field
+        yield name, ParameterEstimate(mean, deviation, low, high, *of)

@@ -12,7 +12,7 @@ from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
 from ..noise_needed import NoiseNeeded
-from ._estimates import ParameterEstimate, errors, estimates, sizes
+from ._estimates import ParameterEstimate, errors, estimates, number_or_none, sizes
 from ._held_out import held_out
 from ._hypotheses import Hypothesis
 from ._posterior_odds import STRONG, Comparison, p_value
@@ -118,20 +118,11 @@ class FittedModel:
 
     def to_json(self) -> dict[str, Any]:
         """Return it as numbers and words for a file; None for what cannot be said."""
-        parameters = {
-            name: {
-                "mean": number_or_none(estimate.mean),
-                "standard_deviation": number_or_none(estimate.standard_deviation),
-                "interval_99": [number_or_none(estimate.low), number_or_none(estimate.high)],
-                "unit": estimate.unit,
-            }
-            for name, estimate in self.parameters.items()
-        }
         return {
             "added": self.added,
             "setting": self.setting,
             "remark": self.remark,
-            "parameters": parameters,
+            "parameters": {name: estimate.to_json() for name, estimate in self.parameters.items()},
             "chi2_per_datum": number_or_none(self.chi2_per_datum),
             "p_value": number_or_none(self.p_value),
             "log_evidence": number_or_none(self.log_evidence),
@@ -230,11 +221,6 @@ def _of_effect(
         for estimate in parameters.values()
         if estimate.effect == name
     }
-
-
-def number_or_none(value: float) -> float | None:
-    """Return a number that JSON knows; None for any other."""
-    return float(value) if np.isfinite(value) else None
 
 
 def number_or_blank(value: float, form: str) -> str:

@@ -14,8 +14,9 @@ from ...experiment.model_error import OF_WHAT
 from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
 from ...inference.units import percent
+from ._estimates import number_or_none
 from ._posterior_odds import NONE, NOTHING
-from .fitted_model import FittedModel, number_or_blank, number_or_none
+from .fitted_model import FittedModel, number_or_blank
 
 DOUBTED = 0.5
 """Probability of none of the candidates above which the stated noise is in doubt."""

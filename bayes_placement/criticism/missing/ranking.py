@@ -11,8 +11,9 @@ from ..._files import write_json
 from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
 from ..check.check import LEVEL
+from ._estimates import number_or_none
 from ._posterior_odds import NONE, NOTHING
-from .fitted_model import FittedModel, number_or_blank, number_or_none
+from .fitted_model import FittedModel, number_or_blank
 from .ledger import (
     DOUBTED,
     alone_in_words,

@@ -10,7 +10,6 @@ import pandas as pd
 from ..._files import write_json
 from ...experiment.notebook_html import notebook_html
 from ._changes import CHANGED, NEW, UNCHANGED, FoundEffect, change
-from .fitted_model import number_or_none
 from .ledger import Ledger, alone_in_words, misfit_columns
 
 
@@ -41,7 +40,7 @@ class EffectInState(NamedTuple):
         return ", ".join(
             f"{word} {estimate}"
             for word, estimate in self.found.estimates.items()
-            if (word.split(".")[0] in fields) == are_places
+            if (estimate.field in fields) == are_places
         )
 
 
@@ -241,16 +240,7 @@ def _course_to_json(course: Course) -> dict[str, Any]:
             label: {
                 "change": here.change,
                 "parameters": {
-                    word: {
-                        "mean": number_or_none(estimate.mean),
-                        "standard_deviation": number_or_none(estimate.standard_deviation),
-                        "interval_99": [
-                            number_or_none(estimate.low),
-                            number_or_none(estimate.high),
-                        ],
-                        "unit": estimate.unit,
-                    }
-                    for word, estimate in here.found.estimates.items()
+                    word: estimate.to_json() for word, estimate in here.found.estimates.items()
                 },
             }
             for label, here in course.in_state.items()

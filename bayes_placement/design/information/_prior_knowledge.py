@@ -108,7 +108,7 @@ def prior_knowledge(
 def _stays(unknown: Unknown, moved: Sequence[str]) -> bool:
     """Whether a placement or a model error is the same in the next measurement."""
     if unknown.role is Role.MODEL_ERROR:
-        return unknown.component.rpartition(".")[2] not in moved
+        return not set(unknown.path[-1:]) & set(moved)  # the last word is the transducer, if any
     return unknown.is_of_transducer and unknown.owner.name not in moved
 
 

@@ -214,6 +214,9 @@ def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
     assert read["steps"][-1]["chi2_per_datum"] == with_both.steps[-1].chi2_per_datum
     error = read["steps"][-1]["parameters"]["instrument_effects.gain_error.error"]
     assert error["interval_99"][0] < GAIN.error < error["interval_99"][1]
+    assert [error[word] for word in ("effect", "field", "word")] == ["gain_error", "error", "error"]
+    ratio = read["steps"][0]["parameters"]["structure.damping.ratio"]
+    assert (ratio["effect"], ratio["field"]) == (None, "ratio")
     assert set(KINDS) | {"nothing_missing", "none_of_these"} == set(read["probabilities"])
 
 

@@ -70,6 +70,7 @@ def test_the_ledger_of_states_is_written(ledger, tmp_path):
     (course,) = content["effects"]
     assert course["states"]["20 nuts"]["change"] == CHANGED
     assert course["states"]["20 nuts"]["parameters"]["mass"]["unit"] == "kg"
+    assert course["states"]["20 nuts"]["parameters"]["at"]["field"] == "at"
 
 
 @pytest.mark.long

@@ -136,11 +136,10 @@ def _misfit(step: dict[str, Any]) -> tuple[Cell, ...]:
 
 def _parameters(step: dict[str, Any]) -> Iterator[str]:
     """Say what is known of the effect that was added: each number with its deviation."""
-    for name, estimate in step["parameters"].items():
-        owner, _, word = name.partition(f"effects.{step['added']}.")
-        if word and owner in ("structure.", "", "instrument_") and estimate["mean"] is not None:
-            field = word.partition("[")[0].rpartition(".")[2]
-            scale = readable(str(estimate["unit"]), field, abs(estimate["mean"]))
+    for estimate in step["parameters"].values():
+        is_of_added = estimate["effect"] is not None and estimate["effect"] == step["added"]
+        if is_of_added and estimate["mean"] is not None:
+            scale = readable(str(estimate["unit"]), estimate["field"], abs(estimate["mean"]))
             spread = scale.factor * (estimate["standard_deviation"] or 0.0)
             mean = rounded(scale.factor * estimate["mean"], spread)
-            yield f"{word} {mean:.12g} ± {spread:.2g} {scale.name}".rstrip()
+            yield f"{estimate['word']} {mean:.12g} ± {spread:.2g} {scale.name}".rstrip()
