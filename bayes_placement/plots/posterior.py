@@ -175,9 +175,9 @@ def placement(
 @arguments_checked
 def pair(
     result: xr.DataTree,
+    *,
     first: str,
     second: str,
-    *,
     truth: Mapping[str, float] | None = None,
     ax: Axes | None = None,
 ) -> Figure:
@@ -196,8 +196,8 @@ def pair(
 
     Examples
     --------
-    >>> names = "structure.damping.ratio", "sensor.s1.position"
-    >>> bp.plots.posterior.pair(posterior, *names).axes[0].get_ylabel()
+    >>> names = {"first": "structure.damping.ratio", "second": "sensor.s1.position"}
+    >>> bp.plots.posterior.pair(posterior, **names).axes[0].get_ylabel()
     'sensor.s1.position [m]'
     """
     for name in (first, second):
@@ -297,7 +297,7 @@ def _check_unknown(result: xr.DataTree, name: str) -> None:
     if name not in names:
         raise InputError(
             f"{name!r} was given; one of {', '.join(names)} is needed, since the result has no "
-            f"other unknowns: pair(result, {names[0]!r}, {names[-1]!r})."
+            f"other unknowns: pair(result, first={names[0]!r}, second={names[-1]!r})."
         )
 
 

@@ -273,3 +273,4 @@ def test_tables_are_as_wide_as_the_terminal(width, tables, capsys):
     assert output.count("0.03505 ± 0.00003") == 4  # none is broken into two lines
     assert max(map(len, output.splitlines())) <= width
     assert output.count("structure.damping.ratio.1") == tables
+    assert output.count("their mean") == tables  # a figure of no unknown stays whole

@@ -18,12 +18,15 @@ posterior, misfit = bp.plots.posterior, bp.plots.misfit
 ledger, placement, structure = bp.plots.ledger, bp.plots.placement, bp.plots.structure
 
 ONE_PANEL = {
-    posterior.pair: lambda: (posteriors.result(), posteriors.RATIO, posteriors.POSITION),
+    posterior.pair: lambda: (posteriors.result(),),
     ledger.probabilities: lambda: (ledgers.ranking(),),
     ledger.error_falls: lambda: (ledgers.ledger(),),
     placement.placements: lambda: (maps.placement(5),),
     structure.experiment: lambda: (ledgers.EXPERIMENT,),
 }
+NEEDED = {posterior.pair: {"first": posteriors.RATIO, "second": posteriors.POSITION}}
+"""Settings without a default."""
+
 PANELS = {
     posterior.measured_against_band: (4, lambda: (posteriors.result(),)),
     posterior.response_band: (2, lambda: (posteriors.simulated()[0],)),
@@ -53,7 +56,8 @@ def _without_a_screen():
 @pytest.mark.parametrize("function", ONE_PANEL, ids=name)
 def test_a_figure_of_one_panel_is_drawn_in_the_axes_of_the_caller(function):
     figure, (ours, other) = plt.subplots(1, 2)
-    assert function(*ONE_PANEL[function](), ax=ours) is figure
+    needed = NEEDED.get(function, {})
+    assert function(*ONE_PANEL[function](), **needed, ax=ours) is figure
     assert ours.has_data() and not other.has_data()
     assert not figure.legends  # it belongs to the caller; the legend is that of the axes
     figure.draw_without_rendering()
@@ -91,14 +95,12 @@ def test_all_figure_functions_are_called_alike():
     }
     assert returning == {*ONE_PANEL, *PANELS}
     for function in returning:
-        settings = [
-            parameter
-            for parameter in inspect.signature(function).parameters.values()
-            if parameter.kind is parameter.KEYWORD_ONLY
-        ]
-        last = settings[-1]
-        assert last.name == ("ax" if function in ONE_PANEL else "axes"), name(function)
-        assert all(parameter.default is None for parameter in settings), name(function)
+        drawn, *settings = inspect.signature(function).parameters.values()
+        assert drawn.kind is drawn.POSITIONAL_OR_KEYWORD, name(function)
+        assert {setting.kind for setting in settings} == {drawn.KEYWORD_ONLY}, name(function)
+        assert settings[-1].name == ("ax" if function in ONE_PANEL else "axes"), name(function)
+        required = {setting.name for setting in settings if setting.default is not None}
+        assert required == {*NEEDED.get(function, {})}, name(function)
 
 
 def test_an_experiment_on_a_line_is_drawn_where_its_instruments_are():

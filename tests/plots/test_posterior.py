@@ -125,7 +125,7 @@ FIGURES = {
     "parameters": lambda: bp.plots.posterior.parameters(result(), truth={RATIO: 0.04}),
     "placement": lambda: bp.plots.posterior.placement(result(), truth={POSITION: 0.3}),
     "placement in space": lambda: bp.plots.posterior.placement(result_in_space()),
-    "pair": lambda: bp.plots.posterior.pair(result(), RATIO, POSITION),
+    "pair": lambda: bp.plots.posterior.pair(result(), first=RATIO, second=POSITION),
     "methods": lambda: bp.plots.posterior.methods({"one": result(), "two": result()}),
 }
 
