@@ -5,6 +5,7 @@ writes what they said as JSON.
 """
 
 import contextlib
+import dataclasses
 import functools
 import importlib.util
 import inspect
@@ -16,13 +17,14 @@ import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import jax
 import matplotlib as mpl
 import numpy as np
 import numpyro.distributions as dist
 import scipy.sparse
 
 import bayes_placement as bp
-from bayes_placement._types import PackageError
+from bayes_placement._types import PackageError, Parameter
 from tests.plots.test_modes import fit as modes_beside_a_model
 from tests.wrong_calls import LINES, MAP, bar, experiment, measurement, structure
 
@@ -113,11 +115,15 @@ def array(right, *but, **more):
 
 
 class Call(NamedTuple):
-    """A right call: the callable, its arguments, and what is done with what it returns."""
+    """A right call: the callable, its arguments, and what is done with what it returns.
+
+    Of a reader without an example file no right call is known: wrong ones are made alone.
+    """
 
     function: Any
     arguments: dict[str, Argument]
     then: Any = None
+    has_right: bool = True
 
     def make(self, **changed):
         """Make the call with other values."""
@@ -177,16 +183,26 @@ def added(effect):
     return experiment() + effect
 
 
+def on_beam():
+    """Experiment on a beam."""
+    return experiment(structure=bp.Structure(beam(), damping=bp.damping.Modal([0.02])))
+
+
 def beam_with(effect):
     """Experiment on a beam, with an effect."""
-    return experiment(structure=bp.Structure(beam(), damping=bp.damping.Modal([0.02]))) + effect
+    return on_beam() + effect
+
+
+def two_sensors():
+    """Experiment of two sensors and two actuators."""
+    sensors = [bp.Sensor(label, at=at) for label, at in (("s1", 0.2), ("s2", 0.4))]
+    actuators = [bp.Actuator(label, at=at) for label, at in (("a1", 0.3), ("a2", 0.6))]
+    return experiment(sensors=sensors, actuators=actuators)
 
 
 def two_sensors_with(effect):
     """Experiment of two sensors and two actuators, with an effect."""
-    sensors = [bp.Sensor(label, at=at) for label, at in (("s1", 0.2), ("s2", 0.4))]
-    actuators = [bp.Actuator(label, at=at) for label, at in (("a1", 0.3), ("a2", 0.6))]
-    return experiment(sensors=sensors, actuators=actuators) + effect
+    return two_sensors() + effect
 
 
 def on_parts(effect):
@@ -389,6 +405,78 @@ def fitted():
     return fitted_steps(ledger(), known_sensor(), known_sensor().nominal_measurement())
 
 
+# ---------------------------------------------------------------------- calls by the registries
+
+LAWS = {f"damping.{law.__name__}": law for law in bp.damping.LAWS if law is not bp.damping.Modal}
+KINDS = {f"effects.{kind}": effect for kind, effect in bp.effects.EFFECTS.items()}
+ENGINES = {f"engines.{engine}": getattr(bp.engines, engine) for engine in bp.engines.__all__}
+READERS = {f"io.{known.reader}": known.reader for known in bp.io.formats.FORMATS}
+REGISTERED = {**LAWS, **KINDS, **ENGINES, **READERS}
+"""What has a line in a registry: a row is made of its fields where none is written below."""
+
+SMALL = {"1": 0.02, "1/s": 1.0, "s": 1e-6}
+"""A number for a field of a damping law, by its unit."""
+
+
+def of_registry(registry, call_of):
+    """A call of each member of a registry, by name."""
+    return {label: call_of(member) for label, member in registry.items()}
+
+
+def of_law(law):
+    """Call of a damping law: a small number for each field, none of which may be negative."""
+    rights = {field.name: SMALL[field.metadata["unit"]] for field in dataclasses.fields(law)}
+    arguments = {key: number(right, negative=-right) for key, right in rights.items()}
+    return Call(law, arguments, damped)
+
+
+def of_effect(kind):
+    """Call of an effect with numbers from the priors that it suggests, where it suggests some."""
+    setups = (experiment(), two_sensors(), on_beam(), experiment(force_levels=[1.0]))
+    setup, suggested = next(
+        (setup, suggested)
+        for setup in setups
+        for suggested in kind.suggest(bp.effects.Scales(setup))
+    )
+    fields = {field.name: field for field in dataclasses.fields(kind) if field.init}
+    arguments = {
+        key: of_field(kind, field, getattr(suggested, key)) for key, field in fields.items()
+    }
+    return Call(kind, arguments, lambda effect: setup + effect)
+
+
+def of_field(kind, field, suggested):
+    """Argument of an effect by the annotation of its field, and what the effect suggests for it."""
+    if field.name == "name":
+        return NAME
+    if field.name in kind.place_fields:
+        return of("number", 0.4, "three", outside=1.4, pair=(0.1, 0.2))
+    if field.type != Parameter:
+        return Argument(suggested, {})
+    if isinstance(suggested, dist.Distribution):
+        suggested = float(np.median(suggested.sample(jax.random.key(0), (99,))))
+    return number(suggested, "three")  # there may be one for each mode or part
+
+
+def of_engine(engine):
+    """Call of an engine: its defaults, wrong by the annotations of its fields."""
+    kinds = {int: count, float: positive, bool: flag}
+    arguments = {
+        field.name: kinds[field.type](field.default)
+        for field in dataclasses.fields(engine)
+        if field.type in kinds
+    }
+    return Call(engine, arguments)
+
+
+def of_reader(name):
+    """Wrong calls of a reader of files; a right one needs a file of its format."""
+    module, function = name.split(".")
+    reader = getattr(importlib.import_module(f"bayes_placement.io.{module}"), function)
+    first = next(iter(inspect.signature(reader).parameters))
+    return Call(reader, {first: path(None, directory=str(folder()))}, has_right=False)
+
+
 # ---------------------------------------------------------------------- the calls
 
 NAME = name("one", "list")
@@ -538,7 +626,7 @@ def modes_table(folder):
 
 
 def calls_of_laws():
-    return {
+    return of_registry(LAWS, of_law) | {
         "damping.Modal": Call(
             bp.damping.Modal,
             {
@@ -554,14 +642,6 @@ def calls_of_laws():
                 )
             },
             damped,
-        ),
-        "damping.Rayleigh": Call(
-            bp.damping.Rayleigh,
-            {"mass": number(1.0, negative=-1.0), "stiffness": number(1e-6, negative=-1e-6)},
-            damped,
-        ),
-        "damping.Structural": Call(
-            bp.damping.Structural, {"loss_factor": number(0.02, negative=-0.02)}, damped
         ),
         "noise.Gaussian": Call(bp.noise.Gaussian, {"sigma": positive(1e-5, "three")}, noisy),
         "noise.Covariance": Call(
@@ -724,7 +804,6 @@ def calls_of_positions():
 
 def calls_of_effects():
     # Strengths may be arrays, one for each mode or part.
-    # Strengths may be arrays, one for each mode or part.
     def number(right, **more):
         return of("number", right, "three", **more)
 
@@ -740,9 +819,6 @@ def calls_of_effects():
     actuator = name("a1")
     ratio = number(0.1, negative=-0.1)
     table = {
-        "point_mass": (added, {"at": at, "mass": number(0.1)}),
-        "ground_spring": (added, {"at": at, "stiffness": number(10.0)}),
-        "ground_dashpot": (added, {"at": at, "viscosity": number(1.0)}),
         "tuned_absorber": (
             added,
             {"at": at, "mass": number(0.1), "frequency": positive(200.0), "damping_ratio": ratio},
@@ -767,14 +843,10 @@ def calls_of_effects():
             {"at": at, "stiffness": number(1e9)},
         ),
         "residual_modes": (added, {"flexibility": number(1e-6)}),
-        "sensor_mass": (added, {"mass": number(0.01)}),
-        "actuator_mass": (added, {"mass": number(0.01)}),
         "stinger": (
             added,
             {"stiffness": number(1e4), "frequency": positive(300.0), "damping_ratio": ratio},
         ),
-        "exponential_window": (added, {"rate": number(3.0)}),
-        "time_delay": (added, {"delay": number(1e-5)}),
         "channel_delay": (
             added,
             {"transducer": sensor, "delay": number(1e-5), "side": side, "direction": channel},
@@ -811,25 +883,29 @@ def calls_of_effects():
         f"effects.{kind}": Call(getattr(bp.effects, kind), arguments | {"name": NAME}, then)
         for kind, (then, arguments) in table.items()
     }
-    return calls | {
-        "effects.library": Call(
-            bp.effects.library,
-            {
-                "experiment": thing(experiment()),
-                "kinds": things(["point_mass"], "nothing", unknown=["mass"]),
-                "further": things([], "nothing"),
-            },
-        ),
-    }
+    missing = {label: kind for label, kind in KINDS.items() if label not in calls}
+    return (
+        of_registry(missing, of_effect)
+        | calls
+        | {
+            "effects.library": Call(
+                bp.effects.library,
+                {
+                    "experiment": thing(experiment()),
+                    "kinds": things(["point_mass"], "nothing", unknown=["mass"]),
+                    "further": things([], "nothing"),
+                },
+            ),
+        }
+    )
 
 
 def calls_of_methods():
     draws = {"draws": count(16)}
     sampling = {"sampling": word("sobol"), "replicates": count(4)}
     after = {"after": thing(None, "nothing", "class")}
-    return {
+    return of_registry(ENGINES, of_engine) | {
         "engines.Grid": Call(bp.engines.Grid, {"nodes": count(8), "batch": count(100)}, fit),
-        "engines.Importance": Call(bp.engines.Importance, {**draws, "batch": count(100)}, fit),
         "engines.MAP": Call(
             bp.engines.MAP,
             {"starts": count(2), "search": word("gradient"), "draws": count(5, "zero")},
@@ -1309,7 +1385,7 @@ def calls_of_files():
     uff = path(str(files / "measured.uff"), **position)
     npz = path(str(files / "modes.npz"), **position)
     back = path(str(files / "back.npz"), "missing")
-    return {
+    return of_registry(READERS, of_reader) | {
         "io.uff.read": Call(
             bp.io.uff.read,
             {
@@ -1812,19 +1888,20 @@ def answer(call, **changed):
     return "", ""
 
 
-def answers(names):
-    """What the calls of some groups say, the right one first, by name, argument and mistake."""
+def answers(calls):
+    """What calls say, the right one first, by name, argument and mistake."""
     said = {}
-    for group in (GROUPS[name] for name in names):
-        for label, call in group().items():
+    for label, call in calls.items():
+        if call.has_right:
             said[f"{label}()"] = answer(call)
-            for key, argument in call.arguments.items():
-                for wrong, value in argument.wrong.items():
-                    said[f"{label}({key}: {wrong})"] = answer(call, **{key: value})
+        for key, argument in call.arguments.items():
+            for wrong, value in argument.wrong.items():
+                said[f"{label}({key}: {wrong})"] = answer(call, **{key: value})
     return said
 
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
     mpl.use("agg")
-    json.dump(answers(sys.argv[1:]), sys.stdout)
+    calls = {label: call for group in sys.argv[1:] for label, call in GROUPS[group]().items()}
+    json.dump(answers(calls), sys.stdout)

@@ -3,6 +3,7 @@
 import importlib
 import json
 import re
+import runpy
 import subprocess
 import sys
 
@@ -98,7 +99,9 @@ def members(module):
 
 def documented():
     """What the reference documents, by name."""
-    text = "\n".join(path.read_text() for path in (PAGES / "reference").glob("*.md"))
+    with_registered = runpy.run_path(PAGES / "reference_pages.py")["with_registered"]
+    pages = (PAGES / "reference").glob("*.md")
+    text = "\n".join(with_registered(path.stem, path.read_text()) for path in pages)
     for path in re.findall(r"automodule:: (\S+)", text):
         for value in members(importlib.import_module(path)):
             yield f"{path}.{getattr(value, '__name__', '')}", value

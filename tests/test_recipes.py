@@ -1,6 +1,6 @@
 """Recipes of CONTRIBUTING.md, followed literally in a copy of the package.
 
-The recipe for a file format is followed in tests/io/test_formats.py.
+What the recipe for a file format reads is tested in tests/io/test_formats.py.
 """
 
 import os
@@ -28,6 +28,28 @@ _, draws = run(engines.Rejection(proposals=250))
 assert "use engines.SMC" in draws.warnings[0]
 """
 
+WRONG_CALLS = """
+from bayes_placement import damping, effects, engines
+from tests import public_calls
+from tests.test_public_calls import check
+calls = {
+    "law": public_calls.of_law(damping.Zener),
+    "effect": public_calls.of_effect(effects.cable),
+    "engine": public_calls.of_engine(engines.Rejection),
+    "reader": public_calls.of_reader("text_frf.read"),
+}
+said = public_calls.answers(calls)
+assert len(said) > 40, said
+check(said)
+"""
+
+LISTS = {
+    "tests/test_public_calls.py": "test_every_public_callable_has_a_row",
+    "tests/test_examples.py": "test_every_public_name_has_an_example",
+    "tests/test_pages.py": "test_every_public_name_is_in_the_reference",
+}
+"""Tests that each public name is where it must be."""
+
 
 def section(heading):
     return (ROOT / "CONTRIBUTING.md").read_text().split(f"## {heading}\n")[1].split("\n## ")[0]
@@ -38,27 +60,40 @@ def blocks(heading):
     return re.findall(r"```(?:python|text)\n(.*?)```", section(heading), flags=re.DOTALL)
 
 
+def insert(file, marker, before="", after=""):
+    """Write lines before and after one line of a file."""
+    first, line, rest = file.read_text().partition(marker)
+    assert line, f"{file} has no {marker}"
+    file.write_text(first + before + line + after + rest)
+
+
+def write(folder, code):
+    """Write a file whose first line is its path."""
+    path = re.match(r"# (bayes_placement/\S+\.py)\n", code)
+    (folder / path[1]).write_text(code)
+
+
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
-    """The package and its tests, with a law, an effect and an engine more."""
+    """The package, its tests and pages, with a law, an effect, an engine and a format more."""
     folder = tmp_path_factory.mktemp("copy")
-    for name in ("bayes_placement", "tests"):
+    for name in ("bayes_placement", "tests", "notebooks/docs"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", folder)
     package = folder / "bayes_placement"
 
     law, line = blocks("Add a damping law")
-    file = package / "experiment/damping.py"
-    before, marker, after = file.read_text().partition("LAWS: tuple[type[Damping], ...] = (\n")
-    file.write_text(before + law + "\n\n" + marker + line + after)
-
+    laws = "LAWS: tuple[type[Damping], ...] = (\n"
+    insert(package / "experiment/damping.py", laws, before=law + "\n\n", after=line)
+    reader, line, _ = blocks("Add a file format")
+    write(folder, reader)
+    insert(package / "io/formats.py", "FORMATS = [\n", after=line)
     for heading, registry in (
         ("Add an effect", "effects/registry.py"),
         ("Add an engine or a marginal", "inference/engines/__init__.pyi"),
     ):
         code, line = blocks(heading)
-        path = re.match(r"# (bayes_placement/\S+\.py)\n", code)
-        (folder / path[1]).write_text(code)
+        write(folder, code)
         with (package / registry).open("a") as lines:
             lines.write(line)
     return folder
@@ -85,6 +120,18 @@ def test_a_law_and_an_effect_pass_their_tests_without_a_further_edit(copy):
 @pytest.mark.long
 def test_an_engine_samples_a_posterior_in_closed_form(copy):
     python(copy, "-c", ENGINE_CHECK)
+
+
+@pytest.mark.long
+def test_wrong_arguments_of_all_are_refused_without_a_further_edit(copy):
+    python(copy, "-c", WRONG_CALLS)
+
+
+@pytest.mark.long
+def test_all_are_listed_and_have_examples_without_a_further_edit(copy):
+    marked = ("-m", "long or not long", "-k", " or ".join(LISTS.values()))
+    told = python(copy, "-m", "pytest", "-n", "0", "-q", *marked, *LISTS)
+    assert "3 passed" in told
 
 
 def test_all_recipes_are_followed():

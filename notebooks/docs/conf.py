@@ -6,10 +6,14 @@ sphinx-build -W -j 2 -c notebooks/docs notebooks build/site
 import importlib.metadata
 import re
 import sys
+from pathlib import Path
 
 from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.util.math import get_node_equation_number
+
+sys.path.insert(0, str(Path(__file__).parent))
+from reference_pages import with_registered
 
 project = "bayes_placement"
 author = "the bayes_placement developers"
@@ -94,6 +98,9 @@ def prepared(app, docname, source):
     """Pages whose content is in the package."""
     if docname == "docs/reference/effects":
         call_by_public_names()
+    folder, _, page = docname.rpartition("/")
+    if folder == "docs/reference":
+        source[0] = with_registered(page, source[0])
     if docname == "docs/reference/cli":
         source[0] += commands()
 
