@@ -1,5 +1,6 @@
 """Formats of files: each line of the registry reads, and the recipe for a new one works."""
 
+import doctest
 import importlib
 import re
 from pathlib import Path
@@ -78,7 +79,7 @@ def blocks(heading):
     return re.findall(r"```(?:python|text)\n(.*?)```", section, flags=re.DOTALL)
 
 
-def test_the_recipe_for_a_format_works_as_it_stands(tmp_path, monkeypatch):
+def test_the_recipe_for_a_format_works_as_it_stands(tmp_path, monkeypatch, capsys):
     reader, line, use = blocks("Add a file format")
     path = re.match(r"# bayes_placement/io/(\w+\.py)\n", reader)
     (tmp_path / path[1]).write_text(reader)
@@ -95,3 +96,6 @@ def test_the_recipe_for_a_format_works_as_it_stands(tmp_path, monkeypatch):
     np.savetxt(tmp_path / "narrow.frf", table[:, :2])
     with pytest.raises(ValueError, match=r"narrow\.frf .* three columns"):
         bp.io.read_measurement("narrow.frf")
+    example = importlib.import_module(f"bayes_placement.io.{path[1].removesuffix('.py')}").read
+    doctest.run_docstring_examples(example, {"bp": bp, "np": np})
+    assert not capsys.readouterr().out, "what the example shows is not what it says"
