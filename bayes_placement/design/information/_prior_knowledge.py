@@ -1,5 +1,6 @@
 """Knowledge before a measurement: the prior, or the posterior of an earlier measurement."""
 
+from collections import OrderedDict
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -91,7 +92,8 @@ def prior_knowledge(
             "damping.Modal([dist.Uniform(0.02, 0.06)])."
         )
     if after is None:
-        return IndependentPriors(priors)
+        # JAX sorts the names in other dictionaries; scores belong to unknowns by their order.
+        return IndependentPriors(OrderedDict(priors))
     missing = [name for name in priors if name not in after]
     if missing:
         raise InputError(

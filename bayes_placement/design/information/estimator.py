@@ -49,7 +49,11 @@ class Gain(NamedTuple):
 
 
 Plan = Callable[[Experiment, dict[str, Any]], Gain]
-"""From an experiment whose positions may be traced, and the nominal value of each unknown."""
+"""From an experiment whose numbers may be traced, and the nominal value of each unknown.
+
+One that is a tree (`equinox.Module`), whose random points are arrays in it, is compiled once for
+all experiments and seeds; a function defined inside another one is compiled anew for each plan.
+"""
 
 
 class Estimator(eqx.Module):

@@ -72,18 +72,26 @@ class Exact(GainAboutParameters):
         count = _sampling.draws_of_replicate(self.draws, self.replicates)
         sizes = (self.replicates, count, knowledge.dimension)
         parameters = knowledge.values(_sampling.scores(self.sampling, *sizes, seed))
+        return _Exact(self.nodes, (self.replicates, count), parameters)
 
-        def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
-            z = at.fix(nominal).predict()
-            data = Data(z, np.ones(z.shape, dtype=bool))
-            placed = placement_distributions(at, knowledge.names)
-            integrated = NestedQuadrature(data, nested_nodes(at, placed, self.nodes))
 
-            def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
-                return integrated.log_likelihood(at.fix(values))
+class _Exact(eqx.Module):
+    """The estimate, from draws of the parameters by name [replicate, draw]."""
 
-            flat = {n: jnp.reshape(v, (-1, *v.shape[2:])) for n, v in parameters.items()}
-            log_likelihood = jax.lax.map(likelihood, flat, batch_size=BATCH)
-            return divergence(log_likelihood.reshape(self.replicates, count))
+    nodes: int = eqx.field(static=True)
+    shape: tuple[int, int] = eqx.field(static=True)
+    parameters: dict[str, Any]
 
-        return plan
+    def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
+        """Information gain of an experiment."""
+        z = at.fix(nominal).predict()
+        data = Data(z, np.ones(z.shape, dtype=bool))
+        placed = placement_distributions(at, self.parameters)
+        integrated = NestedQuadrature(data, nested_nodes(at, placed, self.nodes))
+
+        def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
+            return integrated.log_likelihood(at.fix(values))
+
+        flat = {n: jnp.reshape(v, (-1, *v.shape[2:])) for n, v in self.parameters.items()}
+        log_likelihood = jax.lax.map(likelihood, flat, batch_size=BATCH)
+        return divergence(log_likelihood.reshape(self.shape))

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from ...experiment.experiment import Experiment
 from . import _sampling
-from ._prior_knowledge import IndependentPriors, PosteriorDraws, prior_knowledge
+from ._prior_knowledge import IndependentPriors, PosteriorDraws, PriorKnowledge, prior_knowledge
 from ._tangent_kernels import TangentKernels
 from .estimator import (
     Gain,
@@ -89,22 +89,39 @@ class ExpectedGain(GainAboutParameters):
         data = scores(self.data_draws, size + placed + outputs, 0)
         parameters = scores(self.draws, size, 1)
         placements = scores(self.placement_draws, placed, 2)
+        return _ExpectedGain(
+            data_knowledge, density_knowledge, placed, data, parameters, placements
+        )
 
-        def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
-            positions = IndependentPriors(placement_distributions(at, knowledge.names))
 
-            def replicate(inputs: Any) -> Float[Array, ""]:
-                data, parameters, placements = inputs
-                truth = _Truth(
-                    data_knowledge.values(data[:, :size]),
-                    data[:, size : size + placed],
-                    data[:, size + placed :],
-                )
-                return _gain(at, positions, truth, density_knowledge.values(parameters), placements)
+class _ExpectedGain(eqx.Module):
+    """The estimate, from scores [replicate, draw, .] of data, of parameters and of placements."""
 
-            return mean_over_replicates(jax.lax.map(replicate, (data, parameters, placements)))
+    data_knowledge: PriorKnowledge
+    density_knowledge: PriorKnowledge
+    placed: int = eqx.field(static=True)
+    data: Array
+    parameters: Array
+    placements: Array
 
-        return plan
+    def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
+        """Information gain of an experiment."""
+        known = self.data_knowledge.names
+        positions = IndependentPriors(placement_distributions(at, known))
+        size = self.data_knowledge.dimension
+
+        def replicate(inputs: Any) -> Float[Array, ""]:
+            data, parameters, placements = inputs
+            truth = _Truth(
+                self.data_knowledge.values(data[:, :size]),
+                data[:, size : size + self.placed],
+                data[:, size + self.placed :],
+            )
+            of_density = self.density_knowledge.values(parameters)
+            return _gain(at, positions, truth, of_density, placements)
+
+        scores = (self.data, self.parameters, self.placements)
+        return mean_over_replicates(jax.lax.map(replicate, scores))
 
 
 class _Truth(NamedTuple):

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..._compiled import compiled
 from ..._types import InfeasibleError, InputError, check_fields
 from ...experiment.experiment import Experiment
 from ...inference.marginals.kernel_density import KERNELS, Kernel, kernel
@@ -95,72 +96,22 @@ class KDE(GainAboutParameters):
         unknown = experiment.unknown
         no_position_known = not any(unknown[name].is_of_transducer for name in knowledge.names)
         if no_position_known and _modal_products.factorise(experiment):
-            return self._by_products(experiment, draws)
-        return self._by_responses(draws)
+            return _by_products(experiment, draws, self._kernel())
+        return _ByResponses(draws, self._kernel())
 
-    def _by_products(self, experiment: Experiment, draws: "_Draws") -> Plan:
-        spectra = _spectra_of_draws(experiment, draws.parameters)
-        # One scale for each product, by which its residues are divided.
-        scales = _power_of_two(np.abs(spectra).max(axis=(0, 1, 3)))
-        spectra = spectra * scales[:, None]
-        # Products that depend on no parameter are summed once for all draws.
-        varies = np.any(spectra != spectra[:1, :1], axis=(0, 1, 3))
-        varying = jnp.asarray(spectra[..., varies, :], jnp.complex64)
-        constant = jnp.asarray(spectra[0, 0, ~varies], jnp.complex64)
+    def _kernel(self) -> "_KernelName":
+        return _KernelName(self.kernel, self.placement_draws)
 
-        def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
-            unit, target = self._scaled_target(at, nominal)
-            placed = placement_distributions(at, draws.parameters)
 
-            def replicate(inputs: Any) -> Float[Array, "draw"]:
-                scores, changing = inputs
-                positions = _sampling.values(placed, scores)
-                residues = jax.vmap(
-                    lambda values: _modal_products.residues(at.fix(values)), out_axes=-1
-                )(positions)
-                scaled = (residues * (unit / scales)[:, None]).astype(jnp.float32)
-                return _log_likelihoods(at, scaled, varies, (changing, constant), target)
+class _KernelName(NamedTuple):
+    """Name of a kernel, and the draws of the placement that it smooths."""
 
-            inputs = (jnp.asarray(draws.placement), varying)
-            return divergence(jax.lax.map(replicate, inputs).astype(float))
+    name: str
+    draws: int
 
-        return plan
-
-    def _by_responses(self, draws: "_Draws") -> Plan:
-        def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
-            z = at.fix(nominal).predict()
-            target = (z, _error_variance(at, z), self._kernel(z.size))
-            placed = placement_distributions(at, draws.parameters)
-
-            def replicate(inputs: Any) -> Float[Array, "draw"]:
-                scores, parameters = inputs
-                positions = _sampling.values(placed, scores)
-
-                def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
-                    fixed = at.fix(values)
-                    z = jax.vmap(lambda place: fixed.fix(place).predict(), out_axes=-1)(positions)
-                    return log_density(z, *target)
-
-                return jax.lax.map(likelihood, parameters, batch_size=BATCH)
-
-            inputs = (jnp.asarray(draws.placement), draws.parameters)
-            return divergence(jax.lax.map(replicate, inputs))
-
-        return plan
-
-    def _scaled_target(self, at: Experiment, nominal: dict[str, Any]) -> tuple[Array, Any]:
-        """Scale of the FRFs, and in that unit the nominal outputs, their variance, the kernel."""
-        frf = at.fix(nominal).frf()
-        unit = _power_of_two(jnp.abs(frf).max())
-        z, scaled = at.observe.output(frf), at.observe.output(frf * unit)
-        ones = jnp.ones(frf.shape)
-        ratio = at.observe.deviation(frf * unit, ones * unit**2) / at.observe.deviation(frf, ones)
-        variance = _error_variance(at, z) * ratio**2
-        single = (scaled.astype(jnp.float32), variance.astype(jnp.float32))
-        return unit, (*single, self._kernel(z.size))
-
-    def _kernel(self, outputs: int) -> Kernel:
-        return kernel(self.kernel, self.placement_draws, outputs)
+    def of(self, outputs: int) -> Kernel:
+        """Kernel for so many outputs."""
+        return kernel(self.name, self.draws, outputs)
 
 
 class _Draws(NamedTuple):
@@ -168,6 +119,108 @@ class _Draws(NamedTuple):
 
     parameters: dict[str, Any]
     placement: np.ndarray
+
+
+class _ByProducts(eqx.Module):
+    """The estimate where all modes are known, in single precision.
+
+    Parameters
+    ----------
+    known
+        Names of the parameters.
+    varies
+        Which products depend on the parameters; the others are summed once for all draws.
+    scales
+        Scale of each product, by which its residues are divided.
+    varying, constant
+        Spectra of the products that depend on the parameters [replicate, draw, product, frequency],
+        and of the others [product, frequency].
+    placement
+        Scores of the placement [replicate, draw, .].
+    kernel
+        The kernel.
+    """
+
+    known: tuple[str, ...] = eqx.field(static=True)
+    varies: tuple[bool, ...] = eqx.field(static=True)
+    scales: np.ndarray
+    varying: Array
+    constant: Array
+    placement: Array
+    kernel: _KernelName = eqx.field(static=True)
+
+    def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
+        """Information gain of an experiment."""
+        unit, target = _scaled_target(at, nominal, self.kernel)
+        placed, varies = placement_distributions(at, self.known), np.array(self.varies)
+
+        def replicate(inputs: Any) -> Float[Array, "draw"]:
+            scores, varying = inputs
+            positions = _sampling.values(placed, scores)
+            residues = jax.vmap(
+                lambda values: _modal_products.residues(at.fix(values)), out_axes=-1
+            )(positions)
+            scaled = (residues * (unit / self.scales)[:, None]).astype(jnp.float32)
+            return _log_likelihoods(at, scaled, varies, (varying, self.constant), target)
+
+        return divergence(jax.lax.map(replicate, (self.placement, self.varying)).astype(float))
+
+
+class _ByResponses(eqx.Module):
+    """The estimate from responses, where modes depend on parameters."""
+
+    draws: _Draws
+    kernel: _KernelName = eqx.field(static=True)
+
+    def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
+        """Information gain of an experiment."""
+        z = at.fix(nominal).predict()
+        target = (z, _error_variance(at, z), self.kernel.of(z.size))
+        placed = placement_distributions(at, self.draws.parameters)
+
+        def replicate(inputs: Any) -> Float[Array, "draw"]:
+            scores, parameters = inputs
+            positions = _sampling.values(placed, scores)
+
+            def likelihood(values: dict[str, Any]) -> Float[Array, ""]:
+                fixed = at.fix(values)
+                z = jax.vmap(lambda place: fixed.fix(place).predict(), out_axes=-1)(positions)
+                return log_density(z, *target)
+
+            return jax.lax.map(likelihood, parameters, batch_size=BATCH)
+
+        inputs = (jnp.asarray(self.draws.placement), self.draws.parameters)
+        return divergence(jax.lax.map(replicate, inputs))
+
+
+def _by_products(experiment: Experiment, draws: _Draws, kernel: _KernelName) -> _ByProducts:
+    spectra = np.asarray(compiled(_spectra_of_draws)(experiment, draws.parameters))
+    scales = _power_of_two(np.abs(spectra).max(axis=(0, 1, 3)))
+    spectra = spectra * scales[:, None]
+    varies = np.any(spectra != spectra[:1, :1], axis=(0, 1, 3))
+    return _ByProducts(
+        tuple(draws.parameters),
+        tuple(varies.tolist()),
+        scales,
+        jnp.asarray(spectra[..., varies, :], jnp.complex64),
+        jnp.asarray(spectra[0, 0, ~varies], jnp.complex64),
+        jnp.asarray(draws.placement),
+        kernel,
+    )
+
+
+def _scaled_target(
+    at: Experiment, nominal: dict[str, Any], kernel: _KernelName
+) -> tuple[Array, Any]:
+    """Scale of the FRFs, and in that unit the nominal outputs, their variance, the kernel."""
+    frf = at.fix(nominal).frf()
+    unit = _power_of_two(jnp.abs(frf).max())
+    z, scaled = at.observe.output(frf), at.observe.output(frf * unit)
+    ones = jnp.ones(frf.shape)
+    ratio = at.observe.deviation(frf * unit, ones * unit**2) / at.observe.deviation(frf, ones)
+    variance = _error_variance(at, z) * ratio**2
+    single = (scaled.astype(jnp.float32), variance.astype(jnp.float32))
+    return unit, (*single, kernel.of(z.size))
 
 
 def _error_variance(experiment: Experiment, z: Float[Array, "*output"]) -> Float[Array, "*output"]:
@@ -184,13 +237,13 @@ def _power_of_two(magnitude: Any) -> Any:
     return xp.ldexp(1.0, xp.where(xp.abs(exponent) > RANGE, -exponent, 0))
 
 
-def _spectra_of_draws(experiment: Experiment, parameters: dict[str, Any]) -> np.ndarray:
+def _spectra_of_draws(experiment: Experiment, parameters: dict[str, Any]) -> Array:
     """Spectra [replicate, draw, product, frequency]."""
 
     def spectra(values: dict[str, Any]) -> Array:
         return _modal_products.spectra(experiment.fix(values))
 
-    return np.asarray(jax.jit(jax.vmap(jax.vmap(spectra)))(parameters))
+    return jax.vmap(jax.vmap(spectra))(parameters)
 
 
 def _log_likelihoods(

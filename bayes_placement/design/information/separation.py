@@ -1,5 +1,6 @@
 """Expected information about which of several alternative models of earlier data is right."""
 
+from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -96,36 +97,40 @@ class Separation(Estimator):
             If there is no output error, or draws of an explanation lack one of its unknowns.
         """
         known_noise(experiment, "information.Separation")
-        explanations = [
+        explained = [
             _Explanation.of(alternative, experiment, moved) for alternative in self.alternatives
         ]
         points = [
-            _points(explanation, self, experiment, seed + 10 * number)
-            for number, explanation in enumerate(explanations)
+            _points(known, explanation.placed, self, experiment, seed + 10 * number)
+            for number, (explanation, known) in enumerate(explained)
         ]
         weights = np.array([alternative.probability for alternative in self.alternatives])
         log_prior = jnp.asarray(np.log(weights / weights.sum()))
+        return _Separation([explanation for explanation, _ in explained], points, log_prior)
 
-        def plan(at: Experiment, nominal: dict[str, Any]) -> Gain:
-            deviation = output_deviation(at)
 
-            def replicate(points: Any) -> Float[Array, ""]:
-                pairs = [
-                    (explanation.response(at, deviation), sample)
-                    for explanation, sample in zip(explanations, points, strict=True)
-                ]
-                densities = [
-                    TangentKernels.of(respond, sample.centres) for respond, sample in pairs
-                ]
-                data = [
-                    responses(respond, sample.truth) + sample.error for respond, sample in pairs
-                ]
-                gains = [_gain(densities, log_prior, number, y) for number, y in enumerate(data)]
-                return jnp.exp(log_prior) @ jnp.stack(gains)
+class _Separation(eqx.Module):
+    """The estimate, from points of each explanation and the logs of their probabilities."""
 
-            return mean_over_replicates(jax.lax.map(replicate, points))
+    explanations: list["_Explanation"]
+    points: list["_Points"]
+    log_prior: Array
 
-        return plan
+    def __call__(self, at: Experiment, nominal: dict[str, Any]) -> Gain:
+        """Information gain of an experiment."""
+        deviation = output_deviation(at)
+
+        def replicate(points: Any) -> Float[Array, ""]:
+            pairs = [
+                (explanation.response(at, deviation), sample)
+                for explanation, sample in zip(self.explanations, points, strict=True)
+            ]
+            densities = [TangentKernels.of(respond, sample.centres) for respond, sample in pairs]
+            data = [responses(respond, sample.truth) + sample.error for respond, sample in pairs]
+            gains = [_gain(densities, self.log_prior, number, y) for number, y in enumerate(data)]
+            return jnp.exp(self.log_prior) @ jnp.stack(gains)
+
+        return mean_over_replicates(jax.lax.map(replicate, self.points))
 
 
 class _Explanation(NamedTuple):
@@ -139,23 +144,21 @@ class _Explanation(NamedTuple):
         Shape of each unknown, by name.
     mean, root
         Mean of the draws [unknown], and a root of their covariance [unknown, coordinate].
-    known
-        The draws in coordinates.
     placed
         Number of coordinates of the placement.
     """
 
     experiment: Experiment
-    shapes: dict[str, tuple[int, ...]]
-    mean: np.ndarray
-    root: np.ndarray
-    known: Float[np.ndarray, "draw coordinate"]
+    shapes: OrderedDict[str, tuple[int, ...]]  # JAX sorts the names in other dictionaries
+    mean: Any
+    root: Any
     placed: int
 
     @classmethod
     def of(
         cls, alternative: Alternative, experiment: Experiment, moved: Sequence[str]
-    ) -> "_Explanation":
+    ) -> tuple["_Explanation", Float[np.ndarray, "draw coordinate"]]:
+        """Return an explanation, and its draws in coordinates."""
         explained = _with_explanation(experiment, alternative.experiment)
         knowledge = prior_knowledge(explained, alternative.draws, moved)
         assert isinstance(knowledge, PosteriorDraws)
@@ -164,10 +167,10 @@ class _Explanation(NamedTuple):
         mean = flat.mean(axis=0)
         scores, singular, directions = np.linalg.svd(flat - mean, full_matrices=False)
         scale = np.sqrt(len(flat))
-        shapes = {name: v.shape[1:] for name, v in draws.items()}
+        shapes = OrderedDict((name, v.shape[1:]) for name, v in draws.items())
         placed = _sampling.dimension(placement_distributions(explained, knowledge.names))
         root = directions.T * singular / scale
-        return cls(alternative.experiment, shapes, mean, root, scores * scale, placed)
+        return cls(alternative.experiment, shapes, mean, root, placed), scores * scale
 
     def response(self, at: Experiment, deviation: Array) -> Callable[[Array], Array]:
         """Outputs in deviations at a vector of coordinates."""
@@ -197,11 +200,16 @@ class _Points(NamedTuple):
 
 
 def _points(
-    explanation: _Explanation, sizes: Separation, experiment: Experiment, seed: int
+    known: Float[np.ndarray, "draw coordinate"],
+    placed: int,
+    sizes: Separation,
+    experiment: Experiment,
+    seed: int,
 ) -> _Points:
+    """Points of an explanation, from its draws in coordinates."""
     outputs = jax.eval_shape(lambda: experiment.nominal().predict()).size
     # The draws that simulate data must not be among those of their density.
-    density_draws, data_draws = PosteriorDraws({"known": explanation.known}).halves()
+    density_draws, data_draws = PosteriorDraws({"known": known}).halves()
 
     def scores(count: int, dimension: int, number: int) -> np.ndarray:
         return _sampling.scores(sizes.sampling, sizes.replicates, count, dimension, seed + number)
@@ -209,7 +217,7 @@ def _points(
     def coordinates(half: PosteriorDraws, normal: np.ndarray) -> Array:
         return jnp.concatenate([half.values(normal[..., :1])["known"], normal[..., 1:]], axis=-1)
 
-    size = 1 + explanation.placed
+    size = 1 + placed
     centres = coordinates(density_draws, scores(sizes.draws, size, 0))
     data = scores(sizes.data_draws, size + outputs, 1)
     truth = coordinates(data_draws, data[..., :size])

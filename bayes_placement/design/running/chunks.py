@@ -5,24 +5,27 @@ So another process can compute a chunk, and a later run recognises a chunk that 
 
 import functools
 import pickle
-from collections.abc import Callable, Sequence
+from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
+from ..._compiled import compiled
 from ..._types import InputError, WorkerError
 from ...experiment.content_hash import content_hash
 from ...experiment.experiment import Experiment
 from .._candidates import Candidates, placed
-from ..information.estimator import Estimator
+from ..information.estimator import Estimator, Plan
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Common inputs of all placements of one compiled program. Equal tasks share that program.
+    """Common inputs of some placements. Equal tasks share the plan of their estimator.
 
     Parameters
     ----------
@@ -52,16 +55,16 @@ class Task:
         return content_hash(self.estimator, self.seed, self.experiment, self.nominal, self.stacks)
 
     @functools.cached_property
-    def program(self) -> str:
-        """Hash of all that is compiled: of the candidates only their number and form."""
-        sizes = jax.tree.map(lambda leaf: f"{leaf.dtype} {leaf.shape}", self.stacks)
-        return content_hash(self.estimator, self.seed, self.experiment, self.nominal, sizes)
+    def planned(self) -> str:
+        """Hash of all inputs of the plan: of the candidates only their form."""
+        forms = jax.tree.map(lambda leaf: f"{leaf.dtype} {leaf.shape[1:]}", self.stacks)
+        return content_hash(self.estimator, self.seed, self.experiment, forms)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Task) and self.program == other.program
+        return isinstance(other, Task) and self.planned == other.planned
 
     def __hash__(self) -> int:
-        return hash(self.program)
+        return hash(self.planned)
 
     @functools.cached_property
     def packed(self) -> bytes:
@@ -200,25 +203,37 @@ def _unpacked(packed: bytes) -> Task:
 
 
 def _information_gain(task: Task, candidates: np.ndarray) -> np.ndarray:
-    stacks = jax.tree.map(jnp.asarray, task.stacks)
-    return np.asarray(_compiled(task)(stacks, jnp.asarray(candidates)))
+    # JAX sorts the names in other dictionaries; the columns of candidates are in this order.
+    stacks = OrderedDict(task.stacks)
+    inputs = (_plan(task), task.experiment, task.nominal, stacks, candidates)
+    return np.asarray(compiled(_gains)(*inputs))
 
 
 @functools.lru_cache(maxsize=8)
-def _compiled(task: Task) -> Callable[[Any, Any], Any]:
-    """Information gain at rows of candidates, for all tasks that are equal to this one."""
+def _plan(task: Task) -> Plan:
+    """Plan of all tasks that are equal to this one."""
     first = {name: _candidate(stack, 0)[0] for name, stack in task.stacks.items()}
-    plan = task.estimator.plan(placed(task.experiment, first), task.seed, tuple(task.stacks))
+    return task.estimator.plan(placed(task.experiment, first), task.seed, tuple(task.stacks))
 
-    def at(stacks: Any, row: Any) -> Any:
-        positions, values = {}, dict(task.nominal)
-        for name, number in zip(task.stacks, row, strict=True):
-            positions[name], nominal = _candidate(stacks[name], number)
-            values |= nominal
-        gain = plan(placed(task.experiment, positions), values)
+
+def _gains(
+    plan: Plan,
+    experiment: Experiment,
+    nominal: dict[str, Any],
+    stacks: OrderedDict[str, Any],
+    candidates: Any,
+) -> Float[Array, "row estimate"]:
+    """Information gain at rows of candidates."""
+
+    def at(row: Any) -> Float[Array, "estimate"]:
+        positions, values = {}, dict(nominal)
+        for (name, stack), number in zip(stacks.items(), row, strict=True):
+            positions[name], of_candidate = _candidate(stack, number)
+            values |= of_candidate
+        gain = plan(placed(experiment, positions), values)
         return jnp.concatenate([gain.estimate[None], gain.jackknife])
 
-    return jax.jit(lambda stacks, rows: jax.lax.map(lambda row: at(stacks, row), rows))
+    return jax.lax.map(at, jnp.asarray(candidates))
 
 
 def _candidate(stack: Any, number: Any) -> Any:
