@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._compiled import compiled
 from .._types import InputError, UsageError
 from ..experiment.experiment import Experiment
 from ..experiment.transducers import Transducer
@@ -82,12 +83,12 @@ def positions_on(experiment: Experiment, count: int) -> list[Any]:
 
 def _greatest_motion(experiment: Experiment, points: PointsInSpace) -> Float[np.ndarray, "point"]:
     """Greatest mode shape [kg^-1/2] at each point."""
+    return np.asarray(compiled(_greatest_of_modes)(experiment.nominal().structure.modes, points))
 
-    def greatest() -> Any:
-        modes = experiment.nominal().structure.modes.solved()
-        return jax.lax.map(lambda at: jnp.abs(modes.shapes(at)).max(), jnp.asarray(points))
 
-    return np.asarray(jax.jit(greatest)())
+def _greatest_of_modes(modes: Any, points: Any) -> Any:
+    solved = modes.solved()
+    return jax.lax.map(lambda at: jnp.abs(solved.shapes(at)).max(), jnp.asarray(points))
 
 
 def far_apart(points: PointsInSpace, count: int) -> Float[np.ndarray, "chosen 3"]:

@@ -5,6 +5,7 @@ scale, so that least squares need no bounds. Unknowns whose distribution cannot 
 unconstrained coordinates of NumPyro.
 """
 
+from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -126,7 +127,8 @@ class Coordinates:
         if len(points) == 0:
             return {name: np.zeros((0, *prior.shape())) for name, prior in self.priors.items()}
         if self.bijections:
-            return jax.tree.map(np.asarray, jax.jit(jax.vmap(self.values))(points))
+            priors = OrderedDict(self.priors)  # JAX sorts the names in other dictionaries
+            return jax.tree.map(np.asarray, compiled(_named)(priors, points))
         values = {}
         for name, prior in self.priors.items():
             coordinate = points[:, self.places[name]].reshape(-1, *self._shape(name))
@@ -143,6 +145,11 @@ class Coordinates:
     def _log_volume(self, name: str, vector: Vector, values: Values) -> Array:
         coordinate = vector[self.places[name]].reshape(self._shape(name))
         return jnp.sum(self.bijections[name].log_abs_det_jacobian(coordinate, values[name]))
+
+
+def _named(priors: Mapping[str, Distribution], points: Any) -> Values:
+    """Values by name at points [point, unknown]."""
+    return jax.vmap(Coordinates(priors, standard_normal=False).values)(points)
 
 
 def _log_standard_normal(vector: Array) -> Array:

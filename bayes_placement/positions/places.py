@@ -1,7 +1,6 @@
 """Places: positions whose coordinates are numbers or distributions."""
 
 import abc
-import functools
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -12,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from numpyro.distributions import Uniform
 
+from .._compiled import compiled
 from .._sites import is_finite, is_unknown, unit
 from .._types import Parameter
 from . import _ball_in_box
@@ -237,7 +237,7 @@ class InBall(Place):
     def nearest(self, position: Recorded) -> dict[str, Any]:
         """Shares of a position [m], clipped axis by axis to the cut ball."""
         steps = np.asarray(position) - np.array(self.centre)
-        shares = _shares(self.cut, steps[np.array(self.axes)])
+        shares = compiled(_ball_in_box.shares)(self.cut, steps[np.array(self.axes)])
         return {
             f"share.{number}": value
             for number, (share, value) in enumerate(zip(self.share, shares, strict=True), start=1)
@@ -312,8 +312,3 @@ def _clipped(distribution: Any, value: Any) -> Any:
     if isinstance(distribution, Uniform):
         return jnp.clip(value, distribution.low, distribution.high)
     return value
-
-
-@functools.partial(jax.jit, static_argnums=0)
-def _shares(cut: _ball_in_box.Cut, steps: Float[Array, "axis"]) -> list[Float[Array, ""]]:
-    return _ball_in_box.shares(cut, steps)

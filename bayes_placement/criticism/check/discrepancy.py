@@ -4,7 +4,6 @@ A Gaussian process over frequency (Kennedy and O'Hagan, 2001, doi:10.1111/1467-9
 to the residual of a finished fit: it shows where the model is wrong and changes no parameter.
 """
 
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -15,6 +14,7 @@ from scipy import stats
 from tinygp import GaussianProcess
 from tinygp.kernels import quasisep
 
+from ..._compiled import compiled
 from ...experiment.experiment import FORCE_LEVEL
 from ._residuals import Residuals, residuals
 
@@ -103,7 +103,7 @@ def _fitted(data: Residuals, lines: np.ndarray) -> _Fit:
     amplitudes = _amplitudes(values, noise_known=noise_known)
     frequency, present = data.frequency[lines], data.present[:, :, lines, 0]
     channels = [x.reshape(-1, *x.shape[2:]) for x in (values, present, amplitudes)]
-    fit = _fit(frequency, _lengths(frequency), *channels, noise_known=noise_known)
+    fit = compiled(_fit)(frequency, _lengths(frequency), *channels, noise_known)
     return _Fit(*(np.asarray(x).reshape(*shape, *x.shape[1:]) for x in fit))
 
 
@@ -122,14 +122,12 @@ def _amplitudes(values: np.ndarray, *, noise_known: bool) -> np.ndarray:
     return np.concatenate([np.full((*rms.shape, 1), _ZERO_AMPLITUDE), geometric], axis=-1)
 
 
-@partial(jax.jit, static_argnames="noise_known")
 def _fit(
     frequency: Any,
     lengths: Any,
     values: Any,
     present: Any,
     amplitudes: Any,
-    *,
     noise_known: bool,
 ) -> _Fit:
     def fit_channel(channel: Any) -> _Fit:

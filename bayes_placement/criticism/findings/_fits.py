@@ -78,7 +78,7 @@ def _model_error(experiment: Experiment, values: Mapping[str, float]) -> np.ndar
         for (name, prior), key in zip(errors.items(), keys, strict=True)
     }
     others = {name: value for name, value in arrays.items() if name not in errors}
-    return np.asarray(jax.jit(_spread)(experiment.fix(others), draws))
+    return np.asarray(compiled(_spread)(experiment.fix(others), draws))
 
 
 def _spread(experiment: Experiment, draws: dict[str, Array]) -> Response:

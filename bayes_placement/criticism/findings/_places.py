@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
+from ..._compiled import compiled
 from ...experiment.experiment import Experiment
 from ...experiment.transducers import Transducer
 from ...inference.alternative_explanation import JointDraws
@@ -134,19 +135,26 @@ def _drawn(
     if missing:
         return np.full((DRAWS, 3), np.nan), np.full((DRAWS, 3), np.nan)
     chosen = {name: _chosen(draws[name]) for name in names}
-
-    def at(values: dict[str, Any]) -> tuple[Any, Any]:
-        side = getattr(experiment.fix(values), kind)
-        there = side[transducer.name]
-        direction = jnp.asarray(there.points(AXES).direction)[0]
-        return jnp.atleast_1d(coordinates(there.position)), direction
-
+    path = (kind, transducer.name)
     if not names:
-        position, direction = (np.asarray(part)[None] for part in at({}))
+        position, direction = (np.asarray(part)[None] for part in _mounted(experiment, path, {}))
     else:
-        position, direction = map(np.asarray, jax.jit(jax.vmap(at))(chosen))
+        at_draws = compiled(_mounted_at_draws)(experiment, path, chosen)
+        position, direction = map(np.asarray, at_draws)
     rows = _rows(len(position), DRAWS)
     return np.stack([_three(row) for row in position])[rows], direction[rows]
+
+
+def _mounted_at_draws(experiment: Experiment, path: tuple[str, str], draws: JointDraws) -> Any:
+    return jax.vmap(lambda values: _mounted(experiment, path, values))(draws)
+
+
+def _mounted(experiment: Experiment, path: tuple[str, str], values: dict[str, Any]) -> Any:
+    """Coordinates of the transducer at a path, and direction of its first channel."""
+    kind, name = path
+    there = getattr(experiment.fix(values), kind)[name]
+    direction = jnp.asarray(there.points(AXES).direction)[0]
+    return jnp.atleast_1d(coordinates(there.position)), direction
 
 
 def _chosen(draws: np.ndarray) -> np.ndarray:

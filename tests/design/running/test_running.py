@@ -211,14 +211,15 @@ def test_each_that_determines_a_result_is_in_its_name(monkeypatch):
     assert name(first) not in names
 
 
-def test_what_is_compiled_does_not_depend_on_where_candidates_are():
+def test_the_random_points_do_not_depend_on_where_candidates_are():
     first = small_maps.chunks()[0].task
     places = {name: at + 0.01 for name, at in small_maps.PLACES.items()}
     moved = small_maps.chunks(places=places)[0].task
     fewer = small_maps.chunks(places={"s1": places["s1"][:2], "a1": places["a1"]})[0].task
-    assert moved.program == first.program and moved.content != first.content
-    different = [fewer, small_maps.chunks(seed=1)[0].task]
-    assert len({task.program for task in [first, *different]}) == 3
+    another = small_maps.chunks(seed=1)[0].task
+    assert moved == first == fewer != another
+    assert len({task.content for task in (first, moved, fewer, another)}) == 4
+    assert chunking._plan(moved) is chunking._plan(first)
 
 
 DISTRIBUTIONS = [
