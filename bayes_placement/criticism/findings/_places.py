@@ -145,7 +145,7 @@ def _drawn(
     return np.stack([_three(row) for row in position])[rows], direction[rows]
 
 
-def _mounted_at_draws(experiment: Experiment, path: tuple[str, str], draws: JointDraws) -> Any:
+def _mounted_at_draws(experiment: Experiment, path: tuple[str, str], draws: dict[str, Any]) -> Any:
     return jax.vmap(lambda values: _mounted(experiment, path, values))(draws)
 
 
