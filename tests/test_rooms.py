@@ -13,6 +13,7 @@ ROOMS = "positions modes effects experiment inference criticism design io plots 
 SHARED = ("_types", "_compiled", "_sites", "_files")
 MOST_AT_ROOT = 8
 LINES, FUNCTION_LINES = 400, 50
+COMPILING = {"jit", "filter_jit", "pmap", "filter_pmap"}
 FORBIDDEN = {"hasattr", "super", "print"}
 BUILTINS = {*dir(builtins), "__file__", "__path__"}
 
@@ -136,6 +137,19 @@ def test_nothing_hides_trouble():
         )
     ]
     assert not offenders, f"no bare except, none of {', '.join(sorted(FORBIDDEN))}"
+
+
+def test_functions_are_compiled_by_the_helper_alone():
+    # Numbers are inputs there; a function that is compiled on its own is compiled at every call.
+    offenders = [
+        f"{name(path)}, line {node.lineno}"
+        for path, tree in TREES.items()
+        for node in ast.walk(tree)
+        if name(path) != "_compiled.py"
+        if (isinstance(node, ast.Attribute) and node.attr in COMPILING)
+        or (isinstance(node, ast.ImportFrom) and COMPILING & {one.name for one in node.names})
+    ]
+    assert not offenders, "use compiled(function)(tree, ...) of _compiled.py"
 
 
 def names_of_scopes(scope: symtable.SymbolTable) -> Iterator[str]:
