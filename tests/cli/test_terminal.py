@@ -118,6 +118,21 @@ def test_progress_in_a_file_is_plain_lines_that_never_run_backwards(console, mon
     ]
 
 
+def test_no_time_left_is_told_before_enough_is_done(console, terminal, monkeypatch):
+    with shown_progress.progress_bars(terminal, ["map"]) as begin:
+        begin("map")(0.01)
+    assert "-:--:--" in said(terminal)
+    clock = iter(range(0, 1000, 20))
+    monkeypatch.setattr(shown_progress.time, "monotonic", lambda: float(next(clock)))
+    with shown_progress.progress_bars(console, ["map"]) as begin:
+        report = begin("map")
+        for share in (0.001, 0.019, 0.1):
+            report(share)
+    first, second, third, _ = said(console).splitlines()
+    assert (first, second) == ("map: 0 %", "map: 2 %")
+    assert third.startswith("map: 10 %, about") and third.endswith("left")
+
+
 def test_a_bar_never_runs_backwards(terminal):
     with shown_progress.progress_bars(terminal, ["map"]) as begin:
         report = begin("map")

@@ -7,12 +7,14 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import (
     BarColumn,
+    Task,
     TaskID,
     TaskProgressColumn,
     TextColumn,
     TimeRemainingColumn,
 )
 from rich.progress import Progress as Bars
+from rich.text import Text
 
 from ..._types import Progress, arguments_checked, no_progress
 
@@ -21,6 +23,9 @@ WIDTH_OF_A_FILE = 140
 
 BETWEEN_LINES = 10.0
 """Time [s] from one line of progress in a file to the next, at least."""
+
+LEAST_SHARE = 0.02
+"""Share done below which no time left is told: most of what was spent is compilation."""
 
 
 def terminal_console() -> Console:
@@ -150,8 +155,8 @@ class _Lines:
         now, before = time.monotonic(), self.share
         self.share = max(before, min(share, 0.99))
         if self.task and now - self.told >= BETWEEN_LINES and self.share > before:
-            left = (now - self.began) * (1 - self.share) / self.share
-            self._print(f"{self.task}: {100 * self.share:.0f} %, about {_duration(left)} left")
+            left = _left(now - self.began, self.share)
+            self._print(f"{self.task}: {100 * self.share:.0f} %{left}")
             self.told = now
 
     def finish(self) -> None:
@@ -162,6 +167,23 @@ class _Lines:
 
     def _print(self, text: str) -> None:
         self.console.print(text, highlight=False, soft_wrap=True, markup=False)
+
+
+def _left(seconds: float, share: float) -> str:
+    """Say how long the rest will take, where enough is done to tell."""
+    if share < LEAST_SHARE:
+        return ""
+    return f", about {_duration(seconds * (1 - share) / share)} left"
+
+
+class _TimeLeft(TimeRemainingColumn):
+    """Time left, which is not told where too little is done."""
+
+    def render(self, task: Task) -> Text:
+        """Show the time left, or that it is not known."""
+        if not task.finished and task.percentage < 100 * LEAST_SHARE:
+            return Text("-:--:--", style="progress.remaining")
+        return super().render(task)
 
 
 def _duration(seconds: float) -> str:
@@ -176,7 +198,7 @@ def _bars(console: Console) -> Bars:
         BarColumn(bar_width=30),
         TaskProgressColumn(),
         TextColumn("{task.fields[word]}"),
-        TimeRemainingColumn(elapsed_when_finished=True),
+        _TimeLeft(elapsed_when_finished=True),
         console=console,
         speed_estimate_period=600,  # compilation is one long step
     )
