@@ -1705,6 +1705,10 @@ def calls_of_plots():
         "plots.posterior.measured_against_band": Call(
             plots.posterior.measured_against_band, {**result, **AXES}
         ),
+        "plots.posterior.measured_against_band_pages": Call(
+            plots.posterior.measured_against_band_pages, result
+        ),
+        "plots.posterior.intervals": Call(plots.posterior.intervals, {**result, **truth, **AXES}),
         "plots.posterior.response_band": Call(
             plots.posterior.response_band,
             {"simulated": thing(simulated()), "reference": thing(None, "nothing", "class"), **AXES},

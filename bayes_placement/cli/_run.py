@@ -22,6 +22,13 @@ from ._terminal import Screen
 DOTS_PER_INCH = 120
 
 
+def numbered(name: str, pages: Sequence[Figure]) -> dict[str, Figure]:
+    """Pages of a figure by the names of their files, numbered from the second on."""
+    stem, suffix = Path(name).stem, Path(name).suffix
+    further = {f"{stem}_{number}{suffix}": page for number, page in enumerate(pages[1:], 2)}
+    return {name: pages[0], **further}
+
+
 @dataclass(frozen=True)
 class Run:
     """A run of a command; each file that it writes is complete or not there.

@@ -14,7 +14,7 @@ from ..plots import modes as mode_plots
 from ..plots import posterior as posterior_plots
 from ._findings import FINDINGS, of_check, of_models
 from ._inputs import infer_posterior, read_inputs
-from ._run import Output, Run
+from ._run import Output, Run, numbered
 from ._shared_fits import method_from_fit
 
 
@@ -87,7 +87,9 @@ def _figures(posterior: xr.DataTree, misfit: Misfit, kept: xr.DataTree) -> dict[
     if modes:
         return {"modes.png": mode_plots.compared(modes), **residual_map}
     return {
-        "measured_against_band.png": posterior_plots.measured_against_band(posterior),
+        **numbered(
+            "measured_against_band.png", posterior_plots.measured_against_band_pages(posterior)
+        ),
         **residual_map,
         "discrepancy.png": plots.discrepancy(misfit),
     }

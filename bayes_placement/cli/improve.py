@@ -1,7 +1,6 @@
 """`bayes-placement improve`: add what a model lacks, effect by effect."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import xarray as xr
@@ -17,7 +16,7 @@ from ..plots import modes as mode_plots
 from ._findings import FINDINGS, of_models, of_result
 from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
-from ._run import Run
+from ._run import Run, numbered
 from ._save import CompletedModel
 
 FITS = "before_and_after.png"
@@ -116,7 +115,4 @@ def _before_and_after(kept: xr.DataTree) -> dict[str, Figure]:
     modes = of_models(kept, "modes")
     if modes:
         return {FITS: mode_plots.compared(modes)}
-    first, *further = plots.before_and_after_pages(of_models(kept, "fit"))
-    stem, suffix = Path(FITS).stem, Path(FITS).suffix
-    numbered = {f"{stem}_{number}{suffix}": page for number, page in enumerate(further, 2)}
-    return {FITS: first, **numbered}
+    return numbered(FITS, plots.before_and_after_pages(of_models(kept, "fit")))

@@ -27,7 +27,7 @@ from ._inputs import (
     print_data_faults,
     read_both,
 )
-from ._run import Output, Run
+from ._run import Output, Run, numbered
 from ._terminal import Screen
 
 Results = dict[str, xr.DataTree]
@@ -227,8 +227,9 @@ def _figures(results: Results, truth: Mapping[str, float], kept: xr.DataTree) ->
     figures = (
         {"modes.png": mode_plots.compared(modes)}
         if modes
-        else {"measured_against_band.png": plots.measured_against_band(first)}
+        else numbered("measured_against_band.png", plots.measured_against_band_pages(first))
     )
+    figures["intervals.png"] = plots.intervals(first, truth=truth)
     figures["parameters.png"] = plots.parameters(first, truth=truth)
     figures["placement.png"] = plots.placement(first, truth=truth)
     if len(results) > 1:

@@ -154,7 +154,9 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
             'compared: report({"SMC": bp.infer(experiment, measurement)}).'
         )
     for name, result in results.items():
-        _check_result(name, result)
+        why = "methods are compared by figures with standard errors"
+        example = f'report({{"{name}": bp.infer(experiment, measurement, engine="map")}})'
+        check_result(name, result, why, example)
     rows = {name: _row(result) for name, result in results.items()}
     warnings = [
         f"{name}: {sentence}"
@@ -172,14 +174,30 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
     return Report(table, _disagreements(comparisons), len(comparisons), warnings, of_unknowns)
 
 
-def _check_result(name: str, result: xr.DataTree) -> None:
-    """Refuse a tree of another program, such as that of ArviZ's `from_numpyro`."""
+def check_result(name: str, result: xr.DataTree, why: str, example: str) -> None:
+    """Refuse a tree of another program, such as that of ArviZ's `from_numpyro`.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    result
+        What is to be a result of `infer`.
+    why
+        What it is needed for.
+    example
+        A call that gets what it needs.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
     if not isinstance(result, xr.DataTree) or "estimates" not in result.children:
         raise InputError(
             f'"{name}" holds no group "estimates", so bp.infer did not return it; results of '
-            "bp.infer are needed, since methods are compared by figures with standard errors, "
-            "which a tree of arviz.from_numpyro or another program lacks: "
-            f'report({{"{name}": bp.infer(experiment, measurement, engine="map")}}).'
+            f"bp.infer are needed, since {why}, which a tree of arviz.from_numpyro or another "
+            f"program lacks: {example}."
         )
 
 

@@ -3,10 +3,11 @@
 import xarray as xr
 from matplotlib.axes import Axes
 
+from ._colours import AFTER, DATA
 from ._figures import HALF_TURN, LOGARITHM, phase_axis, unbroken
 
-POSTERIOR, DATA = "C0", "C3"
-"""Colours."""
+POSTERIOR = AFTER
+"""Colour of posteriors."""
 
 SPARSE = 30
 """Up to so many lines are marked one by one, since the curve between them is no measurement."""

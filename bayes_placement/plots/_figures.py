@@ -16,6 +16,15 @@ from ..experiment.experiment import FORCE_LEVEL
 PANEL = (6.4, 3.6)
 """Width and height of a panel [inch]."""
 
+PAGE = 11.6
+"""Height of a page of A4 [inch], which holds the responses of a few sensors."""
+
+MOST_SENSORS = 3
+"""Sensors on a page of responses."""
+
+NARROW = 4.2
+"""Width of a panel of responses that has others beside it [inch]."""
+
 LARGEST = 200.0
 """Longest side of a figure [inch]; panels shrink beyond."""
 
@@ -191,8 +200,27 @@ def channel_panels(dataset: xr.Dataset, heights: list[float], axes: Any = None) 
         Axes of the caller, row by row; None for a new figure.
     """
     columns = dataset.sizes["actuator"] * len(force_levels(dataset))
-    rows = dataset.sizes["sensor"] * len(heights)
-    return panels(rows, columns, axes, heights=heights * dataset.sizes["sensor"])
+    count = dataset.sizes["sensor"]
+    room = PAGE * len(sensors_of_pages(dataset)) / (count * sum(heights))
+    size = (PANEL[0] if columns == 1 else NARROW, min(PANEL[1], room))
+    return panels(count * len(heights), columns, axes, heights=heights * count, size=size)
+
+
+def sensors_of_pages(dataset: xr.Dataset) -> list[slice]:
+    """Return which sensors stand on each page."""
+    starts = range(0, dataset.sizes["sensor"], MOST_SENSORS)
+    return [slice(start, start + MOST_SENSORS) for start in starts]
+
+
+def share_frequency(axes: np.ndarray, rows: int) -> None:
+    """Name each channel pair above its first panel, and the frequency below its last."""
+    for number, panel in np.ndenumerate(axes):
+        place = number[0] % rows
+        if place > 0:
+            panel.set_title("")
+        if place < rows - 1:
+            panel.set_xlabel("")
+            panel.tick_params(axis="x", labelbottom=False, which="both")
 
 
 def channels(axes: np.ndarray, dataset: xr.Dataset) -> Iterator[tuple[Axes, xr.Dataset]]:

@@ -21,6 +21,7 @@ from ..criticism.missing.ranking import Ranking
 from ..experiment.experiment import Experiment
 from ..positions.vectors import Recorded
 from . import structure as structure_plots
+from ._colours import AFTER, BEFORE, INK
 from ._figures import (
     PANEL,
     STAR,
@@ -28,21 +29,17 @@ from ._figures import (
     channels,
     color_bar,
     edges,
-    in_decibels,
     maps_and_bars,
     panels,
-    phase_axis,
-    unbroken,
+    sensors_of_pages,
+    share_frequency,
 )
-
-MOST_SENSORS = 3
-"""Sensors on a page of responses."""
+from ._fit_panels import draw_error, draw_measured, draw_phase, draw_response
 
 MOST_MAPS = 4
 """Greatest number of maps of a structure in space."""
 
-CLAIMED, SUSPECT, CHANCE, FLOOR = "#009E73", "C0", "0.7", "k"
-BEFORE, AFTER, DATA = "C1", "C0", "C3"
+CLAIMED, SUSPECT, CHANCE, FLOOR = "#009E73", AFTER, "0.7", INK
 """Colours."""
 
 BAR = 0.3
@@ -308,11 +305,9 @@ def before_and_after_pages(fits: Mapping[str, xr.Dataset]) -> list[Figure]:
     >>> len(bp.plots.ledger.before_and_after_pages(fitted_steps(ledger, experiment, surprise)))
     1
     """
-    count = next(iter(fits.values())).sizes["sensor"]
-    pages = [slice(start, start + MOST_SENSORS) for start in range(0, count, MOST_SENSORS)]
     return [
         before_and_after({name: fit.isel(sensor=page) for name, fit in fits.items()})
-        for page in pages
+        for page in sensors_of_pages(next(iter(fits.values())))
     ]
 
 
@@ -348,49 +343,14 @@ def before_and_after(
     colors = [BEFORE, AFTER] if len(fits) > 1 else [AFTER]
     for (name, fit), color in zip(fits.items(), colors, strict=True):
         for panel, channel in channels(layout.axes[::rows], fit):
-            _draw_response(panel, channel, name, color)
+            draw_response(panel, channel, name, color)
         for panel, channel in channels(layout.axes[1::rows], fit) if has_phase else ():
-            _draw_phase(panel, channel, color)
+            draw_phase(panel, channel, color)
         for panel, channel in channels(layout.axes[rows - 1 :: rows], fit):
-            _draw_error(panel, channel, name, color)
-    _draw_measured(layout.axes, first, rows)
+            draw_error(panel, channel, name, color)
+    draw_measured(layout.axes, first, rows)
+    share_frequency(layout.axes, rows)
     return layout.with_legend()
-
-
-def _draw_measured(axes: np.ndarray, fit: xr.Dataset, rows: int) -> None:
-    """Draw what was measured, once, above the lines, which would hide it."""
-    style: dict[str, Any] = {"color": DATA, "markersize": 4, "zorder": 3}
-    for panel, channel in channels(axes[::rows], fit):
-        measured, _ = in_decibels(channel["measured"], channel["measured"].attrs["units"])
-        panel.plot(channel["frequency"], measured, ".", label="measured", **style)
-    if "measured_phase" not in fit:
-        return
-    for panel, channel in channels(axes[1::rows], fit):
-        panel.plot(channel["frequency"], channel["measured_phase"], ".", **style)
-    for panel in axes[1::rows].flat:  # it belongs to the panel above
-        panel.set(title="", xlabel="")
-
-
-def _draw_response(panel: Axes, channel: xr.Dataset, name: str, color: str) -> None:
-    values, label = in_decibels(channel["predicted"], channel["predicted"].attrs["units"])
-    panel.plot(channel["frequency"], values, color=color, label=name)
-    panel.set_ylabel(label)
-
-
-def _draw_phase(panel: Axes, channel: xr.Dataset, color: str) -> None:
-    phase = unbroken(channel["predicted_phase"].values)
-    panel.plot(channel["frequency"], phase, color=color)
-    phase_axis(panel)
-
-
-def _draw_error(panel: Axes, channel: xr.Dataset, name: str, color: str) -> None:
-    (points,) = panel.plot(channel["frequency"], channel["error"], ".", color=color)
-    points.set(label=f"error, {name}", markersize=4)
-    panel.plot(channel["frequency"], channel["noise"], color=FLOOR, linewidth=1, label="noise")
-    panel.set_yscale("log")
-    label = channel["error"].attrs["units"]
-    unit = "log10 of ratio]" if label.startswith("log10") else label.rpartition("[")[2]
-    panel.set_ylabel(f"size of error\n[{unit}")
 
 
 def _height(kinds: list[str]) -> float:

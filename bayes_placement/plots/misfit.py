@@ -10,9 +10,10 @@ from matplotlib.figure import Figure
 
 from .._types import arguments_checked
 from ..criticism.check.misfit import Misfit
+from ._colours import AFTER, BEFORE
 from ._figures import channel_panels, channels, edges, force_levels, frequency_axis, panels
 
-FIRST_PART, SECOND_PART = "C0", "C1"
+FIRST_PART, SECOND_PART = AFTER, BEFORE
 """Colours of the real and the imaginary part."""
 
 FAINTEST, BRIGHTEST = 0.3, 10.0

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .._types import InputError, arguments_checked
+from ._colours import AFTER, BEFORE, DATA, FIFTH, FOURTH, INK
 from ._figures import panels
 from ._mode_panels import (
     Colours,
@@ -18,10 +19,10 @@ from ._mode_panels import (
     with_shapes,
 )
 
-COLOURS = Colours(measured="C3", models=("C1", "C0", "C2", "C4"), square="C0", ink="k")
+COLOURS = Colours(DATA, (BEFORE, AFTER, FOURTH, FIFTH), square=AFTER, ink=INK)
 """As in the other figures of data, and of models before and after."""
 
-ONE_MODEL = COLOURS._replace(models=("C0",))
+ONE_MODEL = COLOURS._replace(models=(AFTER,))
 
 SIZE = (4.8, 3.4)
 """Width and height of a panel [inch]."""

@@ -10,25 +10,42 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from .._sites import Role
 from .._types import InputError, arguments_checked, check_annotated
 from ..experiment.experiment import RESPONSE
 from ..inference.bands import labelled_amplitude, phase_band, predictive_band
-from ..inference.estimates import scalars
-from ._band_panels import DATA, POSTERIOR, draw_band, draw_phases, unit_of_difference
-from ._figures import PANEL, Panels, channel_panels, channels, in_decibels, on_two_lines, panels
+from ..inference.report import check_result
+from ._band_panels import POSTERIOR, draw_band, draw_phases, unit_of_difference
+from ._colours import AFTER, BEFORE, DATA, FOURTH
+from ._figures import (
+    channel_panels,
+    channels,
+    in_decibels,
+    on_two_lines,
+    panels,
+    sensors_of_pages,
+    share_frequency,
+)
+from ._marginal_panels import (
+    PRIOR,
+    draw_density,
+    draw_marginal,
+    draw_strip,
+    draw_true_value,
+    in_rows,
+    layout_of_rows,
+    name_density,
+    set_limits,
+)
+from ._unknowns import Unknown, inferred
 
-BINS = 40
-"""Bins of a histogram of a posterior; that of a prior has half as many."""
+STRIP, ABOVE = (6.4, 0.54), 0.8
+"""Width and height [inch] of the interval of one unknown, and height of the legend."""
 
-MOST_NODES = 100
-"""Draws of fewer values than this, many times each, are taken for nodes of a quadrature."""
+MOST_STRIPS = 20
+"""Intervals below each other, so that they stand on a page of A4."""
 
-SMALL_PANEL = (4.2, 3.0)
-"""Width and height [inch] of a panel that has others beside it."""
-
-PRIOR = "0.6"
-"""Colour of priors."""
+METHODS = (AFTER, BEFORE, FOURTH, DATA)
+"""Colours of methods."""
 
 LINE_STYLES = ("-", "--", "-.", ":")
 
@@ -56,7 +73,34 @@ def measured_against_band(
     >>> bp.plots.posterior.measured_against_band(posterior).axes[-1].get_xlabel()
     'frequency [Hz]'
     """
+    _check("measured_against_band", "result", result)
+    return _bands(predictive_band(result), phase_band(result), axes)
+
+
+@arguments_checked
+def measured_against_band_pages(result: xr.DataTree) -> list[Figure]:
+    """Draw `measured_against_band` on pages of a few sensors.
+
+    Parameters
+    ----------
+    result
+        What `infer` returned.
+
+    Examples
+    --------
+    >>> len(bp.plots.posterior.measured_against_band_pages(posterior))
+    1
+    """
+    _check("measured_against_band_pages", "result", result)
     band, phase = predictive_band(result), phase_band(result)
+    return [
+        _bands(band.isel(sensor=page), None if phase is None else phase.isel(sensor=page), None)
+        for page in sensors_of_pages(band)
+    ]
+
+
+def _bands(band: xr.Dataset, phase: xr.Dataset | None, axes: Any) -> Figure:
+    """Responses, phases if there are any, and differences from the mean."""
     heights = [1.0, 0.7] if phase is None else [1.0, 0.5, 0.7]
     layout, rows = channel_panels(band, heights, axes), len(heights)
     shown, label = in_decibels(band, band.attrs["units"])
@@ -65,11 +109,10 @@ def measured_against_band(
         panel.set_ylabel(label)
     for panel, channel in [] if phase is None else channels(layout.axes[1::rows], phase):
         draw_phases(panel, channel)
-    for panel in [] if phase is None else layout.axes[1::rows].flat:  # it belongs to that above
-        panel.set(title="", xlabel="")
     for panel, channel in channels(layout.axes[rows - 1 :: rows], shown - shown["mean"]):
         draw_band(panel, channel, "posterior predictive")
-        panel.set_ylabel(f"difference from mean\n{unit_of_difference(band.attrs['units'])}")
+        panel.set_ylabel(f"difference\nfrom mean {unit_of_difference(band.attrs['units'])}")
+    share_frequency(layout.axes, rows)
     return layout.with_legend()
 
 
@@ -137,10 +180,11 @@ def parameters(
     --------
     >>> figure = bp.plots.posterior.parameters(posterior, truth={"structure.damping.ratio": 0.04})
     >>> figure.axes[0].get_xlabel()
-    'structure.damping.ratio [1]'
+    'structure.damping.ratio [%]'
     """
-    rows = [[name] for name in _names(result, placement=False)]
-    return _marginals(result, rows, truth or {}, axes)
+    found = _inferred("parameters", result)
+    told = [unknown for unknown in found if not unknown.is_placement]
+    return _marginals(in_rows(told), truth or {}, axes)
 
 
 @arguments_checked
@@ -164,12 +208,11 @@ def placement(
     Examples
     --------
     >>> bp.plots.posterior.placement(posterior).axes[0].get_xlabel()
-    'sensor.s1.position [m]'
+    'sensor.s1.position [mm]'
     """
-    names = _names(result, placement=True)
-    attributes = _attributes(result)
-    owners = itertools.groupby(names, lambda name: attributes[name]["owner"])
-    return _marginals(result, [list(row) for _, row in owners], truth or {}, axes)
+    placed = [unknown for unknown in _inferred("placement", result) if unknown.is_placement]
+    owners = itertools.groupby(placed, lambda unknown: unknown.attributes["owner"])
+    return _marginals([list(row) for _, row in owners], truth or {}, axes)
 
 
 @arguments_checked
@@ -198,21 +241,24 @@ def pair(
     --------
     >>> names = {"first": "structure.damping.ratio", "second": "sensor.s1.position"}
     >>> bp.plots.posterior.pair(posterior, **names).axes[0].get_ylabel()
-    'sensor.s1.position [m]'
+    'sensor.s1.position [mm]'
     """
+    found = {unknown.name: unknown for unknown in _inferred("pair", result)}
     for name in (first, second):
-        _check_unknown(result, name)
+        _check_unknown([*found], name)
+    across, up = found[first], found[second]
     layout = panels(1, 1, ax, size=(6.4, 5.0))
     panel = layout.only
-    for group, color in (("prior", PRIOR), ("posterior", POSTERIOR)):
-        draws = _scalars(result[group])
-        across, up = draws[first].ravel(), draws[second].ravel()
-        panel.plot(across, up, ".", color=color, markersize=3, label=group)
+    panel.plot(across.prior, up.prior, ".", color=PRIOR, markersize=3, label="prior")
+    style: dict[str, Any] = {"color": POSTERIOR, "markersize": 3}
+    panel.plot(across.posterior, up.posterior, ".", label="posterior", **style)
     if truth and first in truth and second in truth:
+        true = across.scaled(truth[first]), up.scaled(truth[second])
         cross: dict[str, Any] = {"color": DATA, "markersize": 10, "markeredgewidth": 2}
-        panel.plot(truth[first], truth[second], "x", label="true value", **cross)
-    panel.set_xlabel(_with_unit(result, first))
-    panel.set_ylabel(_with_unit(result, second))
+        panel.plot(*true, "x", label="true value", **cross)
+    panel.set_xlabel(across.label)
+    panel.set_ylabel(up.label)
+    panel.ticklabel_format(useOffset=False)
     return layout.with_legend()
 
 
@@ -244,136 +290,90 @@ def methods(
             "No results were given; those of at least one method are needed, since each is a row "
             'of the figure: methods({"SMC": bp.infer(experiment, measurement)}).'
         )
-    first = next(iter(results.values()))
-    names = _names(first, placement=False)
-    layout = panels(max(1, len(names)), 1, axes)
-    for panel, name in zip(layout.axes.flat, names, strict=False):
-        draws = [_scalars(result["posterior"])[name].ravel() for result in results.values()]
-        for number, (method, values) in enumerate(zip(results, draws, strict=True)):
-            style: dict[str, Any] = {"color": f"C{number}", "linestyle": LINE_STYLES[number % 4]}
-            _histogram(panel, values, label=method, fill=False, linewidth=1.5, **style)
-        _true_value(panel, name, truth or {})
-        _density_axis(panel, first, name)
-        _limits(panel, _scalars(first["prior"])[name], np.concatenate(draws))
+    found = {name: _inferred("methods", result, name) for name, result in results.items()}
+    told = [unknown for unknown in next(iter(found.values())) if not unknown.is_placement]
+    layout = layout_of_rows(in_rows(told), axes)
+    for panel, unknown in zip(layout.axes.flat, told, strict=False):
+        _draw_methods(panel, unknown, found)
+        draw_true_value(panel, unknown, truth or {})
+        name_density(panel, unknown)
     return layout.with_legend()
 
 
-def _marginals(
-    result: xr.DataTree, rows: list[list[str]], truth: Mapping[str, float], axes: Any
+def _draw_methods(panel: Axes, unknown: Unknown, found: Mapping[str, list[Unknown]]) -> None:
+    """Draw the density of an unknown by each method, in the unit that the first one has."""
+    draws = {
+        method: other.posterior * (unknown.scale.factor / other.scale.factor)
+        for method, listed in found.items()
+        for other in listed
+        if other.name == unknown.name
+    }
+    for number, (method, values) in enumerate(draws.items()):
+        colour, line = METHODS[number % len(METHODS)], LINE_STYLES[number % len(LINE_STYLES)]
+        style: dict[str, Any] = {"color": colour, "linestyle": line, "linewidth": 1.5}
+        draw_density(panel, values, label=method, fill=False, **style)
+    set_limits(panel, unknown.prior, np.concatenate(list(draws.values())))
+
+
+@arguments_checked
+def intervals(
+    result: xr.DataTree,
+    *,
+    truth: Mapping[str, float] | None = None,
+    axes: Sequence[Axes] | np.ndarray | None = None,
 ) -> Figure:
-    names = list(itertools.chain(*rows))
-    layout = panels(1, max(1, len(names)), axes) if axes is not None else _ragged(rows)
-    for panel, name in zip(layout.axes.flat, names, strict=False):
-        _marginal(panel, result, name, truth)
+    """Draw the 95 % interval of every unknown on that of its prior, each on an axis of its own.
+
+    Parameters
+    ----------
+    result
+        What `infer` returned.
+    truth
+        True values by name, where they are known.
+    axes
+        Axes to draw in, one for each unknown; None for a new figure.
+
+    Examples
+    --------
+    >>> bp.plots.posterior.intervals(posterior).axes[0].get_ylabel()
+    'structure.damping.ratio [%]'
+    """
+    found = _inferred("intervals", result)
+    count = max(1, len(found))
+    columns = 1 if axes is not None else -(-count // MOST_STRIPS)
+    rows = -(-count // columns)
+    layout = panels(rows, columns, axes, size=(STRIP[0], STRIP[1] + ABOVE / rows))
+    for panel, unknown in zip(layout.axes.T.flat, found, strict=False):
+        draw_strip(panel, unknown, truth or {})
+    for panel in layout.axes.T.flat[count:]:
+        panel.remove()
+    return layout._replace(axes=layout.axes.T.reshape(1, -1)[:, :count]).with_legend()
+
+
+def _inferred(function: str, result: xr.DataTree, name: str = "result") -> list[Unknown]:
+    """Every number that was inferred, of a result of ours."""
+    _check(function, name, result)
+    return inferred(result)
+
+
+def _check(function: str, name: str, result: xr.DataTree) -> None:
+    given = "bp.infer(experiment, measurement)"
+    given = f'{{"{name}": {given}}}' if function == "methods" else given
+    why = "names, units and priors of the unknowns are drawn along"
+    check_result(name, result, why, f"plots.posterior.{function}({given})")
+
+
+def _marginals(rows: list[list[Unknown]], truth: Mapping[str, float], axes: Any) -> Figure:
+    told = list(itertools.chain(*rows))
+    layout = layout_of_rows(rows, axes)
+    for panel, unknown in zip(layout.axes.flat, told, strict=False):
+        draw_marginal(panel, unknown, truth)
     return layout.with_legend()
 
 
-def _ragged(rows: list[list[str]]) -> Panels:
-    """Panels of a new figure, of which the last of a row are left out where it has fewer."""
-    columns = max(map(len, rows), default=1)
-    size = PANEL if columns == 1 else SMALL_PANEL
-    layout = panels(max(1, len(rows)), columns, size=size)
-    lengths = [len(row) for row in rows] or [1]
-    kept = []
-    for row, length in zip(layout.axes, lengths, strict=True):
-        kept += list(row[:length])
-        for unused in row[length:]:
-            unused.remove()
-    return layout._replace(axes=np.array([kept], dtype=object))
-
-
-def _marginal(panel: Axes, result: xr.DataTree, name: str, truth: Mapping[str, float]) -> None:
-    prior, posterior = (_scalars(result[group])[name] for group in ("prior", "posterior"))
-    _histogram(panel, prior.ravel(), label="prior", color=PRIOR, alpha=0.5, bins=BINS // 2)
-    _histogram(panel, posterior.ravel(), label="posterior", color=POSTERIOR, alpha=0.6)
-    _true_value(panel, name, truth)
-    _density_axis(panel, result, name)
-    _limits(panel, prior, posterior)
-    panel.locator_params(axis="x", nbins=4)
-
-
-def _check_unknown(result: xr.DataTree, name: str) -> None:
-    names = [*_scalars(result["posterior"])]
+def _check_unknown(names: list[str], name: str) -> None:
     if name not in names:
         raise InputError(
             f"{name!r} was given; one of {', '.join(names)} is needed, since the result has no "
             f"other unknowns: pair(result, first={names[0]!r}, second={names[-1]!r})."
         )
-
-
-def _scalars(group: Any) -> dict[str, np.ndarray]:
-    """Draws [chain, draw] of every number in a group, the elements of an array one by one."""
-    variables = group.to_dataset().data_vars.items()
-    return dict(number for name, draws in variables for number in scalars(str(name), draws.values))
-
-
-def _names(result: xr.DataTree, *, placement: bool) -> list[str]:
-    return [
-        name
-        for name, attributes in _attributes(result).items()
-        if (attributes["role"] == Role.PLACEMENT.value) == placement
-    ]
-
-
-def _attributes(result: xr.DataTree) -> dict[str, dict[str, Any]]:
-    """Unit, role and owner of every number, the elements of an array one by one."""
-    variables = result["posterior"].to_dataset().data_vars.items()
-    return {
-        number: draws.attrs
-        for name, draws in variables
-        for number, _ in scalars(str(name), draws.values)
-    }
-
-
-def _histogram(
-    panel: Axes, draws: np.ndarray, *, bins: int = BINS, fill: bool = True, **style: Any
-) -> None:
-    """Density of draws; each set over its own range, so that a narrow one keeps its shape."""
-    edges = _cells(draws) if _are_nodes(draws) else np.histogram_bin_edges(draws, bins)
-    density, edges = np.histogram(draws, edges, density=True)
-    panel.stairs(density, edges, fill=fill, **style)
-
-
-def _are_nodes(draws: np.ndarray) -> bool:
-    distinct = np.unique(draws).size
-    return 1 < distinct < min(MOST_NODES, draws.size / 10)
-
-
-def _cells(draws: np.ndarray) -> np.ndarray:
-    """Edges midway between the values, so that a node stands for the interval about it."""
-    values = np.unique(draws)
-    middle = (values[1:] + values[:-1]) / 2
-    first, last = 2 * values[0] - middle[0], 2 * values[-1] - middle[-1]
-    return np.concatenate([[first], middle, [last]])
-
-
-def _true_value(panel: Axes, name: str, truth: Mapping[str, float]) -> None:
-    if name in truth:
-        panel.axvline(truth[name], color="k", linestyle=":", label="true value")
-
-
-def _limits(panel: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
-    """Show the whole prior where the posterior fills a part of it, else the posterior alone."""
-    low, high = posterior.min(), posterior.max()
-    if high - low < 0.2 * np.ptp(prior):
-        margin = 0.5 * (high - low) if high > low else 0.05 * np.ptp(prior)
-        panel.set_xlim(low - margin, high + margin)
-
-
-def _density_axis(panel: Axes, result: xr.DataTree, name: str) -> None:
-    unit = _unit(result, name)
-    panel.set_xlabel(_with_unit(result, name))
-    panel.set_ylabel(f"probability density [{'1' if unit == '1' else f'1/{unit}'}]")
-
-
-def _with_unit(result: xr.DataTree, name: str) -> str:
-    """Name with its unit; of an angle of `orientation.rotation` also the axis of rotation."""
-    attributes = _attributes(result)[name]
-    is_angle = attributes["field"] == "angles" and attributes["component"]
-    about = f" about {'xyz'[int(attributes['component']) - 1]}" if is_angle else ""
-    return f"{name}{about} [{attributes['units']}]"
-
-
-def _unit(result: xr.DataTree, name: str) -> str:
-    unit: str = _attributes(result)[name]["units"]
-    return unit

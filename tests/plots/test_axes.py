@@ -31,6 +31,7 @@ PANELS = {
     posterior.measured_against_band: (4, lambda: (posteriors.result(),)),
     posterior.response_band: (2, lambda: (posteriors.simulated()[0],)),
     posterior.parameters: (1, lambda: (posteriors.result(),)),
+    posterior.intervals: (2, lambda: (posteriors.result(),)),
     posterior.placement: (5, lambda: (posteriors.result_in_space(),)),
     posterior.methods: (1, lambda: ({"one": posteriors.result()},)),
     misfit.residual_map: (2, lambda: (misfits.misfit(levels=2),)),

@@ -10,6 +10,7 @@ import bayes_placement as bp
 from bayes_placement._compiled import compiled
 from bayes_placement.inference.bands import phase_band
 
+methods = bp.plots.posterior.methods
 FREQUENCY = np.array([10.0, 20.0, 40.0, 80.0])
 RNG = np.random.default_rng(3)
 RATIO, POSITION = "structure.damping.ratio", "sensor.s1.position"
@@ -63,6 +64,7 @@ def result(ratio=None, place=None, parts=False):
                 observed + RNG.normal(size=(1, 200, *shape)), parts=parts
             ),
             "/observed_data": outputs(observed, (), parts=parts),
+            "/estimates": xr.Dataset(),
         }
     )
 
@@ -94,7 +96,9 @@ def result_in_space():
             }
         )
 
-    return xr.DataTree.from_dict({"/posterior": group(500), "/prior": group(400)})
+    return xr.DataTree.from_dict(
+        {"/posterior": group(500), "/prior": group(400), "/estimates": xr.Dataset()}
+    )
 
 
 def labels(figure):
@@ -126,6 +130,7 @@ FIGURES = {
     "placement": lambda: bp.plots.posterior.placement(result(), truth={POSITION: 0.3}),
     "placement in space": lambda: bp.plots.posterior.placement(result_in_space()),
     "pair": lambda: bp.plots.posterior.pair(result(), first=RATIO, second=POSITION),
+    "intervals": lambda: bp.plots.posterior.intervals(result(), truth={RATIO: 0.04}),
     "methods": lambda: bp.plots.posterior.methods({"one": result(), "two": result()}),
 }
 
@@ -134,7 +139,9 @@ FIGURES = {
 def test_every_axis_bears_a_name_and_a_unit(name):
     for axis in drawn(FIGURES[name]()).axes:
         is_phase = axis.get_ylabel().startswith("phase")  # it belongs to the panel above
-        assert axis.get_xlabel().endswith("]") is not is_phase
+        has_unit_beside = not axis.get_xlabel() and axis.get_ylabel().endswith(("[%]", "[mm]"))
+        is_above = axis.get_ylabel().startswith("magnitude")  # the frequency stands below
+        assert axis.get_xlabel().endswith("]") is not (is_phase or has_unit_beside or is_above)
         assert any(word in axis.get_ylabel() for word in ("[", "density", "ratio"))
 
 
@@ -153,13 +160,13 @@ def test_each_transducer_in_space_has_a_row_and_angles_say_about_what():
     assert {
         label: (cell.rowspan.start, cell.colspan.start) for label, cell in positions.items()
     } == {
-        "sensor.s1.position.x [m]": (0, 0),
-        "sensor.s1.position.y [m]": (0, 1),
-        "sensor.s1.angles.1 about x [rad]": (0, 2),
-        "sensor.s1.angles.3 about z [rad]": (0, 3),
-        "actuator.a1.position.along [m]": (1, 0),
+        "sensor.s1.position.x [mm]": (0, 0),
+        "sensor.s1.position.y [mm]": (0, 1),
+        "sensor.s1.angles.1 about x [°]": (0, 2),
+        "sensor.s1.angles.3 about z [°]": (0, 3),
+        "actuator.a1.position.along [mm]": (1, 0),
     }
-    assert figure.axes[2].get_ylabel() == "probability density [1/rad]"
+    assert figure.axes[2].get_ylabel() == "probability density [1/°]"
 
 
 def test_measured_points_are_drawn_on_the_band_and_less_its_mean():
@@ -271,9 +278,9 @@ def test_each_force_level_has_panels_of_its_own():
         tree[group] = xr.DataTree(xr.concat(runs, "force_level"))
     figure = bp.plots.posterior.measured_against_band(tree)
     pairs = [f"sensor s{n}+x, actuator a1+x" for n in (1, 2)]
-    assert [axis.get_title() for axis in figure.axes] == [
-        f"{pair}, {level} N" for pair in pairs for _ in range(2) for level in ("0.5", "2")
-    ]
+    upper = [*figure.axes[:2], *figure.axes[4:6]]  # the others belong to those above
+    titles = [f"{pair}, {level} N" for pair in pairs for level in ("0.5", "2")]
+    assert [axis.get_title() for axis in upper] == titles
     measured = tree["observed_data"]["measured"].sel(force_level=2.0)[1, 0]
     np.testing.assert_allclose(line(figure.axes[5], "measured"), 20 * measured)
 
@@ -292,8 +299,8 @@ def test_nodes_of_a_grid_leave_no_gaps():
     density, _, _ = steps(bp.plots.posterior.parameters(tree).axes[0], "posterior")
     assert density.min() > 0
     # The nodes crowd in the middle; the density must not show it.
-    middle = np.unique(ratio)
-    exact = np.exp(-0.5 * ((middle - 0.04) / 0.004) ** 2) / (0.004 * np.sqrt(2 * np.pi))
+    middle = 100 * np.unique(ratio)  # in percent, as it is told
+    exact = np.exp(-0.5 * ((middle - 4.0) / 0.4) ** 2) / (0.4 * np.sqrt(2 * np.pi))
     np.testing.assert_allclose(density, exact, atol=0.2 * exact.max())
 
 
@@ -304,14 +311,98 @@ def test_a_posterior_of_a_single_value_is_drawn():
 def test_a_posterior_far_narrower_than_the_prior_is_shown_enlarged():
     wide, narrow = RNG.uniform(0.02, 0.06, 500), RNG.uniform(0.0400, 0.0402, 500)
     first, second = (bp.plots.posterior.parameters(result(ratio=r)).axes[0] for r in (wide, narrow))
-    assert first.get_xlim()[0] < 0.021
-    assert 0.0398 < second.get_xlim()[0] < second.get_xlim()[1] < 0.0404
+    assert first.get_xlim()[0] < 2.1
+    assert 3.98 < second.get_xlim()[0] < second.get_xlim()[1] < 4.04
+
+
+def test_unknowns_are_told_in_the_units_of_people_without_an_offset():
+    tree = result()
+    modulus = {"field": "youngs_modulus", "units": "Pa", "role": "parameter h", "owner": "modes"}
+    for group, spread in (("prior", 1e10), ("posterior", 1e6)):
+        draws_of = np.random.default_rng(1).normal(2.1e11, spread, (1, 400))
+        fresh = {"structure.modes.youngs_modulus": (("chain", "other"), draws_of, modulus)}
+        tree[group] = xr.DataTree(tree[group].to_dataset().assign(fresh))
+    figure = drawn(bp.plots.posterior.parameters(tree))
+    labels_of = [axis.get_xlabel() for axis in figure.axes]
+    assert labels_of == [f"{RATIO} [%]", "structure.modes.youngs_modulus [GPa]"]
+    axis = figure.axes[1]
+    assert axis.get_ylabel() == "probability density [1/GPa]"
+    assert 209 < axis.get_xlim()[0] < axis.get_xlim()[1] < 211
+    assert not axis.xaxis.get_major_formatter().get_offset()
+
+
+def test_intervals_stand_on_those_of_the_priors_each_on_an_axis_of_its_own():
+    tree = result()
+    ratio, place = drawn(bp.plots.posterior.intervals(tree, truth={POSITION: 0.31})).axes
+    assert [axis.get_ylabel() for axis in (ratio, place)] == [f"{RATIO} [%]", f"{POSITION} [mm]"]
+    (before,) = place.patches
+    ends = before.get_x(), before.get_x() + before.get_width()
+    np.testing.assert_allclose(ends, 1e3 * np.percentile(tree["prior"][POSITION], [2.5, 97.5]))
+    after = 1e3 * tree["posterior"][POSITION].values
+    np.testing.assert_allclose(place.lines[0].get_xdata(), np.percentile(after, [2.5, 97.5]))
+    np.testing.assert_allclose(place.lines[1].get_xdata(), after.mean())
+    assert place.lines[2].get_xdata()[0] == pytest.approx(310.0)
+
+
+def test_intervals_of_many_unknowns_stand_beside_each_other_on_a_page():
+    tree = result()
+    for group in ("prior", "posterior"):
+        masses = RNG.normal(size=(1, 100, 30)), NOWHERE | {"units": "kg"}
+        fresh = xr.Dataset({"structure.mass": (("chain", "draw", "i"), *masses)})
+        tree[group] = xr.DataTree(fresh)
+    figure = drawn(bp.plots.posterior.intervals(tree))
+    assert len(figure.axes) == 30 and figure.get_figheight() <= 11.7
+    assert len({axis.get_subplotspec().colspan.start for axis in figure.axes}) == 2
+
+
+@pytest.mark.parametrize("draw", [bp.plots.posterior.parameters, lambda t: methods({"one": t})])
+def test_densities_of_many_parameters_stand_on_a_page(draw):
+    tree = result()
+    for group in ("prior", "posterior"):
+        masses = RNG.normal(size=(1, 100, 23)), NOWHERE | {"units": "kg"}
+        fresh = xr.Dataset({"structure.mass": (("chain", "draw", "i"), *masses)})
+        tree[group] = xr.DataTree(fresh)
+    figure = drawn(draw(tree))
+    assert len(figure.axes) == 23 and figure.get_figheight() <= 11.7
+
+
+def test_sensors_of_a_band_stand_on_pages_no_longer_than_a4():
+    tree = result(parts=True)
+    for group in ("posterior_predictive", "observed_data"):
+        dataset = tree[group].to_dataset()
+        names = [f"s{number}" for number in range(8)]
+        many = xr.concat([dataset] * 4, "sensor").assign_coords(sensor=names)
+        tree[group] = xr.DataTree(many)
+    pages = bp.plots.posterior.measured_against_band_pages(tree)
+    assert [len(drawn(page).axes) // 3 for page in pages] == [3, 3, 2]
+    assert max(page.get_figheight() for page in pages) <= 11.7
+    assert pages[1].axes[0].get_title() == "sensor s3, actuator a1+x"
+
+
+FROM_NUMPYRO = {
+    "parameters": bp.plots.posterior.parameters,
+    "placement": bp.plots.posterior.placement,
+    "measured_against_band": bp.plots.posterior.measured_against_band,
+    "measured_against_band_pages": bp.plots.posterior.measured_against_band_pages,
+    "intervals": bp.plots.posterior.intervals,
+    "pair": lambda tree: bp.plots.posterior.pair(tree, RATIO, POSITION),
+    "methods": lambda tree: bp.plots.posterior.methods({"result": tree}),
+}
+
+
+@pytest.mark.parametrize("name", FROM_NUMPYRO)
+def test_a_tree_of_another_program_is_refused(name):
+    values = xr.Dataset({RATIO: (("chain", "draw"), np.full((1, 10), 0.04))})
+    tree = xr.DataTree.from_dict({"/posterior": values, "/observed_data": values})
+    words = f'"result" holds no group "estimates".*arviz.from_numpyro.*posterior.{name}'
+    with pytest.raises(ValueError, match=words):
+        FROM_NUMPYRO[name](tree)
 
 
 def test_true_values_are_marked_where_they_are_known():
     figure = bp.plots.posterior.placement(result(), truth={POSITION: 0.31, "another": 1.0})
     assert line(figure.axes[0], "true value") is not None
-    assert figure.axes[0].lines[0].get_xdata()[0] == 0.31
+    assert figure.axes[0].lines[0].get_xdata()[0] == pytest.approx(310.0)
     assert labels(figure) == ["prior", "posterior", "true value"]
     assert labels(bp.plots.posterior.placement(result())) == ["prior", "posterior"]
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ._svg import FAINT
+from .._colours import FAINT
 
 MOST_LINES = 700
 """Lines of a mesh that are drawn."""

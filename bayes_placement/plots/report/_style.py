@@ -9,7 +9,8 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ._svg import FLOOR, INK, svg_of
+from .._colours import FLOOR, INK
+from ._svg import svg_of
 from .content import Drawing, Table
 
 WIDTH = 8.6

@@ -9,6 +9,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from ..._types import InputError
+from .._colours import AFTER, BEFORE, DATA, FAINT, FIFTH, FLOOR, FOURTH, INK, PAPER
 
 Element = ElementTree.Element
 
@@ -17,11 +18,6 @@ DIGITS = 2
 
 LARGEST = 4_000_000
 """Letters of the largest SVG that is taken."""
-
-INK, PAPER = "#000000", "#ffffff"
-BEFORE, AFTER, DATA, FLOOR, FAINT = "#d55e00", "#0072b2", "#cc3377", "#7f7f7f", "#d9d9d9"
-FOURTH, FIFTH = "#009e73", "#e69f00"
-"""Colours of figures of a report, which differ for the colour-blind as well (Okabe and Ito)."""
 
 _VARIABLES = {
     INK: "ink",

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ..._colours import AFTER, FLOOR
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels
-from .._svg import AFTER, FLOOR
 from ..content import Item, Table
 from ..report import ERROR
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import pandas as pd
 import xarray as xr
 
+from ..._colours import AFTER, BEFORE, DATA, INK
 from ..._mode_panels import (
     Colours,
     draw_assurance,
@@ -15,7 +16,6 @@ from ..._mode_panels import (
 )
 from .._saved import Saved
 from .._style import drawing, legend, panels
-from .._svg import AFTER, BEFORE, DATA, INK
 from ..content import Item, Table
 from ..report import RESPONSES
 

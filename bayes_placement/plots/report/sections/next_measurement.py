@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..._colours import AFTER, DATA
 from .._saved import Saved
 from .._style import drawing, legend, panels
-from .._svg import AFTER, DATA
 from ..content import Item, Table, Text
 from ..report import NEXT
 

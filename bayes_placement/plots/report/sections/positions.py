@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ....inference.summary import INTERVAL
+from ..._colours import AFTER, DATA, FLOOR, INK
+from ..._marginal_panels import draw_interval
 from .._placed_items import name_of, placed_items
 from .._projection import Projection, draw_outline
 from .._saved import Saved
 from .._style import drawing, legend, panels
-from .._svg import AFTER, DATA, FAINT, FLOOR, INK
 from .._units import rounded_summary
 from ..content import Drawing, Item, Table
 from ..report import PLACES
@@ -162,11 +162,8 @@ def _deviations(places: xr.Dataset, data: Table) -> Drawing:
             (item[word].values[:, axis] - recorded) * MILLIMETRE for word in ("prior", "posterior")
         )
         low, high = float(prior.min()), float(prior.max())
-        panel.barh(number, high - low, left=low, height=0.6, color=FAINT, label="tolerance")
-        ends = np.quantile(posterior, INTERVAL)
-        panel.plot(ends, [number, number], color=AFTER, linewidth=2.5, label="95 % interval")
-        mean: dict[str, Any] = {"color": AFTER, "markersize": 5, "linestyle": "none"}
-        panel.plot(posterior.mean(), number, "o", label="inferred", **mean)
+        words = "tolerance", "95 % interval", "inferred"
+        draw_interval(panel, float(number), (low, high), posterior, words)
     panel.axvline(0.0, color=FLOOR, linewidth=0.8)
     names = [f"{name_of(item)} {'xyz'[axis]}" for item, axis in rows]
     panel.set_yticks(range(len(rows)), names)

@@ -8,10 +8,10 @@ import pandas as pd
 import xarray as xr
 
 from ....experiment.experiment import FORCE_LEVEL
+from ..._colours import AFTER, BEFORE, DATA, FIFTH, INK
 from ..._figures import DECIBELS, HALF_TURN, LOGARITHM, unbroken
 from .._saved import Saved
 from .._style import decade_labels, drawing, legend, panels, thinned
-from .._svg import AFTER, BEFORE, DATA, FIFTH, INK
 from ..content import Item, Table, Text
 from ..report import RESPONSES
 

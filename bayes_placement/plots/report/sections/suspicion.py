@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ..._colours import AFTER, DATA
 from .._projection import Projection, draw_outline
 from .._saved import Saved
 from .._style import drawing, legend, panels
-from .._svg import AFTER, DATA
 from ..content import Drawing, Item, Table
 from ..report import SUSPICION
 

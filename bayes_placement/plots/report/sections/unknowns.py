@@ -1,18 +1,16 @@
 """Prior and posterior of every unknown, with units."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from ....inference.estimates import scalars
 from ....inference.summary import INTERVAL, summary
-from ....inference.units import ReadableUnit, readable
+from ..._colours import AFTER, FLOOR
+from ..._unknowns import Unknown, unknowns
 from .._saved import Saved
 from .._style import drawing, legend, panels
-from .._svg import AFTER, FLOOR
 from .._units import rounded_summary
 from ..content import Item, Table, Text
 from ..report import UNKNOWNS
@@ -23,28 +21,18 @@ BINS = 30
 TAGS = ("unknowns",)
 
 
-class _Unknown(NamedTuple):
-    """Draws of one number in the unit in which it is told."""
-
-    name: str
-    role: str
-    scale: ReadableUnit
-    prior: np.ndarray
-    posterior: np.ndarray
-
-
 def items(saved: Saved) -> Iterator[Item]:
     """List every unknown, and draw what the data say of it."""
     prior, posterior = saved.group("prior"), saved.group("posterior")
     if prior is None:
         return
-    unknowns = list(_unknowns(prior, posterior))
-    if not unknowns:
+    listed = list(unknowns(prior, posterior))
+    if not listed:
         return
     yield Item(
         UNKNOWNS,
         "Every unknown",
-        _table(unknowns),
+        _table(listed),
         "What was known before, and what the data say: mean, standard deviation, and the interval "
         "that holds 95 %.",
         TAGS,
@@ -52,25 +40,12 @@ def items(saved: Saved) -> Iterator[Item]:
     peaks = tuple(f"{row.in_words()}." for row in summary(saved.findings) if row.peaks)
     if peaks:
         yield Item(UNKNOWNS, "More than one likely value", Text(peaks), tags=TAGS)
-    inferred = [unknown for unknown in unknowns if unknown.posterior.size]
+    inferred = [unknown for unknown in listed if unknown.posterior.size]
     if inferred:
         yield _densities(inferred[:MOST_PANELS], of=len(inferred))
 
 
-def _unknowns(prior: xr.Dataset, posterior: xr.Dataset | None) -> Iterator[_Unknown]:
-    known = {} if posterior is None else {str(name): posterior[name] for name in posterior}
-    for name, draws in prior.data_vars.items():
-        role, unit = str(draws.attrs["role"]), str(draws.attrs["units"])
-        after = dict(scalars(str(name), known[str(name)].values)) if str(name) in known else {}
-        for word, before in scalars(str(name), draws.values):
-            drawn = np.ravel(after.get(word, np.zeros(0)))
-            size = float(np.abs(drawn if drawn.size else before).max())
-            scale = readable(unit, str(draws.attrs["field"]), size)
-            drawn = drawn * scale.factor
-            yield _Unknown(word, role, scale, np.ravel(before) * scale.factor, drawn)
-
-
-def _table(unknowns: list[_Unknown]) -> Table:
+def _table(listed: list[Unknown]) -> Table:
     columns = (
         "unknown",
         "unit",
@@ -83,18 +58,24 @@ def _table(unknowns: list[_Unknown]) -> Table:
         "for",
     )
     rows = []
-    for unknown in unknowns:
+    for unknown in listed:
         before = [float(f"{end:.3g}") for end in np.quantile(unknown.prior, INTERVAL)]
         after: tuple[Any, ...] = (None,) * 4
         if unknown.posterior.size:
             after = rounded_summary(unknown.posterior)
         rows.append(
-            (unknown.name, unknown.scale.name, *before, *after, unknown.role.removesuffix(" h"))
+            (
+                unknown.name,
+                unknown.scale.name,
+                *before,
+                *after,
+                str(unknown.attributes["role"]).removesuffix(" h"),
+            )
         )
     return Table(columns, tuple(rows))
 
 
-def _densities(unknowns: list[_Unknown], of: int) -> Item:
+def _densities(unknowns: list[Unknown], of: int) -> Item:
     """Draw the densities of some unknowns, which are the first of so many."""
     columns = min(COLUMNS, len(unknowns))
     figure, axes = panels(-(-len(unknowns) // columns), columns, 1.6)
@@ -117,7 +98,7 @@ def _densities(unknowns: list[_Unknown], of: int) -> Item:
     return Item(UNKNOWNS, "Prior and posterior", drawing(figure, data), caption, TAGS)
 
 
-def _draw(panel: Any, unknown: _Unknown) -> None:
+def _draw(panel: Any, unknown: Unknown) -> None:
     prior, posterior = unknown.prior, unknown.posterior
     for draws, colour, label in ((prior, FLOOR, "prior"), (posterior, AFTER, "posterior")):
         density, edges = np.histogram(draws, bins=BINS, density=True)

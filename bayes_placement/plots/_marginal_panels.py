@@ -1,0 +1,156 @@
+"""Panels of one unknown: densities before and after the data, and their intervals."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ..inference.summary import INTERVAL
+from ._colours import AFTER, FAINT, INK
+from ._figures import PAGE, PANEL, Panels, panels
+from ._unknowns import Unknown
+
+BINS = 40
+"""Bins of a histogram of a posterior; that of a prior has half as many."""
+
+MOST_NODES = 100
+"""Draws of fewer values than this, many times each, are taken for nodes of a quadrature."""
+
+PRIOR = "0.6"
+"""Colour of priors."""
+
+SMALL_PANEL = (4.2, 3.0)
+"""Width and height [inch] of a panel that has others beside it."""
+
+LEAST_HEIGHT = 1.45
+"""Least height of a panel [inch]."""
+
+MOST_IN_A_COLUMN, COLUMNS = 3, 3
+"""Parameters that stand one below the other, and columns of more of them."""
+
+
+def in_rows(told: list[Unknown]) -> list[list[Unknown]]:
+    """A few unknowns one below the other, more of them beside each other on a page of A4."""
+    columns = 1 if len(told) <= MOST_IN_A_COLUMN else COLUMNS
+    return [told[start : start + columns] for start in range(0, len(told), columns)]
+
+
+def layout_of_rows(rows: list[list[Unknown]], axes: Any) -> Panels:
+    """Panels for rows of unknowns, or the axes of the caller."""
+    count = max(1, sum(map(len, rows)))
+    return panels(1, count, axes) if axes is not None else _ragged(rows)
+
+
+def _ragged(rows: list[list[Unknown]]) -> Panels:
+    """Panels of a new figure, of which the last of a row are left out where it has fewer."""
+    columns = max(map(len, rows), default=1)
+    width, height = PANEL if columns == 1 else SMALL_PANEL
+    height = min(height, max(LEAST_HEIGHT, PAGE / max(1, len(rows))))
+    layout = panels(max(1, len(rows)), columns, size=(width, height))
+    lengths = [len(row) for row in rows] or [1]
+    kept = []
+    for row, length in zip(layout.axes, lengths, strict=True):
+        kept += list(row[:length])
+        for unused in row[length:]:
+            unused.remove()
+    return layout._replace(axes=np.array([kept], dtype=object))
+
+
+def draw_marginal(panel: Axes, unknown: Unknown, truth: Mapping[str, float]) -> None:
+    """Draw the densities of prior and posterior."""
+    draw_density(panel, unknown.prior, label="prior", color=PRIOR, alpha=0.5, bins=BINS // 2)
+    draw_density(panel, unknown.posterior, label="posterior", color=AFTER, alpha=0.6)
+    draw_true_value(panel, unknown, truth)
+    name_density(panel, unknown)
+    set_limits(panel, unknown.prior, unknown.posterior)
+
+
+def draw_density(
+    panel: Axes, draws: np.ndarray, *, bins: int = BINS, fill: bool = True, **style: Any
+) -> None:
+    """Density of draws; each set over its own range, so that a narrow one keeps its shape."""
+    edges = _cells(draws) if _are_nodes(draws) else np.histogram_bin_edges(draws, bins)
+    density, edges = np.histogram(draws, edges, density=True)
+    panel.stairs(density, edges, fill=fill, **style)
+
+
+def _are_nodes(draws: np.ndarray) -> bool:
+    distinct = np.unique(draws).size
+    return 1 < distinct < min(MOST_NODES, draws.size / 10)
+
+
+def _cells(draws: np.ndarray) -> np.ndarray:
+    """Edges midway between the values, so that a node stands for the interval about it."""
+    values = np.unique(draws)
+    middle = (values[1:] + values[:-1]) / 2
+    first, last = 2 * values[0] - middle[0], 2 * values[-1] - middle[-1]
+    return np.concatenate([[first], middle, [last]])
+
+
+def draw_true_value(panel: Axes, unknown: Unknown, truth: Mapping[str, float]) -> None:
+    """Mark the true value where it is known."""
+    if unknown.name in truth:
+        true = unknown.scaled(truth[unknown.name])
+        panel.axvline(true, color=INK, linestyle=":", label="true value")
+
+
+def set_limits(panel: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
+    """Show the whole prior where the posterior fills a part of it, else the posterior alone."""
+    low, high = posterior.min(), posterior.max()
+    if high - low < 0.2 * np.ptp(prior):
+        margin = 0.5 * (high - low) if high > low else 0.05 * np.ptp(prior)
+        panel.set_xlim(low - margin, high + margin)
+    panel.locator_params(axis="x", nbins=4)
+    panel.ticklabel_format(axis="x", useOffset=False)
+
+
+def name_density(panel: Axes, unknown: Unknown) -> None:
+    """Name both axes, with units."""
+    panel.set_xlabel(unknown.label)
+    unit = "1" if unknown.unit == "1" else f"1/{unknown.unit}"
+    panel.set_ylabel(f"probability density [{unit}]")
+
+
+def draw_strip(panel: Axes, unknown: Unknown, truth: Mapping[str, float]) -> None:
+    """Draw the intervals of prior and posterior on an axis of their own."""
+    before = np.quantile(unknown.prior, INTERVAL)
+    labels = "prior, 95 % interval", "posterior, 95 % interval", "posterior, mean"
+    draw_interval(panel, 0.0, (float(before[0]), float(before[1])), unknown.posterior, labels)
+    draw_true_value(panel, unknown, truth)
+    panel.set(yticks=[], ylim=(-0.6, 0.6))
+    panel.set_ylabel(unknown.label, rotation=0, ha="right", va="center")
+    panel.locator_params(axis="x", nbins=6)
+    panel.ticklabel_format(axis="x", useOffset=False)
+    panel.tick_params(axis="x", labelsize="small")
+    panel.spines[["top", "left", "right"]].set_visible(False)
+
+
+def draw_interval(
+    panel: Axes,
+    row: float,
+    before: tuple[float, float],
+    posterior: np.ndarray,
+    labels: tuple[str, str, str],
+) -> None:
+    """Draw what was known before as a pale bar, and what is known now as a dot with 95 %.
+
+    Parameters
+    ----------
+    panel
+        Axes to draw in.
+    row
+        Height of the row.
+    before
+        Ends of the bar.
+    posterior
+        Draws.
+    labels
+        Names of the bar, of the interval and of the dot.
+    """
+    low, high = before
+    panel.barh(row, high - low, left=low, height=0.6, color=FAINT, label=labels[0])
+    ends = np.quantile(posterior, INTERVAL)
+    panel.plot(ends, [row, row], color=AFTER, linewidth=2.5, label=labels[1])
+    mean: dict[str, Any] = {"color": AFTER, "markersize": 5, "linestyle": "none"}
+    panel.plot(posterior.mean(), row, "o", label=labels[2], **mean)
