@@ -1,21 +1,27 @@
 """Figure of a structure with its sensors and actuators, and of scores at its points."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .._sites import is_unknown, reach
 from .._types import arguments_checked
 from ..experiment.experiment import Experiment
 from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
 from ..positions.vectors import PointsInSpace
 from ._figures import STAR, color_bar, panels
-
-Panel = Any  # Axes, or Axes3D where the structure does not lie in a plane
+from ._instruments import (
+    INSTRUMENT,
+    LINE,
+    Panel,
+    View,
+    draw_channels,
+    draw_channels_on_a_line,
+    draw_tolerances,
+)
 
 LEAST_COLOUR_RANGE = 5.0
 """Smallest range of colours of a map [standard deviations]."""
@@ -28,14 +34,7 @@ MARGIN = 0.12
 
 _GREY = "0.8"
 _LABEL_DISTANCE = 12.0  # [points] from the numbers to the name of an axis in space
-_INSTRUMENT: dict[str, Any] = {
-    "linestyle": "none",
-    "markersize": 8,
-    "markerfacecolor": "none",
-    "markeredgecolor": "k",
-}
 _MARKERS = {"sensor": "^", "actuator": "v"}
-_TOLERANCE: dict[str, Any] = {"color": "C0", "linewidth": 5, "alpha": 0.4, "zorder": 1}
 _RING: dict[str, Any] = {
     "marker": "o",
     "linestyle": "none",
@@ -43,38 +42,6 @@ _RING: dict[str, Any] = {
     "markerfacecolor": "none",
     "markeredgecolor": "r",
 }
-
-
-class View(NamedTuple):
-    """Axes that are drawn, and the part of space that is shown [m].
-
-    Parameters
-    ----------
-    axes
-        Coordinates that are drawn: 0, 1, 2 for x, y, z.
-    low, high
-        Corners of the part of space [m].
-
-    Examples
-    --------
-    >>> view = bp.plots.structure.View((0, 1), np.zeros(3), np.array([1.0, 0.8, 0.0]))
-    >>> view.project(plane.position[:2])
-    array([[0. , 0.5],
-           [0. , 0. ]])
-    """
-
-    axes: tuple[int, ...]
-    low: np.ndarray
-    high: np.ndarray
-
-    @property
-    def projection(self) -> str | None:
-        """Projection of its axes: none where the structure lies in a plane."""
-        return "3d" if len(self.axes) == 3 else None
-
-    def project(self, points: np.ndarray) -> np.ndarray:
-        """Coordinates [axis, point] along the axes of points [point, 3]."""
-        return np.asarray(points)[:, list(self.axes)].T
 
 
 @arguments_checked
@@ -101,27 +68,23 @@ def experiment(experiment: Experiment, *, ax: Axes | None = None) -> Figure:
     shown = view(extent(experiment, pd.DataFrame()))
     layout = panels(1, 1, ax, size=(6.4, 5.0), projection=shown.projection)
     draw_structure(layout.only, shown, experiment)
+    draw_tolerances(layout.only, shown, experiment)
+    draw_channels(layout.only, shown, experiment)
     name_axes(layout.only, shown)
     return layout.with_legend()
 
 
 def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
-    layout = panels(1, 1, ax, size=(6.4, 2.0))
+    layout = panels(1, 1, ax, size=(6.4, 2.4))
     panel = layout.only
     panel.plot(experiment.structure.modes.bounds(), [0.0, 0.0], color=_GREY, label="structure")
     for kind, marker in _MARKERS.items():
-        transducers = getattr(experiment, kind)
-        recorded = {name: transducer.recorded for name, transducer in transducers.items()}
-        places = list(recorded.values())
-        style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | _INSTRUMENT
+        places = [transducer.recorded for transducer in getattr(experiment, kind).values()]
+        style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | INSTRUMENT
         panel.plot(places, np.zeros(len(places)), **style)
-        for transducer in transducers.values():
-            if is_unknown(transducer.position):
-                ends = np.clip(reach(transducer.position), *panel.dataLim.intervalx)
-                panel.plot(ends, [0.0, 0.0], label="tolerance", **_TOLERANCE)
-        for name, place in recorded.items():
-            panel.annotate(name, (place, 0.0), (0, 8), textcoords="offset points", ha="center")
-    panel.set_yticks([])
+    draw_tolerances(panel, LINE, experiment)
+    draw_channels_on_a_line(panel, experiment)
+    panel.set(yticks=[], ylim=(-1.0, 1.0))
     panel.set_xlabel("position along the structure [m]")
     return layout.with_legend()
 
@@ -162,7 +125,7 @@ def draw_structure(panel: Panel, view: View, experiment: Experiment) -> None:
         transducers = getattr(experiment, kind)
         recorded = np.array([transducer.recorded for transducer in transducers.values()])
         places = view.project(recorded)
-        style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | _INSTRUMENT
+        style: dict[str, Any] = {"marker": marker, "label": f"{kind} as recorded"} | INSTRUMENT
         panel.plot(*places, zorder=4, **style)
         for name, place in zip(transducers, places.T, strict=True):
             panel.text(*place, f"  {name}", fontsize="small", zorder=5, clip_on=True)

@@ -184,3 +184,102 @@ def test_axes_bear_the_names_of_their_coordinates_and_one_scale(frame):
 def test_places_of_an_unknown_structure_are_all_there_is():
     rows = pd.DataFrame({"x": [0.0, 1.0], "y": [2.0, 3.0], "z": [4.0, 5.0], "size": 1.0})
     np.testing.assert_array_equal(structure_plots.extent(None, rows), [[0, 2, 4], [1, 3, 5]])
+
+
+def instruments(structure_modes, sensors, actuators):
+    return bp.Experiment(
+        bp.Structure(structure_modes, damping=bp.damping.Modal(0.02)),
+        sensors=sensors,
+        actuators=actuators,
+        frequency=[20.0],
+        observe=bp.observe.Complex("acceleration"),
+        noise=None,
+    )
+
+
+def tolerances(axes):
+    """Points of all tolerances, without the gaps between their lines."""
+    drawn = [line for line in axes.lines if line.get_label() == "tolerance"]
+    points = [
+        np.transpose(line.get_data_3d() if axes.name == "3d" else line.get_data()) for line in drawn
+    ]
+    return [part[~np.isnan(part[:, 0])] for part in points]
+
+
+def texts(axes):
+    return [text.get_text() for text in axes.texts]
+
+
+def legend(figure):
+    return {text.get_text() for text in figure.legends[0].get_texts()}
+
+
+def test_tolerances_and_axes_in_space_are_drawn():
+    positions = bp.positions
+    box = positions.Box((0.3, 0.3, 0.2), within=(0.1, 0.05, 0.0))
+    strut = positions.Member((0.0, 0.8, 0.0), (0.0, 0.8, 0.6), centre=(0.0, 0.8, 0.5), within=0.2)
+    ball = positions.Ball((0.9, 0.4, 0.3), radius=0.2)
+    placed = [
+        bp.Sensor("box", at=box, directions=(1, -3)),
+        bp.Sensor("strut", at=strut, directions=(2,)),
+        bp.Sensor("ball", at=ball, directions=(3,)),
+    ]
+    driven = [bp.Actuator("a1", at=(0.9, 0.1, 0.5), directions=(-1,))]
+    figure = bp.plots.experiment(instruments(Linear(), placed, driven))
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    of_box, of_strut, of_ball = tolerances(axes)
+    corners = {(x, y, 0.2) for x in (0.2, 0.4) for y in (0.25, 0.35)}
+    assert {tuple(point) for point in of_box.round(9)} == corners and len(of_box) == 8
+    np.testing.assert_allclose(of_strut, [[0.0, 0.8, 0.3], [0.0, 0.8, 0.6]])  # cut at its end
+    assert of_ball[:, 0].max() == 1.0  # cut where the structure ends
+    assert of_ball.min(axis=0) == pytest.approx([0.7, 0.2, 0.1])
+    shafts = [np.array(arrow._segments3d[0])[::-1] for arrow in axes.collections]
+    np.testing.assert_allclose([tail for tail, _ in shafts][2:4], [strut.recorded, ball.recorded])
+    towards = [np.sign(np.round(head - tail, 9)).tolist() for tail, head in shafts]
+    assert towards == [[1, 0, 0], [0, 0, -1], [0, 1, 0], [0, 0, 1], [-1, 0, 0]]
+    assert [text for text in texts(axes) if text[0] in "+-"] == ["+x", "-z", "+y", "+z", "-x"]
+    assert {"tolerance", "measuring axis", "driving axis"} < legend(figure)
+
+
+@pytest.mark.parametrize(("size", "direction"), [((1.0, 0.8, 0.0), 3), ((1.0, 0.0, 0.6), -2)])
+def test_an_axis_out_of_the_plane_points_to_the_reader_or_away(size, direction):
+    flat = Linear(box=((0.0, 0.0, 0.0), size))
+    placed = [
+        bp.Sensor("s1", at=(0.2, 0.0, 0.0), directions=(direction,)),
+        bp.Sensor("s2", at=(0.5, 0.0, 0.0), directions=(-direction, 1)),
+    ]
+    figure = bp.plots.experiment(
+        instruments(flat, placed, [bp.Actuator("a1", at=(0.9, 0.0, 0.0), directions=(1,))])
+    )
+    (axes,) = figure.axes
+    marks = {
+        line.get_label(): line.get_xdata()[0] for line in axes.lines if "reader" in line.get_label()
+    }
+    assert marks == {"axis towards the reader": 0.2, "axis away from the reader": 0.5}
+    heads = [text.xyann for text in axes.texts if text.get_text() == "+x"]
+    assert all(head[0] > 0.5 for head in heads) and len(heads) == 2
+    assert "axis towards the reader" in legend(figure)
+
+
+def test_tolerances_and_axes_on_a_line_are_drawn():
+    beam = bp.beams.beam(
+        2, length=1.0, area=1e-4, second_moment=1e-9, youngs_modulus=2e11, density=7800.0
+    )
+    near = bp.positions.Nodes(np.linspace(0.0, 1.0, 11), bp.positions.Segment(0.9, within=0.1))
+    placed = [
+        bp.Sensor("s1", at=bp.positions.Segment(0.02, within=0.05)),
+        bp.Sensor("s2", at=near),
+        bp.Sensor("s3", at=0.5),
+    ]
+    driven = [bp.Actuator("a1", at=0.4, directions=(-3,))]
+    figure = bp.plots.experiment(instruments(beam, placed, driven))
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    (stretch,) = tolerances(axes)
+    np.testing.assert_allclose(stretch, [[0.0, 0.0], [0.07, 0.0]])
+    (nodes,) = [line for line in axes.lines if line.get_label().startswith("nodes within")]
+    np.testing.assert_allclose(sorted(set(nodes.get_xdata()[::3])), [0.8, 0.9, 1.0])
+    upright = {text.get_text(): np.sign(text.xyann) for text in axes.texts if text.arrow_patch}
+    assert upright["+z"].tolist() == [0.0, 1.0] and upright["-z"].tolist() == [0.0, -1.0]
+    assert {"measuring axis", "driving axis"} < legend(figure)

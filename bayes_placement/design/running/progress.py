@@ -183,7 +183,7 @@ class _TimeLeft(TimeRemainingColumn):
         """Show the time left, or that it is not known."""
         if not task.finished and task.percentage < 100 * LEAST_SHARE:
             return Text("-:--:--", style="progress.remaining")
-        return super().render(task)
+        return TimeRemainingColumn.render(self, task)
 
 
 def _duration(seconds: float) -> str:

@@ -1,0 +1,190 @@
+"""Sensors and actuators on a structure: their tolerances, and along what their channels read."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ..experiment.experiment import Experiment
+from ..positions._outlines import outline_of
+from ..positions.places import AtNode
+from ..positions.vectors import unit_vector
+from ._colours import AFTER, BEFORE
+
+Panel = Any  # Axes, or Axes3D where the structure does not lie in a plane
+
+INSTRUMENT: dict[str, Any] = {
+    "linestyle": "none",
+    "markersize": 8,
+    "markerfacecolor": "none",
+    "markeredgecolor": "k",
+}
+"""Mark of a recorded place."""
+
+ARROW = 0.1
+"""Length of an arrow, as a share of the longest side of what is shown."""
+
+POINTS = 26.0
+"""Length of an arrow on a line [points]."""
+
+BESIDE = 0.3
+"""Distance from a line to the arrows along it, of half of what is shown."""
+
+_SIDES = {"sensor": 1, "actuator": -1}
+_KINDS = {"sensor": ("measuring axis", AFTER), "actuator": ("driving axis", BEFORE)}
+_TOLERANCE: dict[str, Any] = {"color": AFTER, "alpha": 0.45, "solid_capstyle": "round"}
+
+
+class View(NamedTuple):
+    """Axes that are drawn, and the part of space that is shown [m].
+
+    Parameters
+    ----------
+    axes
+        Coordinates that are drawn: 0, 1, 2 for x, y, z.
+    low, high
+        Corners of the part of space [m].
+
+    Examples
+    --------
+    >>> view = bp.plots.structure.View((0, 1), np.zeros(3), np.array([1.0, 0.8, 0.0]))
+    >>> view.project(plane.position[:2])
+    array([[0. , 0.5],
+           [0. , 0. ]])
+    """
+
+    axes: tuple[int, ...]
+    low: np.ndarray
+    high: np.ndarray
+
+    @property
+    def projection(self) -> str | None:
+        """Projection of its axes: none where the structure lies in a plane."""
+        return "3d" if len(self.axes) == 3 else None
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Coordinates [axis, point] along the axes of points [point, 3]."""
+        return np.asarray(points)[:, list(self.axes)].T
+
+
+LINE = View((0,), np.zeros(3), np.zeros(3))
+"""View of a structure along a line, whose other axis has no meaning."""
+
+
+def draw_tolerances(panel: Panel, view: View, experiment: Experiment) -> None:
+    """Draw where each transducer may sit: segments, boxes, patches, balls, nodes."""
+    bounds = experiment.structure.modes.bounds()
+    for transducer in _transducers(experiment):
+        points = outline_of(transducer.position, bounds)
+        if points.size:
+            height = (np.zeros(len(points)),) if view is LINE else ()
+            style = _tolerance_style(transducer.position, len(points))
+            panel.plot(*view.project(points), *height, zorder=2, **style)
+
+
+def _tolerance_style(position: Any, count: int) -> dict[str, Any]:
+    """Style of a stretch, of edges or of nodes."""
+    if isinstance(position, AtNode):
+        dots = {"marker": "o", "linestyle": "none", "markersize": 7, "markeredgewidth": 0}
+        return dots | {"label": "nodes within the tolerance", "color": AFTER, "alpha": 0.45}
+    return {"label": "tolerance", "linewidth": 5.0 if count == 3 else 2.0, **_TOLERANCE}
+
+
+def draw_channels(panel: Panel, view: View, experiment: Experiment) -> None:
+    """Draw an arrow along each axis that a sensor measures or an actuator drives.
+
+    An axis that is at right angles to the plane of the view is a dot in a circle where it points to
+    the reader, else a cross in a circle.
+    """
+    length = ARROW * float(np.max(view.high - view.low))
+    for kind, transducer, direction in _channels(experiment):
+        start = np.asarray(transducer.recorded, dtype=float)
+        vector = length * unit_vector(direction)
+        along = view.project(vector[None])[:, 0]
+        if view.projection:
+            _draw_arrow_in_space(panel, start, vector, kind, direction)
+        elif np.any(along):
+            tail = view.project(start[None])[:, 0]
+            _draw_arrow(panel, tail, {"xytext": tail + along}, kind, direction)
+        else:
+            _draw_out_of_plane(panel, view, start, kind, direction)
+    _name_arrows(panel, experiment)
+
+
+def draw_channels_on_a_line(panel: Axes, experiment: Experiment) -> None:
+    """Draw the axes of the channels, those along the line to the side and all others upright.
+
+    What belongs to sensors stands above the line, to actuators below.
+    """
+    for kind, transducer, direction in _channels(experiment):
+        is_along = abs(direction) == 1
+        step = POINTS * np.sign(direction) * np.array([is_along, not is_along])
+        tail = np.array([transducer.recorded, BESIDE * _SIDES[kind] * is_along])
+        head = {"xytext": tuple(step), "textcoords": "offset points"}
+        _draw_arrow(panel, tail, head, kind, direction)
+    for kind, side in _SIDES.items():
+        for transducer in getattr(experiment, kind).values():
+            place, turn = (transducer.recorded, 0.0), 1 if -1 in transducer.directions else -1
+            near = {"textcoords": "offset points", "ha": "left" if turn > 0 else "right"}
+            panel.annotate(transducer.name, place, (8 * turn, 14 * side), va="center", **near)
+    _name_arrows(panel, experiment)
+
+
+def _transducers(experiment: Experiment) -> list[Any]:
+    return [*experiment.sensor.values(), *experiment.actuator.values()]
+
+
+def _channels(experiment: Experiment) -> Iterator[tuple[str, Any, int]]:
+    """Kind, transducer and recorded direction of every channel."""
+    for kind in _KINDS:
+        for transducer in getattr(experiment, kind).values():
+            for direction in transducer.directions:
+                yield kind, transducer, direction
+
+
+def _draw_arrow(
+    panel: Axes, tail: np.ndarray, head: dict[str, Any], kind: str, direction: int
+) -> None:
+    """Draw an arrow from a place; the name of its axis stands at its head."""
+    colour = _KINDS[kind][1]
+    style: dict[str, Any] = {"color": colour, "fontsize": "small", "ha": "center", "va": "center"}
+    shaft = {"arrowstyle": "<|-", "color": colour, "linewidth": 1.5, "shrinkA": 0, "shrinkB": 0}
+    panel.annotate(_axis(direction), tuple(tail), arrowprops=shaft, zorder=5, **head, **style)
+
+
+def _draw_arrow_in_space(
+    panel: Panel, start: np.ndarray, vector: np.ndarray, kind: str, direction: int
+) -> None:
+    colour = _KINDS[kind][1]
+    panel.quiver(*start, *vector, color=colour, linewidth=1.5, arrow_length_ratio=0.3)
+    panel.text(*(start + 1.25 * vector), _axis(direction), color=colour, fontsize="small")
+
+
+def _draw_out_of_plane(
+    panel: Axes, view: View, start: np.ndarray, kind: str, direction: int
+) -> None:
+    to_reader = np.sign(direction) * (-1 if view.axes == (0, 2) else 1) > 0
+    colour, place = _KINDS[kind][1], view.project(start[None])
+    ring: dict[str, Any] = {"markersize": 15, "markerfacecolor": "none", "zorder": 5}
+    panel.plot(*place, "o", markeredgecolor=colour, **ring)
+    inner: dict[str, Any] = {"color": colour, "markersize": 5, "linestyle": "none", "zorder": 5}
+    label = f"axis {'towards' if to_reader else 'away from'} the reader"
+    panel.plot(*place, marker="." if to_reader else "x", label=label, **inner)
+    near: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top"}
+    panel.annotate(
+        _axis(direction), tuple(place[:, 0]), (0, -9), color=colour, fontsize="small", **near
+    )
+
+
+def _name_arrows(panel: Panel, experiment: Experiment) -> None:
+    """Add arrows to the legend."""
+    nowhere = ([np.nan],) * (3 if panel.name == "3d" else 2)
+    for kind in dict.fromkeys(kind for kind, *_ in _channels(experiment)):
+        label, colour = _KINDS[kind]
+        style: dict[str, Any] = {"linestyle": "none", "markersize": 12, "color": colour}
+        panel.plot(*nowhere, marker=r"$\rightarrow$", label=label, **style)
+
+
+def _axis(direction: int) -> str:
+    return f"{'+' if direction > 0 else '-'}{'xyz'[abs(direction) - 1]}"
