@@ -125,9 +125,10 @@ def draw_channels_on_a_line(panel: Axes, experiment: Experiment) -> None:
         _draw_arrow(panel, tail, head, kind, direction)
     for kind, side in _SIDES.items():
         for transducer in getattr(experiment, kind).values():
-            place, turn = (transducer.recorded, 0.0), 1 if -1 in transducer.directions else -1
-            near = {"textcoords": "offset points", "ha": "left" if turn > 0 else "right"}
-            panel.annotate(transducer.name, place, (8 * turn, 14 * side), va="center", **near)
+            place, sign = (transducer.recorded, 0.0), 1 if -1 in transducer.directions else -1
+            near: dict[str, Any] = {"textcoords": "offset points"}
+            near["ha"] = "left" if sign > 0 else "right"
+            panel.annotate(transducer.name, place, (8 * sign, 14 * side), va="center", **near)
     _name_arrows(panel, experiment)
 
 

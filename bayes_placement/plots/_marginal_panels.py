@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from ..inference.summary import INTERVAL
 from ._colours import AFTER, FAINT, INK
 from ._figures import PAGE, PANEL, Panels, panels
-from ._unknowns import Unknown
+from ._unknowns import ScaledUnknown
 
 BINS = 40
 """Bins of a histogram of a posterior; that of a prior has half as many."""
@@ -30,19 +30,19 @@ MOST_IN_A_COLUMN, COLUMNS = 3, 3
 """Parameters that stand one below the other, and columns of more of them."""
 
 
-def in_rows(told: list[Unknown]) -> list[list[Unknown]]:
+def in_rows(told: list[ScaledUnknown]) -> list[list[ScaledUnknown]]:
     """A few unknowns one below the other, more of them beside each other on a page of A4."""
     columns = 1 if len(told) <= MOST_IN_A_COLUMN else COLUMNS
     return [told[start : start + columns] for start in range(0, len(told), columns)]
 
 
-def layout_of_rows(rows: list[list[Unknown]], axes: Any) -> Panels:
+def layout_of_rows(rows: list[list[ScaledUnknown]], axes: Any) -> Panels:
     """Panels for rows of unknowns, or the axes of the caller."""
     count = max(1, sum(map(len, rows)))
     return panels(1, count, axes) if axes is not None else _ragged(rows)
 
 
-def _ragged(rows: list[list[Unknown]]) -> Panels:
+def _ragged(rows: list[list[ScaledUnknown]]) -> Panels:
     """Panels of a new figure, of which the last of a row are left out where it has fewer."""
     columns = max(map(len, rows), default=1)
     width, height = PANEL if columns == 1 else SMALL_PANEL
@@ -57,7 +57,7 @@ def _ragged(rows: list[list[Unknown]]) -> Panels:
     return layout._replace(axes=np.array([kept], dtype=object))
 
 
-def draw_marginal(panel: Axes, unknown: Unknown, truth: Mapping[str, float]) -> None:
+def draw_marginal(panel: Axes, unknown: ScaledUnknown, truth: Mapping[str, float]) -> None:
     """Draw the densities of prior and posterior."""
     draw_density(panel, unknown.prior, label="prior", color=PRIOR, alpha=0.5, bins=BINS // 2)
     draw_density(panel, unknown.posterior, label="posterior", color=AFTER, alpha=0.6)
@@ -88,7 +88,7 @@ def _cells(draws: np.ndarray) -> np.ndarray:
     return np.concatenate([[first], middle, [last]])
 
 
-def draw_true_value(panel: Axes, unknown: Unknown, truth: Mapping[str, float]) -> None:
+def draw_true_value(panel: Axes, unknown: ScaledUnknown, truth: Mapping[str, float]) -> None:
     """Mark the true value where it is known."""
     if unknown.name in truth:
         true = unknown.scaled(truth[unknown.name])
@@ -105,14 +105,14 @@ def set_limits(panel: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
     panel.ticklabel_format(axis="x", useOffset=False)
 
 
-def name_density(panel: Axes, unknown: Unknown) -> None:
+def name_density(panel: Axes, unknown: ScaledUnknown) -> None:
     """Name both axes, with units."""
     panel.set_xlabel(unknown.label)
     unit = "1" if unknown.unit == "1" else f"1/{unknown.unit}"
     panel.set_ylabel(f"probability density [{unit}]")
 
 
-def draw_strip(panel: Axes, unknown: Unknown, truth: Mapping[str, float]) -> None:
+def draw_strip(panel: Axes, unknown: ScaledUnknown, truth: Mapping[str, float]) -> None:
     """Draw the intervals of prior and posterior on an axis of their own."""
     before = np.quantile(unknown.prior, INTERVAL)
     labels = "prior, 95 % interval", "posterior, 95 % interval", "posterior, mean"

@@ -14,7 +14,7 @@ from ..inference.units import ReadableUnit, readable
 Draws = Float[np.ndarray, "draw"]
 
 
-class Unknown(NamedTuple):
+class ScaledUnknown(NamedTuple):
     """One number that was unknown.
 
     Parameters
@@ -64,7 +64,7 @@ class Unknown(NamedTuple):
         return value * self.scale.factor
 
 
-def unknowns(prior: xr.Dataset, posterior: xr.Dataset | None) -> Iterator[Unknown]:
+def unknowns(prior: xr.Dataset, posterior: xr.Dataset | None) -> Iterator[ScaledUnknown]:
     """List every number of a prior, with its posterior where there is one."""
     known = {} if posterior is None else {str(name): posterior[name] for name in posterior}
     for name, draws in prior.data_vars.items():
@@ -75,13 +75,13 @@ def unknowns(prior: xr.Dataset, posterior: xr.Dataset | None) -> Iterator[Unknow
 
 def _unknown(
     name: str, attributes: Mapping[str, Any], prior: np.ndarray, posterior: np.ndarray
-) -> Unknown:
+) -> ScaledUnknown:
     size = float(np.abs(posterior if posterior.size else prior).max())
     scale = readable(str(attributes["units"]), str(attributes["field"]), size)
-    return Unknown(name, attributes, scale, prior * scale.factor, posterior * scale.factor)
+    return ScaledUnknown(name, attributes, scale, prior * scale.factor, posterior * scale.factor)
 
 
-def inferred(result: xr.DataTree) -> list[Unknown]:
+def inferred(result: xr.DataTree) -> list[ScaledUnknown]:
     """Every number that was inferred and is told by itself."""
     listed = unknowns(result["prior"].to_dataset(), result["posterior"].to_dataset())
     return [unknown for unknown in listed if unknown.posterior.size and unknown.is_told_apart]

@@ -36,7 +36,7 @@ from ._marginal_panels import (
     name_density,
     set_limits,
 )
-from ._unknowns import Unknown, inferred
+from ._unknowns import ScaledUnknown, inferred
 
 STRIP, ABOVE = (6.4, 0.54), 0.8
 """Width and height [inch] of the interval of one unknown, and height of the legend."""
@@ -300,7 +300,9 @@ def methods(
     return layout.with_legend()
 
 
-def _draw_methods(panel: Axes, unknown: Unknown, found: Mapping[str, list[Unknown]]) -> None:
+def _draw_methods(
+    panel: Axes, unknown: ScaledUnknown, found: Mapping[str, list[ScaledUnknown]]
+) -> None:
     """Draw the density of an unknown by each method, in the unit that the first one has."""
     draws = {
         method: other.posterior * (unknown.scale.factor / other.scale.factor)
@@ -350,7 +352,7 @@ def intervals(
     return layout._replace(axes=layout.axes.T.reshape(1, -1)[:, :count]).with_legend()
 
 
-def _inferred(function: str, result: xr.DataTree, name: str = "result") -> list[Unknown]:
+def _inferred(function: str, result: xr.DataTree, name: str = "result") -> list[ScaledUnknown]:
     """Every number that was inferred, of a result of ours."""
     _check(function, name, result)
     return inferred(result)
@@ -363,7 +365,7 @@ def _check(function: str, name: str, result: xr.DataTree) -> None:
     check_result(name, result, why, f"plots.posterior.{function}({given})")
 
 
-def _marginals(rows: list[list[Unknown]], truth: Mapping[str, float], axes: Any) -> Figure:
+def _marginals(rows: list[list[ScaledUnknown]], truth: Mapping[str, float], axes: Any) -> Figure:
     told = list(itertools.chain(*rows))
     layout = layout_of_rows(rows, axes)
     for panel, unknown in zip(layout.axes.flat, told, strict=False):

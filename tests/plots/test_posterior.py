@@ -385,7 +385,7 @@ FROM_NUMPYRO = {
     "measured_against_band": bp.plots.posterior.measured_against_band,
     "measured_against_band_pages": bp.plots.posterior.measured_against_band_pages,
     "intervals": bp.plots.posterior.intervals,
-    "pair": lambda tree: bp.plots.posterior.pair(tree, RATIO, POSITION),
+    "pair": lambda tree: bp.plots.posterior.pair(tree, first=RATIO, second=POSITION),
     "methods": lambda tree: bp.plots.posterior.methods({"result": tree}),
 }
 

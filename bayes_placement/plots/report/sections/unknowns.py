@@ -8,7 +8,7 @@ import pandas as pd
 
 from ....inference.summary import INTERVAL, summary
 from ..._colours import AFTER, FLOOR
-from ..._unknowns import Unknown, unknowns
+from ..._unknowns import ScaledUnknown, unknowns
 from .._saved import Saved
 from .._style import drawing, legend, panels
 from .._units import rounded_summary
@@ -45,7 +45,7 @@ def items(saved: Saved) -> Iterator[Item]:
         yield _densities(inferred[:MOST_PANELS], of=len(inferred))
 
 
-def _table(listed: list[Unknown]) -> Table:
+def _table(listed: list[ScaledUnknown]) -> Table:
     columns = (
         "unknown",
         "unit",
@@ -75,7 +75,7 @@ def _table(listed: list[Unknown]) -> Table:
     return Table(columns, tuple(rows))
 
 
-def _densities(unknowns: list[Unknown], of: int) -> Item:
+def _densities(unknowns: list[ScaledUnknown], of: int) -> Item:
     """Draw the densities of some unknowns, which are the first of so many."""
     columns = min(COLUMNS, len(unknowns))
     figure, axes = panels(-(-len(unknowns) // columns), columns, 1.6)
@@ -98,7 +98,7 @@ def _densities(unknowns: list[Unknown], of: int) -> Item:
     return Item(UNKNOWNS, "Prior and posterior", drawing(figure, data), caption, TAGS)
 
 
-def _draw(panel: Any, unknown: Unknown) -> None:
+def _draw(panel: Any, unknown: ScaledUnknown) -> None:
     prior, posterior = unknown.prior, unknown.posterior
     for draws, colour, label in ((prior, FLOOR, "prior"), (posterior, AFTER, "posterior")):
         density, edges = np.histogram(draws, bins=BINS, density=True)
