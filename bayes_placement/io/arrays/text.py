@@ -20,6 +20,9 @@ _REMEDY = "Export the columns again, with a comma, a semicolon or a tab between 
 LONGEST_NAME = 500
 _COMMENTS = ("#", "%", "//", "!")
 _UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]]*)[\])]\s*")
+_ARGUMENT = re.compile(
+    r"(re|real|im|imag|abs|mag|arg|angle|phase)\((H|FRF)\w*\)", re.IGNORECASE
+)  # of a function, which is no unit
 _SEPARATORS = ("\t", ";", ",")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|[+-]?inf", re.IGNORECASE)
@@ -94,7 +97,8 @@ def of_rows(
 ) -> NamedArrays:
     """Make named arrays of rows; a unit in brackets behind a name stands beside the array.
 
-    A column whose name is too long or cannot be printed is named by its number.
+    A column whose name is too long or cannot be printed is named by its number; columns that differ
+    in their units alone keep these in their names.
 
     Raises
     ------
@@ -103,18 +107,28 @@ def of_rows(
     """
     plain, units = {}, {}
     columns = zip(*cells, strict=True)
+    headings = [split_unit(name) for name in names]
+    often = Counter(label for label, _ in headings)
     for number, (name, column) in enumerate(zip(names, columns, strict=True), start=1):
-        match = _UNIT.fullmatch(name[:LONGEST_NAME])
-        label = match["name"] if match and match["name"] else name
+        label, unit = headings[number - 1]
+        label = name if often[label] > 1 else label
         if not label.isprintable() or len(label) > LONGEST_NAME:
             label = f"column {number}"  # left out, it would shift the numbers of those behind it
         if label in plain:
             raise InputError(f"two columns are named {label!r}, and either could be meant")
         plain[label] = _column(label, column)
-        if match and match["name"]:
-            units[label] = match["unit"].strip()
+        if unit is not None:
+            units[label] = unit
     left_out = {f"line {text[:60]!r}": "it stands before the columns" for text in skipped}
     return NamedArrays(path, form, plain, units, left_out)
+
+
+def split_unit(heading: str) -> tuple[str, str | None]:
+    """Name and unit of a heading such as `H [dB]`; None where no unit stands behind the name."""
+    match = _UNIT.fullmatch(heading[:LONGEST_NAME])
+    if match is None or not match["name"] or _ARGUMENT.fullmatch(heading.strip()):
+        return heading, None
+    return match["name"], match["unit"].strip()
 
 
 def is_number(cell: str) -> bool:
@@ -204,7 +218,11 @@ def _first_of_numbers(rows: list[list[str]], width: int, decimal: str) -> int:
     for number, row in enumerate(rows):
         if len(row) == width and any(is_number(_with_point(cell, decimal)) for cell in row):
             return number
-    raise InputError("no row of it has a number")
+    raise InputError(
+        "no row of it has a number; measured FRFs are needed as columns of numbers, a row for each "
+        "frequency, with a heading above them: frequency [Hz], s1+x/a1+x real [(m/s^2)/N], "
+        "s1+x/a1+x imaginary [(m/s^2)/N]"
+    )
 
 
 def _check_lengths(cells: list[list[str]], width: int, first: int) -> None:

@@ -1,17 +1,29 @@
 """The lines of a mapping that a file needs, written for the arrays that it holds."""
 
 import json
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from ..._types import InputError
+from .._frf_units import FREQUENCY
 from ..arrays.named_arrays import NamedArrays
-from ._values import name_of
-from .mapping import AXES, Column, FrequencyRule, Mapping
+from ._headings import (
+    ANGLES,
+    FIRSTS,
+    Pair,
+    columns_by_part,
+    first_pair,
+    part_of_column,
+    wanted_beside,
+)
+from ._values import name_of, stated_units
+from .mapping import AXES, PARTS, Column, FrequencyRule, FrfRule, Mapping
 
 _MOST_SHOWN = 12
+_OPEN = "unknown"
 _FIRST, _STEP = "x_values.start_value", "x_values.increment"
 
 
@@ -69,22 +81,28 @@ def _missing(
     mapping: Mapping, held: NamedArrays, labels: dict[str, list[str]]
 ) -> Iterable[tuple[str, str]]:
     """What is missing in words, and the line that says it."""
-    main = _main(held.arrays)
+    frf_line = _frf_line(_main(held.arrays), held, mapping)
     if not mapping.frf:
-        yield "which array holds the FRFs, with which axes and unit", _frf_line(main, held)
-    elif any(_unit(rule.unit, rule.parts.values(), held) is None for rule in mapping.frf):
+        yield "which array holds the FRFs, with which axes and unit", frf_line
+    elif any(not _has_unit(rule, held) for rule in mapping.frf):
         yield "in which unit the FRFs are", 'unit = "(m/s^2)/N"  # at the top of the mapping'
     if mapping.frequency is None:
-        yield "at which frequencies", _frequency_line(held.arrays)
+        yield "at which frequencies", _frequency_line(held)
     elif _unit(mapping.frequency.unit, _frequency_columns(mapping.frequency), held) is None:
-        yield "in which unit the frequencies are", _frequency_line(held.arrays, mapping)
-    columns = not mapping.frf and _frf_line(main, held).startswith("frf = [")
+        yield "in which unit the frequencies are", _frequency_line(held, mapping)
+    columns = not mapping.frf and "frf = [" in frf_line
     single = columns or (mapping.frf and all(rule.sensor and rule.actuator for rule in mapping.frf))
     for name in ("sensors", "actuators"):
         if not single and getattr(mapping, name) is None:
             known = labels.get(name) or {"sensors": ["s1+x", "s2+x"], "actuators": ["a1+x"]}[name]
             listed = ", ".join(map(_quoted, known))
             yield f"of which {name}", f"{name} = [{listed}]  # in the order of the array"
+
+
+def _has_unit(rule: FrfRule, held: NamedArrays) -> bool:
+    """Whether mapping or file says the unit of FRFs; decibels and angles are none."""
+    columns = rule.parts.values()
+    return bool(rule.unit or (held.units and stated_units(held, columns)))
 
 
 def _unit(unit: str | None, columns: Iterable[Column], held: NamedArrays) -> str | None:
@@ -105,49 +123,111 @@ def _main(arrays: dict[str, np.ndarray]) -> str:
     return ranked[-1] if ranked else "H"
 
 
-def _frf_line(main: str, held: NamedArrays) -> str:
+def _frf_line(main: str, held: NamedArrays, mapping: Mapping) -> str:
     values = held.arrays.get(main)
     if values is not None and values.ndim == 1 and values.dtype.kind != "c":
-        return _columns_line(held)
+        return _columns_line(held, mapping)
     size = " x ".join(map(str, values.shape)) if values is not None else "its"
     listed = ", ".join(f'"{axis}"' for axis in AXES)
     what = f"array = {_quoted(main)}"
     if values is not None and values.dtype.kind != "c":
         what = 'real = "Re", imaginary = "Im"'
-    return (
-        f'frf = {{ {what}, axes = [{listed}], unit = "(m/s^2)/N" }}  # in the order of {size} '
-        "numbers"
-    )
+    unit = "" if mapping.unit else ', unit = "(m/s^2)/N"'
+    return f"frf = {{ {what}, axes = [{listed}]{unit} }}  # in the order of {size} numbers"
 
 
-def _columns_line(held: NamedArrays) -> str:
-    """Line that says which columns are a pair."""
-    names = [name for name, values in held.arrays.items() if values.dtype.kind in "iuf"]
-    real, imaginary = (*names[1:3], "Re", "Im")[:2]
-    return (
-        f'frf = [{{ sensor = "s1+x", actuator = "a1+x", real = {_quoted(real)}, '
-        f'imaginary = {_quoted(imaginary)}, unit = "(m/s^2)/N" }}]  # one table for each pair'
-    )
+def _columns_line(held: NamedArrays, mapping: Mapping) -> str:
+    """Line that says which columns are a pair; where headings leave it open, all lines it can be.
+
+    These are comments, so that none is taken before one of them is chosen.
+    """
+    axis = _axis(held)
+    size = max(values.size for values in held.arrays.values() if values.dtype.kind in "iuf")
+    numbers = [
+        name
+        for name, values in held.arrays.items()
+        if values.dtype.kind in "iuf" and values.size == size and name != axis
+    ]
+    columns = columns_by_part(held, numbers)
+    pair = first_pair(columns) or _unknown_pair(columns)
+    lines = [
+        _pair_line(dict(zip(parts, pair.parts.values(), strict=True)), pair, held, mapping)
+        for parts in PARTS
+        if len(parts) == 2 and all(map(_may_be, parts, pair.parts))
+    ]
+    if len(lines) == 1 and not any(told.startswith(_OPEN) for told in pair.parts):
+        return f"{lines[0]}  # one table for each pair"
+    what = "# Which parts they are, the headings do not say: take away the # before what is right."
+    return "\n".join([what, *(f"# {line}" for line in lines)])
 
 
-def _frequency_line(arrays: dict[str, np.ndarray], mapping: Mapping | None = None) -> str:
+def _may_be(part: str, told: str) -> bool:
+    """Whether a column of which a heading says something may be a part."""
+    return part == told or told.startswith(_OPEN) or (told == "phase" and part in ANGLES)
+
+
+def _unknown_pair(columns: dict[str, str | None]) -> Pair:
+    """Return the columns that may be a pair: one whose heading says a part, and those that do not.
+
+    Parts that no heading says, and columns that are not there, have names of their own.
+    """
+    first = next((name for name, part in columns.items() if part in FIRSTS), None)
+    seconds = wanted_beside(columns[first]) if first else ("imaginary", *ANGLES)
+    angle = next((name for name, part in columns.items() if part in seconds), None)
+    rest = [name for name, part in columns.items() if part is None]
+    first = first or (rest.pop(0) if rest else "NAME OF THE FIRST PART")
+    angle = angle or (rest.pop(0) if rest else "NAME OF THE SECOND PART")
+    known = [columns.get(name) or f"{_OPEN}{number}" for number, name in enumerate((first, angle))]
+    return Pair(dict(zip(known, (first, angle), strict=True)), None)
+
+
+def _pair_line(parts: dict[str, str], pair: Pair, held: NamedArrays, mapping: Mapping) -> str:
+    named = {**parts, **({"coherence": pair.coherence} if pair.coherence else {})}
+    listed = ", ".join(f"{part} = {_quoted(name)}" for part, name in named.items())
+    known = mapping.unit or (held.units and stated_units(held, pair.parts.values()))
+    unit = "" if known else ', unit = "(m/s^2)/N"'
+    return f'frf = [{{ sensor = "s1+x", actuator = "a1+x", {listed}{unit} }}]'
+
+
+def _frequency_line(held: NamedArrays, mapping: Mapping | None = None) -> str:
     if mapping is not None and mapping.frequency is not None and mapping.frequency.array:
         return f'frequency = {{ array = {_quoted(str(mapping.frequency.array))}, unit = "Hz" }}'
+    arrays = held.arrays
     for first in (name for name in arrays if name.endswith(_FIRST)):  # as Simcenter Testlab writes
         step = first.removesuffix(_FIRST) + _STEP
         if step in arrays:
             return (
                 f'frequency = {{ first = {_quoted(first)}, step = {_quoted(step)}, unit = "Hz" }}'
             )
-    axis = next((name for name, values in arrays.items() if _is_axis(values)), None)
+    axis = _axis(held)
     if axis is not None:
-        return f'frequency = {{ array = {_quoted(axis)}, unit = "Hz" }}'
+        unit = f'unit = "{held.units.get(axis) or _unit_in_name(axis)}"'
+        return f"frequency = {{ array = {_quoted(axis)}, {unit} }}"
     return 'frequency = { first = 10.0, step = 0.5, unit = "Hz" }'
+
+
+def _unit_in_name(name: str) -> str:
+    """Unit of a frequency that stands in its name without brackets, such as `f kHz`."""
+    words = [word.strip("_.,:;") for word in re.split(r"[\s_]+", name)]
+    return next((unit for unit in FREQUENCY if unit in words), "Hz")
 
 
 def _quoted(name: str) -> str:
     """A text as TOML writes it, which is as JSON does."""
     return json.dumps(name, ensure_ascii=False)
+
+
+def _axis(held: NamedArrays) -> str | None:
+    """Array that is most likely the frequency: it rises, and no heading says it is a part."""
+    rising = [
+        name
+        for name, values in held.arrays.items()
+        if _is_axis(values) and part_of_column(held, name) is None
+    ]
+    named = [
+        name for name in rising if name[:1].lower() == "f" or held.units.get(name) in FREQUENCY
+    ]
+    return next(iter([*named, *rising]), None)
 
 
 def _is_axis(values: np.ndarray) -> bool:

@@ -1,6 +1,7 @@
 """Arrays of a file by the rules of a mapping: FRFs, coherence, lines and labels, in SI."""
 
 import difflib
+import json
 import math
 import re
 from collections.abc import Iterable
@@ -11,11 +12,12 @@ import numpy as np
 from ..._types import InputError
 from .._frf_units import FREQUENCY, FrfUnit, VoltageUnit, frf_unit, plain
 from ..arrays.named_arrays import NamedArrays
-from .mapping import AXES, Column, FrequencyRule, FrfRule
+from ._headings import ANGLES, columns_by_part, first_pair, part_of, part_of_column
+from .mapping import AXES, PARTS, Column, FrequencyRule, FrfRule
 
 _REFERENCE = re.compile(r"dB( re( 1)? )?", re.IGNORECASE)  # decibels re 1 of the unit behind
-_NO_UNIT = {"dB", "deg", "°", "rad", "-", "1", ""}
-_CONTRARY_UNITS = {"degrees": ("rad",), "radians": ("deg", "°"), "decibel": ("rad", "deg", "°")}
+_NO_UNIT = {"-", "1", ""}
+_EXACT = ("decibel", "degrees", "radians", "phase", "coherence")  # and no other part
 
 
 class FrequencyAxis(NamedTuple):
@@ -157,14 +159,50 @@ def _complex(held: NamedArrays, column: Column, values: np.ndarray) -> np.ndarra
 
 def _check_parts(held: NamedArrays, rule: FrfRule) -> None:
     """Refuse radians that the mapping takes for degrees, decibels for amplitudes, and so on."""
+    told = {part: _told(held, part, column) for part, column in rule.parts.items()}
     for part, column in rule.parts.items():
+        if told[part] == part:
+            continue
         label = held.units.get(name_of(held, column), "")
-        if label.lower().startswith(_CONTRARY_UNITS.get(part, ("db",))):
-            raise InputError(
-                f"{held.path}: the mapping takes {column!r} for {part} and the file says that it "
-                f"is in {label!r}; both must agree, since either could be meant. Correct the name "
-                "of the part in the mapping."
-            )
+        says = f"the file says that it is in {label!r}" if label else f"its name says {told[part]}"
+        raise InputError(
+            f"{held.path}: the mapping takes {column!r} for {part} and {says}; both must agree, "
+            f"since either could be meant. Write {_corrected(held, rule, told)} in the mapping, or "
+            "correct the heading in the file."
+        )
+
+
+def _told(held: NamedArrays, part: str, column: Column) -> str:
+    """Part that the file says a column is, by its heading; that of the mapping where both agree."""
+    name = name_of(held, column)
+    told = part_of_column(held, name)
+    if part == "array":  # whose name may say anything
+        return told if told == "decibel" and name in held.units else part
+    if told == "phase" and part in ("degrees", "radians"):
+        return part
+    return told if told in _EXACT else part
+
+
+def _corrected(held: NamedArrays, rule: FrfRule, told: dict[str, str]) -> str:
+    """Parts of a rule as the file says them, or else those that its headings say."""
+    parts = {told[part]: column for part, column in rule.parts.items()}
+    if tuple(parts) not in PARTS:
+        numbers = [name for name, values in held.arrays.items() if values.dtype.kind in "iuf"]
+        pair = first_pair(columns_by_part(held, numbers))
+        parts = dict(pair.parts) if pair else {"real": "Re", "imaginary": "Im"}
+    listed = ", ".join(
+        f"{part} = {json.dumps(column, ensure_ascii=False)}" for part, column in parts.items()
+    )
+    return listed.replace("phase = ", "degrees (or radians) = ")
+
+
+def stated_units(held: NamedArrays, columns: Iterable[Column]) -> set[str]:
+    """Units of FRFs that a file states beside columns; decibels and angles are none."""
+    names = [name_of(held, column) for column in columns] if held.units else []
+    labels = [held.units[name] for name in names if name in held.units]
+    return {
+        _REFERENCE.sub("", label) for label in labels if part_of("", label) not in ANGLES
+    } - _NO_UNIT
 
 
 def unit_of(held: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
@@ -175,11 +213,7 @@ def unit_of(held: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
     InputError
         If it is not known, or both contradict each other.
     """
-    stated = {
-        _REFERENCE.sub("", held.units[name_of(held, column)])
-        for column in rule.parts.values()
-        if name_of(held, column) in held.units
-    } - _NO_UNIT
+    stated = stated_units(held, rule.parts.values())
     if len(stated) > 1:
         raise InputError(f"{held.path}: FRFs of one pair are in {' and in '.join(sorted(stated))}.")
     label = _agreed(held, rule.unit, next(iter(stated), None), "FRFs")

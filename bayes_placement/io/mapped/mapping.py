@@ -1,5 +1,6 @@
 """What a file does not say itself, in a mapping (TOML): axes, names, units, and the case."""
 
+import json
 from collections.abc import Mapping as Dictionary
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,7 +11,7 @@ from ._toml_fields import TomlTable, are_texts, is_column, is_text, load
 
 AXES = ("frequency", "sensor", "actuator")
 CONVENTIONS = {"exp(+i w t)": False, "exp(-i w t)": True}
-_PARTS = (
+PARTS = (
     ("array",),
     ("real", "imaginary"),
     ("magnitude", "degrees"),
@@ -19,6 +20,10 @@ _PARTS = (
     ("decibel", "radians"),
 )
 _PART_NAMES = ("array", "real", "imaginary", "magnitude", "decibel", "degrees", "radians")
+PARTS_NEEDED = (
+    "real and imaginary, or magnitude or decibel with degrees or radians, or array (complex)"
+)
+_AS_TOML: dict[str, Any] = {"ensure_ascii": False, "default": str}
 _FRF_FIELDS = (*_PART_NAMES, "axes", "unit", "sensor", "actuator", "coherence")
 _FREQUENCY_FIELDS = ("array", "first", "step", "unit")
 KNOWN = (
@@ -209,12 +214,8 @@ def _frf_rules(table: TomlTable, unit: str | None) -> tuple[FrfRule, ...]:
 def _frf_rule(table: TomlTable, unit: str | None, *, pair: bool) -> FrfRule:
     table.check_known(_FRF_FIELDS)
     names = tuple(name for name in _PART_NAMES if name in table.content)
-    if names not in _PARTS:
-        raise InputError(
-            f"{table.place}: {table.path} has the parts {', '.join(names) or 'none'}; one of "
-            f"{'; '.join(' and '.join(parts) for parts in _PARTS)} is needed, since FRFs are "
-            f'complex. For example, write {table.path} = {{ real = "Re", imaginary = "Im" }}.'
-        )
+    if names not in PARTS:
+        raise _incomplete(table, names)
     needed = "the name of an array, or the number of a column from 1,"
     parts: dict[str, Any] = {
         name: table.value(name, is_column, needed, f'{name} = "H"') for name in names
@@ -233,6 +234,20 @@ def _frf_rule(table: TomlTable, unit: str | None, *, pair: bool) -> FrfRule:
         table.text("sensor", "s1+x"),
         table.text("actuator", "a1+x"),
         table.value("coherence", is_column, needed, 'coherence = "C"'),
+    )
+
+
+def _incomplete(table: TomlTable, names: tuple[str, ...]) -> InputError:
+    """Error of a rule that names too few arrays or too many, with what is there kept."""
+    needed = next((parts for parts in PARTS if len({*parts} & {*names}) == 1), PARTS[1])
+    examples = {"real": "Re", "imaginary": "Im", "array": "H"}
+    line = ", ".join(
+        f"{part} = {json.dumps(table.content.get(part, examples.get(part, part)), **_AS_TOML)}"
+        for part in needed
+    )
+    return InputError(
+        f"{table.place}: {table.path} names {' and '.join(names) or 'no array'}; one of these is "
+        f"needed, since FRFs are complex: {PARTS_NEEDED}. For example, write {line} there."
     )
 
 

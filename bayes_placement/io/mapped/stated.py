@@ -2,8 +2,8 @@
 
 Arrays `frf` (sensor, actuator, frequency; in SI), `frequency` [Hz], `sensors`, `actuators` and
 `quantity` are those of `Measurement.from_arrays`. Columns are `frequency [Hz]`, and for each pair
-`s1+x/a1+x real [(m/s^2)/N]` with `imaginary`, or `magnitude` or `dB` with `degrees`, and
-`s1+x/a1+x coherence`.
+`s1+x/a1+x real [(m/s^2)/N]` with `imaginary`, or `magnitude` or `decibel` with `degrees` or
+`radians` (also `magnitude [dB]` and `phase [deg]`), and `s1+x/a1+x coherence`.
 """
 
 import re
@@ -14,23 +14,15 @@ from ..._types import InputError
 from ...experiment.quantities import QUANTITIES
 from .._frf_units import plain
 from ..arrays.named_arrays import NamedArrays
+from ..arrays.text import split_unit
+from ._headings import WORDS, part_of
 from ._toml_fields import TomlTable
-from .mapping import Mapping, of_table
+from .mapping import PARTS, PARTS_NEEDED, Mapping, of_table
 
 _ARRAY_NAMES = ("frf", "frequency", "sensors", "actuators", "quantity")
-_PARTS = {
-    "real": "real",
-    "imaginary": "imaginary",
-    "imag": "imaginary",
-    "magnitude": "magnitude",
-    "db": "decibel",
-    "degrees": "degrees",
-    "deg": "degrees",
-    "radians": "radians",
-    "coherence": "coherence",
-}
+_WORD = "|".join(map(re.escape, WORDS))
 _COLUMN = re.compile(
-    rf"(?P<sensor>[^/]+?)\s*/\s*(?P<actuator>[^/]+?)\s+(?P<part>{'|'.join(_PARTS)})", re.IGNORECASE
+    rf"(?P<sensor>[^/]+?)\s*/\s*(?P<actuator>[^/]+?)(?P<words>(\s+({_WORD}))*)", re.IGNORECASE
 )
 
 
@@ -42,8 +34,19 @@ def stated(held: NamedArrays, unit: str | None) -> Mapping:
     InputError
         If what it says is no mapping.
     """
-    fields = {**_of_columns(held), **_of_named_arrays(held), **({"unit": unit} if unit else {})}
+    fields = {**_frequency(held), **_of_named_arrays(held)}
+    if "frf" not in fields:
+        fields |= _of_columns(held)
+    return _mapping(held, {**fields, **({"unit": unit} if unit else {})})
+
+
+def _mapping(held: NamedArrays, fields: dict[str, Any]) -> Mapping:
     return of_table(TomlTable(fields, f"{held.path}, by its own names"), held.path.parent)
+
+
+def _frequency(held: NamedArrays) -> dict[str, Any]:
+    name = next((name for name in held.arrays if name.lower() == "frequency"), None)
+    return {} if name is None else {"frequency": name}
 
 
 def completed(mapping: Mapping, held: NamedArrays) -> Mapping:
@@ -54,17 +57,17 @@ def completed(mapping: Mapping, held: NamedArrays) -> Mapping:
     InputError
         If the file states another unit of the FRFs.
     """
+    if mapping.frf:  # coherence and channels belong to the FRFs that the file would have stated
+        known = _mapping(held, _frequency(held))
+        return mapping._replace(frequency=mapping.frequency or known.frequency)
     known = stated(held, mapping.unit)
-    if not mapping.frf:
-        _check_units(mapping, known, held.path)
+    _check_units(mapping, known, held.path)
     empty = Mapping()
     missing = {
         name: getattr(known, name)
         for name in ("frf", "coherence", "frequency", "sensors", "actuators", "averages")
         if getattr(mapping, name) == getattr(empty, name)
     }
-    if mapping.frf:  # coherence and channels belong to the FRFs that the file would have stated
-        missing = {name: missing[name] for name in ("frequency",) if name in missing}
     return mapping._replace(**missing)
 
 
@@ -81,7 +84,7 @@ def _check_units(mapping: Mapping, known: Mapping, path: Path) -> None:
 
 def _of_named_arrays(held: NamedArrays) -> dict[str, Any]:
     if not set(_ARRAY_NAMES) <= held.arrays.keys():
-        return {"frequency": "frequency"} if "frequency" in held.arrays else {}
+        return {}
     axes = ["sensor", "actuator", "frequency"]
     fields: dict[str, Any] = {
         "frf": {"array": "frf", "axes": axes, "unit": _unit(str(held.arrays["quantity"]))},
@@ -104,16 +107,46 @@ def _unit(quantity: str) -> str:
 
 
 def _of_columns(held: NamedArrays) -> dict[str, Any]:
-    pairs: dict[tuple[str, str], dict[str, Any]] = {}
+    """FRFs of which each pair has columns that say its parts."""
+    pairs: dict[tuple[str, str], dict[str, str]] = {}
     for name in held.arrays:
-        match = _COLUMN.fullmatch(name)
-        if match:
-            pair = pairs.setdefault((match["sensor"], match["actuator"]), {})
-            pair[_PARTS[match["part"].lower()]] = name
-    frequency = next((name for name in held.arrays if name.lower() == "frequency"), None)
-    rules = [
-        {"sensor": sensor, "actuator": actuator, **parts}
-        for (sensor, actuator), parts in pairs.items()
-    ]
-    fields: dict[str, Any] = {"frf": rules} if rules else {}
-    return fields | ({"frequency": frequency} if frequency else {})
+        match = _COLUMN.fullmatch(split_unit(name)[0])
+        part = match and part_of(match["words"].lower(), held.units.get(name, ""))
+        if not match or not part or (not match["words"] and " " in match["actuator"]):
+            continue
+        parts = pairs.setdefault((match["sensor"], match["actuator"]), {})
+        if part in parts:
+            raise InputError(
+                f"{held.path}: {parts[part]!r} and {name!r} both are the {part} of "
+                f"{match['sensor']}/{match['actuator']}, and either could be meant; each part is "
+                "needed once. Correct one of the two headings."
+            )
+        parts[part] = name
+    rules = [_rule(held, sensor, actuator, parts) for (sensor, actuator), parts in pairs.items()]
+    return {"frf": rules} if rules else {}
+
+
+def _rule(held: NamedArrays, sensor: str, actuator: str, parts: dict[str, str]) -> dict[str, str]:
+    """Rule of a pair, of the first two parts that make complex numbers."""
+    needed = next((names for names in PARTS if {*names} <= parts.keys()), None)
+    if needed is None:
+        raise _incomplete(held, f"{sensor}/{actuator}", parts)
+    names = [*needed, "coherence"] if "coherence" in parts else needed
+    channels = {"sensor": sensor, "actuator": actuator}
+    return {**channels, **{name: parts[name] for name in names}}
+
+
+def _incomplete(held: NamedArrays, pair: str, parts: dict[str, str]) -> InputError:
+    """Error of columns that are no complex numbers together."""
+    if "phase" in parts and not {"degrees", "radians"} & parts.keys():
+        remedy = f'Write the unit of the phase into its heading: "{pair} phase [deg]" or [rad].'
+    else:
+        remedy = (
+            f'Export the other part too, with the heading "{pair} imaginary" beside real, or '
+            f'"{pair} phase [deg]" beside magnitude.'
+        )
+    columns = " and ".join(map(repr, parts.values()))
+    return InputError(
+        f"{held.path} has {columns} of {pair} alone; these are needed, since FRFs are complex: "
+        f"{PARTS_NEEDED}. {remedy}"
+    )

@@ -530,7 +530,7 @@ WRONG = {
         'array = "G"': "has no array 'G' that is read; it has H, f, C. The nearest",
         'real = "H", imaginary = "H"': "H holds complex numbers; real numbers are needed",
         'real = "f", imaginary = "C"': r"f and C have the sizes \(6,\) and \(6, 2, 1\)",
-        'real = "f"': "frf has the parts real; one of array; real and imaginary",
+        'real = "f"': 'frf names real; one of these .* write real = "f", imaginary = "Im"',
     },
     AXES: {
         'axes = ["sensor", "frequency", "actuator"]': "H has 6 x 2 x 1 numbers, but the mapping",
