@@ -44,7 +44,7 @@ _ANGULAR_FREQUENCY = re.compile(r"rad\s*/\s*s(ec)?\b", re.IGNORECASE)
 _TOKEN = re.compile(r"[A-Z]?[a-zß-ÿ]+|[A-Z]+(?![a-zß-ÿ])|°|\d+|[+-]")
 
 
-class Pair(NamedTuple):
+class PartPair(NamedTuple):
     """Columns of one FRF: two by their parts, and that of its coherence."""
 
     parts: dict[str, str]
@@ -88,12 +88,12 @@ def columns_by_part(held: NamedArrays, names: list[str]) -> dict[str, str | None
     return {name: part_of_column(held, name) for name in names}
 
 
-def first_pair(columns: dict[str, str | None]) -> Pair | None:
+def first_pair(columns: dict[str, str | None]) -> PartPair | None:
     """Return the first two columns whose headings say that they are the parts of one FRF."""
     return next(_pairs(columns), None)
 
 
-def _pairs(columns: dict[str, str | None]) -> Iterator[Pair]:
+def _pairs(columns: dict[str, str | None]) -> Iterator[PartPair]:
     for name, part in columns.items():
         if part not in FIRSTS:
             continue
@@ -101,7 +101,7 @@ def _pairs(columns: dict[str, str | None]) -> Iterator[Pair]:
         other = _of_same(name, {key: kind for key, kind in columns.items() if kind in wanted})
         if other is not None:
             coherences = {key: kind for key, kind in columns.items() if kind == "coherence"}
-            yield Pair({part: name, str(columns[other]): other}, _of_same(name, coherences))
+            yield PartPair({part: name, str(columns[other]): other}, _of_same(name, coherences))
 
 
 def wanted_beside(part: str | None) -> tuple[str, ...]:
