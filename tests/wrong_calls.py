@@ -104,7 +104,7 @@ CALLS = {
     ),
     "prior neg noise": (
         lambda: experiment(noise=bp.noise.Gaussian(dist.Uniform(-1.0, 1.0))),
-        "noise.sigma=Uniform(-1, 1), from -1 to 1, was given; no value of it",
+        "noise.sigma=Uniform(-1, 1), from -1 to 1, was given; it must be above zero [",
     ),
     "prior normal noise": (
         lambda: experiment(noise=bp.noise.Gaussian(dist.Normal(0.0, 1.0))),
@@ -144,11 +144,11 @@ CALLS = {
     ),
     "damping percent": (
         lambda: structure(bp.damping.Modal([4.0])),
-        "damping.ratio.1=4 was given; no value of it can lie outside of 0 to 1",
+        "damping.ratio.1=4 was given; it must be between 0 and 1: a damping",
     ),
     "damping percent prior": (
         lambda: structure(bp.damping.Modal(dist.Uniform(2.0, 8.0))),
-        "damping.ratio=Uniform(2, 8), from 2 to 8, was given; no value of it",
+        "damping.ratio=Uniform(2, 8), from 2 to 8, was given; it must be between",
     ),
     "damping tuple": (
         lambda: structure(bp.damping.Modal((0.02, 0.08))),
@@ -184,7 +184,7 @@ CALLS = {
     ),
     "angles degrees": (
         lambda: experiment(sensors=[bp.Sensor("s1", at=0.2, angles=(0.0, 10.0, 0.0))]),
-        "sensor.s1.angles.2=10 was given; no value of it can lie outside of",
+        "sensor.s1.angles.2=10 was given; it must be between -3.142 and 3.142 [rad]",
     ),
     "angles prior degrees": (
         lambda: experiment(

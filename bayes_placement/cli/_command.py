@@ -8,19 +8,18 @@ from typing import Any
 import typer
 
 from ._begun import Common, begun
-from ._options import AsJson, NoCache, Out, Quiet, Traceback, WriteReport
+from ._options import AsJson, NoCache, Quiet, Traceback, WriteReport, out
 
 Function = Callable[..., int]
 
 _SHARED = {
-    "out": (Out, None),
     "quiet": (Quiet, False),
     "as_json": (AsJson, False),
     "report": (WriteReport, False),
     "no_cache": (NoCache, False),
     "traceback": (Traceback, False),
 }
-"""Annotations and defaults of the options of every command."""
+"""Annotations and defaults of the options of every command, which has `--out` besides."""
 
 COMPUTING = ("report", "no_cache")
 """Options of commands that compute."""
@@ -43,13 +42,15 @@ def command(
 
     def register(function: Function) -> Function:
         parameters = [*inspect.signature(function).parameters.values()][1:]
-        parameters += [_option(word, *_SHARED[word]) for word in _SHARED if word not in without]
+        source = "MODEL" if parameters[0].name == "model" else "FILE"
+        shared = {"out": (out(source, name or function.__name__), None), **_SHARED}
+        parameters += [_option(word, *shared[word]) for word in shared if word not in without]
 
         @functools.wraps(function)
         def run(**options: Any) -> None:
             # What computes nothing has nothing to cache.
-            shared = {word: options.pop(word, word == "no_cache") for word in _SHARED}
-            common = Common(options[parameters[0].name], name or function.__name__, **shared)
+            given = {word: options.pop(word, word == "no_cache") for word in shared}
+            common = Common(options[parameters[0].name], name or function.__name__, **given)
             with begun(common) as output:
                 code = function(output, **options)
                 if code:

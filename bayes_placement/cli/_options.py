@@ -1,7 +1,7 @@
 """Arguments and options of the commands."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -146,10 +146,14 @@ Dask = Annotated[
     str | None,
     typer.Option(help='Dask scheduler, tcp://host:8786, or "local" with --workers processes.'),
 ]
-Out = Annotated[
-    Path | None,
-    typer.Option(help="Folder of the results. Default: a new one, results/MODEL/COMMAND-1."),
-]
+
+
+def out(source: str, command: str) -> Any:
+    """Return the annotation of `--out` of a command: where its results go by default."""
+    words = f"Folder of the results. Default: a new one, results/{source}/{command}-1."
+    return Annotated[Path | None, typer.Option(help=words)]
+
+
 Quiet = Annotated[
     bool, typer.Option("--quiet", help="Show the verdict and the folder of the results only.")
 ]

@@ -57,6 +57,7 @@ def _next(out: Path, *, is_case: bool) -> str:
     if is_case:
         return f"A case was written. Next: bayes-placement improve {out}"
     return (
-        f"FRFs were written. Next: bayes-placement improve model.py --data {out / DATA}; or let "
-        "the mapping say of which structure they are, in a table [case], and import again."
+        f"FRFs were written. Next: bayes-placement improve model.py --data {out / DATA}. To "
+        "write a case with its structure, add the line [case] to the mapping and import again: the "
+        "lines that a case needs are then listed."
     )

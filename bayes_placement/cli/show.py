@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from ..experiment._measurement_words import counted
 from ..experiment.experiment import Experiment
 from ..experiment.measurement import Measurement
 from ..experiment.modal_parameters import ModalParameters
@@ -60,7 +61,7 @@ def _show_model(path: Path, output: Output) -> int:
     else:
         print_data_faults(screen, study, measured)
         _draw(run, measured)
-        verdict = f"{experiment!r}; {len(_runs(measured))} measurement(s)."
+        verdict = f"{experiment!r}; {counted(len(_runs(measured)), 'measurement')}."
     screen.verdict(verdict)
     return run.finish(screen, verdict, {"channels": table.reset_index().to_dict("records")})
 

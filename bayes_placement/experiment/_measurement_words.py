@@ -16,9 +16,9 @@ def sentence(measurement: "Measurement") -> str:
     force = "" if level is None else f", force {level:g} N"
     return (
         f"Measurement: {measurement.quantity} [{quantity_of(measurement.quantity).unit}] of "
-        f"{_counted(len(measurement.sensors), 'sensor channel')} for "
-        f"{_counted(len(measurement.actuators), 'actuator channel')}, "
-        f"{_counted(int(measurement.measured.sum()), 'pair')} measured, "
+        f"{counted(len(measurement.sensors), 'sensor channel')} for "
+        f"{counted(len(measurement.actuators), 'actuator channel')}, "
+        f"{counted(int(measurement.measured.sum()), 'pair')} measured, "
         f"{measurement.frequency.size} lines from {low:g} to {high:g} Hz, "
         f"{_known(measurement)}{averages}{force}."
     )
@@ -29,5 +29,6 @@ def _known(measurement: "Measurement") -> str:
     return coherence if measurement.variance is None else f"{coherence} and with variance"
 
 
-def _counted(number: int, noun: str) -> str:
+def counted(number: int, noun: str) -> str:
+    """Return a number and its noun, in the plural where it is not one."""
     return f"{number} {noun}{'' if number == 1 else 's'}"

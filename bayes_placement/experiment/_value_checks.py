@@ -119,10 +119,10 @@ def _check_prior(leaf: Leaf, prior: Distribution) -> None:
 
 
 def _outside(leaf: Leaf, words: str, allowed: _Range) -> InputError:
-    return InputError(
-        f"{leaf.name}={words} was given; no value of it can lie outside of {allowed.least:.4g} to "
-        f"{allowed.most:.4g} [{leaf.unit}]: {allowed.reason}."
-    )
+    unit = "" if leaf.unit == "1" else f" [{leaf.unit}]"
+    between = f"it must be between {allowed.least:.4g} and {allowed.most:.4g}{unit}: "
+    needed = f"{allowed.reason}{unit}" if np.isinf(allowed.most) else between + allowed.reason
+    return InputError(f"{leaf.name}={words} was given; {needed}.")
 
 
 def _has_density(prior: Distribution) -> bool:

@@ -6,13 +6,13 @@ from pathlib import Path
 
 UNIVERSAL, MAT, MAT_HDF5, HDF5 = "universal file", "MATLAB 5 to 7", "MATLAB 7.3", "HDF5"
 NPZ, WORKBOOK, TEXT = "NumPy archive", "workbook", "text"
-MATRIX_MARKET, ABAQUS_MATRIX = "Matrix Market", "Abaqus matrix"
+MATRIX_MARKET, ABAQUS_MATRIX, PDF = "Matrix Market", "Abaqus matrix", "PDF"
 UNKNOWN = ""
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _HDF5_OFFSETS = (0, 512, 1024, 2048)  # behind a user block
 _MAT_VERSIONS = (b"\x00\x01IM", b"\x01\x00MI")
-_BEGINNINGS = {b"    -1": UNIVERSAL, b"%%MatrixMarket": MATRIX_MARKET}
+_BEGINNINGS = {b"    -1": UNIVERSAL, b"%%MatrixMarket": MATRIX_MARKET, b"%PDF-": PDF}
 _ABAQUS = re.compile(
     rb"(?:\s*\*[^\n]*\n)*\s*(?:\d+\s*,\s*){4}[-+\d.eEdD]+\s*\r?\n"
 )  # comments, entry

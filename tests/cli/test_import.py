@@ -163,6 +163,7 @@ def test_without_a_structure_the_data_alone_are_written(laboratory, tmp_path):
     done = run(*words, "--out", tmp_path / "case")
     assert done.exit_code == 0, done.output
     assert "improve model.py --data" in done.output
+    assert "add the line [case] to the mapping" in " ".join(done.output.split())
     assert not (tmp_path / "case/case.json").exists()
     measurement = bp.io.read_measurement(tmp_path / "case/measured.uff")
     np.testing.assert_allclose(measurement.frf, hidden_mass(), rtol=1e-12)
@@ -193,6 +194,10 @@ def test_a_case_that_lacks_something_is_refused_before_anything_is_written(
     assert done.exit_code == 3
     assert not (tmp_path / "case/case.json").exists()
     assert re.search(reason, done.output, re.DOTALL), done.output
+
+
+def test_help_says_where_results_go():
+    assert "results/FILE/import-1" in "".join(run("import", "--help").output.split())
 
 
 def test_a_file_that_is_not_there_is_one_sentence(tmp_path):

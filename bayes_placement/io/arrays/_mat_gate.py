@@ -104,7 +104,9 @@ def _element(walk: _Walk, data: memoryview) -> tuple[_Element, int]:
             raise InputError(f"a small element announces {size} bytes")
         return _Element(kind, data[4 : 4 + size]), 8
     if size > len(data) - 8:
-        raise InputError(f"an element announces {size} bytes and {len(data) - 8} are left")
+        raise InputError(
+            f"the file ends too early: an element has {size} bytes and {len(data) - 8} are left"
+        )
     return _Element(kind, data[8 : 8 + size]), 8 + size
 
 

@@ -43,9 +43,9 @@ def load(path: Path) -> NamedArrays:
     content = _contents.content_of(existing(path, "a file of measured FRFs"))
     if content not in LOADERS:
         raise InputError(
-            f"{path} is none of the files of arrays that are read: {', '.join(_NAMES)}, told by "
-            "its first bytes; one of these, or a universal file, is needed, since the bytes tell "
-            "the format. Export it again, or save it in MATLAB by save('measured.mat', '-v7')."
+            f"{path} {_words(path, content)}; a universal file or one of {', '.join(_NAMES)} is "
+            "needed, which its first bytes tell. Export it again, or save it in MATLAB by "
+            "save('measured.mat', '-v7')."
         )
     held = LOADERS[content](path)
     wrong = [
@@ -54,3 +54,12 @@ def load(path: Path) -> NamedArrays:
     left_out = dict.fromkeys(map(ascii, wrong), "its name is too long or cannot be printed")
     arrays = {name: values for name, values in held.arrays.items() if name not in wrong}
     return held._replace(arrays=arrays, left_out={**held.left_out, **left_out})
+
+
+def _words(path: Path, content: str) -> str:
+    """What a file is that is not read."""
+    if not path.stat().st_size:
+        return "is empty (0 bytes)"
+    if content == _contents.PDF:
+        return "is a PDF, whose pages hold no arrays"
+    return "holds no format of measured FRFs that is known"

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._types import InputError
+from ...experiment._measurement_words import counted
 from .._gate import existing, reading
 from .named_arrays import NamedArrays
 
@@ -229,8 +230,8 @@ def _check_lengths(cells: list[list[str]], width: int, first: int) -> None:
     for number, row in enumerate(cells, start=first + 1):
         if len(row) != width:
             raise InputError(
-                f"row {number} has {len(row)} columns and earlier ones have {width}; a cell is "
-                "missing or left over"
+                f"row {number} has {counted(len(row), 'column')} and earlier ones have {width}; a "
+                "cell is missing or left over"
             )
 
 

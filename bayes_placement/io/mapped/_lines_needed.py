@@ -44,6 +44,8 @@ def check_complete(mapping: Mapping, held: NamedArrays, table_labels: dict[str, 
     InputError
         If something is missing, with the lines that say it.
     """
+    if not mapping.frf:
+        _check_numbers(held)
     lines = list(_missing(mapping, held, table_labels))
     if not lines:
         return
@@ -53,6 +55,17 @@ def check_complete(mapping: Mapping, held: NamedArrays, table_labels: dict[str, 
         f"{held.path} holds {described(held.arrays)}, and nothing says "
         f"{', nor '.join(what for what, _ in lines)}; a mapping must say so, since nothing is "
         f"guessed. {target}, corrected:\n\n" + "\n".join([*first, *(line for _, line in lines)])
+    )
+
+
+def _check_numbers(held: NamedArrays) -> None:
+    """Refuse a file that can hold no FRFs: no mapping makes them of it."""
+    if any(values.dtype.kind in "iufc" and values.size > 1 for values in held.arrays.values()):
+        return
+    raise InputError(
+        f"{held.path} holds {described(held.arrays)}; a column or an array of at least two numbers "
+        "is needed, since FRFs are given at several frequencies. Give the file of the measured "
+        "FRFs, or export it again with its numbers."
     )
 
 

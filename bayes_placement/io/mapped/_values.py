@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._types import InputError
+from ...experiment._measurement_words import counted
 from .._frf_units import FREQUENCY, FrfUnit, VoltageUnit, frf_unit, plain
 from ..arrays.named_arrays import NamedArrays
 from ._headings import ANGLES, columns_by_part, first_pair, part_of, part_of_column
@@ -96,14 +97,13 @@ def lines_of(held: NamedArrays, rule: FrequencyRule, count: int) -> FrequencyAxi
         origin = f"first {first:g}, step {step:g} as the mapping says"
     if values.size != count:
         raise InputError(
-            f"{held.path}: the frequency has {values.size} lines and the FRFs have {count} for "
-            "each pair; both must agree, since a line belongs to each value. Correct frequency, "
-            "sensors or actuators."
+            f"{held.path}: the frequency has {counted(values.size, 'line')} and the FRFs have "
+            f"{count} for each pair; both must agree, since a line belongs to each "
+            "value. Correct frequency, sensors or actuators."
         )
     values = values * FREQUENCY[unit]
-    sentence = (
-        f"Frequency: {origin}, in {unit}: {count} lines from {values[0]:g} to {values[-1]:g} Hz."
-    )
+    band = f"{counted(count, 'line')} from {values[0]:g} to {values[-1]:g} Hz"
+    sentence = f"Frequency: {origin}, in {unit}: {band}."
     return FrequencyAxis(values, sentence)
 
 
@@ -262,9 +262,9 @@ def arranged(
     if not fits or any(sizes[axis] > 1 for axis in missing):
         raise InputError(
             f"{held.path}: {what} has {_sizes(values.shape)} numbers, but the mapping makes them "
-            f"{_sizes(expected)} ({', '.join(axes)}), with {sizes['sensor']} sensors, "
-            f"{sizes['actuator']} actuators and {sizes['frequency']} lines; both must agree, since "
-            "each value has one place. Correct axes, sensors or actuators."
+            f"{_sizes(expected)} ({', '.join(axes)}), with {counted(sizes['sensor'], 'sensor')}, "
+            f"{counted(sizes['actuator'], 'actuator')} and {counted(sizes['frequency'], 'line')}; "
+            "both must agree, since each value has one place. Correct axes, sensors or actuators."
         )
     complete = values.reshape((*expected, *(1 for _ in missing)))
     order = (*axes, *missing)

@@ -80,6 +80,28 @@ def is_channel_table(path: Path) -> bool:
         return False
 
 
+def check_is_none(path: Path) -> None:
+    """Refuse a channel table, complete or not, where measured FRFs are needed.
+
+    Raises
+    ------
+    InputError
+        If its first row names the columns `name` and `role`, which FRFs do not have.
+    """
+    if _contents.content_of(path) not in (_contents.TEXT, _contents.WORKBOOK):
+        return
+    try:
+        heading = {cell.strip().lower() for cell in _rows(path)[0]}
+    except InputError:  # as of a table whose rows have different lengths
+        return
+    if "name" in heading and heading & {"role", "type"}:
+        raise InputError(
+            f"{path} is {_FORM}: it has the columns name and role, and no FRFs; the file of the "
+            "measured FRFs is needed here. Give that file, and name the table in its mapping: "
+            f'channels = "{path.name}"'
+        )
+
+
 def _with_unit(key: str) -> str:
     return f"{key} [m]" if key in _LENGTHS else f"{key} [rad]" if key == "angle tolerance" else key
 

@@ -11,6 +11,7 @@ from .. import _contents, uff
 from .._channel_row import ChannelRow
 from .._gate import path_of, reading
 from ..arrays import load
+from ..arrays.named_arrays import NamedArrays
 from . import _lines_needed, channel_table
 from . import mapping as mappings
 from .mapping import Mapping
@@ -182,9 +183,19 @@ def _of_file(path: Path, said: Mapping, rows: list[ChannelRow]) -> Imported:
     if is_universal:
         measurement, told = _of_universal_file(path, said, rows)
     else:
-        held = load(path)
+        held = _loaded(path)
+        if not said.frf and {"name", "role"} <= {*map(str.lower, held.arrays)}:
+            channel_table.check_is_none(path)
         measurement, told = measurement_of(held, completed(said, held), rows)
     return Imported(measurement, told, tuple(rows), said)
+
+
+def _loaded(path: Path) -> NamedArrays:
+    try:
+        return load(path)
+    except InputError:
+        channel_table.check_is_none(path)  # empty cells make it no table of numbers
+        raise
 
 
 def _of_universal_file(

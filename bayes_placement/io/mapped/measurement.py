@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._types import InputError
+from ...experiment._measurement_words import counted
 from ...experiment.measurement import Measurement
 from ...experiment.quantities import quantity_of
 from ...positions.channel import Channel, match, parsed
@@ -130,7 +131,7 @@ def _pairs(held: NamedArrays, mapping: Mapping) -> Assembled:
             known = _values.array_of(held, rule.coherence).astype(float)
             coherence[pair] = _of_pair(held, rule, known, shape[2])
     known_coherence = None if np.isnan(coherence).all() else coherence
-    sentence = f"FRFs: {len(rules)} pairs of columns or arrays, each with its own names."
+    sentence = f"FRFs: {counted(len(rules), 'pair')} of columns or arrays, by name."
     unit = units.pop()
     return Assembled(
         frf, known_coherence, lines.frequency, sensors, actuators, unit, [sentence, lines.sentence]

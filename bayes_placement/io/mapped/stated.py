@@ -139,7 +139,13 @@ def _rule(held: NamedArrays, sensor: str, actuator: str, parts: dict[str, str]) 
 def _incomplete(held: NamedArrays, pair: str, parts: dict[str, str]) -> InputError:
     """Error of columns that are no complex numbers together."""
     if "phase" in parts and not {"degrees", "radians"} & parts.keys():
-        remedy = f'Write the unit of the phase into its heading: "{pair} phase [deg]" or [rad].'
+        sensor, _, actuator = pair.partition("/")
+        named = ", ".join(f'{part} = "{name}"' for part, name in parts.items())
+        remedy = (
+            f'Write the unit of the phase into its heading: "{pair} phase [deg]" or [rad]; or into '
+            f'a mapping: frf = [{{ sensor = "{sensor}", actuator = "{actuator}", '
+            f"{named.replace('phase =', 'degrees =')} }}], or radians."
+        )
     else:
         remedy = (
             f'Export the other part too, with the heading "{pair} imaginary" beside real, or '
@@ -147,6 +153,6 @@ def _incomplete(held: NamedArrays, pair: str, parts: dict[str, str]) -> InputErr
         )
     columns = " and ".join(map(repr, parts.values()))
     return InputError(
-        f"{held.path} has {columns} of {pair} alone; these are needed, since FRFs are complex: "
-        f"{PARTS_NEEDED}. {remedy}"
+        f"{held.path} has {columns} of {pair} alone; one of these is needed, since FRFs are "
+        f"complex: {PARTS_NEEDED}. {remedy}"
     )

@@ -80,9 +80,9 @@ def test_what_is_not_read_of_matlab_says_why(name, reason):
     [
         ("corrupted_zlib_checksum.mat", "cannot be unpacked"),
         ("corrupted_zlib_data.mat", "another length"),
-        ("malformed1.mat", "announces 658840 bytes"),
+        ("malformed1.mat", "the file ends too early: an element has 658840 bytes and"),
         ("bad_miuint32.mat", "no sizes"),
-        ("testdouble_4.2c_SOL2.mat", "none of the files of arrays"),
+        ("testdouble_4.2c_SOL2.mat", "holds no format of measured FRFs that is known"),
     ],
 )
 def test_damaged_files_of_matlab_are_refused(name, reason):
@@ -239,12 +239,12 @@ def test_lines_above_the_columns_are_told(tmp_path):
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        ("f,H\n1,2\n3\n", "row 3 has 1 columns and earlier ones have 2"),
+        ("f,H\n1,2\n3\n", "row 3 has 1 column  and earlier ones have 2"),
         ("f,H\n1,2\n3,x\n", "the column 'H' holds numbers and 'x'"),
         ("f,f\n1,2\n", "two columns are named 'f'"),
         ("f;H\n1,5;2.5\n", "it holds the number 1,5 beside 2.5, whose comma may be a decimal"),
         ("f\tH\n1,500\t7\n2,500\t8\n", "it holds the number 1,500 and others like it"),
-        ("f,H\na,b\n", "no row of it has a number"),
+        ("f,H\na,b\n", "no row of it has a number; measured FRFs are needed as columns"),
         ("# nothing\n", "it has no row"),
     ],
 )

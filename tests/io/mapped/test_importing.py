@@ -521,6 +521,166 @@ def test_columns_are_asked_for_by_their_names(tmp_path):
     np.testing.assert_array_equal(measurement.frf[0, 0], [2 + 3j, 3 + 4j])
 
 
+VALUE = 0.5 * np.exp(0.25j)
+FORMS = {
+    "re": VALUE.real,
+    "im": VALUE.imag,
+    "mag": abs(VALUE),
+    "dB": 20 * np.log10(abs(VALUE)),
+    "deg": np.degrees(0.25),
+    "rad": 0.25,
+    "coherence": 0.75,
+}
+
+
+def write_headings(path, headings, forms):
+    """Two lines of the FRF `VALUE` in the forms of its columns."""
+    cells = [f"{FORMS[form]!r}".removeprefix("np.float64(").rstrip(")") for form in forms.split()]
+    rows = [";".join(["1.0", *cells]), ";".join(["2.0", *cells])]
+    path.write_text("\n".join([headings, *rows]))
+
+
+HEADINGS = [
+    ("f;H dB;H deg", "dB deg"),
+    ("f;H_deg;H_dB", "deg dB"),
+    ("f;Magnitude (dB);Phase (deg)", "dB deg"),
+    ("f;Magnitude (dB);Phase (degrees)", "dB deg"),
+    ("f;H [dB];H [°]", "dB deg"),
+    ("f;H decibel;H rad", "dB rad"),
+    ("f;phase [rad];amplitude", "rad mag"),
+    ("f;mag;phase degrees;coh", "mag deg coherence"),
+    ("f;H [dB re 1 (m/s^2)/N];phase [deg]", "dB deg"),
+    ("f;Re(H);Im(H)", "re im"),
+    ("f [Hz];H_im;H_re;coherence", "im re coherence"),
+    ("f;s1 re;s1 im;s1 mag;s1 deg", "re im mag deg"),
+    ("f;s1 re;s2 re;s1 im;s2 im", "re mag im deg"),
+    ("frequency [Hz];s1+x/a1+x Magnitude [dB];s1+x/a1+x Phase [deg]", "dB deg"),
+    ("frequency [Hz];s1+x/a1+x decibel;s1+x/a1+x degrees", "dB deg"),
+    ("frequency [Hz];s1+x/a1+x [dB];s1+x/a1+x [deg]", "dB deg"),
+]
+
+
+@pytest.mark.parametrize(("headings", "forms"), HEADINGS)
+def test_the_lines_that_are_asked_for_read_each_form_of_heading_right(tmp_path, headings, forms):
+    write_headings(tmp_path / "a.csv", headings, forms)
+    with pytest.raises(ValueError, match="nothing says") as error:
+        bp.io.read(tmp_path / "a.csv")
+    (tmp_path / "a.toml").write_text(lines_asked_for(error))
+    measurement = bp.io.read_measurement(tmp_path / "a.toml")
+    np.testing.assert_allclose(measurement.frf[0, 0], [VALUE, VALUE])
+    np.testing.assert_array_equal(measurement.frequency, [1.0, 2.0])
+    assert (measurement.coherence is not None) == ("coherence" in forms)
+
+
+def test_a_frequency_in_kilohertz_is_asked_for_in_its_unit(tmp_path):
+    write_headings(tmp_path / "a.csv", "f kHz;H dB;H deg", "dB deg")
+    with pytest.raises(ValueError, match="nothing says") as error:
+        bp.io.read(tmp_path / "a.csv")
+    assert 'frequency = { array = "f kHz", unit = "kHz" }' in lines_asked_for(error)
+
+
+@pytest.mark.parametrize(
+    ("headings", "forms", "line"),
+    [
+        ("f;A;B", "re im", 'real = "A", imaginary = "B"'),
+        ("f;mag;phase", "mag deg", 'magnitude = "mag", degrees = "phase"'),
+        ("f;H dB;B", "dB rad", 'decibel = "H dB", radians = "B"'),
+    ],
+)
+def test_lines_that_headings_leave_open_read_nothing_before_one_is_chosen(
+    tmp_path, headings, forms, line
+):
+    write_headings(tmp_path / "a.csv", headings, forms)
+    with pytest.raises(ValueError, match="nothing says") as error:
+        bp.io.read(tmp_path / "a.csv")
+    (tmp_path / "a.toml").write_text(lines_asked_for(error))
+    with pytest.raises(ValueError, match="nothing says which array holds the FRFs"):
+        bp.io.read(tmp_path / "a.toml")
+    [chosen] = [row for row in lines_asked_for(error).splitlines() if line in row]
+    (tmp_path / "a.toml").write_text(lines_asked_for(error).replace(chosen, chosen[2:]))
+    measurement = bp.io.read_measurement(tmp_path / "a.toml")
+    np.testing.assert_allclose(measurement.frf[0, 0], [VALUE, VALUE])
+
+
+@pytest.mark.parametrize(
+    ("headings", "said", "sentence"),
+    [
+        (
+            "f;H dB;H deg",
+            {"real": "H dB", "imaginary": "H deg"},
+            r"'H dB' for real and its name says decibel; .* Write decibel = \"H dB\", degrees = "
+            r"\"H deg\" in the mapping",
+        ),
+        ("f;A;H deg", {"real": "A", "imaginary": 3}, "3 for imaginary and its name says degrees"),
+        (
+            "f;Magnitude (dB);Phase (deg)",
+            {"real": 2, "imaginary": 3},
+            r"2 for real and the file says that it is in 'dB'; .* Write decibel = 2, degrees = 3 in",
+        ),
+    ],
+)
+def test_decibels_and_degrees_are_no_real_and_imaginary_parts(tmp_path, headings, said, sentence):
+    write_headings(tmp_path / "a.csv", headings, "dB deg")
+    pair = {"sensor": "s1", "actuator": "a1", "unit": "g/N", **said}
+    frequency = {"array": "f", "unit": "Hz"}
+    with pytest.raises(ValueError, match=sentence):
+        bp.io.read(tmp_path / "a.csv", {"frf": [pair], "frequency": frequency})
+
+
+@pytest.mark.parametrize(
+    "headings", ["Magnitude [dB];{}Phase [deg]", "[dB];{}[deg]", "mag;{}phase"]
+)
+def test_a_mapping_has_the_last_word_over_headings(tmp_path, headings):
+    columns = headings.format("s1+x/a1+x ")
+    write_headings(tmp_path / "a.csv", f"frequency [Hz];s1+x/a1+x {columns}", "dB deg")
+    pair = {"sensor": "s9", "actuator": "a9", "decibel": 2, "degrees": 3, "unit": "m/N"}
+    measurement = bp.io.read_measurement(tmp_path / "a.csv", mapping={"frf": [pair]})
+    np.testing.assert_allclose(measurement.frf[0, 0], [VALUE, VALUE])
+    assert measurement.sensors[0].label == "s9"
+
+
+@pytest.mark.parametrize(
+    ("headings", "forms", "sentence"),
+    [
+        ("s1/a1 mag;s1/a1 phase", "mag deg", r"has 's1/a1 mag' and 's1/a1 phase' of s1/a1 alone.*"
+         r"\"s1/a1 phase \[deg\]\" or \[rad\]; .* degrees = \"s1/a1 phase\" }], or radians"),
+        ("s1/a1 mag", "mag", "has 's1/a1 mag' of s1/a1 alone; .* Export the other part too"),
+        ("s1/a1 re;s1/a1 real;s1/a1 im", "re re im", "both are the real of s1/a1, and either"),
+    ],
+)  # fmt: skip
+def test_headings_that_are_no_complex_numbers_are_refused(tmp_path, headings, forms, sentence):
+    write_headings(tmp_path / "a.csv", f"frequency [Hz];{headings}", forms)
+    with pytest.raises(ValueError, match=sentence):
+        bp.io.read(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("node", [5, ""])  # an empty cell makes a column of numbers and texts
+def test_a_channel_table_is_not_taken_for_data(tmp_path, node):
+    rows = [list(row) for row in TABLE]
+    rows[1][2] = node
+    write_table(tmp_path / "table.csv", rows)
+    with pytest.raises(
+        ValueError, match=r"is a channel table: .*: channels = \"table\.csv\""
+    ) as error:
+        bp.io.read(tmp_path / "table.csv")
+    assert "frf =" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"", r"is empty \(0 bytes\)"),
+        (b"%PDF-1.4\n1 0 obj\n2 0 obj\n", "is a PDF, whose pages hold no arrays"),
+        (b"f;A;B\n1;2;3\n", "a column or an array of at least two numbers is needed"),
+    ],
+)
+def test_no_mapping_is_asked_for_where_there_are_no_numbers(tmp_path, content, reason):
+    (tmp_path / "a.csv").write_bytes(content)
+    with pytest.raises(ValueError, match=reason) as error:
+        bp.io.read(tmp_path / "a.csv")
+    assert "frf =" not in str(error.value)
+
+
 WRONG = {
     'unit = "g/N"': {
         'unit = "lb/N"': "the unit of the FRFs is 'lb/N'",
