@@ -15,8 +15,11 @@ from rich.table import Table
 from .._types import Progress, no_progress
 from ..design.running.progress import progress_bars, progress_console, terminal_console
 
-UNBROKEN = re.compile(r"\S+(?: ± [^\s,]+(?: [^\s\d,]\S{0,6}(?!\S))?,?| or \S+)*")
-"""A word, a number with its error and unit, or several numbers of which one holds."""
+UNBROKEN = re.compile(
+    r"\(95 %: \S+ to \S+|"
+    r"\S+(?: ± [^\s,]+(?: [^\s\d,]\S{0,6}(?!\S))?,?| or \S+| \S{1,4}(?= \(95 %))*"
+)
+"""A word, a number with its unit, its error or its interval, or several of which one holds."""
 
 BETWEEN = 3
 """Characters between two columns of a table."""
@@ -94,6 +97,8 @@ def print_text(console: Console, text: object) -> None:
 NOTES = {
     "chi2 per datum": "chi2 per datum: squared misfit over that of the noise; a right model has 1.",
     "log evidence": "log evidence: greater is better; a difference of 3 is a factor of 20 in odds.",
+    "log evidence gained": "log evidence gained: over the model as given; greater is better, and 3 "
+    "more is a factor of 20 in odds.",
     "held out": "held out: how well data left out of the fit are predicted, the mean log density "
     "of a datum; greater is better.",
     "p of score": "p of score: probability of so strong a trace of the effect in a right model.",

@@ -44,10 +44,13 @@ WIDE = {
     "effect": ["shear_and_rotary_inertia", "misplaced_actuator"],
     "probability": ["0.999", "0.001"],
     "chi2 per datum": ["1.02", "2.14e+03"],
-    "log evidence": ["-1264254.2", "-1.2"],
+    "log evidence gained": ["1264254", "-1.2"],
     "held out": ["3.214", "-4.1"],
     "p of score": ["1.2e-300", "0.5"],
-    "parameters": ["share 1.0003 ± 0.0002, at 0.36782 ± 0.0012 m", "offset 0.01 ± 0.002 m"],
+    "parameters": [
+        "share 1.0003 ± 0.0002, 367.8 mm, (95 %: 365.4 to 370.2), loss",
+        "offset 0.01 ± 0.002 m",
+    ],
 }
 
 

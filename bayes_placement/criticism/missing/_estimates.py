@@ -7,6 +7,7 @@ import numpy as np
 
 from ..._sites import Role, Unknown
 from ...inference.estimates import scalars
+from ...inference.units import ReadableUnit, readable
 from ._hypotheses import Hypothesis
 
 EFFECTS = ("effects", "instrument_effects")
@@ -15,6 +16,12 @@ EFFECTS = ("effects", "instrument_effects")
 DRAWS = 2000
 OUTER = 2.5758
 """Standard deviations between which 99 % of a normal distribution lie."""
+
+INNER = 1.95996
+"""Standard deviations between which 95 % of a normal distribution lie."""
+
+SIDES = np.array([-OUTER, -INNER, INNER, OUTER])
+"""Ends of both intervals [standard deviations]."""
 
 
 class ParameterEstimate(NamedTuple):
@@ -34,6 +41,8 @@ class ParameterEstimate(NamedTuple):
         Its name within the effect.
     field
         Field of the effect that it is, or is in; of the structure or an instrument likewise.
+    low_95, high_95
+        Its 95 % interval.
     """
 
     mean: float
@@ -44,11 +53,26 @@ class ParameterEstimate(NamedTuple):
     effect: str | None = None
     word: str = ""
     field: str = ""
+    low_95: float = float("nan")
+    high_95: float = float("nan")
 
     def __str__(self) -> str:
-        """Mean and standard deviation, with the unit."""
-        unit = "" if self.unit in ("", "1") else f" {self.unit}"
-        return f"{self.mean:.5g} ± {self.standard_deviation:.2g}{unit}"
+        """Mean and standard deviation, in the unit of people."""
+        scale = self._scale()
+        mean = scale.number(self.mean, self.standard_deviation)
+        return f"{mean} ± {scale.spread(self.standard_deviation)} {scale.name}".rstrip()
+
+    def with_interval(self) -> str:
+        """Mean and 95 % interval, in the unit of people."""
+        if not np.isfinite([self.low_95, self.high_95]).all():
+            return str(self)
+        scale, deviation = self._scale(), self.standard_deviation
+        ends = (scale.number(end, deviation) for end in (self.low_95, self.high_95))
+        mean = f"{scale.number(self.mean, deviation)} {scale.name}".rstrip()
+        return f"{mean} (95 %: {' to '.join(ends)})"
+
+    def _scale(self) -> ReadableUnit:
+        return readable(self.unit, self.field, abs(self.mean))
 
     def to_json(self) -> dict[str, Any]:
         """Return it as numbers and words for a file; None for what cannot be said."""
@@ -73,8 +97,7 @@ def estimates(
     """
     problem = hypothesis.problem
     drawn = laplace(hypothesis) if points is None else points
-    spread = OUTER * drawn.std(axis=0)
-    ends = drawn.mean(axis=0) + np.array([-1.0, 1.0])[:, None] * spread
+    ends = drawn.mean(axis=0) + SIDES[:, None] * drawn.std(axis=0)
     values, sides = problem.coordinates.named(drawn), problem.coordinates.named(ends)
     return {
         name: estimate
@@ -94,8 +117,9 @@ def sizes(hypothesis: Hypothesis) -> dict[str, ParameterEstimate]:
 
 
 def _log_normal(median: float, deviation: float) -> ParameterEstimate:
-    low, high = (float(median * np.exp(side * OUTER * deviation)) for side in (-1, 1))
-    return ParameterEstimate(median, median * deviation, low, high, "1", None, "size")
+    low, *inner, high = map(float, median * np.exp(SIDES * deviation))
+    moments = median, median * deviation
+    return ParameterEstimate(*moments, low, high, "1", None, "size", "size", *inner)
 
 
 def errors(hypothesis: Hypothesis) -> dict[str, float]:
@@ -129,7 +153,7 @@ def _of_unknown(
     names = [name for name, _ in scalars(unknown.name, draws[None])]
     ends = [side for _, side in scalars(unknown.name, sides[None])]
     for name, (element, drawn), side in zip(names, scalars(word, draws[None]), ends, strict=True):
-        low, high = sorted(map(float, side.ravel()))
-        mean, deviation = float(np.mean(drawn)), float(np.std(drawn))
+        low, *inner, high = sorted(map(float, side.ravel()))
+        moments = float(np.mean(drawn)), float(np.std(drawn))
         of = unknown.unit, effect, element, unknown.field
-        yield name, ParameterEstimate(mean, deviation, low, high, *of)
+        yield name, ParameterEstimate(*moments, low, high, *of, *inner)

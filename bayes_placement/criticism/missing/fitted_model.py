@@ -103,7 +103,7 @@ class FittedModel:
         if self.added is None:
             return ""
         parameters = self.parameters_of_added().values()
-        words = [f"{estimate.word} {estimate}" for estimate in parameters]
+        words = [f"{estimate.word} {estimate.with_interval()}" for estimate in parameters]
         return ", ".join(filter(None, [self.setting, *words, self.remark]))
 
     def parameters_of_added(self) -> dict[str, ParameterEstimate]:

@@ -15,6 +15,7 @@ from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
 from ...inference.units import percent
 from ._estimates import number_or_none
+from ._narrow_text import gained, narrow
 from ._posterior_odds import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank
 
@@ -103,7 +104,7 @@ class Ledger:
                 "added": step.added or "as given",
                 **misfit_columns(step),
                 "p": number_or_blank(step.p_value, ".2g"),
-                "log evidence": number_or_blank(step.log_evidence, ".1f"),
+                **gained(step, self.steps[0]),
                 "held out": number_or_blank(step.held_out, ".3f"),
                 **_model_error_columns(step),
                 "parameters": step.description(),
@@ -260,8 +261,7 @@ class Ledger:
 
     def __str__(self) -> str:
         """Table of the steps, then the sentences."""
-        lines = self.table().to_string()
-        return "\n".join([lines, "", *(f"- {line}" for line in self.words())])
+        return "\n".join([narrow(self.table()), "", *(f"- {line}" for line in self.words())])
 
 
 def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:

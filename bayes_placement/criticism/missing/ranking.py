@@ -12,6 +12,7 @@ from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
 from ..check.check import LEVEL
 from ._estimates import number_or_none
+from ._narrow_text import gained, narrow
 from ._posterior_odds import NONE, NOTHING
 from .fitted_model import FittedModel, number_or_blank
 from .ledger import (
@@ -87,12 +88,13 @@ class Ranking:
     def table(self) -> pd.DataFrame:
         """One row for each kind, the most probable first."""
         p_values = self.suspicion.groupby("kind")["p_value"].min().to_dict()
+        as_given = next((step for step in self.steps if not step.kind), self.steps[0])
         rows = [
             {
                 "effect": step.kind or NOTHING,
                 "probability": f"{self.probabilities[step.kind or NOTHING]:.3g}",
                 **misfit_columns(step),
-                "log evidence": number_or_blank(step.log_evidence, ".1f"),
+                **gained(step, as_given),
                 "held out": number_or_blank(step.held_out, ".3f"),
                 "p of score": number_or_blank(p_values.get(step.kind, float("nan")), ".2g"),
                 "parameters": step.description(),
@@ -166,4 +168,4 @@ class Ranking:
     def __str__(self) -> str:
         """Table of the kinds, then the sentences."""
         lines = [f"- {line}" for line in self.words()]
-        return "\n".join([self.table().to_string(), "", *lines])
+        return "\n".join([narrow(self.table()), "", *lines])

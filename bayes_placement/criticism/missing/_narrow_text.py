@@ -1,0 +1,36 @@
+"""Tables of fitted models as text of at most 80 columns, and how much evidence each one gained."""
+
+import textwrap
+
+import numpy as np
+import pandas as pd
+
+from .fitted_model import FittedModel
+
+WIDTH = 80
+"""Columns of text."""
+
+GAINED = "log evidence gained"
+"""Heading of the log evidence less that of the model as given, whose size alone says nothing."""
+
+LARGE = 100.0
+"""Gain of log evidence from which on no decimal is written."""
+
+
+def gained(step: FittedModel, as_given: FittedModel) -> dict[str, str]:
+    """Log evidence less that of the model as given; nothing where it cannot be said."""
+    gain = step.log_evidence - as_given.log_evidence
+    if not np.isfinite(gain):
+        return {GAINED: ""}
+    return {GAINED: f"{gain:.1f}" if abs(gain) < LARGE else f"{gain:.0f}"}
+
+
+def narrow(table: pd.DataFrame) -> str:
+    """Numbers side by side, and below them the parameters of each row."""
+    numbers = table.drop(columns="parameters").to_string(line_width=WIDTH)
+    told = [
+        textwrap.fill(f"{name}: {words}", WIDTH, subsequent_indent="  ")
+        for name, words in table["parameters"].items()
+        if words
+    ]
+    return "\n".join([numbers, *(["", *told] if told else [])])

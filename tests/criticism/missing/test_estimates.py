@@ -1,0 +1,43 @@
+"""What is printed of an estimate and of a ledger: units of people, intervals, 80 columns."""
+
+from dataclasses import replace
+
+import pytest
+
+from bayes_placement.criticism.missing._estimates import Estimate
+from tests.plots.test_ledger import ledger, ranking, step
+
+AT = Estimate(0.37, 2.1e-5, 0.36994, 0.37006, "m", "point_mass", "at", 0.36996, 0.37004)
+LOSS = Estimate(0.2, 0.01, 0.17, 0.23, "1", "loss", "share.loss", 0.18, 0.22)
+MODULUS = Estimate(2.1e11, 2e9, 2.0e11, 2.2e11, "Pa", None, "modulus", 2.06e11, 2.14e11)
+
+
+@pytest.mark.parametrize(
+    ("estimate", "words", "short"),
+    [
+        (AT, "370.000 mm (95 %: 369.960 to 370.040)", "370.000 ± 0.021 mm"),
+        (LOSS, "20.0 % (95 %: 18.0 to 22.0)", "20.0 ± 1.0 %"),
+        (MODULUS, "210.0 GPa (95 %: 206.0 to 214.0)", "210.0 ± 2.0 GPa"),
+        (AT._replace(low_95=float("nan")), "370.000 ± 0.021 mm", "370.000 ± 0.021 mm"),
+    ],
+)
+def test_an_estimate_is_told_in_the_units_of_people(estimate, words, short):
+    assert (estimate.with_interval(), str(estimate)) == (words, short)
+
+
+def steps():
+    found = {f"structure.effects.point_mass.{n}": AT for n in ("at", "other", "third")}
+    first = replace(step(None, 1234.0), log_evidence=-1264254.2)
+    return first, replace(step("point_mass", 1.0), log_evidence=-12.25, parameters=found)
+
+
+@pytest.mark.parametrize("result", [ledger(*steps()), replace(ranking(), steps=steps())])
+def test_tables_are_printed_in_80_columns_with_the_gain_of_evidence(result):
+    steps_of = [replace(one, kind=one.added or "") for one in steps()]
+    result = replace(result, steps=tuple(steps_of))
+    assert [*result.table()["log evidence gained"]][:2] == ["0.0", "1264242"]
+    lines = str(result).splitlines()
+    table = lines[: next(number for number, line in enumerate(lines) if line.startswith("- "))]
+    assert max(map(len, table)) <= 80
+    assert "point_mass: at 370.000 mm (95 %: 369.960 to 370.040)" in str(result)
+    assert result.steps[0].to_json()["log_evidence"] == -1264254.2
