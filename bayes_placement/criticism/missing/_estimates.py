@@ -155,5 +155,9 @@ def _of_unknown(
     for name, (element, drawn), side in zip(names, scalars(word, draws[None]), ends, strict=True):
         low, *inner, high = sorted(map(float, side.ravel()))
         moments = float(np.mean(drawn)), float(np.std(drawn))
-        of = unknown.unit, effect, element, unknown.field
-        yield name, ParameterEstimate(*moments, low, high, *of, *inner)
+        yield (
+            name,
+            ParameterEstimate(
+                *moments, low, high, unknown.unit, effect, element, unknown.field, *inner
+            ),
+        )

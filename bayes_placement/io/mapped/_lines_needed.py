@@ -13,7 +13,7 @@ from ..arrays.named_arrays import NamedArrays
 from ._headings import (
     ANGLES,
     FIRSTS,
-    Pair,
+    PartPair,
     columns_by_part,
     first_pair,
     part_of_column,
@@ -179,7 +179,7 @@ def _may_be(part: str, told: str) -> bool:
     return part == told or told.startswith(_OPEN) or (told == "phase" and part in ANGLES)
 
 
-def _unknown_pair(columns: dict[str, str | None]) -> Pair:
+def _unknown_pair(columns: dict[str, str | None]) -> PartPair:
     """Return the columns that may be a pair: one whose heading says a part, and those that do not.
 
     Parts that no heading says, and columns that are not there, have names of their own.
@@ -191,10 +191,10 @@ def _unknown_pair(columns: dict[str, str | None]) -> Pair:
     first = first or (rest.pop(0) if rest else "NAME OF THE FIRST PART")
     angle = angle or (rest.pop(0) if rest else "NAME OF THE SECOND PART")
     known = [columns.get(name) or f"{_OPEN}{number}" for number, name in enumerate((first, angle))]
-    return Pair(dict(zip(known, (first, angle), strict=True)), None)
+    return PartPair(dict(zip(known, (first, angle), strict=True)), None)
 
 
-def _pair_line(parts: dict[str, str], pair: Pair, held: NamedArrays, mapping: Mapping) -> str:
+def _pair_line(parts: dict[str, str], pair: PartPair, held: NamedArrays, mapping: Mapping) -> str:
     named = {**parts, **({"coherence": pair.coherence} if pair.coherence else {})}
     listed = ", ".join(f"{part} = {_quoted(name)}" for part, name in named.items())
     known = mapping.unit or (held.units and stated_units(held, pair.parts.values()))

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from bayes_placement.criticism.missing._estimates import Estimate
+from bayes_placement.criticism.missing._estimates import ParameterEstimate
 from tests.plots.test_ledger import ledger, ranking, step
 
-AT = Estimate(0.37, 2.1e-5, 0.36994, 0.37006, "m", "point_mass", "at", 0.36996, 0.37004)
-LOSS = Estimate(0.2, 0.01, 0.17, 0.23, "1", "loss", "share.loss", 0.18, 0.22)
-MODULUS = Estimate(2.1e11, 2e9, 2.0e11, 2.2e11, "Pa", None, "modulus", 2.06e11, 2.14e11)
+AT = ParameterEstimate(0.37, 2.1e-5, 0.36994, 0.37006, "m", "point_mass", "at", 0.36996, 0.37004)
+LOSS = ParameterEstimate(0.2, 0.01, 0.17, 0.23, "1", "loss", "share.loss", 0.18, 0.22)
+MODULUS = ParameterEstimate(2.1e11, 2e9, 2.0e11, 2.2e11, "Pa", None, "modulus", 2.06e11, 2.14e11)
 
 
 @pytest.mark.parametrize(

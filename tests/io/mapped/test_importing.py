@@ -615,7 +615,7 @@ def test_lines_that_headings_leave_open_read_nothing_before_one_is_chosen(
         (
             "f;Magnitude (dB);Phase (deg)",
             {"real": 2, "imaginary": 3},
-            r"2 for real and the file says that it is in 'dB'; .* Write decibel = 2, degrees = 3 in",
+            r"2 for real and the file says that it is in 'dB'; .* Write decibel = 2, degrees = 3",
         ),
     ],
 )
