@@ -7,9 +7,13 @@ import pytest
 from bayes_placement.criticism.missing._estimates import ParameterEstimate
 from tests.plots.test_ledger import ledger, ranking, step
 
-AT = ParameterEstimate(0.37, 2.1e-5, 0.36994, 0.37006, "m", "point_mass", "at", 0.36996, 0.37004)
-LOSS = ParameterEstimate(0.2, 0.01, 0.17, 0.23, "1", "loss", "share.loss", 0.18, 0.22)
-MODULUS = ParameterEstimate(2.1e11, 2e9, 2.0e11, 2.2e11, "Pa", None, "modulus", 2.06e11, 2.14e11)
+AT = ParameterEstimate(
+    0.37, 2.1e-5, 0.36994, 0.37006, "m", "point_mass", "at", "at", 0.36996, 0.37004
+)
+LOSS = ParameterEstimate(0.2, 0.01, 0.17, 0.23, "1", "cut", "share.loss", "loss", 0.18, 0.22)
+MODULUS = ParameterEstimate(
+    2.1e11, 2e9, 2.0e11, 2.2e11, "Pa", None, "modulus", "modulus", 2.06e11, 2.14e11
+)
 
 
 @pytest.mark.parametrize(
@@ -26,9 +30,9 @@ def test_an_estimate_is_told_in_the_units_of_people(estimate, words, short):
 
 
 def steps():
-    found = {f"structure.effects.point_mass.{n}": AT for n in ("at", "other", "third")}
+    parameters = {f"structure.effects.point_mass.{name}": AT for name in ("at", "other", "third")}
     first = replace(step(None, 1234.0), log_evidence=-1264254.2)
-    return first, replace(step("point_mass", 1.0), log_evidence=-12.25, parameters=found)
+    return first, replace(step("point_mass", 1.0), log_evidence=-12.25, parameters=parameters)
 
 
 @pytest.mark.parametrize("result", [ledger(*steps()), replace(ranking(), steps=steps())])
