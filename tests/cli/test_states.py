@@ -107,7 +107,7 @@ def test_states_may_be_given_as_files(of_states, tmp_path):
     done = run("improve", alone, *files, "--effects", "point_mass", "--out", tmp_path / "results")
     assert done.exit_code == 0, (done.output, done.exception)
     said = " ".join(done.output.split())
-    assert '"20 nuts": since "bare" point_mass is new (at 0.4' in said
+    assert '"20 nuts": since "bare" point_mass is new (at 4' in said
     assert "mass 0.6" in said
 
 
