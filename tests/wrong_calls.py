@@ -96,7 +96,7 @@ CALLS = {
     ),
     "prior neg density": (
         lambda: experiment(structure=structure(density=dist.Uniform(-1.0, 9e3))),
-        "modes.density=Uniform(-1, 9000), from -1 to 9e+03, was given; no",
+        "modes.density=Uniform(-1, 9000), from -1 to 9e+03, was given; it must be above zero",
     ),
     "prior neg damping": (
         lambda: experiment(structure=structure(bp.damping.Modal(dist.Uniform(-0.06, 0.02)))),
@@ -108,7 +108,7 @@ CALLS = {
     ),
     "prior normal noise": (
         lambda: experiment(noise=bp.noise.Gaussian(dist.Normal(0.0, 1.0))),
-        "noise.sigma=Normal(0, 1), from -4.75 to 4.75, was given; no value of",
+        "noise.sigma=Normal(0, 1), from -4.75 to 4.75, was given; it must be above zero",
     ),
     "prior position off": (
         lambda: experiment(sensors=[bp.Sensor("s1", at=dist.Uniform(0.9, 1.2))]),
@@ -190,7 +190,7 @@ CALLS = {
         lambda: experiment(
             sensors=[bp.Sensor("s1", at=0.2, angles=(0.0, dist.Uniform(-10.0, 10.0), 0.0))]
         ),
-        "sensor.s1.angles.2=Uniform(-10, 10), from -10 to 10, was given; no",
+        "sensor.s1.angles.2=Uniform(-10, 10), from -10 to 10, was given; it must be",
     ),
     "angles number": (
         lambda: bp.Sensor("s1", at=0.2, angles=0.1),
