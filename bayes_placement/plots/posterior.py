@@ -111,7 +111,7 @@ def _bands(band: xr.Dataset, phase: xr.Dataset | None, axes: Any) -> Figure:
         draw_phases(panel, channel)
     for panel, channel in channels(layout.axes[rows - 1 :: rows], shown - shown["mean"]):
         draw_band(panel, channel, "posterior predictive")
-        panel.set_ylabel(f"difference\nfrom mean {unit_of_difference(band.attrs['units'])}")
+        panel.set_ylabel(f"from mean\n{unit_of_difference(band.attrs['units'])}")
     share_frequency(layout.axes, rows)
     return layout.with_legend()
 
