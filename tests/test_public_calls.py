@@ -55,7 +55,6 @@ RESULTS = {
     "io.time_records.Estimate",
     "model_error.ModalErrors",
     "model_error.shares_size",
-    "plots.structure.View",
     "plots.structure.draw_scores",
     "plots.structure.draw_structure",
     "plots.structure.extent",

@@ -81,6 +81,7 @@ def test_a_run_writes_result_tables_and_figures(first):
     folder, _ = first
     assert sorted(path.name for path in (folder / "out").iterdir()) == [
         "findings.nc",
+        "intervals.png",
         "measured_against_band.png",
         "parameters.csv",
         "parameters.png",
