@@ -72,11 +72,11 @@ def check_names_the_mass(text):
     assert verdict.startswith("- Missing: point_mass (probability 0.9")
     said = " ".join(text.split())
     interval = r"([\d.]+) {} \(95 %: ([\d.]+) to ([\d.]+)\)"
-    found = rf"point_mass: at {interval.format('mm')}, mass {interval.format('g|kg')}"
-    numbers = re.search(found.replace("g|kg", "g"), said).groups()
+    parameters = rf"at {interval.format('mm')}, mass {interval.format('kg')}"
+    numbers = re.search(parameters, said).groups()
     place, *ends_of_place, mass, low, high = map(float, numbers)
     assert ends_of_place[0] < place < ends_of_place[1] and low < mass < high
-    assert abs(place - 420) < 20 and abs(mass - 300) < 100
+    assert abs(place - 420) < 20 and abs(mass - 0.3) < 0.1
     assert abs(place - 420) < 2.5 * (ends_of_place[1] - ends_of_place[0])
 
 

@@ -14,7 +14,7 @@ from ..._compiled import compiled
 from ..._types import InputError, Key, Progress, check_count
 from ..weights import GOOD_PARETO_K, pareto_k
 from .differential_evolution import evolved
-from .empirical_bayes import Hierarchy, fitted_with_sizes
+from .empirical_bayes import Hierarchy, Sized, fitted_with_sizes
 from .engine import Engine, EngineDraws, PosteriorDensity
 from .laplace import Laplace, laplace
 from .least_squares import NormalEquations, ParameterPoints, SquaresAndPrior, Terms
@@ -104,11 +104,10 @@ class MAP(Engine):
     ) -> EngineDraws:
         """Mode at sizes of greatest evidence; the joint mode with the errors means nothing."""
         seed = int(jax.random.randint(key, (), 0, 2**31 - 1))
-        starts = problem.without_sizes(self._starts(posterior, key))
         if self.begin is not None:
-            sizes = {size.name: float(self.begin[size.name]) for size in problem.unknown_sizes}
-            fit = fitted_with_sizes(problem.at_sizes(sizes), starts, softening=())
+            fit = _fit_from(posterior, problem, self.begin)
         else:
+            starts = problem.without_sizes(self._starts(posterior, key))
             if self.search == "evolutionary":
                 starts = evolved_without_errors(problem, starts, seed)
             fit = fitted_with_sizes(problem, near_modes(problem, starts))
@@ -171,6 +170,17 @@ class MAP(Engine):
             return {"engine": "MAP", **sizes}
         begin = {name: np.asarray(value).tolist() for name, value in self.begin.items()}
         return {"engine": "MAP", **sizes, "begin": json.dumps(begin)}
+
+
+def _fit_from(
+    posterior: PosteriorDensity, problem: Hierarchy, begin: Mapping[str, Any]
+) -> Sized[Hierarchy]:
+    """Fit from known values and sizes; a size at an edge of its prior has no finite coordinate."""
+    sizes = {name: begin[name] for name in problem.sizes if name in begin}
+    within = {name: problem.sizes[name] for name in sizes}
+    start = problem.without_sizes(np.asarray(posterior.vector({**begin, **within}))[None])
+    at_sizes = problem.at_sizes({name: float(size) for name, size in sizes.items()})
+    return fitted_with_sizes(at_sizes, start, softening=())
 
 
 def _reaches_beyond(gaussian: Laplace, prior: ParameterPoints) -> bool:
