@@ -217,7 +217,7 @@ class Modulus(StructureEffect):
         """What is added to the modulus, over the modulus as drawn [1]."""
 
     def kept_damping(self) -> Float[Array, ""]:
-        """Share of the damping of the structure that remains beside it [1]."""
+        """Share of the damping of the structure that remains in addition to it [1]."""
         return jnp.ones(())
 
 

@@ -64,11 +64,11 @@ class GainError(OnTransducer):
         A half is between a third and three, as of a wrong sensitivity; wrong units, 9.81 or 1000,
         are rare but within reach: a fit goes as far as five deviations.
         """
-        factor_less_one = TransformedDistribution(
+        relative_error = TransformedDistribution(
             Normal(0.0, 1.5), [ExpTransform(), AffineTransform(-1.0, 1.0)]
         )
         return [
-            cls(name, factor_less_one, side=side, direction=direction)
+            cls(name, relative_error, side=side, direction=direction)
             for side in sides_that_differ(scales.instruments)
             for name, direction in channels(scales.instruments, side)
         ]

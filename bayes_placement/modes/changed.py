@@ -135,8 +135,8 @@ def _ritz(
     if mass is None:
         return eigenpairs(stiffness)
     factor = jnp.linalg.cholesky(jnp.eye(len(mass)) + mass)
-    left = jax.scipy.linalg.solve_triangular(factor, stiffness, lower=True)
-    reduced = eigenpairs(jax.scipy.linalg.solve_triangular(factor, left.T, lower=True))
+    half_reduced = jax.scipy.linalg.solve_triangular(factor, stiffness, lower=True)
+    reduced = eigenpairs(jax.scipy.linalg.solve_triangular(factor, half_reduced.T, lower=True))
     vectors = jax.scipy.linalg.solve_triangular(factor.T, reduced.vectors, lower=False)
     return reduced._replace(vectors=vectors)
 

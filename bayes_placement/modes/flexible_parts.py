@@ -150,7 +150,7 @@ class _ResidualPatterns(ResidualShapes):
         self,
         position: Float[Array, "*coordinate"],
         derivative: int,
-        kept: Float[Array, "axis mode"],
+        mode_shapes: Float[Array, "axis mode"],
     ) -> Float[Array, "axis pattern"]:
         """Shapes of the patterns, less their part in the modes."""
         reading = self.interpolation.at(position)

@@ -52,11 +52,11 @@ class _ResidualCuts(ResidualShapes):
         self,
         position: Float[Array, "*coordinate"],
         derivative: int,
-        kept: Float[Array, "axis mode"],
+        mode_shapes: Float[Array, "axis mode"],
     ) -> Float[Array, "axis cut"]:
         """Shapes of the cuts, less their part in the modes of the line."""
         # Modes that a preload or shear has changed span the same shapes as those of the line.
-        spanned = self.line.shapes(position, derivative) if self.changed else kept
+        spanned = self.line.shapes(position, derivative) if self.changed else mode_shapes
         shapes = _cuts.shapes(self.line, self.cuts, position, derivative)
         return shapes - spanned @ self.participation
 

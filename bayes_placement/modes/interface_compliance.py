@@ -26,7 +26,7 @@ class ResidualShapes(eqx.Module):
         self,
         position: Float[Array, "*coordinate"],
         derivative: int,
-        kept: Float[Array, "axis mode"],
+        mode_shapes: Float[Array, "axis mode"],
     ) -> Float[Array, "axis static_shape"]:
         """Shapes or their derivatives at a position [m].
 
@@ -36,7 +36,7 @@ class ResidualShapes(eqx.Module):
             Where they are read [m].
         derivative
             Order of the derivative in position.
-        kept
+        mode_shapes
             Shapes of the kept modes there, or their derivatives.
         """
 
@@ -84,8 +84,8 @@ class CompliantModes(DerivedModes):
         self, position: Float[Array, "*coordinate"], derivative: int = 0
     ) -> Float[Array, "axis mode"]:
         """Mass-normalised mode shapes [kg^-1/2] and their derivatives."""
-        kept, residual = self._parts(position, derivative)
-        return kept @ self.of_modes + residual @ self.of_residual
+        mode_shapes, residual = self._parts(position, derivative)
+        return mode_shapes @ self.of_modes + residual @ self.of_residual
 
     def static_flexibility(
         self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
@@ -99,15 +99,15 @@ class CompliantModes(DerivedModes):
         )
 
     def _parts(self, position: Float[Array, "*coordinate"], derivative: int) -> tuple[Array, Array]:
-        kept = self.modes.shapes(position, derivative)
-        return kept, self.residual.shapes(position, derivative, kept)
+        mode_shapes = self.modes.shapes(position, derivative)
+        return mode_shapes, self.residual.shapes(position, derivative, mode_shapes)
 
     def _static_shapes(
         self, position: Float[Array, "*coordinate"]
     ) -> Float[Array, "axis static_shape"]:
         """Static shapes of unit relative displacements."""
-        kept, residual = self._parts(position, 0)
-        return residual + kept @ self.participation
+        mode_shapes, residual = self._parts(position, 0)
+        return residual + mode_shapes @ self.participation
 
 
 def compliant_modes(modes: Modes, residual: ResidualShapes, interface: Interface) -> CompliantModes:
@@ -129,19 +129,19 @@ def compliant_modes(modes: Modes, residual: ResidualShapes, interface: Interface
     values, vectors, coupling = eigenpairs(
         -(unchanged + participation @ interface.compliance @ participation.T)
     )
-    kept = flexibility.size  # eigenvalues ascend: the lowest mode comes first
+    mode_count = flexibility.size  # eigenvalues ascend: the lowest mode comes first
     # At zero compliance the eigenvalues are those put in, so the difference is exactly zero.
-    growth = (flexibility + values[:kept]) / flexibility
+    growth = (flexibility + values[:mode_count]) / flexibility
     eigenvalues = jnp.concatenate([before[:rigid], before[rigid:] * (1 + growth / (1 - growth))])
     # A negative flexibility comes last: the structure has buckled.
     eigenvalues = jnp.where(values[-1] > _ROUNDING * -values[0], jnp.nan, eigenvalues)
-    of_residual = interface.orthonormal @ vectors[kept:, :kept]
-    padded_coupling = jnp.pad(coupling[:kept, :kept], ((rigid, 0), (rigid, 0)))
+    of_residual = interface.orthonormal @ vectors[mode_count:, :mode_count]
+    padded_coupling = jnp.pad(coupling[:mode_count, :mode_count], ((rigid, 0), (rigid, 0)))
     return CompliantModes(
         modes=modes,
         residual=residual,
         eigenvalues=eigenvalues,
-        of_modes=jax.scipy.linalg.block_diag(jnp.eye(rigid), vectors[:kept, :kept]),
+        of_modes=jax.scipy.linalg.block_diag(jnp.eye(rigid), vectors[:mode_count, :mode_count]),
         of_residual=jnp.pad(of_residual, ((0, 0), (rigid, 0))),
         participation=jnp.pad(interface.participation, ((rigid, 0), (0, 0))),
         compliance=interface.compliance,

@@ -59,8 +59,10 @@ class Points(eqx.Module):
         if static is None:
             return jnp.zeros((self.position.shape[0], other.position.shape[0]))
         elastic = slice(modes.rigid_body_modes, None)
-        kept = self.exact_shapes(modes)[:, elastic] / modes.angular_frequency()[elastic] ** 2
-        return static - kept @ other.exact_shapes(modes)[:, elastic].T
+        scaled_shapes = (
+            self.exact_shapes(modes)[:, elastic] / modes.angular_frequency()[elastic] ** 2
+        )
+        return static - scaled_shapes @ other.exact_shapes(modes)[:, elastic].T
 
 
 def joined(groups: Sequence[Points]) -> Points:

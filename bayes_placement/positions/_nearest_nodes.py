@@ -46,8 +46,8 @@ def at_nearest_node(
     """
     rows = np.flatnonzero(allowed)
     weight, error = _weights(position[rows], place)
-    kept = weight > _NO_SHARE
-    rows, weight = rows[kept], weight[kept] / np.sum(weight[kept])
+    has_share = weight > _NO_SHARE
+    rows, weight = rows[has_share], weight[has_share] / np.sum(weight[has_share])
     node = Categorical(probs=weight) if len(rows) > 1 else 0
     return AtNode(node, position[rows], rows, error)
 
@@ -109,7 +109,7 @@ def _points_in_ball(place: InBall) -> list[np.ndarray]:
     extends = np.array(place.axes)
     points[..., extends] = np.array(place.centre)[extends] + steps
     inside = np.sum(steps**2, axis=-1) <= place.cut.radius**2
-    return [repeat[kept] for repeat, kept in zip(points, inside, strict=True)]
+    return [repeat[in_ball] for repeat, in_ball in zip(points, inside, strict=True)]
 
 
 def _sobol_points(dimension: int) -> Float[np.ndarray, "repeat point axis"]:
@@ -189,13 +189,13 @@ def _cell_measure(
     """Length or area of the cell of one node; nodes at the same distance everywhere share it."""
     cell, sharing = region.corners(), 1
     margin = _TIE * np.max(np.ptp(cell, axis=0))
-    for other, distance in _neighbours(node, tree, nodes):
+    for neighbour, distance in _neighbours(node, tree, nodes):
         corners = region.at(cell) - node
         if len(cell) == 0 or distance > 2 * np.max(np.linalg.norm(corners, axis=1)):
             break  # no node so far away is nearer to any point of the cell
-        step = other - node
+        step = neighbour - node
         normal = region.directions @ step
-        level = float(step @ ((other + node) / 2 - region.origin))
+        level = float(step @ ((neighbour + node) / 2 - region.origin))
         if np.linalg.norm(normal) > _TIE * distance and distance > margin:
             cell = clip(cell, normal, level)
         elif abs(level) <= margin * max(distance, margin):
@@ -232,14 +232,14 @@ def _clip_stretch(cell: Corners, normal: np.ndarray, level: float) -> Corners:
 def _clip_polygon(cell: Corners, normal: np.ndarray, level: float) -> Corners:
     """Part of a convex polygon where normal . t <= level (Sutherland and Hodgman 1974)."""
     excess = cell @ normal - level
-    kept = []
+    clipped = []
     for i, corner in enumerate(cell):
         if (excess[i - 1] > 0) != (excess[i] > 0):
             crossing = excess[i - 1] / (excess[i - 1] - excess[i])
-            kept.append(cell[i - 1] + (corner - cell[i - 1]) * crossing)
+            clipped.append(cell[i - 1] + (corner - cell[i - 1]) * crossing)
         if excess[i] <= 0:
-            kept.append(corner)
-    return np.array(kept).reshape(-1, 2)
+            clipped.append(corner)
+    return np.array(clipped).reshape(-1, 2)
 
 
 def _length(cell: Corners) -> float:

@@ -126,7 +126,7 @@ class Member(Tolerance):
             raise InputError(
                 f"Member(centre={self.centre}) lies {distance:g} m off the axis from {self.start} "
                 f"to {self.end} m, more than a tenth of its length; a position on this member is "
-                "needed. Give the member that it sits on."
+                "needed. Give the member that it is on."
             )
 
     def _foot(self) -> tuple[float, np.ndarray, float]:
@@ -227,9 +227,9 @@ class Patch(Tolerance):
         corners = box(bounds, self)
         check_reach(self, max(self.within), bounds)
         centre, directions = np.array(self.centre), np.array(self.directions)
-        in_one_only = np.sum(np.abs(directions) > ROUNDING, axis=0) == 1
+        unshared = np.sum(np.abs(directions) > ROUNDING, axis=0) == 1
         sides = [
-            clipped(centre, direction * in_one_only, (-within, within), corners)
+            clipped(centre, direction * unshared, (-within, within), corners)
             for direction, within in zip(directions, self.within, strict=True)
         ]
         if not all(low < high for low, high in sides):

@@ -121,7 +121,7 @@ GROUPS = {
         ),
         "mount_resonance": Case(
             "One channel too high towards the end of the band",
-            "Below, it fits. The sensor sits on wax or a magnet that is too soft, and its own resonance "
+            "Below, it fits. The sensor is on wax or a magnet that is too soft, and its own resonance "
             "lies above the band.",
             lambda: bp.effects.mount_resonance("s3", 2500.0, 0.05),
             ("s3", "a1"),

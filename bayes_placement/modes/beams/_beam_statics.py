@@ -104,7 +104,7 @@ def _solved(
     polynomial_part = (-1) ** half_order * polynomial.polyint(load, order, axis=0)[:size]
     unmet = _conditions(half_order, ends, size) @ polynomial_part
     for row, (position, derivative) in enumerate(_end_conditions(half_order, ends)):
-        unmet[row] += position * sign * _one_less_y_power(degree - derivative, size)
+        unmet[row] += position * sign * _complement_power(degree - derivative, size)
     polynomial_part[:order] -= np.linalg.lstsq(_conditions(half_order, ends, order), unmet)[0]
     for shape in rigid:
         # The integral of shape(x) (x - y)_+^q / q! is the shape integrated q + 1 times from 1.
@@ -137,7 +137,7 @@ def _rigid(half_order: int, ends: Ends, size: int) -> np.ndarray:
     return np.pad(orthonormal, ((0, 0), (0, size - order)))
 
 
-def _one_less_y_power(degree: int, size: int) -> np.ndarray:
+def _complement_power(degree: int, size: int) -> np.ndarray:
     """Coefficients of (1 - y)^degree / degree!."""
     powers = polynomial.polypow([1.0, -1.0], degree, None) / math.factorial(degree)
     return np.pad(powers, (0, size - degree - 1))

@@ -177,7 +177,7 @@ def check_known(wanted: Int[np.ndarray, "wanted"], node: Int[np.ndarray, "node"]
 
 def checked_frequency(frequency: ArrayLike, modes: int) -> Float[np.ndarray, "mode"]:
     """Natural frequencies in ascending order, one for each shape."""
-    values = _one_for_each_mode(frequency, modes, "natural_frequency", "Hz")
+    values = _per_mode(frequency, modes, "natural_frequency", "Hz")
     descending = np.diff(values, prepend=0.0) < 0
     if descending.any():
         mode = int(np.flatnonzero(descending)[0])
@@ -209,7 +209,7 @@ def checked_mass(mass: ArrayLike | float | int | None, modes: int) -> Float[np.n
         )
     values = np.asarray(mass, dtype=float)
     values = values if values.ndim else np.full(modes, values)
-    values = _one_for_each_mode(values, modes, "modal_mass", "kg")
+    values = _per_mode(values, modes, "modal_mass", "kg")
     if (values <= 0).any():
         mode = int(np.flatnonzero(values <= 0)[0])
         raise InputError(
@@ -224,7 +224,7 @@ def checked_damping(damping: ArrayLike | None, modes: int) -> Float[np.ndarray, 
     """Modal damping ratios, one for each shape."""
     if damping is None:
         return None
-    values = _one_for_each_mode(damping, modes, "damping_ratio", "1")
+    values = _per_mode(damping, modes, "damping_ratio", "1")
     wrong = (values < 0) | (values >= _UNUSUAL_DAMPING)
     if wrong.any():
         mode = int(np.flatnonzero(wrong)[0])
@@ -250,9 +250,7 @@ def normalised(
     return scaled
 
 
-def _one_for_each_mode(
-    values: ArrayLike, modes: int, name: str, unit: str
-) -> Float[np.ndarray, "mode"]:
+def _per_mode(values: ArrayLike, modes: int, name: str, unit: str) -> Float[np.ndarray, "mode"]:
     array = np.asarray(values, dtype=float)
     if array.shape != (modes,) or not np.isfinite(array).all():
         defect = f"the shape {array.shape}" if array.shape != (modes,) else "gaps (NaN or infinity)"

@@ -37,21 +37,21 @@ def complete(powers: Powers, parts: Collection[str], parameters: Collection[str]
     if unknown_parts:
         raise InputError(
             f'powers names "{unknown_parts[0]}", but the parts that can be scaled are '
-            f'{_listed(parts)}. Give its matrix: stiffness={{"{unknown_parts[0]}": ...}}, or mass.'
+            f'{_quoted(parts)}. Give its matrix: stiffness={{"{unknown_parts[0]}": ...}}, or mass.'
         )
     for part, of_part in completed.items():
         unknown = [name for name in of_part if name not in parameters]
         if unknown or not of_part:
             raise InputError(
-                f'The part "{part}" is scaled by {_listed(unknown)}, but the parameters are '
-                f"{_listed(parameters)}; each part needs at least one of them. State which: "
+                f'The part "{part}" is scaled by {_quoted(unknown)}, but the parameters are '
+                f"{_quoted(parameters)}; each part needs at least one of them. State which: "
                 f'powers={{"{part}": {{"{next(iter(parameters), "thickness")}": 1}}}}.'
             )
     unused = set(parameters) - {name for of_part in completed.values() for name in of_part}
     if unused:
         raise InputError(
-            f"The parameter {_listed(sorted(unused))} scales nothing; the parts are "
-            f"{_listed(parts)}. A parameter needs the name of a region or a matrix of its own, "
+            f"The parameter {_quoted(sorted(unused))} scales nothing; the parts are "
+            f"{_quoted(parts)}. A parameter needs the name of a region or a matrix of its own, "
             f'since it would have no effect: stiffness={{"{min(unused)}": ...}}, or mass.'
         )
     return completed
@@ -119,5 +119,5 @@ def _checked(name: str, limits: Range) -> Range:
     return limits
 
 
-def _listed(names: Collection[str]) -> str:
+def _quoted(names: Collection[str]) -> str:
     return ", ".join(f'"{name}"' for name in names) or "none"

@@ -133,12 +133,12 @@ class ModalModel:
         """
         wanted = np.unique(np.fromiter(nodes, dtype=np.int64))
         checks.check_known(wanted, self.node)
-        kept = np.isin(self.node, wanted)
+        selected = np.isin(self.node, wanted)
         rows = np.flatnonzero(np.isin(self.dof[:, 0], wanted))
         return replace(
             self,
-            node=self.node[kept],
-            position=self.position[kept],
+            node=self.node[selected],
+            position=self.position[selected],
             dof=self.dof[rows],
             shape=self.shape[rows],
         )

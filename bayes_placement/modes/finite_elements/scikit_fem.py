@@ -73,8 +73,10 @@ def from_scikit_fem(
     """
     reading = interpolation.scikit_fem(basis, axes=axes, origin=origin, directions=directions)
     nodes = nodes_of_rows(basis, axes, origin, directions)
-    held = None if fixed is None else np.asarray(fixed)
-    matrices = Matrices(stiffness, mass, nodes.position, nodes.dof, fixed=held, regions=regions)
+    fixed_rows = None if fixed is None else np.asarray(fixed)
+    matrices = Matrices(
+        stiffness, mass, nodes.position, nodes.dof, fixed=fixed_rows, regions=regions
+    )
     return ReadableMatrices(matrices, reading)
 
 

@@ -64,15 +64,15 @@ def springs(
     array([[1., 0.],
            [0., 1.]])
     """
-    held = np.atleast_1d(np.asarray(rows))
-    free = np.setdiff1d(held, matrices.fixed)
-    if not held.size or free.size:
+    support_rows = np.atleast_1d(np.asarray(rows))
+    free = np.setdiff1d(support_rows, matrices.fixed)
+    if not support_rows.size or free.size:
         what = f"row {free[0]}, which is free" if free.size else "no row"
         raise InputError(
             f"soft_supports.springs was given {what}; rows that are held are needed, since only "
             "what a support holds can become soft. Take rows of matrices.fixed."
         )
-    return SupportMotion(held, np.eye(held.size), np.eye(held.size))
+    return SupportMotion(support_rows, np.eye(support_rows.size), np.eye(support_rows.size))
 
 
 @arguments_checked
@@ -100,8 +100,8 @@ def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> 
     >>> foot.rows
     array([1])
     """
-    held = matrices.fixed[matrices.dof[matrices.fixed, 0] == node]
-    rows = np.sort(held[np.isin(matrices.dof[held, 1], _ROTATIONS)])
+    fixed_rows = matrices.fixed[matrices.dof[matrices.fixed, 0] == node]
+    rows = np.sort(fixed_rows[np.isin(matrices.dof[fixed_rows, 1], _ROTATIONS)])
     axis = np.eye(3)[matrices.dof[rows, 1] - 4]
     motion = (
         np.eye(rows.size)
@@ -141,10 +141,10 @@ def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) 
     Examples
     --------
     >>> rows = {"dof": [(node, 3) for node in range(1, 10)], "fixed": np.array([0, 3, 6])}
-    >>> held = bp.finite_elements.Matrices(
+    >>> supported = bp.finite_elements.Matrices(
     ...     stiffness=1e3 * np.eye(9), mass=np.eye(9), position=plane.position, **rows
     ... )
-    >>> bp.finite_elements.soft_supports.edge(held, (0.0, 0.0, 0.0), (0.0, 0.8, 0.0)).rows
+    >>> bp.finite_elements.soft_supports.edge(supported, (0.0, 0.0, 0.0), (0.0, 0.8, 0.0)).rows
     array([0, 3, 6])
     """
     first, last = (
@@ -157,15 +157,15 @@ def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) 
         )
     nodes, distance = _along(matrices, first, last)
     table = _held_rows(matrices)[nodes]
-    held = table[:, direction] >= 0
-    if np.count_nonzero(held) < 2:
+    is_held = table[:, direction] >= 0
+    if np.count_nonzero(is_held) < 2:
         raise InputError(
             f"soft_supports.edge was given {first.tolist()} to {last.tolist()} m, along which "
-            f"{np.count_nonzero(held)} nodes are held in direction {direction}; at least two are "
-            "needed, since only what a support holds can become soft. Give both ends of a held "
+            f"{np.count_nonzero(is_held)} nodes are held in direction {direction}; at least two "
+            "are needed, since only what a support holds can become soft. Give both ends of a held "
             "edge."
         )
-    table, step = table[held], np.diff(distance[held])
+    table, step = table[is_held], np.diff(distance[is_held])
     slope, sign = _slope(first, last, direction)
     cubic = slope > 0 and bool((table[:, slope] >= 0).all())
     free = ~_held_by_others(table)
@@ -227,11 +227,11 @@ def _slope(
 
 def _held_by_others(table: Int[np.ndarray, "node 8"]) -> Bool[np.ndarray, "node"]:
     """Tell which ends of an edge are held in more directions than the nodes between."""
-    held = np.zeros(len(table), dtype=bool)
+    is_shared = np.zeros(len(table), dtype=bool)
     if len(table) > 2:
         between = (table[1:-1] >= 0).all(axis=0)
-        held[[0, -1]] = ((table[[0, -1]] >= 0) & ~between).any(axis=1)
-    return held
+        is_shared[[0, -1]] = ((table[[0, -1]] >= 0) & ~between).any(axis=1)
+    return is_shared
 
 
 def _line_spring(

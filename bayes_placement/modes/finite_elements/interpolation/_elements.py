@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ...._types import arguments_checked
-from ._interpolation import Interpolation, Reading, reachable, taken
+from ._interpolation import Interpolation, Reading, part_at, reachable
 
 HERMITE = np.array([[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]], dtype=float)
 """Cubics of value and slope at 0, value and slope at 1: a row each, powers ascending."""
@@ -67,16 +67,16 @@ class Elements(Interpolation):
         element = self._element(position)
         inside = self._inside(self._coordinates(position, element), _MARGIN)
         term = monomials(inside, self.exponents)
-        coefficients = taken(self.coefficients, taken(self.kind, element))
+        coefficients = part_at(self.coefficients, part_at(self.kind, element))
         return Reading(
-            taken(self.rows, element), jnp.sum(term[:, None, None] * coefficients, axis=0)
+            part_at(self.rows, element), jnp.sum(term[:, None, None] * coefficients, axis=0)
         )
 
     def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
         """Closest position [m] of the structure; in skewed cells, close to it."""
         element = self._element(position)
         inside = self._inside(self._coordinates(position, element), 0.0)
-        return taken(self.origin, element) + taken(self.edges, element) @ inside
+        return part_at(self.origin, element) + part_at(self.edges, element) @ inside
 
     def near(self, position: Float[np.ndarray, "place 3"], radius: float) -> "Elements":
         """Only those elements that can be read within a radius [m] of some positions [m]."""
@@ -84,13 +84,13 @@ class Elements(Interpolation):
         corner = np.asarray(self.origin)[:, None] + corners @ np.asarray(self.edges).mT
         centre = corner.mean(axis=1)
         size = np.linalg.norm(corner - centre[:, None], axis=2).max(axis=1)
-        kept = np.flatnonzero(reachable(centre, size, position, radius))
-        kinds, kind = np.unique(np.asarray(self.kind)[kept], return_inverse=True)
+        nearby = np.flatnonzero(reachable(centre, size, position, radius))
+        kinds, kind = np.unique(np.asarray(self.kind)[nearby], return_inverse=True)
         return build_elements(
             self.axes,
-            np.asarray(self.origin)[kept],
-            np.asarray(self.edges)[kept],
-            np.asarray(self.rows)[kept],
+            np.asarray(self.origin)[nearby],
+            np.asarray(self.edges)[nearby],
+            np.asarray(self.rows)[nearby],
             np.asarray(self.coefficients)[kinds],
             self.exponents,
             kind=kind,
@@ -109,8 +109,8 @@ class Elements(Interpolation):
     def _coordinates(
         self, position: Float[Array, "3"], element: Int[Array, ""]
     ) -> Float[Array, "local"]:
-        step = position - taken(self.origin, element)
-        return jnp.sum(taken(self.local, element) * step, axis=1)
+        step = position - part_at(self.origin, element)
+        return jnp.sum(part_at(self.local, element) * step, axis=1)
 
     def _inside(self, local: Float[Array, "local"], margin: float) -> Float[Array, "local"]:
         """Local coordinates moved into the reference cell."""

@@ -178,6 +178,6 @@ def reachable(
     return reach
 
 
-def taken(array: Shaped[Array, "part *rest"], index: Int[Array, ""]) -> Shaped[Array, "*rest"]:
+def part_at(array: Shaped[Array, "part *rest"], index: Int[Array, ""]) -> Shaped[Array, "*rest"]:
     """One part of an array, by an index that is in range, without the code that checks it."""
     return array.at[index].get(mode="promise_in_bounds", wrap_negative_indices=False)

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from ...._types import InputError, arguments_checked
 from ._elements import all_exponents, monomials
-from ._interpolation import Interpolation, NodalModel, Reading, reachable, rows_of, taken
+from ._interpolation import Interpolation, NodalModel, Reading, part_at, reachable, rows_of
 
 Cloud = TypeVar("Cloud", "Nearest", "Scattered")
 _TERMS = all_exponents(3, 2, simplex=True)
@@ -52,12 +52,12 @@ class Nearest(Interpolation):
 
     def at(self, position: Float[Array, "3"]) -> Reading:
         """Rows of the nearest node, each with weight one."""
-        rows = taken(self.rows, _nearest(self.centre, position))
+        rows = part_at(self.rows, _nearest(self.centre, position))
         return Reading(rows, jnp.eye(len(self.axes)))
 
     def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
         """Position of the nearest node [m]."""
-        return taken(self.centre, _nearest(self.centre, position))
+        return part_at(self.centre, _nearest(self.centre, position))
 
     def near(self, position: Float[np.ndarray, "place 3"], radius: float) -> "Nearest":
         """Only those nodes that can be nearest within a radius [m] of some positions [m]."""
@@ -98,11 +98,11 @@ class Scattered(Interpolation):
     def at(self, position: Float[Array, "3"]) -> Reading:
         """Rows and weights of the nodes around a position [m]."""
         node = _nearest(self.centre, position)
-        step = taken(self.around, node) - self._within(position, node)
-        weight = _least_squares(step, taken(self.radius, node))
+        step = part_at(self.around, node) - self._within(position, node)
+        weight = _least_squares(step, part_at(self.radius, node))
         count = len(self.axes)
         along = (weight[:, None] * np.eye(count)[:, None, :]).reshape(count, -1)
-        return Reading(taken(self.rows, node).reshape(-1), along)
+        return Reading(part_at(self.rows, node).reshape(-1), along)
 
     def closest(self, position: Float[Array, "3"]) -> Float[Array, "3"]:
         """The position itself [m], moved to within the reach of its nearest node."""
@@ -113,9 +113,9 @@ class Scattered(Interpolation):
         return _near(self, position, radius)
 
     def _within(self, position: Float[Array, "3"], node: Int[Array, ""]) -> Float[Array, "3"]:
-        step, reach = position - taken(self.centre, node), taken(self.reach, node)
+        step, reach = position - part_at(self.centre, node), part_at(self.reach, node)
         scale = reach / jnp.sqrt(jnp.maximum(jnp.sum(step**2), reach**2))
-        return taken(self.centre, node) + scale * step
+        return part_at(self.centre, node) + scale * step
 
 
 @arguments_checked
@@ -251,8 +251,8 @@ def _nearest(centre: Float[Array, "node 3"], position: Float[Array, "3"]) -> Int
 def _near(cloud: Cloud, position: Float[np.ndarray, "place 3"], radius: float) -> Cloud:
     """Those nodes that can be nearest within a radius of some positions."""
     centre = np.asarray(cloud.centre)
-    kept = np.flatnonzero(reachable(centre, np.zeros(len(centre)), position, radius))
-    return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)[kept]), cloud)
+    nearby = np.flatnonzero(reachable(centre, np.zeros(len(centre)), position, radius))
+    return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)[nearby]), cloud)
 
 
 def _least_squares(

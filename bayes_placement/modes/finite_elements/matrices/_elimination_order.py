@@ -1,7 +1,7 @@
 """Order of elimination in which a sparse symmetric factor fills little: nested dissection.
 
-Kept beside the orders of SuperLU: on a plate of 1e5 rows minimum degree is as fast, but on a solid
-of 47,000 rows it takes 1.4 times as long and solves 1.7 times slower, COLAMD 3 and 4 times.
+Used in addition to the orders of SuperLU. On a plate of 1e5 rows minimum degree is as fast. On a
+solid of 47,000 rows it takes 1.4 times as long and solves 1.7 times slower, COLAMD 3 and 4 times.
 """
 
 import numpy as np

@@ -98,7 +98,7 @@ class Matrices:
             checks.symmetric(name, checks.sparse(name, matrix, len(dof)), dof)
             for name, matrix in (("stiffness", stiffness), ("mass", mass))
         )
-        fixed = checks.held(fixed, len(dof))
+        fixed = checks.fixed_rows(fixed, len(dof))
         free = np.setdiff1d(np.arange(len(dof)), fixed)
         checks.mass(mass, stiffness, dof, free)
         checks.kinetic_energy(mass, free)

@@ -83,7 +83,7 @@ def nodes(
     return coordinates, numbers, checked_dof(rows.astype(np.int64), numbers, len(rows))
 
 
-def held(fixed: ArrayLike | None, size: int) -> Int[np.ndarray, "fixed"]:
+def fixed_rows(fixed: ArrayLike | None, size: int) -> Int[np.ndarray, "fixed"]:
     """Rows that are held, each once."""
     fixed = np.empty(0, dtype=np.int64) if fixed is None or not np.size(fixed) else fixed
     rows = np.unique(known_rows("fixed", fixed, size))

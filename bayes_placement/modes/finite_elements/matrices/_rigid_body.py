@@ -99,5 +99,5 @@ def pins(
 
 def _independent(fields: np.ndarray) -> np.ndarray:
     """Fields without those that vanish or depend on others."""
-    left, size, _ = np.linalg.svd(fields, full_matrices=False)
-    return left[:, size > RANK * max(size.max(initial=0.0), 1e-300)]
+    left_vectors, size, _ = np.linalg.svd(fields, full_matrices=False)
+    return left_vectors[:, size > RANK * max(size.max(initial=0.0), 1e-300)]

@@ -60,8 +60,10 @@ class RitzSpan(NamedTuple):
             vectors = vectors - self.basis @ (self.basis.T @ (mass @ vectors))
             vectors = vectors / np.sqrt(np.einsum("rv,rv->v", vectors, mass @ vectors))
         inertia, combination = eigh(vectors.T @ (mass @ vectors))
-        kept = inertia > DEPENDENT * inertia[-1]
-        return self._appended(vectors @ (combination[:, kept] / np.sqrt(inertia[kept])))
+        independent = inertia > DEPENDENT * inertia[-1]
+        return self._appended(
+            vectors @ (combination[:, independent] / np.sqrt(inertia[independent]))
+        )
 
     def ritz(self, factors: Factors, up_to: float) -> Ritz:
         """Elastic Ritz modes up to an eigenvalue [(rad/s)^2]."""
@@ -90,8 +92,8 @@ class RitzSpan(NamedTuple):
         inaccurate = ritz.error > RELEVANT * tolerance
         weight = ritz.weight[:, inaccurate] / np.sqrt(2 * ritz.eigenvalues[inaccurate])
         share, combination = eigh(weight.T @ self.gram @ weight)
-        kept = share > min(RELEVANT * tolerance, 0.5 * share[-1])
-        return self.response @ (weight @ combination[:, kept])
+        relevant = share > min(RELEVANT * tolerance, 0.5 * share[-1])
+        return self.response @ (weight @ combination[:, relevant])
 
     def matrices(self, factors: Factors) -> tuple[csc_array, csc_array]:
         """Full stiffness and mass for some factors."""
