@@ -59,7 +59,7 @@ def pooled_by_coherence(measurement: "Measurement") -> Pairs:
 
 
 def correlated_lines(variance: Pairs, averages: float) -> float | None:
-    """Lines that are worth one where variances are estimates of so many averages; else None.
+    """Lines that count as one where variances are estimates of so many averages; else None.
 
     The logarithm of an estimate has the variance trigamma(n - 1), and so a known scatter of its
     second differences, from the distance on at which lines are independent: windows and padded

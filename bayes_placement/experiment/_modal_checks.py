@@ -101,7 +101,7 @@ def has_sensors(shape: Any, channels: Sequence[Channel]) -> None:
 
 
 def agree(covariance: Any, deviation: np.ndarray) -> None:
-    """Refuse a covariance beside deviations that are not those of its diagonal.
+    """Refuse a covariance together with deviations that differ from its diagonal.
 
     Raises
     ------

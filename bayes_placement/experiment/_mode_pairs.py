@@ -53,8 +53,10 @@ def paired(
     def take(state: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], None]:
         distance, chosen = state
         mode, branch = jnp.divmod(jnp.argmin(distance), count)
-        taken = jnp.abs(jnp.log(omega[:, branch] / omega[mode, branch])) < SAME
-        distance = distance.at[:, branch].set(distance[:, branch] + jnp.where(taken, FAR, 0.0))
+        same_branch = jnp.abs(jnp.log(omega[:, branch] / omega[mode, branch])) < SAME
+        distance = distance.at[:, branch].set(
+            distance[:, branch] + jnp.where(same_branch, FAR, 0.0)
+        )
         return (distance.at[mode].set(jnp.inf), chosen.at[mode].set(branch)), None
 
     start = jnp.nan_to_num(distance, nan=FAR, posinf=FAR), jnp.zeros(len(omega), int)

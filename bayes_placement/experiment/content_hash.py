@@ -23,7 +23,7 @@ VERSIONED = ("bayes_placement", "numpyro", "jax", "numpy", "builtins")
 
 
 def content_hash(*values: Any) -> str:
-    """SHA-256 of numbers, strings, distributions and modules, with their whole content."""
+    """SHA-256 of numbers, strings, distributions and modules, with all of their content."""
     digest = _Digest()
     _ContentPickler(digest).dump(values)
     return digest.sha256.hexdigest()

@@ -298,9 +298,9 @@ class Experiment(eqx.Module):
         ValueError
             If a line, a channel or a force level of the experiment was not measured.
         """
-        held = self.observe.data(measurement)
-        if held is not None:
-            return held
+        observed = self.observe.data(measurement)
+        if observed is not None:
+            return observed
         runs = [self._data(run) for run in at_levels(measurement, self.force_levels)]
         return runs[0] if self.force_levels is None else Data.at_levels(runs)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 HALF_POWER = 0.5
 PROMINENCE = 2.0
-"""Least ratio of a peak of the mode indicator to the valley beside it (3 dB)."""
+"""Least ratio of a peak of the mode indicator to the nearest valleys (3 dB)."""
 
 SLIGHT = 0.1
 """Prominence, of the log, that the peak of mobility has in the accelerance at least."""
@@ -79,14 +79,16 @@ def resonances(runs: Sequence["Measurement"]) -> Int[np.ndarray, "peak"]:
     frequency, indicator = runs[0].frequency, mode_indicator(runs)
     prominence = np.maximum(np.log(PROMINENCE), DEVIATIONS * _indicator_deviation(runs))
     peaks = _peaks(indicator, prominence)
-    others = _peaks(mode_indicator(runs, "accelerance"), np.full_like(prominence, SLIGHT))
+    accelerance_peaks = _peaks(
+        mode_indicator(runs, "accelerance"), np.full_like(prominence, SLIGHT)
+    )
     widths = np.array([half_power_bandwidth(frequency, indicator, int(peak)) for peak in peaks])
-    apart = np.abs(frequency[peaks][:, None] - frequency[others][None])
+    apart = np.abs(frequency[peaks][:, None] - frequency[accelerance_peaks][None])
     return np.asarray(peaks[(apart <= np.reshape(widths, (-1, 1))).any(axis=1)])
 
 
 def _peaks(indicator: Spectrum, prominence: Spectrum) -> Int[np.ndarray, "peak"]:
-    """Peaks of an indicator whose log stands out by its prominence above the valley beside it."""
+    """Peaks of an indicator whose log stands out by its prominence above the nearest valley."""
     level = np.log(np.maximum(indicator, np.finfo(float).tiny))
     peaks, properties = find_peaks(level, prominence=0.0)
     return np.asarray(peaks[properties["prominences"] > prominence[peaks]])

@@ -33,7 +33,7 @@ class Measurement:
     ----------
     frf
         Complex FRFs [m/N, (m/s)/N or (m/s²)/N] of shape (sensor, actuator, frequency), under
-        exp(+i w t); NaN along the whole line where a pair was not measured.
+        exp(+i w t); NaN at all lines where a pair was not measured.
     frequency
         Lines [Hz], not negative and strictly increasing.
     sensors, actuators
@@ -309,7 +309,7 @@ class Measurement:
         For an H1 estimate of n averages with coherence g2 it is |H|^2 (1 - g2) / (n g2), circular
         complex Gaussian: half of it lies in the real part, half in the imaginary part. A coherence
         that scatters from line to line as an estimate by n averages does makes chi2 of a right
-        model n / (n - 2): it is pooled over neighbouring lines of the whole record
+        model n / (n - 2): it is pooled over neighbouring lines of the entire record
         (`pooled_variance`), with n - 1 in the place of n.
 
         Returns
@@ -366,8 +366,8 @@ class Measurement:
     def _variance_by_coherence(self) -> np.ndarray | None:
         """Variance by coherence and averages, pooled over neighbouring lines; None without them."""
         known = self.coherent_variance is not None
-        told = self.coherence is not None and self.averages is not None
-        return pooled_by_coherence(self) if told and not known else self.coherent_variance
+        is_stated = self.coherence is not None and self.averages is not None
+        return pooled_by_coherence(self) if is_stated and not known else self.coherent_variance
 
     def _label(self, row: int, column: int) -> str:
         return f"{self.sensors[row].label} / {self.actuators[column].label}"

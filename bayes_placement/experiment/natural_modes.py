@@ -71,8 +71,8 @@ def natural_modes(structure: Structure, points: Any, up_to: float, most: int) ->
         # The forces of the attachments also bend what the kept modes leave out.
         force = -attached @ pencil.shapes @ amplitude
         for axis, number in enumerate(structure.modes.axes):
-            kept = read[:, axis] @ amplitude
-            shape[mode, :, number - 1] = kept + left_out[axis] @ force / modulus
+            of_modes = read[:, axis] @ amplitude
+            shape[mode, :, number - 1] = of_modes + left_out[axis] @ force / modulus
     largest = np.linalg.norm(shape, axis=2).max(axis=1)
     return NaturalModes(frequency, shape / largest[:, None, None])
 

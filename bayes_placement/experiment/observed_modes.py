@@ -127,7 +127,7 @@ class Modes(Observation):
         """
         if frequency is not None:
             raise InputError(
-                "frequency= was given beside observe.Modes; nothing is needed, since modal "
+                "frequency= was given with observe.Modes; nothing is needed, since modal "
                 "parameters have no lines. Leave frequency out."
             )
         return self.values[FREQUENCY]
@@ -165,9 +165,9 @@ class Modes(Observation):
             "modal parameters are needed, since observe.Modes compares these",
             "bp.infer(experiment, modes) with observe=observe.Modes(modes)",
         )
-        other = Modes(measurement).on(self.channels)
+        observed = Modes(measurement).on(self.channels)
         same = ("values", "errors", "present", "number")
-        if not all(np.array_equal(getattr(self, name), getattr(other, name)) for name in same):
+        if not all(np.array_equal(getattr(self, name), getattr(observed, name)) for name in same):
             raise InputError(
                 "Other modal parameters were given than those of observe.Modes; the same are "
                 "needed, since the modes of the model are paired with them. Declare an experiment "
@@ -322,9 +322,9 @@ def _comparable(
     unit = shape / jnp.sqrt(jnp.where(square > 0, square, 1.0))
     at_reference = jnp.arange(values.size) == reference
     unit = unit * jnp.where(jnp.sum(unit * at_reference) < 0, -1.0, 1.0)
-    left = error - unit * (unit @ error)
-    share = jnp.sum(left * at_reference) / (1 + jnp.sum(unit * at_reference))
-    turned = jnp.where(at_reference, 0.0, left - unit * share)
+    residual = error - unit * (unit @ error)
+    share = jnp.sum(residual * at_reference) / (1 + jnp.sum(unit * at_reference))
+    turned = jnp.where(at_reference, 0.0, residual - unit * share)
     return values - sigma * turned
 
 

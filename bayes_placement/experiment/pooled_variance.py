@@ -79,7 +79,7 @@ def _levels(values: Spectrum, shape: Spectrum, most: float, count: int) -> Spect
     """Level a + b shape of each line, a and b not negative and common to its neighbours."""
 
     def near(terms: Spectrum) -> Spectrum:
-        # Direct sums: a running one loses small weights beside large ones.
+        # Direct sums: a running one loses small weights next to large ones.
         return np.asarray(convolve1d(terms, np.full(count, 1 / count), mode="nearest"))
 
     level = near(values)

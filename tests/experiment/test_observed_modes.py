@@ -165,10 +165,10 @@ def test_what_needs_frfs_says_so():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"actuators": [bp.Actuator("a1", at=0.3)]}, "actuators= was given beside observe.Modes"),
-        ({"frequency": [100.0]}, "frequency= was given beside observe.Modes"),
+        ({"actuators": [bp.Actuator("a1", at=0.3)]}, "actuators= was given with observe.Modes"),
+        ({"frequency": [100.0]}, "frequency= was given with observe.Modes"),
         ({"noise": bp.noise.Gaussian(0.1)}, "noise.FromVariance of a known scale is needed"),
-        ({"force_levels": [1.0]}, "force_levels= was given beside observe.Modes"),
+        ({"force_levels": [1.0]}, "force_levels= was given with observe.Modes"),
     ],
 )
 def test_what_modes_do_not_need_is_refused(changes, words):

@@ -38,7 +38,7 @@ def check(record: Record) -> Iterator[Fault]:
     The power that a force brings in is |F|^2 Re(mobility) / 2, which no passive structure makes
     negative. A line counts where the phase is more than 10 degrees and four deviations of the
     noise on the wrong side. Where sensor and actuator may sit apart, as many lines may do so as in
-    the worst of some draws from the priors. Complex conjugates are told by the check of phases.
+    the worst of some draws from the priors. Complex conjugates are reported by the check of phases.
     """
     if rising(record):
         return
@@ -46,12 +46,12 @@ def check(record: Record) -> Iterator[Fault]:
     for pair, sign in record.driving_points.items():
         if not record.measured[pair]:
             continue
-        taken = _power_sine(record, sign * record.frf[pair][lines], lines)
-        wrong = taken < -PHASE_ERROR - DEVIATIONS * _sine_deviation(record, pair, lines)
+        sine = _power_sine(record, sign * record.frf[pair][lines], lines)
+        wrong = sine < -PHASE_ERROR - DEVIATIONS * _sine_deviation(record, pair, lines)
         threshold = max(SHARE, 3 / wrong.size) + _share_by_placement(record, pair, sign, lines)
         if wrong.mean() > threshold:
             yield record.fault(
-                pair, float(wrong.mean()), threshold, _sentence(record, pair, taken, wrong, lines)
+                pair, float(wrong.mean()), threshold, _sentence(record, pair, sine, wrong, lines)
             )
 
 
@@ -92,15 +92,15 @@ def _share_by_placement(
 def _sentence(
     record: Record,
     pair: Pair,
-    taken: Float[np.ndarray, "line"],
+    sine: Float[np.ndarray, "line"],
     wrong: Bool[np.ndarray, "line"],
     lines: Bool[np.ndarray, "frequency"],
 ) -> str:
-    worst = record.frequency[lines][int(np.argmin(np.where(wrong, taken, 1.0)))]
+    worst = record.frequency[lines][int(np.argmin(np.where(wrong, sine, 1.0)))]
     rule = _PARTS[record.measurement.quantity]
     if record.driving_points[pair] < 0:
         rule = rule.replace("its", "with the opposite directions of the two, minus its")
-    reversed_throughout = wrong.size >= FEWEST_LINES and np.mean(taken < 0) > 0.9
+    reversed_throughout = wrong.size >= FEWEST_LINES and np.mean(sine < 0) > 0.9
     cause = (
         "one of the two has its polarity reversed: turn its direction round (or, if all driving "
         "points have it, accelerance was given as receptance, or the other way round)"

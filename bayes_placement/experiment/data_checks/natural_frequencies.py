@@ -1,4 +1,4 @@
-"""Resonances of the data beside natural frequencies of the model: units that were mistaken."""
+"""Resonances of the data compared with natural frequencies of the model: mistaken units."""
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING

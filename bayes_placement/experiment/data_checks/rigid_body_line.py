@@ -52,7 +52,7 @@ def check(record: Record) -> Iterator[Fault]:
     The measured FRF over that of the nominal model is 1, as a median over each of three stretches
     below 0.7 times the first elastic natural frequency. It may deviate by 30 %, since a missing
     mass lowers the line as well, by three deviations of the model at draws from the priors, and by
-    four of the noise. Complex conjugates are told by the check of phases.
+    four of the noise. Complex conjugates are reported by the check of phases.
     """
     if rising(record):
         return
