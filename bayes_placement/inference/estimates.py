@@ -111,7 +111,7 @@ def from_scalars(
     shapes
         Shape of each value that is needed, by name.
     values
-        Values by name; of an array the whole, or every element: `structure.damping.ratio[0]`.
+        Values by name; of an array all together, or each element: `structure.damping.ratio[0]`.
 
     Raises
     ------

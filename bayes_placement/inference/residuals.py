@@ -178,8 +178,8 @@ class Problem:
 
     def of_experiment(self, mask: np.ndarray) -> np.ndarray:
         """Mask of residuals, of which those of the experiment are given and no others are set."""
-        others = sum(state.data.z.size for state in self.states[1:])
-        return np.concatenate([np.ravel(mask), np.zeros(others, dtype=bool)])
+        further_count = sum(state.data.z.size for state in self.states[1:])
+        return np.concatenate([np.ravel(mask), np.zeros(further_count, dtype=bool)])
 
     def errors_of(self, size: Unknown) -> np.ndarray:
         """Places of the errors that have a size, among the coordinates."""
@@ -207,8 +207,8 @@ class Problem:
     def without_sizes(self, points: np.ndarray) -> np.ndarray:
         """Coordinates here, from those of all unknowns of the experiment."""
         everything = coordinates_of(self.experiment)
-        kept = [points[:, everything.places[name]] for name in self.coordinates.places]
-        return np.concatenate(kept, axis=1)
+        parts = [points[:, everything.places[name]] for name in self.coordinates.places]
+        return np.concatenate(parts, axis=1)
 
     def prepare(self) -> None:
         """Compile the residuals, unless that is done. Any thread may."""

@@ -127,7 +127,7 @@ class TracedResiduals(eqx.Module):
         """Residuals [point, datum] and sums of logs [point]."""
         parts = zip(self.states, self.columns, strict=True)
         return _joined(
-            [_at_points(*state, points[:, list(kept)], logarithmic) for state, kept in parts]
+            [_at_points(*state, points[:, list(columns)], logarithmic) for state, columns in parts]
         )
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 PERCENT = ("ratio", "damping_ratio", "loss_factor", "loss", "drift", "size", "error")
-"""Fields without unit that are told in percent."""
+"""Fields without unit that are stated in percent."""
 
 MULTIPLES = {
     "m": ((0.0, 1e3, "mm"), (10.0, 1.0, "m")),

@@ -116,13 +116,13 @@ def _in_a_row(data: np.ndarray) -> slice | np.ndarray:
 def column_groups(changes: Bool[np.ndarray, "unknown datum"]) -> ColumnGroups:
     """Put each unknown in the first group that changes none of its data."""
     group = np.zeros(len(changes), dtype=int)
-    taken: list[np.ndarray] = []
+    group_masks: list[np.ndarray] = []
     patterns, _ = _patterns(changes)  # few, however many data
     for unknown, changed in enumerate(patterns):
-        free = [number for number, other in enumerate(taken) if not (changed & other).any()]
-        group[unknown] = free[0] if free else len(taken)
+        free = [number for number, mask in enumerate(group_masks) if not (changed & mask).any()]
+        group[unknown] = free[0] if free else len(group_masks)
         if free:
-            taken[free[0]] |= changed
+            group_masks[free[0]] |= changed
         else:
-            taken.append(changed.copy())
+            group_masks.append(changed.copy())
     return ColumnGroups(group, changes)

@@ -153,6 +153,6 @@ def _resampled(weighted: Weighted | None, least: float, seed: int) -> SampledPos
         return None
     evidence = float(logsumexp(log_weight) - np.log(count))
     steps = (np.arange(KEPT) + np.random.default_rng(seed + 1).uniform()) / KEPT
-    kept = np.minimum(np.searchsorted(np.cumsum(share), steps), count - 1)
+    drawn = np.minimum(np.searchsorted(np.cumsum(share), steps), count - 1)
     error = float(np.std(share * count) / np.sqrt(count))
-    return SampledPosterior(weighted.points[kept], evidence, error)
+    return SampledPosterior(weighted.points[drawn], evidence, error)

@@ -39,7 +39,7 @@ TOLERANT = 0.1
 a datum: it does not follow what FRFs show to a tenth. Fits that end well are less behind."""
 
 SHORT = 10.0
-"""Log evidence by which a fit may fall short of a rival and still matter beside it: strong evidence
+"""Log evidence by which a fit may fall short of a rival and still be kept: strong evidence
 twice, and prior odds of effects that have more or fewer variants."""
 
 SOFT_STEPS, FOLLOWED = 8, 2

@@ -28,7 +28,7 @@ Box = list[Interval]
 class Grid(Engine):
     """Gauss quadrature over the prior of a few independent unknowns: the reference for the others.
 
-    The grid is first laid over the whole prior, then over the box that carries the posterior,
+    The grid is first laid over the entire prior, then over the box that carries the posterior,
     until the box no longer shrinks.
 
     Parameters
@@ -101,8 +101,8 @@ class Grid(Engine):
 
 def _part_of_progress(progress: Progress, level: int) -> Progress:
     """Report half of what is left at each level: how many there will be is not known."""
-    left = 0.5**level
-    return lambda share: progress(1 - left * (1 - 0.5 * share))
+    remaining = 0.5**level
+    return lambda share: progress(1 - remaining * (1 - 0.5 * share))
 
 
 def _marginal_weight(cube: np.ndarray, axis: int) -> np.ndarray:

@@ -161,8 +161,8 @@ def _steps(
 ) -> np.ndarray:
     """Step of each descent; curvatures and gradients that are not finite count as zero.
 
-    Where a coordinate would leave its limits it goes as far as it may, and the others take the
-    best step beside it.
+    A coordinate that would leave its limits goes as far as it may. The others take the best step
+    that is left then.
     """
     diagonal = np.einsum("bii->bi", normal.curvature)
     identity = np.eye(diagonal.shape[1])
@@ -170,14 +170,14 @@ def _steps(
     finite = np.nan_to_num(curvature, nan=0.0, posinf=0.0, neginf=0.0) + 1e-12 * identity
     downhill = -np.nan_to_num(normal.gradient)
     step = np.linalg.solve(finite, downhill[..., None])[..., 0]
-    held = np.zeros(step.shape, dtype=bool)
+    at_limit = np.zeros(step.shape, dtype=bool)
     for _ in range(HELD_ROUNDS):
         outside = (step < low) | (step > high)
-        if not (outside & ~held).any():
+        if not (outside & ~at_limit).any():
             break
-        held |= outside
-        matrix = np.where(held[:, :, None], identity, finite)
-        target = np.where(held, np.clip(step, low, high), downhill)
+        at_limit |= outside
+        matrix = np.where(at_limit[:, :, None], identity, finite)
+        target = np.where(at_limit, np.clip(step, low, high), downhill)
         step = np.linalg.solve(matrix, target[..., None])[..., 0]
     return np.clip(step, low, high)
 
@@ -227,8 +227,8 @@ def _elsewhere(gaussian: Laplace, points: ParameterPoints) -> Float[np.ndarray, 
     apart: list[np.ndarray] = []
     for point in points if np.isfinite(gaussian.root).all() else []:
         distances = [
-            np.linalg.norm(np.linalg.solve(gaussian.root, point - other))
-            for other in (gaussian.mode, *apart)
+            np.linalg.norm(np.linalg.solve(gaussian.root, point - centre))
+            for centre in (gaussian.mode, *apart)
         ]
         if min(distances) > APART:
             apart.append(point)

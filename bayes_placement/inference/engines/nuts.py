@@ -70,14 +70,14 @@ class NUTS(Engine):
         stopped = len(blocks) * length < self.warmup + self.draws
         # Of chains that were stopped, the last block is at rest.
         span = slice(-length, None) if stopped else slice(self.warmup, self.warmup + self.draws)
-        kept = {
+        samples = {
             name: jnp.asarray(
                 np.concatenate([block[name] for block in blocks])[span].swapaxes(0, 1)
             )
             for name in blocks[0]
         }
-        likelihood = compiled(_log_likelihoods)(posterior, kept["position"])
-        return self._draws(kept, likelihood, len(blocks) * length if stopped else None)
+        likelihood = compiled(_log_likelihoods)(posterior, samples["position"])
+        return self._draws(samples, likelihood, len(blocks) * length if stopped else None)
 
     def _sample(
         self, posterior: PosteriorDensity, keys: Any, start: Any, progress: Progress
@@ -91,8 +91,8 @@ class NUTS(Engine):
         block = compiled(NUTS.continued).bound(self, posterior, length)
         blocks: list[dict[str, np.ndarray]] = []
         for number in range(1, count + 1):
-            state, kept = block(keys, start, state)
-            blocks.append(jax.tree.map(np.asarray, kept))
+            state, statistics = block(keys, start, state)
+            blocks.append(jax.tree.map(np.asarray, statistics))
             progress(number / count)
             if number >= FIRST_LOOK and all(map(_are_apart, blocks[-2:])):
                 break
@@ -111,7 +111,7 @@ class NUTS(Engine):
 
         def step(state: Any, _: None) -> tuple[Any, dict[str, Any]]:
             state = kernel.sample(state, (), {})
-            kept = {
+            statistics = {
                 "position": state.z,
                 "diverging": state.diverging,
                 "acceptance_rate": state.accept_prob,
@@ -119,7 +119,7 @@ class NUTS(Engine):
                 "lp": -state.potential_energy,
                 "energy": state.energy,
             }
-            return state, kept
+            return state, statistics
 
         return jax.lax.scan(step, state, None, length=length)
 
@@ -132,15 +132,15 @@ class NUTS(Engine):
         )
         return kernel, kernel.init(keys, self.warmup, start, (), {})
 
-    def _draws(self, kept: dict[str, Any], likelihood: Any, stopped: int | None) -> EngineDraws:
+    def _draws(self, samples: dict[str, Any], likelihood: Any, stopped: int | None) -> EngineDraws:
         """Lay out the draws; `stopped` is the number of steps of chains that were stopped."""
-        position = kept.pop("position")
+        position = samples.pop("position")
         r_hat = float(np.max(array_stats.rhat(np.moveaxis(np.asarray(position), 2, 0))))
-        divergences = int(np.sum(kept["diverging"]))
+        divergences = int(np.sum(samples["diverging"]))
         return EngineDraws(
             position=position,
             log_likelihood=likelihood,
-            stats=kept,
+            stats=samples,
             attributes={"divergences": divergences},
             warnings=(
                 _warnings(r_hat, divergences, position.shape[0] * position.shape[1])

@@ -320,8 +320,8 @@ def _jump_to_image(posterior: PosteriorDensity, density: Any, key: Key, state: A
 def _difference(key: Key, particles: Any, pairs: Any) -> Any:
     """Step of a random walk: mostly the difference of two particles of one mode."""
     pair_key, far_key, sign_key, noise_key = jax.random.split(key, 4)
-    first, *others = jax.random.randint(pair_key, (1 + NEIGHBOURS,), 0, particles.shape[0])
-    differences = particles[first] - particles[jnp.stack(others)]
+    first, *neighbours = jax.random.randint(pair_key, (1 + NEIGHBOURS,), 0, particles.shape[0])
+    differences = particles[first] - particles[jnp.stack(neighbours)]
     # Drawn without regard to where the walker is, and with a random sign, a step is as likely as
     # its reverse, whichever pair is taken.
     nearest = differences[jnp.argmin(jnp.sum(differences**2, axis=1))]
