@@ -843,7 +843,7 @@ CALLS = {
         lambda: bp.improve(
             experiment(), {"new": measurement(), "old": measurement()}, baseline=measurement()
         ),
-        "2 states by label were given and a baseline beside them; at least two are needed and no",
+        "2 states by label were given and a baseline as well; at least two are needed and no",
     ),
     "improve a state that is none": (
         lambda: bp.improve(experiment(), {"new": measurement(), "old": None}),

@@ -28,7 +28,7 @@ SUFFIXES = ("", "_deviation", "_of_model")
 def fitted_modes(
     experiment: Experiment, measurement: ModalParameters, values: Mapping[str, float]
 ) -> xr.Dataset:
-    """Return measured modal parameters beside those of the model, and how alike the shapes are.
+    """Return measured modal parameters and those of the model, and how alike the shapes are.
 
     Parameters
     ----------

@@ -77,8 +77,8 @@ def _model_error(experiment: Experiment, values: Mapping[str, float]) -> np.ndar
         name: prior.sample(key, (ERROR_DRAWS,))
         for (name, prior), key in zip(errors.items(), keys, strict=True)
     }
-    others = {name: value for name, value in arrays.items() if name not in errors}
-    return np.asarray(compiled(_spread)(experiment.fix(others), draws))
+    parameters = {name: value for name, value in arrays.items() if name not in errors}
+    return np.asarray(compiled(_spread)(experiment.fix(parameters), draws))
 
 
 def _spread(experiment: Experiment, draws: dict[str, Array]) -> Response:

@@ -105,7 +105,7 @@ def findings(
     about
         Words on the run, for JSON.
     alternatives
-        Explanations that the data leave; those beside the reported one are named.
+        Explanations that the data leave; those other than the reported one are named.
 
     Returns
     -------
@@ -118,8 +118,8 @@ def findings(
     last = models[-1].experiment
     prior, posterior = _prior(last), _shown(last, draws)
     groups = {
-        "posterior": named_draws(last, _one_chain(posterior)),
-        "prior": named_draws(last, _one_chain(prior)),
+        "posterior": named_draws(last, _as_single_chain(posterior)),
+        "prior": named_draws(last, _as_single_chain(prior)),
         "outline": outline_of(last),
     }
     if last.sensor or last.actuator or any(effect.place_fields for effect in last.effects):
@@ -155,5 +155,5 @@ def _prior(experiment: Experiment) -> JointDraws:
     }
 
 
-def _one_chain(draws: JointDraws) -> dict[str, Any]:
+def _as_single_chain(draws: JointDraws) -> dict[str, Any]:
     return {name: np.asarray(values)[None] for name, values in draws.items()}

@@ -96,12 +96,12 @@ def compared_with_baseline(
     unchanged = _over_both(later, earlier, before)
     variants = dict(Counter(kind_of(effect) for effect in effects))
     candidates = list(scanned([(unchanged, effect) for effect in effects], tick))
-    first, *others = promising(candidates, VARIANTS_WITH_ERRORS)
+    first, *runners_up = promising(candidates, VARIANTS_WITH_ERRORS)
     singles = [fitted(first)]
-    # What is left without any effect is told: it is fitted further than what is only a rival.
+    # The misfit without any effect is reported, so that it is fitted further than a mere rival.
     rival = rival_among(singles)._replace(tolerant=-np.inf, evidence=-np.inf)
     null = _refitted(unchanged, rival)
-    for candidate in _worth_fitting(Comparison([null], variants), others, level):
+    for candidate in _worth_fitting(Comparison([null], variants), runners_up, level):
         singles.append(fitted(candidate, rival_among([null, *singles])))
     comparison = Comparison([null, *finite(singles)], variants, candidates)
     for depth in range(1, most_effects):
@@ -164,8 +164,8 @@ def _from_both(
 def _next_best(comparison: Comparison, branch: Hypothesis) -> list[Effect]:
     """The single effects of greatest odds that a hypothesis does not have."""
     singles = [h for h in comparison.distinct() if len(h.effects) == 1]
-    others = [h.effects[0] for h in singles if h.kinds[0] not in branch.kinds]
-    return others[: NARROW.kinds]
+    candidates = [h.effects[0] for h in singles if h.kinds[0] not in branch.kinds]
+    return candidates[: NARROW.kinds]
 
 
 def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:

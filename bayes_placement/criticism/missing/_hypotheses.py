@@ -31,7 +31,7 @@ WEAKEST = np.array([-3.0, -1.0, -0.3, -0.05, 0.05, 0.3, 1.0, 3.0])
 """Coordinates of a strength, of which the one nearest to absence is taken for weak."""
 
 PLACES_WITH_ERRORS = 4
-"""Best places of a scan from which an effect beside a model error is fitted."""
+"""Best places of a scan from which an effect is fitted together with a model error."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -97,7 +97,9 @@ def fits_kept_in(folder: str | Path | None) -> Iterator[KeptFits | None]:
         _KEPT.reset(token)
 
 
-def kept(compute: Callable[[], Tree], like: Tree, problem: Problem, *inputs: Any) -> Tree:
+def stored_or_computed(
+    compute: Callable[[], Tree], like: Tree, problem: Problem, *inputs: Any
+) -> Tree:
     """Return what a file holds, or compute it and write the file.
 
     Parameters
@@ -151,7 +153,7 @@ def kept_with_sizes(
 
     deviations = {size.name: 0.0 for size in problem.unknown_sizes}
     like = _SizedFit(dict.fromkeys(problem.sizes, 0.0), ANY_FIT, deviations, NO_RIVAL)
-    sized_fit = kept(fitted, like, problem, starts, tuple(softening), rival)
+    sized_fit = stored_or_computed(fitted, like, problem, starts, tuple(softening), rival)
     return Sized(
         problem.at_sizes(sized_fit.sizes), sized_fit.fit, sized_fit.deviations, sized_fit.as_rival
     )

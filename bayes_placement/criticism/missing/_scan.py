@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise, sobol_starts
 from ...inference.residuals import Problem
-from ._kept_fits import ANY_FIT, kept
+from ._kept_fits import ANY_FIT, stored_or_computed
 
 MOST, LEAST = 1600, 400
 """Greatest number of points of a grid for all variants of a kind, and least for each."""
@@ -75,7 +75,7 @@ def fit_alone(problem: Problem, seed: int = 0) -> Fitted:
         near = _near(problem, sobol_starts(problem.dimension, 16, seed))
         return Fitted(_followed(problem, near), near)
 
-    return kept(fitted, ANY_FITTED, problem, seed)
+    return stored_or_computed(fitted, ANY_FITTED, problem, seed)
 
 
 def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
@@ -96,7 +96,7 @@ def fit_grown(problem: Problem, scan: Scan, further: np.ndarray) -> Fitted:
         near = _near(problem, places)
         return Fitted(_followed(problem, np.concatenate([near, further])), near)
 
-    return kept(fitted, ANY_FITTED, problem, places, further)
+    return stored_or_computed(fitted, ANY_FITTED, problem, places, further)
 
 
 def best_places(scan: Scan) -> np.ndarray:
@@ -124,7 +124,7 @@ def scan(
         Greatest number of points.
     """
     grid = _grid(problem, counts, most)
-    columns = others(problem, list(counts))
+    columns = other_places(problem, list(counts))
     grid[:, columns] = base[columns]
     parts = (grid[begin : begin + TOGETHER] for begin in range(0, len(grid), TOGETHER))
     best = _scanned(problem, next(parts), slopes)
@@ -159,7 +159,7 @@ def point_in_problem(
     return transferred
 
 
-def others(problem: Problem, names: list[str]) -> np.ndarray:
+def other_places(problem: Problem, names: list[str]) -> np.ndarray:
     """Places of the unknowns that are not among those named."""
     slices = [problem.coordinates.places[name] for name in names]
     named = [place for part in slices for place in range(part.start, part.stop)]

@@ -18,7 +18,7 @@ from ...effects.library import kind_of
 from ...inference.residuals import Problem
 from ._hypotheses import Hypothesis, ScannedCandidate, fields_of, weakest
 from ._location import locations
-from ._scan import others
+from ._scan import other_places
 
 PLACES = {1: 41, 2: 17, 3: 7}
 """Points along each coordinate of a place that has so many."""
@@ -138,7 +138,7 @@ def _of_candidate(
 def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signatures:
     problem, effect = candidate.problem, candidate.effect
     points = weak_points(problem, effect, most)
-    columns = others(problem, list(fields_of(effect, problem)))
+    columns = other_places(problem, list(fields_of(effect, problem)))
     points[:, columns] = candidate.scan.points[0, columns]
     change = problem.squares.residuals(points)[0] - model.residual
     projected = model.projected(change)

@@ -1,4 +1,4 @@
-"""Which effects are worth a fit beside a model error: their odds to first order about it."""
+"""Which effects are worth a fit together with a model error: their odds to first order."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ from ...inference.residuals import Problem
 from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis, fields_of
 from ._posterior_odds import Comparison
-from ._scan import others
+from ._scan import other_places
 from ._score_test import weak_points
 
 POINTS = 200
@@ -110,7 +110,7 @@ class _ErroneousModel:
         return float(logsumexp(gain) - np.log(len(points)) + self._gained_by_other_sizes(best))
 
     def _gained_by_other_sizes(self, change: np.ndarray) -> float:
-        """Log evidence gained once errors have the sizes that suit them beside an effect.
+        """Log evidence gained once errors have the sizes that suit them together with an effect.
 
         The model is linear in the errors and in the strength of the effect. Any strength is as
         probable.
@@ -135,6 +135,6 @@ class _ErroneousModel:
             if word != effect.absent[0]:
                 fitted = hypothesis.fit.point[hypothesis.problem.coordinates.places[name]]
                 points[-1, problem.coordinates.places[name]] = fitted
-        columns = others(problem, list(fields))
+        columns = other_places(problem, list(fields))
         points[:, columns] = self.null.point_in(problem)[columns]
         return points

@@ -27,7 +27,7 @@ VARIANTS = 4
 """Variants of one kind that are fitted, such as a mass on one member or another."""
 
 VARIANTS_WITH_ERRORS = 2
-"""The same beside a model error, which takes longer."""
+"""The same where a model error is fitted too, which takes longer."""
 
 
 class Breadth(NamedTuple):

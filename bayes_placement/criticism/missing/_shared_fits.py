@@ -62,11 +62,11 @@ class SharedFits:
         return known or self.keep(exact, NO_RIVAL, with_errors(exact, errors))
 
     def known(self, exact: Hypothesis, rival: Rival) -> Hypothesis | None:
-        """A hypothesis with the model error as it was fitted beside a rival; None if it was not."""
+        """A hypothesis with the model error as fitted against a rival; None if it was not."""
         return self._with_errors.get((exact, rival))
 
     def keep(self, exact: Hypothesis, rival: Rival, erroneous: Hypothesis) -> Hypothesis:
-        """Keep a hypothesis with the model error, fitted beside a rival, and return it."""
+        """Keep a hypothesis with the model error, fitted against a rival, and return it."""
         self._with_errors[exact, rival] = erroneous
         return erroneous
 
@@ -88,8 +88,8 @@ def shared_fits(*content: Any) -> SharedFits:
 def _same(tree: Any, other: Any) -> bool:
     """Whether two trees are alike in structure, classes, numbers and all else."""
     parts: list[Any] = [jax.tree.flatten(content) for content in (tree, other)]
-    (leaves, structure), (others, another) = parts
-    return bool(structure == another) and all(map(_same_leaf, leaves, others))
+    (leaves, structure), (other_leaves, other_structure) = parts
+    return bool(structure == other_structure) and all(map(_same_leaf, leaves, other_leaves))
 
 
 def _same_leaf(leaf: Any, other: Any) -> bool:

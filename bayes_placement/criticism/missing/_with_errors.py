@@ -113,7 +113,7 @@ class Answer(NamedTuple):
         Chi2 over many lines passes although an effect shows in a few: there, odds of twice strong
         evidence decide.
 
-        The form of a model error is assumed, so that evidence alone does not suffice beside it:
+        The form of a model error is assumed, so that evidence alone does not suffice with it:
         the effects must also predict held-out data better than fewer of them, none of them may be
         only the best of several, and each must explain more than it leaves to the model error:
         scatter along a structure looks a little like many effects.
@@ -127,7 +127,10 @@ class Answer(NamedTuple):
         return best
 
     def _holds(self, best: Hypothesis) -> bool:
-        """Whether a claim beside a model error holds; what is new is told by two states."""
+        """Whether a claim holds where a model error is allowed.
+
+        Of two states, their difference shows what is new: less is asked there.
+        """
         alone = self.baseline is None
         if alone and not (_stands_out(self.comparison, best) and self._explains_most(best)):
             return False
@@ -138,7 +141,7 @@ class Answer(NamedTuple):
 
         Each of the exact models. A forgotten mass or a soft spot that is as large as the scatter of
         the structure is a part of that scatter, although an effect at its place fits it well.
-        Unknown noise follows the misfit, so that nothing is told by it.
+        Unknown noise grows with the misfit, so that it decides nothing.
         """
         if not is_noise_known(best):
             return True
@@ -169,8 +172,8 @@ def answered(
     rivals = _rivals(question, exact)
     if not rivals:
         return Answer(null, _deepened(question, exact, Breadth(), -np.inf, tick))
-    # More effects of an exact model are tried first: that takes a fraction of what all effects
-    # beside a model error take, and where they explain the data nothing else is needed.
+    # More effects of an exact model are tried first: that takes a fraction of the time of
+    # all effects with a model error, and where they explain the data nothing else is needed.
     rival = max(map(exact.log_odds, rivals.values()))
     exact = _deepened(question, exact, NARROW, rival, tick)
     if explains(exact.best(), question.level) and _odds(exact) > rival:
@@ -218,7 +221,7 @@ def _best_of_later_state(question: Question, earlier: State, tick: Tick) -> Hypo
     """What the later state alone tells, where the exact model explains the earlier one.
 
     Effects that act together may each win alone elsewhere than where they are; all pairs of an
-    exact model are tried in the time of a few beside a model error of two states.
+    exact model are tried in the time of a few with a model error of two states.
     """
     exact = null_hypothesis(earlier.experiment.with_errors(None), earlier.data)
     if not passes(exact, question.level):

@@ -244,7 +244,7 @@ def _check_states(states: Mapping[str, Any], baseline: Any) -> None:
     if len(states) < 2 or baseline is not None:
         raise InputError(
             f"{len(states)} states by label were given"
-            f"{'' if baseline is None else ' and a baseline beside them'}; at least two are needed "
+            f"{'' if baseline is None else ' and a baseline as well'}; at least two are needed "
             "and no baseline, since the first one is what the others are compared with: "
             'bp.improve(experiment, {"undamaged": before, "5 mm cut": after}).'
         )

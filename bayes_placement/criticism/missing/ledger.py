@@ -94,7 +94,7 @@ class Ledger:
         }
 
     def write(self, path: str | Path) -> None:
-        """Write the ledger as JSON, whole or not at all."""
+        """Write the ledger as JSON. The file changes only once all of it is written."""
         write_json(path, self.to_json())
 
     def table(self) -> pd.DataFrame:
@@ -119,7 +119,7 @@ class Ledger:
         if self.baseline is not None:
             return self._sentence_of_two_states(last)
         if last.model_error:
-            return self._sentence_beside_model_error(first, last)
+            return self._sentence_with_model_error(first, last)
         if self.verdict:
             remark = " Something else is still missing." if self.unexplained else ""
             return f"{self._claims()}; {_fall(first, last)}.{remark}"
@@ -147,12 +147,12 @@ class Ledger:
     def _claims(self) -> str:
         """Say which effects are missing, and which are only the best of several."""
         claimed = [kind for kind in self.verdict if self._is_claimed(kind)]
-        others = [kind for kind in self.verdict if kind not in claimed]
+        unclaimed = [kind for kind in self.verdict if kind not in claimed]
         missing = " and ".join(map(self._with_odds, claimed))
-        reducing = " and ".join(map(self._with_odds, others))
+        reducing = " and ".join(map(self._with_odds, unclaimed))
         parts = [f"Missing: {missing}"] if claimed else []
-        verb = "reduces" if len(others) == 1 else "reduce"
-        return "; ".join(parts + ([f"{reducing} also {verb} the misfit"] if others else []))
+        verb = "reduces" if len(unclaimed) == 1 else "reduce"
+        return "; ".join(parts + ([f"{reducing} also {verb} the misfit"] if unclaimed else []))
 
     def _sentence_of_two_states(self, last: FittedModel) -> str:
         """Say what is new in the later of two states."""
@@ -165,7 +165,7 @@ class Ledger:
         falls = _fall(self.steps[0], last, " of both states")
         return f"New since the baseline: {new}; {falls}.{remark} {alone}"
 
-    def _sentence_beside_model_error(self, first: FittedModel, last: FittedModel) -> str:
+    def _sentence_with_model_error(self, first: FittedModel, last: FittedModel) -> str:
         """Say the verdict where a model error is the rival of every effect."""
         if not self.verdict:
             fails = " The model still fails its check." if self.unexplained else ""
@@ -187,11 +187,11 @@ class Ledger:
         )
 
     def _why_not(self) -> str:
-        """Say why nothing is claimed beside a model error."""
+        """Say why nothing is claimed where a model error is allowed."""
         if self.confounded:
             return (
-                "beside a model error more than one effect also reduces the misfit, and these data "
-                "do not tell which"
+                "besides a model error, more than one effect also reduces the misfit, and these "
+                "data do not tell which"
             )
         best = self.compared["effects"].iloc[0]
         if best == "none":
@@ -204,9 +204,9 @@ class Ledger:
     def _is_claimed(self, kind: str) -> bool:
         """Whether an effect is more than the best of several.
 
-        Beside a model error it is: held-out data confirm it, and that the error may be larger than
-        stated counts already. Where the noise is not known, it is if what is left scatters as noise
-        does.
+        Where a model error is allowed it is: held-out data confirm it, and a larger model error is
+        among the rivals already. Where the noise is not known, it is if the residuals scatter as
+        noise does.
         """
         last = self.steps[-1]
         if last.noise_needed is not None and not last.model_error:

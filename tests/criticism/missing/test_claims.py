@@ -1,4 +1,4 @@
-"""What is claimed beside a model error: evidence alone does not suffice."""
+"""What is claimed where a model error is allowed: evidence alone does not suffice."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""Which effects are worth a fit beside a model error."""
+"""Which effects are worth a fit together with a model error."""
 
 import dataclasses
 
