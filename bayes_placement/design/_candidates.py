@@ -93,20 +93,20 @@ def candidates(experiment: Experiment, places: Mapping[str, Any]) -> list[Candid
             "No places to try were given; those of at least one transducer are needed: "
             '{"s1": np.linspace(0.04, 0.96, 47)}.'
         )
-    return [_candidates(experiment, name, listed) for name, listed in places.items()]
+    return [_candidates(experiment, name, choices) for name, choices in places.items()]
 
 
-def _candidates(experiment: Experiment, name: str, listed: Any) -> Candidates:
+def _candidates(experiment: Experiment, name: str, choices: Any) -> Candidates:
     stated = transducer(experiment, name)
-    if isinstance(listed, Tolerance):
+    if isinstance(choices, Tolerance):
         raise InputError(
-            f'{stated.kind} "{name}" was given {listed}, a region; a list of places to '
+            f'{stated.kind} "{name}" was given {choices}, a region; a list of places to '
             f'try is needed: {{"{name}": [0.25, 0.5]}}. search=design.Evolutionary() searches all '
             "of a region."
         )
-    check_annotated(f"places of {name}", listed, Sequence[Any])
+    check_annotated(f"places of {name}", choices, Sequence[Any])
     modes = experiment.structure.modes
-    placements = [stated.placement_at(_place(at), modes) for at in listed]
+    placements = [stated.placement_at(_place(at), modes) for at in choices]
     if not placements:
         raise InputError(
             f'{stated.kind} "{name}" was given no place to try; at least one is needed: '

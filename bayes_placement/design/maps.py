@@ -210,16 +210,16 @@ def difference(cell: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
     return difference_of(_estimates(cell), _estimates(other))
 
 
-def difference_of(estimates: np.ndarray, others: np.ndarray) -> tuple[float, float]:
+def difference_of(estimates: np.ndarray, baseline: np.ndarray) -> tuple[float, float]:
     """Information gain of one placement less that of another, and the standard error [nat].
 
     Parameters
     ----------
-    estimates, others
+    estimates, baseline
         Information gain of each [1 + replicate]: the estimate, then without each replicate. Common
         errors cancel.
     """
-    differences = estimates - others
+    differences = estimates - baseline
     return float(differences[0]), float(jackknife_error(differences[1:]))
 
 

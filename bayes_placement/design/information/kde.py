@@ -1,4 +1,4 @@
-"""The paper's estimate of the information gain, its Table 1: kernel densities over placements."""
+"""The paper's estimate of the information gain (Table 1), by kernel densities of the response."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -29,27 +29,35 @@ RANGE = 30
 
 
 class KDE(GainAboutParameters):
-    """Divergence for the nominal response, with a kernel density estimate over placements.
+    """The paper's estimate of the information gain, by kernel densities of the response.
 
-    Table 1 of the paper: the data are the response at nominal parameters and positions; the
-    likelihood of each draw of the parameters is estimated from draws of the placement, Eqs. (29)
-    and (31); Eq. (33) follows. All placements of a map share their draws, so that differences
-    between them are smooth. Where all modes are known, one product of matrices in single precision
-    suffices; FRFs of unusual size are scaled there, since neither bandwidths nor the divergence
-    depend on the unit.
+    It estimates the Kullback-Leibler divergence of the posterior of the parameters from their prior
+    [nat], for data that equal the response at nominal parameters and positions. The steps are those
+    of Table 1 of the paper:
+
+    1. Draw the parameters from their prior, `draws` times.
+    2. For each of these draws, compute the response at `placement_draws` draws of the unknown
+       positions and angles. The kernel density estimate of these responses at the data is the
+       likelihood of the parameters, Eq. (31). The variance of the noise is added to that of the
+       kernels, where the paper averages over draws of the noise.
+    3. Sum over the draws of the parameters, Eq. (33).
+
+    The placements of a map share all draws, so that differences between them have small errors.
+    Where all modes are known, FRFs are computed as a product of matrices in single precision. FRFs
+    that are very small or large are scaled first, which changes neither bandwidths nor divergence.
 
     Parameters
     ----------
     draws
-        Draws of the parameters, in all.
+        Draws of the parameters, those of all replicates together.
     placement_draws
-        Draws of the placement, for each replicate.
+        Draws of the placement for each draw of the parameters. Those of a replicate share them.
     kernel
         `soize` or `silverman`, see `marginals.KDE`.
     sampling
-        `sobol` (scrambled, in replicates) or `plain`: independent draws, as in the paper.
+        `sobol` (scrambled) or `plain`: independent draws, as in the paper.
     replicates
-        Independent sets of draws, whose spread is the error.
+        Independent sets into which the draws are divided. Their spread gives the standard error.
     after
         Result of `infer` for an earlier measurement: the map is then the gain by the next one. By
         default only the prior is known.

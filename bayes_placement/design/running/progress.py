@@ -25,7 +25,7 @@ BETWEEN_LINES = 10.0
 """Time [s] from one line of progress in a file to the next, at least."""
 
 LEAST_SHARE = 0.02
-"""Share done below which no time left is told: most of what was spent is compilation."""
+"""Share done below which no time left is stated: most of what was spent is compilation."""
 
 
 def terminal_console() -> Console:
@@ -141,23 +141,23 @@ class _Lines:
 
     def __init__(self, console: Console):
         self.console = console
-        self.task, self.began, self.told, self.share = "", 0.0, 0.0, 0.0
+        self.task, self.began, self.printed_at, self.share = "", 0.0, 0.0, 0.0
 
     def begin(self, task: str) -> Progress:
         """Begin a task, which ends the one before."""
         self.finish()
         self.task, self.began, self.share = task, time.monotonic(), 0.0
-        self.told = self.began
+        self.printed_at = self.began
         return self.report
 
     def report(self, share: float) -> None:
         """Tell the share that is done and the time left, where enough time has passed."""
         now, before = time.monotonic(), self.share
         self.share = max(before, min(share, 0.99))
-        if self.task and now - self.told >= BETWEEN_LINES and self.share > before:
-            left = _left(now - self.began, self.share)
-            self._print(f"{self.task}: {100 * self.share:.0f} %{left}")
-            self.told = now
+        if self.task and now - self.printed_at >= BETWEEN_LINES and self.share > before:
+            time_left = _time_left(now - self.began, self.share)
+            self._print(f"{self.task}: {100 * self.share:.0f} %{time_left}")
+            self.printed_at = now
 
     def finish(self) -> None:
         """End the task that runs."""
@@ -169,15 +169,15 @@ class _Lines:
         self.console.print(text, highlight=False, soft_wrap=True, markup=False)
 
 
-def _left(seconds: float, share: float) -> str:
-    """Say how long the rest will take, where enough is done to tell."""
+def _time_left(seconds: float, share: float) -> str:
+    """Say how much time is left, where enough is done to estimate it."""
     if share < LEAST_SHARE:
         return ""
     return f", about {_duration(seconds * (1 - share) / share)} left"
 
 
 class _TimeLeft(TimeRemainingColumn):
-    """Time left, which is not told where too little is done."""
+    """Time left, which is not stated where too little is done."""
 
     def render(self, task: Task) -> Text:
         """Show the time left, or that it is not known."""

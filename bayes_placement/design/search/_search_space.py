@@ -159,9 +159,11 @@ def gain_in_one_shape(
     calls with the same transducers differ only in values.
     """
     padded = np.concatenate([cells, np.repeat(cells[-1:], max(size - len(cells), 0), axis=0)])
-    listed = [transducer.subset(column) for transducer, column in zip(moved, padded.T, strict=True)]
+    repeated = [
+        transducer.subset(column) for transducer, column in zip(moved, padded.T, strict=True)
+    ]
     diagonal = np.repeat(np.arange(len(padded))[:, None], len(moved), axis=1)
-    return evaluation.at(listed, diagonal)[: len(cells)]
+    return evaluation.at(repeated, diagonal)[: len(cells)]
 
 
 def gain_as_mounted(evaluation: Evaluation) -> np.ndarray:
