@@ -100,7 +100,7 @@ def _locked(path: Path) -> Iterator[None]:
 
 @contextmanager
 def _temporary(target: Path) -> Iterator[Path]:
-    """A temporary file beside a file, locked meanwhile and deleted if it is still there after."""
+    """A temporary file next to a file, locked meanwhile and deleted if it is still there after."""
     handle, name = _new_file(target)
     while not _is_locked(handle):
         os.close(handle)

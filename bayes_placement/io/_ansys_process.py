@@ -1,4 +1,4 @@
-"""Reads files of Ansys by ansys-mapdl-reader, in a process of its own: see `_child.py`."""
+"""Reads files of Ansys by ansys-mapdl-reader, in a separate process: see `_child.py`."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A process of its own that runs a reader: `python _child.py READER.py FILE RESULT.npz`.
+"""A separate process that runs a reader: `python _child.py READER.py FILE RESULT.npz`.
 
 Damaged files make some libraries run for ever, exit or take all memory. Nothing of this package is
 imported here.
@@ -15,13 +15,13 @@ MEMORY_BYTES = 8 << 30
 
 
 def main(reader: str, path: str, result: str) -> None:
-    """Write the arrays that the function `read` of a reader returns, and what it tells as JSON."""
+    """Write the arrays that the function `read` of a reader returns, and its metadata as JSON."""
     _limit_memory()
     warnings.simplefilter("ignore")  # of other libraries; some print their own complaints
-    arrays, told = runpy.run_path(reader)["read"](path)
-    text = np.array(json.dumps({**told, "names": list(arrays)}))
+    arrays, metadata = runpy.run_path(reader)["read"](path)
+    text = np.array(json.dumps({**metadata, "names": list(arrays)}))
     numbered = {f"array {number}": values for number, values in enumerate(arrays.values())}
-    np.savez(result, told=text, **numbered)
+    np.savez(result, metadata=text, **numbered)
 
 
 def _limit_memory() -> None:

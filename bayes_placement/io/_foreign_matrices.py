@@ -55,10 +55,10 @@ def in_si(
 
 
 def without_rows(
-    matrices: dict[str, scipy.sparse.csc_array], dof: Rows, held: np.ndarray
+    matrices: dict[str, scipy.sparse.csc_array], dof: Rows, is_held: np.ndarray
 ) -> tuple[dict[str, scipy.sparse.csc_array], Rows]:
     """Leave out the rows that are held."""
-    free = np.flatnonzero(~held)
+    free = np.flatnonzero(~is_held)
     return {name: matrix[free][:, free] for name, matrix in matrices.items()}, dof[free]
 
 

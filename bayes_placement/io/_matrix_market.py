@@ -96,8 +96,8 @@ def _table(path: Path, values: bytes, head: _Head) -> NumberTable:
     table = np.loadtxt(io.BytesIO(values), dtype=float, comments="%", ndmin=2, encoding="latin-1")
     width = head.numbers + (2 if head.layout == "coordinate" else 0)
     if table.shape != (count, width):
-        held = " x ".join(map(str, table.shape))
-        raise _refused(path, f"it announces {count} lines of {width} numbers and holds {held}")
+        size = " x ".join(map(str, table.shape))
+        raise _refused(path, f"it announces {count} lines of {width} numbers and holds {size}")
     return table
 
 

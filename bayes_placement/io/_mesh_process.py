@@ -1,4 +1,4 @@
-"""Reads a mesh by meshio, in a process of its own: see `_child.py`."""
+"""Reads a mesh by meshio, in a separate process: see `_child.py`."""
 
 from typing import Any
 

@@ -40,10 +40,10 @@ def holds_modal_parameters(path: Path) -> bool:
         return TABLE in load(path).content
     if not path.is_file():
         return False  # whoever reads it says so
-    told = content.content_of(path)
-    if told == content.UNIVERSAL:
+    kind = content.content_of(path)
+    if kind == content.UNIVERSAL:
         return measured_modes.holds_modes_alone(path)
-    return told == content.TEXT and HEADING in path.read_bytes()[: content.HEAD_BYTES]
+    return kind == content.TEXT and HEADING in path.read_bytes()[: content.HEAD_BYTES]
 
 
 def is_mapping(path: Path) -> bool:

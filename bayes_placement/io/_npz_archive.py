@@ -120,18 +120,18 @@ def _array(stream: Any, size: int) -> np.ndarray:
     if announced > size:
         raise InputError(f"it announces {announced} bytes and holds less than {size}")
     flat = np.empty(count, dtype=kind)
-    held = _filled(flat.view(np.uint8), stream) if announced else 0
-    if held < announced or stream.read(1):  # at the end of the member its checksum is compared
-        raise InputError(f"it announces {announced} bytes and holds {held} or more")
+    filled = _filled(flat.view(np.uint8), stream) if announced else 0
+    if filled < announced or stream.read(1):  # at the end of the member its checksum is compared
+        raise InputError(f"it announces {announced} bytes and holds {filled} or more")
     return flat.reshape(shape, order="F" if fortran else "C")
 
 
 def _filled(content: np.ndarray, stream: Any) -> int:
     """Read bytes into an array, and return how many there were."""
-    view, held = memoryview(content), 0  # type: ignore[arg-type]
-    while held < len(view):
-        count = stream.readinto(view[held : held + _CHUNK])
+    view, filled = memoryview(content), 0  # type: ignore[arg-type]
+    while filled < len(view):
+        count = stream.readinto(view[filled : filled + _CHUNK])
         if not count:
             break
-        held += count
-    return held
+        filled += count
+    return filled

@@ -1,4 +1,4 @@
-"""Readers that can end, hang or fill the interpreter: each runs in a process of its own."""
+"""Readers that can end, hang or fill the interpreter: each runs in a separate process."""
 
 import json
 import os
@@ -24,10 +24,10 @@ _NO_PLUGINS = {"HDF5_PLUGIN_PRELOAD": "::"}
 
 
 class ReaderResult(NamedTuple):
-    """What a process wrote: arrays by name, what it tells besides, and its complaints."""
+    """What a process wrote: arrays by name, metadata, and its complaints."""
 
     arrays: dict[str, np.ndarray]
-    told: dict[str, Any]
+    metadata: dict[str, Any]
     complaints: str
 
 
@@ -44,8 +44,8 @@ def run(
     Parameters
     ----------
     script
-        Defines `read`, which returns arrays by name and what it tells besides, for JSON; nothing
-        of this package is imported there.
+        Defines `read`, which returns arrays by name and metadata that JSON can hold. Nothing of
+        this package is imported there.
     path
         The file.
     contents
@@ -60,7 +60,7 @@ def run(
     InputError
         If the process fails, ends, or takes too long.
     """
-    path.open("rb").close()  # whoever may not read it is told so, not that a process failed
+    path.open("rb").close()  # raises PermissionError, which says more than a failed process
     allowed = SECONDS + further_seconds + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "result.npz"
@@ -73,14 +73,14 @@ def run(
             )
         except subprocess.TimeoutExpired as error:
             raise refused(f"it did not end within {allowed:.0f} s") from error
-        said = " ".join(done.stderr.decode("utf-8", "replace").split())
+        complaints = " ".join(done.stderr.decode("utf-8", "replace").split())
         if done.returncode or not result.is_file():
-            raise refused(said[-300:] or f"its process ended with {done.returncode}")
-        return _unpacked(NpzArchive(result, contents), said)
+            raise refused(complaints[-300:] or f"its process ended with {done.returncode}")
+        return _unpacked(NpzArchive(result, contents), complaints)
 
 
-def _unpacked(archive: NpzArchive, said: str) -> ReaderResult:
-    """Arrays by the names in `told`, which is JSON; a name of an array may hold anything."""
-    told = json.loads(str(archive.array("told")))
-    arrays = {name: archive.array(f"array {n}") for n, name in enumerate(told.pop("names"))}
-    return ReaderResult(arrays, told, said)
+def _unpacked(archive: NpzArchive, complaints: str) -> ReaderResult:
+    """Arrays by the names in `metadata`, which is JSON; a name of an array may hold anything."""
+    metadata = json.loads(str(archive.array("metadata")))
+    arrays = {name: archive.array(f"array {n}") for n, name in enumerate(metadata.pop("names"))}
+    return ReaderResult(arrays, metadata, complaints)

@@ -55,8 +55,8 @@ def _shape(archive: NpzArchive) -> tuple[int, int]:
     values = archive.array("shape")
     is_shape = values.dtype.kind in "iu" and values.shape == (2,)
     if not is_shape or not np.all((values >= 1) & (values <= MOST_ROWS)):
-        held = values.tolist() if values.size <= 2 else f"an array of shape {values.shape}"
-        raise _refused(archive, f"its shape is {held}")
+        stated = values.tolist() if values.size <= 2 else f"an array of shape {values.shape}"
+        raise _refused(archive, f"its shape is {stated}")
     return int(values[0]), int(values[1])
 
 

@@ -66,13 +66,13 @@ def read_matrices(
     """
     first = path_of(stiffness)
     entries = {"stiffness": _entries(first), "mass": _entries(path_of(mass))}
-    listed = [part for held in entries.values() for part in (held.row, held.column)]
-    dof = np.unique(np.concatenate(listed), axis=0)
-    matrices = {name: _matrix(held, dof) for name, held in entries.items()}
-    held = matrices["stiffness"].diagonal() >= _HELD
-    kept, rows = without_rows(matrices, dof, held)
+    labels = [label for of_file in entries.values() for label in (of_file.row, of_file.column)]
+    dof = np.unique(np.concatenate(labels), axis=0)
+    matrices = {name: _matrix(of_file, dof) for name, of_file in entries.items()}
+    is_held = matrices["stiffness"].diagonal() >= _HELD
+    free_matrices, rows = without_rows(matrices, dof, is_held)
     with reading(first, "matrices of Abaqus", _REMEDY):
-        return in_si(first, kept, rows, length_unit=length_unit, mass_unit=mass_unit)
+        return in_si(first, free_matrices, rows, length_unit=length_unit, mass_unit=mass_unit)
 
 
 def _entries(path: Path) -> _Entries:

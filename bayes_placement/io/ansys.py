@@ -1,7 +1,7 @@
 """Stiffness and mass of Ansys (`.full`), and its modes (`.rst`), by ansys-mapdl-reader.
 
 That library reads some files of Ansys 2021 and later wrongly without a word (its issues 110, 235,
-402 and 409), and ends the interpreter on others: it runs in a process of its own, and what it
+402 and 409), and ends the interpreter on others: it runs in a separate process, and what it
 reads is checked against the matrices.
 """
 
@@ -62,12 +62,12 @@ def read_matrices(
     with reading(file, "matrices of Ansys", _REMEDY):
         if "stiffness value" not in result.arrays:
             raise InputError("it holds results and no matrices; the .full file is needed")
-        units = _units(file, result.told["units"], length_unit, mass_unit)
+        units = _units(file, result.metadata["units"], length_unit, mass_unit)
         dof = result.arrays["dof"]
         matrices = {name: _matrix(result.arrays, name, len(dof)) for name in ("stiffness", "mass")}
-        held = (matrices["stiffness"].diagonal() == 0) & (matrices["mass"].diagonal() == 0)
-        kept, rows = without_rows(matrices, dof, held)
-        return in_si(file, kept, rows, length_unit=units[0], mass_unit=units[1])
+        is_held = (matrices["stiffness"].diagonal() == 0) & (matrices["mass"].diagonal() == 0)
+        free_matrices, rows = without_rows(matrices, dof, is_held)
+        return in_si(file, free_matrices, rows, length_unit=units[0], mass_unit=units[1])
 
 
 def read_modes(
@@ -109,9 +109,9 @@ def read_modes(
     with reading(file, "modes of Ansys", _REMEDY):
         if "shape" not in result.arrays:
             raise InputError("it holds matrices and no results; the .rst file is needed")
-        units = _units(file, result.told["units"], length_unit, mass_unit)
+        units = _units(file, result.metadata["units"], length_unit, mass_unit)
         check_plausible(file, shapes=result.arrays["shape"], nodes=result.arrays["position"])
-        directions = [_DIRECTIONS.get(name, 0) for name in result.told["directions"]]
+        directions = [_DIRECTIONS.get(name, 0) for name in result.metadata["directions"]]
         shape = np.zeros((*result.arrays["shape"].shape[:2], 6))
         for column, direction in enumerate(directions):
             if direction:

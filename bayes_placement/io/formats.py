@@ -181,11 +181,13 @@ def _format(contents: str, path: Path) -> Format:
 
 
 def _by_content(formats: list[Format], path: Path) -> Format | None:
-    """Format that the bytes tell; those of text are told by their suffix, if they have one."""
-    told = content.content_of(path)
-    if told in (content.TEXT, content.ABAQUS_MATRIX) and _is_text(formats, path):
+    """Format by the first bytes; formats of text by their suffix, where there is one."""
+    file_content = content.content_of(path)
+    if file_content in (content.TEXT, content.ABAQUS_MATRIX) and _is_text(formats, path):
         return None
-    return next((known for known in formats if told and known.content == told), None)
+    return next(
+        (known for known in formats if file_content and known.content == file_content), None
+    )
 
 
 def _is_text(formats: list[Format], path: Path) -> bool:

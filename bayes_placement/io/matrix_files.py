@@ -134,10 +134,10 @@ def _read_matrix(path: Path) -> scipy.sparse.csc_array:
     remedy = "Write it with scipy.sparse.save_npz (.npz) or scipy.io.mmwrite (.mtx, .mtx.gz)."
     with reading(path, "a sparse matrix", remedy):
         if path.suffix == ".npz":
-            held = _sparse_archive.matrix(NpzArchive(path, "a matrix"))
+            stored = _sparse_archive.matrix(NpzArchive(path, "a matrix"))
         else:
-            held = _matrix_market.matrix(path)
-        matrix = scipy.sparse.csc_array(held)
+            stored = _matrix_market.matrix(path)
+        matrix = scipy.sparse.csc_array(stored)
         check_plausible(path, values=matrix.data)
     return matrix
 

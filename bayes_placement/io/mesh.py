@@ -142,7 +142,7 @@ class _Contents(NamedTuple):
 
 
 def _contents_of(path: Path) -> _Contents:
-    """Run meshio in a process of its own, whose time and memory are limited."""
+    """Run meshio in a separate process, whose time and memory are limited."""
     result = _reader_process.run(_READER, path, "a mesh", lambda reason: _refused(path, reason))
     return _Contents(
         result.arrays["points"],

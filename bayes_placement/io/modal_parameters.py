@@ -101,7 +101,7 @@ def read(
     with reading(file, form, "Export it again."):
         known = measured_modes.load(file, names or {}) if universal else _of_table(file)
         _add_deviations(known, relative)
-        return _made(known)
+        return _modal_parameters(known)
 
 
 @arguments_checked
@@ -292,7 +292,7 @@ def _add_deviations(known: dict[str, Any], relative: Mapping[str, float | None])
         known[name + DEVIATION] = share * size
 
 
-def _made(known: dict[str, Any]) -> ModalParameters:
+def _modal_parameters(known: dict[str, Any]) -> ModalParameters:
     frequency, shape = known.pop(FREQUENCY), known.pop("shape")
     check_kind("natural_frequency", frequency, np.ndarray, "numbers are needed", "one row a mode")
     if shape is not None and np.iscomplexobj(shape):

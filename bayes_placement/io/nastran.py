@@ -116,11 +116,11 @@ def read_matrices(
     }
     wanted = [name.lower() for name in names.values()]
     try:
-        held = op4.dir(str(path), verbose=False)[0]
+        names_in_file = op4.dir(str(path), verbose=False)[0]
         content = op4.read(str(path), wanted, sparse=(True, scipy.sparse.csc_array))
     except Exception as error:  # its readers raise any exception
         raise _unreadable(Path(path), "OUTPUT4", error) from error
-    _check_names(wanted, held, Path(path))
+    _check_names(wanted, names_in_file, Path(path))
     matrices = {role: content[name.lower()] for role, name in names.items()}
     return system_matrices(matrices, {role: f"{path}, {name}" for role, name in names.items()})
 
@@ -200,15 +200,15 @@ def _grids(
             "sensors are placed among them. Write the modes of the residual structure, without "
             "those of superelements, into a file of their own."
         )
-    kept = uset[uset.index.get_level_values("dof") > 0]
-    kept = kept[kept.index.get_level_values("id").isin(number)]
-    kept = kept.assign(nasset=n2p.mkusetmask("b"))  # pyyeti gives zeros for some other sets
-    known = kept.index.get_level_values("id").to_numpy()[::6]
+    grids = uset[uset.index.get_level_values("dof") > 0]
+    grids = grids[grids.index.get_level_values("id").isin(number)]
+    grids = grids.assign(nasset=n2p.mkusetmask("b"))  # pyyeti gives zeros for some other sets
+    known = grids.index.get_level_values("id").to_numpy()[::6]
     row = np.argsort(known)[np.searchsorted(np.sort(known), number)]
-    table = kept[["x", "y", "z"]].to_numpy().reshape(-1, 6, 3)
+    table = grids[["x", "y", "z"]].to_numpy().reshape(-1, 6, 3)
     rotation = np.broadcast_to(np.eye(3), (known.size, 3, 3))
     if table[:, 1, 0].any():  # a displacement system is not the basic system
-        rotation = n2p.rbgeom_uset(kept)[:, :3].reshape(-1, 6, 3)[:, :3]
+        rotation = n2p.rbgeom_uset(grids)[:, :3].reshape(-1, 6, 3)[:, :3]
     return table[row, 0], rotation[row]
 
 
@@ -254,11 +254,12 @@ def _check_stable(
         )
 
 
-def _check_names(wanted: list[str], held: list[str], path: Path) -> None:
+def _check_names(wanted: list[str], names_in_file: list[str], path: Path) -> None:
     for name in wanted:
-        if held.count(name) != 1:
+        if names_in_file.count(name) != 1:
             raise InputError(
-                f"{path} holds the matrices {', '.join(held).upper()}, {name.upper()} "
-                f"{held.count(name)} times; it is needed once, since matrices are found by name. "
-                'Give the name that the file has: read_matrices(path, stiffness="K", mass="M").'
+                f"{path} holds the matrices {', '.join(names_in_file).upper()}, {name.upper()} "
+                f"{names_in_file.count(name)} times; it is needed once, since matrices are found "
+                "by name. Give the name that the file has: "
+                'read_matrices(path, stiffness="K", mass="M").'
             )

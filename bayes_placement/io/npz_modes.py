@@ -216,15 +216,15 @@ def write(path: str | Path, model: ModalModel) -> Path:
     return write_atomically(path, lambda temporary: np.savez(temporary, **arrays))
 
 
-def _check_misspelt(path: Path, held: list[str], absent: set[str]) -> None:
+def _check_misspelt(path: Path, names: list[str], absent: set[str]) -> None:
     """Refuse an array without a name, or of nearly that of an absent one: it would be ignored."""
-    if "arr_0" in held:
+    if "arr_0" in names:
         raise InputError(
             f"{path} holds an array without a name (arr_0); each needs the name of what it is, "
             "since nothing else says so. Write it with numpy.savez(path, damping_ratio=...)."
         )
     known = {alias: name for name, aliases in _NAMES.items() for alias in aliases}
-    for name in set(held) - set(known):
+    for name in set(names) - set(known):
         nearest = difflib.get_close_matches(name.lower(), known, n=1, cutoff=_ALIKE)
         if nearest and known[nearest[0]] in absent:
             raise InputError(

@@ -148,7 +148,7 @@ def measure(path, kind):
 
 
 def apart(kind, *arguments, environment=None):
-    """Figures from a process of its own."""
+    """Figures from a separate process."""
     command = [sys.executable, "-m", "tests.benchmarks.test_size", kind, *arguments]
     told = subprocess.run(
         command,

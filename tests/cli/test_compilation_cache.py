@@ -20,7 +20,7 @@ COMMAND = Path(sys.executable).parent / "bayes-placement"
 
 
 def started(folder, cache, *options, hash_seed="0"):
-    """Start the command in a process of its own, with a cache directory of its own."""
+    """Start the command in a separate process, with a cache directory of its own."""
     words = ["update", str(folder / "study.py"), "--engine", "importance", *options]
     known = {k: v for k, v in os.environ.items() if not k.startswith(("JAX_", "TF_CPP_", "XDG_"))}
     return subprocess.Popen(

@@ -163,7 +163,7 @@ def test_files_of_another_kind(tmp_path, monkeypatch, read):
 
 @pytest.mark.long
 def test_arrays_are_printed_as_before():
-    """In a process of its own: pyyeti changes NumPy's print options when it is first imported."""
+    """In a separate process: pyyeti changes NumPy's print options when it is first imported."""
     lines = (
         "import numpy as np",
         "from bayes_placement.io import nastran",

@@ -1,4 +1,4 @@
-"""Reads HDF5 and MATLAB 7.3 by h5py and pymatreader, in a process of its own: see `_child.py`."""
+"""Reads HDF5 and MATLAB 7.3 by h5py and pymatreader, in a separate process: see `_child.py`."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -27,7 +27,7 @@ class RefusedHDF5File(Exception):  # noqa: N818, its name is the word that peopl
 
 
 def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Arrays by name, with the units that stand beside them and what was left out."""
+    """Arrays by name, with the units that are stated with them and what was left out."""
     with h5py.File(path, "r") as file:
         faults: dict[str, str] = {}
         datasets = dict(_datasets(file, "", faults, set(), 0))

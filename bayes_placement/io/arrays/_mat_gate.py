@@ -66,11 +66,11 @@ def variables(data: bytes) -> list[Variable]:
     if order is None or len(data) <= HEADER_BYTES:
         raise InputError("its first 128 bytes are not those of a MATLAB 5 to 7 file")
     walk = _Walk(order, itertools.count(1))
-    listed = [
+    all_variables = [
         _variable(walk, element)
         for element in _elements(walk, memoryview(data)[HEADER_BYTES:], packed=True)
     ]
-    known = [variable for variable in listed if variable.name]
+    known = [variable for variable in all_variables if variable.name]
     names = [variable.name for variable in known]
     if len(set(names)) < len(names):
         raise InputError("a variable stands twice, and either could be meant")

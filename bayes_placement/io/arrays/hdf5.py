@@ -1,4 +1,4 @@
-"""HDF5 and MATLAB 7.3 files as named arrays, read in a process of their own.
+"""HDF5 and MATLAB 7.3 files as named arrays, read in a separate process.
 
 HDF5 ends the interpreter on some damaged files.
 """
@@ -28,8 +28,8 @@ def load(path: Path) -> NamedArrays:
     """
     refused = partial(_refused, existing(path, "an HDF5 file"))
     result = _reader_process.run(_READER, path, "HDF5", refused)
-    told = result.told
-    return NamedArrays(path, told["form"], result.arrays, told["units"], told["faults"])
+    metadata = result.metadata
+    return NamedArrays(path, metadata["form"], result.arrays, metadata["units"], metadata["faults"])
 
 
 def _refused(path: Path, reason: str) -> InputError:

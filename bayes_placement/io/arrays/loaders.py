@@ -47,13 +47,13 @@ def load(path: Path) -> NamedArrays:
             "needed, which its first bytes tell. Export it again, or save it in MATLAB by "
             "save('measured.mat', '-v7')."
         )
-    held = LOADERS[content](path)
+    loaded = LOADERS[content](path)
     wrong = [
-        name for name in held.arrays if not name.isprintable() or len(name) > text.LONGEST_NAME
+        name for name in loaded.arrays if not name.isprintable() or len(name) > text.LONGEST_NAME
     ]
     left_out = dict.fromkeys(map(ascii, wrong), "its name is too long or cannot be printed")
-    arrays = {name: values for name, values in held.arrays.items() if name not in wrong}
-    return held._replace(arrays=arrays, left_out={**held.left_out, **left_out})
+    arrays = {name: values for name, values in loaded.arrays.items() if name not in wrong}
+    return loaded._replace(arrays=arrays, left_out={**loaded.left_out, **left_out})
 
 
 def _words(path: Path, content: str) -> str:

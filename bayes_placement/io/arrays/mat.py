@@ -31,8 +31,8 @@ def load(path: Path) -> NamedArrays:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # what a library skips would be missing without a word
             content = pymatreader.read_mat(path, variable_names=names) if names else {}
-        held = flattened(path, _FORM, {name: content[name] for name in names})
-        return held._replace(left_out={**left_out, **held.left_out})
+        loaded = flattened(path, _FORM, {name: content[name] for name in names})
+        return loaded._replace(left_out={**left_out, **loaded.left_out})
 
 
 def refused(path: Path, reason: str) -> InputError:

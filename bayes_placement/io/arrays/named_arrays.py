@@ -24,7 +24,7 @@ class NamedArrays(NamedTuple):
     arrays
         Numbers and texts by name; a field of a structure is `structure.field`.
     units
-        Units that the file states beside an array, as it writes them.
+        Units that the file states with an array, as it writes them.
     left_out
         What was not read, by name, and why.
 

@@ -96,7 +96,7 @@ def read_table(path: Path) -> Rows:
 def of_rows(
     path: Path, form: str, names: Sequence[str], cells: list[list[str]], skipped: Sequence[str]
 ) -> NamedArrays:
-    """Make named arrays of rows; a unit in brackets behind a name stands beside the array.
+    """Make named arrays of rows; a unit in brackets after a name is that of the array.
 
     A column whose name is too long or cannot be printed is named by its number; columns that differ
     in their units alone keep these in their names.
@@ -174,10 +174,10 @@ def _decimal(rows: list[list[str]]) -> str:
         return "."
     pointed = next((cell for cell in cells if "." in cell and is_number(cell)), None)
     if pointed is not None or all(map(_THOUSANDS.fullmatch, with_comma)):
-        others = f"beside {pointed}" if pointed else "and others like it"
+        counterpart = f"and also {pointed}" if pointed else "and others like it"
         raise InputError(
-            f"it holds the number {with_comma[0]} {others}, whose comma may be a decimal point or "
-            "part the thousands"
+            f"it holds the number {with_comma[0]} {counterpart}, whose comma may be a decimal "
+            "point or part the thousands"
         )
     return ","
 

@@ -128,7 +128,7 @@ class FiniteElementStructure:
         if self.nodes.element is None:
             raise CaseError(
                 f"{self.folder / 'nominal.npz'} has no array `elements`; the nodes of each element "
-                "are needed, since sensors sit between nodes. Export them beside `nodes`."
+                "are needed, since sensors may lie between nodes. Export them with `nodes`."
             )
         order = np.argsort(self.nodes.node)
         place = np.searchsorted(self.nodes.node[order], self.nodes.element)
@@ -194,7 +194,7 @@ class FiniteElementStructure:
 
 
 def _model_folder(case: JsonObject) -> Path:
-    """Folder of the model, among the folders beside the case: a file opens nothing else."""
+    """Folder of the model, among the folders next to the case: a file opens nothing else."""
     start = case.file.resolve().parent
     folder = start.parents[min(1, len(start.parents) - 1)]
     rule = FieldRule(

@@ -225,8 +225,8 @@ def begins_with(beginning: str) -> FieldRule:
 
 def choice(*texts: str) -> FieldRule:
     """Allow a text of a list, literally."""
-    listed = " or ".join(_shown(text) for text in texts)
-    return FieldRule(listed, texts[0], lambda value: isinstance(value, str) and value in texts)
+    choices = " or ".join(_shown(text) for text in texts)
+    return FieldRule(choices, texts[0], lambda value: isinstance(value, str) and value in texts)
 
 
 def numbers(

@@ -108,8 +108,8 @@ def _objects(fields: JsonObject, name: str, value: Any) -> list[JsonObject]:
     """Objects in a field; what is none is refused where it is read."""
     if isinstance(value, dict):
         return [fields.object(name)]
-    listed = isinstance(value, list) and all(isinstance(entry, dict) for entry in value)
-    return fields.objects(name) if listed else []
+    are_objects = isinstance(value, list) and all(isinstance(entry, dict) for entry in value)
+    return fields.objects(name) if are_objects else []
 
 
 def _unknown(fields: JsonObject, name: str, known: dict[str, Any]) -> CaseError:

@@ -256,20 +256,20 @@ def _in_band(file: Path, settings: MeasurementSettings, measured: Measurement) -
     low, high = settings.band
     lines = measured.frequency
     near = (low * (1 - LINE_TOLERANCE) <= lines) & (lines <= high * (1 + LINE_TOLERANCE))
-    kept = lines[near]
-    covers_band = kept.size == settings.lines and np.allclose(
-        kept[[0, -1]], settings.band, rtol=LINE_TOLERANCE
+    in_band = lines[near]
+    covers_band = in_band.size == settings.lines and np.allclose(
+        in_band[[0, -1]], settings.band, rtol=LINE_TOLERANCE
     )
     if not covers_band:
         raise _contradiction(
             file,
-            f"has {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {kept.size} of them in "
-            "the band",
+            f"has {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {in_band.size} of them "
+            "in the band",
             settings,
             "frequency",
             f"{settings.lines} lines from {low:g} to {high:g} Hz, first and last included",
         )
-    return measured.band(kept[0], kept[-1])
+    return measured.band(in_band[0], in_band[-1])
 
 
 def _contradiction(

@@ -197,14 +197,14 @@ def _transducers(
     on_line: bool,
 ) -> list[dict[str, Any]]:
     """One object for each transducer, with all of its measured directions."""
-    listed = []
+    transducers = []
     for name in dict.fromkeys(channel.name for channel in measured):
         of_name = [channel for channel in measured if channel.name == name]
         row = _row(of_name[0], channels, role)
         for field in ("position", "tolerance"):
             if getattr(row, field) is None:
                 raise _missing(name, field)
-        listed.append(
+        transducers.append(
             {
                 "id": name,
                 "uff_node": nodes[name],
@@ -214,7 +214,7 @@ def _transducers(
                 "angle_tolerance_rad": row.angle_tolerance or 0.0,
             }
         )
-    return listed
+    return transducers
 
 
 def _tolerance(row: ChannelRow, on_line: bool) -> list[float]:

@@ -78,14 +78,14 @@ def _of_unit(label: str) -> str | None:
     return WORDS[label] if WORDS.get(label) in ANGLES else None
 
 
-def part_of_column(held: NamedArrays, name: str) -> str | None:
+def part_of_column(source: NamedArrays, name: str) -> str | None:
     """Return the part of an FRF that the heading of a column says."""
-    return part_of(split_unit(name)[0], held.units.get(name, ""))
+    return part_of(split_unit(name)[0], source.units.get(name, ""))
 
 
-def columns_by_part(held: NamedArrays, names: list[str]) -> dict[str, str | None]:
+def columns_by_part(source: NamedArrays, names: list[str]) -> dict[str, str | None]:
     """Columns with the part that their headings say."""
-    return {name: part_of_column(held, name) for name in names}
+    return {name: part_of_column(source, name) for name in names}
 
 
 def first_pair(columns: dict[str, str | None]) -> PartPair | None:
@@ -97,14 +97,14 @@ def _pairs(columns: dict[str, str | None]) -> Iterator[PartPair]:
     for name, part in columns.items():
         if part not in FIRSTS:
             continue
-        wanted = wanted_beside(part)
-        other = _of_same(name, {key: kind for key, kind in columns.items() if kind in wanted})
-        if other is not None:
+        wanted = partners_of(part)
+        partner = _of_same(name, {key: kind for key, kind in columns.items() if kind in wanted})
+        if partner is not None:
             coherences = {key: kind for key, kind in columns.items() if kind == "coherence"}
-            yield PartPair({part: name, str(columns[other]): other}, _of_same(name, coherences))
+            yield PartPair({part: name, str(columns[partner]): partner}, _of_same(name, coherences))
 
 
-def wanted_beside(part: str | None) -> tuple[str, ...]:
+def partners_of(part: str | None) -> tuple[str, ...]:
     """Parts that make complex numbers with a first one."""
     return ("imaginary",) if part == "real" else ANGLES
 

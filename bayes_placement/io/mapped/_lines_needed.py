@@ -17,7 +17,7 @@ from ._headings import (
     columns_by_part,
     first_pair,
     part_of_column,
-    wanted_beside,
+    partners_of,
 )
 from ._values import name_of, stated_units
 from .mapping import AXES, PARTS, Column, FrequencyRule, FrfRule, Mapping
@@ -27,14 +27,16 @@ _OPEN = "unknown"
 _FIRST, _STEP = "x_values.start_value", "x_values.increment"
 
 
-def check_complete(mapping: Mapping, held: NamedArrays, table_labels: dict[str, list[str]]) -> None:
+def check_complete(
+    mapping: Mapping, source: NamedArrays, table_labels: dict[str, list[str]]
+) -> None:
     """Refuse arrays of which neither file nor mapping says what they are.
 
     Parameters
     ----------
     mapping
         What is said.
-    held
+    source
         The arrays.
     table_labels
         Labels of the channel table for `sensors` and `actuators`, as far as there is one.
@@ -45,27 +47,27 @@ def check_complete(mapping: Mapping, held: NamedArrays, table_labels: dict[str, 
         If something is missing, with the lines that say it.
     """
     if not mapping.frf:
-        _check_numbers(held)
-    lines = list(_missing(mapping, held, table_labels))
+        _check_numbers(source)
+    lines = list(_missing(mapping, source, table_labels))
     if not lines:
         return
-    target = _target(mapping, held)
-    first = [] if mapping.file or mapping.place else [f"file = {_quoted(held.path.name)}"]
+    target = _target(mapping, source)
+    first = [] if mapping.file or mapping.place else [f"file = {_quoted(source.path.name)}"]
     raise InputError(
-        f"{held.path} holds {described(held.arrays)}, and nothing says "
+        f"{source.path} holds {described(source.arrays)}, and nothing says "
         f"{', nor '.join(what for what, _ in lines)}; a mapping must say so, since nothing is "
         f"guessed. {target}, corrected:\n\n" + "\n".join([*first, *(line for _, line in lines)])
     )
 
 
-def _check_numbers(held: NamedArrays) -> None:
+def _check_numbers(source: NamedArrays) -> None:
     """Refuse a file that can hold no FRFs: no mapping makes them of it."""
-    if any(values.dtype.kind in "iufc" and values.size > 1 for values in held.arrays.values()):
+    if any(values.dtype.kind in "iufc" and values.size > 1 for values in source.arrays.values()):
         return
     raise InputError(
-        f"{held.path} holds {described(held.arrays)}; a column or an array of at least two numbers "
-        "is needed, since FRFs are given at several frequencies. Give the file of the measured "
-        "FRFs, or export it again with its numbers."
+        f"{source.path} holds {described(source.arrays)}; a column or an array of at least two "
+        "numbers is needed, since FRFs are given at several frequencies. Give the file of the "
+        "measured FRFs, or export it again with its numbers."
     )
 
 
@@ -83,45 +85,45 @@ def _kind(values: np.ndarray) -> str:
     )
 
 
-def _target(mapping: Mapping, held: NamedArrays) -> str:
+def _target(mapping: Mapping, source: NamedArrays) -> str:
     if mapping.place:
         return f"Add these lines at the top of {mapping.place}"
-    suggested = held.path.with_suffix(".toml")
+    suggested = source.path.with_suffix(".toml")
     return f"Save these lines as {suggested} and give that file in its place (or as --mapping)"
 
 
 def _missing(
-    mapping: Mapping, held: NamedArrays, labels: dict[str, list[str]]
+    mapping: Mapping, source: NamedArrays, labels: dict[str, list[str]]
 ) -> Iterable[tuple[str, str]]:
     """What is missing in words, and the line that says it."""
-    frf_line = _frf_line(_main(held.arrays), held, mapping)
+    frf_line = _frf_line(_main(source.arrays), source, mapping)
     if not mapping.frf:
         yield "which array holds the FRFs, with which axes and unit", frf_line
-    elif any(not _has_unit(rule, held) for rule in mapping.frf):
+    elif any(not _has_unit(rule, source) for rule in mapping.frf):
         yield "in which unit the FRFs are", 'unit = "(m/s^2)/N"  # at the top of the mapping'
     if mapping.frequency is None:
-        yield "at which frequencies", _frequency_line(held)
-    elif _unit(mapping.frequency.unit, _frequency_columns(mapping.frequency), held) is None:
-        yield "in which unit the frequencies are", _frequency_line(held, mapping)
+        yield "at which frequencies", _frequency_line(source)
+    elif _unit(mapping.frequency.unit, _frequency_columns(mapping.frequency), source) is None:
+        yield "in which unit the frequencies are", _frequency_line(source, mapping)
     columns = not mapping.frf and "frf = [" in frf_line
     single = columns or (mapping.frf and all(rule.sensor and rule.actuator for rule in mapping.frf))
     for name in ("sensors", "actuators"):
         if not single and getattr(mapping, name) is None:
             known = labels.get(name) or {"sensors": ["s1+x", "s2+x"], "actuators": ["a1+x"]}[name]
-            listed = ", ".join(map(_quoted, known))
-            yield f"of which {name}", f"{name} = [{listed}]  # in the order of the array"
+            label_list = ", ".join(map(_quoted, known))
+            yield f"of which {name}", f"{name} = [{label_list}]  # in the order of the array"
 
 
-def _has_unit(rule: FrfRule, held: NamedArrays) -> bool:
+def _has_unit(rule: FrfRule, source: NamedArrays) -> bool:
     """Whether mapping or file says the unit of FRFs; decibels and angles are none."""
     columns = rule.parts.values()
-    return bool(rule.unit or (held.units and stated_units(held, columns)))
+    return bool(rule.unit or (source.units and stated_units(source, columns)))
 
 
-def _unit(unit: str | None, columns: Iterable[Column], held: NamedArrays) -> str | None:
+def _unit(unit: str | None, columns: Iterable[Column], source: NamedArrays) -> str | None:
     """Unit by the mapping, or else by the file."""
-    stated = held.units if unit is None else {}
-    names = (name_of(held, column) for column in columns if stated)
+    stated = source.units if unit is None else {}
+    names = (name_of(source, column) for column in columns if stated)
     return unit or next((stated[name] for name in names if name in stated), None)
 
 
@@ -136,47 +138,51 @@ def _main(arrays: dict[str, np.ndarray]) -> str:
     return ranked[-1] if ranked else "H"
 
 
-def _frf_line(main: str, held: NamedArrays, mapping: Mapping) -> str:
-    values = held.arrays.get(main)
+def _frf_line(main: str, source: NamedArrays, mapping: Mapping) -> str:
+    values = source.arrays.get(main)
     if values is not None and values.ndim == 1 and values.dtype.kind != "c":
-        return _columns_line(held, mapping)
+        return _columns_line(source, mapping)
     size = " x ".join(map(str, values.shape)) if values is not None else "its"
-    listed = ", ".join(f'"{axis}"' for axis in AXES)
+    axes = ", ".join(f'"{axis}"' for axis in AXES)
     what = f"array = {_quoted(main)}"
     if values is not None and values.dtype.kind != "c":
         what = 'real = "Re", imaginary = "Im"'
     unit = "" if mapping.unit else ', unit = "(m/s^2)/N"'
-    return f"frf = {{ {what}, axes = [{listed}]{unit} }}  # in the order of {size} numbers"
+    return f"frf = {{ {what}, axes = [{axes}]{unit} }}  # in the order of {size} numbers"
 
 
-def _columns_line(held: NamedArrays, mapping: Mapping) -> str:
+def _columns_line(source: NamedArrays, mapping: Mapping) -> str:
     """Line that says which columns are a pair; where headings leave it open, all lines it can be.
 
     These are comments, so that none is taken before one of them is chosen.
     """
-    axis = _axis(held)
-    size = max(values.size for values in held.arrays.values() if values.dtype.kind in "iuf")
+    axis = _axis(source)
+    size = max(values.size for values in source.arrays.values() if values.dtype.kind in "iuf")
     numbers = [
         name
-        for name, values in held.arrays.items()
+        for name, values in source.arrays.items()
         if values.dtype.kind in "iuf" and values.size == size and name != axis
     ]
-    columns = columns_by_part(held, numbers)
+    columns = columns_by_part(source, numbers)
     pair = first_pair(columns) or _unknown_pair(columns)
     lines = [
-        _pair_line(dict(zip(parts, pair.parts.values(), strict=True)), pair, held, mapping)
+        _pair_line(dict(zip(parts, pair.parts.values(), strict=True)), pair, source, mapping)
         for parts in PARTS
         if len(parts) == 2 and all(map(_may_be, parts, pair.parts))
     ]
-    if len(lines) == 1 and not any(told.startswith(_OPEN) for told in pair.parts):
+    if len(lines) == 1 and not any(part.startswith(_OPEN) for part in pair.parts):
         return f"{lines[0]}  # one table for each pair"
     what = "# Which parts they are, the headings do not say: take away the # before what is right."
     return "\n".join([what, *(f"# {line}" for line in lines)])
 
 
-def _may_be(part: str, told: str) -> bool:
+def _may_be(part: str, heading_part: str) -> bool:
     """Whether a column of which a heading says something may be a part."""
-    return part == told or told.startswith(_OPEN) or (told == "phase" and part in ANGLES)
+    return (
+        part == heading_part
+        or heading_part.startswith(_OPEN)
+        or (heading_part == "phase" and part in ANGLES)
+    )
 
 
 def _unknown_pair(columns: dict[str, str | None]) -> PartPair:
@@ -185,36 +191,36 @@ def _unknown_pair(columns: dict[str, str | None]) -> PartPair:
     Parts that no heading says, and columns that are not there, have names of their own.
     """
     first = next((name for name, part in columns.items() if part in FIRSTS), None)
-    seconds = wanted_beside(columns[first]) if first else ("imaginary", *ANGLES)
+    seconds = partners_of(columns[first]) if first else ("imaginary", *ANGLES)
     angle = next((name for name, part in columns.items() if part in seconds), None)
-    rest = [name for name, part in columns.items() if part is None]
-    first = first or (rest.pop(0) if rest else "NAME OF THE FIRST PART")
-    angle = angle or (rest.pop(0) if rest else "NAME OF THE SECOND PART")
+    unknown = [name for name, part in columns.items() if part is None]
+    first = first or (unknown.pop(0) if unknown else "NAME OF THE FIRST PART")
+    angle = angle or (unknown.pop(0) if unknown else "NAME OF THE SECOND PART")
     known = [columns.get(name) or f"{_OPEN}{number}" for number, name in enumerate((first, angle))]
     return PartPair(dict(zip(known, (first, angle), strict=True)), None)
 
 
-def _pair_line(parts: dict[str, str], pair: PartPair, held: NamedArrays, mapping: Mapping) -> str:
+def _pair_line(parts: dict[str, str], pair: PartPair, source: NamedArrays, mapping: Mapping) -> str:
     named = {**parts, **({"coherence": pair.coherence} if pair.coherence else {})}
-    listed = ", ".join(f"{part} = {_quoted(name)}" for part, name in named.items())
-    known = mapping.unit or (held.units and stated_units(held, pair.parts.values()))
+    fields = ", ".join(f"{part} = {_quoted(name)}" for part, name in named.items())
+    known = mapping.unit or (source.units and stated_units(source, pair.parts.values()))
     unit = "" if known else ', unit = "(m/s^2)/N"'
-    return f'frf = [{{ sensor = "s1+x", actuator = "a1+x", {listed}{unit} }}]'
+    return f'frf = [{{ sensor = "s1+x", actuator = "a1+x", {fields}{unit} }}]'
 
 
-def _frequency_line(held: NamedArrays, mapping: Mapping | None = None) -> str:
+def _frequency_line(source: NamedArrays, mapping: Mapping | None = None) -> str:
     if mapping is not None and mapping.frequency is not None and mapping.frequency.array:
         return f'frequency = {{ array = {_quoted(str(mapping.frequency.array))}, unit = "Hz" }}'
-    arrays = held.arrays
+    arrays = source.arrays
     for first in (name for name in arrays if name.endswith(_FIRST)):  # as Simcenter Testlab writes
         step = first.removesuffix(_FIRST) + _STEP
         if step in arrays:
             return (
                 f'frequency = {{ first = {_quoted(first)}, step = {_quoted(step)}, unit = "Hz" }}'
             )
-    axis = _axis(held)
+    axis = _axis(source)
     if axis is not None:
-        unit = f'unit = "{held.units.get(axis) or _unit_in_name(axis)}"'
+        unit = f'unit = "{source.units.get(axis) or _unit_in_name(axis)}"'
         return f"frequency = {{ array = {_quoted(axis)}, {unit} }}"
     return 'frequency = { first = 10.0, step = 0.5, unit = "Hz" }'
 
@@ -230,15 +236,15 @@ def _quoted(name: str) -> str:
     return json.dumps(name, ensure_ascii=False)
 
 
-def _axis(held: NamedArrays) -> str | None:
+def _axis(source: NamedArrays) -> str | None:
     """Array that is most likely the frequency: it rises, and no heading says it is a part."""
     rising = [
         name
-        for name, values in held.arrays.items()
-        if _is_axis(values) and part_of_column(held, name) is None
+        for name, values in source.arrays.items()
+        if _is_axis(values) and part_of_column(source, name) is None
     ]
     named = [
-        name for name in rising if name[:1].lower() == "f" or held.units.get(name) in FREQUENCY
+        name for name in rising if name[:1].lower() == "f" or source.units.get(name) in FREQUENCY
     ]
     return next(iter([*named, *rising]), None)
 
@@ -251,9 +257,9 @@ def _is_axis(values: np.ndarray) -> bool:
 
 def file_needed(folder: Path, names: list[str]) -> InputError:
     """Error of a folder of which nobody says what its files are."""
-    listed = ", ".join(names) or "no file"
+    file_list = ", ".join(names) or "no file"
     return InputError(
-        f"{folder} holds {listed}, and nothing says which is which; a mapping in it must say so, "
-        'since nothing is guessed. Save as measured.toml there:\n\nfile = "measured.uff"\n'
+        f"{folder} holds {file_list}, and nothing says which is which; a mapping in it must say "
+        'so, since nothing is guessed. Save as measured.toml there:\n\nfile = "measured.uff"\n'
         'channels = "channels.xlsx"'
     )

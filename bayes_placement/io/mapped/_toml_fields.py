@@ -22,9 +22,9 @@ class TomlTable(NamedTuple):
 
     def error(self, name: str, needed: str, example: str) -> InputError:
         """Error that says what stands in a field and what is needed there."""
-        held = f"is {self.content[name]!r}" if name in self.content else "is missing"
+        state = f"is {self.content[name]!r}" if name in self.content else "is missing"
         return InputError(
-            f"{self.place}: {self.dotted(name)} {held}; {needed} is needed there. For example, "
+            f"{self.place}: {self.dotted(name)} {state}; {needed} is needed there. For example, "
             f"write {example}."
         )
 

@@ -28,7 +28,7 @@ class FrequencyAxis(NamedTuple):
     sentence: str
 
 
-def array_of(held: NamedArrays, column: Column, kinds: str = "biuf") -> np.ndarray:
+def array_of(source: NamedArrays, column: Column, kinds: str = "biuf") -> np.ndarray:
     """Return an array by its name, or a column by its number.
 
     Raises
@@ -36,12 +36,12 @@ def array_of(held: NamedArrays, column: Column, kinds: str = "biuf") -> np.ndarr
     InputError
         If there is none, or it holds something else.
     """
-    name = name_of(held, column)
-    values = held.arrays[name]
+    name = name_of(source, column)
+    values = source.arrays[name]
     if values.dtype.kind not in kinds:
         needed = "texts" if kinds == "U" else "numbers" if "c" in kinds else "real numbers"
         raise InputError(
-            f"{held.path}: {name} holds {_kind(values)}; {needed} are needed there. Name another "
+            f"{source.path}: {name} holds {_kind(values)}; {needed} are needed there. Name another "
             "array in the mapping."
         )
     return values
@@ -51,7 +51,7 @@ def _kind(values: np.ndarray) -> str:
     return {"U": "text", "c": "complex numbers"}.get(values.dtype.kind, "real numbers")
 
 
-def name_of(held: NamedArrays, column: Column) -> str:
+def name_of(source: NamedArrays, column: Column) -> str:
     """Return the name of an array, which may be called by the number of its column.
 
     Raises
@@ -59,21 +59,23 @@ def name_of(held: NamedArrays, column: Column) -> str:
     InputError
         If there is none.
     """
-    names = list(held.arrays)
+    names = list(source.arrays)
     if isinstance(column, int) and column <= len(names):
         return names[column - 1]
-    if column in held.arrays:
+    if column in source.arrays:
         return str(column)
     nearest = difflib.get_close_matches(str(column), names, n=1, cutoff=0.0)
     similar = f' The nearest is "{nearest[0]}".' if nearest else ""
-    reason = f" {column} was not read: {held.left_out[column]}." if column in held.left_out else ""
+    reason = (
+        f" {column} was not read: {source.left_out[column]}." if column in source.left_out else ""
+    )
     raise InputError(
-        f"{held.path} has no array {column!r} that is read; it has {', '.join(names) or 'none'}."
+        f"{source.path} has no array {column!r} that is read; it has {', '.join(names) or 'none'}."
         f"{reason}{similar} Correct the name in the mapping."
     )
 
 
-def lines_of(held: NamedArrays, rule: FrequencyRule, count: int) -> FrequencyAxis:
+def lines_of(source: NamedArrays, rule: FrequencyRule, count: int) -> FrequencyAxis:
     """Frequencies [Hz] of an array or of an even axis.
 
     Raises
@@ -81,23 +83,23 @@ def lines_of(held: NamedArrays, rule: FrequencyRule, count: int) -> FrequencyAxi
     InputError
         If the unit is unknown or contradicts the file, or the array has another length.
     """
-    stated = held.units.get(name_of(held, rule.array)) if rule.array is not None else None
-    unit = _agreed(held, rule.unit, stated, "frequency")
+    stated = source.units.get(name_of(source, rule.array)) if rule.array is not None else None
+    unit = _agreed(source, rule.unit, stated, "frequency")
     if unit not in FREQUENCY:
         raise InputError(
-            f"{held.path}: the unit of the frequency is {unit!r}; one of {', '.join(FREQUENCY)} "
+            f"{source.path}: the unit of the frequency is {unit!r}; one of {', '.join(FREQUENCY)} "
             'is needed, since lines are compared in Hz. Write frequency = { ..., unit = "Hz" }.'
         )
     if rule.array is not None:
-        values = np.squeeze(array_of(held, rule.array)).astype(float).reshape(-1)
-        origin = f"array {name_of(held, rule.array)}"
+        values = np.squeeze(array_of(source, rule.array)).astype(float).reshape(-1)
+        origin = f"array {name_of(source, rule.array)}"
     else:
-        first, step = (_number(held, value) for value in (rule.first, rule.step))
+        first, step = (_number(source, value) for value in (rule.first, rule.step))
         values = first + step * np.arange(count)
         origin = f"first {first:g}, step {step:g} as the mapping says"
     if values.size != count:
         raise InputError(
-            f"{held.path}: the frequency has {counted(values.size, 'line')} and the FRFs have "
+            f"{source.path}: the frequency has {counted(values.size, 'line')} and the FRFs have "
             f"{count} for each pair; both must agree, since a line belongs to each "
             "value. Correct frequency, sensors or actuators."
         )
@@ -107,16 +109,16 @@ def lines_of(held: NamedArrays, rule: FrequencyRule, count: int) -> FrequencyAxi
     return FrequencyAxis(values, sentence)
 
 
-def _number(held: NamedArrays, value: float | str | None) -> float:
+def _number(source: NamedArrays, value: float | str | None) -> float:
     if not isinstance(value, str):
         return float(value or 0.0)
-    values = array_of(held, value)
+    values = array_of(source, value)
     if values.size != 1:
-        raise InputError(f"{held.path}: {value} has {values.size} numbers; one is needed there.")
+        raise InputError(f"{source.path}: {value} has {values.size} numbers; one is needed there.")
     return float(values.item())
 
 
-def frf_of(held: NamedArrays, rule: FrfRule) -> np.ndarray:
+def frf_of(source: NamedArrays, rule: FrfRule) -> np.ndarray:
     """Complex numbers of a rule, in the unit of the file.
 
     Raises
@@ -125,19 +127,19 @@ def frf_of(held: NamedArrays, rule: FrfRule) -> np.ndarray:
         If an array is missing, the file states another kind of number for it than the mapping, or
         the parts have different sizes.
     """
-    _check_parts(held, rule)
+    _check_parts(source, rule)
     arrays = {
-        part: array_of(held, column, "biufc" if part == "array" else "biuf")
+        part: array_of(source, column, "biufc" if part == "array" else "biuf")
         for part, column in rule.parts.items()
     }
     shapes = {values.shape for values in arrays.values()}
     if len(shapes) > 1:
         raise InputError(
-            f"{held.path}: {' and '.join(map(str, rule.parts.values()))} have the sizes "
+            f"{source.path}: {' and '.join(map(str, rule.parts.values()))} have the sizes "
             f"{' and '.join(map(str, shapes))}; the same are needed, since they are parts of one."
         )
     if "array" in arrays:
-        return _complex(held, rule.parts["array"], arrays["array"])
+        return _complex(source, rule.parts["array"], arrays["array"])
     first, second = (values.astype(float) for values in arrays.values())
     names = tuple(arrays)
     if names == ("real", "imaginary"):
@@ -146,66 +148,70 @@ def frf_of(held: NamedArrays, rule: FrfRule) -> np.ndarray:
     return amplitude * np.exp(1j * second * (math.pi / 180 if names[1] == "degrees" else 1.0))
 
 
-def _complex(held: NamedArrays, column: Column, values: np.ndarray) -> np.ndarray:
+def _complex(source: NamedArrays, column: Column, values: np.ndarray) -> np.ndarray:
     if values.dtype.kind != "c":
-        name = name_of(held, column)
+        name = name_of(source, column)
         raise InputError(
-            f"{held.path}: {name} holds real numbers; the complex FRFs are needed there, since "
+            f"{source.path}: {name} holds real numbers; the complex FRFs are needed there, since "
             "amplitudes or decibels alone say nothing of the phase. Name two arrays: frf = { real "
             '= "Re", imaginary = "Im" }, or decibel and degrees, magnitude and radians.'
         )
     return values.astype(complex)
 
 
-def _check_parts(held: NamedArrays, rule: FrfRule) -> None:
+def _check_parts(source: NamedArrays, rule: FrfRule) -> None:
     """Refuse radians that the mapping takes for degrees, decibels for amplitudes, and so on."""
-    told = {part: _told(held, part, column) for part, column in rule.parts.items()}
+    stated_parts = {part: _stated_part(source, part, column) for part, column in rule.parts.items()}
     for part, column in rule.parts.items():
-        if told[part] == part:
+        if stated_parts[part] == part:
             continue
-        label = held.units.get(name_of(held, column), "")
-        says = f"the file says that it is in {label!r}" if label else f"its name says {told[part]}"
+        label = source.units.get(name_of(source, column), "")
+        says = (
+            f"the file says that it is in {label!r}"
+            if label
+            else f"its name says {stated_parts[part]}"
+        )
         raise InputError(
-            f"{held.path}: the mapping takes {column!r} for {part} and {says}; both must agree, "
-            f"since either could be meant. Write {_corrected(held, rule, told)} in the mapping, or "
-            "correct the heading in the file."
+            f"{source.path}: the mapping takes {column!r} for {part} and {says}; both must agree, "
+            f"since either could be meant. Write {_corrected(source, rule, stated_parts)} in the "
+            "mapping, or correct the heading in the file."
         )
 
 
-def _told(held: NamedArrays, part: str, column: Column) -> str:
+def _stated_part(source: NamedArrays, part: str, column: Column) -> str:
     """Part that the file says a column is, by its heading; that of the mapping where both agree."""
-    name = name_of(held, column)
-    told = part_of_column(held, name)
+    name = name_of(source, column)
+    stated = part_of_column(source, name)
     if part == "array":  # whose name may say anything
-        return told if told == "decibel" and name in held.units else part
-    if told == "phase" and part in ("degrees", "radians"):
+        return stated if stated == "decibel" and name in source.units else part
+    if stated == "phase" and part in ("degrees", "radians"):
         return part
-    return told if told in _EXACT else part
+    return stated if stated in _EXACT else part
 
 
-def _corrected(held: NamedArrays, rule: FrfRule, told: dict[str, str]) -> str:
+def _corrected(source: NamedArrays, rule: FrfRule, stated_parts: dict[str, str]) -> str:
     """Parts of a rule as the file says them, or else those that its headings say."""
-    parts = {told[part]: column for part, column in rule.parts.items()}
+    parts = {stated_parts[part]: column for part, column in rule.parts.items()}
     if tuple(parts) not in PARTS:
-        numbers = [name for name, values in held.arrays.items() if values.dtype.kind in "iuf"]
-        pair = first_pair(columns_by_part(held, numbers))
+        numbers = [name for name, values in source.arrays.items() if values.dtype.kind in "iuf"]
+        pair = first_pair(columns_by_part(source, numbers))
         parts = dict(pair.parts) if pair else {"real": "Re", "imaginary": "Im"}
-    listed = ", ".join(
+    fields = ", ".join(
         f"{part} = {json.dumps(column, ensure_ascii=False)}" for part, column in parts.items()
     )
-    return listed.replace("phase = ", "degrees (or radians) = ")
+    return fields.replace("phase = ", "degrees (or radians) = ")
 
 
-def stated_units(held: NamedArrays, columns: Iterable[Column]) -> set[str]:
-    """Units of FRFs that a file states beside columns; decibels and angles are none."""
-    names = [name_of(held, column) for column in columns] if held.units else []
-    labels = [held.units[name] for name in names if name in held.units]
+def stated_units(source: NamedArrays, columns: Iterable[Column]) -> set[str]:
+    """Units of FRFs that a file states with columns; decibels and angles are none."""
+    names = [name_of(source, column) for column in columns] if source.units else []
+    labels = [source.units[name] for name in names if name in source.units]
     return {
         _REFERENCE.sub("", label) for label in labels if part_of("", label) not in ANGLES
     } - _NO_UNIT
 
 
-def unit_of(held: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
+def unit_of(source: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
     """Unit of the FRFs of a rule, as the mapping or the file states it.
 
     Raises
@@ -213,25 +219,27 @@ def unit_of(held: NamedArrays, rule: FrfRule) -> FrfUnit | VoltageUnit:
     InputError
         If it is not known, or both contradict each other.
     """
-    stated = stated_units(held, rule.parts.values())
+    stated = stated_units(source, rule.parts.values())
     if len(stated) > 1:
-        raise InputError(f"{held.path}: FRFs of one pair are in {' and in '.join(sorted(stated))}.")
-    label = _agreed(held, rule.unit, next(iter(stated), None), "FRFs")
+        raise InputError(
+            f"{source.path}: FRFs of one pair are in {' and in '.join(sorted(stated))}."
+        )
+    label = _agreed(source, rule.unit, next(iter(stated), None), "FRFs")
     unit = frf_unit(label)
     if unit is None:
         raise InputError(
-            f"{held.path}: the unit of the FRFs is {label!r}; one such as (m/s^2)/N, (m/s)/N, m/N, "
-            "g/N, mm/N or V/V (with sensitivities) is needed, since quantity and factor follow "
-            'from it. Write unit = "(m/s^2)/N" in the mapping.'
+            f"{source.path}: the unit of the FRFs is {label!r}; one such as (m/s^2)/N, (m/s)/N, "
+            "m/N, g/N, mm/N or V/V (with sensitivities) is needed, since quantity and factor "
+            'follow from it. Write unit = "(m/s^2)/N" in the mapping.'
         )
     return unit
 
 
-def _agreed(held: NamedArrays, of_mapping: str | None, stated: str | None, what: str) -> str:
+def _agreed(source: NamedArrays, of_mapping: str | None, stated: str | None, what: str) -> str:
     """Unit by the mapping and by the file, which must agree."""
     if of_mapping is not None and stated is not None and plain(of_mapping) != plain(stated):
         raise InputError(
-            f"{held.path}: the mapping says that the {what} are in {of_mapping!r} and the file "
+            f"{source.path}: the mapping says that the {what} are in {of_mapping!r} and the file "
             f"says {stated!r}; both must agree, since either could be meant. Correct the one "
             "that is wrong."
         )
@@ -239,7 +247,7 @@ def _agreed(held: NamedArrays, of_mapping: str | None, stated: str | None, what:
 
 
 def arranged(
-    held: NamedArrays,
+    source: NamedArrays,
     what: str,
     values: np.ndarray,
     axes: tuple[str, ...] | None,
@@ -255,13 +263,13 @@ def arranged(
         If its sizes are not those of the axes.
     """
     if axes is None:
-        axes = _only_axes(held, what, values, sizes)
+        axes = _only_axes(source, what, values, sizes)
     missing = [axis for axis in AXES if axis not in axes]
     expected = tuple(sizes[axis] for axis in axes)
     fits = _without_ones(values.shape) == _without_ones(expected)
     if not fits or any(sizes[axis] > 1 for axis in missing):
         raise InputError(
-            f"{held.path}: {what} has {_sizes(values.shape)} numbers, but the mapping makes them "
+            f"{source.path}: {what} has {_sizes(values.shape)} numbers, but the mapping makes them "
             f"{_sizes(expected)} ({', '.join(axes)}), with {counted(sizes['sensor'], 'sensor')}, "
             f"{counted(sizes['actuator'], 'actuator')} and {counted(sizes['frequency'], 'line')}; "
             "both must agree, since each value has one place. Correct axes, sensors or actuators."
@@ -274,12 +282,12 @@ def arranged(
 
 
 def _only_axes(
-    held: NamedArrays, what: str, values: np.ndarray, sizes: dict[str, int]
+    source: NamedArrays, what: str, values: np.ndarray, sizes: dict[str, int]
 ) -> tuple[str, ...]:
     """Axes of an array of one pair, which has one axis only."""
     if sizes["sensor"] * sizes["actuator"] > 1:
         raise InputError(
-            f"{held.path}: {what} has {_sizes(values.shape)} numbers and nothing says which axis "
+            f"{source.path}: {what} has {_sizes(values.shape)} numbers and nothing says which axis "
             "is which; a mapping must say so, since nothing is guessed. Write axes = "
             '["frequency", "sensor", "actuator"] in it, in the order of the array.'
         )

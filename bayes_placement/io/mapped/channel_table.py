@@ -162,49 +162,49 @@ def _factor(cell: str, unit: str | None, known: dict[str, float], example: str) 
 
 
 def _row(number: int | str, columns: list[_Column], cells: list[str]) -> ChannelRow:
-    held = {
+    filled = {
         column.word: (cell.strip(), column.factor)
         for column, cell in zip(columns, cells, strict=True)
         if cell.strip()
     }
     try:
-        return _of_cells(held)
+        return _of_cells(filled)
     except InputError as error:
         raise InputError(f"row {number}: {error}") from error
 
 
-def _of_cells(held: dict[str, tuple[str, float]]) -> ChannelRow:
-    name, role = (held.get(word, ("", 1.0))[0] for word in ("name", "role"))
+def _of_cells(cells: dict[str, tuple[str, float]]) -> ChannelRow:
+    name, role = (cells.get(word, ("", 1.0))[0] for word in ("name", "role"))
     if not name or role.lower() not in _ROLES:
         raise InputError(
             f"its name is {name!r} and its role {role!r}; a name and one of sensor, actuator are "
             "needed"
         )
-    sensitivity = _sensitivity(held)
+    sensitivity = _sensitivity(cells)
     return ChannelRow(
         name,
         _ROLES[role.lower()],
-        _read(held, "node", _node, "a whole number of at least 1"),
-        _point(held, ("x", "y", "z"), "position"),
-        _tolerance(held),
-        _read(held, "direction", _direction, "a direction such as +x or -z") or 0,
-        _read(held, "angle tolerance", _not_negative, "a number that is not negative"),
+        _read(cells, "node", _node, "a whole number of at least 1"),
+        _point(cells, ("x", "y", "z"), "position"),
+        _tolerance(cells),
+        _read(cells, "direction", _direction, "a direction such as +x or -z") or 0,
+        _read(cells, "angle tolerance", _not_negative, "a number that is not negative"),
         *sensitivity,
     )
 
 
 def _read(
-    held: dict[str, tuple[str, float]],
+    cells: dict[str, tuple[str, float]],
     word: str,
     convert: Callable[[str, float], Any],
     needed: str,
 ) -> Any:
     """Value of a cell, None where it is empty."""
-    if word not in held:
+    if word not in cells:
         return None
-    value = convert(*held[word])
+    value = convert(*cells[word])
     if value is None:
-        raise InputError(f"its {word} is {held[word][0]!r}; {needed} is needed there")
+        raise InputError(f"its {word} is {cells[word][0]!r}; {needed} is needed there")
     return value
 
 
@@ -240,14 +240,14 @@ def _numbers(cell: str, factor: float) -> tuple[float, ...] | None:
 
 
 def _point(
-    held: dict[str, tuple[str, float]], words: tuple[str, ...], together: str
+    cells: dict[str, tuple[str, float]], words: tuple[str, ...], together: str
 ) -> Point | None:
     """Three coordinates, from three columns or from one."""
-    apart = [_read(held, word, _number, "a number") for word in words]
-    if together in held:
-        values = _read(held, together, _numbers, "three numbers")
+    apart = [_read(cells, word, _number, "a number") for word in words]
+    if together in cells:
+        values = _read(cells, together, _numbers, "three numbers")
         if len(values) != 3 or any(value is not None for value in apart):
-            raise InputError(f"its {together} is {held[together][0]!r}; three numbers are needed")
+            raise InputError(f"its {together} is {cells[together][0]!r}; three numbers are needed")
         return values
     if all(value is None for value in apart):
         return None
@@ -256,23 +256,23 @@ def _point(
     return (apart[0], apart[1], apart[2])
 
 
-def _tolerance(held: dict[str, tuple[str, float]]) -> Point | None:
+def _tolerance(cells: dict[str, tuple[str, float]]) -> Point | None:
     """Tolerances along x, y and z; one number holds for all three."""
-    if "tolerance" in held:
-        values = _read(held, "tolerance", _numbers, "one number, or three,")
+    if "tolerance" in cells:
+        values = _read(cells, "tolerance", _numbers, "one number, or three,")
         values = values * 3 if len(values) == 1 else values
     else:
-        values = _point(held, ("tolerance x", "tolerance y", "tolerance z"), "tolerance")
+        values = _point(cells, ("tolerance x", "tolerance y", "tolerance z"), "tolerance")
     if values is not None and min(values) < 0:
         raise InputError(f"its tolerance is {values} m; none may be negative")
     return values
 
 
-def _sensitivity(held: dict[str, tuple[str, float]]) -> tuple[float | None, str]:
-    number = _read(held, "sensitivity", _number, "a number")
+def _sensitivity(cells: dict[str, tuple[str, float]]) -> tuple[float | None, str]:
+    number = _read(cells, "sensitivity", _number, "a number")
     if number is None:
         return None, ""
-    label = held.get("unit", ("", 1.0))[0]
+    label = cells.get("unit", ("", 1.0))[0]
     unit: SensitivityUnit | None = sensitivity_unit(label)
     if unit is None or number == 0:
         raise InputError(

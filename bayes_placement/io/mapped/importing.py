@@ -114,8 +114,8 @@ def read(path: str | Path, mapping: Any = None) -> Imported:
         return _by_mapping(mappings.read(place))
     if place.is_dir():
         return _of_folder(place, mapping)
-    said = mappings.read(mapping)
-    return _of_file(place, said, _table(said, place.parent))
+    stated = mappings.read(mapping)
+    return _of_file(place, stated, _table(stated, place.parent))
 
 
 @arguments_checked
@@ -138,31 +138,32 @@ def read_measurement(path: str | Path, **options: Any) -> Measurement:
     return read(path, **options).measurement
 
 
-def _by_mapping(said: Mapping) -> Imported:
-    if said.file is None:
+def _by_mapping(mapping: Mapping) -> Imported:
+    if mapping.file is None:
         raise InputError(
-            f"{said.place} names no file; the name of the data is needed, since the mapping alone "
-            'was given. Write file = "measured.mat" in it, or give both: bp.io.read(data, mapping).'
+            f"{mapping.place} names no file; the name of the data is needed, since the mapping "
+            'alone was given. Write file = "measured.mat" in it, or give both: '
+            "bp.io.read(data, mapping)."
         )
-    folder = said.folder or Path()
-    return _of_file(folder / said.file, said, _table(said, folder))
+    folder = mapping.folder or Path()
+    return _of_file(folder / mapping.file, mapping, _table(mapping, folder))
 
 
 def _of_folder(folder: Path, mapping: Any) -> Imported:
     """Read the data, the mapping and the channel table of a folder, each of which is there once."""
     files = sorted(file for file in folder.iterdir() if file.is_file() and file.name[0] != ".")
-    listed = [file for file in files if file.suffix.lower() == _MAPPING_SUFFIX]
-    source = mapping if mapping is not None or len(listed) != 1 else listed[0]
-    said = mappings.read(source)
-    rest = [file for file in files if file not in listed]
-    tables = [file for file in rest if _is_table(file)] if said.channels is None else []
-    data = [file for file in rest if file not in tables and file.name != said.channels]
-    if said.file is not None:
-        data = [folder / said.file]
+    mapping_files = [file for file in files if file.suffix.lower() == _MAPPING_SUFFIX]
+    source = mapping if mapping is not None or len(mapping_files) != 1 else mapping_files[0]
+    stated = mappings.read(source)
+    other_files = [file for file in files if file not in mapping_files]
+    tables = [file for file in other_files if _is_table(file)] if stated.channels is None else []
+    data = [file for file in other_files if file not in tables and file.name != stated.channels]
+    if stated.file is not None:
+        data = [folder / stated.file]
     if len(data) != 1 or len(tables) > 1:
         raise _lines_needed.file_needed(folder, [file.name for file in files])
-    rows = channel_table.read(tables[0]) if tables else _table(said, folder)
-    return _of_file(data[0], said, rows)
+    rows = channel_table.read(tables[0]) if tables else _table(stated, folder)
+    return _of_file(data[0], stated, rows)
 
 
 def _is_table(path: Path) -> bool:
@@ -170,24 +171,24 @@ def _is_table(path: Path) -> bool:
     return _contents.content_of(path) in kinds and channel_table.is_channel_table(path)
 
 
-def _table(said: Mapping, folder: Path) -> list[ChannelRow]:
-    if isinstance(said.channels, dict):
-        return channel_table.of_mapping(said.place, said.channels)
-    if said.channels is None:
+def _table(mapping: Mapping, folder: Path) -> list[ChannelRow]:
+    if isinstance(mapping.channels, dict):
+        return channel_table.of_mapping(mapping.place, mapping.channels)
+    if mapping.channels is None:
         return []
-    return channel_table.read((said.folder or folder) / said.channels)
+    return channel_table.read((mapping.folder or folder) / mapping.channels)
 
 
-def _of_file(path: Path, said: Mapping, rows: list[ChannelRow]) -> Imported:
+def _of_file(path: Path, mapping: Mapping, rows: list[ChannelRow]) -> Imported:
     is_universal = path.is_file() and _contents.content_of(path) == _contents.UNIVERSAL
     if is_universal:
-        measurement, told = _of_universal_file(path, said, rows)
+        measurement, import_report = _of_universal_file(path, mapping, rows)
     else:
-        held = _loaded(path)
-        if not said.frf and {"name", "role"} <= {*map(str.lower, held.arrays)}:
+        source = _loaded(path)
+        if not mapping.frf and {"name", "role"} <= {*map(str.lower, source.arrays)}:
             channel_table.check_is_none(path)
-        measurement, told = measurement_of(held, completed(said, held), rows)
-    return Imported(measurement, told, tuple(rows), said)
+        measurement, import_report = measurement_of(source, completed(mapping, source), rows)
+    return Imported(measurement, import_report, tuple(rows), mapping)
 
 
 def _loaded(path: Path) -> NamedArrays:
@@ -199,17 +200,17 @@ def _loaded(path: Path) -> NamedArrays:
 
 
 def _of_universal_file(
-    path: Path, said: Mapping, rows: list[ChannelRow]
+    path: Path, mapping: Mapping, rows: list[ChannelRow]
 ) -> tuple[Measurement, ImportReport]:
     """Read a universal file, which says all but averages, sign, level and, often, places."""
-    superfluous = [name for name in _OF_ARRAYS if getattr(said, name)]
+    superfluous = [name for name in _OF_ARRAYS if getattr(mapping, name)]
     if superfluous:
         raise InputError(
-            f"{said.place} has the field {superfluous[0]}, and {path} is a universal file, which "
-            "says that itself; both could contradict each other. Leave it out of the mapping."
+            f"{mapping.place} has the field {superfluous[0]}, and {path} is a universal file, "
+            "which says that itself; both could contradict each other. Leave it out of the mapping."
         )
     names = {row.node: str(row.node) for row in rows if row.node is not None}
-    measurement = uff.read(path, names=names, require_positions=False, averages=said.averages)
+    measurement = uff.read(path, names=names, require_positions=False, averages=mapping.averages)
     named = _named_by_node(measurement, rows) if names else measurement
     if rows:
         with reading(path, "a universal file", "Correct the channel table."):
@@ -217,10 +218,10 @@ def _of_universal_file(
         named = replace(named, positions=_agreed(path, named.positions, positions_of(rows)))
     named = replace(
         named,
-        frf=named.frf.conj() if said.conjugate else named.frf,
-        force_level=named.force_level if said.force_level is None else said.force_level,
+        frf=named.frf.conj() if mapping.conjugate else named.frf,
+        force_level=named.force_level if mapping.force_level is None else mapping.force_level,
     )
-    sign = f", {CONJUGATED}" if said.conjugate else ""
+    sign = f", {CONJUGATED}" if mapping.conjugate else ""
     sentences = [
         f"FRFs: {int(named.measured.sum())} functions (dataset 58), in SI by its units{sign}.",
         "Channels: named by the channel table, by node." if names else "Channels: as recorded.",
@@ -259,11 +260,13 @@ def _agreed(
     """Positions of a universal file and of a channel table, which must agree."""
     largest = max((max(map(abs, point)) for point in stated.values()), default=0.0)
     for name, point in stated.items():
-        other = recorded.get(name, point)
-        if any(abs(a - b) > _AGREEMENT * largest for a, b in zip(point, other, strict=True)):
+        recorded_point = recorded.get(name, point)
+        if any(
+            abs(a - b) > _AGREEMENT * largest for a, b in zip(point, recorded_point, strict=True)
+        ):
             raise InputError(
-                f"{path} places {name} at {other} m and the channel table at {point} m; both must "
-                "agree, since either could be meant. Correct the one that is wrong."
+                f"{path} places {name} at {recorded_point} m and the channel table at {point} m; "
+                "both must agree, since either could be meant. Correct the one that is wrong."
             )
     return {**recorded, **stated}
 

@@ -197,18 +197,18 @@ def _channels(table: TomlTable) -> str | dict[str, Any] | None:
 
 
 def _frf_rules(table: TomlTable, unit: str | None) -> tuple[FrfRule, ...]:
-    held = table.value(
+    rules = table.value(
         "frf",
         lambda value: _is_table(value) or (isinstance(value, list) and all(map(_is_table, value))),
         "a table, or a list of tables, one for each pair,",
         'frf = { array = "H", axes = ["frequency", "sensor", "actuator"], unit = "(m/s^2)/N" }',
     )
-    if held is None:
+    if rules is None:
         return ()
-    if _is_table(held):
-        return (_frf_rule(TomlTable(held, table.place, "frf"), unit, pair=False),)
-    listed = [TomlTable(item, table.place, f"frf[{number}]") for number, item in enumerate(held)]
-    return tuple(_frf_rule(item, unit, pair=True) for item in listed)
+    if _is_table(rules):
+        return (_frf_rule(TomlTable(rules, table.place, "frf"), unit, pair=False),)
+    tables = [TomlTable(item, table.place, f"frf[{number}]") for number, item in enumerate(rules)]
+    return tuple(_frf_rule(item, unit, pair=True) for item in tables)
 
 
 def _frf_rule(table: TomlTable, unit: str | None, *, pair: bool) -> FrfRule:
@@ -275,14 +275,14 @@ def _coherence(table: TomlTable) -> dict[str, Any]:
 
 def _frequency(table: TomlTable) -> FrequencyRule | None:
     example = 'frequency = { array = "f", unit = "Hz" }'
-    held = table.content.get("frequency")
-    if held is None:
+    value = table.content.get("frequency")
+    if value is None:
         return None
-    if is_column(held):
-        return FrequencyRule(held, None, None, None)
-    if not _is_table(held):
+    if is_column(value):
+        return FrequencyRule(value, None, None, None)
+    if not _is_table(value):
         raise table.error("frequency", "an array with its unit, or first and step,", example)
-    inner = TomlTable(held, table.place, "frequency")
+    inner = TomlTable(value, table.place, "frequency")
     inner.check_known(_FREQUENCY_FIELDS)
     rule = FrequencyRule(
         inner.value("array", is_column, "the name of an array", 'array = "f"'),

@@ -35,7 +35,7 @@ class Assembled(NamedTuple):
 
 
 def measurement_of(
-    held: NamedArrays, mapping: Mapping, rows: list[ChannelRow]
+    source: NamedArrays, mapping: Mapping, rows: list[ChannelRow]
 ) -> tuple[Measurement, ImportReport]:
     """Make a measurement of arrays by what a mapping and a channel table say of them.
 
@@ -48,48 +48,48 @@ def measurement_of(
         f"{role}s": [row.label for row in rows if row.role == role]
         for role in ("sensor", "actuator")
     }
-    _lines_needed.check_complete(mapping, held, labels)
+    _lines_needed.check_complete(mapping, source, labels)
     with (
-        reading(held.path, held.format, _REMEDY),
+        reading(source.path, source.format, _REMEDY),
         np.errstate(over="ignore", invalid="ignore"),  # what is not finite is refused below
     ):
         single = any(rule.sensor is not None for rule in mapping.frf)
-        raw = _pairs(held, mapping) if single else _block(held, mapping)
+        raw = _pairs(source, mapping) if single else _block(source, mapping)
         in_si, sentence = _in_si(raw, mapping, rows)
         measurement = _named(in_si, mapping, rows)
         check_axes(measurement, rows)
-        check_plausible(held.path, frf=measurement.frf[measurement.measured])
+        check_plausible(source.path, frf=measurement.frf[measurement.measured])
     sentences = [*raw.sentences, sentence, *_of_settings(measurement, mapping)]
     unscaled = rows if isinstance(raw.unit, FrfUnit) else []
     left_out = {
-        **held.left_out,
-        **_unused(held, mapping),
+        **source.left_out,
+        **_unused(source, mapping),
         **unused_rows(rows, measurement),
         **unused_sensitivities(unscaled),
     }
-    return measurement, report(held.path, held.format, sentences, left_out, measurement)
+    return measurement, report(source.path, source.format, sentences, left_out, measurement)
 
 
-def _block(held: NamedArrays, mapping: Mapping) -> Assembled:
+def _block(source: NamedArrays, mapping: Mapping) -> Assembled:
     """FRFs that stand in one array."""
     rule = mapping.frf[0]
-    sensors = _labels(held, mapping.sensors)
-    actuators = _labels(held, mapping.actuators)
-    values = _values.frf_of(held, rule)
+    sensors = _labels(source, mapping.sensors)
+    actuators = _labels(source, mapping.actuators)
+    values = _values.frf_of(source, rule)
     pairs = len(sensors) * len(actuators)
-    lines = _lines(held, mapping, values.size // pairs)
+    lines = _lines(source, mapping, values.size // pairs)
     sizes = {
         "sensor": len(sensors),
         "actuator": len(actuators),
         "frequency": lines.frequency.size,
     }
     what = " and ".join(map(str, rule.parts.values()))
-    frf = _values.arranged(held, what, values, rule.axes, sizes)
+    frf = _values.arranged(source, what, values, rule.axes, sizes)
     coherence = None
     if mapping.coherence is not None:
         axes = mapping.coherence_axes or rule.axes
-        known = _values.array_of(held, mapping.coherence).astype(float)
-        coherence = _values.arranged(held, str(mapping.coherence), known, axes, sizes)
+        known = _values.array_of(source, mapping.coherence).astype(float)
+        coherence = _values.arranged(source, str(mapping.coherence), known, axes, sizes)
     size = " x ".join(map(str, values.shape))
     order = ", ".join(rule.axes or ("frequency",))
     sentence = f"FRFs: {what}, {size} numbers as {order}."
@@ -99,12 +99,12 @@ def _block(held: NamedArrays, mapping: Mapping) -> Assembled:
         lines.frequency,
         sensors,
         actuators,
-        _values.unit_of(held, rule),
+        _values.unit_of(source, rule),
         [sentence, lines.sentence],
     )
 
 
-def _pairs(held: NamedArrays, mapping: Mapping) -> Assembled:
+def _pairs(source: NamedArrays, mapping: Mapping) -> Assembled:
     """FRFs of which each pair has arrays of its own."""
     rules = mapping.frf
     superfluous = [name for name in _OF_BLOCK if getattr(mapping, name)]
@@ -115,10 +115,10 @@ def _pairs(held: NamedArrays, mapping: Mapping) -> Assembled:
         )
     sensors = tuple(dict.fromkeys(str(rule.sensor) for rule in rules))
     actuators = tuple(dict.fromkeys(str(rule.actuator) for rule in rules))
-    units = {_values.unit_of(held, rule) for rule in rules}
+    units = {_values.unit_of(source, rule) for rule in rules}
     if len(units) > 1:
         raise InputError("its FRFs have several units; one is needed, since a measurement has one")
-    lines = _lines(held, mapping, _values.frf_of(held, rules[0]).size)
+    lines = _lines(source, mapping, _values.frf_of(source, rules[0]).size)
     shape = len(sensors), len(actuators), lines.frequency.size
     frf = np.full(shape, np.nan, complex)
     coherence = np.full(shape, np.nan)
@@ -126,10 +126,10 @@ def _pairs(held: NamedArrays, mapping: Mapping) -> Assembled:
         pair = sensors.index(str(rule.sensor)), actuators.index(str(rule.actuator))
         if not np.isnan(frf[pair]).all():
             raise InputError(f"the pair {rule.sensor} / {rule.actuator} stands twice")
-        frf[pair] = _of_pair(held, rule, _values.frf_of(held, rule), shape[2])
+        frf[pair] = _of_pair(source, rule, _values.frf_of(source, rule), shape[2])
         if rule.coherence is not None:
-            known = _values.array_of(held, rule.coherence).astype(float)
-            coherence[pair] = _of_pair(held, rule, known, shape[2])
+            known = _values.array_of(source, rule.coherence).astype(float)
+            coherence[pair] = _of_pair(source, rule, known, shape[2])
     known_coherence = None if np.isnan(coherence).all() else coherence
     sentence = f"FRFs: {counted(len(rules), 'pair')} of columns or arrays, by name."
     unit = units.pop()
@@ -138,21 +138,21 @@ def _pairs(held: NamedArrays, mapping: Mapping) -> Assembled:
     )
 
 
-def _of_pair(held: NamedArrays, rule: FrfRule, values: np.ndarray, lines: int) -> np.ndarray:
+def _of_pair(source: NamedArrays, rule: FrfRule, values: np.ndarray, lines: int) -> np.ndarray:
     sizes = {"sensor": 1, "actuator": 1, "frequency": lines}
     what = f"{rule.sensor} / {rule.actuator}"
-    return _values.arranged(held, what, values, rule.axes, sizes)[0, 0]
+    return _values.arranged(source, what, values, rule.axes, sizes)[0, 0]
 
 
-def _lines(held: NamedArrays, mapping: Mapping, count: int) -> _values.FrequencyAxis:
+def _lines(source: NamedArrays, mapping: Mapping, count: int) -> _values.FrequencyAxis:
     if mapping.frequency is None:
         raise InputError("nothing says at which frequencies its FRFs are")
-    return _values.lines_of(held, mapping.frequency, count)
+    return _values.lines_of(source, mapping.frequency, count)
 
 
-def _labels(held: NamedArrays, labels: tuple[str, ...] | str | None) -> tuple[str, ...]:
+def _labels(source: NamedArrays, labels: tuple[str, ...] | str | None) -> tuple[str, ...]:
     if isinstance(labels, str):
-        texts = np.atleast_1d(_values.array_of(held, labels, "U")).ravel()
+        texts = np.atleast_1d(_values.array_of(source, labels, "U")).ravel()
         return tuple(str(text).strip() for text in texts)
     return labels or ()
 
@@ -292,7 +292,7 @@ def _of_settings(measurement: Measurement, mapping: Mapping) -> list[str]:
     return sentences
 
 
-def _unused(held: NamedArrays, mapping: Mapping) -> dict[str, str]:
+def _unused(source: NamedArrays, mapping: Mapping) -> dict[str, str]:
     """Arrays that neither the mapping nor the file's own names call."""
     rule = mapping.frequency
     columns = [
@@ -302,7 +302,7 @@ def _unused(held: NamedArrays, mapping: Mapping) -> dict[str, str]:
         mapping.actuators,
         *((rule.array, rule.first, rule.step) if rule else ()),
     ]
-    names = list(held.arrays)
+    names = list(source.arrays)
     called = {
         names[column - 1] if isinstance(column, int) and column <= len(names) else column
         for column in columns

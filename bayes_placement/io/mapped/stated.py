@@ -26,7 +26,7 @@ _COLUMN = re.compile(
 )
 
 
-def stated(held: NamedArrays, unit: str | None) -> Mapping:
+def stated(source: NamedArrays, unit: str | None) -> Mapping:
     """Return what a file says of itself, with a unit of the FRFs that it leaves open.
 
     Raises
@@ -34,22 +34,22 @@ def stated(held: NamedArrays, unit: str | None) -> Mapping:
     InputError
         If what it says is no mapping.
     """
-    fields = {**_frequency(held), **_of_named_arrays(held)}
+    fields = {**_frequency(source), **_of_named_arrays(source)}
     if "frf" not in fields:
-        fields |= _of_columns(held)
-    return _mapping(held, {**fields, **({"unit": unit} if unit else {})})
+        fields |= _of_columns(source)
+    return _mapping(source, {**fields, **({"unit": unit} if unit else {})})
 
 
-def _mapping(held: NamedArrays, fields: dict[str, Any]) -> Mapping:
-    return of_table(TomlTable(fields, f"{held.path}, by its own names"), held.path.parent)
+def _mapping(source: NamedArrays, fields: dict[str, Any]) -> Mapping:
+    return of_table(TomlTable(fields, f"{source.path}, by its own names"), source.path.parent)
 
 
-def _frequency(held: NamedArrays) -> dict[str, Any]:
-    name = next((name for name in held.arrays if name.lower() == "frequency"), None)
+def _frequency(source: NamedArrays) -> dict[str, Any]:
+    name = next((name for name in source.arrays if name.lower() == "frequency"), None)
     return {} if name is None else {"frequency": name}
 
 
-def completed(mapping: Mapping, held: NamedArrays) -> Mapping:
+def completed(mapping: Mapping, source: NamedArrays) -> Mapping:
     """Complete what a mapping says by what the file says; the mapping has the last word.
 
     Raises
@@ -58,10 +58,10 @@ def completed(mapping: Mapping, held: NamedArrays) -> Mapping:
         If the file states another unit of the FRFs.
     """
     if mapping.frf:  # coherence and channels belong to the FRFs that the file would have stated
-        known = _mapping(held, _frequency(held))
+        known = _mapping(source, _frequency(source))
         return mapping._replace(frequency=mapping.frequency or known.frequency)
-    known = stated(held, mapping.unit)
-    _check_units(mapping, known, held.path)
+    known = stated(source, mapping.unit)
+    _check_units(mapping, known, source.path)
     empty = Mapping()
     missing = {
         name: getattr(known, name)
@@ -82,19 +82,19 @@ def _check_units(mapping: Mapping, known: Mapping, path: Path) -> None:
             )
 
 
-def _of_named_arrays(held: NamedArrays) -> dict[str, Any]:
-    if not set(_ARRAY_NAMES) <= held.arrays.keys():
+def _of_named_arrays(source: NamedArrays) -> dict[str, Any]:
+    if not set(_ARRAY_NAMES) <= source.arrays.keys():
         return {}
     axes = ["sensor", "actuator", "frequency"]
     fields: dict[str, Any] = {
-        "frf": {"array": "frf", "axes": axes, "unit": _unit(str(held.arrays["quantity"]))},
+        "frf": {"array": "frf", "axes": axes, "unit": _unit(str(source.arrays["quantity"]))},
         "frequency": {"array": "frequency", "unit": "Hz"},
         "sensors": "sensors",
         "actuators": "actuators",
     }
-    if "coherence" in held.arrays:
+    if "coherence" in source.arrays:
         fields["coherence"] = "coherence"
-    averages = held.arrays.get("averages")
+    averages = source.arrays.get("averages")
     if averages is not None and averages.size == 1 and averages.dtype.kind in "iuf":
         fields["averages"] = int(averages.item())
     return fields
@@ -106,37 +106,37 @@ def _unit(quantity: str) -> str:
     return units.get(quantity.strip(), quantity.strip() or "none")
 
 
-def _of_columns(held: NamedArrays) -> dict[str, Any]:
+def _of_columns(source: NamedArrays) -> dict[str, Any]:
     """FRFs of which each pair has columns that say its parts."""
     pairs: dict[tuple[str, str], dict[str, str]] = {}
-    for name in held.arrays:
+    for name in source.arrays:
         match = _COLUMN.fullmatch(split_unit(name)[0])
-        part = match and part_of(match["words"].lower(), held.units.get(name, ""))
+        part = match and part_of(match["words"].lower(), source.units.get(name, ""))
         if not match or not part or (not match["words"] and " " in match["actuator"]):
             continue
         parts = pairs.setdefault((match["sensor"], match["actuator"]), {})
         if part in parts:
             raise InputError(
-                f"{held.path}: {parts[part]!r} and {name!r} both are the {part} of "
+                f"{source.path}: {parts[part]!r} and {name!r} both are the {part} of "
                 f"{match['sensor']}/{match['actuator']}, and either could be meant; each part is "
                 "needed once. Correct one of the two headings."
             )
         parts[part] = name
-    rules = [_rule(held, sensor, actuator, parts) for (sensor, actuator), parts in pairs.items()]
+    rules = [_rule(source, sensor, actuator, parts) for (sensor, actuator), parts in pairs.items()]
     return {"frf": rules} if rules else {}
 
 
-def _rule(held: NamedArrays, sensor: str, actuator: str, parts: dict[str, str]) -> dict[str, str]:
+def _rule(source: NamedArrays, sensor: str, actuator: str, parts: dict[str, str]) -> dict[str, str]:
     """Rule of a pair, of the first two parts that make complex numbers."""
     needed = next((names for names in PARTS if {*names} <= parts.keys()), None)
     if needed is None:
-        raise _incomplete(held, f"{sensor}/{actuator}", parts)
+        raise _incomplete(source, f"{sensor}/{actuator}", parts)
     names = [*needed, "coherence"] if "coherence" in parts else needed
     channels = {"sensor": sensor, "actuator": actuator}
     return {**channels, **{name: parts[name] for name in names}}
 
 
-def _incomplete(held: NamedArrays, pair: str, parts: dict[str, str]) -> InputError:
+def _incomplete(source: NamedArrays, pair: str, parts: dict[str, str]) -> InputError:
     """Error of columns that are no complex numbers together."""
     if "phase" in parts and not {"degrees", "radians"} & parts.keys():
         sensor, _, actuator = pair.partition("/")
@@ -148,11 +148,11 @@ def _incomplete(held: NamedArrays, pair: str, parts: dict[str, str]) -> InputErr
         )
     else:
         remedy = (
-            f'Export the other part too, with the heading "{pair} imaginary" beside real, or '
-            f'"{pair} phase [deg]" beside magnitude.'
+            f'Export the other part too, with the heading "{pair} imaginary" for real, or '
+            f'"{pair} phase [deg]" for magnitude.'
         )
     columns = " and ".join(map(repr, parts.values()))
     return InputError(
-        f"{held.path} has {columns} of {pair} alone; one of these is needed, since FRFs are "
+        f"{source.path} has {columns} of {pair} alone; one of these is needed, since FRFs are "
         f"complex: {PARTS_NEEDED}. {remedy}"
     )

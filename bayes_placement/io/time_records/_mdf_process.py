@@ -1,4 +1,4 @@
-"""Reads MDF files by asammdf, in a process of its own: see `../_child.py`."""
+"""Reads MDF files by asammdf, in a separate process: see `../_child.py`."""
 
 from typing import Any
 
@@ -11,21 +11,23 @@ TIMES = "times of group {}"
 def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Samples by name and times by group, with units, groups and what was left out."""
     arrays: dict[str, np.ndarray] = {}
-    told: dict[str, Any] = {"units": {}, "groups": {}, "faults": {}}
+    metadata: dict[str, Any] = {"units": {}, "groups": {}, "faults": {}}
     with MDF(path) as file:
         for name, places in file.channels_db.items():
             if len(places) > 1:
                 groups = ", ".join(str(group) for group, _ in places)
-                told["faults"][name] = f"{len(places)} channels have this name, in groups {groups}"
+                metadata["faults"][name] = (
+                    f"{len(places)} channels have this name, in groups {groups}"
+                )
                 continue
             ((group, index),) = places
             signal = file.get(name, group=group, index=index)
             samples = np.asarray(signal.samples)
             if samples.dtype.kind not in "iuf" or samples.ndim != 1 or not samples.size:
-                told["faults"][name] = "it holds no numbers in a row"
+                metadata["faults"][name] = "it holds no numbers in a row"
                 continue
             arrays[name] = samples
             arrays[TIMES.format(group)] = np.asarray(signal.timestamps)
-            told["units"][name] = str(signal.unit or "")
-            told["groups"][name] = group
-    return arrays, told
+            metadata["units"][name] = str(signal.unit or "")
+            metadata["groups"][name] = group
+    return arrays, metadata

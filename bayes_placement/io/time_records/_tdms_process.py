@@ -1,4 +1,4 @@
-"""Reads TDMS files by npTDMS, in a process of its own: see `../_child.py`."""
+"""Reads TDMS files by npTDMS, in a separate process: see `../_child.py`."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,21 +12,21 @@ _EPOCH = np.datetime64("1970-01-01T00:00:00")
 def read(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Samples by `group/channel`, with units, rates, starts [s] and what was left out."""
     arrays: dict[str, np.ndarray] = {}
-    told: dict[str, Any] = {"units": {}, "rates": {}, "starts": {}, "faults": {}}
+    metadata: dict[str, Any] = {"units": {}, "rates": {}, "starts": {}, "faults": {}}
     for group in TdmsFile.read(path).groups():
         for channel in group.channels():
             name = f"{group.name}/{channel.name}"
             samples = np.asarray(channel[:])
             if samples.dtype.kind not in "iuf" or not samples.size:
-                told["faults"][name] = "it holds no numbers"
+                metadata["faults"][name] = "it holds no numbers"
                 continue
             arrays[name] = samples
-            told["units"][name] = str(channel.properties.get("unit_string", ""))
+            metadata["units"][name] = str(channel.properties.get("unit_string", ""))
             step = float(channel.properties.get("wf_increment", 0.0))
             if step > 0:
-                told["rates"][name] = 1 / step
-                told["starts"][name] = _start(channel.properties)
-    return arrays, told
+                metadata["rates"][name] = 1 / step
+                metadata["starts"][name] = _start(channel.properties)
+    return arrays, metadata
 
 
 def _start(properties: Mapping[str, Any]) -> float:

@@ -130,7 +130,10 @@ def _independent(count: int, window: Samples, shift: int) -> float:
 
 
 def _correlated_lines(window: Samples) -> float:
-    """Number of lines that are worth one: force and error are both correlated by the window."""
+    """Number of lines that count as one independent line.
+
+    The window correlates both the force and the error.
+    """
     correlation = np.abs(np.fft.fft(window**2)) / np.sum(window**2)
     return float(np.sum(correlation**4))
 

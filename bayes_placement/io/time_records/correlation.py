@@ -4,14 +4,16 @@ import numpy as np
 from jaxtyping import Complex
 
 FEWEST_LINES = 16
-"""Fewest lines by which it is told."""
+"""Fewest lines from which it is estimated."""
 
 LAGS = 4
 """Part of all lines to which correlation is followed: a quarter."""
 
 
-def lines_worth_one(deviations: Complex[np.ndarray, "repeat frequency"]) -> float:
-    """Number of neighbouring lines that are worth one: the sum of squared correlations.
+def correlated_lines(deviations: Complex[np.ndarray, "repeat frequency"]) -> float:
+    """Number of neighbouring lines that count as one independent line.
+
+    It is the sum of squared correlations over all distances between lines.
 
     Noise of a windowed force, and whatever else makes a repeat differ from others over a band, is
     in many lines alike. Deviations are scaled to one size at each line; the square of a correlation

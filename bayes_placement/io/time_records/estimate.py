@@ -65,9 +65,9 @@ class Estimate(Processing):
     Examples
     --------
     >>> force = np.random.default_rng(0).standard_normal(4096)
-    >>> told = {"quantity": "acceleration", "actuator": "a1", "sensors": ["s1"]}
+    >>> labels = {"quantity": "acceleration", "actuator": "a1", "sensors": ["s1"]}
     >>> by_shaker = bp.time_records.Continuous(segment=0.5)
-    >>> estimate = bp.time_records.frf(force, [2 * force], 512.0, excitation=by_shaker, **told)
+    >>> estimate = bp.time_records.frf(force, [2 * force], 512.0, excitation=by_shaker, **labels)
     >>> estimate.estimator, estimate.repeats
     ('H1', 31)
     """

@@ -20,10 +20,10 @@ from .recording import Recording, joined
 from .records import records
 
 CORRELATED = 1.5
-"""Lines worth one from which on a likelihood of independent lines is said to be too narrow."""
+"""Correlated lines above which a likelihood of independent lines is said to be too narrow."""
 
 ALIKE = 2.0
-"""Lines worth one from which on repeats tell more correlation than the windows do."""
+"""Times the correlation that the windows give, above which that of the repeats is stated."""
 
 FEW_REPEATS = 2.5
 """Repeats below which the variance rests on the likeness of neighbouring lines."""
@@ -96,9 +96,9 @@ def frf(
     Examples
     --------
     >>> force = np.random.default_rng(0).standard_normal(4096)
-    >>> told = {"quantity": "acceleration", "actuator": "a1", "sensors": ["s1"]}
+    >>> labels = {"quantity": "acceleration", "actuator": "a1", "sensors": ["s1"]}
     >>> by_shaker = bp.time_records.Continuous(segment=0.5)
-    >>> estimate = bp.time_records.frf(force, [2 * force], 512.0, excitation=by_shaker, **told)
+    >>> estimate = bp.time_records.frf(force, [2 * force], 512.0, excitation=by_shaker, **labels)
     >>> complex(estimate.measurement.frf[0, 0, 0]).real
     1.9999999999999996
     """
@@ -107,30 +107,30 @@ def frf(
     spectra = _in_band(excitation.spectra(recorded), band)
     _check_spectra(spectra)
     step = every or max(1, round(spectra.correlated_lines))
-    kept = _thinned(spectra, step)
-    rows = [_of_sensor(kept, motion, estimator, neighbours) for motion in kept.response]
+    thinned = _thinned(spectra, step)
+    rows = [_of_sensor(thinned, motion, estimator, neighbours) for motion in thinned.response]
     frfs, coherence, scatter, variance = np.array(rows).swapaxes(0, 1)[:, :, None]
     measurement = Measurement.from_arrays(
         frfs,
-        kept.frequency,
+        thinned.frequency,
         sensors=recorded.sensors,
         actuators=[recorded.actuator],
         quantity=quantity,
         coherence=coherence.real,
-        averages=int(kept.averages),
+        averages=int(thinned.averages),
         variance=variance.real,
     )
-    doubts = _warnings(kept), _alike(kept, estimator, step)
-    warned = chain(*doubts, _resolution(kept, measurement, recorded.rate))
+    doubts = _warnings(thinned), _alike(thinned, estimator, step)
+    warned = chain(*doubts, _resolution(thinned, measurement, recorded.rate))
     estimate = Estimate(
         measurement=measurement,
         estimator=estimator,
-        repeats=len(kept.force),
+        repeats=len(thinned.force),
         scatter=scatter.real,
-        done=kept.done,
-        left_out=kept.left_out,
-        warnings=(*kept.warnings, *warned),
-        time_constant=kept.time_constant,
+        done=thinned.done,
+        left_out=thinned.left_out,
+        warnings=(*thinned.warnings, *warned),
+        time_constant=thinned.time_constant,
     )
     for sentence in estimate.warnings:
         warn(sentence, EstimateWarning)
@@ -208,22 +208,22 @@ def _in_band(spectra: Spectra, band: tuple[float | int, float | int] | None) -> 
         return spectra
     check_annotated("band", band, tuple[float, float])
     check_band(*band)
-    kept = np.flatnonzero((spectra.frequency >= band[0]) & (spectra.frequency <= band[1]))
-    if not kept.size:
+    in_band = np.flatnonzero((spectra.frequency >= band[0]) & (spectra.frequency <= band[1]))
+    if not in_band.size:
         lines = spectra.frequency
         raise InputError(
             f"band=({band[0]:g}, {band[1]:g}) was given; one that holds a line is needed, and "
             f"there are {lines.size} from {lines[0]:g} to {lines[-1]:g} Hz."
         )
-    return _with_lines(spectra, slice(int(kept[0]), int(kept[-1]) + 1))
+    return _with_lines(spectra, slice(int(in_band[0]), int(in_band[-1]) + 1))
 
 
-def _with_lines(spectra: Spectra, kept: slice) -> Spectra:
+def _with_lines(spectra: Spectra, lines: slice) -> Spectra:
     return replace(
         spectra,
-        frequency=spectra.frequency[kept],
-        force=spectra.force[:, kept],
-        response=spectra.response[..., kept],
+        frequency=spectra.frequency[lines],
+        force=spectra.force[:, lines],
+        response=spectra.response[..., lines],
     )
 
 
@@ -278,17 +278,18 @@ def _resolution(spectra: Spectra, measurement: Measurement, rate: float) -> Iter
 def _alike(spectra: Spectra, estimator: str, step: int) -> Iterator[str]:
     """Say so where repeats show more correlation of neighbouring lines than the windows give."""
     function = estimators.ESTIMATORS[estimator]
-    worth_one = max(
-        correlation.lines_worth_one(
+    correlated_lines = max(
+        correlation.correlated_lines(
             estimators.deviations(function, estimators.products(spectra.force, motion))
         )
         for motion in spectra.response
     )
-    if worth_one > ALIKE * max(1.0, spectra.correlated_lines):
+    if correlated_lines > ALIKE * max(1.0, spectra.correlated_lines):
         yield (
-            f"What differs from repeat to repeat is alike in neighbouring lines, {worth_one:.2g} "
-            "lines being worth one, as by noise of a windowed force, and a likelihood counts each "
-            f"line: posteriors are too narrow. Take every={round(worth_one) * step}."
+            "What differs from repeat to repeat is alike in neighbouring lines: "
+            f"{correlated_lines:.2g} lines count as one independent line, as by noise of a "
+            "windowed force. A likelihood counts each line: posteriors are too narrow. Take "
+            f"every={round(correlated_lines) * step}."
         )
 
 
@@ -301,7 +302,7 @@ def _warnings(spectra: Spectra) -> Iterator[str]:
         )
     if spectra.correlated_lines > CORRELATED:
         yield (
-            f"Errors of neighbouring lines are correlated, {spectra.correlated_lines:.2g} lines "
-            "being worth one, and a likelihood counts each line: posteriors are too narrow. Leave "
-            f"every= out, or take every={round(spectra.correlated_lines)}."
+            f"Errors of neighbouring lines are correlated: {spectra.correlated_lines:.2g} lines "
+            "count as one independent line. A likelihood counts each line: posteriors are too "
+            f"narrow. Leave every= out, or take every={round(spectra.correlated_lines)}."
         )

@@ -23,7 +23,8 @@ class Spectra(Processing):
     averages
         Number of independent repeats that they are worth: fewer where repeats overlap.
     correlated_lines
-        Number of neighbouring lines that are worth one, since a window correlates their errors.
+        Number of neighbouring lines that count as one independent line, since a window correlates
+        their errors.
     segment_window
         Window of segments that are cut out of a longer record, or None.
     done, left_out, warnings, time_constant

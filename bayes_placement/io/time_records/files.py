@@ -73,11 +73,11 @@ def read(
     check_annotated("time", time, str | None)
     with reading(file, "a file of time records", "Export it again."):
         sources = [_name(signal) for signal in channels.values()]
-        held = _load(file, [*sources, *([] if time is None else [time])])
-        raw = {label: _samples(held, signal) for label, signal in channels.items()}
-        times = {} if time is None else {f"times {time!r}": _times(held, time)}
+        sampled = _load(file, [*sources, *([] if time is None else [time])])
+        raw = {label: _samples(sampled, signal) for label, signal in channels.items()}
+        times = {} if time is None else {f"times {time!r}": _times(sampled, time)}
         _check_lengths({**raw, **times})
-        stated = {held.rates[name] for name in sources if name in held.rates}
+        stated = {sampled.rates[name] for name in sources if name in sampled.rates}
         known = rate_of(stated, rate, *map(rate_of_times, times.values()))
     scales = {label: signal.scale() for label, signal in channels.items()}
     samples = {label: values * scales[label].factor for label, values in raw.items()}
@@ -101,28 +101,28 @@ def _load(path: Path, names: list[str]) -> Sampled:
         beginning = file.read(4)
     if beginning in LOADERS:
         return LOADERS[beginning](path, names)
-    held = load_arrays(path)
-    return Sampled(held.arrays, held.units, {}, held.left_out)
+    named = load_arrays(path)
+    return Sampled(named.arrays, named.units, {}, named.left_out)
 
 
 def _name(signal: Signal) -> str:
     return signal.source if isinstance(signal.source, str) else signal.source[0]
 
 
-def _array(held: Sampled, name: str) -> np.ndarray:
-    if name in held.left_out:
+def _array(sampled: Sampled, name: str) -> np.ndarray:
+    if name in sampled.left_out:
         raise InputError(
-            f"{name!r} cannot be used: {held.left_out[name]}; one row of numbers is needed, since "
-            "it is a record in time. Export it as such, under a name of its own."
+            f"{name!r} cannot be used: {sampled.left_out[name]}; one row of numbers is needed, "
+            "since it is a record in time. Export it as such, under a name of its own."
         )
-    if name not in held.arrays:
-        close = difflib.get_close_matches(name, held.arrays, n=1)
+    if name not in sampled.arrays:
+        close = difflib.get_close_matches(name, sampled.arrays, n=1)
         meant = f" Did you mean {close[0]!r}?" if close else ""
         raise InputError(
-            f"There is no {name!r} in it.{meant} It holds {', '.join(map(repr, held.arrays))}: "
+            f"There is no {name!r} in it.{meant} It holds {', '.join(map(repr, sampled.arrays))}: "
             "name one of them in Signal(...)."
         )
-    array = held.arrays[name]
+    array = sampled.arrays[name]
     if array.dtype.kind not in "iuf":
         raise InputError(
             f"{name!r} holds {array.dtype}; real numbers are needed, since it is a record in time."
@@ -130,11 +130,11 @@ def _array(held: Sampled, name: str) -> np.ndarray:
     return array
 
 
-def _samples(held: Sampled, signal: Signal) -> Samples:
+def _samples(sampled: Sampled, signal: Signal) -> Samples:
     """Samples of a channel, in the unit of the file."""
     name = _name(signal)
-    array = np.squeeze(_array(held, name))
-    stated = held.units.get(name, "")
+    array = np.squeeze(_array(sampled, name))
+    stated = sampled.units.get(name, "")
     if stated and plain(stated) != plain(signal.unit):
         raise InputError(
             f"{name!r} is in {stated!r} by the file, and Signal says {signal.unit!r}; one unit is "
@@ -150,15 +150,15 @@ def _samples(held: Sampled, signal: Signal) -> Samples:
     )
 
 
-def _times(held: Sampled, name: str) -> Samples:
+def _times(sampled: Sampled, name: str) -> Samples:
     """Times [s] of the samples."""
-    unit = held.units.get(name, "")
+    unit = sampled.units.get(name, "")
     if unit not in ("", "s"):
         raise InputError(
             f"The times {name!r} are in {unit!r} by the file; seconds are needed, since the "
             "sampling rate is in Hz. Give the rate instead: rate=4096.0, without time=."
         )
-    return np.asarray(_array(held, name), float).ravel()
+    return np.asarray(_array(sampled, name), float).ravel()
 
 
 def _column(name: str, array: np.ndarray, source: Any) -> np.ndarray:

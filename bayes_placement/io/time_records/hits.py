@@ -43,7 +43,7 @@ class Hit(NamedTuple):
         return (lead if before is None else min(lead, before)) // 2
 
 
-def one_hit_per_record(records: Records) -> list[Hit]:
+def hit_per_record(records: Records) -> list[Hit]:
     """Return a hit for each record, with all samples of it."""
     return [
         Hit(number, onset(force), slice(0, force.size))
@@ -104,5 +104,5 @@ def second_hit(force: Samples, quiet: int, share: float) -> int | None:
     noise = float(np.std(force[:quiet])) if quiet > 1 else 0.0
     least = max(share * abs(float(force[peak])), DEVIATIONS * noise)
     peaks, _ = find_peaks(np.sign(force[peak]) * force, height=least, prominence=least)
-    others = [place for place in peaks.tolist() if place != peak]
-    return others[0] if others else None
+    further_peaks = [place for place in peaks.tolist() if place != peak]
+    return further_peaks[0] if further_peaks else None

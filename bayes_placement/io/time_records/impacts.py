@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ..._types import InputError, check_positive
 from . import overload
 from .excitation import Excitation, Spectra, lines
-from .hits import Hit, one_hit_per_record, over_trigger, second_hit
+from .hits import Hit, hit_per_record, over_trigger, second_hit
 from .records import FEWEST_SAMPLES, Records, Samples, positive
 
 DECAYED = 0.01
@@ -99,19 +99,19 @@ class Impacts(Excitation):
         """Spectra of the hits that are left."""
         hits = self._hits(records)
         reasons = [self._fault(records, hit) for hit in hits]
-        kept = [hit for hit, reason in zip(hits, reasons, strict=True) if reason is None]
+        usable_hits = [hit for hit, reason in zip(hits, reasons, strict=True) if reason is None]
         left_out = tuple(
             f"Hit {number} of {len(hits)} is left out: {reason}."
             for number, reason in enumerate(reasons, 1)
             if reason is not None
         )
-        _check_count(len(kept), left_out)
-        _check_lengths(kept)
-        return replace(self._of_hits(records, kept), left_out=left_out)
+        _check_count(len(usable_hits), left_out)
+        _check_lengths(usable_hits)
+        return replace(self._of_hits(records, usable_hits), left_out=left_out)
 
     def _hits(self, records: Records) -> list[Hit]:
         if self.duration is None:
-            return one_hit_per_record(records)
+            return hit_per_record(records)
         length = round(self.duration * records.rate)
         if length < FEWEST_SAMPLES:
             raise InputError(
@@ -192,12 +192,12 @@ def _without_offset(samples: Samples, quiet: int) -> Samples:
     return samples - samples[:quiet].mean() if quiet > 0 else samples
 
 
-def _check_count(kept: int, left_out: tuple[str, ...]) -> None:
-    if kept < 2:
+def _check_count(count: int, left_out: tuple[str, ...]) -> None:
+    if count < 2:
         reasons = " ".join(left_out)
         raise InputError(
-            f"{kept} hit{'' if kept == 1 else 's'} can be used; at least two are needed, since the "
-            "coherence of a single one is 1 whatever the noise is, and its error unknown. Hit "
+            f"{count} hit{'' if count == 1 else 's'} can be used; at least two are needed, since "
+            "the coherence of a single one is 1 whatever the noise is, and its error unknown. Hit "
             "again, or give duration= and before= where one record holds all hits: "
             f"Impacts(duration=1.0, before=0.02). {reasons}".rstrip()
         )

@@ -21,13 +21,13 @@ def load(path: Path, names: Iterable[str]) -> Sampled:
         If it refuses the file, or the time stamps of these channels are not even or begin at other
         times.
     """
-    held = run_library(path, _SCRIPT, "asammdf", extra="mdf", form="MDF")
-    groups = held.told["groups"]
-    times = {name: held.arrays[_TIMES.format(groups[name])] for name in names if name in groups}
+    result = run_library(path, _SCRIPT, "asammdf", extra="mdf", form="MDF")
+    groups = result.metadata["groups"]
+    times = {name: result.arrays[_TIMES.format(groups[name])] for name in names if name in groups}
     check_starts({name: float(values[0]) for name, values in times.items()})
     return Sampled(
-        arrays={name: held.arrays[name] for name in groups},
-        units=held.told["units"],
+        arrays={name: result.arrays[name] for name in groups},
+        units=result.metadata["units"],
         rates={name: rate_of_times(values) for name, values in times.items()},
-        left_out=held.told["faults"],
+        left_out=result.metadata["faults"],
     )

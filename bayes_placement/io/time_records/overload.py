@@ -9,7 +9,7 @@ PLATEAU = 3
 
 STEPS = 2.5
 """Least step onto a plateau, in the smallest step of the record: a coarse record of a smooth peak
-has plateaus too, with steps of one digit beside them."""
+has plateaus too, with steps of one digit next to them."""
 
 PILE, PILED = 5, 4.0
 """Samples at the greatest value, and their ratio to those at the next one, from which on it is a

@@ -135,10 +135,10 @@ class Recording:
         check_kind("samples", self.samples, Mapping, needed, "samples={'a1': force, 's1': motion}")
         check_annotated("quantity", self.quantity, Mapping[str, str])
         if not self.samples or {*self.samples} != {*self.quantity}:
-            sampled, told = (", ".join(map(str, by)) for by in (self.samples, self.quantity))
+            sampled, stated = (", ".join(map(str, by)) for by in (self.samples, self.quantity))
             raise InputError(
                 f"Recording has samples of {sampled or 'no channel'} and quantities of "
-                f"{told or 'none'}; a quantity for each channel with samples is needed, since an "
+                f"{stated or 'none'}; a quantity for each channel with samples is needed, since an "
                 "FRF is motion per force: quantity={'a1': 'force', 's1': 'acceleration'}."
             )
 

@@ -47,11 +47,11 @@ def bias(window: Samples, rate: float, width: float) -> float:
     """
     count = window.size
     spectrum = np.abs(np.fft.rfft(window, 2 * count)) ** 2
-    kept = np.fft.irfft(spectrum, 2 * count)[:count] / np.sum(window**2)
+    autocorrelation = np.fft.irfft(spectrum, 2 * count)[:count] / np.sum(window**2)
     decay = np.exp(-np.pi * width * np.arange(count) / rate)
     decay[0] /= 2  # a sum by trapezoids
     endless = 1 / (1 - np.exp(-np.pi * width / rate)) - 0.5  # the same without end
-    return float(1 - np.sum(kept * decay) / endless)
+    return float(1 - np.sum(autocorrelation * decay) / endless)
 
 
 def _noise(measurement: Measurement, peaks: Int[np.ndarray, "peak"]) -> np.ndarray:

@@ -36,7 +36,7 @@ class Sampled(NamedTuple):
 def run_library(
     path: Path, script: Path, library: str, *, extra: str, form: str
 ) -> _reader_process.ReaderResult:
-    """Read a file by a library of an extra, in a process of its own.
+    """Read a file by a library of an extra, in a separate process.
 
     Raises
     ------

@@ -19,7 +19,7 @@ def load(path: Path, names: Iterable[str]) -> Sampled:
     InputError
         If it refuses the file, or these channels begin at other times.
     """
-    held = run_library(path, _SCRIPT, "nptdms", extra="tdms", form="TDMS")
-    told = held.told
-    check_starts({name: told["starts"][name] for name in names if name in told["starts"]})
-    return Sampled(held.arrays, told["units"], told["rates"], told["faults"])
+    result = run_library(path, _SCRIPT, "nptdms", extra="tdms", form="TDMS")
+    metadata = result.metadata
+    check_starts({name: metadata["starts"][name] for name in names if name in metadata["starts"]})
+    return Sampled(result.arrays, metadata["units"], metadata["rates"], metadata["faults"])

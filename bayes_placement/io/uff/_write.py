@@ -243,8 +243,8 @@ def _is_even(frequency: np.ndarray, exact: bool) -> bool:
 
 
 def _check_digits(frequency: np.ndarray) -> None:
-    kept = np.array([float(f"{line:.6e}") for line in frequency])
-    lost = ~np.isclose(kept, frequency, rtol=_HEADER_DIGITS, atol=0.0)
+    written = np.array([float(f"{line:.6e}") for line in frequency])
+    lost = ~np.isclose(written, frequency, rtol=_HEADER_DIGITS, atol=0.0)
     if lost.any():
         raise InputError(
             f"The frequency {float(frequency[lost][0])!r} Hz cannot be written, since an ASCII "

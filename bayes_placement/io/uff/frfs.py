@@ -259,8 +259,8 @@ def _noted(frfs: list[_Function], key: str) -> Any:
 
 
 def _check_same_lines(functions: list[_Function]) -> None:
-    first, *others = functions
-    for function in others:
+    first, *further = functions
+    for function in further:
         agree = function.frequency.shape == first.frequency.shape and np.allclose(
             function.frequency, first.frequency, rtol=1e-9, atol=0.0
         )
@@ -296,12 +296,12 @@ def _names(frfs: list[_Function], chosen: Mapping[int, str]) -> dict[int, str]:
         recorded |= dict(zip(nodes, frf.notes.get("names", map(str, nodes)), strict=True))
     names = {node: chosen.get(node, name) for node, name in recorded.items()}
     for node, name in names.items():
-        others = [other for other in names if other < node and names[other] == name]
-        if others:
+        namesakes = [other for other in names if other < node and names[other] == name]
+        if namesakes:
             raise MeasurementFileError(
-                f"Nodes {others[0]} and {node} would both be named {name!r}; each node needs a "
+                f"Nodes {namesakes[0]} and {node} would both be named {name!r}; each node needs a "
                 f"name of its own, since it has its own position. Name both: names="
-                f"{{{others[0]}: 's1', {node}: 's2'}}."
+                f"{{{namesakes[0]}: 's1', {node}: 's2'}}."
             )
     return names
 
@@ -352,8 +352,8 @@ def _variance(
     functions = []
     for function in _of_frfs(variances, frfs):
         source = stated[function.sensor, function.actuator]
-        one = np.ones(function.frequency.size)
-        factor = np.abs(converted(one, function.frequency, source, quantity)) ** 2
+        unity = np.ones(function.frequency.size)
+        factor = np.abs(converted(unity, function.frequency, source, quantity)) ** 2
         functions.append(function._replace(values=function.values * factor))
     return _arranged(functions, sensors, actuators) if functions else None
 

@@ -87,7 +87,7 @@ def read(path: str | Path, *, modal_mass: ArrayLike | float | int | None = None)
 def _model(path: Path, modal_mass: ArrayLike | float | int | None) -> ModalModel:
     datasets = load(path, DATA_AT_NODES)
     modes = sorted(_normal_modes(datasets, path), key=lambda mode: mode.frequency)
-    _check_one_set(modes)
+    _check_single_solution(modes)
     units = file_units(datasets)
     node = np.unique(np.concatenate([mode.node for mode in modes]))
     damping = np.array([mode.damping for mode in modes])
@@ -177,7 +177,7 @@ def _values(dataset: Dataset) -> np.ndarray:
     return np.column_stack(columns)
 
 
-def _check_one_set(modes: list[_Mode]) -> None:
+def _check_single_solution(modes: list[_Mode]) -> None:
     """Refuse modes of more than one solution, which would count twice."""
     first = modes[0]
     for earlier, later in pairwise(modes):

@@ -242,7 +242,7 @@ def test_lines_above_the_columns_are_told(tmp_path):
         ("f,H\n1,2\n3\n", "row 3 has 1 column and earlier ones have 2"),
         ("f,H\n1,2\n3,x\n", "the column 'H' holds numbers and 'x'"),
         ("f,f\n1,2\n", "two columns are named 'f'"),
-        ("f;H\n1,5;2.5\n", "it holds the number 1,5 beside 2.5, whose comma may be a decimal"),
+        ("f;H\n1,5;2.5\n", "it holds the number 1,5 and also 2.5, whose comma may be a decimal"),
         ("f\tH\n1,500\t7\n2,500\t8\n", "it holds the number 1,500 and others like it"),
         ("f,H\na,b\n", "no row of it has a number; measured FRFs are needed as columns"),
         ("# nothing\n", "it has no row"),

@@ -107,10 +107,10 @@ def test_the_variance_is_the_scatter_of_many_tests(overlap):
     assert runs[0].measurement.averages == pytest.approx(expected, abs=1.0)
 
 
-def test_lines_that_are_worth_one_are_the_closed_form():
+def test_lines_that_count_as_one_are_the_closed_form():
     window = signal.get_window("hann", 512)
-    worth_one = estimated(*recorded(0), bp.time_records.Continuous(0.5), every=1)
-    assert not any("worth one" in words for words in worth_one.warnings)
+    correlated = estimated(*recorded(0), bp.time_records.Continuous(0.5), every=1)
+    assert not any("count as one independent line" in words for words in correlated.warnings)
     # Correlations of 2 / 3 and 1 / 6 with the first and second line to either side.
     expected = 1 + 2 * ((2 / 3) ** 4 + (1 / 6) ** 4)
     assert continuous._correlated_lines(window) == pytest.approx(expected, rel=1e-6)
@@ -149,8 +149,10 @@ def test_a_window_that_correlates_lines_is_thinned_or_flagged():
     step = round(float(np.diff(thinned.measurement.frequency)[0]))
     assert step > 1 and f"every {step}th line" in str(thinned)
     every = estimated(force, motion, flat, every=1).warnings
-    assert any("worth one" in words for words in every)
-    assert not any("worth one" in words for words in estimated(force, motion).warnings)
+    assert any("count as one independent line" in words for words in every)
+    assert not any(
+        "count as one independent line" in words for words in estimated(force, motion).warnings
+    )
 
 
 def smoothed(window, width, natural=100.0):

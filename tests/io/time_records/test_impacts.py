@@ -126,8 +126,8 @@ def test_lines_that_an_exponential_window_correlates_are_left_out():
     step = round(DURATION / tau)
     np.testing.assert_allclose(np.diff(thinned.measurement.frequency), step / DURATION)
     assert f"every {step}th line" in str(thinned)
-    assert not any("worth one" in words for words in thinned.warnings)
-    assert any("20 lines being worth one" in words for words in every.warnings)
+    assert not any("count as one independent line" in words for words in thinned.warnings)
+    assert any("20 lines count as one independent line" in words for words in every.warnings)
     assert chi2(thinned, 1 / tau) < 2.0
 
 
@@ -260,11 +260,11 @@ def test_a_force_window_takes_noise_away():
     assert ratio == pytest.approx(DURATION / 0.0144, rel=0.25)  # the integral of its square
     assert np.mean([chi2(run) for run in windowed]) == pytest.approx(1.0, abs=0.5)
     assert "force window of 0.01 s" in str(windowed[0])
-    # The square of the window has the transform 1 / 14 ms wide: 67 lines are worth one.
+    # The square of the window has the transform 1 / 14 ms wide: 67 lines count as one.
     for run in windowed:
         (sentence,) = run.warnings
         assert "What differs from repeat to repeat is alike in neighbouring lines" in sentence
-        assert float(sentence.split(" lines being")[0].split()[-1]) == pytest.approx(67, rel=0.2)
+        assert float(sentence.split(" lines count")[0].split()[-1]) == pytest.approx(67, rel=0.2)
     assert not any(run.warnings for run in plain)
 
 
