@@ -29,10 +29,10 @@ def given(drawn: ImperfectDraw) -> Given:
 
 
 def plate_experiment(drawn: ImperfectDraw) -> bp.Experiment:
-    laws = {name: dist.Uniform(*bounds) for name, bounds in drawn.priors.items()}
-    damping = bp.damping.Modal(laws.pop("damping_ratio"))
+    distributions = {name: dist.Uniform(*bounds) for name, bounds in drawn.priors.items()}
+    damping = bp.damping.Modal(distributions.pop("damping_ratio"))
     return bp.Experiment(
-        bp.Structure(plate_modes(drawn.nominal, **laws), damping=damping),
+        bp.Structure(plate_modes(drawn.nominal, **distributions), damping=damping),
         sensors=[placed(bp.Sensor, instrument) for instrument in drawn.sensors],
         actuators=[placed(bp.Actuator, instrument) for instrument in drawn.actuators],
         frequency=drawn.records[0].frequency,

@@ -16,10 +16,10 @@ MODES = {"bar": 40, "beam": 30}
 def experiment_of(drawn):
     """Return what the engineer would declare, and what was measured."""
     line = drawn.nominal
-    laws = {name: dist.Uniform(*bounds) for name, bounds in drawn.priors.items()}
-    unknown = set(laws) - set(FIELDS)
+    distributions = {name: dist.Uniform(*bounds) for name, bounds in drawn.priors.items()}
+    unknown = set(distributions) - set(FIELDS)
     assert not unknown, unknown
-    value = {name: laws.get(name, getattr(line, name)) for name in FIELDS}
+    value = {name: distributions.get(name, getattr(line, name)) for name in FIELDS}
     section = {"length": line.length, "area": line.area, "ends": line.ends}
     material = {"youngs_modulus": value["youngs_modulus"], "density": value["density"]}
     if line.kind == "bar":

@@ -75,10 +75,12 @@ def test_all_prior_draws_at_once_beat_a_loop(page):
     experiment = bar.placed(0.25, 0.25, None)
     data = experiment.data(experiment.nominal_measurement())
     marginal = bp.marginals.KDE()
-    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
+    distributions = {unknown.name: unknown.distribution for unknown in marginal.sampled(experiment)}
     import jax
 
-    target = UnconstrainedModel(marginal.model(experiment, data, jax.random.PRNGKey(0)), laws)
+    target = UnconstrainedModel(
+        marginal.model(experiment, data, jax.random.PRNGKey(0)), distributions
+    )
     vectors = target.sample_prior(jax.random.PRNGKey(1), 1000)
     evaluate = jax.jit(jax.vmap(target.log_likelihood))
     evaluate(vectors).block_until_ready()  # compiled

@@ -95,10 +95,10 @@ def is_prior(leaf):
     return isinstance(leaf, Distribution)
 
 
-def quantile(law, share):
-    if not is_prior(law):
-        return law
-    coordinates = Coordinates({"value": law})
+def quantile(distribution, share):
+    if not is_prior(distribution):
+        return distribution
+    coordinates = Coordinates({"value": distribution})
     score = np.full((1, coordinates.dimension), ndtri(share))
     (value,) = coordinates.named(score)["value"]
     return value if np.ndim(value) else float(value)

@@ -109,8 +109,10 @@ def test_stiffnesses_are_scaled_to_the_band(suggested):
 
 def test_tension_reaches_towards_buckling(suggested):
     critical = np.pi**2 * 1e9 * 4e-8 / (2 * LENGTH) ** 2
-    law = suggested["axial_preload"][0].tension
-    np.testing.assert_allclose([law.low, law.high], [-0.8 * critical, 10 * critical], rtol=1e-2)
+    tension = suggested["axial_preload"][0].tension
+    np.testing.assert_allclose(
+        [tension.low, tension.high], [-0.8 * critical, 10 * critical], rtol=1e-2
+    )
 
 
 def test_each_sensor_and_each_support_is_a_candidate(suggested):
@@ -148,8 +150,8 @@ def test_an_effect_is_named_by_its_path():
     assert units["structure.effects.magnet.mass"] == "kg"
     assert units["instrument_effects.gain_error.error"] == "1"
     assert extended.unknown["instrument_effects.gain_error.error"].role is Role.PARAMETER
-    law = extended.structure.effects["magnet"].at
-    np.testing.assert_allclose([law.low, law.high], [1.15, LENGTH])
+    place = extended.structure.effects["magnet"].at
+    np.testing.assert_allclose([place.low, place.high], [1.15, LENGTH])
     assert [effect.name for effect in extended.effects] == ["magnet", "gain_error"]
     assert extended.without("magnet").without("gain_error").effects == []
 

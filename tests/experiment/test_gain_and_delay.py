@@ -140,9 +140,9 @@ def log_likelihood(marginal, measured, sigma):
     setup = logarithmic(sigma)
     data = setup.data(measured)
     model = marginal.model(setup, data, KEY)
-    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(setup)}
-    assert [*laws] == [RATIO]
-    target = unconstrained.UnconstrainedModel(model, laws)
+    distributions = {unknown.name: unknown.distribution for unknown in marginal.sampled(setup)}
+    assert [*distributions] == [RATIO]
+    target = unconstrained.UnconstrainedModel(model, distributions)
     return float(jax.jit(lambda flat: target.log_likelihood(flat))(target.flatten({RATIO: 0.034})))
 
 

@@ -24,9 +24,9 @@ EXPECTED = {
 
 
 @pytest.mark.parametrize("word", EXPECTED)
-def test_a_quantile_of_the_coordinate_is_that_of_the_law(word):
-    law, reference = EXPECTED[word]
-    values = Coordinates({"x": law}).named(POINTS[:, None])["x"]
+def test_a_quantile_of_the_coordinate_is_that_of_the_distribution(word):
+    distribution, reference = EXPECTED[word]
+    values = Coordinates({"x": distribution}).named(POINTS[:, None])["x"]
     np.testing.assert_allclose(values, reference.ppf(QUANTILES), rtol=1e-9)
 
 
@@ -52,13 +52,13 @@ def test_repeated_priors_have_standard_normal_coordinates(word):
     np.testing.assert_allclose(plain, jax.vmap(coordinates.values)(points)["x"], rtol=1e-12)
     assert plain.shape == (5, *OTHERS[word].shape())
     expected = [dist.Uniform(-1, 3), dist.LogNormal(jnp.array([0.3, -1.0]), 0.7)]
-    law = expected[[*REPEATED].index(word)]
-    np.testing.assert_allclose(law.cdf(plain).reshape(5, 6), ndtr(points), rtol=1e-9)
+    distribution = expected[[*REPEATED].index(word)]
+    np.testing.assert_allclose(distribution.cdf(plain).reshape(5, 6), ndtr(points), rtol=1e-9)
 
 
 def test_every_unknown_has_its_place_and_shape():
-    laws = {"a": dist.Uniform(0, 1), "b": dist.Normal(jnp.zeros((2, 3)), 2.0).to_event(2)}
-    coordinates = Coordinates(laws)
+    distributions = {"a": dist.Uniform(0, 1), "b": dist.Normal(jnp.zeros((2, 3)), 2.0).to_event(2)}
+    coordinates = Coordinates(distributions)
     assert coordinates.dimension == 7
     values = jax.jit(coordinates.values)(jnp.arange(7.0))
     np.testing.assert_allclose(values["b"], 2 * np.arange(1.0, 7.0).reshape(2, 3))
@@ -69,7 +69,7 @@ def test_far_outside_a_uniform_prior_the_value_stays_inside():
     np.testing.assert_array_equal(values, [2.0, 3.0])
 
 
-def test_a_law_without_an_inverse_is_refused():
+def test_a_distribution_without_an_inverse_is_refused():
     with pytest.raises(
         InfeasibleError, match='"h" has the distribution Gamma, which lacks an inverse'
     ):

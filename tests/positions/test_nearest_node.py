@@ -65,8 +65,8 @@ def at_nodes(counts, support=PATCH, **options):
 
 def log_likelihood(setup, marginal, values):
     data = setup.data(measured())
-    laws = {unknown.name: unknown.distribution for unknown in marginal.sampled(setup)}
-    target = UnconstrainedModel(marginal.model(setup, data, KEY), laws)
+    distributions = {unknown.name: unknown.distribution for unknown in marginal.sampled(setup)}
+    target = UnconstrainedModel(marginal.model(setup, data, KEY), distributions)
     return float(jax.jit(lambda flat: target.log_likelihood(flat))(target.flatten(values)))
 
 
@@ -78,10 +78,17 @@ def summed(setup, values):
     """Log of the sum over every combination of nodes, one response each."""
     data = setup.data(measured())
     fixed = substitute(setup, values)
-    laws = {unknown.name: unknown.distribution for unknown in fixed.unknowns}
-    grids = np.meshgrid(*(np.arange(law.probs.size) for law in laws.values()), indexing="ij")
-    weights = np.meshgrid(*(np.log(law.probs) for law in laws.values()), indexing="ij")
-    nodes = {name: jnp.asarray(grid.ravel()) for name, grid in zip(laws, grids, strict=True)}
+    distributions = {unknown.name: unknown.distribution for unknown in fixed.unknowns}
+    grids = np.meshgrid(
+        *(np.arange(distribution.probs.size) for distribution in distributions.values()),
+        indexing="ij",
+    )
+    weights = np.meshgrid(
+        *(np.log(distribution.probs) for distribution in distributions.values()), indexing="ij"
+    )
+    nodes = {
+        name: jnp.asarray(grid.ravel()) for name, grid in zip(distributions, grids, strict=True)
+    }
     terms = jax.jit(jax.vmap(lambda node: term(substitute(fixed, node), data)))(nodes)
     return logsumexp(np.asarray(terms) + sum(weights).ravel())
 
@@ -123,15 +130,15 @@ def test_quadrature_mixes_nodes_and_continuous_coordinates():
     value = log_likelihood(setup, bp.marginals.Quadrature(nodes=24), RATIO)
     node, weight = np.polynomial.legendre.leggauss(24)
     data, fixed = setup.data(measured()), substitute(setup, RATIO)
-    law = setup.sensor["s1"].position.node
-    angles, nodes = np.meshgrid(0.1 + 0.4 * node, np.arange(law.probs.size))
+    distribution = setup.sensor["s1"].position.node
+    angles, nodes = np.meshgrid(0.1 + 0.4 * node, np.arange(distribution.probs.size))
 
     def at(angle, place):
         values = {"sensor.s1.angles.2": angle, "sensor.s1.position.node": place}
         return term(substitute(fixed, values), data)
 
     terms = jax.jit(jax.vmap(jax.vmap(at)))(angles, nodes)
-    expected = logsumexp(terms + np.log(weight / 2) + np.log(law.probs)[:, None])
+    expected = logsumexp(terms + np.log(weight / 2) + np.log(distribution.probs)[:, None])
     assert value == pytest.approx(expected, rel=1e-12)
 
 

@@ -82,7 +82,7 @@ def test_the_nearest_values_lead_back_to_a_position(place, values, position, uni
         (places.AtNode(2, np.arange(3.0), np.arange(3)), 2.0),
     ],
 )
-def test_the_middle_is_the_mean_of_the_laws(place, expected):
+def test_the_middle_is_the_mean_of_the_distributions(place, expected):
     np.testing.assert_allclose(place.middle(), expected, rtol=1e-12)
 
 
@@ -105,7 +105,7 @@ def test_a_position_on_a_line_is_a_number_without_axes():
     assert places.coordinates((0.1, jnp.asarray(0.2), 3)).shape == (3,)
 
 
-def test_a_law_of_labels_has_its_most_probable_value_as_the_typical_one():
+def test_a_distribution_of_labels_has_its_most_probable_value_as_the_typical_one():
     assert places.typical(dist.Categorical(probs=np.array([0.2, 0.5, 0.3]))) == 1
     assert places.typical(UNKNOWN) == pytest.approx(0.2)
 
@@ -146,11 +146,11 @@ def test_equal_shares_have_equal_volumes(cut):
 
 def test_samples_of_a_cut_ball_are_uniform_in_it():
     generator = np.random.default_rng(8)
-    laws = tuple(dist.Uniform(0.0, 1.0) for _ in range(3))
+    distributions = tuple(dist.Uniform(0.0, 1.0) for _ in range(3))
     shares = generator.random((20_000, 3))
     low, high = np.array(BOX)
     bounds = ((1.7, -2.0, 3.9), (2.9, 0.5, 4.7))  # the same box about (2, 0, 4)
-    ball = cut_ball(*laws, bounds=bounds, centre=(2.0, 0.0, 4.0))
+    ball = cut_ball(*distributions, bounds=bounds, centre=(2.0, 0.0, 4.0))
 
     def coordinates(share):
         values = {f"share.{number}": value for number, value in enumerate(share, start=1)}

@@ -16,9 +16,9 @@ BODY = ((0.0, 0.0, 0.0), (1.0, 0.8, 0.6))
 
 
 def limits(segment, bounds=(0.0, 1.0)):
-    law = segment.on(bounds)
-    assert isinstance(law, dist.Uniform)
-    return float(law.low), float(law.high)
+    distribution = segment.on(bounds)
+    assert isinstance(distribution, dist.Uniform)
+    return float(distribution.low), float(distribution.high)
 
 
 def test_a_segment_is_uniform_to_both_sides():
@@ -69,11 +69,13 @@ def test_a_tolerance_must_be_positive(within):
 
 
 def ends(place):
-    """Ends of each uniform law of a place, by name, and its other coordinates."""
-    laws = place.frame().values
+    """Ends of each uniform distribution of a place, by name, and its other coordinates."""
+    coordinates = place.frame().values
     return {
-        name: (float(law.low), float(law.high)) if is_unknown(law) else law
-        for name, law in laws.items()
+        name: (float(coordinate.low), float(coordinate.high))
+        if is_unknown(coordinate)
+        else coordinate
+        for name, coordinate in coordinates.items()
     }
 
 

@@ -130,8 +130,8 @@ def free(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]]:
     """Bounds and truth of what is unknown, and the response that follows from it."""
     instruments = (*scene.sensors, *scene.actuators)
-    laws = [*scene.priors.values()]
-    laws += [
+    bounds = [*scene.priors.values()]
+    bounds += [
         (instrument.recorded - instrument.within, instrument.recorded + instrument.within)
         for instrument in instruments
     ]
@@ -149,7 +149,7 @@ def free(
         sides = moved[:count], moved[count:]
         return accelerance(line, *sides, scene.frequency, elements=COARSE)
 
-    low, high = np.array(laws).T
+    low, high = np.array(bounds).T
     return low, high, np.array(truth), predicted
 
 

@@ -65,7 +65,9 @@ def drawn(key: tuple[int, ...], name: str | None, strength: float) -> Scene:
         slenderness = strength
     nominal = structure(generator, kind, str(generator.choice(ends)), slenderness)
     priors = prior(generator, nominal)
-    true = replace(nominal, **{field: generator.uniform(*law) for field, law in priors.items()})
+    true = replace(
+        nominal, **{field: generator.uniform(*bounds) for field, bounds in priors.items()}
+    )
     if name == "hysteretic_damping":
         # Twice the damping ratio is the loss factor that looks alike at resonance.
         scale = strength / 2 / true.damping_ratio
@@ -122,14 +124,14 @@ def elastic(line: Line) -> np.ndarray:
 
 
 def prior(generator: np.random.Generator, line: Line) -> dict[str, tuple[float, float]]:
-    """Uniform laws of what is uncertain."""
+    """Bounds of what is uncertain."""
     stiffness = generator.uniform(0.04, 0.08)
-    laws = {
+    shares = {
         "youngs_modulus": (1 - stiffness, 1 + stiffness),
         "damping_ratio": (0.5, 2.0),
         **({"density": (0.97, 1.03)} if generator.random() < 1 / 3 else {}),
     }
-    return {name: tuple(getattr(line, name) * x for x in law) for name, law in laws.items()}
+    return {name: tuple(getattr(line, name) * x for x in ends) for name, ends in shares.items()}
 
 
 def instruments(

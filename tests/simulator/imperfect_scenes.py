@@ -88,8 +88,8 @@ def drawn(key: tuple[int, ...], form: str, sizes: Sizes = FLAWS) -> Scene:
         form=form,
         nominal=nominal,
         priors={
-            name: tuple(getattr(nominal, name) * share for share in law)
-            for name, law in PRIORS.items()
+            name: tuple(getattr(nominal, name) * share for share in ends)
+            for name, ends in PRIORS.items()
         },
         true=flawed(flaws, true, sizes),
         gains=np.outer(gains[:SENSORS], gains[SENSORS:]),

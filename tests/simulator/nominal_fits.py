@@ -39,13 +39,13 @@ class NominalFit:
     @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         instruments = (*self.scene.sensors, *self.scene.actuators)
-        laws = [self.scene.priors[name] for name in NAMES]
-        laws += [
+        bounds = [self.scene.priors[name] for name in NAMES]
+        bounds += [
             (x - instrument.within, x + instrument.within)
             for instrument in instruments
             for x in flat(instrument.recorded)
         ]
-        low, high = np.array(laws).T
+        low, high = np.array(bounds).T
         return low, high
 
     def predicted(self, values: np.ndarray) -> np.ndarray:

@@ -244,23 +244,28 @@ def test_the_measured_quantity_is_the_observed_one(tmp_path, quantity, units, mo
     assert study.measurement.quantity == quantity
 
 
-def law_of_density(folder, prior):
+def distribution_of_density(folder, prior):
     uncertain = [{"name": "density_kg_m3", "prior": prior}]
     read = case.read(written(folder, changed("uncertain_parameters", uncertain)))
     return read.experiment.structure.modes.density
 
 
 def test_a_normal_prior(tmp_path):
-    law = law_of_density(tmp_path, {"type": "normal", "mean": 8900, "standard_deviation": 90})
-    assert isinstance(law, Normal)
-    assert (float(law.loc), float(law.scale)) == (8900, 90)
+    distribution = distribution_of_density(
+        tmp_path, {"type": "normal", "mean": 8900, "standard_deviation": 90}
+    )
+    assert isinstance(distribution, Normal)
+    assert (float(distribution.loc), float(distribution.scale)) == (8900, 90)
 
 
 def test_a_lognormal_prior(tmp_path):
     prior = {"type": "lognormal", "median": 8900, "log_standard_deviation": 0.1}
-    law = law_of_density(tmp_path, prior)
-    assert isinstance(law, LogNormal)
-    assert (float(law.loc), float(law.scale)) == (pytest.approx(math.log(8900)), 0.1)
+    distribution = distribution_of_density(tmp_path, prior)
+    assert isinstance(distribution, LogNormal)
+    assert (float(distribution.loc), float(distribution.scale)) == (
+        pytest.approx(math.log(8900)),
+        0.1,
+    )
 
 
 @pytest.mark.parametrize(("content", "roll"), [(BAR, 0), (beam_case(), 2)], ids=["bar", "beam"])
@@ -525,7 +530,7 @@ def test_a_wrong_field_of_a_beam_is_named(tmp_path, path, value, message):
 )
 def test_a_wrong_prior_is_named(tmp_path, prior, message):
     with pytest.raises(case.CaseError, match=message):
-        law_of_density(tmp_path, prior)
+        distribution_of_density(tmp_path, prior)
 
 
 def test_a_structure_in_other_units_is_told(tmp_path):

@@ -160,8 +160,10 @@ def test_gradients_in_positions_are_the_derivatives(kind, ends):
 @pytest.mark.parametrize("kind", ["bar", "beam"])
 def test_quantities_may_be_traced_and_unknown(kind):
     quantities = BAR if kind == "bar" else BEAM
-    law = {name: dist.Uniform(0.5 * value, 2.0 * value) for name, value in quantities.items()}
-    unknown = getattr(beams, kind)(4, **law, ends="fixed-fixed")
+    distributions = {
+        name: dist.Uniform(0.5 * value, 2.0 * value) for name, value in quantities.items()
+    }
+    unknown = getattr(beams, kind)(4, **distributions, ends="fixed-fixed")
 
     def read(scale):
         member = substitute(unknown, {name: scale * value for name, value in quantities.items()})

@@ -21,7 +21,7 @@ from tests.simulator.element_models import weights
 from tests.small_models import Plate
 
 SIDE = 0.3
-LAW = dist.Uniform(0.75, 1.3)
+PRIOR = dist.Uniform(0.75, 1.3)
 PLACES = jnp.asarray([[0.11, 0.07, 0.0], [0.19, 0.23, 0.0]])
 ALONG_Z = Points(PLACES, np.ones((2, 1)))
 
@@ -52,7 +52,7 @@ def affine():
     return finite_elements.affine(
         matrices,
         reading,
-        parameters={"corner": LAW, "strip": LAW, "density": dist.Uniform(0.9, 1.1)},
+        parameters={"corner": PRIOR, "strip": PRIOR, "density": dist.Uniform(0.9, 1.1)},
         mass={"density": matrices.mass},
         up_to=4 * natural()[3],
     )
@@ -115,7 +115,7 @@ def test_natural_frequencies_stay_right_on_models_handed_over(shared_data, name,
     modes = finite_elements.affine(
         matrices,
         reading.near(np.array([[0.1, 0.0, 0.0]]), 0.05),
-        parameters=dict.fromkeys(names, LAW),
+        parameters=dict.fromkeys(names, PRIOR),
         up_to=top,
     )
     assert modes.frequency_error < 1e-3
@@ -176,7 +176,7 @@ def test_modulus_and_density_of_the_whole_scale_beside_the_parts():
     modes = finite_elements.affine(
         matrices,
         reading,
-        parameters={"corner": LAW},
+        parameters={"corner": PRIOR},
         up_to=1.01 * natural()[3],
         youngs_modulus=2.2e11,
         density=8000.0,
@@ -184,7 +184,7 @@ def test_modulus_and_density_of_the_whole_scale_beside_the_parts():
     )
     softer = substitute(modes, {"parameter.corner": 0.8})
     plain = finite_elements.affine(
-        matrices, reading, parameters={"corner": LAW}, up_to=1.01 * natural()[3]
+        matrices, reading, parameters={"corner": PRIOR}, up_to=1.01 * natural()[3]
     )
     expected = frequencies(substitute(plain, {"parameter.corner": 0.8}))
     scale = np.sqrt(1.1 / (8000 / 7850))
@@ -370,7 +370,7 @@ def experiment(unknown=True):
     )
 
 
-def test_every_parameter_is_named_with_its_law():
+def test_every_parameter_is_named_with_its_prior():
     table = str(experiment())
     assert "structure.modes.parameter.corner" in table and "parameter h" in table
 
@@ -417,7 +417,7 @@ def test_the_report_is_one_sentence_on_the_error():
     assert f"{affine().frequency_error:.1e}" in affine().report
 
 
-def test_a_law_without_quantiles_is_sampled():
+def test_a_distribution_without_quantiles_is_sampled():
     ranges = _part_factors.ranges({"a": dist.Gamma(100.0, 100.0)}, {"part": {"a": 2}}, {})
     low, high = ranges["part"]
     assert 0.4 < low < 0.55 and 1.6 < high < 2.2
@@ -425,21 +425,27 @@ def test_a_law_without_quantiles_is_sampled():
 
 def test_ranges_follow_quantiles_and_powers():
     powers = {"bending": {"modulus": 1, "thickness": 3}, "softness": {"modulus": -1}}
-    laws = {"modulus": dist.Uniform(0.8, 1.2), "thickness": 1.1}
-    bounds = _part_factors.ranges(laws, powers, {})
+    distributions = {"modulus": dist.Uniform(0.8, 1.2), "thickness": 1.1}
+    bounds = _part_factors.ranges(distributions, powers, {})
     np.testing.assert_allclose(bounds["bending"], np.array([0.8, 1.2]) * 1.1**3, rtol=2e-3)
     np.testing.assert_allclose(bounds["softness"], [1 / 1.2, 1 / 0.8], rtol=2e-3)
-    stated_bounds = _part_factors.ranges(laws, powers, {"thickness": (0.9, 1.2)})
+    stated_bounds = _part_factors.ranges(distributions, powers, {"thickness": (0.9, 1.2)})
     np.testing.assert_allclose(stated_bounds["bending"], [0.8 * 0.9**3, 1.2 * 1.2**3], rtol=2e-3)
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        (dict(parameters={"roof": LAW}), 'parameter "roof" scales nothing; the parts are none'),
-        (dict(parameters={"beam.root": LAW}), r"parameter of the name 'beam\.root'.*\"beam_root\""),
-        (dict(parameters={"": LAW}), "parameter of the name '' was given"),
-        (dict(parameters={"corner": LAW, "roof": LAW}), r'parts are "corner".*stiffness=\{"roof"'),
+        (dict(parameters={"roof": PRIOR}), 'parameter "roof" scales nothing; the parts are none'),
+        (
+            dict(parameters={"beam.root": PRIOR}),
+            r"parameter of the name 'beam\.root'.*\"beam_root\"",
+        ),
+        (dict(parameters={"": PRIOR}), "parameter of the name '' was given"),
+        (
+            dict(parameters={"corner": PRIOR, "roof": PRIOR}),
+            r'parts are "corner".*stiffness=\{"roof"',
+        ),
         (dict(powers={"roof": {"corner": 1}}), 'powers names "roof", but the parts'),
         (dict(powers={"corner": {"modulus": 1}}), 'part "corner" is scaled by "modulus", but'),
         (dict(powers={"corner": {}}), 'part "corner" is scaled by none'),
@@ -450,6 +456,6 @@ def test_ranges_follow_quantiles_and_powers():
 )
 def test_parameters_that_do_not_fit_are_refused(changes, message):
     matrices, reading = square()
-    arguments = dict(parameters={"corner": LAW}, up_to=natural()[3]) | changes
+    arguments = dict(parameters={"corner": PRIOR}, up_to=natural()[3]) | changes
     with pytest.raises(ValueError, match=message):
         finite_elements.affine(matrices, reading, **arguments)

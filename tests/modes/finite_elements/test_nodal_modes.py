@@ -95,10 +95,12 @@ def test_modulus_and_density_scale_as_if_solved_anew():
     assert np.abs(receptances - nominal()).max() > 0.1 * np.abs(nominal()).max()
 
 
-def test_laws_of_modulus_and_density_are_unknowns():
+def test_priors_of_modulus_and_density_are_unknowns():
     matrices, reading = frame()
-    law = dist.Uniform(0.9, 1.1)
-    modes = finite_elements.modes(matrices, reading, up_to=TOP, youngs_modulus=law, density=law)
+    distribution = dist.Uniform(0.9, 1.1)
+    modes = finite_elements.modes(
+        matrices, reading, up_to=TOP, youngs_modulus=distribution, density=distribution
+    )
     names = [(unknown.name, unknown.unit) for unknown in unknowns(modes)]
     assert names == [("youngs_modulus", "Pa"), ("density", "kg/m3")]
 
