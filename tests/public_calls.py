@@ -272,14 +272,14 @@ def frame_arrays():
         stiffness[rows] += 70.0 / length**3 * bending * np.outer(scale, scale)
         mass[rows] += 0.27 * length / 420 * inertia * np.outer(scale, scale)
     direction = np.tile(np.arange(1, 7), size)
-    held = ~np.isin(direction, (2, 6))
-    held[:6] = True
+    is_held = ~np.isin(direction, (2, 6))
+    is_held[:6] = True
     return {
         "stiffness": stiffness,
         "mass": mass,
         "position": np.column_stack([np.linspace(0, 1, size), np.zeros((size, 2))]),
         "dof": np.column_stack([np.repeat(np.arange(1, size + 1), 6), direction]),
-        "fixed": np.flatnonzero(held),
+        "fixed": np.flatnonzero(is_held),
     }
 
 
@@ -1508,7 +1508,7 @@ def calls_of_time_records():
     random = np.random.default_rng(0)
     force = random.standard_normal(4096)
     records = bp.io.time_records
-    given = {
+    arguments = {
         "excitation": thing(records.Continuous(1.0)),
         "quantity": word("accelerance"),
         "actuator": name("a1", "dot"),
@@ -1526,7 +1526,7 @@ def calls_of_time_records():
                 "force": array(force),
                 "response": array(force[None]),
                 "rate": positive(512.0),
-                **given,
+                **arguments,
             },
         ),
         "io.time_records.Continuous": Call(
@@ -1894,14 +1894,14 @@ def answer(call, **changed):
 
 def answers(calls):
     """What calls say, the right one first, by name, argument and mistake."""
-    said = {}
+    sentences = {}
     for label, call in calls.items():
         if call.has_right:
-            said[f"{label}()"] = answer(call)
+            sentences[f"{label}()"] = answer(call)
         for key, argument in call.arguments.items():
             for wrong, value in argument.wrong.items():
-                said[f"{label}({key}: {wrong})"] = answer(call, **{key: value})
-    return said
+                sentences[f"{label}({key}: {wrong})"] = answer(call, **{key: value})
+    return sentences
 
 
 if __name__ == "__main__":

@@ -63,8 +63,8 @@ class Plate:
         self.position = np.column_stack([place, 0 * place[:, 0]])
         at_x = np.isin(place[:, 0], [0.0, size[0]])
         at_y = np.isin(place[:, 1], [0.0, size[1]])
-        held = [nodal[0, at_x | at_y], nodal[1, at_y], nodal[2, at_x]]
-        self.fixed = np.concatenate(held)
+        held_dofs = [nodal[0, at_x | at_y], nodal[1, at_y], nodal[2, at_x]]
+        self.fixed = np.concatenate(held_dofs)
         self.stiffness = self._stiffness(basis)
         self.mass = self._turned(
             BilinearForm(lambda u, v, _: self.area_mass * u * v).assemble(basis)

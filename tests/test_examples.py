@@ -36,11 +36,11 @@ def test_every_example_runs_and_shows_what_it_says(tmp_path, monkeypatch):
     names = {}
     for block in blocks((PAGES / "reference" / "index.md").read_text()):
         exec(block.code, names)
-    runner, told = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE), io.StringIO()
+    runner, output = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE), io.StringIO()
     for name, text in examples().items():
         example = doctest.DocTestParser().get_doctest(text, names, name, None, 0)
         with np.printoptions(legacy=False):  # a library of another test may have changed it
-            runner.run(example, out=told.write)
+            runner.run(example, out=output.write)
         plt.close("all")
-    assert not told.getvalue(), told.getvalue()
+    assert not output.getvalue(), output.getvalue()
     assert runner.summarize(verbose=False).attempted > 400

@@ -34,8 +34,8 @@ def folder(tmp_path_factory):
 def printed(folder):
     """What each how-to page prints, all run in one process."""
     texts = {name: (PAGES / "how_to" / f"{name}.md").read_text() for name in HOW_TO}
-    told = run([blocks(text) for text in texts.values()], folder, optimised=False)
-    return dict(zip(texts, told, strict=True))
+    outputs = run([blocks(text) for text in texts.values()], folder, optimised=False)
+    return dict(zip(texts, outputs, strict=True))
 
 
 def test_every_how_to_page_is_run():
@@ -90,10 +90,10 @@ def test_what_was_hidden_in_the_gallery_was_found(gallery):
 
 def members(module):
     """What `automodule` documents of a module."""
-    listed = getattr(module, "__all__", None)
-    for name in listed or [name for name in vars(module) if not name.startswith("_")]:
+    exported = getattr(module, "__all__", None)
+    for name in exported or [name for name in vars(module) if not name.startswith("_")]:
         value = getattr(module, name)
-        if listed or getattr(value, "__module__", None) == module.__name__:
+        if exported or getattr(value, "__module__", None) == module.__name__:
             yield value
 
 

@@ -85,13 +85,13 @@ ELSEWHERE = {"io.ansys.read_modes"}
 
 def public(module, path=""):
     """Public callables of a module and those below it, by name."""
-    listed = getattr(module, "__all__", None)
-    for name in listed or [name for name in vars(module) if not name.startswith("_")]:
+    exported = getattr(module, "__all__", None)
+    for name in exported or [name for name in vars(module) if not name.startswith("_")]:
         value = getattr(module, name)
         if isinstance(value, types.ModuleType):
-            if listed and value.__name__.startswith("bayes_placement"):
+            if exported and value.__name__.startswith("bayes_placement"):
                 yield from public(value, f"{path}{name}.")
-        elif callable(value) and (listed or value.__module__ == module.__name__):
+        elif callable(value) and (exported or value.__module__ == module.__name__):
             yield f"{path}{name}", value
 
 
@@ -109,7 +109,7 @@ def test_what_has_no_row_is_there():
 
 def test_every_public_callable_has_a_row():
     text = Path(public_calls.__file__).read_text()
-    listed = RESULTS | WITHOUT_ARGUMENTS | ELSEWHERE
+    without_row = RESULTS | WITHOUT_ARGUMENTS | ELSEWHERE
     names = {}
     for name, value in public(bp):
         if is_called(value):
@@ -117,7 +117,7 @@ def test_every_public_callable_has_a_row():
     missing = [
         names_of_one
         for names_of_one in names.values()
-        if {*listed, *public_calls.REGISTERED}.isdisjoint(names_of_one)
+        if {*without_row, *public_calls.REGISTERED}.isdisjoint(names_of_one)
         and not any(
             f'"{word}":' in text
             for name in names_of_one
@@ -135,11 +135,11 @@ def answers(*groups):
     return json.loads(done.stdout)
 
 
-def check(said):
+def check(replies):
     """Right calls pass; each wrong one gets a sentence of ours."""
-    right = {call: words for call, words in said.items() if call.endswith("()")}
+    right = {call: words for call, words in replies.items() if call.endswith("()")}
     assert not {call: words for call, words in right.items() if any(words)}
-    wrong = {call: words for call, words in said.items() if call not in right}
+    wrong = {call: words for call, words in replies.items() if call not in right}
     assert not {call: words for call, words in wrong.items() if words[0] != "ours"}
     sentences = {call: words for call, (_, words) in wrong.items()}
     assert not {call: words for call, words in sentences.items() if len(words) < 40}
@@ -150,9 +150,9 @@ SHORT = ("laws", "positions", "effects")
 
 
 def test_each_wrong_argument_gets_a_sentence():
-    said = answers(*SHORT)
-    assert len(said) > 1000
-    check(said)
+    replies = answers(*SHORT)
+    assert len(replies) > 1000
+    check(replies)
 
 
 @pytest.mark.long

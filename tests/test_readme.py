@@ -45,8 +45,8 @@ def test_all_blocks_of_the_readme_are_found():
     ],
 )
 def test_blocks_run_in_their_order(title, words, figures, tmp_path):
-    (told,) = run([SECTIONS[title]], tmp_path)
-    assert re.search(words, told)
+    (output,) = run([SECTIONS[title]], tmp_path)
+    assert re.search(words, output)
     assert figures <= {path.name for path in tmp_path.iterdir()}
 
 

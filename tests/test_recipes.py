@@ -62,9 +62,9 @@ def blocks(heading):
 
 def insert(file, marker, before="", after=""):
     """Write lines before and after one line of a file."""
-    first, line, rest = file.read_text().partition(marker)
+    first, line, remaining = file.read_text().partition(marker)
     assert line, f"{file} has no {marker}"
-    file.write_text(first + before + line + after + rest)
+    file.write_text(first + before + line + after + remaining)
 
 
 def write(folder, code):
@@ -112,9 +112,9 @@ def python(folder, *arguments):
 def test_a_law_and_an_effect_pass_their_tests_without_a_further_edit(copy):
     words = "(zener and free-fixed) or cable or every_effect"
     tests = ("tests/test_laws.py", "tests/effects/test_effect_laws.py")
-    told = python(copy, "-m", "pytest", "-n", "0", "-q", "-k", words, *tests)
-    passed = re.search(r"(\d+) passed", told)
-    assert int(passed[1]) >= 16, told
+    output = python(copy, "-m", "pytest", "-n", "0", "-q", "-k", words, *tests)
+    passed = re.search(r"(\d+) passed", output)
+    assert int(passed[1]) >= 16, output
 
 
 @pytest.mark.long
@@ -130,8 +130,8 @@ def test_wrong_arguments_of_all_are_refused_without_a_further_edit(copy):
 @pytest.mark.long
 def test_all_are_listed_and_have_examples_without_a_further_edit(copy):
     marked = ("-m", "long or not long", "-k", " or ".join(LISTS.values()))
-    told = python(copy, "-m", "pytest", "-n", "0", "-q", *marked, *LISTS)
-    assert "3 passed" in told
+    output = python(copy, "-m", "pytest", "-n", "0", "-q", *marked, *LISTS)
+    assert "3 passed" in output
 
 
 def test_all_recipes_are_followed():

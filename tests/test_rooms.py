@@ -147,7 +147,7 @@ def test_functions_are_compiled_by_the_helper_alone():
         for node in ast.walk(tree)
         if name(path) != "_compiled.py"
         if (isinstance(node, ast.Attribute) and node.attr in COMPILING)
-        or (isinstance(node, ast.ImportFrom) and COMPILING & {one.name for one in node.names})
+        or (isinstance(node, ast.ImportFrom) and COMPILING & {alias.name for alias in node.names})
     ]
     assert not offenders, "use compiled(function)(tree, ...) of _compiled.py"
 

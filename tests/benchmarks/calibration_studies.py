@@ -212,14 +212,16 @@ class Replicate:
 
 def ranked(name: str, method: str, replicate: int) -> Replicate:
     """Rank the true values of a replicate."""
-    given, began = study(name), process_time()
+    posterior_study, began = study(name), process_time()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", InferenceWarning)
-        draws = METHODS[method](given, replicate)
+        draws = METHODS[method](posterior_study, replicate)
     random = np.random.default_rng([replicate, 3])
-    priors = {unknown.name: unknown.distribution for unknown in given.experiment.unknowns}
+    priors = {unknown.name: unknown.distribution for unknown in posterior_study.experiment.unknowns}
     ranks = {
-        unknown: rank(float(given.truth[unknown][replicate]), drawn, priors[unknown], random)
+        unknown: rank(
+            float(posterior_study.truth[unknown][replicate]), drawn, priors[unknown], random
+        )
         for unknown, drawn in draws.items()
     }
     seconds = process_time() - began

@@ -18,8 +18,8 @@ OF_TESTS = ("JAX_", "XLA_", "OPENBLAS_", "OMP_")
 
 def environment(caches: Path) -> dict[str, str]:
     """Environment of a user whose caches are in this folder."""
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(OF_TESTS)}
-    return kept | {"XDG_CACHE_HOME": str(caches), "PYTHONPATH": str(ROOT)}
+    inherited = {name: value for name, value in os.environ.items() if not name.startswith(OF_TESTS)}
+    return inherited | {"XDG_CACHE_HOME": str(caches), "PYTHONPATH": str(ROOT)}
 
 
 def seconds_of(command: list[str], folder: Path, caches: Path | None = None) -> float:

@@ -128,10 +128,10 @@ def quadrature(case: Case, measured: bp.Measurement, share: float) -> float:
 def test_smc_agrees_with_quadrature(name):
     case, measured, evidence = problem(name)
     tree = bp.infer(case.experiment, measured, engine=bp.engines.SMC(), key=1)
-    found, error = (float(tree["estimates"][f"log_evidence{end}"]) for end in ("", "_error"))
-    print(f"{name}: quadrature {evidence:.3f}, SMC {found - evidence:+.3f} +- {error:.3f}")
+    estimate, error = (float(tree["estimates"][f"log_evidence{end}"]) for end in ("", "_error"))
+    print(f"{name}: quadrature {evidence:.3f}, SMC {estimate - evidence:+.3f} +- {error:.3f}")
     assert error < 0.3
-    assert abs(found - evidence) < 4 * error
+    assert abs(estimate - evidence) < 4 * error
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -145,16 +145,17 @@ def test_draws_about_a_mode_agree_with_quadrature(name):
     if randomised:
         estimates["randomised"] = randomised
     words = [
-        f"{word} {found - part:+.3f} +- {error:.3f}" for word, (found, error) in estimates.items()
+        f"{word} {estimate - part:+.3f} +- {error:.3f}"
+        for word, (estimate, error) in estimates.items()
     ]
     print(f"{name}: {part:.3f}, Laplace {fit.log_evidence - part:+.3f}, {', '.join(words)}")
-    for found, error in estimates.values():
+    for estimate, error in estimates.values():
         assert error < 0.1
-        assert found < evidence + 4 * error
+        assert estimate < evidence + 4 * error
         if case.modes and case.apart:
-            assert abs(found - part) < 4 * error
+            assert abs(estimate - part) < 4 * error
         elif case.modes:  # something of the other modes is reached, nobody can say how much
-            assert found > part - 4 * error
+            assert estimate > part - 4 * error
     if case.modes:
         assert abs(fit.log_evidence - part) < LAPLACE
 

@@ -62,8 +62,8 @@ def test_intervals_of_90_percent_follow_from_those_of_99():
 def test_calibration():
     cases = [case(question, seed) for question in QUESTIONS for seed in range(CALIBRATED)]
     shares = {}
-    for one in cases:
-        for name, inside in one.within.items():
+    for measured in cases:
+        for name, inside in measured.within.items():
             owner = "effect" if "effects" in name else name.split(".")[0]
             shares.setdefault(owner, []).append(inside)
     for owner, inside in shares.items():

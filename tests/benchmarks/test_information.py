@@ -143,8 +143,8 @@ def peak(size):
     """Peak of resident memory [MiB] after a map of so many cells a side."""
     bp.information_map(bar.placed(0.25, 0.25, None), even(size))
     # What getrusage tells begins with the peak of the process that began this one.
-    said = Path("/proc/self/status").read_text()
-    return int(re.search(r"VmHWM:\s*(\d+) kB", said)[1]) / 1024
+    status = Path("/proc/self/status").read_text()
+    return int(re.search(r"VmHWM:\s*(\d+) kB", status)[1]) / 1024
 
 
 def test_memory_does_not_grow_with_the_cells(page):

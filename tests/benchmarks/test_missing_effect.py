@@ -114,11 +114,11 @@ def verdict(shared_data, number, prepared=lambda study: study):
     study = prepared(case.read(folder))
     ledger = improve(study.experiment, study.measurement)
     hidden = sorted(effect["name"] for effect in truth["effects"] if effect["name"] != "none")
-    told = sorted(ledger.verdict) == hidden
+    is_right = sorted(ledger.verdict) == hidden
     first, last = ledger.steps[0], ledger.steps[-1]
     print(
         f"{number}: {' + '.join(ledger.verdict) or 'nothing'} "
-        f"({'right' if told else 'WRONG: ' + ' + '.join(hidden)}), chi2 per datum "
+        f"({'right' if is_right else 'WRONG: ' + ' + '.join(hidden)}), chi2 per datum "
         f"{first.chi2_per_datum:.3g} -> {last.chi2_per_datum:.4g} (truth "
         f"{truth['chi2']['truth']:.4g}), {ledger.seconds:.0f} s, "
         f"confounded {ledger.confounded}, outside: {outside(last, truth) or 'none'}"
@@ -127,7 +127,7 @@ def verdict(shared_data, number, prepared=lambda study: study):
     for name, estimate in last.parameters_of_added().items():
         print(f"    {name} {estimate}, 99 %: {estimate.low:.6g} to {estimate.high:.6g}")
     print(f"    truth: {truth['effects']}", flush=True)
-    return told, ledger
+    return is_right, ledger
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_open_cases_without_their_coherence(shared_data, cases, least):
 
 def summary(verdicts):
     """Number of right verdicts; with time and memory it is printed."""
-    right = sum(told for told, _ in verdicts)
+    right = sum(is_right for is_right, _ in verdicts)
     seconds = [ledger.seconds for _, ledger in verdicts]
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(f"{right} of {len(verdicts)} right; median {np.median(seconds):.0f} s, longest ", end="")
@@ -183,10 +183,10 @@ def test_power(first):
     for seed in range(first, first + 10):
         began, hidden = time.perf_counter(), draw(seed, "any", after_fit=True)
         ledger = improve(*experiment_of(hidden))
-        told = ledger.verdict == (hidden.hidden.name,)
-        right += told
+        is_right = ledger.verdict == (hidden.hidden.name,)
+        right += is_right
         print(
             f"{seed}: {hidden.hidden.name}, found {' + '.join(ledger.verdict)}, "
-            f"{'right' if told else 'WRONG'}, {time.perf_counter() - began:.0f} s"
+            f"{'right' if is_right else 'WRONG'}, {time.perf_counter() - began:.0f} s"
         )
     assert right >= 9

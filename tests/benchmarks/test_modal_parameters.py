@@ -69,9 +69,9 @@ def modal_parameters(case_file, truth, sensors):
     count = natural.size
     inertia = np.eye(count) + mass * np.outer(at, at)
     damping = np.diag(2 * line.damping_ratio * natural) + viscosity * np.outer(at, at)
-    zero, one = np.zeros((count, count)), np.eye(count)
-    state = np.block([[zero, one], [-np.diag(natural**2), -damping]])
-    values, vectors = eig(state, np.block([[one, zero], [zero, inertia]]))
+    zero, identity = np.zeros((count, count)), np.eye(count)
+    state = np.block([[zero, identity], [-np.diag(natural**2), -damping]])
+    values, vectors = eig(state, np.block([[identity, zero], [zero, inertia]]))
     upper = np.flatnonzero(values.imag > 1)
     chosen = upper[np.argsort(np.abs(values[upper]))][:MODES]
     pole, size = values[chosen], np.abs(values[chosen])

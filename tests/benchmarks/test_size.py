@@ -150,7 +150,7 @@ def measure(path, kind):
 def apart(kind, *arguments, environment=None):
     """Figures from a separate process."""
     command = [sys.executable, "-m", "tests.benchmarks.test_size", kind, *arguments]
-    told = subprocess.run(
+    output = subprocess.run(
         command,
         check=True,
         stdout=subprocess.PIPE,
@@ -158,7 +158,7 @@ def apart(kind, *arguments, environment=None):
         cwd=Path(__file__).parents[2],
         env=os.environ | (environment or {}),
     ).stdout
-    return json.loads(told.splitlines()[-1])
+    return json.loads(output.splitlines()[-1])
 
 
 def listed(figures):
@@ -210,9 +210,9 @@ def costs():
         loss = bp.damping.Modal(0.01).loss(natural, jnp.asarray(omega), 0)
         modal = 1 / ((natural**2)[:, None] - omega**2 + loss)
         residues = to[:, None] * come_from
-        kept = residues @ jnp.real(modal) + 1j * (residues @ jnp.imag(modal))
+        receptance = residues @ jnp.real(modal) + 1j * (residues @ jnp.imag(modal))
         sides = (to[:, :, None] * modal, come_from[:, :, None] * modal)
-        return with_coupling(kept, solved.coupling(), *sides)
+        return with_coupling(receptance, solved.coupling(), *sides)
 
     def direct(values):
         excess = jnp.tensordot(jnp.stack(values[:2]) - 1, parts, 1)

@@ -40,17 +40,17 @@ def words(command, folder):
     }[command]
 
 
-def begun(arguments, said):
+def begun(arguments, log):
     """A process that runs a command."""
     command = [sys.executable, "-m", "bayes_placement", *map(str, arguments)]
-    with said.open("w") as output:
+    with log.open("w") as output:
         return subprocess.Popen(command, stdout=output, stderr=output)
 
 
-def finished(arguments, said):
+def finished(arguments, log):
     """Duration of a run that is let alone."""
     began = time.monotonic()
-    assert begun(arguments, said).wait() in (0, 1), said.read_text()
+    assert begun(arguments, log).wait() in (0, 1), log.read_text()
     return time.monotonic() - began
 
 
@@ -93,23 +93,23 @@ def prepare(folder):
 def killed_at(folder, command, moments):
     """How many runs of a command were killed before their end."""
     prepare(folder)
-    said, out = folder / "said", folder / "out"
+    log, out = folder / "said", folder / "out"
     if command == "report":
-        finished(["check", folder / "study.py", "--out", folder / "checked"], said)
+        finished(["check", folder / "study.py", "--out", folder / "checked"], log)
     arguments, chance = words(command, folder), random.Random(command)
-    duration = finished(arguments, said)
+    duration = finished(arguments, log)
     expected = {path.relative_to(out) for path in files(out)}
     for path in sorted(out.rglob("*"), reverse=True):
         path.rmdir() if path.is_dir() else path.unlink()
     killed = 0
     for _ in range(moments):
-        process = begun(arguments, said)
+        process = begun(arguments, log)
         time.sleep(chance.uniform(0.0, duration))
         process.kill()
         killed += process.wait() == -signal.SIGKILL
         for path in files(out):
             check(path)
-    finished(arguments, said)
+    finished(arguments, log)
     assert {path.relative_to(out) for path in files(out)} == expected
     hidden = [path for path in out.rglob(".*") if path.is_file()]
     assert not hidden, hidden

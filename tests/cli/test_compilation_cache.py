@@ -60,10 +60,10 @@ def test_a_second_run_compiles_nothing_and_two_at_once_do_no_harm(tmp_path):
     (tmp_path / "study.py").write_text(SMALL + ENGINE)
     processes = [started(tmp_path, tmp_path / "cache", "--out", name) for name in ("one", "two")]
     assert all("Results are in" in ended(process) for process in processes)
-    kept = files(tmp_path / "cache")
-    assert kept
+    cached = files(tmp_path / "cache")
+    assert cached
     ended(started(tmp_path, tmp_path / "cache", "--out", "three", hash_seed="1"))
-    assert files(tmp_path / "cache") == kept
+    assert files(tmp_path / "cache") == cached
     numbers = {(tmp_path / name / "parameters.csv").read_text() for name in ("one", "three")}
     assert len(numbers) == 1
 

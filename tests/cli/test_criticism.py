@@ -71,12 +71,12 @@ def hidden(tmp_path_factory):
     """Run all three on a model that lacks a mass: the folder, and what each said."""
     folder = tmp_path_factory.mktemp("hidden")
     model = written(folder, MODEL, HIDDEN, MEASUREMENT)
-    said = {}
+    output = {}
     for command, options in COMMANDS.items():
         done = run(command, model, *options, "--out", folder / command)
         assert done.exit_code == (command == "check"), (done.output, done.exception)
-        said[command] = done.output
-    return folder, said
+        output[command] = done.output
+    return folder, output
 
 
 FILES = {
@@ -134,14 +134,14 @@ def test_a_run_shows_the_priors_its_progress_and_where_the_results_are(hidden, c
 
 
 def test_a_later_run_takes_the_fits_that_are_there(hidden, tmp_path):
-    folder, said = hidden
+    folder, output = hidden
     shutil.copytree(folder / "improve" / "fits", tmp_path / "again" / "fits")
     _shared_fits._LAST.clear()
     options = COMMANDS["improve"]
     done = run("improve", folder / "study.py", *options, "--out", tmp_path / "again")
-    taken = re.search(r"Fits of an earlier run that were taken: (\d+) of (.*)", done.output)
-    assert taken and int(taken[1]) > 0 and taken[2] == f"{tmp_path / 'again' / 'fits'}/"
-    assert "of an earlier run" not in said["improve"]
+    counts = re.search(r"Fits of an earlier run that were taken: (\d+) of (.*)", done.output)
+    assert counts and int(counts[1]) > 0 and counts[2] == f"{tmp_path / 'again' / 'fits'}/"
+    assert "of an earlier run" not in output["improve"]
     first, second = (
         json.loads((out / "ledger.json").read_text())["steps"]
         for out in (folder / "improve", tmp_path / "again")
@@ -176,22 +176,22 @@ def test_the_search_that_a_model_declares_is_that_of_its_check(tmp_path):
 
 
 def test_check_says_where_the_model_fails(hidden):
-    folder, said = hidden
+    folder, output = hidden
     table = pd.read_csv(folder / "check" / "misfit.csv", index_col=0)
     assert {"all data", "sensor s1+x", "sensor s2+x"} <= set(table.index)
     assert table.loc["all data", "chi2 per datum"] > 3
     assert all(kind.kind in "if" for kind in table.dtypes)  # numbers, none of them as words
     text = (folder / "check" / "misfit.txt").read_text()
-    for where in (said["check"], text):
+    for where in (output["check"], text):
         assert "The model fails: chi2 per datum is" in where
 
 
 def test_explain_names_the_effect_and_its_probability(hidden):
-    folder, said = hidden
+    folder, output = hidden
     table = pd.read_csv(folder / "explain" / "explanation.csv", index_col=0)
     assert table.index[0] == "point_mass"
     assert table.loc["point_mass", "probability"] > 0.99
-    for where in (said["explain"], (folder / "explain" / "explanation.txt").read_text()):
+    for where in (output["explain"], (folder / "explain" / "explanation.txt").read_text()):
         assert "Missing is point_mass, with probability" in where
 
 
@@ -219,7 +219,7 @@ def test_warnings_of_the_inference_are_lines_of_the_report(hidden, tmp_path, mon
 
 
 def test_improve_writes_the_ledger(hidden):
-    folder, said = hidden
+    folder, output = hidden
     ledger = json.loads((folder / "improve" / "ledger.json").read_text())
     assert set(ledger) == {
         "steps",
@@ -246,7 +246,7 @@ def test_improve_writes_the_ledger(hidden):
     assert ledger["unexplained"] is False
     low, high = last["parameters"]["structure.effects.point_mass.at"]["interval_99"]
     assert low < 0.42 < high
-    for where in (said["improve"], (folder / "improve" / "ledger.txt").read_text()):
+    for where in (output["improve"], (folder / "improve" / "ledger.txt").read_text()):
         assert "Missing: point_mass (probability" in where
 
 

@@ -70,10 +70,10 @@ def check_names_the_mass(text):
     """The ledger names the mass of 0.3 kg at 0.42 m and nothing else."""
     [verdict] = [line for line in text.splitlines() if line.startswith("- Missing: ")]
     assert verdict.startswith("- Missing: point_mass (probability 0.9")
-    said = " ".join(text.split())
+    sentences = " ".join(text.split())
     interval = r"([\d.]+) {} \(95 %: ([\d.]+) to ([\d.]+)\)"
     parameters = rf"at {interval.format('mm')}, mass {interval.format('kg')}"
-    numbers = re.search(parameters, said).groups()
+    numbers = re.search(parameters, sentences).groups()
     place, *ends_of_place, mass, low, high = map(float, numbers)
     assert ends_of_place[0] < place < ends_of_place[1] and low < mass < high
     assert abs(place - 420) < 20 and abs(mass - 0.3) < 0.1
@@ -127,9 +127,11 @@ def test_a_universal_file_with_a_channel_table_becomes_a_case(laboratory, tmp_pa
 def test_the_report_is_one_object_of_json_where_asked(laboratory, tmp_path):
     done = run("import", laboratory, "--json", "--out", tmp_path / "case")
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)
-    assert "FRFs: H, 20 x 2 numbers as frequency, sensor, actuator." in told["result"]["sentences"]
-    assert told["folder"] == str(tmp_path / "case")
+    report = json.loads(done.stdout)
+    assert (
+        "FRFs: H, 20 x 2 numbers as frequency, sensor, actuator." in report["result"]["sentences"]
+    )
+    assert report["folder"] == str(tmp_path / "case")
 
 
 @pytest.mark.long
@@ -145,9 +147,11 @@ def test_a_laboratory_folder_ends_in_a_named_effect(laboratory, tmp_path):
 @pytest.mark.long
 def test_a_matrix_without_axes_and_five_lines_name_the_effect_in_one_command(tmp_path):
     model = written(tmp_path, MODEL)
-    made = {}
-    exec(compile(MODEL + HIDDEN + MEASUREMENT, "made", "exec"), made)
-    scipy.io.savemat(tmp_path / "measured.mat", {"H": np.moveaxis(made["measurement"].frf, 2, 0)})
+    namespace = {}
+    exec(compile(MODEL + HIDDEN + MEASUREMENT, "made", "exec"), namespace)
+    scipy.io.savemat(
+        tmp_path / "measured.mat", {"H": np.moveaxis(namespace["measurement"].frf, 2, 0)}
+    )
     refused = run("improve", model, "--data", tmp_path / "measured.mat", "--out", tmp_path / "a")
     assert refused.exit_code == 3
     assert 'frf = { array = "H", axes = ' in refused.output

@@ -51,37 +51,37 @@ def alternatives():
 
 def test_the_best_place_tells_the_explanations_apart(alternatives, monkeypatch):
     monkeypatch.setattr(_next_measurement, "SECONDS", np.inf)
-    found = next_measurement(experiment(), experiment().nominal_measurement(), alternatives)
-    assert found["columns"] == ["s1 [m]", "expected gain [nat]", "its error [nat]"]
-    at, gain, error = np.array(found["rows"]).T
+    following = next_measurement(experiment(), experiment().nominal_measurement(), alternatives)
+    assert following["columns"] == ["s1 [m]", "expected gain [nat]", "its error [nat]"]
+    at, gain, error = np.array(following["rows"]).T
     assert len(at) == _next_measurement.PLACES
     assert gain[0] == gain.max()
     share = np.array([2.0, 1.0]) / 3
     entropy = float(-(share * np.log(share)).sum())
     assert np.all(gain < entropy + 5 * error)
     assert gain[0] > 0.5 * entropy
-    assert f"s1 at {at[0]:.4g} m" in found["sentence"]
-    assert "tells left and right apart best" in found["sentence"]
-    assert f"{entropy:.2g} nat that decide" in found["sentence"]
+    assert f"s1 at {at[0]:.4g} m" in following["sentence"]
+    assert "tells left and right apart best" in following["sentence"]
+    assert f"{entropy:.2g} nat that decide" in following["sentence"]
 
 
 def test_the_search_ends_when_its_time_is_over(alternatives, monkeypatch):
     monkeypatch.setattr(_next_measurement, "SECONDS", 0.0)
-    found = next_measurement(experiment(), experiment().nominal_measurement(), alternatives)
-    places = sorted(row[0] for row in found["rows"])
+    following = next_measurement(experiment(), experiment().nominal_measurement(), alternatives)
+    places = sorted(row[0] for row in following["rows"])
     assert len(places) == _next_measurement.PLACES // _next_measurement.GROUPS
     assert places[0] < 0.2
     assert places[-1] > 0.7
 
 
 def test_one_explanation_leaves_nothing_to_decide(alternatives):
-    found = next_measurement(experiment(), experiment().nominal_measurement(), alternatives[:1])
-    assert found["sentence"].startswith("Of the explanations tried one is left")
-    assert found["rows"] == []
+    following = next_measurement(experiment(), experiment().nominal_measurement(), alternatives[:1])
+    assert following["sentence"].startswith("Of the explanations tried one is left")
+    assert following["rows"] == []
 
 
 def test_why_no_place_was_searched_for_is_said(alternatives):
     without_noise = experiment(noise=None)
-    found = next_measurement(without_noise, without_noise.nominal_measurement(), alternatives)
-    assert found["sentence"].startswith("Where to measure next was not searched for: ")
-    assert found["rows"] == []
+    following = next_measurement(without_noise, without_noise.nominal_measurement(), alternatives)
+    assert following["sentence"].startswith("Where to measure next was not searched for: ")
+    assert following["rows"] == []

@@ -94,14 +94,14 @@ def test_a_run_writes_tables_a_map_and_figures(first):
 
 
 def test_a_run_shows_priors_a_table_with_units_and_the_verdict(first):
-    folder, said = first
+    folder, output = first
     for piece in ("Uniform(0.02, 0.06)", "s1 [m]", "a1 [m]", "information [nat]", "100 %"):
-        assert piece in said
-    assert "lines are used" not in said
+        assert piece in output
+    assert "lines are used" not in output
     verdict = (folder / "out" / "placement.txt").read_text().strip()
     assert verdict.startswith("Best of 12 placements: s1 at 0.")
-    assert f"\n{verdict}\n" in said
-    assert said.splitlines()[-1] == f"Results are in {folder / 'out'}/"
+    assert f"\n{verdict}\n" in output
+    assert output.splitlines()[-1] == f"Results are in {folder / 'out'}/"
 
 
 def test_table_and_map_agree_on_places_and_information(first):
@@ -132,7 +132,7 @@ def test_the_terminal_shows_the_best_placements_in_order(first):
 
 
 def test_another_run_reads_what_the_first_has_computed(first):
-    folder, said = first
+    folder, output = first
     out = folder / "out"
     chunks = {path: path.stat().st_mtime_ns for path in (out / "chunks").iterdir()}
     table = (out / "placements.csv").read_bytes()
@@ -140,7 +140,7 @@ def test_another_run_reads_what_the_first_has_computed(first):
     assert {path: path.stat().st_mtime_ns for path in (out / "chunks").iterdir()} == chunks
     assert len(chunks) > 0 and (out / "placements.csv").read_bytes() == table
     assert [line for line in again.splitlines() if "took" not in line] == [
-        line for line in said.splitlines() if "took" not in line
+        line for line in output.splitlines() if "took" not in line
     ]
 
 
@@ -166,13 +166,13 @@ def test_another_seed_is_computed_anew(first):
 
 
 def test_more_sensors_are_like_the_last_one_and_added_one_at_a_time(first):
-    said, out = done(first[0], "--sensors", 2, "--search", "forward", out="two")
-    assert "2 sensor x 1 actuator" in said and "sensor.s2.position" in said
+    output, out = done(first[0], "--sensors", 2, "--search", "forward", out="two")
+    assert "2 sensor x 1 actuator" in output and "sensor.s2.position" in output
     table = pd.read_csv(out / "placements.csv", index_col=0)
     assert {"s1", "s2", "a1"} <= set(table.columns)
     # There is no map of three transducers, nor is there one to wait for.
     assert not list(out.glob("map.*"))
-    assert not any(line.startswith("map ") for line in said.splitlines())
+    assert not any(line.startswith("map ") for line in output.splitlines())
 
 
 def test_fewer_sensors_are_the_first_ones(tmp_path):
@@ -192,9 +192,9 @@ def test_the_noise_may_be_stated(first):
 
 def test_of_many_lines_some_are_taken_evenly(tmp_path):
     written(tmp_path, lines="np.arange(100.0, 200.0)")
-    said, _ = done(tmp_path, "--lines", 2, "--search", "sequential")
-    assert "2 of 100 lines are used, evenly over the band" in said and "--lines 100" in said
-    assert "2 lines from 125 to 175 Hz" in said
+    output, _ = done(tmp_path, "--lines", 2, "--search", "sequential")
+    assert "2 of 100 lines are used, evenly over the band" in output and "--lines 100" in output
+    assert "2 lines from 125 to 175 Hz" in output
 
 
 @pytest.mark.long
@@ -203,8 +203,8 @@ def test_data_come_first_and_then_there_is_less_to_learn(tmp_path, first):
     measurement = bp.io.model.read(model).measurement
     bp.io.uff.write(tmp_path / "measured.uff", measurement)
     words = ("--data", tmp_path / "measured.uff", "--search", "sequential")
-    said, out = done(tmp_path, *words)
-    assert any(line.startswith("earlier data: ") for line in said.splitlines())
+    output, out = done(tmp_path, *words)
+    assert any(line.startswith("earlier data: ") for line in output.splitlines())
     learnt = pd.read_csv(out / "placements.csv")["information_gain"].max()
     assert learnt < 0.8 * pd.read_csv(first[0] / "out" / "placements.csv")["information_gain"].max()
 
@@ -258,10 +258,10 @@ def explained(probability, *ratios):
 def test_it_tells_explanations_of_the_data_apart(tmp_path, monkeypatch):
     written(tmp_path, MEASUREMENT.format(draws=20))
     monkeypatch.setattr(_estimators, "improve", explained(0.5, 0.0, 2.0))
-    said, out = done(tmp_path, "--estimator", "separation", "--search", "sequential")
+    output, out = done(tmp_path, "--estimator", "separation", "--search", "sequential")
     learnt = pd.read_csv(out / "placements.csv")["information_gain"]
     assert 0.3 < learnt.max() < np.log(2) + 0.01
-    assert any(line.startswith("earlier data: ") for line in said.splitlines())
+    assert any(line.startswith("earlier data: ") for line in output.splitlines())
 
 
 def test_a_single_explanation_is_told_apart_from_nothing(tmp_path, monkeypatch):
@@ -330,8 +330,8 @@ def test_places_in_space_are_nodes_far_apart_where_the_structure_moves():
     assert [*places] == ["s1", "a1"] and places["s1"] == places["a1"]
     # The plate is held at all edges: of the nodes within, the first two are opposite corners.
     nodes = models_in_space.plate().matrices.position
-    held = np.isin(nodes[:, 0], [0.0, 0.4]) | np.isin(nodes[:, 1], nodes[:, 1][[0, -1]])
-    within = nodes[~held]
+    at_edge = np.isin(nodes[:, 0], [0.0, 0.4]) | np.isin(nodes[:, 1], nodes[:, 1][[0, -1]])
+    within = nodes[~at_edge]
     for at in places["s1"]:
         assert np.abs(within - at).max(axis=1).min() < 1e-9
     low, high = within.min(axis=0), within.max(axis=0)
@@ -383,12 +383,12 @@ def test_places_on_a_line_leave_out_its_ends():
 def test_rules_of_a_placement_are_options(tmp_path):
     written(tmp_path, more=TWO)
     words = ("--forbidden", "0.15:0.25", "--least-distance", "0.3", "--cost", "s2=50")
-    said, out = done(tmp_path, *words)
+    output, out = done(tmp_path, *words)
     table = pd.read_csv(out / "placements.csv", index_col=0)
     assert set(np.round(np.r_[table["s1"], table["a1"]], 6)) <= {0.4, 0.6, 0.8}
     together = table.dropna(subset=["s2"])
     assert (np.abs(together["s1"] - together["s2"]) > 0.29).all()
-    assert "s2 is left out: its information gain is less than its cost." in said
+    assert "s2 is left out: its information gain is less than its cost." in output
 
 
 def test_no_two_instruments_share_a_point(first):

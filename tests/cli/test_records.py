@@ -36,10 +36,10 @@ def sha256(path):
 
 
 def test_every_run_has_a_new_folder_told_in_the_last_line(model):
-    said = [CliRunner().invoke(app, [*WORDS, "study.py"]) for _ in range(2)]
-    assert [done.exit_code for done in said] == [0, 0], said[0].output
+    runs = [CliRunner().invoke(app, [*WORDS, "study.py"]) for _ in range(2)]
+    assert [done.exit_code for done in runs] == [0, 0], runs[0].output
     folders = [Path("results/study/update-1"), Path("results/study/update-2")]
-    for done, folder in zip(said, folders, strict=True):
+    for done, folder in zip(runs, folders, strict=True):
         assert done.output.splitlines()[-1] == f"Results are in {folder}/"
         assert (folder / "result.nc").is_file()
 

@@ -101,7 +101,7 @@ def test_after_a_run_that_was_killed_the_next_says_so_and_deletes_what_was_not_f
 
 
 def stop_after(names):
-    def stopped(path, data, engine, output, *rest):
+    def stopped(path, data, engine, output, *further):
         out = output.folder.path
         for name in names:
             (out / name).parent.mkdir(exist_ok=True)
@@ -162,7 +162,7 @@ def test_a_process_that_is_stopped_says_one_line(study, tmp_path):
     ) as process:
         killed.until(lambda: study.with_name("study.py.read").exists())
         process.send_signal(signal.SIGINT)
-        said = process.communicate(timeout=30)[1]
+        complaint = process.communicate(timeout=30)[1]
     assert process.returncode == 130
-    assert said == f"Stopped. Nothing of this run is in {tmp_path / 'out'} yet.\n"
+    assert complaint == f"Stopped. Nothing of this run is in {tmp_path / 'out'} yet.\n"
     assert not (tmp_path / "out").exists()

@@ -69,8 +69,8 @@ def test_a_folder_holds_a_case_with_its_own_data_alone(tmp_path, name, option, w
 def test_a_case_is_completed_as_a_case(tmp_path):
     folder = tmp_path / "case"
     folder.mkdir()
-    given = bp.io.case.read(written_case(folder)).experiment
-    hidden = (given + bp.effects.point_mass(0.4, 2.0)).nominal()
+    incomplete = bp.io.case.read(written_case(folder)).experiment
+    hidden = (incomplete + bp.effects.point_mass(0.4, 2.0)).nominal()
     frf = np.asarray(compiled(bp.Experiment.frf)(hidden))
     coherence = np.full(frf.shape, 0.9999)
     written_case(folder, measured=measured(frf=frf, coherence=coherence))

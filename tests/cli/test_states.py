@@ -36,17 +36,17 @@ def model(tmp_path_factory):
 def test_explain_says_what_is_new_since_the_baseline(model, tmp_path):
     done = run("explain", model, "--effects", "point_mass", "--out", tmp_path)
     assert done.exit_code == 0, (done.output, done.exception)
-    said = " ".join(done.output.split())
-    assert "An earlier state was measured too" in said
-    assert "New since the baseline is point_mass" in said
+    output = " ".join(done.output.split())
+    assert "An earlier state was measured too" in output
+    assert "New since the baseline is point_mass" in output
 
 
 def test_explain_leaves_the_earlier_state_out(model, tmp_path):
     done = run("explain", model, "--effects", "point_mass", "--alone", "--out", tmp_path)
     assert done.exit_code == 0, (done.output, done.exception)
-    said = " ".join(done.output.split())
-    assert "Missing is point_mass" in said
-    assert "baseline" not in said
+    output = " ".join(done.output.split())
+    assert "Missing is point_mass" in output
+    assert "baseline" not in output
 
 
 @pytest.fixture(scope="module")
@@ -71,10 +71,10 @@ def of_states(tmp_path_factory):
 
 @pytest.mark.long
 def test_improve_says_what_is_new_in_each_state(of_states):
-    folder, said = of_states
-    assert '"bare" is the baseline.' in said
-    assert '"10 nuts": since "bare" point_mass is new' in said
-    assert '"20 nuts": since "10 nuts" point_mass is another: mass 0.6' in said
+    folder, output = of_states
+    assert '"bare" is the baseline.' in output
+    assert '"10 nuts": since "bare" point_mass is new' in output
+    assert '"20 nuts": since "10 nuts" point_mass is another: mass 0.6' in output
     content = json.loads((folder / "results" / "states.json").read_text())
     assert [state["new"] for state in content["states"]] == [["point_mass"], ["point_mass"]]
 
@@ -106,9 +106,9 @@ def test_states_may_be_given_as_files(of_states, tmp_path):
     alone = written(tmp_path, MODEL)
     done = run("improve", alone, *files, "--effects", "point_mass", "--out", tmp_path / "results")
     assert done.exit_code == 0, (done.output, done.exception)
-    said = " ".join(done.output.split())
-    assert '"20 nuts": since "bare" point_mass is new (at 4' in said
-    assert "mass 0.6" in said
+    output = " ".join(done.output.split())
+    assert '"20 nuts": since "bare" point_mass is new (at 4' in output
+    assert "mass 0.6" in output
 
 
 @pytest.mark.parametrize(

@@ -237,5 +237,5 @@ def test_a_place_that_does_not_move_is_never_the_answer(experiment):
     assert list(design.rivals(full_grid).values) == [False, True]
     for search in (bp.place, bp.information_map):
         with pytest.raises(ValueError, match=r"At none of 1 placements is the information finite"):
-            told = search(exact, {"s1": [0.0]}, estimator=SMALL)
-            design.lead(told)
+            information = search(exact, {"s1": [0.0]}, estimator=SMALL)
+            design.lead(information)

@@ -108,8 +108,8 @@ def changed(scene, stiffness=None, soft=None):
         rows, motion, pattern = scene.soft[name]
         ways, fixed = np.linalg.pinv(motion), null_space(motion.T)
         stiff = RIGID * matrices.stiffness.diagonal()[rows].max()
-        held = ways.T @ pattern @ ways / compliance + stiff * fixed @ fixed.T
-        springs[np.ix_(rows, rows)] = held
+        springs_of_rows = ways.T @ pattern @ ways / compliance + stiff * fixed @ fixed.T
+        springs[np.ix_(rows, rows)] = springs_of_rows
         free.extend(rows)
     return bp.finite_elements.Matrices(
         matrices.stiffness + sparse.csc_array(springs) + (0 if stiffness is None else stiffness),
@@ -135,10 +135,12 @@ def exact(scene, matrices, points, *, loss_factor=0.0, damped=150):
 
 def attached(plain, channels, stiffness):
     """Receptance of the first channels once the others are held by dynamic stiffnesses."""
-    held = np.zeros((plain.shape[-1], len(plain)), complex)
-    held[:, channels:] = np.transpose(stiffness)
+    dynamic_stiffness = np.zeros((plain.shape[-1], len(plain)), complex)
+    dynamic_stiffness[:, channels:] = np.transpose(stiffness)
     receptance = np.moveaxis(plain, -1, 0)
-    dense = np.linalg.solve(np.eye(len(plain)) + receptance * held[:, None, :], receptance)
+    dense = np.linalg.solve(
+        np.eye(len(plain)) + receptance * dynamic_stiffness[:, None, :], receptance
+    )
     return np.moveaxis(dense[:, :channels, :channels], 0, -1)
 
 
@@ -167,8 +169,8 @@ def frame():
         name: space_frames.matrices(position, elements[4 * i : 4 * i + 4], bar)["stiffness"]
         for i, name in enumerate(names)
     }
-    held = np.flatnonzero(np.isin(model["dof"][:, 0], [1, len(position)]))
-    matrices = bp.finite_elements.Matrices(**model, fixed=held, regions=regions)
+    fixed = np.flatnonzero(np.isin(model["dof"][:, 0], [1, len(position)]))
+    matrices = bp.finite_elements.Matrices(**model, fixed=fixed, regions=regions)
     members = {
         name: interpolation.frame_geometric_stiffness(matrices, elements[4 * i : 4 * i + 4])
         for i, name in enumerate(names)

@@ -123,8 +123,8 @@ def test_each_sensor_and_each_support_is_a_candidate(suggested):
     np.testing.assert_allclose([shift.low, shift.high], [-0.3, 1.0])
     swaps = [(effect.sensor, effect.other) for effect in suggested["swapped_sensors"]]
     assert swaps == [("s1", "s2")]
-    held = [(effect.end, effect.motion) for effect in suggested["compliant_support"]]
-    assert held == [("left", "rotation"), ("left", "translation")]
+    supports = [(effect.end, effect.motion) for effect in suggested["compliant_support"]]
+    assert supports == [("left", "rotation"), ("left", "translation")]
 
 
 def test_every_suggestion_can_be_added_and_felt(suggested):

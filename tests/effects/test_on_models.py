@@ -164,9 +164,9 @@ def test_what_is_attached_to_a_frame_acts_along_its_direction(kind):
 def coupled(bare, count, stiffness):
     """Receptance of the first channels with a dynamic stiffness [line, axis, axis] on the rest."""
     by_line = np.moveaxis(bare, -1, 0)
-    held = np.zeros_like(by_line)
-    held[:, count:, count:] = stiffness
-    solved = np.linalg.solve(np.eye(by_line.shape[-1]) + by_line @ held, by_line)
+    dynamic_stiffness = np.zeros_like(by_line)
+    dynamic_stiffness[:, count:, count:] = stiffness
+    solved = np.linalg.solve(np.eye(by_line.shape[-1]) + by_line @ dynamic_stiffness, by_line)
     return np.moveaxis(solved[:, :count, :count], 0, -1)
 
 

@@ -132,10 +132,10 @@ def test_a_negative_prior_is_that_of_minus_the_number():
 
 def test_springs_may_be_softer_than_assumed_where_there_are_some():
     assert len(effects.library(experiment(), ["ground_spring"]).effects) == 1
-    held = experiment(
+    supported = experiment(
         effects.ground_spring(0.1, 400.0), effects.ground_spring(0.9, 600.0, name="b")
     )
-    _, softer = effects.library(held, ["ground_spring"]).effects
+    _, softer = effects.library(supported, ["ground_spring"]).effects
     assert float(softer.stiffness.icdf(0.0)) == pytest.approx(-1000.0)
 
 

@@ -30,9 +30,9 @@ def poles(count, *, ratio=0.0, mass_at=None, mass=0.0, dashpot_at=None, dashpot=
         inertia[node(mass_at), node(mass_at)] += mass
     if dashpot_at is not None:
         damping[node(dashpot_at), node(dashpot_at)] += dashpot
-    zero, one = np.zeros_like(inertia), np.eye(len(inertia))
-    state = np.block([[zero, one], [-stiffness, -damping]])
-    values, vectors = eig(state, np.block([[one, zero], [zero, inertia]]))
+    zero, identity = np.zeros_like(inertia), np.eye(len(inertia))
+    state = np.block([[zero, identity], [-stiffness, -damping]])
+    values, vectors = eig(state, np.block([[identity, zero], [zero, inertia]]))
     upper = np.flatnonzero(values.imag > 1)
     chosen = upper[np.argsort(np.abs(values[upper]))][:count]
     pole = values[chosen]

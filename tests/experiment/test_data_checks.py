@@ -153,17 +153,17 @@ def test_numbers_without_a_phase_are_told(form):
 def test_lines_in_radians_a_second_are_told():
     exact = measured(free_beam())
     radians = dataclasses.replace(exact, frequency=2 * np.pi * exact.frequency)
-    found = free_beam().check_data(radians).faults["natural frequencies"]
-    assert len(found) == 1
-    assert "in rad/s that were taken for Hz" in found[0].sentence
+    faults = free_beam().check_data(radians).faults["natural frequencies"]
+    assert len(faults) == 1
+    assert "in rad/s that were taken for Hz" in faults[0].sentence
     assert not free_beam().check_data(exact).faults["natural frequencies"]
 
 
 @pytest.mark.parametrize("modulus", [1e-9, 1e9])
 def test_a_model_without_a_natural_frequency_among_the_lines_is_told(modulus):
-    found = free_beam(modulus).check_data(measured(free_beam())).faults["natural frequencies"]
-    assert len(found) == 1
-    assert found[0].sentence.startswith("The FRFs have resonances between 4 and 300 Hz, but no")
+    faults = free_beam(modulus).check_data(measured(free_beam())).faults["natural frequencies"]
+    assert len(faults) == 1
+    assert faults[0].sentence.startswith("The FRFs have resonances between 4 and 300 Hz, but no")
 
 
 def test_natural_frequencies_without_the_effects_of_a_model_tell_nothing():

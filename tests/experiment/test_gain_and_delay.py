@@ -34,13 +34,13 @@ def experiment(changes, observe=COMPLEX, ratio=0.03, sigma=SIGMA):
     """Two sensors and two actuators, each with the changes of its name."""
     place = {"s1": 0.4, "s2": 0.9, "a1": 0.65, "a2": 0.15}
 
-    def made(kind, name):
+    def transducer(kind, name):
         return kind(name, at=place[name], **changes.get(name, {}))
 
     return bp.Experiment(
         bp.Structure(BEAM, damping=bp.damping.Modal(ratio)),
-        sensors=[made(bp.Sensor, name) for name in ("s1", "s2")],
-        actuators=[made(bp.Actuator, name) for name in ("a1", "a2")],
+        sensors=[transducer(bp.Sensor, name) for name in ("s1", "s2")],
+        actuators=[transducer(bp.Actuator, name) for name in ("a1", "a2")],
         frequency=FREQUENCY,
         observe=observe,
         noise=bp.noise.Gaussian(sigma),

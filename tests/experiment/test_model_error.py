@@ -81,9 +81,9 @@ def test_the_response_is_the_modal_sum_of_the_erroneous_modes(erroneous):
             ]
         )
 
-    kept = [side("sensor", False), side("actuator", False), modal(natural, ratio, omega)]
+    exact_factors = [side("sensor", False), side("actuator", False), modal(natural, ratio, omega)]
     exact = frf(experiment().fix(TRUTH)) / -(omega**2)
-    left_out = exact - np.einsum("sr,ar,rf->saf", *kept)
+    left_out = exact - np.einsum("sr,ar,rf->saf", *exact_factors)
     natural[:count] *= np.exp(0.01 * values["model_error.frequency.standard"])
     damping = np.exp(0.2 * values["model_error.damping.standard"])
     ratio[: damping.size] *= damping

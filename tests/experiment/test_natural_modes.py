@@ -52,16 +52,16 @@ def test_a_spring_on_a_bar_has_the_frequencies_of_its_equation():
 
 
 def test_an_absorber_adds_a_mode_and_no_mode_at_its_own_frequency():
-    own, mass = 2 * np.pi * 250.0, 0.3
+    tuned, mass = 2 * np.pi * 250.0, 0.3
     absorber = effects.tuned_absorber(AT, mass, 250.0, 0.0)
 
     def stiffness(omega):
-        return -mass * omega**2 * own**2
+        return -mass * omega**2 * tuned**2
 
     def equation(omega):
         # Multiplied by own^2 - omega^2, so that it has no pole.
         k = omega / SPEED
-        free = MODULUS * AREA * k * np.sin(k * LENGTH) * (own**2 - omega**2)
+        free = MODULUS * AREA * k * np.sin(k * LENGTH) * (tuned**2 - omega**2)
         return free + stiffness(omega) * np.sin(k * AT) * np.sin(k * (LENGTH - AT))
 
     exact = roots(equation, 900.0) / (2 * np.pi)

@@ -58,8 +58,8 @@ def test_a_line_with_hum_keeps_its_own_and_its_neighbours_theirs():
     scatter[[50, 51, 200]] *= 400.0
     pooled = pool(scatter, 10)
     np.testing.assert_array_equal(pooled[[50, 51, 200]], scatter[[50, 51, 200]])
-    beside = [48, 49, 52, 53, 199, 201]
-    assert np.all(pooled[beside] < 2 * truth[beside])
+    neighbours = [48, 49, 52, 53, 199, 201]
+    assert np.all(pooled[neighbours] < 2 * truth[neighbours])
 
 
 def test_many_repeats_need_no_neighbours():

@@ -136,10 +136,10 @@ def test_soize_kernels_keep_mean_and_variance_of_the_draws():
         places = density._placements(experiment)
         z = np.asarray(jax.vmap(lambda v: substitute(experiment, v).predict())(places))
         centres, variance = density._kernels(experiment, places)
-        kept = np.var(centres, axis=0) + variance
+        smoothed = np.var(centres, axis=0) + variance
         np.testing.assert_allclose(np.mean(centres, axis=0), np.mean(z, axis=0))
-        assert np.allclose(kept, np.var(z, axis=0, ddof=1) * 399 / 400, rtol=1e-2) is keeps or (
-            keeps and np.allclose(kept, np.var(z, axis=0, ddof=1), rtol=1e-2)
+        assert np.allclose(smoothed, np.var(z, axis=0, ddof=1) * 399 / 400, rtol=1e-2) is keeps or (
+            keeps and np.allclose(smoothed, np.var(z, axis=0, ddof=1), rtol=1e-2)
         )
 
 

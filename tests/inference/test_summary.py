@@ -19,8 +19,8 @@ UNIMODAL = {
 
 @pytest.mark.parametrize("name", UNIMODAL)
 def test_one_peak_is_not_taken_for_two(name):
-    found = [summaries.peaks(UNIMODAL[name](np.random.default_rng(seed))) for seed in range(40)]
-    assert not any(found)
+    peaks = [summaries.peaks(UNIMODAL[name](np.random.default_rng(seed))) for seed in range(40)]
+    assert not any(peaks)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5])

@@ -35,10 +35,10 @@ HEAD = "** matrix of a job\n*MATRIX INPUT, NAME=K\n"
 def write(path, matrix, dof, *, triangle="lower"):
     """Write entries as Abaqus does: node, dof, node, dof, value."""
     dense = scipy.sparse.csr_array(matrix).toarray()
-    kept = {"lower": np.tril, "upper": np.triu, "full": np.asarray}[triangle](dense)
-    rows, columns = np.nonzero(kept)
+    stored = {"lower": np.tril, "upper": np.triu, "full": np.asarray}[triangle](dense)
+    rows, columns = np.nonzero(stored)
     lines = [
-        f"{dof[i][0]},{dof[i][1]}, {dof[j][0]},{dof[j][1]}, {kept[i, j]:.16e}"
+        f"{dof[i][0]},{dof[i][1]}, {dof[j][0]},{dof[j][1]}, {stored[i, j]:.16e}"
         for i, j in zip(rows, columns, strict=True)
     ]
     path.write_text(HEAD + "\n".join(lines) + "\n")
@@ -64,10 +64,10 @@ def test_a_block_of_scikit_fem_has_its_frequencies(tmp_path, triangle, shuffled)
     block = solid((4, 1, 1), (0.4, 0.1, 0.1))
     stiffness, mass = (np.asarray(block[name].todense()) for name in ("stiffness", "mass"))
     dof, position = block["dof"], block["position"]
-    held = position[dof[:, 0] - 1, 0] < 1e-9
-    free = ~held
+    is_held = position[dof[:, 0] - 1, 0] < 1e-9
+    free = ~is_held
     expected = dense_frequencies(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)])[:6]
-    stiffness[held, held] = 1e36
+    stiffness[is_held, is_held] = 1e36
     order = np.random.default_rng(1).permutation(len(dof)) if shuffled else np.arange(len(dof))
     pick = np.ix_(order, order)
     paths = write_both(tmp_path, stiffness[pick], mass[pick], dof[order], triangle=triangle)

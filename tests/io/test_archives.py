@@ -59,10 +59,10 @@ def refused(path, message, name="a"):
 def test_arrays_come_back(tmp_path, order, kind, save):
     values = np.asarray(np.arange(6).reshape(2, 3) % 2, order=order).astype(kind)
     save(tmp_path / "a.npz", a=values, b=np.array(3.5))
-    held = NpzArchive(tmp_path / "a.npz", "anything")
-    assert held.names == ["a", "b"]
-    assert np.array_equal(held.array("a"), values) and held.array("a").dtype == values.dtype
-    assert held.array("b") == 3.5
+    archive = NpzArchive(tmp_path / "a.npz", "anything")
+    assert archive.names == ["a", "b"]
+    assert np.array_equal(archive.array("a"), values) and archive.array("a").dtype == values.dtype
+    assert archive.array("b") == 3.5
 
 
 @pytest.mark.parametrize(

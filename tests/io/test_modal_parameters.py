@@ -244,5 +244,5 @@ def test_files_of_modes_are_told_from_files_of_frfs(tmp_path):
     for name, text in texts.items():
         (tmp_path / name).write_text(text)
     names = {*texts, "frfs.uff", "binary.uff", "modes.csv", "missing.csv"}
-    told = {name for name in names if holds_modal_parameters(tmp_path / name)}
-    assert told == {"modes.csv", "modes.uff", "modes.toml"}
+    modal_files = {name for name in names if holds_modal_parameters(tmp_path / name)}
+    assert modal_files == {"modes.csv", "modes.uff", "modes.toml"}

@@ -170,8 +170,8 @@ def test_arrays_are_printed_as_before():
         f"nastran.read_modes({str(example('nas2cam_extseout', 'full.op2'))!r})",
         "print(np.array([100.0]))",
     )
-    told = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True)
-    assert told.stdout == "[100.]\n", told.stderr
+    done = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True)
+    assert done.stdout == "[100.]\n", done.stderr
 
 
 @pytest.mark.parametrize("share", [0.01, 0.5, 0.999])
@@ -197,8 +197,8 @@ def written(path, matrices, **how):
 @pytest.mark.parametrize("sparse", ["dense", "bigmat", "nonbigmat"])
 @pytest.mark.parametrize("binary", [True, False])
 def test_matrices_of_an_output4_file(tmp_path, binary, sparse):
-    held = {"maa": MASS, "kaa": STIFFNESS, "k2": 0.5 * STIFFNESS, "phi": STIFFNESS[:, :2]}
-    path = written(tmp_path / "m.op4", held, binary=binary, sparse=sparse)
+    matrices = {"maa": MASS, "kaa": STIFFNESS, "k2": 0.5 * STIFFNESS, "phi": STIFFNESS[:, :2]}
+    path = written(tmp_path / "m.op4", matrices, binary=binary, sparse=sparse)
     system = nastran.read_matrices(path, regions={"half": "K2"})
     np.testing.assert_allclose(system.stiffness.toarray(), STIFFNESS.toarray(), rtol=1e-14)
     np.testing.assert_allclose(system.mass.toarray(), MASS.toarray(), rtol=1e-14)

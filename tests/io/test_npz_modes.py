@@ -73,8 +73,8 @@ def test_a_large_file_is_held_twice_at_most(tmp_path):
 
 def saved(folder, **arrays):
     stored = {"position": np.eye(3), "shape": np.ones((3, 3, 1)), "natural_frequency": [2.0]}
-    kept = {name: value for name, value in (stored | arrays).items() if value is not None}
-    np.savez(folder / "model.npz", **kept)
+    present = {name: value for name, value in (stored | arrays).items() if value is not None}
+    np.savez(folder / "model.npz", **present)
     return folder / "model.npz"
 
 

@@ -313,7 +313,7 @@ def readers(tmp_path_factory):
     def read_matrices(path):
         return matrix_files.read(path, path)
 
-    listed = {
+    readers_by_name = {
         "uff": Reader(
             "measured.uff",
             written(folder / "a.uff", lambda path: uff.write(path, measurement())),
@@ -361,7 +361,9 @@ def readers(tmp_path_factory):
             of_mesh,
         ),
     }
-    return Readers((name, (reader, valid(folder, reader))) for name, reader in listed.items())
+    return Readers(
+        (name, (reader, valid(folder, reader))) for name, reader in readers_by_name.items()
+    )
 
 
 def valid(folder, reader):

@@ -158,14 +158,14 @@ def test_the_clamp_is_named_from_the_time_records(optimised):
 
 def experiment(frequency):
     """The experiment of the study at other lines."""
-    given = hammer_test.experiment
+    stated = hammer_test.experiment
     return bp.Experiment(
-        given.structure,
-        sensors=list(given.sensor.values()),
-        actuators=list(given.actuator.values()),
+        stated.structure,
+        sensors=list(stated.sensor.values()),
+        actuators=list(stated.actuator.values()),
         frequency=frequency,
-        observe=given.observe,
-        noise=given.noise,
+        observe=stated.observe,
+        noise=stated.noise,
     )
 
 

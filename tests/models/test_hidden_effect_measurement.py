@@ -73,8 +73,8 @@ def test_the_script_knows_nothing_of_the_package():
 
 def test_it_also_runs_as_a_script_from_anywhere(tmp_path):
     words = [sys.executable, script.__file__, "--help"]
-    said = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert "a bar with a clamp left on it" in said.stdout
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert "a bar with a clamp left on it" in done.stdout
 
 
 @pytest.mark.long

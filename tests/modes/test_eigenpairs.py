@@ -40,9 +40,9 @@ def resolvent(values, step, share=1.0):
     pairs = eigenpairs(changed(values, step))
     modal = 1 / (pairs.values[:, None] - OMEGA)
     read = READ @ pairs.vectors
-    kept = jnp.einsum("pm,mf,qm->pqf", read, modal, read)
+    receptance = jnp.einsum("pm,mf,qm->pqf", read, modal, read)
     sides = read[:, :, None] * modal
-    return with_coupling(kept, share * pairs.coupling, sides, sides)
+    return with_coupling(receptance, share * pairs.coupling, sides, sides)
 
 
 def norm(values, step):

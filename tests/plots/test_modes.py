@@ -60,9 +60,9 @@ def test_what_was_not_measured_has_no_panel():
 
 
 def test_a_report_has_the_modes_with_their_numbers(tmp_path):
-    found = xr.DataTree.from_dict({"/modes_0": fit(0.03), "/modes_1": fit(0.0)})
+    results = xr.DataTree.from_dict({"/modes_0": fit(0.03), "/modes_1": fit(0.0)})
     about = {"models": ["as given", "with point_mass"]}
-    parameters, assurance = section.items(Saved(tmp_path, about, found, {}, {}))
+    parameters, assurance = section.items(Saved(tmp_path, about, results, {}, {}))
     assert isinstance(parameters.content, Drawing)
     table = parameters.data
     assert table.columns[:3] == (

@@ -158,10 +158,10 @@ def test_samples_of_a_cut_ball_are_uniform_in_it():
 
     drawn = np.asarray(jax.jit(jax.vmap(coordinates))(shares)) - np.array([2.0, 0.0, 4.0])
     thrown = generator.uniform(np.maximum(low, -1), np.minimum(high, 1), (80_000, 3))
-    kept = thrown[np.sum(thrown**2, axis=1) < 1]
+    in_ball = thrown[np.sum(thrown**2, axis=1) < 1]
     assert np.all(np.sum(drawn**2, axis=1) <= 1 + 1e-9)
     for direction in (*np.eye(3), np.array([1.0, 2.0, -1.5]), np.array([1.0, -1.0, 0.5])):
-        assert stats.ks_2samp(drawn @ direction, kept @ direction).pvalue > 1e-4
+        assert stats.ks_2samp(drawn @ direction, in_ball @ direction).pvalue > 1e-4
 
 
 def test_gradients_stay_finite_to_the_rim():

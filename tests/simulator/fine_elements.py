@@ -173,12 +173,14 @@ def mesh_of(line: Line, hidden: Effect, elements: int, loaded: tuple[float, ...]
     sizes = np.repeat(pieces / counts, counts)
     inside = (middles > weak[0]) & (middles < weak[1])
     uneven = np.array(line.pieces or (1.0,))[np.searchsorted(borders, middles) - 1]
-    kept = np.repeat(uneven * (1 - inside * (hidden["share"] if inside.any() else 0.0)), counts)
+    stiffness_share = np.repeat(
+        uneven * (1 - inside * (hidden["share"] if inside.any() else 0.0)), counts
+    )
     shear = np.zeros(sizes.size)
     if hidden.name == "shear_and_rotary_inertia":
         shear = 12 * line.rigidity / (shear_stiffness(line, hidden) * sizes**2)
     nodes = np.concatenate([[0.0], np.cumsum(sizes)])
-    return Mesh(line.kind, nodes, sizes, line.rigidity * kept, shear)
+    return Mesh(line.kind, nodes, sizes, line.rigidity * stiffness_share, shear)
 
 
 def shear_stiffness(line: Line, hidden: Effect) -> float:

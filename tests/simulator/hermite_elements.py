@@ -28,15 +28,15 @@ class Elements:
         self.stiff = BENDING / h**3 * np.array(stiff) * turn
         self.heavy = DENSITY * AREA * h / 420 * np.array(heavy) * turn
         size = 2 * (ELEMENTS + 1)
-        held = {"fixed": (0, 1), "pinned": (0,), "guided": (1,), "free": ()}
+        fixed_freedoms = {"fixed": (0, 1), "pinned": (0,), "guided": (1,), "free": ()}
         left, right = ends.split("-")
-        gone = [*held[left], *(size - 2 + freedom for freedom in held[right])]
-        kept = np.setdiff1d(np.arange(size), gone)
+        gone = [*fixed_freedoms[left], *(size - 2 + freedom for freedom in fixed_freedoms[right])]
+        free = np.setdiff1d(np.arange(size), gone)
         self.mass = self._whole(self.heavy, size)
-        block = np.ix_(kept, kept)
+        block = np.ix_(free, free)
         squared, shapes = eigh(self._whole(self.stiff, size)[block], self.mass[block])
         self.shapes, self.elastic = np.zeros((size, squared.size)), squared > 1e-4 * squared[4]
-        self.shapes[kept] = shapes
+        self.shapes[free] = shapes
         self.flexibility = self.shapes[:, self.elastic] / squared[self.elastic]
         self.flexibility = self.flexibility @ self.shapes[:, self.elastic].T
 

@@ -181,11 +181,11 @@ def instruments(
     axis = 1 if isinstance(structure, Line) and structure.kind == "bar" else 3
     # Every second one is turned round; the same in all draws, which then share compiled functions.
     directions = [axis * (-1) ** number for number in range(len(names))]
-    made = tuple(
+    transducers = tuple(
         mounted(generator, name, place, within, direction)
         for name, place, direction in zip(names, places, directions, strict=True)
     )
-    return made[:SENSORS], made[SENSORS:]
+    return transducers[:SENSORS], transducers[SENSORS:]
 
 
 def mounted(

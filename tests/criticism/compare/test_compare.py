@@ -104,8 +104,8 @@ class Linear:
         place = np.stack([number, number], axis=2).ravel()
         total = 0.0
         for datum in number.ravel():
-            out, kept = place == datum, place != datum
-            mean, covariance = self.posterior(matrix[kept], z[kept], deviation[kept])
+            out, training = place == datum, place != datum
+            mean, covariance = self.posterior(matrix[training], z[training], deviation[training])
             unit = deviation[out][0]
             part = matrix[out] / unit
             predictive = multivariate_normal(part @ mean, part @ covariance @ part.T + np.eye(2))

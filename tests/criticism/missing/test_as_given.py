@@ -17,12 +17,12 @@ ERRORS = Modal(shape=None, unevenness=None, modes=3)
 @pytest.mark.parametrize("errors", [None, ERRORS])
 def test_it_is_the_first_step_of_improve_to_the_last_bit(errors, tmp_path):
     _shared_fits._LAST.clear()
-    given, data = experiment(), measured(MASS, seed=1)
-    given = given if errors is None else given.with_model_error(errors)
-    candidates = library(given, ["point_mass"])
-    ledger = improve(given, data, candidates=candidates, most_effects=1, store=tmp_path)
+    model, data = experiment(), measured(MASS, seed=1)
+    model = model if errors is None else model.with_model_error(errors)
+    candidates = library(model, ["point_mass"])
+    ledger = improve(model, data, candidates=candidates, most_effects=1, store=tmp_path)
     with fits_kept_in(tmp_path) as fits:
-        fit = fitted_as_given(given, data)
+        fit = fitted_as_given(model, data)
     assert fits.taken == (1 if errors is None else 2)
     first = ledger.steps[0].values
     for name in first.keys() & fit.values.keys():

@@ -168,12 +168,12 @@ def test_two_effects_that_each_win_alone_elsewhere_are_found_together():
     )
     assert not ledger.unexplained
     assert "removed" not in ledger.sentence()
-    found = ledger.steps[-1].parameters
+    parameters = ledger.steps[-1].parameters
     for name, true in (
         ("point_mass.mass", MASS.mass),
         ("point_mass.at", MASS.at),
         ("ground_spring.stiffness", stiffness),
         ("ground_spring.at", at),
     ):
-        estimate = found[f"structure.effects.{name}"]
+        estimate = parameters[f"structure.effects.{name}"]
         assert estimate.low < true < estimate.high, name

@@ -44,16 +44,16 @@ def test_the_next_problems_are_compiled_while_one_is_fitted():
 
 
 def test_few_problems_are_taken_before_they_are_due():
-    taken = []
+    problems = []
 
     def counted():
         for _ in range(5 * AHEAD):
-            taken.append(Fake())
-            yield taken[-1]
+            problems.append(Fake())
+            yield problems[-1]
 
-    for given, _ in enumerate(compiled_ahead(counted())):
-        assert len(taken) - given <= AHEAD + 1
-    assert len(taken) == 5 * AHEAD
+    for number, _ in enumerate(compiled_ahead(counted())):
+        assert len(problems) - number <= AHEAD + 1
+    assert len(problems) == 5 * AHEAD
 
 
 def test_a_compilation_that_fails_is_told_where_its_problem_is_due():

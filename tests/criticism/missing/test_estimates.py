@@ -37,7 +37,7 @@ def steps():
 
 @pytest.mark.parametrize("result", [ledger(*steps()), replace(ranking(), steps=steps())])
 def test_tables_are_printed_in_80_columns_with_the_gain_of_evidence(result):
-    steps_of = [replace(one, kind=one.added or "") for one in steps()]
+    steps_of = [replace(step, kind=step.added or "") for step in steps()]
     result = replace(result, steps=tuple(steps_of))
     assert [*result.table()["log evidence gained"]][:2] == ["0.0", "1264242"]
     lines = str(result).splitlines()

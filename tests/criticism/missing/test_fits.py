@@ -94,8 +94,8 @@ def test_hits_of_a_roved_hammer_are_held_out_one_at_a_time():
     problem = Mock(spec=Problem, data=SimpleNamespace(z=np.zeros(shape)))
     hits = [fold.reshape(shape) for fold in _folds(problem)][:-4]
     assert len(hits) == 4
-    for number, held in enumerate(hits):
-        assert held[:, number].all() and not np.delete(held, number, axis=1).any()
+    for number, mask in enumerate(hits):
+        assert mask[:, number].all() and not np.delete(mask, number, axis=1).any()
 
 
 def test_a_band_is_held_out_at_every_force_level():
@@ -113,12 +113,12 @@ def test_a_band_is_held_out_at_every_force_level():
     runs = [dataclasses.replace(measured(), force_level=level) for level in levels]
     data = driven.data(runs)
     sensors, *bands = np.split([*_folds(Problem(driven, data))], [2, 3, 4, 5])
-    for held in (fold.reshape(data.z.shape) for fold in np.concatenate(bands)):
-        lines = held.all(axis=(0, 1, 2, 3))  # at both sensors, every level, in both parts
+    for mask in (fold.reshape(data.z.shape) for fold in np.concatenate(bands)):
+        lines = mask.all(axis=(0, 1, 2, 3))  # at both sensors, every level, in both parts
         assert lines.sum() == alone.frequency.size / 4
-        np.testing.assert_array_equal(held, np.broadcast_to(lines, held.shape))
-    for number, held in enumerate(fold.reshape(data.z.shape) for fold in sensors):
-        assert held[number].all() and not np.delete(held, number, axis=0).any()
+        np.testing.assert_array_equal(mask, np.broadcast_to(lines, mask.shape))
+    for number, mask in enumerate(fold.reshape(data.z.shape) for fold in sensors):
+        assert mask[number].all() and not np.delete(mask, number, axis=0).any()
 
 
 @pytest.mark.parametrize("logarithmic", [False, True])

@@ -102,8 +102,8 @@ def test_damaged_and_copied_fits_are_made_anew_and_said(asked, full_store, store
     damaged.write_bytes(content)
     with pytest.warns(UserWarning, match="is damaged") as warned:
         assert same(asked(store=store), full_store[1])
-    told = {str(warning.message).split(" is damaged")[0] for warning in warned}
-    assert told == {str(damaged), str(copied)}
+    files = {str(warning.message).split(" is damaged")[0] for warning in warned}
+    assert files == {str(damaged), str(copied)}
 
 
 @pytest.mark.long

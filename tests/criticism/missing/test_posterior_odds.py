@@ -100,12 +100,12 @@ def test_the_gain_of_a_larger_error_is_that_of_its_integral(determined, factor):
     """Data of a linear model: the integral over the log-uniform factor, by the trapezoidal rule."""
     count = 240
     squares = factor**2 * (count - determined)
-    one = hypothesis([], 0.0, squares, dimension=determined)
-    one.problem.count = count
+    candidate = hypothesis([], 0.0, squares, dimension=determined)
+    candidate.problem.count = count
     log_factor = np.linspace(0.0, np.log(1e3), 20001)
     exponent = -0.5 * squares * np.expm1(-2 * log_factor) - (count - determined) * log_factor
     exact = np.log(trapezoid(np.exp(exponent), log_factor) / np.log(1e3))
-    shares = comparison(one).probabilities()
+    shares = comparison(candidate).probabilities()
     gain = np.log(shares[NONE] / shares[NOTHING]) - np.log(PRIOR_OF_NONE / (1 - PRIOR_OF_NONE))
     assert gain == pytest.approx(exact, abs=0.3)
 

@@ -34,8 +34,8 @@ def test_a_scan_in_parts_keeps_the_points_of_least_cost_of_all(problems, monkeyp
         np.testing.assert_allclose(part, expected, rtol=1e-6)
     monkeypatch.setattr(_scan, "KEPT", 45)
     assert np.all(np.diff(together.predicted_cost) >= 0)
-    rest = scanned(problems).predicted_cost[20:]
-    assert len(rest) == 25 and together.predicted_cost[-1] <= rest.min()
+    costs = scanned(problems).predicted_cost[20:]
+    assert len(costs) == 25 and together.predicted_cost[-1] <= costs.min()
 
 
 def test_the_best_place_of_a_scan_is_near_the_mass(problems):

@@ -72,6 +72,6 @@ def test_what_falls_far_short_of_a_fitted_effect_is_not_worth_a_fit(with_gain):
 def test_where_nothing_is_missing_few_are_worth_a_fit():
     null, exact = screened(seed=7)
     by_evidence = sorted(exact.hypotheses[1:], key=lambda h: -h.fit.log_evidence)
-    kept = worth_fitting(null, exact, by_evidence)
-    assert {id(hypothesis) for hypothesis in by_evidence[:ALWAYS]} <= {id(h) for h in kept}
-    assert len(kept) < len(by_evidence)
+    promising = worth_fitting(null, exact, by_evidence)
+    assert {id(hypothesis) for hypothesis in by_evidence[:ALWAYS]} <= {id(h) for h in promising}
+    assert len(promising) < len(by_evidence)

@@ -31,12 +31,12 @@ def test_it_ends_at_the_mode_of_many_starts(data, from_the_prior):
 
 
 def test_sizes_of_errors_begin_where_they_were(case):  # noqa: F811
-    given, measurement = case
-    fit = fitted_as_given(given, measurement)
-    posterior = bp.infer(given, measurement, engine=bp.engines.MAP(begin=fit.values))
+    experiment, measurement = case
+    fit = fitted_as_given(experiment, measurement)
+    posterior = bp.infer(experiment, measurement, engine=bp.engines.MAP(begin=fit.values))
     again = float(posterior["estimates"]["mode"].sel(unknown=SIZE))
     assert again == pytest.approx(float(fit.values[SIZE]), rel=0.05)
-    from_prior = bp.infer(given, measurement, engine=bp.engines.MAP(starts=8))
+    from_prior = bp.infer(experiment, measurement, engine=bp.engines.MAP(starts=8))
     evidences = [float(tree["estimates"]["log_evidence"]) for tree in (posterior, from_prior)]
     assert evidences[0] == pytest.approx(evidences[1], abs=0.5)
 

@@ -51,12 +51,14 @@ def test_blocks_of_many_data_hold_each_datum_once():
     patterns = np.random.default_rng(0).random((200, 12)) < 0.3
     changes = patterns[:, np.random.default_rng(1).integers(0, 12, 30_000)]
     groups = column_groups(changes)
-    found = {tuple(block.unknowns): np.arange(30_000)[block.data] for block in groups.blocks}
-    assert len(found) == 12
-    for unknowns, data in found.items():
+    data_of_unknowns = {
+        tuple(block.unknowns): np.arange(30_000)[block.data] for block in groups.blocks
+    }
+    assert len(data_of_unknowns) == 12
+    for unknowns, data in data_of_unknowns.items():
         for datum in data[:3]:
             np.testing.assert_array_equal(np.flatnonzero(changes[:, datum]), unknowns)
-    assert sum(map(len, found.values())) == 30_000
+    assert sum(map(len, data_of_unknowns.values())) == 30_000
 
 
 def test_no_unknown_makes_no_group():

@@ -149,9 +149,9 @@ def test_data_of_weight_zero_have_no_say(linear):
     weight = np.ones(model.count)
     weight[:15] = 0
     ends, _ = minimise(problem.objective(weight=weight), np.zeros((1, 3)), steps=20)
-    kept = Linear()
-    kept.matrix, kept.y, kept.count = model.matrix[15:], model.y[15:], model.count - 15
-    np.testing.assert_allclose(ends[0], kept.posterior()[0], atol=1e-5)
+    reduced = Linear()
+    reduced.matrix, reduced.y, reduced.count = model.matrix[15:], model.y[15:], model.count - 15
+    np.testing.assert_allclose(ends[0], reduced.posterior()[0], atol=1e-5)
 
 
 def test_starts_are_the_middle_and_draws_of_the_prior():

@@ -23,8 +23,8 @@ THETA = np.pi / 4 * np.arange(9)
 
 
 def load(path):
-    held = arrays.load(Path(path))
-    return held.arrays
+    loaded = arrays.load(Path(path))
+    return loaded.arrays
 
 
 def of_matlab(name):
@@ -69,9 +69,9 @@ def test_a_file_of_matlab_7_3_is_read():
     ],
 )
 def test_what_is_not_read_of_matlab_says_why(name, reason):
-    held = arrays.load(of_matlab(name))
-    assert not held.arrays
-    [(_, why)] = held.left_out.items()
+    loaded = arrays.load(of_matlab(name))
+    assert not loaded.arrays
+    [(_, why)] = loaded.left_out.items()
     assert reason in why
 
 
@@ -97,13 +97,13 @@ def test_files_of_h5py_are_read():
     path = OF_H5PY / "compound-dtype-complex.h5"
     if not path.is_file():
         pytest.skip(f"this build of h5py comes without its files: there is no {path}")
-    held = load(path)
-    assert {values.dtype.kind for values in held.values()} == {"c"}
+    loaded = load(path)
+    assert {values.dtype.kind for values in loaded.values()} == {"c"}
     with h5py.File(path) as file:
-        places = {name: file[name].id.get_offset() for name in held}
+        places = {name: file[name].id.get_offset() for name in loaded}
     for name in ("<c16", "<c8", ">c16", ">c8"):  # the bytes as they lie in the file
         stored = np.fromfile(path, name, count=100, offset=places[name])
-        np.testing.assert_array_equal(held[name], stored)
+        np.testing.assert_array_equal(loaded[name], stored)
 
 
 def write_matlab_7_3(path, **variables):
@@ -136,30 +136,30 @@ def test_a_file_of_the_documented_layout_of_matlab_7_3_is_read(tmp_path):
     path = tmp_path / "measured.mat"
     frf = np.arange(24.0).reshape(4, 3, 2) * (1 + 2j)
     write_matlab_7_3(path, H=frf, label="plate", axis={"f": [1.0, 2.0, 3.0, 4.0]})
-    held = arrays.load(path)
-    assert held.format == "a MATLAB 7.3 file"
-    np.testing.assert_array_equal(held.arrays["H"], frf)
-    np.testing.assert_array_equal(held.arrays["axis.f"], [1, 2, 3, 4])
-    assert str(held.arrays["label"]) == "plate"
+    loaded = arrays.load(path)
+    assert loaded.format == "a MATLAB 7.3 file"
+    np.testing.assert_array_equal(loaded.arrays["H"], frf)
+    np.testing.assert_array_equal(loaded.arrays["axis.f"], [1, 2, 3, 4])
+    assert str(loaded.arrays["label"]) == "plate"
 
 
 @pytest.mark.parametrize("options", [{}, {"do_compression": True}])
 def test_files_of_scipy_are_read(tmp_path, options):
     content = {"H": np.eye(3) * 1j, "names": ["s1", "s2"], "run": {"f": [1.0, 2.0], "unit": "Hz"}}
     scipy.io.savemat(tmp_path / "a.mat", content, **options)
-    held = load(tmp_path / "a.mat")
-    np.testing.assert_array_equal(held["H"], np.eye(3) * 1j)
-    assert held["names"].tolist() == ["s1", "s2"]
-    np.testing.assert_array_equal(held["run.f"], [1, 2])
-    assert str(held["run.unit"]) == "Hz"
+    loaded = load(tmp_path / "a.mat")
+    np.testing.assert_array_equal(loaded["H"], np.eye(3) * 1j)
+    assert loaded["names"].tolist() == ["s1", "s2"]
+    np.testing.assert_array_equal(loaded["run.f"], [1, 2])
+    assert str(loaded["run.unit"]) == "Hz"
 
 
 def test_lists_that_mix_numbers_and_texts_are_left_out(tmp_path):
     cells = np.array([1.0, "x"], dtype=object)
     scipy.io.savemat(tmp_path / "a.mat", {"mixed": cells, "f": [1.0, 2.0]})
-    held = arrays.load(tmp_path / "a.mat")
-    assert held.left_out == {"mixed": "it holds neither numbers nor text"}
-    assert list(held.arrays) == ["f"]
+    loaded = arrays.load(tmp_path / "a.mat")
+    assert loaded.left_out == {"mixed": "it holds neither numbers nor text"}
+    assert list(loaded.arrays) == ["f"]
 
 
 def test_hdf5_opens_no_other_file(tmp_path):
@@ -178,11 +178,11 @@ def test_hdf5_opens_no_other_file(tmp_path):
         file.create_dataset(
             "external", (4,), "f8", external=[(str(tmp_path / "secret.h5"), 0, h5py.h5f.UNLIMITED)]
         )
-    held = arrays.load(tmp_path / "a.h5")
-    np.testing.assert_array_equal(held.arrays.pop("g/f"), [0, 1, 2])
-    assert held.units == {"g/f": "Hz"}
-    assert not held.arrays
-    assert held.left_out == {
+    loaded = arrays.load(tmp_path / "a.h5")
+    np.testing.assert_array_equal(loaded.arrays.pop("g/f"), [0, 1, 2])
+    assert loaded.units == {"g/f": "Hz"}
+    assert not loaded.arrays
+    assert loaded.left_out == {
         "g/again": "it is another name of an object that is read already",
         "outside": "it is a link to another place, which is not followed",
         "packed": "it is packed by scale_factor and add_offset, which are not applied",
@@ -225,15 +225,15 @@ def test_a_file_that_ends_the_interpreter_is_refused(tmp_path, monkeypatch):
 )
 def test_columns_are_read(tmp_path, content, columns, units):
     (tmp_path / "a.csv").write_text(content, encoding="utf-8")
-    held = arrays.load(tmp_path / "a.csv")
-    assert {name: values.tolist() for name, values in held.arrays.items()} == columns
-    assert held.units.get("frequency") == units
+    loaded = arrays.load(tmp_path / "a.csv")
+    assert {name: values.tolist() for name, values in loaded.arrays.items()} == columns
+    assert loaded.units.get("frequency") == units
 
 
 def test_lines_above_the_columns_are_told(tmp_path):
     (tmp_path / "a.txt").write_text("Laboratory; plate 3; 1.5\nf;H\n1,5;2\n2,5;3\n")
-    held = arrays.load(tmp_path / "a.txt")
-    assert held.left_out == {"line 'Laboratory plate 3 1.5'": "it stands before the columns"}
+    loaded = arrays.load(tmp_path / "a.txt")
+    assert loaded.left_out == {"line 'Laboratory plate 3 1.5'": "it stands before the columns"}
 
 
 @pytest.mark.parametrize(
@@ -268,10 +268,10 @@ def test_workbooks_of_pandas_are_read(tmp_path):
     table = pd.DataFrame({"frequency [Hz]": [1.0, 2.0], "name": ["a", "b"]})
     with pd.ExcelWriter(tmp_path / "a.xlsx", engine="openpyxl") as file:
         table.to_excel(file, sheet_name="one", index=False)
-    held = arrays.load(tmp_path / "a.xlsx")
-    np.testing.assert_array_equal(held.arrays["frequency"], [1, 2])
-    assert held.arrays["name"].tolist() == ["a", "b"]
-    assert held.units == {"frequency": "Hz"}
+    loaded = arrays.load(tmp_path / "a.xlsx")
+    np.testing.assert_array_equal(loaded.arrays["frequency"], [1, 2])
+    assert loaded.arrays["name"].tolist() == ["a", "b"]
+    assert loaded.units == {"frequency": "Hz"}
 
 
 def test_columns_of_several_sheets_are_told_apart(tmp_path):
@@ -291,9 +291,9 @@ def test_sheets_that_are_no_tables_of_numbers_are_left_out(tmp_path):
     for row in (["f", "H"], [1, 2.5]):
         second.append(row)
     book.save(tmp_path / "a.xlsx")
-    held = arrays.load(tmp_path / "a.xlsx")
-    assert list(held.arrays) == ["f", "H"]
-    [(sheet, reason)] = held.left_out.items()
+    loaded = arrays.load(tmp_path / "a.xlsx")
+    assert list(loaded.arrays) == ["f", "H"]
+    [(sheet, reason)] = loaded.left_out.items()
     assert sheet == "sheet Sheet"
     assert "the column 'x' holds numbers and ''" in reason
 
@@ -321,9 +321,9 @@ def test_a_row_far_below_the_last_one_is_refused(tmp_path):
 
 def test_names_that_cannot_be_printed_are_left_out(tmp_path):
     np.savez(tmp_path / "a.npz", **{"H\x1b[2J": [1.0], "f": [1.0], "x" * 600: [1.0]})
-    held = arrays.load(tmp_path / "a.npz")
-    assert list(held.arrays) == ["f"]
-    assert "'H\\x1b[2J'" in held.left_out
+    loaded = arrays.load(tmp_path / "a.npz")
+    assert list(loaded.arrays) == ["f"]
+    assert "'H\\x1b[2J'" in loaded.left_out
 
 
 def with_member(path, name, content, **options):

@@ -15,11 +15,11 @@ MASS = {"kind": "point_mass", "candidate": 1, "name": "clamp"}
 def folder(tmp_path):
     """Return a function that makes a folder of a name."""
 
-    def made(name):
+    def case_folder(name):
         (tmp_path / name).mkdir()
         return tmp_path / name
 
-    return made
+    return case_folder
 
 
 def test_a_case_with_effects_is_the_one_without_and_default_candidates(folder):
@@ -38,13 +38,13 @@ def test_a_case_with_effects_is_the_one_without_and_default_candidates(folder):
 
 def test_a_completed_case_is_complete_and_read_back(tmp_path, folder):
     path = written(folder("given"))
-    given = case.read(path)
-    added = bp.effects.library(given.experiment, ["point_mass", "channel_delay"]).effects
+    incomplete = case.read(path)
+    added = bp.effects.library(incomplete.experiment, ["point_mass", "channel_delay"]).effects
     (mass,), delay = added[:1], added[-1]
-    write_completed(tmp_path / "sub" / "completed", path, given.experiment, [mass, delay])
+    write_completed(tmp_path / "sub" / "completed", path, incomplete.experiment, [mass, delay])
     completed = case.read(tmp_path / "sub" / "completed")
-    assert eqx.tree_equal(completed.experiment, given.experiment + mass + delay)
-    assert (completed.measurement.frf == given.measurement.frf).all()
+    assert eqx.tree_equal(completed.experiment, incomplete.experiment + mass + delay)
+    assert (completed.measurement.frf == incomplete.measurement.frf).all()
 
 
 @pytest.mark.parametrize(

@@ -181,7 +181,7 @@ def test_arrays_that_say_what_they_are_need_no_mapping(tmp_path, suffix):
         "quantity": np.array("accelerance"),
         "coherence": COHERENCE,
     }
-    write = np.savez if suffix == ".npz" else lambda path, **held: scipy.io.savemat(path, held)
+    write = np.savez if suffix == ".npz" else lambda path, **arrays: scipy.io.savemat(path, arrays)
     write(tmp_path / f"a{suffix}", **content)
     imported = bp.io.read(tmp_path / f"a{suffix}")
     check_read(imported, factor=1.0)
@@ -198,8 +198,8 @@ def test_a_unit_that_columns_leave_open_is_that_of_the_mapping(tmp_path):
 
 def test_a_unit_that_is_not_that_of_the_file_is_refused(tmp_path):
     names = {"sensors": np.array(["s1"]), "actuators": np.array(["a1"])}
-    own = {"frf": FRF[:1], "frequency": LINES, "quantity": np.array("accelerance"), **names}
-    np.savez(tmp_path / "a.npz", **own)
+    stated = {"frf": FRF[:1], "frequency": LINES, "quantity": np.array("accelerance"), **names}
+    np.savez(tmp_path / "a.npz", **stated)
     assert bp.io.read_measurement(tmp_path / "a.npz", mapping={"unit": "m/s²/N"}).frf.shape[2] == 6
     with pytest.raises(ValueError, match=r"the FRFs are in 'g/N' and .*a\.npz says '.m/s.2./N'"):
         bp.io.read(tmp_path / "a.npz", {"unit": "g/N"})
@@ -212,8 +212,8 @@ def test_universal_files_of_another_writer_are_read(tmp_path):
     np.testing.assert_allclose(imported.measurement.frf[0, 0], FRF[0, 0], rtol=1e-5)
     assert imported.measurement.averages == 4
     assert "dataset 151 (1), since it holds neither FRFs" in str(imported.report)
-    told = {"convention": "exp(-i w t)", "force_level": 2.5}
-    other = bp.io.read(path, told)
+    mapping = {"convention": "exp(-i w t)", "force_level": 2.5}
+    other = bp.io.read(path, mapping)
     np.testing.assert_array_equal(other.measurement.frf, imported.measurement.frf.conj())
     assert other.measurement.force_level == 2.5
     assert "in SI by its units, conjugated, since the file is under exp(-i w t)." in str(other)
@@ -265,13 +265,13 @@ def _write_by_pyuff(path, reference=7):
     ["testcomplex_6.1_SOL2.mat", "testcomplex_6.5.1_GLNX86.mat", "testcomplex_7.4_GLNX86.mat"],
 )
 def test_files_that_matlab_wrote_are_read_with_a_mapping(name):
-    said = {
+    mapping = {
         "frf": {"array": "testcomplex", "unit": "mm/s/N"},
         "frequency": {"first": 0.1, "step": 0.2, "unit": "kHz"},
         "sensors": ["s1"],
         "actuators": ["a1"],
     }
-    measurement = bp.io.read(of_matlab(name), said).measurement
+    measurement = bp.io.read(of_matlab(name), mapping).measurement
     theta = np.pi / 4 * np.arange(9)
     np.testing.assert_allclose(measurement.frf[0, 0], 1e-3 * np.exp(1j * theta), atol=1e-18)
     np.testing.assert_allclose(measurement.frequency, 100 + 200 * np.arange(9))
@@ -482,9 +482,9 @@ def test_structures_of_testlab_are_asked_for_by_their_names(tmp_path, options):
     scipy.io.savemat(tmp_path / "run.mat", content, **options)
     with pytest.raises(ValueError, match="nothing says which array holds the FRFs") as error:
         bp.io.read(tmp_path / "run.mat")
-    said = tomllib.loads(lines_asked_for(error))
-    assert said["frf"]["array"] == "FRF.y_values.values"
-    assert said["frequency"]["first"] == "FRF.x_values.start_value"
+    lines = tomllib.loads(lines_asked_for(error))
+    assert lines["frf"]["array"] == "FRF.y_values.values"
+    assert lines["frequency"]["first"] == "FRF.x_values.start_value"
     corrected = lines_asked_for(error).replace("s2+x", "s2-y").replace("(m/s^2)/N", "g/N")
     (tmp_path / "run.toml").write_text(corrected)
     check_read(bp.io.read(tmp_path / "run.toml"))
@@ -513,9 +513,9 @@ def test_columns_are_asked_for_by_their_names(tmp_path):
     (tmp_path / "a.csv").write_text("Freq,re,im\n1,2,3\n2,3,4\n")
     with pytest.raises(ValueError, match="nothing says which array holds the FRFs") as error:
         bp.io.read(tmp_path / "a.csv")
-    said = tomllib.loads(lines_asked_for(error))
-    assert said["frf"][0] | {"real": "re", "imaginary": "im"} == said["frf"][0]
-    assert said["frequency"] == {"array": "Freq", "unit": "Hz"}
+    lines = tomllib.loads(lines_asked_for(error))
+    assert lines["frf"][0] | {"real": "re", "imaginary": "im"} == lines["frf"][0]
+    assert lines["frequency"] == {"array": "Freq", "unit": "Hz"}
     (tmp_path / "a.toml").write_text(lines_asked_for(error))
     measurement = bp.io.read_measurement(tmp_path / "a.toml")
     np.testing.assert_array_equal(measurement.frf[0, 0], [2 + 3j, 3 + 4j])
@@ -820,9 +820,9 @@ def test_a_column_whose_name_cannot_be_printed_keeps_its_number(tmp_path):
 def test_what_single_pairs_name_themselves_is_refused_beside_them(tmp_path, fields, sentence):
     (tmp_path / "a.csv").write_text("f,A,B\n1,2,3\n2,3,4\n")
     pair = {"sensor": "s1", "actuator": "a1", "real": "A", "imaginary": "B"}
-    said = {"frf": [pair], "unit": "g/N", "frequency": {"array": "f", "unit": "Hz"}, **fields}
+    mapping = {"frf": [pair], "unit": "g/N", "frequency": {"array": "f", "unit": "Hz"}, **fields}
     with pytest.raises(ValueError, match=sentence):
-        bp.io.read(tmp_path / "a.csv", said)
+        bp.io.read(tmp_path / "a.csv", mapping)
 
 
 def test_decibels_may_state_their_reference(tmp_path):

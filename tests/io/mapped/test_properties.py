@@ -53,8 +53,8 @@ def blocks(draw):
 def write_blocks(folder, form, frf, frequency, order):
     """Write FRFs in a form, and a mapping that says what they are."""
     axes = ("sensor", "actuator", "frequency")
-    held = np.transpose(frf, [axes.index(axis) for axis in order])
-    content = {"H": held, "f": frequency}
+    block = np.transpose(frf, [axes.index(axis) for axis in order])
+    content = {"H": block, "f": frequency}
     if form == "npz":
         np.savez(folder / "a.npz", **content)
     elif form == "mat 7.3":
@@ -191,16 +191,18 @@ def readers(tmp_path_factory):
         "csv": ("a.csv", in_columns, lambda path: bp.io.read(path).measurement, False),
         "xlsx": ("a.xlsx", in_workbook, lambda path: bp.io.read(path).measurement, True),
     }
-    listed = {
+    readers_by_name = {
         form: Reader(name, written(folder, name, write), read, of_measurement, exact=exact)
         for form, (name, write, read, exact) in forms.items()
     }
-    listed["mapping"] = Reader("a.toml", mapping, read_mapping, of_measurement)
+    readers_by_name["mapping"] = Reader("a.toml", mapping, read_mapping, of_measurement)
     for name in ("channels.csv", "channels.xlsx"):
         content = written(folder, name, lambda path: write_table(path, TABLE))
         exact = name.endswith("xlsx")
-        listed[name] = Reader(name, content, channel_table.read, of_rows, exact=exact)
-    return Readers((name, (reader, valid(folder, reader))) for name, reader in listed.items())
+        readers_by_name[name] = Reader(name, content, channel_table.read, of_rows, exact=exact)
+    return Readers(
+        (name, (reader, valid(folder, reader))) for name, reader in readers_by_name.items()
+    )
 
 
 FAST = ("mat 5", "mat 7", "npz", "csv", "xlsx", "mapping", "channels.csv", "channels.xlsx")

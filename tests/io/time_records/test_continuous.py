@@ -98,11 +98,11 @@ def test_the_variance_is_the_scatter_of_many_tests(overlap):
     # At the resonance segments also err by what they cut off, which the next segment makes up for.
     assert np.all(ratio[..., ~away] < 1 + 5 / np.sqrt(tests))
     errors = (frfs - frfs.mean(axis=0))[..., away] / np.sqrt(truth[..., away])
-    beside = np.abs(np.mean(errors[..., 1:].conj() * errors[..., :-1], axis=0)) ** 2
+    neighbouring = np.abs(np.mean(errors[..., 1:].conj() * errors[..., :-1], axis=0)) ** 2
     if (
         overlap == 0.0
     ):  # neighbouring lines have the correlation 2 / 3, of the force and of the noise
-        assert np.mean(beside) - 1 / tests == pytest.approx((2 / 3) ** 4, abs=0.03)
+        assert np.mean(neighbouring) - 1 / tests == pytest.approx((2 / 3) ** 4, abs=0.03)
     expected = {0.0: 24.0, 0.5: 44.6, 0.75: 47.0}[overlap]
     assert runs[0].measurement.averages == pytest.approx(expected, abs=1.0)
 
@@ -184,8 +184,8 @@ def test_short_segments_are_flagged():
     assert "resonance at 100 Hz is 4" in sentence and "lowers its peak by" in sentence
     peak = np.abs(estimated(force, motion).measurement.lines([100.0]).frf[0, 0, 0])
     share = 1 - peak / np.abs(exact(np.array([100.0])))[0, 0]
-    told = float(sentence.split("peak by ")[1].split(" %")[0]) / 100
-    assert told == pytest.approx(share, abs=0.02)
+    lowering = float(sentence.split("peak by ")[1].split(" %")[0]) / 100
+    assert lowering == pytest.approx(share, abs=0.02)
     assert not estimated(force, motion, bp.time_records.Continuous(segment=12.0)).warnings[1:]
     noisy = recorded(7, 10.0, (0.02, 2e-3))
     assert not estimated(*noisy).warnings

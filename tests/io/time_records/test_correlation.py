@@ -22,8 +22,8 @@ def test_it_is_the_sum_of_squared_correlations(repeats, weights):
     random, tests = np.random.default_rng(repeats), 30
     lagged = np.correlate(weights, weights, "full") / np.sum(np.square(weights))
     drawn = [errors(random, repeats, weights) for _ in range(tests)]
-    told = [correlation.correlated_lines(each - each.mean(axis=0)) for each in drawn]
-    assert np.mean(told) == pytest.approx(np.sum(lagged**2), rel=0.02 + 5 * np.std(told) / 30**0.5)
+    sums = [correlation.correlated_lines(each - each.mean(axis=0)) for each in drawn]
+    assert np.mean(sums) == pytest.approx(np.sum(lagged**2), rel=0.02 + 5 * np.std(sums) / 30**0.5)
 
 
 def test_what_does_not_differ_and_few_lines_tell_nothing():

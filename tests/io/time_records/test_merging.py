@@ -48,9 +48,9 @@ def test_what_only_some_know_is_unknown_elsewhere():
     np.testing.assert_array_equal(both.coherence[:, 0], first.coherence[:, 0])
     assert np.isnan(both.coherence[:, 1]).all()
     by_coherence = dataclasses.replace(first, variance=None)
-    told = bp.time_records.merged([by_coherence, second]).variance
-    np.testing.assert_array_equal(told[:, 0], by_coherence.noise_variance()[:, 0])
-    np.testing.assert_array_equal(told[:, 1], second.variance[:, 0])
+    variance = bp.time_records.merged([by_coherence, second]).variance
+    np.testing.assert_array_equal(variance[:, 0], by_coherence.noise_variance()[:, 0])
+    np.testing.assert_array_equal(variance[:, 1], second.variance[:, 0])
     without = [dataclasses.replace(measured, variance=None) for measured in (first, second)]
     known = bp.time_records.merged(without).variance
     assert np.isnan(known[:, 1]).all() and np.isfinite(known[:, 0]).all()

@@ -72,6 +72,6 @@ def test_few_samples_at_a_limit_are_told_by_their_number():
 def test_a_stated_range_and_a_dead_channel_are_told():
     assert fault(TONE, s1=5.0) == "s1 reaches its range of 5 at 0.033 s: it is overloaded"
     assert fault(TONE, s1=5.1) is None
-    told = fault(TONE, slice(500, None), s1=5.0)  # the tone has its greatest value every 68 ms
-    assert told == "s1 reaches its range of 5 at 0.512 s: it is overloaded"
+    sentence = fault(TONE, slice(500, None), s1=5.0)  # the tone has its greatest value every 68 ms
+    assert sentence == "s1 reaches its range of 5 at 0.512 s: it is overloaded"
     assert fault(0 * TONE + 3.0) == ("s1 stays at 3 throughout, as a channel that is not connected")

@@ -41,10 +41,10 @@ BLEVINS = {
 
 @functools.cache
 def line(kind, ends):
-    made = (
+    modes = (
         beams.bar(MANY, **BAR, ends=ends) if kind == "bar" else beams.beam(MANY, **BEAM, ends=ends)
     )
-    return made, jax.jit(jax.vmap(lambda position: made.shapes(position)[0]))
+    return modes, jax.jit(jax.vmap(lambda position: modes.shapes(position)[0]))
 
 
 def padded(position):
@@ -213,9 +213,9 @@ def hermite_beam(ends, elements=60):
         window = slice(first, first + 4)
         stiffness[window, window] += STIFFNESS * MOMENT / h**3 * stiff * turn
         mass[window, window] += DENSITY * AREA * h / 420 * heavy * turn
-    held = {"fixed": (0, 1), "pinned": (0,), "guided": (1,), "free": ()}
+    fixed_dofs = {"fixed": (0, 1), "pinned": (0,), "guided": (1,), "free": ()}
     left, right = ends.split("-")
-    gone = [*held[left], *(size - 2 + dof for dof in held[right])]
+    gone = [*fixed_dofs[left], *(size - 2 + dof for dof in fixed_dofs[right])]
     keep = np.setdiff1d(np.arange(size), gone)
     squared, vectors = eigh(stiffness[np.ix_(keep, keep)], mass[np.ix_(keep, keep)])
     shapes = np.zeros((size, squared.size))

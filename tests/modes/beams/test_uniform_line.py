@@ -49,8 +49,10 @@ def test_the_flexibility_is_the_sum_over_all_modes(kind, ends):
     flexibility = table(lambda x, y: member.static_flexibility(x, y)[0, 0])
     left = []
     for modes in (KEPT, LONG):
-        kept = slice(0, modes - member.rigid_body_modes)
-        left.append(np.abs(flexibility - phi[:, kept] / squared[kept] @ phi[:, kept].T).max())
+        elastic = slice(0, modes - member.rigid_body_modes)
+        left.append(
+            np.abs(flexibility - phi[:, elastic] / squared[elastic] @ phi[:, elastic].T).max()
+        )
     # Modes beyond n add as the sum of 1/k^order from there.
     rate = 1 if kind == "bar" else 3
     assert 0.4 < left[1] / left[0] * (LONG / KEPT) ** rate < 2.5

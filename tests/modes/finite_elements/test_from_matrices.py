@@ -131,8 +131,8 @@ def test_receptances_are_those_of_a_direct_solution(model, name):
 
 
 def _without_statics(modes):
-    kept = {name: getattr(modes, name) for name in modes.__dataclass_fields__}
-    return type(modes)(**{**kept, "flexibility": None})
+    fields = {name: getattr(modes, name) for name in modes.__dataclass_fields__}
+    return type(modes)(**{**fields, "flexibility": None})
 
 
 # A scikit-fem model as it stands: basis, stiffness, mass.

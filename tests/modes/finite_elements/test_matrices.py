@@ -266,10 +266,12 @@ def test_rotations_may_have_no_mass():
     lumped = np.tile([1.0, 0.0], ELEMENTS + 1)
     model = beam(mass=diags_array(lumped), fixed=[0, 1])
     free = np.arange(2, SIZE)
-    kept, gone = free[::2], free[1::2]
+    retained, eliminated = free[::2], free[1::2]
     full = model.stiffness.toarray()
-    inner = np.linalg.solve(full[np.ix_(gone, gone)], full[np.ix_(gone, kept)])
-    condensed = full[np.ix_(kept, kept)] - full[np.ix_(kept, gone)] @ inner
+    inner = np.linalg.solve(
+        full[np.ix_(eliminated, eliminated)], full[np.ix_(eliminated, retained)]
+    )
+    condensed = full[np.ix_(retained, retained)] - full[np.ix_(retained, eliminated)] @ inner
     expected = np.sqrt(np.linalg.eigvalsh(condensed)[:4]) / (2 * np.pi)
     assert model.modes(count=4).natural_frequency == pytest.approx(expected, rel=1e-8)
     with pytest.raises(ValueError, match="the structure has 20"):
@@ -329,8 +331,8 @@ def test_a_band_is_filled_as_the_inertia_says(held_plate, monkeypatch):
 
     def careless(flexibility, count, seed):
         pairs = lanczos(flexibility, count + 1, seed)
-        kept = np.arange(count + 1) != (2 if seed == 0 else count)
-        return eigenmodes.Eigenmodes(pairs.eigenvalues[kept], pairs.shape[:, kept])
+        retained = np.arange(count + 1) != (2 if seed == 0 else count)
+        return eigenmodes.Eigenmodes(pairs.eigenvalues[retained], pairs.shape[:, retained])
 
     monkeypatch.setattr(eigenmodes, "_lanczos", careless)
     frequencies = held_plate.modes(up_to=limit).natural_frequency
@@ -343,9 +345,11 @@ def test_a_mode_that_lanczos_missed_is_found_again(held_plate, monkeypatch):
     def careless(flexibility, count, seed):
         asked.append(seed)
         pairs = lanczos(flexibility, count + 1, seed)
-        kept = np.arange(count + 1) != 2
+        retained = np.arange(count + 1) != 2
         return (
-            pairs if seed else eigenmodes.Eigenmodes(pairs.eigenvalues[kept], pairs.shape[:, kept])
+            pairs
+            if seed
+            else eigenmodes.Eigenmodes(pairs.eigenvalues[retained], pairs.shape[:, retained])
         )
 
     monkeypatch.setattr(eigenmodes, "_lanczos", careless)

@@ -107,5 +107,5 @@ def test_release_needs_a_structure_that_is_held():
 
 
 def test_the_model_says_what_it_is(plate):
-    said = "Matrices: 20 nodes, 80 degrees of freedom, 32 of them held, 0 regions"
-    assert repr(Matrices(**plate.model())) == said
+    sentence = "Matrices: 20 nodes, 80 degrees of freedom, 32 of them held, 0 regions"
+    assert repr(Matrices(**plate.model())) == sentence

@@ -122,20 +122,20 @@ def test_a_gap_above_many_modes_makes_none_of_them_rigid():
 
 def test_few_nodes_are_kept_with_their_rows(arrays):
     model = built(arrays, node=[40, 30, 20, 10], damping_ratio=[0.01, 0.02, 0.03])
-    kept = model.restricted([10, 40])
-    assert kept.node.tolist() == [40, 10]
-    assert kept.dof[:, 0].tolist() == [40] * 3 + [10] * 3
-    np.testing.assert_array_equal(kept.position, model.position[[0, 3]])
-    np.testing.assert_array_equal(kept.shape, model.shape[[0, 1, 2, 9, 10, 11]])
-    np.testing.assert_array_equal(kept.damping_ratio, model.damping_ratio)
+    restricted = model.restricted([10, 40])
+    assert restricted.node.tolist() == [40, 10]
+    assert restricted.dof[:, 0].tolist() == [40] * 3 + [10] * 3
+    np.testing.assert_array_equal(restricted.position, model.position[[0, 3]])
+    np.testing.assert_array_equal(restricted.shape, model.shape[[0, 1, 2, 9, 10, 11]])
+    np.testing.assert_array_equal(restricted.damping_ratio, model.damping_ratio)
 
 
 def test_the_lowest_modes_are_kept(arrays):
     model = built(arrays, damping_ratio=[0.01, 0.02, 0.03])
-    for kept in (model.count(2), model.below(31.5)):
-        np.testing.assert_array_equal(kept.shape, model.shape[:, :2])
-        assert kept.natural_frequency.tolist() == [12.0, 31.0]
-        assert kept.damping_ratio.tolist() == [0.01, 0.02]
+    for lowest in (model.count(2), model.below(31.5)):
+        np.testing.assert_array_equal(lowest.shape, model.shape[:, :2])
+        assert lowest.natural_frequency.tolist() == [12.0, 31.0]
+        assert lowest.damping_ratio.tolist() == [0.01, 0.02]
     assert model.below(31.0).natural_frequency.tolist() == [12.0]
 
 

@@ -281,9 +281,9 @@ def test_rigid_body_modes_are_known_and_not_counted():
     modes = UnknownModes(free, frequency=[50.0, 70.0], modal_mass=[2.0, 3.0])
     np.testing.assert_allclose(modes.natural_frequency, [0] * 6 + [50.0, 70.0])
     place = jnp.asarray(PLACES[1])
-    kept, before = np.asarray(modes.shapes(place)), np.asarray(free.shapes(place))
-    np.testing.assert_array_equal(kept[:, :6], before[:, :6])
-    np.testing.assert_allclose(kept[:, 6:], before[:, 6:] / np.sqrt([2.0, 3.0]))
+    shapes_after, before = np.asarray(modes.shapes(place)), np.asarray(free.shapes(place))
+    np.testing.assert_array_equal(shapes_after[:, :6], before[:, :6])
+    np.testing.assert_allclose(shapes_after[:, 6:], before[:, 6:] / np.sqrt([2.0, 3.0]))
 
 
 def test_crossing_frequencies_keep_their_shapes_and_damping():

@@ -118,10 +118,10 @@ def energy(matrices, edge, w):
 
 def test_an_edge_held_by_itself_moves_at_its_ends_too():
     small = Plate((8, 6), SIDES)
-    held = small.fixed[np.isin(small.dof[small.fixed, 1], [3, 5])]
-    number = small.dof[held, 0]
+    fixed_rows = small.fixed[np.isin(small.dof[small.fixed, 1], [3, 5])]
+    number = small.dof[fixed_rows, 0]
     matrices = bp.finite_elements.Matrices(
-        **{**small.model(), "fixed": held[np.isclose(small.position[number - 1, 1], 0.0)]}
+        **{**small.model(), "fixed": fixed_rows[np.isclose(small.position[number - 1, 1], 0.0)]}
     )
     edge = soft_supports.edge(matrices, (0.0, 0.0, 0.0), (SIDES[0], 0.0, 0.0))
     w = np.polynomial.Polynomial([1.0, -2.0, 0.5, 3.0])

@@ -35,8 +35,8 @@ def folder(tmp_path_factory):
     study = home / "bar_with_a_mass.py"
     study.write_text(MODEL + HIDDEN + MEASUREMENT)
     effects = ("--effects", "point_mass,time_delay")
-    said = run("improve", study, *effects, "--report", "--out", home / "monday")
-    assert f"Report to hand on: {home / 'monday' / 'report.html'}" in said
+    output = run("improve", study, *effects, "--report", "--out", home / "monday")
+    assert f"Report to hand on: {home / 'monday' / 'report.html'}" in output
     return home / "monday"
 
 
@@ -64,8 +64,8 @@ def test_all_sections_are_there_and_the_verdict_comes_first(folder, chapter):
     assert [name for name, _ in chapter.sections] == WITHOUT_COMMENTS
     assert chapter.verdict.startswith("Missing: point_mass")
     tree = check_page(folder / "report.html")
-    said = next(p for p in tree.iter("p") if p.get("class") == "verdict")
-    assert "".join(said.itertext()) == chapter.verdict
+    paragraph = next(p for p in tree.iter("p") if p.get("class") == "verdict")
+    assert "".join(paragraph.itertext()) == chapter.verdict
 
 
 def test_every_figure_has_a_sentence_its_numbers_and_tags(chapter):
@@ -179,8 +179,8 @@ def test_the_data_of_a_week_later_are_added_and_comments_stay(folder, tmp_path):
         "Cold.",
     )
     run("report", folder, "--to", page, "--label", "week 2", "--comment", "Warm.")
-    said = run("report", folder, "--to", page, "--label", "week 1")
-    assert said.strip() == f"Report to hand on: {page}"
+    output = run("report", folder, "--to", page, "--label", "week 1")
+    assert output.strip() == f"Report to hand on: {page}"
     report = Report.read(page)
     assert report.title == "Bridge"
     assert [chapter.label for chapter in report.chapters] == ["week 1", "week 2"]

@@ -213,8 +213,8 @@ def test_a_second_state_keeps_the_first_and_all_comments(filled):
     assert [chapter.label for chapter in filled.chapters] == ["Bar with a clamp", "week 2"]
     second = filled.chapters[1]
     assert second.verdict == "A mass is new."
-    told = [item.content.sentences for item in second.items]
-    assert told == [("Mass.",), ("Warmer than before.",)]
+    sentences = [item.content.sentences for item in second.items]
+    assert sentences == [("Mass.",), ("Warmer than before.",)]
     assert len(filled.chapters[0].items) == 5
 
 
@@ -222,7 +222,7 @@ def test_sections_come_in_one_order_and_new_ones_last():
     items = [Item(name, "t", Text(("x",))) for name in ("Mine", "Settings", "Verdict", "Mine")]
     sections = Chapter("c", items=items).sections
     assert [name for name, _ in sections] == ["Verdict", "Settings", "Mine"]
-    assert [len(held) for _, held in sections] == [1, 1, 2]
+    assert [len(section_items) for _, section_items in sections] == [1, 1, 2]
 
 
 def test_numbers_that_json_does_not_know_become_blanks():
