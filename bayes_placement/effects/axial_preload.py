@@ -20,7 +20,7 @@ from .scales import Scales
 
 
 class AxialPreload(GlobalChange):
-    """A tension along a beam, felt as the geometric stiffness T int w'^2 dx.
+    """A tension along a beam, which adds the geometric stiffness T int w'^2 dx.
 
     Shaker, NASA TN D-8109 (1975). A compression is negative and must stay below buckling.
 

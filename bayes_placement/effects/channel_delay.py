@@ -28,7 +28,7 @@ class ChannelDelay(OnTransducer):
     delay
         Delay tau of its FRFs [s].
     side
-        `sensor` or `actuator`; by default the name tells.
+        `sensor` or `actuator`; by default it follows from the name.
     direction
         Recorded direction of the only channel that is delayed; None for all of the transducer.
 

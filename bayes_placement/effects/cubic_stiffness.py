@@ -51,7 +51,7 @@ class CubicStiffness(CubicAttachment):
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["CubicStiffness"]:
-        """A spring felt at the amplitudes of this experiment; none where these are not known."""
+        """A spring that matters at the amplitudes of this experiment; none without them."""
         if scales.displacement is None:
             return []
         middle = scales.stiffness / scales.displacement**2

@@ -28,7 +28,7 @@ class FrequencyDrift(OnTransducer):
     drift
         Relative change of every natural frequency [1].
     side
-        `sensor` or `actuator`; by default the name tells.
+        `sensor` or `actuator`; by default it follows from the name.
     direction
         Recorded direction of the only channel in whose run they have; None for all of them.
 

@@ -27,7 +27,7 @@ class GainError(OnTransducer):
     error
         Relative error of its sensitivity [1].
     side
-        `sensor` or `actuator`; by default the name tells.
+        `sensor` or `actuator`; by default it follows from the name.
     direction
         Recorded direction of the only channel that is wrong; None for all of the transducer.
 

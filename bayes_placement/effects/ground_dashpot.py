@@ -13,7 +13,7 @@ from .scales import Scales
 
 
 class GroundDashpot(Attachment):
-    """A viscous dashpot between one place and the ground, felt as i omega c.
+    """A viscous dashpot between one place and the ground: the dynamic stiffness i omega c.
 
     Parameters
     ----------

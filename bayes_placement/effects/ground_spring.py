@@ -16,9 +16,9 @@ from .signed import negative_log_uniform, where_negative
 
 
 class GroundSpring(Attachment):
-    """A spring between one place and the ground, felt as k at every frequency.
+    """A spring between one place and the ground: the dynamic stiffness k at every frequency.
 
-    Negative, it is what a spring of the model has too much.
+    It is negative where a spring of the model is too stiff.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class Library(Generic[Tested]):
     experiment
         The experiment.
     effects
-        Candidates with priors; variants of one kind bear the same name.
+        Candidates with priors; variants of one kind have the same name.
 
     Examples
     --------
@@ -63,7 +63,7 @@ def library(
         The experiment; default priors are scaled to its structure.
     kinds
         Names of the effects to be tried; by default all that can act on it. `compliant_support`
-        stands for every model of a support that is softer than assumed, `soft_support` for those
+        means every model of a support that is softer than assumed, `soft_support` those
         of finite element models alone.
     further
         Effects of your own: classes, whose `suggest` is asked, or effects with priors.

@@ -21,7 +21,7 @@ from .scales import Scales
 
 
 class MemberPreload(Hinged):
-    """A tension in one member of a frame, felt as its geometric stiffness.
+    """A tension in one member of a frame, which adds its geometric stiffness.
 
     Przemieniecki, Theory of Matrix Structural Analysis, ch. 15. A compression is negative.
 

@@ -26,7 +26,7 @@ class OnTransducer(InstrumentEffect):
     transducer
         Name of the sensor or actuator.
     side
-        `sensor` or `actuator`; empty where the name tells, sensors first.
+        `sensor` or `actuator`; empty where it follows from the name, sensors first.
     direction
         Recorded direction of the only channel that it is about; None for all of the transducer.
 

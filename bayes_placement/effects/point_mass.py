@@ -14,7 +14,7 @@ from .signed import negative_log_uniform, where_negative
 
 
 class PointMass(Attachment):
-    """A mass fixed to one place, felt as -omega^2 m in every direction; negative where removed.
+    """A mass fixed to one place, which adds -omega^2 m in every direction; negative if removed.
 
     Blevins, Formulas for Dynamics, Acoustics and Vibration, ch. 4.
 

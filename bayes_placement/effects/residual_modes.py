@@ -17,7 +17,7 @@ from .scales import Scales
 
 
 class ResidualModes(InstrumentEffect):
-    """Modes above the band, felt as a flexibility between each sensor and actuator channel.
+    """Modes above the band: a constant flexibility between each sensor and actuator channel.
 
     Ewins, Modal Testing, section 4.2: the residual of the modes above the band is constant in
     receptance. Needed where neither stiffness nor a static solution of the structure is known.

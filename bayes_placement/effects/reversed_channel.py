@@ -24,7 +24,7 @@ class ReversedChannel(OnTransducer):
     share
         1 where its axis points the other way, 0 where it points as recorded; between, a mixture.
     side
-        `sensor` or `actuator`; by default the name tells.
+        `sensor` or `actuator`; by default it follows from the name.
     direction
         Recorded direction of the only channel that is reversed; None for all of the transducer.
 

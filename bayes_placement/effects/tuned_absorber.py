@@ -14,7 +14,7 @@ from .scales import Scales
 
 
 class TunedAbsorber(Attachment):
-    """A mass on a spring and a dashpot in parallel, felt at one place.
+    """A mass on a spring and a dashpot in parallel, attached at one place.
 
     Den Hartog, Mechanical Vibrations, section 3.3: with s = k + i omega c, the force per
     displacement of its foot is -omega^2 m s / (s - omega^2 m).

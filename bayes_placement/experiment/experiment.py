@@ -142,7 +142,7 @@ class Experiment(eqx.Module):
         Raises
         ------
         ValueError
-            If the effect bears a taken name, lies outside the structure or names no sensor.
+            If its name is taken, it lies outside the structure or names no sensor.
         """
         _experiment_checks.seen(effect, self.observe)
         if isinstance(effect, InstrumentEffect):

@@ -22,7 +22,7 @@ SLIGHT = 0.1
 """Prominence, of the log, that the peak of mobility has in the accelerance at least."""
 
 DEVIATIONS = 6.0
-"""Deviations of the indicator's noise that a peak must stand out by besides."""
+"""Deviations of the indicator's noise by which a peak must also stand out."""
 
 EVEN_SHARE = 0.3
 """Share of thinned lines that are spread evenly, so that no stretch is left without any."""

@@ -16,7 +16,7 @@ def notebook_html(title: str, table: pd.DataFrame, sentences: Sequence[str] = ()
     table
         What is shown below.
     sentences
-        What is said below the table.
+        Sentences below the table.
     """
     rows = table.rename_axis(columns=None).reset_index() if table.index.name else table
     shown = rows.to_html(index=False, border=0, na_rep="") if len(rows) else ""

@@ -52,7 +52,7 @@ def readable(unit: str, field: str, size: float) -> ReadableUnit:
     unit
         Its unit in SI.
     field
-        Last word of its name, which tells shares from other numbers without unit.
+        Last word of its name, which distinguishes shares from other numbers without unit.
     size
         Its greatest absolute value.
     """

@@ -1,4 +1,4 @@
-"""What a file is, told by its bytes: suffixes are wrong too often."""
+"""What a file is, by its first bytes: suffixes are wrong too often."""
 
 import re
 import zipfile
@@ -21,7 +21,7 @@ _CONTROLS = set(range(32)) - {9, 10, 12, 13, 26}
 
 
 def content_of(path: Path) -> str:
-    """Return what a file is, one of the names of this module; empty where it cannot be told."""
+    """Return what a file is, one of the names of this module; empty where it is not known."""
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
     for beginning, content in _BEGINNINGS.items():

@@ -33,7 +33,7 @@ class NpzArchive:
         If there is no such file.
     InputError
         If it is no archive of arrays, or one of its members is packed in another way than NumPy
-        packs, is encrypted, stands twice or announces more bytes than it can hold.
+        packs, is encrypted, occurs twice or announces more bytes than it can hold.
     """
 
     def __init__(self, path: Path, contents: str):
@@ -74,7 +74,7 @@ class NpzArchive:
                 raise self._refused(f"its member {member.filename!r} {reason}")
         names = [member.filename for member in members]
         if len(set(names)) < len(names):
-            raise self._refused("one of its members stands twice, and either could be meant")
+            raise self._refused("one of its members occurs twice, and either could be meant")
         return members
 
     def _refused(self, reason: str) -> InputError:

@@ -87,7 +87,7 @@ def _entries(path: Path) -> _Entries:
         numbers = places.astype(np.int64)
         entries = _Entries(numbers[:, :2], numbers[:, 2:], table[:, 4])
         if len(np.unique(numbers, axis=0)) < len(numbers):
-            raise InputError("an entry stands twice, and either could be meant")
+            raise InputError("an entry occurs twice, and either could be meant")
         return _mirrored(entries)
 
 

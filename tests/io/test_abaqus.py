@@ -147,7 +147,7 @@ ENTRY = "1,1, 1,1, 2.0\n2,1, 1,1, -1.0\n2,1, 2,1, 2.0\n"
 @pytest.mark.parametrize(
     ("stiffness", "reason"),
     [
-        (ENTRY + "2,1, 1,1, -1.0\n", "an entry stands twice"),
+        (ENTRY + "2,1, 1,1, -1.0\n", "an entry occurs twice"),
         (ENTRY + "1,1, 2,1, -1.5\n", "its triangles differ"),
         (ENTRY.replace("-1.0", "nan"), "a value is not finite"),
         (ENTRY.replace("2,1, 2,1, 2.0", "2,1, 2,1, -2.0"), "a negative value on its diagonal"),

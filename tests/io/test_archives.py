@@ -121,7 +121,7 @@ def test_a_member_that_stands_twice_is_refused(tmp_path):
     with zipfile.ZipFile(path, "w") as file, pytest.warns(UserWarning, match="Duplicate name"):
         file.writestr("a.npy", array(np.arange(3.0)))
         file.writestr("a.npy", array(np.arange(4.0)))
-    refused(path, "stands twice, and either could be meant")
+    refused(path, "occurs twice, and either could be meant")
 
 
 def test_a_single_array_is_refused(tmp_path):

@@ -75,7 +75,7 @@ class ParameterEstimate(NamedTuple):
         return readable(self.unit, self.field, abs(self.mean))
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as numbers and words for a file; None for what cannot be said."""
+        """Return it as numbers and words for a file; None for numbers that are not finite."""
         return {
             "effect": self.effect,
             "field": self.field,

@@ -218,7 +218,7 @@ def _answered_by_two_states(
 
 
 def _best_of_later_state(question: Question, earlier: State, tick: Tick) -> Hypothesis:
-    """What the later state alone tells, where the exact model explains the earlier one.
+    """Best hypothesis of the later state alone, where the exact model explains the earlier one.
 
     Effects that act together may each win alone elsewhere than where they are; all pairs of an
     exact model are tried in the time of a few with a model error of two states.

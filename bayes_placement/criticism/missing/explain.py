@@ -19,7 +19,7 @@ from .fitted_model import fitted_model, sampled_finalists
 from .ranking import Ranking
 
 LEADING = 6
-"""Hypotheses of the greatest odds of which everything is said."""
+"""Hypotheses of the greatest odds that are reported in full."""
 
 
 @arguments_checked

@@ -117,7 +117,7 @@ class FittedModel:
         }
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as numbers and words for a file; None for what cannot be said."""
+        """Return it as numbers and words for a file; None for numbers that are not finite."""
         return {
             "added": self.added,
             "setting": self.setting,
@@ -224,5 +224,5 @@ def _of_effect(
 
 
 def number_or_blank(value: float, form: str) -> str:
-    """Write a number; nothing where it cannot be said."""
+    """Write a number; nothing where it is not finite."""
     return format(value, form) if np.isfinite(value) else ""

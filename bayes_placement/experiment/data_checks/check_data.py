@@ -118,7 +118,7 @@ def check_data(
 ) -> DataChecks:
     """Look for faults of a measurement that no model explains, before any inference.
 
-    Records that stand twice, clipped or flat ones, a coherence of 1 everywhere; resonances where
+    Records that occur twice, clipped or flat ones, a coherence of 1 everywhere; resonances where
     units were mistaken; FRFs without a phase or with that of the other sign of time; driving points
     that give energy back, pairs that are not reciprocal, and free structures off their rigid-body
     line. Lines outside those of the experiment count as well. Where modes are observed, modes of

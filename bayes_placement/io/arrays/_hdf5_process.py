@@ -52,9 +52,7 @@ def _datasets(
 ) -> Iterator[tuple[str, h5py.Dataset]]:
     """Datasets by name; no link is followed that leaves the file or comes back to a group."""
     if depth > DEEPEST or len(seen) > MOST_OBJECTS:
-        raise RefusedHDF5File(
-            f"groups stand in each other more than {DEEPEST} deep, or are too many"
-        )
+        raise RefusedHDF5File(f"groups are nested more than {DEEPEST} deep, or are too many")
     for key in group:
         name = f"{prefix}{key}"
         if not isinstance(group.get(key, getlink=True), h5py.HardLink):
@@ -79,7 +77,7 @@ def _fault(dataset: h5py.Dataset) -> str:
     if dataset.shape is None:
         return "it is empty"
     if dataset.is_virtual or dataset.external:
-        return "its values stand in another file, which is not opened"
+        return "its values are in another file, which is not opened"
     if used - FILTERS:
         return "it is packed by a filter that HDF5 does not bring"
     if not (_is_number(kind) or h5py.check_string_dtype(kind) or h5py.check_ref_dtype(kind)):

@@ -73,7 +73,7 @@ def variables(data: bytes) -> list[Variable]:
     known = [variable for variable in all_variables if variable.name]
     names = [variable.name for variable in known]
     if len(set(names)) < len(names):
-        raise InputError("a variable stands twice, and either could be meant")
+        raise InputError("a variable occurs twice, and either could be meant")
     return known
 
 
@@ -156,7 +156,7 @@ def _name(header: list[_Element]) -> str:
 def _check_matrix(walk: _Walk, element: _Element, depth: int) -> None:
     """Check an array with its flags, sizes, name and values."""
     if depth > _DEEPEST:
-        raise InputError(f"arrays stand in each other more than {_DEEPEST} deep")
+        raise InputError(f"arrays are nested more than {_DEEPEST} deep")
     if not len(element.content):
         return  # an empty array
     parts = list(_elements(walk, element.content))

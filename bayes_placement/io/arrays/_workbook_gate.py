@@ -27,7 +27,7 @@ def check(path: Path) -> None:
         members = archive.infolist()
         names = [member.filename for member in members]
         if len(set(names)) < len(names):
-            raise InputError("one of its members stands twice, and either could be meant")
+            raise InputError("one of its members occurs twice, and either could be meant")
         total = sum(member.file_size for member in members)
         if total > _MOST_BYTES:
             raise InputError(f"it unpacks to {total} bytes, and at most {_MOST_BYTES} are read")

@@ -1,4 +1,4 @@
-"""Named arrays of a file, which no program has told the meaning of yet."""
+"""Named arrays of a file, whose meaning is not known yet."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -50,7 +50,7 @@ def flattened(path: Path, form: str, content: Mapping[str, Any]) -> NamedArrays:
     Raises
     ------
     InputError
-        If they stand in each other too deep.
+        If they are nested too deep.
     """
     arrays: dict[str, np.ndarray] = {}
     left_out: dict[str, str] = {}
@@ -62,7 +62,7 @@ def _add(
     content: Mapping[str, Any], prefix: str, arrays: dict[str, np.ndarray], left_out: dict[str, str]
 ) -> None:
     if prefix.count(".") > _DEEPEST:
-        raise InputError(f"structures stand in each other more than {_DEEPEST} deep at {prefix!r}")
+        raise InputError(f"structures are nested more than {_DEEPEST} deep at {prefix!r}")
     for key, value in content.items():
         name = f"{prefix}{key}"
         if isinstance(value, Mapping):

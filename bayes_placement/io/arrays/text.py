@@ -120,7 +120,7 @@ def of_rows(
         plain[label] = _column(label, column)
         if unit is not None:
             units[label] = unit
-    left_out = {f"line {text[:60]!r}": "it stands before the columns" for text in skipped}
+    left_out = {f"line {text[:60]!r}": "it is before the columns" for text in skipped}
     return NamedArrays(path, form, plain, units, left_out)
 
 
@@ -183,7 +183,7 @@ def _decimal(rows: list[list[str]]) -> str:
 
 
 def _separator(lines: list[str]) -> str:
-    """What separates the columns: what stands in most rows; blanks where nothing else does."""
+    """What separates the columns: the separator of most rows, else blanks."""
     rows = [sum(separator in line for line in lines) for separator in _SEPARATORS]
     most = max(rows)
     return _SEPARATORS[rows.index(most)] if 2 * most > len(lines) else ""

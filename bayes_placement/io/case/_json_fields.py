@@ -162,7 +162,7 @@ def _check_depth(text: str) -> None:
         depth += 1 if bracket in "[{" else -1
         if depth > _DEEPEST:
             raise InputError(
-                f"objects and lists stand in each other more than {_DEEPEST} deep, and a case has "
+                f"objects and lists are nested more than {_DEEPEST} deep, and a case has "
                 "no such fields"
             )
 
@@ -260,7 +260,7 @@ def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     twice = [name for index, name in enumerate(names) if name in names[:index]]
     if twice:
         raise InputError(
-            f'the field "{twice[0]}" stands twice in one object, and either could be meant'
+            f'the field "{twice[0]}" occurs twice in one object, and either could be meant'
         )
     return dict(pairs)
 

@@ -35,7 +35,7 @@ def check_complete(
     Parameters
     ----------
     mapping
-        What is said.
+        What the mapping states.
     source
         The arrays.
     table_labels

@@ -21,7 +21,7 @@ class TomlTable(NamedTuple):
     path: str = ""
 
     def error(self, name: str, needed: str, example: str) -> InputError:
-        """Error that says what stands in a field and what is needed there."""
+        """Error that says what a field holds and what is needed there."""
         state = f"is {self.content[name]!r}" if name in self.content else "is missing"
         return InputError(
             f"{self.place}: {self.dotted(name)} {state}; {needed} is needed there. For example, "

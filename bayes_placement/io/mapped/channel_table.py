@@ -283,12 +283,12 @@ def _sensitivity(cells: dict[str, tuple[str, float]]) -> tuple[float | None, str
 
 
 def _checked(rows: list[ChannelRow]) -> list[ChannelRow]:
-    """Refuse channels that stand twice, and rows of one transducer that contradict each other."""
+    """Refuse channels that occur twice, and rows of one transducer that contradict each other."""
     first: dict[str, ChannelRow] = {}
     labels: set[str] = set()
     for row in rows:
         if row.label in labels:
-            raise InputError(f"the channel {row.label} stands twice, and either could be meant")
+            raise InputError(f"the channel {row.label} occurs twice, and either could be meant")
         labels.add(row.label)
         known = first.setdefault(row.name, row)
         shared = ("role", "node", "position", "tolerance", "angle_tolerance")

@@ -42,7 +42,7 @@ def measurement_of(
     Raises
     ------
     InputError
-        If something is not said, with the lines that say it, or contradicts the arrays.
+        If something is not stated, with the lines that state it, or contradicts the arrays.
     """
     labels = {
         f"{role}s": [row.label for row in rows if row.role == role]
@@ -71,7 +71,7 @@ def measurement_of(
 
 
 def _block(source: NamedArrays, mapping: Mapping) -> Assembled:
-    """FRFs that stand in one array."""
+    """FRFs that are in one array."""
     rule = mapping.frf[0]
     sensors = _labels(source, mapping.sensors)
     actuators = _labels(source, mapping.actuators)
@@ -125,7 +125,7 @@ def _pairs(source: NamedArrays, mapping: Mapping) -> Assembled:
     for rule in rules:
         pair = sensors.index(str(rule.sensor)), actuators.index(str(rule.actuator))
         if not np.isnan(frf[pair]).all():
-            raise InputError(f"the pair {rule.sensor} / {rule.actuator} stands twice")
+            raise InputError(f"the pair {rule.sensor} / {rule.actuator} occurs twice")
         frf[pair] = _of_pair(source, rule, _values.frf_of(source, rule), shape[2])
         if rule.coherence is not None:
             known = _values.array_of(source, rule.coherence).astype(float)

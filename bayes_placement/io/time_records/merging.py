@@ -17,7 +17,7 @@ def merged(measurements: Sequence[Measurement]) -> Measurement:
     """Join measurements of other pairs of sensors and actuators on the same lines.
 
     Pairs that none of them holds are not measured. The number of averages is kept where all have
-    the same; else the variance tells what coherence and averages of each told, for
+    the same. Otherwise the variance states what coherence and averages of each stated, for
     `noise.FromVariance`.
 
     Parameters

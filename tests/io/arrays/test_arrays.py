@@ -186,8 +186,8 @@ def test_hdf5_opens_no_other_file(tmp_path):
         "g/again": "it is another name of an object that is read already",
         "outside": "it is a link to another place, which is not followed",
         "packed": "it is packed by scale_factor and add_offset, which are not applied",
-        "virtual": "its values stand in another file, which is not opened",
-        "external": "its values stand in another file, which is not opened",
+        "virtual": "its values are in another file, which is not opened",
+        "external": "its values are in another file, which is not opened",
     }
 
 
@@ -233,7 +233,7 @@ def test_columns_are_read(tmp_path, content, columns, units):
 def test_lines_above_the_columns_are_told(tmp_path):
     (tmp_path / "a.txt").write_text("Laboratory; plate 3; 1.5\nf;H\n1,5;2\n2,5;3\n")
     loaded = arrays.load(tmp_path / "a.txt")
-    assert loaded.left_out == {"line 'Laboratory plate 3 1.5'": "it stands before the columns"}
+    assert loaded.left_out == {"line 'Laboratory plate 3 1.5'": "it is before the columns"}
 
 
 @pytest.mark.parametrize(

@@ -546,7 +546,7 @@ def test_a_structure_in_other_units_is_told(tmp_path):
     [
         ('{\n "structure": {,}\n}', r"case\.json is not JSON: .* in line 2, column 16\. Correct"),
         ("[1]", r"holds \[1\]; one object .* with the fields of a case is needed"),
-        ('{"sensors": [], "sensors": []}', 'the field "sensors" stands twice in one object'),
+        ('{"sensors": [], "sensors": []}', 'the field "sensors" occurs twice in one object'),
     ],
 )
 def test_what_is_no_case_is_refused(tmp_path, text, message):

@@ -31,8 +31,8 @@ def lowest(flexibility: StaticFlexibility, count: int) -> Eigenmodes:
     """Return the lowest elastic modes by shift-invert Lanczos at zero, checked by inertia.
 
     The operator is the static flexibility, in which no rigid-body mode is left. Single-vector
-    Lanczos may miss a copy of a repeated mode; Sturm's count of the modes below the last one
-    tells (Bathe, Finite Element Procedures, section 11.6).
+    Lanczos may miss a copy of a repeated mode. Sturm's count of the modes below the last one
+    shows it (Bathe, Finite Element Procedures, section 11.6).
 
     Raises
     ------
