@@ -129,10 +129,10 @@ def effective_independence(
     rows = _shapes_read(nominal.sensor[moved[0].name], tried, modes_of_structure)[..., chosen]
     base = np.concatenate([np.zeros((0, len(chosen))), *(shapes[:, chosen] for shapes in mounted)])
     _check_rank(rows, base, count)
-    order, worth, log_determinant = _ranked(rows, base, count)
+    order, independence, log_determinant = _ranked(rows, base, count)
     best = tried[np.sort(order[:count])]
     table = pd.DataFrame([coordinates(place) for place in tried[order]])
-    table["effective_independence"] = worth
+    table["effective_independence"] = independence
     table["kept"] = np.arange(len(order)) < count
     return EffectiveIndependence(
         {sensor.name: place for sensor, place in zip(moved, best, strict=True)},
@@ -152,24 +152,28 @@ def _ranked(rows: Rows, base: np.ndarray, count: int) -> tuple[np.ndarray, np.nd
     """Places by falling effective independence, its values, and log determinants [removed]."""
     remaining = np.arange(len(rows))
     removed: list[int] = []
-    worth_removed: list[float] = []
+    independence_removed: list[float] = []
     log_determinants = []
     while True:
-        worth, log_determinant = _worth(rows[remaining], base)
+        independence, log_determinant = _independence(rows[remaining], base)
         log_determinants.append(log_determinant)
         if len(remaining) == count:
             break
-        # Places of equal worth differ by rounding: the first of them is removed.
-        least = int(np.argmin(np.round(worth, 9)))
+        # Places of equal independence differ by rounding: the first of them is removed.
+        least = int(np.argmin(np.round(independence, 9)))
         removed.insert(0, int(remaining[least]))
-        worth_removed.insert(0, float(worth[least]))
+        independence_removed.insert(0, float(independence[least]))
         remaining = np.delete(remaining, least)
-    best_first = np.argsort(-worth, kind="stable")
+    best_first = np.argsort(-independence, kind="stable")
     order = np.array([*remaining[best_first], *removed], dtype=int)
-    return order, np.array([*worth[best_first], *worth_removed]), np.array(log_determinants)
+    return (
+        order,
+        np.array([*independence[best_first], *independence_removed]),
+        np.array(log_determinants),
+    )
 
 
-def _worth(rows: Rows, base: np.ndarray) -> tuple[np.ndarray, float]:
+def _independence(rows: Rows, base: np.ndarray) -> tuple[np.ndarray, float]:
     """Effective independence of each place, and the logarithm of the determinant with all.
 
     Without a place the determinant of Q = sum of R'R is smaller by det(I - R inv(Q) R'), which is

@@ -332,8 +332,8 @@ def _turned(shape: Inexact[Array, "channel mode"], present: Any) -> Float[Array,
     """Real part of complex shapes, each turned by the angle that makes most of it real."""
     squares = jnp.sum(jnp.where(present, shape, 0.0) ** 2, axis=0)
     size = jnp.abs(squares)
-    felt = size > 0
-    phase = jnp.sqrt(jnp.where(felt, squares / jnp.where(felt, size, 1.0), 1.0))
+    is_positive = size > 0
+    phase = jnp.sqrt(jnp.where(is_positive, squares / jnp.where(is_positive, size, 1.0), 1.0))
     return jnp.real(shape * jnp.conj(phase))
 
 

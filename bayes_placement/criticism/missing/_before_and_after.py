@@ -188,8 +188,8 @@ def _worth_fitting(
     if not passes(null, level):
         return candidates
     at_best_places = [_at_best_place(null, candidate) for candidate in candidates]
-    worth = worth_fitting(null, comparison, at_best_places)
-    return [candidates[at_best_places.index(hypothesis)] for hypothesis in worth]
+    promising_hypotheses = worth_fitting(null, comparison, at_best_places)
+    return [candidates[at_best_places.index(hypothesis)] for hypothesis in promising_hypotheses]
 
 
 def _at_best_place(null: Hypothesis, candidate: ScannedCandidate) -> Hypothesis:

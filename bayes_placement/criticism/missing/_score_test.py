@@ -146,9 +146,11 @@ def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signa
     size = np.sqrt(np.maximum(np.einsum("pn,pn->p", change, projected), 0.0))
     largest = np.max(size, where=np.isfinite(size), initial=0.0)
     absorbed = size**2 <= ABSORBED * np.sum(change**2, axis=1)
-    felt = (size > 1e-9 * largest) & np.isfinite(size) & ~absorbed
-    scale = size[felt, None]
-    return _Signatures(points[felt], change[felt] / scale, projected[felt] / scale)
+    is_sensitive = (size > 1e-9 * largest) & np.isfinite(size) & ~absorbed
+    scale = size[is_sensitive, None]
+    return _Signatures(
+        points[is_sensitive], change[is_sensitive] / scale, projected[is_sensitive] / scale
+    )
 
 
 def weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:

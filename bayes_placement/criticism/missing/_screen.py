@@ -102,11 +102,11 @@ class _ErroneousModel:
         stiffness = np.einsum("bn,bn->b", change, change) - np.einsum(
             "bi,bi->b", absorbed, np.linalg.solve(self.curvature, absorbed.T).T
         )
-        felt = stiffness > 0
-        if not felt.any():
+        is_sensitive = stiffness > 0
+        if not is_sensitive.any():
             return -np.inf
-        gain = 0.5 * pull[felt] ** 2 / stiffness[felt]
-        best = change[felt][np.argmax(gain)]
+        gain = 0.5 * pull[is_sensitive] ** 2 / stiffness[is_sensitive]
+        best = change[is_sensitive][np.argmax(gain)]
         return float(logsumexp(gain) - np.log(len(points)) + self._gained_by_other_sizes(best))
 
     def _gained_by_other_sizes(self, change: np.ndarray) -> float:

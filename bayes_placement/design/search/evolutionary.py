@@ -165,8 +165,8 @@ class _Starts:
         if ended is not None:
             self._exclude(ended)
         distant = self._distance > 2 * self._width
-        worth = np.where(distant, self._gain, -np.inf) if distant.any() else self._distance
-        mean = self._even[np.argmax(worth)]
+        score = np.where(distant, self._gain, -np.inf) if distant.any() else self._distance
+        mean = self._even[np.argmax(score)]
         self._exclude(mean)
         seed = int(self._random.integers(2**31))
         return cmaes.CMA(mean, self._width, seed=seed, population_size=size)
