@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bayes_placement import beams
+from bayes_placement._compiled import compiled
 from bayes_placement.modes import _cuts
 from tests.simulator.hermite_elements import (
     AREA,
@@ -51,17 +52,23 @@ def cut(member, at, *orders):
 def table(member, order, first=PLACES, second=CUTS, derivative=0):
     """Constraint modes of cuts at the second places, read at the first."""
 
+    return np.asarray(compiled(_table)(member, order, derivative, first, second))
+
+
+def _table(member, order, derivative, first, second):
     def read(x, at):
         return _cuts.shapes(member, cut(member, at, order), x, derivative)[0]
 
-    every = jax.vmap(lambda x: jax.vmap(lambda at: read(x, at))(second))
-    return np.asarray(jax.jit(lambda: every(first))())
+    return jax.vmap(lambda x: jax.vmap(lambda at: read(x, at))(second))(first)
 
 
 def jump_value(member, order, quantity, places=CUTS):
     """Stiffness against each jump, or its mass."""
-    quantities = jax.vmap(lambda at: quantity(member, cut(member, at, order))[0, 0])
-    return np.asarray(jax.jit(lambda: quantities(places))())
+    return np.asarray(compiled(_jump_value)(member, order, quantity, places))
+
+
+def _jump_value(member, order, quantity, places):
+    return jax.vmap(lambda at: quantity(member, cut(member, at, order))[0, 0])(places)
 
 
 @pytest.mark.parametrize(

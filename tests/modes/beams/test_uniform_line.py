@@ -34,7 +34,8 @@ def line(kind, ends, modes=KEPT, **settings):
 
 
 def table(function):
-    return np.asarray(jax.vmap(lambda x: jax.vmap(lambda y: function(x, y))(PLACES))(PLACES))
+    every = jax.vmap(lambda x: jax.vmap(lambda y: function(x, y))(PLACES))
+    return np.asarray(jax.jit(every)(PLACES))
 
 
 def close(result, expected, tolerance=1e-10):
