@@ -34,6 +34,13 @@ KDE_TABLE = [
     ("silverman", SECOND, P2, (2.684, 0.073), None, (0.0398, 0.0180, 0.0008), 58),
 ]  # fmt: skip
 
+# Each kernel and set of unknowns has a row that is not among these.
+REPEATING = (1, 3, 5, 7, 9, 10)
+KDE_ROWS = [
+    pytest.param(*row, marks=pytest.mark.long) if number in REPEATING else row
+    for number, row in enumerate(KDE_TABLE)
+]
+
 # sigma, places, then mean and coefficient of variation of each ratio, KL, log evidence.
 EXACT_TABLE = [
     (0.05, P2, (0.040452, 0.27688, 0.040363, 0.16065, 0.4071, 17.7560)),
@@ -77,7 +84,7 @@ def values_of(priors, vectors):
     return jax.vmap(UnconstrainedModel(lambda: None, priors).constrain)(vectors)
 
 
-@pytest.mark.parametrize(("kernel", "ratios", "places", "kl", "first", "second", "ess"), KDE_TABLE)
+@pytest.mark.parametrize(("kernel", "ratios", "places", "kl", "first", "second", "ess"), KDE_ROWS)
 def test_kde_table(kernel, ratios, places, kl, first, second, ess):
     experiment = bar.placed(*places, noise=None, structure=bar.bar(*ratios))
     runs = []

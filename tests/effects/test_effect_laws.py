@@ -272,6 +272,12 @@ def test_jit_equals_no_jit(name="tuned_absorber"):
 
 TOGETHER = 5
 GROUPS = [tuple([*ROWS][start::TOGETHER]) for start in range(TOGETHER)]
+# Each compiles all its effects at once.
+in_groups = pytest.mark.parametrize(
+    "names",
+    [*GROUPS[:2], *(pytest.param(names, marks=pytest.mark.long) for names in GROUPS[2:])],
+    ids=" ".join,
+)
 
 
 def group(names, place):
@@ -290,7 +296,7 @@ def together(names):
     return np.asarray(jax.jit(lambda: base.receptance())())
 
 
-@pytest.mark.parametrize("names", GROUPS, ids=" ".join)
+@in_groups
 def test_the_order_of_adding_is_of_no_consequence(names):
     base = experiment(structure())
     for effect in group(names, AT)[::-1]:
@@ -298,7 +304,7 @@ def test_the_order_of_adding_is_of_no_consequence(names):
     np.testing.assert_array_equal(jax.jit(lambda: base.receptance())(), together(names))
 
 
-@pytest.mark.parametrize("names", GROUPS, ids=" ".join)
+@in_groups
 def test_seen_from_the_other_end_nothing_changes(names):
     ends = {"left": "right", "right": "left"}
     mirrored = [

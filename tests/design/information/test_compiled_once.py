@@ -99,6 +99,7 @@ def test_other_numbers_and_another_key_compile_nothing(name, compilations):
     assert not compilations
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ESTIMATES)
 def test_inputs_of_what_is_compiled_keep_their_order(name):
     """The estimate of one cell beside the same where all numbers are constants."""

@@ -30,12 +30,14 @@ def full_map():
     return small_maps.computed()
 
 
+@pytest.mark.long
 def test_the_map_is_the_same_bit_for_bit(cluster, full_map):
     shares = []
     assert small_maps.computed(executor=cluster, progress=shares.append).identical(full_map)
     np.testing.assert_allclose(shares, np.arange(13) / 12)
 
 
+@pytest.mark.long
 def test_a_scheduler_is_found_by_its_address(cluster, full_map):
     address = cluster._client.scheduler.address
     with bp.design.workers(dask=address) as executor:
@@ -52,6 +54,7 @@ def test_a_worker_that_is_killed_half_way_loses_nothing(cluster, full_map, tmp_p
     killed.until(lambda: killed.gone(worker))
 
 
+@pytest.mark.long
 def test_an_error_arrives_in_words_and_leaves_nothing_waiting(cluster, monkeypatch):
     monkeypatch.setattr(_dispatch, "compute_packed", small_maps.fail)
     with pytest.raises(ValueError, match="Stiffness was given as zero"):
@@ -60,6 +63,7 @@ def test_an_error_arrives_in_words_and_leaves_nothing_waiting(cluster, monkeypat
     assert not [future for future in futures.values() if future.status == "pending"]
 
 
+@pytest.mark.long
 def test_an_estimate_that_cannot_be_made_is_refused_by_its_own_words(cluster):
     experiment = bar.placed(0.3, 0.3, None)
     with pytest.raises(ValueError, match=r"was given an experiment with noise=None; the output"):
@@ -68,9 +72,8 @@ def test_an_estimate_that_cannot_be_made_is_refused_by_its_own_words(cluster):
         )
 
 
-@pytest.mark.parametrize(
-    "whose", [pytest.param("its own workers", marks=pytest.mark.long), "workers that live on"]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("whose", ["its own workers", "workers that live on"])
 def test_a_run_that_is_killed_goes_on(whose, cluster, full_map, tmp_path, monkeypatch):
     client = cluster._client
     is_local = whose == "its own workers"

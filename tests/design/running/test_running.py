@@ -451,6 +451,7 @@ class Breaking(Executor):
         return future
 
 
+@pytest.mark.long
 def test_a_lost_worker_is_replaced(numbered, tmp_path, monkeypatch):
     marker = tmp_path / "killed"
     monkeypatch.setattr(_dispatch, "compute_packed", partial(at_work.stop_once, marker))
@@ -494,6 +495,7 @@ def test_a_run_that_is_killed_goes_on(full_map, tmp_path, counted):
     killed.goes_on(tmp_path, before, run_again, counted)
 
 
+@pytest.mark.long
 def test_workers_end_with_the_process_that_began_them(tmp_path):
     log = tmp_path / "log"
     with killed.begun("at_work", log) as process:

@@ -190,6 +190,7 @@ def test_the_data_of_a_week_later_are_added_and_comments_stay(folder, tmp_path):
     assert len([p for p in tree.iter("p") if p.get("class") == "verdict"]) == 2
 
 
+@pytest.mark.long
 def test_several_states_are_chapters(folder, tmp_path):
     for number in (1, 2):
         shutil.copytree(folder, tmp_path / f"state_{number}")
@@ -253,6 +254,7 @@ def test_the_page_opens_without_a_network_and_without_trouble(folder):
             assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
+@pytest.mark.long
 def test_sections_fold_and_the_filter_works(folder):
     with pages() as opened:
         page = opened(folder / "report.html")
@@ -307,6 +309,7 @@ def test_shapes_move_and_the_view_turns(folder):
         assert page.trouble == []
 
 
+@pytest.mark.long
 def test_numbers_are_saved_from_the_page(folder, tmp_path):
     with pages(accept_downloads=True) as opened:
         page = opened(folder / "report.html")
@@ -319,6 +322,7 @@ def test_numbers_are_saved_from_the_page(folder, tmp_path):
     assert (tmp_path / "saved.csv").read_text() == csv_of(tree, "The error falls")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_words_and_curves_stand_out_from_the_ground(folder, scheme):
     with pages(color_scheme=scheme) as opened:
@@ -350,6 +354,7 @@ def luminance(colour):
     return float(linear @ [0.2126, 0.7152, 0.0722])
 
 
+@pytest.mark.long
 def test_it_is_complete_on_paper(folder, tmp_path):
     with pages() as opened:
         page = opened(folder / "report.html")
