@@ -240,8 +240,8 @@ def _kinds_within(annotation: Any) -> list[_Kind]:
     """Kinds of the annotations within an annotation; of a common union one."""
     parts = _parts(annotation)
     for union, kind in _UNIONS:
-        members = get_args(union)
-        if {*members} <= {*parts}:
+        members = get_args(union)  # none where NumPy writes it as an alias, from Python 3.12 on
+        if members and {*members} <= {*parts}:
             return [kind, *(_kind(part) for part in parts if part not in members)]
     return [_kind(part) for part in parts]
 
@@ -358,6 +358,7 @@ _PARAMETER = _Kind(
 _UNIONS = ((ArrayLike, _ARRAY_LIKE), (Parameter, _PARAMETER), (float | int, _NUMBER))
 _KINDS: dict[Any, _Kind] = {
     type(None): _NOTHING,
+    ArrayLike: _ARRAY_LIKE,
     bool: _of_class((bool, np.bool_), "True or False", "True", "since it is a choice"),
     int: _Kind(_is_count, "a whole number", "8", _COUNTED),
     float: _NUMBER,
