@@ -72,6 +72,8 @@ def by_row(
 
 def _real(shape: ArrayLike) -> Float[np.ndarray, "..."]:
     shapes = np.asarray(shape)
+    if np.iscomplexobj(shapes) and not np.any(shapes.imag):
+        shapes = shapes.real  # numpy.linalg.eig returns complex numbers, also where all are real
     if np.iscomplexobj(shapes):
         raise InputError(
             "shape is complex; the real normal modes of the undamped structure are needed, since "
