@@ -10,7 +10,17 @@ import jax
 import numpy as np
 import numpyro
 from jax.tree_util import DictKey, GetAttrKey, SequenceKey
-from numpyro.distributions import Delta, Distribution, LogUniform, Uniform, constraints
+from numpyro.distributions import (
+    Delta,
+    Distribution,
+    ExpandedDistribution,
+    Independent,
+    LogUniform,
+    TransformedDistribution,
+    Uniform,
+    constraints,
+)
+from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from ._types import InputError, check_kind
 
@@ -233,11 +243,40 @@ def leaves_with_unit(tree: Any) -> list[Leaf]:
     return [_leaf(of, leaf) for of, leaf in described_leaves if of.steps.unit]
 
 
-def described(prior: Distribution) -> str:
-    """Write a distribution with its numbers."""
-    numbers = [getattr(prior, name) for name in type(prior).arg_constraints]
-    words = ", ".join(f"{np.asarray(value).flat[0]:g}" for value in numbers if np.size(value))
-    return f"{type(prior).__name__}({words})"
+def described(prior: Any) -> str:
+    """Write a distribution as its name and arguments, Uniform(0.02, 0.06), or as it was made."""
+    if isinstance(prior, Independent):
+        return described(prior.base_dist)
+    if isinstance(prior, ExpandedDistribution):
+        return f"{int(np.prod(prior.shape()))} {described(prior.base_dist)}"
+    if type(prior) is TransformedDistribution:
+        words = described(prior.base_dist)
+        for transform in prior.transforms:
+            words = _transformed(transform, words)
+        return words
+    values = [getattr(prior, name, None) for name in prior.arg_constraints]
+    return f"{type(prior).__name__}({', '.join(_number(v) for v in values if v is not None)})"
+
+
+def _transformed(transform: Any, words: str) -> str:
+    """Write a transform of what is described by words: -1 + exp(Normal(0, 1.5))."""
+    if isinstance(transform, ExpTransform):
+        return f"exp({words})"
+    if isinstance(transform, AffineTransform):
+        location, scale = _number(transform.loc), _number(transform.scale)
+        scaled = words if scale == "1" else f"{scale} {words}"
+        return scaled if location == "0" else f"{location} + {scaled}"
+    return f"{type(transform).__name__}({words})"
+
+
+def _number(value: Any) -> str:
+    """Write a number, or the first and the last of several; `traced` where it has no value yet."""
+    if isinstance(value, jax.core.Tracer):
+        return "traced"
+    words = [f"{number:.6g}" for number in np.ravel(np.asarray(value))]
+    if len(set(words)) == 1:
+        return words[0]
+    return f"[{', '.join(words if len(words) < 4 else [words[0], '...', words[-1]])}]"
 
 
 def reach(prior: Distribution) -> tuple[float, float]:

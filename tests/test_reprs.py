@@ -9,7 +9,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement.design.effective_independence import EffectiveIndependence
 from bayes_placement.design.place import Placement
-from bayes_placement.experiment.notebook_html import notebook_html
+from bayes_placement.positions.reprs import notebook_html
 from models import bar
 
 NOUNS = {

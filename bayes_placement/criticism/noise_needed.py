@@ -12,6 +12,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.stats import norm
 
+from ..positions.reprs import with_short_repr
+
 FEWEST = 16.0
 """Fewest effective data for which the scatter of neighbouring lines is compared."""
 
@@ -30,6 +32,7 @@ VARIANCE_OF_RATIO = 2 * (4.375 / VARIANCE**2 - 1)
 Rows = Float[np.ndarray, "row line"]
 
 
+@with_short_repr
 @dataclass(frozen=True)
 class NoiseNeeded:
     """Noise that a model needs, and what it is compared with.

@@ -14,11 +14,11 @@ from jaxtyping import Float
 from .._compiled import compiled
 from .._types import InputError, arguments_checked
 from ..experiment.experiment import Experiment
-from ..experiment.notebook_html import notebook_html
 from ..experiment.transducers import Transducer
 from ..modes.modes import Modes
 from ..positions.bounds import position_text
 from ..positions.places import Cartesian
+from ..positions.reprs import notebook_html
 from ._candidates import Candidates, candidates
 
 Rows = Float[np.ndarray, "place channel mode"]

@@ -17,6 +17,7 @@ from .._types import (
     check_count,
 )
 from ..experiment.experiment import Experiment
+from ..positions.reprs import with_short_repr
 from ._candidates import Candidates, candidates, combinations
 from .information.estimator import Estimator, jackknife_error
 from .running.evaluation import CHUNK, MOST_LINES, Evaluation
@@ -119,6 +120,7 @@ def information_map(
     return _labelled(moved, gain, evaluation.estimator.settings() | used)
 
 
+@with_short_repr
 class Lead(NamedTuple):
     """Lead of the best placement over another [nat].
 

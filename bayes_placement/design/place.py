@@ -11,8 +11,8 @@ import pandas as pd
 
 from .._types import Key, Progress, arguments_checked
 from ..experiment.experiment import Experiment
-from ..experiment.notebook_html import notebook_html
 from ..positions.bounds import position_text
+from ..positions.reprs import notebook_html
 from ..positions.vectors import Recorded
 from .information.estimator import Estimator, jackknife_error
 from .maps import SIGNIFICANT, difference_of, ranked

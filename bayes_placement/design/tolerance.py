@@ -10,7 +10,7 @@ import xarray as xr
 
 from .._types import InputError, Progress, arguments_checked
 from ..experiment.experiment import Experiment
-from ..experiment.notebook_html import notebook_html
+from ..positions.reprs import notebook_html
 from ._candidates import transducer, with_transducers
 from .maps import SIGNIFICANT, difference, information_map, lead
 from .running.evaluation import part_of_progress

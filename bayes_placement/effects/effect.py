@@ -18,6 +18,7 @@ from ..modes.points import Points, along
 from ..positions import at as _at
 from ..positions.places import Place as InSpace
 from ..positions.places import Position, coordinates
+from ..positions.reprs import with_short_repr
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded
 from . import _setting_words
@@ -42,6 +43,7 @@ Location: TypeAlias = Position | Recorded
 Self = TypeVar("Self", bound="Effect")
 
 
+@with_short_repr
 class Effect(eqx.Module):
     """A physical effect that a structure or its instruments may have.
 

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Generic, TypeAlias, TypeVar
 
 from .._types import InputError, arguments_checked
+from ..positions.reprs import with_short_repr
 from . import registry
 from .effect import Effect
 from .scales import Scales, Setup
@@ -22,6 +23,7 @@ Kind: TypeAlias = str | type[Effect]
 """Name of an effect or of its kind, or the class itself."""
 
 
+@with_short_repr
 @dataclass(frozen=True)
 class Library(Generic[Tested]):
     """Effects that an experiment may be missing.

@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 from .._compiled import compiled
 from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.modes import Modes
+from ..positions.reprs import with_short_repr
 from .instruments import Instruments
 
 Axis: TypeAlias = tuple[float, float, float] | None
@@ -68,6 +69,7 @@ class Setup(Protocol):
         """The same with a typical number in the place of each unknown."""
 
 
+@with_short_repr
 @dataclass(frozen=True)
 class Scales:
     """Sizes of a structure and its measurement, all of the nominal structure.

@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from ..positions.channel import Channel
-from .notebook_html import notebook_html
+from ..positions.reprs import notebook_html
 from .quantities import quantity_of
 
 if TYPE_CHECKING:

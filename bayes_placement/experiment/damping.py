@@ -15,11 +15,13 @@ from numpyro.distributions import Delta, Distribution, constraints
 from .._sites import is_unknown, unit
 from .._types import InputError, Parameter, check_annotated, shown
 from ..effects.effect import Omega
+from ..positions.reprs import with_short_repr
 
 Loss = Complex[Array, "mode frequency"]
 Natural = Float[Array, "mode"]
 
 
+@with_short_repr
 class Damping(eqx.Module):
     """A damping law: what it adds to omega_n^2 - omega^2 in every mode.
 

@@ -20,9 +20,10 @@ from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
 from ..effects.scales import Scales
 from ..positions.places import typical
+from ..positions.reprs import noun_html
 from . import _experiment_checks
 from ._measured_outputs import measured_outputs, simulated_outputs
-from ._prior_table import prior_frame, prior_table, sentence_on
+from ._prior_table import prior_table, sentence_on
 from ._value_checks import check_values
 from .data_checks import DataChecks, check_data
 from .force_levels import at_levels
@@ -30,7 +31,6 @@ from .measurement import Channel, Measurement
 from .modal_parameters import ModalParameters
 from .model_error import Modal, ModalErrors
 from .noise import Data, Noise
-from .notebook_html import notebook_html
 from .observation import Observation
 from .recording import Drive, recorded, recorded_frequency
 from .structure import Structure, added
@@ -380,8 +380,7 @@ class Experiment(eqx.Module):
         """Say how many channels and lines are observed."""
         return sentence_on(self)
 
-    def _repr_html_(self) -> str:
-        return notebook_html(repr(self), prior_frame(self.unknowns))
+    _repr_html_ = noun_html
 
 
 def _frf(concrete: Experiment) -> Receptance:

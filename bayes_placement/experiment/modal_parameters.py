@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from ..positions.channel import Channel, Channels, check_distinct, match, parsed
+from ..positions.reprs import notebook_html
 from . import _modal_checks as checks
-from .notebook_html import notebook_html
 
 __all__ = ["ModalParameters"]
 

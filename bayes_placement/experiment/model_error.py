@@ -25,6 +25,7 @@ from ..effects.instruments import Instruments
 from ..effects.scales import Scales
 from ..modes.modes import Modes
 from ..modes.uneven_pieces import piece_shares
+from ..positions.reprs import with_short_repr
 from ._errors_of_parts import (
     OF_WHAT,
     SIDES,
@@ -61,6 +62,7 @@ Size: TypeAlias = Parameter | None
 """Common size of errors, a number or a distribution; None where there are none."""
 
 
+@with_short_repr
 @dataclass(frozen=True)
 class Modal:
     """Natural frequencies, damping, shapes, gains and pieces that differ from those of the model.
@@ -167,6 +169,7 @@ class Modal:
         return ErrorsOfPieces(self.unevenness, StandardOfPieces(*standard), shares)
 
 
+@with_short_repr
 class ModalErrors(eqx.Module):
     """Errors of the modes and channels of an experiment; made of `Modal` by the experiment.
 

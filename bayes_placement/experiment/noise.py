@@ -11,6 +11,7 @@ from numpyro.distributions import Distribution, MultivariateNormal, Normal
 
 from .._sites import is_unknown, unit
 from .._types import InputError, Parameter, Response
+from ..positions.reprs import with_short_repr
 from ._data import Data
 from ._noise_values import not_negative, positive, positive_definite
 from .measurement import Measurement
@@ -19,6 +20,7 @@ Chosen: TypeAlias = slice | np.ndarray
 """Some channels: a slice of them, or their numbers."""
 
 
+@with_short_repr
 class Noise(eqx.Module):
     """Distribution of the output error N in Z_obs = Z + N.
 

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float, Inexact
 
 from .._types import InputError, Receptance, Response
 from ..positions.channel import Channel
+from ..positions.reprs import with_short_repr
 from ._data import Data
 from .quantities import quantity_of
 
@@ -22,6 +23,7 @@ Measured = Float[np.ndarray, "sensor actuator *level_and_part frequency"]
 AngularFrequencies = Float[np.ndarray, "frequency"]
 
 
+@with_short_repr
 class Observation(eqx.Module):
     """The mapping z = f(U) of Eq. (8), and the error of z by that of U.
 

@@ -93,9 +93,9 @@ class Modes(Observation):
     quantity: str = eqx.field(static=True)
     values: Float[np.ndarray, "row mode"]
     errors: Float[np.ndarray, "mode row row"]
-    root: Float[np.ndarray, "mode row row"]
-    present: Bool[np.ndarray, "row mode"]
-    reference: Int[np.ndarray, "mode"]
+    root: Float[np.ndarray, "mode row row"] = eqx.field(repr=False)
+    present: Bool[np.ndarray, "row mode"] = eqx.field(repr=False)
+    reference: Int[np.ndarray, "mode"] = eqx.field(repr=False)
     number: tuple[int, ...] | None = eqx.field(static=True)
     channels: tuple[Channel, ...] = eqx.field(static=True)
 

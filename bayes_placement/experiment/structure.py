@@ -8,7 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
-from .._sites import Role, checked_name, owners, unknowns
+from .._sites import Role, checked_name, owners
 from .._types import InputError, check_annotated, check_kind
 from ..effects.effect import (
     Attachment,
@@ -22,10 +22,9 @@ from ..effects.effect import (
 )
 from ..modes.hinges import with_compliance
 from ..modes.modes import Modes
-from ._prior_table import prior_frame
+from ..positions.reprs import noun_html
 from ._value_checks import check_values
 from .damping import Damping
-from .notebook_html import notebook_html
 
 Kind = TypeVar("Kind", bound=Effect)
 
@@ -135,8 +134,7 @@ class Structure(eqx.Module):
         modes, damping = type(self.modes).__name__, type(self.damping).__name__
         return f"Structure: {modes}, {damping} damping{effects}"
 
-    def _repr_html_(self) -> str:
-        return notebook_html(repr(self), prior_frame(unknowns(self)))
+    _repr_html_ = noun_html
 
     @property
     def attachments(self) -> list[Attachment]:

@@ -20,11 +20,10 @@ from ..positions.at import At, RecordedPosition, as_place, position_on
 from ..positions.bounds import position_text
 from ..positions.channel import checked
 from ..positions.places import Place, Position, coordinates, mean
+from ..positions.reprs import noun_html
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded, Vector, rotation, triple, unit_vector
-from ._prior_table import prior_frame
 from .measurement import Channel
-from .notebook_html import notebook_html
 
 Self = TypeVar("Self", bound="Transducer")
 Kind = TypeVar("Kind", bound="Transducer")
@@ -127,8 +126,7 @@ class Transducer(eqx.Module):
         at = position_text(self.recorded)
         return ", ".join([f'{type(self).__name__} "{self.name}" at {at} m', *priors])
 
-    def _repr_html_(self) -> str:
-        return notebook_html(repr(self), prior_frame(unknowns(self)))
+    _repr_html_ = noun_html
 
     def _check_directions(self) -> None:
         if len(set(self.directions)) < len(self.directions):

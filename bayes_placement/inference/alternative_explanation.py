@@ -9,6 +9,7 @@ import xarray as xr
 
 from .._types import InputError, check_annotated, check_fields
 from ..experiment.experiment import Experiment
+from ..positions.reprs import with_short_repr
 
 JointDraws: TypeAlias = dict[str, np.ndarray]
 """Draws of equal weight that belong together [draw, ...], by the name of the unknown."""
@@ -26,6 +27,7 @@ def draws_of(posterior: xr.DataTree | Mapping[str, Any] | None) -> JointDraws | 
     return {name: np.asarray(values) for name, values in posterior.items()}
 
 
+@with_short_repr
 class Alternative(eqx.Module):
     """One explanation of earlier data.
 

@@ -8,9 +8,11 @@ from scipy.spatial import cKDTree
 from scipy.special import gammaln, logsumexp, psi
 
 from .._types import InputError, arguments_checked
+from ..positions.reprs import with_short_repr
 from .estimates import Weighting, standard_error
 
 
+@with_short_repr
 class Divergence(NamedTuple):
     """Kullback-Leibler divergence [nat] and its standard error.
 

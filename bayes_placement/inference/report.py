@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.stats import norm
 
 from .._types import InputError, arguments_checked, check_kind
-from ..experiment.notebook_html import notebook_html
+from ..positions.reprs import notebook_html
 from .results import warnings_of
 
 FALSE_ALARM = 0.01
@@ -111,6 +111,10 @@ class Report(NamedTuple):
         if len(self.table) > 1:
             return ["No two methods have a figure with a standard error in common to compare."]
         return ["One method alone checks nothing; give a second one to compare with."]
+
+    def __repr__(self) -> str:
+        """Say which methods are compared, and the last sentence."""
+        return f"Report of {', '.join(map(str, self.table.index))}: {self.words()[-1]}"
 
     def _repr_html_(self) -> str:
         return notebook_html(self.words()[-1], self.table.T, self.words()[:-1])

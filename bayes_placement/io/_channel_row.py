@@ -2,9 +2,12 @@
 
 from typing import NamedTuple
 
+from ..positions.reprs import with_short_repr
+
 Point = tuple[float, float, float]
 
 
+@with_short_repr
 class ChannelRow(NamedTuple):
     """One channel of a channel table.
 

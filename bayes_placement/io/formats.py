@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 from .._types import InputError, arguments_checked
 from ..experiment.measurement import Measurement
 from ..modes.finite_elements.modal_model import ModalModel
+from ..positions.reprs import with_short_repr
 from . import _contents as content
 from ._gate import path_of
 from .matrix_files import SystemMatrices
 
 
+@with_short_repr
 class Format(NamedTuple):
     """A format of files.
 

@@ -9,6 +9,7 @@ import scipy.sparse
 from jaxtyping import Int
 
 from .._types import InputError, arguments_checked
+from ..positions.reprs import with_short_repr
 from . import _matrix_market, _sparse_archive
 from ._gate import check_plausible, existing, reading
 from ._npz_archive import NpzArchive
@@ -16,6 +17,7 @@ from ._npz_archive import NpzArchive
 _ROUND_OFF = 1e-8  # of the largest entry: asymmetry that the order of assembly leaves
 
 
+@with_short_repr
 class SystemMatrices(NamedTuple):
     """Stiffness and mass matrices of the same degrees of freedom.
 

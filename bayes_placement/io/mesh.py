@@ -10,6 +10,7 @@ from jaxtyping import Float, Int
 
 from .._types import InputError, MissingExtraError, arguments_checked, check_positive, warn
 from ..modes.finite_elements.modal_model import ModalModel
+from ..positions.reprs import with_short_repr
 from . import _reader_process
 from ._gate import check_plausible, existing, reading
 
@@ -17,6 +18,7 @@ _READER = Path(__file__).with_name("_mesh_process.py")
 _REMEDY = "Convert it, or give node numbers and coordinates as arrays."
 
 
+@with_short_repr
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """Nodes, elements and named sets of nodes.

@@ -13,8 +13,10 @@ from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
 from ..experiment.modal_parameters import ModalParameters
 from ..inference.engines.engine import Engine
+from ..positions.reprs import with_short_repr
 
 
+@with_short_repr
 class Study(NamedTuple):
     """What a model file declares.
 

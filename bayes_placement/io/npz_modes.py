@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike
 from .._files import write_atomically
 from .._types import InputError, arguments_checked
 from ..modes.finite_elements.modal_model import ModalModel
+from ..positions.reprs import with_short_repr
 from ._gate import check_plausible, reading
 from ._npz_archive import NpzArchive
 
@@ -47,6 +48,7 @@ _REMEDY = "Write it with numpy.savez(path, position=..., shape=..., ...)."
 _MODAL = (*_REQUIRED, "modal_mass", "node", "dof", "damping_ratio")
 
 
+@with_short_repr
 class ModelNodes(NamedTuple):
     """Nodes and degrees of freedom of a finite element model, without modes.
 

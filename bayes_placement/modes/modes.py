@@ -9,8 +9,10 @@ from jaxtyping import Array, Float
 from numpyro.distributions import Uniform
 
 from ..positions.bounds import Bounds
+from ..positions.reprs import with_short_repr
 
 
+@with_short_repr
 class Modes(eqx.Module):
     """Natural frequencies and mass-normalised mode shapes, known at any point.
 

@@ -9,9 +9,11 @@ import numpy as np
 from .._types import InputError
 from .bounds import Bounds, bounds_text
 from .places import Position
+from .reprs import with_short_repr
 from .vectors import Recorded
 
 
+@with_short_repr
 class Tolerance(eqx.Module):
     """Region in which something may sit; a structure makes a distribution of it.
 
@@ -65,6 +67,6 @@ def check_reach(tolerance: Tolerance, reach: float, bounds: Bounds) -> None:
 def off_structure(tolerance: Tolerance, bounds: Bounds) -> str:
     """Say that no part of a tolerance lies on the structure."""
     return (
-        f"{tolerance} m has no point on the structure ({bounds_text(bounds)}). A position on it is "
+        f"{tolerance} has no point on the structure ({bounds_text(bounds)}). A position on it is "
         "needed, in metres and in its axes."
     )

@@ -6,6 +6,7 @@ import equinox as eqx
 import numpy as np
 from numpyro.distributions import Uniform
 
+from .._sites import unit
 from .._types import InputError, check_annotated, finite_number
 from ._tolerance import Tolerance, check_reach, off_structure
 from .bounds import ROUNDING, Bounds, bounds_text, box, clipped, inside, rounding_margin
@@ -28,11 +29,11 @@ class Box(Tolerance):
     Examples
     --------
     >>> bp.positions.Box((0.5, 0.4, 0.0), within=(0.02, 0.01, 0.0)).scaled(0.5)
-    Box(centre=(0.5, 0.4, 0.0), within=(0.01, 0.005, 0.0))
+    Box(centre=(0.5, 0.4, 0) m, within=(0.01, 0.005, 0) m)
     """
 
-    centre: CartesianComponents = eqx.field(static=True)
-    within: CartesianComponents = eqx.field(static=True)
+    centre: CartesianComponents = eqx.field(static=True, metadata=unit("m"))
+    within: CartesianComponents = eqx.field(static=True, metadata=unit("m"))
 
     def __init__(self, centre: Vector, *, within: Vector):
         self.centre = vector("Box(centre=...)", centre)
@@ -88,10 +89,10 @@ class Member(Tolerance):
     (0.5, 0.5, 0.0)
     """
 
-    start: CartesianComponents = eqx.field(static=True)
-    end: CartesianComponents = eqx.field(static=True)
-    centre: CartesianComponents | None = eqx.field(static=True)
-    within: float | None = eqx.field(static=True)
+    start: CartesianComponents = eqx.field(static=True, metadata=unit("m"))
+    end: CartesianComponents = eqx.field(static=True, metadata=unit("m"))
+    centre: CartesianComponents | None = eqx.field(static=True, metadata=unit("m"))
+    within: float | None = eqx.field(static=True, metadata=unit("m"))
 
     def __init__(
         self,
@@ -186,9 +187,9 @@ class Patch(Tolerance):
     (0.5, 0.4, 0.0)
     """
 
-    centre: CartesianComponents = eqx.field(static=True)
+    centre: CartesianComponents = eqx.field(static=True, metadata=unit("m"))
     directions: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True)
-    within: tuple[float, float] = eqx.field(static=True)
+    within: tuple[float, float] = eqx.field(static=True, metadata=unit("m"))
 
     def __init__(
         self,
@@ -238,7 +239,7 @@ class Patch(Tolerance):
         lengths = np.array([[left, low], [left, high], [right, low], [right, high]])
         if not inside(centre + lengths @ directions, corners).all():
             raise InputError(
-                f"{self} m reaches out of the structure ({bounds_text(bounds)}), and what is left "
+                f"{self} reaches out of the structure ({bounds_text(bounds)}), and what is left "
                 "of it is empty or no rectangle along its two directions. Make `within` smaller, "
                 "or turn the directions along the edge that cuts it."
             )
@@ -266,8 +267,8 @@ class Ball(Tolerance):
     (0.5, 0.4, 0.0)
     """
 
-    centre: CartesianComponents = eqx.field(static=True)
-    radius: float = eqx.field(static=True)
+    centre: CartesianComponents = eqx.field(static=True, metadata=unit("m"))
+    radius: float = eqx.field(static=True, metadata=unit("m"))
 
     def __init__(self, centre: Vector, radius: float | int):
         self.centre = vector("Ball(centre=...)", centre)

@@ -5,8 +5,10 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from .._types import InputError, check_annotated, check_kind
+from .reprs import with_short_repr
 
 
+@with_short_repr
 class Channel(NamedTuple):
     """One signal of a sensor or an actuator: its transducer and the recorded direction.
 

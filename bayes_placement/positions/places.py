@@ -15,6 +15,7 @@ from .._compiled import compiled
 from .._sites import is_finite, is_unknown, unit
 from .._types import Parameter
 from . import _ball_in_box
+from .reprs import with_short_repr
 from .vectors import (
     CartesianComponents,
     Recorded,
@@ -26,6 +27,7 @@ from .vectors import (
 )
 
 
+@with_short_repr
 class Place(eqx.Module):
     """A position, some of whose coordinates may be unknown."""
 
@@ -123,7 +125,7 @@ class OnMember(Straight):
     """
 
     along: Parameter = eqx.field(metadata=unit("m"))
-    start: CartesianComponents = eqx.field(static=True)
+    start: CartesianComponents = eqx.field(static=True, metadata=unit("m"))
     direction: CartesianComponents = eqx.field(static=True)
 
     def __init__(self, along: Parameter, *, start: Vector, direction: Vector):
@@ -158,7 +160,7 @@ class OnPatch(Straight):
 
     first: Parameter = eqx.field(metadata=unit("m"))
     second: Parameter = eqx.field(metadata=unit("m"))
-    origin: CartesianComponents = eqx.field(static=True)
+    origin: CartesianComponents = eqx.field(static=True, metadata=unit("m"))
     directions: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True)
 
     def __init__(
@@ -202,9 +204,11 @@ class InBall(Place):
     """
 
     share: tuple[Parameter, ...] = eqx.field(metadata=unit("1"))
-    centre: CartesianComponents = eqx.field(static=True)
-    radius: float = eqx.field(static=True)
-    bounds: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True)
+    centre: CartesianComponents = eqx.field(static=True, metadata=unit("m"))
+    radius: float = eqx.field(static=True, metadata=unit("m"))
+    bounds: tuple[CartesianComponents, CartesianComponents] = eqx.field(
+        static=True, metadata=unit("m")
+    )
 
     def coordinates(self) -> Float[Array, "3"]:
         """Position [m], by Rosenblatt's transform."""

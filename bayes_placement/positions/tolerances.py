@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpyro.distributions import Uniform
 
+from .._sites import unit
 from .._types import InputError, check_annotated, finite_number
 from ._nearest_nodes import at_nearest_node
 from ._tolerance import Tolerance, check_reach
@@ -43,8 +44,8 @@ class Segment(Tolerance):
     (0.18, 0.22)
     """
 
-    centre: float = eqx.field(static=True)
-    within: float = eqx.field(static=True)
+    centre: float = eqx.field(static=True, metadata=unit("m"))
+    within: float = eqx.field(static=True, metadata=unit("m"))
 
     def __init__(self, centre: float | int, *, within: float | int):
         if isinstance(within, int | float) and not within > 0:

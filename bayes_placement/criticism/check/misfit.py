@@ -8,7 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from ...experiment.experiment import FORCE_LEVEL
-from ...experiment.notebook_html import notebook_html
+from ...positions.reprs import notebook_html
 from ..noise_needed import NoiseNeeded
 from . import _edges, _model_error
 from ._residuals import shows_modes

@@ -14,6 +14,7 @@ from ..._types import InputError, arguments_checked, check_kind
 from ...experiment.experiment import FORCE_LEVEL, MEASURED
 from ...inference.results import warnings_of
 from ...inference.weights import GOOD_PARETO_K
+from ...positions.reprs import notebook_html
 from ._same_data import log_jacobian
 
 LEAST_DRAWS = 100
@@ -77,6 +78,14 @@ class ModelComparison:
             *self._disagreement(),
             *self._pareto_words(),
         ]
+
+    def __repr__(self) -> str:
+        """Say which models are compared, and which one is preferred."""
+        preferred = [*self._evidence_words(), *self._loo_words()][:1]
+        return ": ".join([f"ModelComparison of {', '.join(self.table.index)}", *preferred])
+
+    def _repr_html_(self) -> str:
+        return notebook_html(repr(self), self.table, self.words())
 
     def __str__(self) -> str:
         """Table of the models, then the sentences."""

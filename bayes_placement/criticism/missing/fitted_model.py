@@ -11,6 +11,7 @@ from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...inference.engines.about_mode import SampledPosterior, sampled_about
+from ...positions.reprs import with_short_repr
 from ..noise_needed import NoiseNeeded
 from ._estimates import ParameterEstimate, errors, estimates, number_or_none, sizes
 from ._held_out import held_out
@@ -25,6 +26,7 @@ Sampled = Mapping[int, SampledPosterior]
 """Hypotheses that were sampled, by identity."""
 
 
+@with_short_repr
 @dataclass(frozen=True)
 class FittedModel:
     """An experiment with none, one or several effects, fitted.

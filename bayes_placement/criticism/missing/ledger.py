@@ -11,9 +11,9 @@ import pandas as pd
 from ..._files import write_json
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import OF_WHAT
-from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
 from ...inference.units import percent
+from ...positions.reprs import notebook_html
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
 from ._posterior_odds import NONE, NOTHING

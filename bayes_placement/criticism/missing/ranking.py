@@ -8,8 +8,8 @@ from typing import Any
 import pandas as pd
 
 from ..._files import write_json
-from ...experiment.notebook_html import notebook_html
 from ...inference.alternative_explanation import Alternative
+from ...positions.reprs import notebook_html
 from ..check.check import LEVEL
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow

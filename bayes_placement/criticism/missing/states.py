@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from ..._files import write_json
-from ...experiment.notebook_html import notebook_html
+from ...positions.reprs import notebook_html
 from ._changes import CHANGED, NEW, UNCHANGED, FoundEffect, change
 from .ledger import Ledger, alone_in_words, misfit_columns
 

@@ -17,6 +17,7 @@ from ..._types import InfeasibleError, check_count, check_fields
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Noise
 from ...inference.alternative_explanation import JointDraws, draws_of
+from ...positions.reprs import with_short_repr
 from ._prior_knowledge import posterior_means
 
 
@@ -56,6 +57,7 @@ all experiments and seeds; a function defined inside another one is compiled ane
 """
 
 
+@with_short_repr
 class Estimator(eqx.Module):
     """An estimator of the information gain of an experiment about its parameters."""
 

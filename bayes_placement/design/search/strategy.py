@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 
+from ...positions.reprs import with_short_repr
 from .._candidates import Candidates
 from ..running.evaluation import Evaluation
 from ._search_space import Group, SearchSpace, Selection, gain_as_mounted
@@ -64,6 +65,7 @@ class Trials(NamedTuple):
         return Trials(positions, self.gain[first], self.near_best[first], self.evaluations)
 
 
+@with_short_repr
 class Search(eqx.Module):
     """A way to search for the best placement."""
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pandas as pd
 
+from ...positions.reprs import notebook_html
 from ..force_levels import at_levels
 from ..measurement import Measurement
 from ..modal_parameters import ModalParameters
@@ -107,6 +108,14 @@ class DataChecks:
             for fault in faults
         ]
         return pd.DataFrame(rows, columns=["check", *Fault._fields])
+
+    def __repr__(self) -> str:
+        """Say which checks were done, and how many faults each found."""
+        found = (f"{name}: {len(faults)} faults" for name, faults in self.faults.items() if faults)
+        return f"DataChecks: {', '.join(found) or ' '.join(self.words())}"
+
+    def _repr_html_(self) -> str:
+        return notebook_html(repr(self), self.table().drop(columns="sentence"), self.words())
 
     def __str__(self) -> str:
         """Write the sentences as a list."""

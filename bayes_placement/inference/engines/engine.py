@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 
 from ..._compiled import compiled
 from ..._types import Key, Progress
+from ...positions.reprs import with_short_repr
 from ..memory import affordable_batch, working_bytes
 from .empirical_bayes import Hierarchy
 from .least_squares import LeastSquares
@@ -108,6 +109,7 @@ class EngineDraws(eqx.Module):
     warnings: tuple[str, ...] = ()
 
 
+@with_short_repr
 class Engine(eqx.Module):
     """A way to explore a posterior."""
 

@@ -13,6 +13,7 @@ from ..._sites import Unknown, realise
 from ..._types import InfeasibleError, Key
 from ...experiment.experiment import MEASURED, Experiment
 from ...experiment.noise import Data
+from ...positions.reprs import with_short_repr
 from ..engines.empirical_bayes import Hierarchy
 from ..engines.least_squares import LeastSquares
 from ..residuals import sizes_of
@@ -27,6 +28,7 @@ coordinate, and for kernels `kernel_over_noise`.
 """
 
 
+@with_short_repr
 class Marginal(eqx.Module):
     """What becomes of the placement in the likelihood."""
 

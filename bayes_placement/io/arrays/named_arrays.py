@@ -7,11 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import InputError
+from ...positions.reprs import with_short_repr
 
 NUMBERS, TEXTS = "biufc", "U"
 _DEEPEST = 30
 
 
+@with_short_repr
 class NamedArrays(NamedTuple):
     """What a file of arrays holds.
 

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import jax
+
 from ..._sites import described, is_unknown
 from ..._types import InputError
 from ...effects.effect import Effect
@@ -79,13 +81,11 @@ def candidate_place(experiment: Experiment, effect: Effect) -> int:
     )
 
 
-def _content(effect: Effect) -> list[tuple[str, str]]:
-    """Numbers and priors of an effect, by the names of its fields."""
-    return [
-        (name, described(value) if is_unknown(value) else str(value))
-        for name, value in vars(effect).items()
-        if name != "name"
-    ]
+def _content(effect: Effect) -> tuple[list[str], Any]:
+    """Numbers and priors of an effect, and what is fixed of it but its name."""
+    unnamed = replace(effect, name=kind_of(effect))
+    leaves, fixed = jax.tree.flatten(unnamed, is_leaf=is_unknown)
+    return [described(leaf) if is_unknown(leaf) else str(leaf) for leaf in leaves], fixed
 
 
 def _is_name(value: Any) -> bool:

@@ -4,9 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import pandas as pd
+
 from ..._types import InputError, arguments_checked
 from ...experiment.measurement import Measurement, Position
 from ...positions.channel import Channel
+from ...positions.reprs import notebook_html
 from .. import _contents, uff
 from .._channel_row import ChannelRow
 from .._gate import path_of, reading
@@ -56,6 +59,13 @@ class Imported(NamedTuple):
     report: ImportReport
     channels: tuple[ChannelRow, ...]
     mapping: Mapping
+
+    def __repr__(self) -> str:
+        """Say what was measured."""
+        return f"Imported: {self.report.result}"
+
+    def _repr_html_(self) -> str:
+        return notebook_html(repr(self), pd.DataFrame(self.channels), self.report.words())
 
     def __str__(self) -> str:
         """What was read and what was not, a sentence a line."""

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError, check_kind
+from ...positions.reprs import with_short_repr
 from .._gate import is_number
 from ._toml_fields import TomlTable, are_texts, is_column, is_text, load
 
@@ -80,6 +81,7 @@ class FrfRule(NamedTuple):
     coherence: Column | None = None
 
 
+@with_short_repr
 class Mapping(NamedTuple):
     """What a mapping says; None or empty where it says nothing.
 

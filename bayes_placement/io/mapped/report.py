@@ -5,7 +5,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import pandas as pd
+
 from ...experiment.measurement import Measurement
+from ...positions.reprs import notebook_html
 
 _CHUNK = 1 << 20
 
@@ -40,6 +43,13 @@ class ImportReport(NamedTuple):
         """Sentences of the report, in their order."""
         left_out = [f"Left out: {name}, since {why}." for name, why in self.left_out.items()]
         return [self.source, *self.read, *left_out, self.result]
+
+    def __repr__(self) -> str:
+        """Say what came out."""
+        return f"ImportReport: {self.result}"
+
+    def _repr_html_(self) -> str:
+        return notebook_html(repr(self), pd.DataFrame(), self.words())
 
     def __str__(self) -> str:
         """One sentence a line."""

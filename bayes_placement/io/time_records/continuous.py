@@ -9,6 +9,7 @@ from jaxtyping import Complex
 from scipy import signal
 
 from ..._types import InputError, finite_number, shown
+from ...positions.reprs import with_short_repr
 from . import overload
 from .excitation import Excitation, Spectra, lines
 from .records import FEWEST_SAMPLES, Records, Samples, positive
@@ -17,6 +18,7 @@ FEWEST_AVERAGES = 1.5
 """Fewest independent averages by whose scatter a variance is estimated."""
 
 
+@with_short_repr
 @dataclass(frozen=True)
 class Continuous(Excitation):
     """Random or other continuous excitation, whose records are cut into segments.

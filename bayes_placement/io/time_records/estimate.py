@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from ...effects.exponential_window import ExponentialWindow
 from ...experiment.measurement import Measurement
+from ...positions.reprs import noun_html
 
 
 class EstimateWarning(UserWarning):
@@ -84,6 +85,12 @@ class Estimate(Processing):
         An exponential window is a damping that the structure does not have.
         """
         return () if self.time_constant is None else (ExponentialWindow(1 / self.time_constant),)
+
+    def __repr__(self) -> str:
+        """Say what was estimated."""
+        return f"Estimate by {self.estimator} from {self.repeats} repeats: {self.measurement!r}"
+
+    _repr_html_ = noun_html
 
     def __str__(self) -> str:
         """Say what was estimated, from what, and its warnings."""

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..._types import InputError, check_positive
+from ...positions.reprs import with_short_repr
 from . import overload
 from .excitation import Excitation, Spectra, lines
 from .hits import Hit, hit_per_record, over_trigger, second_hit
@@ -22,6 +23,7 @@ END = 0.05
 """Share of a record that is its end, and whose size is compared."""
 
 
+@with_short_repr
 @dataclass(frozen=True)
 class Impacts(Excitation):
     """Hits of a hammer.

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..._types import InputError, check_annotated, check_kind
 from ...experiment.quantities import motion_name
+from ...positions.reprs import with_short_repr
 from .._frf_units import FORCE, VOLTAGE, frf_unit, plain, sensitivity_unit
 from .records import Samples, positive
 
@@ -19,6 +20,7 @@ RATES = 1e-4
 _AMOUNT = re.compile(r"\s*(?P<number>[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)?\s*(?P<unit>\S.*?)\s*")
 
 
+@with_short_repr
 @dataclass(frozen=True)
 class Signal:
     """What a channel of a file is: its name there, and its unit.
@@ -97,6 +99,7 @@ class Scale(NamedTuple):
     factor: float
 
 
+@with_short_repr
 @dataclass(frozen=True, eq=False)
 class Recording:
     """Channels that were sampled together.

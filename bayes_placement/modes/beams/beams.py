@@ -32,9 +32,9 @@ class UniformBar(UniformLine):
     density: Parameter = eqx.field(metadata=unit("kg/m3"))
     wave_numbers: tuple[float, ...] = eqx.field(static=True)
     ends: tuple[str, str] = eqx.field(static=True)
-    rigid_body_modes: int = eqx.field(static=True)
-    axes: tuple[int, ...] = eqx.field(static=True)
-    static_correction: bool = eqx.field(static=True)
+    rigid_body_modes: int = eqx.field(static=True, repr=False)
+    axes: tuple[int, ...] = eqx.field(static=True, repr=False)
+    static_correction: bool = eqx.field(static=True, default=True, kw_only=True)
     half_order: ClassVar[int] = 1
 
     @property
@@ -82,11 +82,11 @@ class UniformBeam(UniformLine):
     youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
     density: Parameter = eqx.field(metadata=unit("kg/m3"))
     wave_numbers: tuple[float, ...] = eqx.field(static=True)
-    coefficients: tuple[tuple[float, ...], ...] = eqx.field(static=True)
+    coefficients: tuple[tuple[float, ...], ...] = eqx.field(static=True, repr=False)
     ends: tuple[str, str] = eqx.field(static=True)
-    rigid_body_modes: int = eqx.field(static=True)
-    axes: tuple[int, ...] = eqx.field(static=True)
-    static_correction: bool = eqx.field(static=True)
+    rigid_body_modes: int = eqx.field(static=True, repr=False)
+    axes: tuple[int, ...] = eqx.field(static=True, repr=False)
+    static_correction: bool = eqx.field(static=True, default=True, kw_only=True)
     half_order: ClassVar[int] = 2
 
     @property

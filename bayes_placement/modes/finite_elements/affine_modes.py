@@ -91,14 +91,16 @@ class AffineModes(DerivedNodalModes):
 
     nodal: NodalModes
     parameter: OrderedDict[str, Parameter] = eqx.field(metadata=unit("1"))
-    stiffness: NamedMatrices
-    mass: NamedMatrices
-    residual: Float[np.ndarray, "part row row"] | None
-    powers: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = eqx.field(static=True)
-    report: str = eqx.field(static=True)
+    stiffness: NamedMatrices = eqx.field(repr=False)
+    mass: NamedMatrices = eqx.field(repr=False)
+    residual: Float[np.ndarray, "part row row"] | None = eqx.field(repr=False)
+    powers: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = eqx.field(
+        static=True, repr=False
+    )
+    report: str = eqx.field(static=True, repr=False)
     frequency_error: float = eqx.field(static=True)
-    axes: tuple[int, ...] = eqx.field(static=True)
-    rigid_body_modes: int = eqx.field(static=True)
+    axes: tuple[int, ...] = eqx.field(static=True, repr=False)
+    rigid_body_modes: int = eqx.field(static=True, repr=False)
 
     def __init__(
         self,

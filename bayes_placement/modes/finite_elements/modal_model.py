@@ -8,6 +8,7 @@ from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from ..._types import InputError, arguments_checked
+from ...positions.reprs import noun_html
 from . import _modal_model_checks as checks
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "w_xy")
@@ -205,3 +206,5 @@ class ModalModel:
             f"{self.natural_frequency[-1]:g} Hz, {self.rigid_body_modes} of them rigid-body modes; "
             f"damping {damping}"
         )
+
+    _repr_html_ = noun_html

@@ -30,6 +30,10 @@ class NamedMatrices(eqx.Module):
     matrices: Float[np.ndarray | Array, "part mode mode"]
     names: tuple[str, ...] = eqx.field(static=True)
 
+    def __repr__(self) -> str:
+        """Name the parts."""
+        return ", ".join(self.names) or "none"
+
     @classmethod
     def of(cls, parts: Mapping[str, np.ndarray], count: int) -> "NamedMatrices":
         """Stack matrices over `count` modes by name; there may be none."""
@@ -79,23 +83,23 @@ class NodalModes(Modes):
     (array([120., 300.]), ((0.0, 0.0, 0.0), (1.0, 0.8, 0.0)))
     """
 
-    interpolation: Interpolation
+    interpolation: Interpolation = eqx.field(repr=False)
     shape: Inexact[np.ndarray, "row mode"]
-    eigenvalues: Float[np.ndarray, "mode"]
-    flexibility: Float[np.ndarray, "row row"] | None
+    eigenvalues: Float[np.ndarray, "mode"] = eqx.field(repr=False)
+    flexibility: Float[np.ndarray, "row row"] | None = eqx.field(repr=False)
     youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
     density: Parameter = eqx.field(metadata=unit("kg/m3"))
     regions: NamedMatrices
-    cell_masses: Float[np.ndarray, "cell mode mode"]
+    cell_masses: Float[np.ndarray, "cell mode mode"] = eqx.field(repr=False)
     members: NamedMatrices
-    static_shapes: StaticShapes
-    nominal: tuple[float, float] = eqx.field(static=True)
-    mass: float = eqx.field(static=True)
-    extent: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True)
-    pieces: tuple[Tolerance, ...] = eqx.field(static=True)
-    centres: tuple[tuple[str, CartesianComponents], ...] = eqx.field(static=True)
-    axes: tuple[int, ...] = eqx.field(static=True)
-    rigid_body_modes: int = eqx.field(static=True)
+    static_shapes: StaticShapes = eqx.field(repr=False)
+    nominal: tuple[float, float] = eqx.field(static=True, repr=False)
+    mass: float = eqx.field(static=True, metadata=unit("kg"))
+    extent: tuple[CartesianComponents, CartesianComponents] = eqx.field(static=True, repr=False)
+    pieces: tuple[Tolerance, ...] = eqx.field(static=True, repr=False)
+    centres: tuple[tuple[str, CartesianComponents], ...] = eqx.field(static=True, repr=False)
+    axes: tuple[int, ...] = eqx.field(static=True, repr=False)
+    rigid_body_modes: int = eqx.field(static=True, repr=False)
 
     def stiffness_scale(self) -> Float[Array, ""]:
         """Stiffness over that of the given model [1]."""
@@ -196,8 +200,8 @@ class UnknownModes(DerivedNodalModes):
     nodal: NodalModes
     frequency: tuple[Parameter, ...] = eqx.field(metadata=unit("Hz"))
     modal_mass: tuple[Parameter, ...] = eqx.field(metadata=unit("kg"))
-    axes: tuple[int, ...] = eqx.field(static=True)
-    rigid_body_modes: int = eqx.field(static=True)
+    axes: tuple[int, ...] = eqx.field(static=True, repr=False)
+    rigid_body_modes: int = eqx.field(static=True, repr=False)
 
     @arguments_checked
     def __init__(

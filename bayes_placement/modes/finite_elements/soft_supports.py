@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.linalg import null_space
 
 from ..._types import InputError, arguments_checked
+from ...positions.reprs import with_short_repr
 from ...positions.vectors import Vector, direction_of, vector
 from .matrices import Matrices
 
@@ -15,6 +16,7 @@ _ROUNDING = 1e-9  # of the length of an edge
 _ROTATIONS = (4, 5, 6)
 
 
+@with_short_repr
 class SupportMotion(NamedTuple):
     """How a soft support moves, and against which springs.
 

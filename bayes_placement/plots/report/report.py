@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from ..._files import write_atomically
 from ..._types import InputError, check_fields, check_kind, shown
+from ...positions.reprs import with_short_repr
 from ._svg import checked_svg, svg_of
 from .content import Content, Drawing, Item, Table, Text, tags_of
 
@@ -37,6 +38,7 @@ SECTIONS = (
 """Sections in their order; others follow in the order in which they are first used."""
 
 
+@with_short_repr
 @dataclass
 class Chapter:
     """What one run gave: a state of a structure, or the data of one week.
@@ -81,6 +83,7 @@ class Chapter:
         return cls(str(stated["label"]), str(stated["verdict"]), items, str(stated["created"]))
 
 
+@with_short_repr
 @dataclass
 class Report:
     """A report to hand on: one HTML file that needs no network, and the same as JSON.

@@ -11,6 +11,7 @@ from scipy.spatial import KDTree
 
 from .... import _types  # noqa: F401  double precision, before the first array is made
 from ...._types import InputError
+from ....positions.reprs import with_short_repr
 
 Self = TypeVar("Self", bound="Interpolation")
 
@@ -38,6 +39,7 @@ class NodalModel(Protocol):
         """Node number and direction (1 to 6 for x, y, z, rx, ry, rz; 7 for w_xy) of each row."""
 
 
+@with_short_repr
 class Reading(NamedTuple):
     """How the shapes at one position follow from those at the degrees of freedom.
 
@@ -62,6 +64,7 @@ class Reading(NamedTuple):
     weight: Float[Array, "axis entry"]
 
 
+@with_short_repr
 class Interpolation(eqx.Module):
     """Reads shapes given at degrees of freedom at any position of the structure.
 

@@ -8,6 +8,8 @@ from jaxtyping import Float
 from scipy.sparse import csc_array
 from scipy.stats import qmc
 
+from ....positions.reprs import with_short_repr
+
 CORNERS = 6  # factors, up to which every corner of the box is a sample
 
 Factors = Mapping[str, float]
@@ -15,6 +17,7 @@ Weights = Float[np.ndarray, "_"]
 """Of the nominal matrix, which is 1, and of each part."""
 
 
+@with_short_repr
 class Affine(NamedTuple):
     """Parts of the stiffness and mass that factors scale: K + sum_i (factor_i - 1) K_i, M likewise.
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csc_array
 
 from ...._types import arguments_checked
+from ....positions.reprs import noun_html
 from ..modal_model import ModalModel
 from . import _dynamic_stiffness as dynamic_stiffness
 from . import _eigenmodes as eigenmodes
@@ -353,6 +354,8 @@ class Matrices:
             f"Matrices: {self.node.size} nodes, {len(self.dof)} degrees of freedom, "
             f"{self.fixed.size} of them held, {len(self.regions)} regions"
         )
+
+    _repr_html_ = noun_html
 
 
 def _symmetric(matrix: np.ndarray) -> np.ndarray:

@@ -1,0 +1,224 @@
+"""How nouns and results are shown: in one line, and as a table in a notebook."""
+
+import dataclasses
+import types
+from collections.abc import Collection, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import jax
+import numpy as np
+import pandas as pd
+from numpyro.distributions import Distribution
+
+from .._sites import Role, Unknown, described, unknowns
+
+PRIOR_HEADINGS = ("unknown", "prior", "unit", "role")
+"""Headings of a table of priors."""
+
+LONGEST, LONGEST_VALUE, LONGEST_NESTED = 170, 80, 60
+"""Characters of all fields, of the value of one, and of a noun within another noun."""
+
+MOST_ENTRIES = 4
+"""Entries of a list that are written in full."""
+
+Kind = TypeVar("Kind", bound=type)
+
+_PLAIN = (str, bool, int, float, type(None))
+
+
+def with_short_repr(kind: Kind) -> Kind:
+    """Show objects of a class and of those derived from it in one line, and in a notebook as HTML.
+
+    The line of decoration stands above that of a dataclass, whose own `repr` it replaces.
+    """
+    shown: Any = kind
+    shown.__repr__, shown._repr_html_ = short_repr, noun_html
+    return kind
+
+
+def short_repr(noun: Any) -> str:
+    """Write a noun in one line: its class, and its fields that differ from their defaults.
+
+    Numbers have four digits, and units where their fields state them; arrays are written by their
+    shape. Fields that are empty or declared with `repr=False` are left out, and the last ones where
+    there is no room.
+    """
+    fields = [field for field in _fields(noun) if not _is_default(field)]
+    written = [f"{field.name}={_with_unit(field)}" for field in fields]
+    ends = np.cumsum([len(words) + 2 for words in written])
+    shown = written[: int(np.sum(ends <= LONGEST))]
+    rest = ["..."] if len(shown) < len(written) else []
+    return f"{type(noun).__name__}({', '.join([*shown, *rest])})"
+
+
+def noun_html(noun: Any) -> str:
+    """Return HTML of a noun: its line, and the table of its priors, or of its fields without."""
+    priors = unknowns(noun)
+    return notebook_html(repr(noun), prior_frame(priors) if priors else _field_frame(noun))
+
+
+def notebook_html(title: str, table: pd.DataFrame, sentences: Sequence[str] = ()) -> str:
+    """Return HTML that a notebook shows in the place of `repr`.
+
+    Parameters
+    ----------
+    title
+        What it says, in a sentence.
+    table
+        What is shown below.
+    sentences
+        What is said below the table.
+    """
+    rows = table.rename_axis(columns=None).reset_index() if table.index.name else table
+    shown = rows.to_html(index=False, border=0, na_rep="") if len(rows) else ""
+    further = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
+    listed = f"<ul>{further}</ul>" if further else ""
+    return f"<div><p><b>{escape(title)}</b></p>{shown}{listed}</div>"
+
+
+def prior_frame(priors: Sequence[Unknown]) -> pd.DataFrame:
+    """Return the rows of a table of priors, for a notebook."""
+    return pd.DataFrame(prior_rows(priors), columns=[*PRIOR_HEADINGS])
+
+
+def prior_rows(priors: Sequence[Unknown]) -> list[tuple[str, ...]]:
+    """Return a row for each unknown: name, prior, unit, role; for all standard errors a single one.
+
+    The standard errors of a model error are many.
+    """
+    rows: list[tuple[str, ...]] = [
+        (unknown.name, described(unknown.distribution), unknown.unit, unknown.role.value)
+        for unknown in priors
+        if not _is_standard_error(unknown)
+    ]
+    errors = [unknown for unknown in priors if _is_standard_error(unknown)]
+    count = sum(int(np.prod(unknown.distribution.shape())) for unknown in errors)
+    if count:
+        rows.append(("model_error.*.standard", f"{count} Normal(0, 1)", "1", errors[0].role.value))
+    return rows
+
+
+def _is_standard_error(unknown: Unknown) -> bool:
+    return unknown.role is Role.MODEL_ERROR and unknown.field == "standard"
+
+
+class _Field(NamedTuple):
+    """A field of a noun: its value, its default (itself where it has none) and its unit."""
+
+    name: str
+    value: Any
+    default: Any = dataclasses.MISSING
+    unit: str = ""
+
+
+def _fields(noun: Any) -> list[_Field]:
+    """Fields of a dataclass, an Equinox module or a named tuple."""
+    if isinstance(noun, tuple):
+        values = zip(type(noun)._fields, noun, strict=True)  # type: ignore[attr-defined]
+        return [_Field(name, value, *_default_of(noun, name)) for name, value in values]
+    return [
+        _Field(field.name, getattr(noun, field.name, None), _default(field), _unit(field))
+        for field in dataclasses.fields(noun)
+        if field.repr and not field.name.startswith("_")
+    ]
+
+
+def _default_of(noun: Any, name: str) -> list[Any]:
+    return [noun._field_defaults[name]] if name in noun._field_defaults else []
+
+
+def _default(field: "dataclasses.Field[Any]") -> Any:
+    factory: Any = field.default_factory
+    return field.default if factory is dataclasses.MISSING else factory()
+
+
+def _unit(field: "dataclasses.Field[Any]") -> str:
+    unit = field.metadata.get("unit", "")
+    return "" if unit == "1" else unit
+
+
+def _is_default(field: _Field) -> bool:
+    value, default = field.value, field.default
+    if default is dataclasses.MISSING:  # what is not there needs no word
+        return value is None or (isinstance(value, Collection) and len(value) == 0)
+    if isinstance(value, _PLAIN) and isinstance(default, _PLAIN):
+        return value == default
+    return _in_words(value) == _in_words(default)
+
+
+def _field_frame(noun: Any) -> pd.DataFrame:
+    rows = [(field.name, _in_words(field.value), field.unit) for field in _fields(noun)]
+    return pd.DataFrame(rows, columns=["field", "value", "unit"])
+
+
+def _with_unit(field: _Field) -> str:
+    words = _in_words(field.value)
+    words = words if len(words) <= LONGEST_VALUE else f"{words[: LONGEST_VALUE - 3]}..."
+    bare = field.value is None or isinstance(field.value, str) or _is_noun(field.value)
+    if bare or not field.unit:
+        return words
+    is_sentence = " of " in field.unit or " or " in field.unit  # `unit of z`, `m/N or m2/N`
+    return f"{words} [{field.unit}]" if is_sentence else f"{words} {field.unit}"
+
+
+def _is_noun(value: Any) -> bool:
+    named_tuple = isinstance(value, tuple) and "_fields" in dir(value)
+    return dataclasses.is_dataclass(value) or named_tuple
+
+
+def _in_words(value: Any) -> str:
+    """Write what a field holds."""
+    if isinstance(value, Distribution):
+        return described(value)
+    if isinstance(value, str | Path):
+        return repr(str(value))
+    if isinstance(value, float | complex):
+        return f"{value:.4g}"
+    if isinstance(value, type | types.FunctionType):
+        return value.__name__
+    if isinstance(value, Mapping):
+        return _mapping_in_words(value)
+    if isinstance(value, tuple | list) and not _is_noun(value):
+        return _list_in_words(value)
+    is_array = not _is_noun(value) and isinstance(getattr(value, "shape", None), tuple)
+    return _array_in_words(value) if is_array else _nested(value)
+
+
+def _array_in_words(value: Any) -> str:
+    """Write an array, a table or a sparse matrix: a few numbers in full, all else by its shape."""
+    sizes = "x".join(map(str, value.shape))
+    if isinstance(value, jax.core.Tracer):
+        return f"traced array of {sizes}" if sizes else "traced number"
+    if not isinstance(value, np.ndarray | np.generic | jax.Array):
+        return f"{type(value).__name__} of {sizes}"
+    if value.ndim > 1 or value.dtype.kind not in "biuf":
+        return f"array of {sizes}" if sizes else str(value)
+    return _in_words(np.asarray(value).tolist())
+
+
+def _list_in_words(entries: Sequence[Any]) -> str:
+    opening, closing = "()" if isinstance(entries, tuple) else "[]"
+    if len(entries) <= MOST_ENTRIES:
+        comma = "," if len(entries) == 1 and isinstance(entries, tuple) else ""
+        return f"{opening}{', '.join(map(_in_words, entries))}{comma}{closing}"
+    if all(isinstance(entry, int | float) for entry in entries):
+        return f"{len(entries)} values from {min(entries):.4g} to {max(entries):.4g}"
+    first, last = _in_words(entries[0]), _in_words(entries[-1])
+    return f"{opening}{first}, ..., {last}{closing} of {len(entries)}"
+
+
+def _mapping_in_words(entries: Mapping[Any, Any]) -> str:
+    if len(entries) > MOST_ENTRIES:
+        return f"{{{', '.join(map(repr, [*entries][:2]))}, ...}} of {len(entries)}"
+    pairs = (f"{key!r}: {_in_words(value)}" for key, value in entries.items())
+    return f"{{{', '.join(pairs)}}}"
+
+
+def _nested(value: Any) -> str:
+    """Write a noun within a noun, by its class alone where that is no short word."""
+    words = repr(value)
+    is_sentence = any(mark in words for mark in ("\n", ": ", " object at 0x"))
+    is_short = len(words) <= LONGEST_NESTED and not is_sentence
+    return words if is_short else f"{type(value).__name__}(...)"
