@@ -2,15 +2,21 @@
 
 import html.parser
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+import numpyro.distributions as dist
 import pandas as pd
 import pytest
 
 import bayes_placement as bp
 from bayes_placement.design.effective_independence import EffectiveIndependence
 from bayes_placement.design.place import Placement
-from bayes_placement.positions.reprs import notebook_html
+from bayes_placement.experiment.data_checks.check_data import DataChecks
+from bayes_placement.experiment.data_checks.record import Fault
+from bayes_placement.positions.reprs import notebook_html, noun_html
 from models import bar
+from tests import public_calls
 
 NOUNS = {
     "Experiment": bar.experiment,
@@ -76,3 +82,131 @@ def test_priors_stand_in_the_table_of_an_experiment():
 def test_what_looks_like_html_is_escaped():
     shown = notebook_html("a < b", pd.DataFrame({"<x>": ["<y>"]}), ["<script>"])
     assert "<script>" not in shown and "a &lt; b" in shown and "&lt;y&gt;" in shown
+
+
+SENTENCES = {"Estimate", "Misfit", "ModelComparison"}
+"""Results whose line is a sentence of what was found, which may be longer than that of a noun."""
+
+
+def offences(made):
+    """What is wrong with the repr and the HTML of a noun or result."""
+    text, kind = repr(made), type(made).__name__
+    if "\n" in text or " object at 0x" in text or not text.startswith(kind):
+        yield text
+    if len(text) > (250 if kind in SENTENCES else 200):
+        yield f"{len(text)} characters: {text}"
+    parser = Tags()
+    parser.feed(made._repr_html_())
+    parser.close()
+    if parser.open or not made._repr_html_().startswith("<div>"):
+        yield made._repr_html_()
+
+
+@pytest.mark.filterwarnings("ignore")  # of inferences and estimates that are too small
+@pytest.mark.parametrize(
+    "group",
+    [
+        *sorted({*public_calls.GROUPS} - {"plots", "files"}),
+        pytest.param("files", marks=pytest.mark.long),  # some readers are processes
+    ],
+)
+def test_what_public_calls_return_is_short(group):
+    calls = public_calls.GROUPS[group]()
+    made = {
+        label: call._replace(then=None).make()
+        for label, call in calls.items()
+        if call.has_right and label != "positions.rotation"  # a matrix
+    }
+    ours = {
+        label: noun
+        for label, noun in made.items()
+        if type(noun).__module__.startswith("bayes_placement")
+    }
+    assert ours
+    wrong = {label: [*offences(noun)] for label, noun in ours.items()}
+    assert not {label: words for label, words in wrong.items() if words}
+
+
+class Reader(bp.effects.Attachment):
+    """An effect of a user, whose line comes from the base."""
+
+    absent = ("mass", 0.0)
+    at: object
+    mass: object
+    name: str = "reader"
+
+    def dynamic_stiffness(self, omega):
+        """None."""
+
+    @classmethod
+    def suggest(cls, scales):
+        """None."""
+
+
+LINES = {
+    "PointMass(at=Segment(centre=0.3 m, within=0.1 m), mass=Uniform(0, 1) kg)": (
+        bp.effects.point_mass(bp.positions.Segment(0.3, within=0.1), dist.Uniform(0.0, 1.0))
+    ),
+    "PointMass(at=0.3 m, mass=0.1235 kg, name='clamp')": bp.effects.point_mass(
+        0.3, 0.123456, name="clamp"
+    ),
+    "Reader(at=0.3, mass=2)": Reader(0.3, 2),
+    "Modal(ratio=(Uniform(0.02, 0.06), 0.04))": bp.damping.Modal([dist.Uniform(0.02, 0.06), 0.04]),
+    "Modal()": bp.model_error.Modal(),
+    "Modal(shape=None, runs=0.01)": bp.model_error.Modal(shape=None, runs=0.01),
+    "Modal(frequency=LogUniform(1e-05, 0.2))": bp.model_error.Modal(
+        frequency=dist.LogUniform(1e-5, 0.2)
+    ),
+    "Gaussian(sigma=0.01 [unit of z])": bp.noise.Gaussian(0.01),
+    "Gaussian(sigma=array of 1x1x4 [unit of z])": bp.noise.Gaussian(np.ones((1, 1, 4))),
+    "Complex(quantity='velocity')": bp.observe.Complex("velocity"),
+    "SMC()": bp.engines.SMC(),
+    "SMC(particles=400)": bp.engines.SMC(particles=400),
+    "Latent()": bp.marginals.Latent(),
+    "KDE(draws=16)": bp.information.KDE(draws=16),
+    "Cartesian(x=0.5 m, y=Uniform(0.38, 0.42) m, z=0 m)": bp.positions.Cartesian(
+        0.5, dist.Uniform(0.38, 0.42), 0.0
+    ),
+    "UniformBar(length=1 m, area=0.001 m2, youngs_modulus=1e+09 Pa, density=9000 kg/m3, "
+    "wave_numbers=15 values from 3.142 to 47.12, ends=('fixed', 'fixed'))": bp.beams.bar(
+        15, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0, ends="fixed-fixed"
+    ),
+    "Channel(name='s1', direction=-1)": bp.Channel("s1", -1),
+    "DataChecks: phase: 1 faults": DataChecks(
+        {"phase": [Fault("s1", "a1", 1.0, 0.5, "It is wrong.")], "overload": []}
+    ),
+    "DataChecks: The data pass their checks: overload.": DataChecks({"overload": []}),
+}
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_a_line_names_the_class_and_what_differs_from_defaults(line):
+    assert repr(LINES[line]) == line
+    assert not [*offences(LINES[line])]
+
+
+def test_numbers_that_are_traced_are_no_trouble():
+    said = []
+
+    def traced(mass, masses):
+        said.append(repr(bp.effects.point_mass(dist.Uniform(0.0, mass), mass)))
+        said.append(repr(bp.noise.Gaussian(masses)))
+        said.append(bp.effects.point_mass(dist.Uniform(0.0, mass), mass)._repr_html_())
+        return mass
+
+    jax.jit(traced)(1.0, jnp.ones((1, 1, 4)))
+    assert said[0] == "PointMass(at=Uniform(0, traced) m, mass=traced number kg)"
+    assert said[1] == "Gaussian(sigma=traced array of 1x1x4 [unit of z])"
+    assert "Uniform(0, traced)" in said[2]
+
+
+def test_a_noun_of_many_fields_is_cut():
+    names = {f"a rather long name of the axis {number}": number for number in range(3)}
+    placed = bp.design.Lead(names, names, 1.0, 0.5)
+    assert len(repr(placed)) < 200 and repr(placed).endswith(", ...)")
+
+
+def test_html_of_a_noun_shows_priors_or_else_fields():
+    unknown, known = dist.Uniform(0.0, 1.0), bp.effects.point_mass(0.3, 0.1)
+    assert "<td>Uniform(0, 1)</td>" in noun_html(bp.effects.point_mass(0.3, unknown))
+    assert "<td>mass</td>" in noun_html(known) and "<td>kg</td>" in noun_html(known)

@@ -39,7 +39,7 @@ def planned(
     --------
     >>> log = {"observe": bp.observe.LogAmplitude("velocity"), "noise": bp.noise.FromCoherence()}
     >>> bp.design.planned(bp.Experiment(structure, **setup | log), sigma=0.02).noise
-    Gaussian(sigma=0.02)
+    Gaussian(sigma=0.02 [unit of z])
     """
     noise = experiment.noise
     if sigma is not None:

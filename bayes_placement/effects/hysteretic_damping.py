@@ -29,7 +29,7 @@ class HystereticDamping(Modulus):
     Examples
     --------
     >>> (structure + bp.effects.hysteretic_damping(loss_factor=0.02, share=1.0)).effects
-    OrderedDict([('hysteretic_damping', HystereticDamping(loss_factor=0.02, share=1.0))])
+    OrderedDict([('hysteretic_damping', HystereticDamping(loss_factor=0.02))])
     """
 
     absent: ClassVar[tuple[str, float]] = ("share", 0.0)

@@ -47,7 +47,7 @@ class Structure(eqx.Module):
     >>> structure
     Structure: UniformBar, Modal damping
     >>> (structure + bp.effects.point_mass(at=0.4, mass=0.1)).effects
-    OrderedDict([('point_mass', PointMass(at=0.4, mass=0.1))])
+    OrderedDict([('point_mass', PointMass(at=0.4 m, mass=0.1 kg))])
     """
 
     modes: Modes = eqx.field(metadata=owners(Role.PARAMETER))

@@ -2,7 +2,7 @@
 
 import dataclasses
 import types
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -142,7 +142,7 @@ def _unit(field: "dataclasses.Field[Any]") -> str:
 def _is_default(field: _Field) -> bool:
     value, default = field.value, field.default
     if default is dataclasses.MISSING:  # what is not there needs no word
-        return value is None or (isinstance(value, Collection) and len(value) == 0)
+        return value is None or (isinstance(value, str | tuple | list | Mapping) and not value)
     if isinstance(value, _PLAIN) and isinstance(default, _PLAIN):
         return value == default
     return _in_words(value) == _in_words(default)

@@ -1,13 +1,14 @@
 """Continuous excitation by a shaker: overlapping segments of long records, as Welch averages."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from jaxtyping import Complex
 from scipy import signal
 
+from ..._sites import unit
 from ..._types import InputError, finite_number, shown
 from ...positions.reprs import with_short_repr
 from . import overload
@@ -43,10 +44,10 @@ class Continuous(Excitation):
     Examples
     --------
     >>> bp.time_records.Continuous(segment=1.0, overlap=0.5)
-    Continuous(segment=1.0, overlap=0.5, window='hann')
+    Continuous(segment=1 s)
     """
 
-    segment: float | int
+    segment: float | int = field(metadata=unit("s"))
     overlap: float | int = 0.5
     window: Any = "hann"
 

@@ -1,11 +1,12 @@
 """Impact tests: hits of a hammer, each a repeat, with windows on force and response."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
 
+from ..._sites import unit
 from ..._types import InputError, check_positive
 from ...positions.reprs import with_short_repr
 from . import overload
@@ -65,11 +66,11 @@ class Impacts(Excitation):
     0.1
     """
 
-    duration: float | int | None = None
-    before: float | int | None = None
-    trigger: float | int | None = None
-    force_window: float | int | None = None
-    time_constant: float | int | None = None
+    duration: float | int | None = field(default=None, metadata=unit("s"))
+    before: float | int | None = field(default=None, metadata=unit("s"))
+    trigger: float | int | None = field(default=None, metadata=unit("N"))
+    force_window: float | int | None = field(default=None, metadata=unit("s"))
+    time_constant: float | int | None = field(default=None, metadata=unit("s"))
     double_hit: float | int = 0.1
 
     def __post_init__(self) -> None:

@@ -31,7 +31,6 @@ class NamedMatrices(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
 
     def __repr__(self) -> str:
-        """Name the parts."""
         return ", ".join(self.names) or "none"
 
     @classmethod

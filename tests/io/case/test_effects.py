@@ -1,11 +1,15 @@
 """Effects that a case states: default candidates by kind and number, written and read back."""
 
+import dataclasses
+
 import equinox as eqx
 import pytest
 
 import bayes_placement as bp
 from bayes_placement.io import case
 from bayes_placement.io.case._completed import write_completed
+from bayes_placement.io.case._effects import _content, candidate_place
+from tests import public_calls
 from tests.io.case.test_folder import changed, written
 
 MASS = {"kind": "point_mass", "candidate": 1, "name": "clamp"}
@@ -45,6 +49,21 @@ def test_a_completed_case_is_complete_and_read_back(tmp_path, folder):
     completed = case.read(tmp_path / "sub" / "completed")
     assert eqx.tree_equal(completed.experiment, incomplete.experiment + mass + delay)
     assert (completed.measurement.frf == incomplete.measurement.frf).all()
+
+
+def test_default_candidates_at_unknown_places_in_space_are_told():
+    plate = public_calls.in_space((0.5, 0.4, 0.0))
+    candidates = bp.effects.library(plate, ["point_mass"]).effects
+    places = [candidate_place(plate, dataclasses.replace(mass, name="clamp")) for mass in candidates]
+    assert places == [*range(len(candidates))]
+
+
+def test_a_candidate_of_slightly_other_numbers_is_none_of_the_default_ones():
+    plate = public_calls.in_space((0.5, 0.4, 0.0))
+    candidate = bp.effects.library(plate, ["point_mass"]).effects[0]
+    other = dataclasses.replace(candidate, at=bp.positions.Cartesian(0.123451, 0.4, 0.0))
+    near = dataclasses.replace(candidate, at=bp.positions.Cartesian(0.123452, 0.4, 0.0))
+    assert repr(other) == repr(near) and _content(other) != _content(near)
 
 
 @pytest.mark.parametrize(
