@@ -171,6 +171,7 @@ LINES = {
     "wave_numbers=15 values from 3.142 to 47.12, ends=('fixed', 'fixed'))": bp.beams.bar(
         15, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0, ends="fixed-fixed"
     ),
+    "Report(title='Frame')": bp.plots.report.Report("Frame"),
     "Channel(name='s1', direction=-1)": bp.Channel("s1", -1),
     "DataChecks: phase: 1 faults": DataChecks(
         {"phase": [Fault("s1", "a1", 1.0, 0.5, "It is wrong.")], "overload": []}
@@ -183,6 +184,11 @@ LINES = {
 def test_a_line_names_the_class_and_what_differs_from_defaults(line):
     assert repr(LINES[line]) == line
     assert not [*offences(LINES[line])]
+
+
+def test_what_results_hold_is_short():
+    steps = public_calls.ledger().steps
+    assert steps and not [offence for step in steps for offence in offences(step)]
 
 
 def test_numbers_that_are_traced_are_no_trouble():

@@ -54,7 +54,8 @@ def test_a_completed_case_is_complete_and_read_back(tmp_path, folder):
 def test_default_candidates_at_unknown_places_in_space_are_told():
     plate = public_calls.in_space((0.5, 0.4, 0.0))
     candidates = bp.effects.library(plate, ["point_mass"]).effects
-    places = [candidate_place(plate, dataclasses.replace(mass, name="clamp")) for mass in candidates]
+    renamed = [dataclasses.replace(candidate, name="clamp") for candidate in candidates]
+    places = [candidate_place(plate, candidate) for candidate in renamed]
     assert places == [*range(len(candidates))]
 
 
