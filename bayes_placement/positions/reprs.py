@@ -69,13 +69,13 @@ def notebook_html(title: str, table: pd.DataFrame, sentences: Sequence[str] = ()
     table
         What is shown below.
     sentences
-        What is said below the table.
+        Sentences below the table.
     """
     rows = table.rename_axis(columns=None).reset_index() if table.index.name else table
     shown = rows.to_html(index=False, border=0, na_rep="") if len(rows) else ""
     further = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
-    listed = f"<ul>{further}</ul>" if further else ""
-    return f"<div><p><b>{escape(title)}</b></p>{shown}{listed}</div>"
+    list_items = f"<ul>{further}</ul>" if further else ""
+    return f"<div><p><b>{escape(title)}</b></p>{shown}{list_items}</div>"
 
 
 def prior_frame(priors: Sequence[Unknown]) -> pd.DataFrame:
