@@ -11,6 +11,7 @@ from pandas.api.types import is_numeric_dtype
 from ..._types import InputError
 from ...criticism.findings.findings import ABOUT
 from ...io import netcdf
+from ._ledger_file import completed
 
 FINDINGS = "findings.nc"
 """File of the arrays that figures are drawn from."""
@@ -90,7 +91,12 @@ def saved(folder: str | Path) -> Saved:
     arrays = netcdf.read(path) if path.is_file() else xr.DataTree()
     about = json.loads(arrays.attrs.get(ABOUT, "{}"))
     top = place.parent if place.name.startswith("state_") else place
-    return Saved(place, about, arrays, _json(place / LEDGER), runs(top))
+    return Saved(place, about, arrays, _ledger(place / LEDGER), runs(top))
+
+
+def _ledger(path: Path) -> dict[str, Any]:
+    """Return the ledger in a file; empty where there is none."""
+    return completed(_json(path), path) if path.is_file() else {}
 
 
 def runs(folder: Path) -> dict[str, Any]:
@@ -100,15 +106,16 @@ def runs(folder: Path) -> dict[str, Any]:
 
 def states(folder: Path) -> list[str]:
     """Return labels of the later states of a structure; empty where there is only one."""
-    return [str(state["label"]) for state in _json(folder / STATES).get("states", [])]
+    listed = enumerate(_json(folder / STATES).get("states", []), 1)
+    return [str(state.get("label", f"state {number}")) for number, state in listed]
 
 
 def _json(path: Path) -> dict[str, Any]:
     if not path.is_file():
         return {}
     try:
-        stated: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+        stated: dict[str, Any] = dict(json.loads(path.read_text(encoding="utf-8")))
+    except (TypeError, ValueError) as error:
         raise InputError(
             f"{path} cannot be read as JSON ({error}); the file of a run is needed, since its "
             "numbers are shown. Run the command again."

@@ -99,7 +99,8 @@ def write_report(
 
 def _title(folder: Path) -> str:
     """Name of the model and of the folder."""
-    models = dict.fromkeys(Path(run["model"]["path"]).stem for run in runs(folder).values())
+    sources = [run.get("model", {}).get("path", "") for run in runs(folder).values()]
+    models = dict.fromkeys(Path(source).stem for source in sources if source)
     return ", ".join([*models, folder.resolve().name])
 
 

@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import bayes_placement as bp
+from bayes_placement._types import InputError
 from bayes_placement.cli.app import app
 from bayes_placement.io import model as model_files
 from bayes_placement.plots.report import SECTIONS, Report, write_report
@@ -161,6 +162,81 @@ def test_the_report_of_the_folder_alone_is_the_same(folder, chapter, tmp_path):
     assert [item.title for item in again.chapters[0].items] == [i.title for i in chapter.items]
     for title in ("Suspicion on the structure", "Prior and posterior", "Deviation from the record"):
         assert item(again.chapters[0], title) == item(chapter, title)
+
+
+@pytest.fixture
+def rewritten(folder, tmp_path):
+    """The folder of the run with its ledger as another version wrote it."""
+
+    def write(change):
+        copy = shutil.copytree(folder, tmp_path / "earlier")
+        stated = json.loads((copy / "ledger.json").read_text())
+        change(stated)
+        (copy / "ledger.json").write_text(json.dumps(stated))
+        return copy
+
+    return write
+
+
+def test_a_ledger_of_an_earlier_version_tells_the_same(rewritten, chapter):
+    def strip(ledger):
+        for step in ledger["steps"]:
+            for estimate in step["parameters"].values():
+                del estimate["effect"], estimate["field"], estimate["word"]
+
+    earlier = Report.read(write_report(rewritten(strip), label="monday")).chapters[0]
+    for title in ("Steps", "The error falls", "Probability of each kind"):
+        assert item(earlier, title) == item(chapter, title)
+
+
+def test_a_ledger_without_what_later_versions_added_is_shown(rewritten, chapter):
+    def strip(ledger):
+        del ledger["probabilities"]
+        for step in ledger["steps"]:
+            for key in set(step) - {"added", "chi2_per_datum"}:
+                del step[key]
+
+    earlier = Report.read(write_report(rewritten(strip), label="monday")).chapters[0]
+    assert item(earlier, "The error falls") == item(chapter, "The error falls")
+    assert table(earlier, "Steps")["chi2 per datum"].notna().all()
+
+
+def test_needed_noise_of_an_earlier_version_is_shown(rewritten):
+    def strip(ledger):
+        for step in ledger["steps"]:
+            step["noise_needed"] = {"relative": None}
+
+    earlier = Report.read(write_report(rewritten(strip), label="monday")).chapters[0]
+    assert table(earlier, "Steps")["noise needed [%]"].isna().all()
+
+
+def test_a_ledger_that_lacks_the_misfit_is_refused_with_the_version_that_wrote_it(rewritten):
+    def strip(ledger):
+        ledger["record"]["versions"]["bayes_placement"] = "0.0.9"
+        del ledger["steps"][0]["chi2_per_datum"]
+
+    done = CliRunner().invoke(app, ["report", str(rewritten(strip))])
+    words = " ".join(done.output.split())
+    assert done.exit_code == 3
+    assert "ledger.json, written by bayes_placement 0.0.9, lacks steps.chi2_per_datum" in words
+    assert "Run again: bayes-placement improve " in words
+    assert words.endswith("bar_with_a_mass.py --report")
+
+
+def test_a_ledger_that_is_no_table_of_steps_is_refused(tmp_path):
+    (tmp_path / "ledger.json").write_text("[1, 2]")
+    with pytest.raises(InputError, match=r"ledger\.json cannot be read as JSON"):
+        write_report(tmp_path)
+    (tmp_path / "ledger.json").write_text("{}")
+    with pytest.raises(InputError, match=r"a version that it does not name, lacks steps, "):
+        write_report(tmp_path)
+
+
+def test_records_without_model_and_hash_are_listed(tmp_path):
+    (tmp_path / "run.json").write_text(json.dumps({"place": {"data": [{"path": "/tmp/bar.uff"}]}}))
+    (tmp_path / "placements.csv").write_text("s1,information_gain,information_gain_se\n0.2,0.1,0\n")
+    chapter = Report.read(write_report(tmp_path)).chapters[0]
+    assert list(table(chapter, "Files").iloc[0]) == ["place", "data", "bar.uff", ""]
 
 
 @pytest.mark.long

@@ -48,7 +48,7 @@ def settings(saved: Saved) -> Iterator[Item]:
 
 def _name_and_hash(file: Mapping[str, Any]) -> tuple[str, str]:
     """Name of a file and hash of its content; folders of a person's machine are left out."""
-    return PurePath(str(file["path"])).name, str(file["sha256"])
+    return PurePath(str(file.get("path", ""))).name, str(file.get("sha256", ""))
 
 
 def _flat(values: Any, name: str = "") -> Iterator[tuple[Cell, ...]]:

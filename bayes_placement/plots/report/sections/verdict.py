@@ -131,7 +131,8 @@ def _misfit(step: dict[str, Any]) -> tuple[Cell, ...]:
     noise = step["noise_needed"]
     if noise is None:
         return (step["chi2_per_datum"],)
-    return 100 * noise["relative"], noise["over_scatter"]
+    share = noise["relative"]
+    return None if share is None else 100 * share, noise["over_scatter"]
 
 
 def _parameters(step: dict[str, Any]) -> Iterator[str]:
