@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -81,6 +82,23 @@ class Screen(NamedTuple):
         if self.as_json:
             text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
             print_text(self.console, text)
+
+    def written(self, command: str, verdict: str, files: Sequence[Path]) -> None:
+        """Say what a command wrote that computes nothing and has no folder of results.
+
+        Parameters
+        ----------
+        command
+            Its name.
+        verdict
+            What it wrote, in a sentence.
+        files
+            The files, all of one folder.
+        """
+        self.verdict(verdict)
+        answer = {"command": command, "finished": True, "verdict": verdict, "exit_code": 0}
+        names = [file.name for file in files]
+        self.json({**answer, "files": names, "folder": str(files[0].parent), "result": {}})
 
     def progress(self, tasks: Sequence[str]) -> AbstractContextManager[Callable[[str], Progress]]:
         """Show how far each task is; see `progress_bars`."""

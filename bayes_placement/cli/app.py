@@ -168,15 +168,18 @@ def report(
     label: option.Label = None,
     title: option.Title = None,
     comment: option.Comments = None,
+    quiet: option.Quiet = False,
+    as_json: option.AsJson = False,
     traceback: option.Traceback = False,
 ) -> None:
     """Write what a run found as one page that needs no network, and as JSON beside it."""
-    with errors_in_words(results, show_traceback=traceback):
+    with errors_in_words(results, show_traceback=traceback, as_json=as_json):
         from ..plots.report import write_report
         from ._terminal import Screen
 
         page = write_report(results, to=to, label=label, title=title, comments=comment or ())
-        Screen.of(False, False).verdict(f"Report to hand on: {page}")
+        files = [page, page.with_suffix(".json")]
+        Screen.of(quiet, as_json).written("report", f"Report to hand on: {page}", files)
 
 
 @command(app, without=COMPUTING)
@@ -192,13 +195,16 @@ def init(
     folder: option.NewFolder,
     channels: option.Channels = None,
     case: option.AsCase = False,
+    quiet: option.Quiet = False,
+    as_json: option.AsJson = False,
     traceback: option.Traceback = False,
 ) -> None:
     """Write a commented model file or mapping to begin with, from a channel table if any."""
-    with errors_in_words(folder, show_traceback=traceback):
+    with errors_in_words(folder, show_traceback=traceback, as_json=as_json):
         from . import init
+        from ._terminal import Screen
 
-        typer.echo(init.run(folder, channels, case))
+        Screen.of(quiet, as_json).written("init", *init.run(folder, channels, case))
 
 
 def _split(words: str | None) -> list[str] | None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from .._files import write_atomically
 from .._types import UsageError
@@ -115,7 +116,22 @@ EXAMPLE = (
 """Channels where no table is given."""
 
 
-def run(folder: Path, channels: Path | None, as_case: bool = False) -> str:
+class NewFiles(NamedTuple):
+    """What was written to begin with.
+
+    Parameters
+    ----------
+    sentence
+        What it is, and what to do with it.
+    files
+        The files.
+    """
+
+    sentence: str
+    files: list[Path]
+
+
+def run(folder: Path, channels: Path | None, as_case: bool = False) -> NewFiles:
     """Write a model file, or what a case folder is made of, and return what to do with it.
 
     Parameters
@@ -145,7 +161,7 @@ def _free(path: Path) -> Path:
     return path
 
 
-def _write_mapping(folder: Path, channels: Path | None) -> str:
+def _write_mapping(folder: Path, channels: Path | None) -> NewFiles:
     """Write a mapping, and the channel table that it names."""
     path, table = _free(folder / MAPPING), "channels.csv"
     if channels is None:
@@ -157,14 +173,15 @@ def _write_mapping(folder: Path, channels: Path | None) -> str:
     text = CASE_TEMPLATE.format(folder=folder, table=table)
     write_atomically(target, lambda temporary: temporary.write_bytes(content))
     write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
-    return (
+    sentence = (
         f"A mapping was written to {path}, and a channel table to {target}: change them where the "
         f"mapping says CHANGE, and put the file of FRFs beside them. Next: bayes-placement import "
         f"{folder} --out {folder / 'case'}"
     )
+    return NewFiles(sentence, [path, target])
 
 
-def _write_model(folder: Path, channels: Path | None) -> str:
+def _write_model(folder: Path, channels: Path | None) -> NewFiles:
     path = _free(folder / FILE)
     rows = list(EXAMPLE) if channels is None else channel_table.read(channels)
     text = TEMPLATE.format(
@@ -173,10 +190,11 @@ def _write_model(folder: Path, channels: Path | None) -> str:
         actuators=_lines("Actuator", [row for row in rows if row.role == "actuator"]),
     )
     write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
-    return (
+    sentence = (
         f"A model was written to {path}: change it where it says CHANGE. Next: "
         f"bayes-placement show {path}"
     )
+    return NewFiles(sentence, [path])
 
 
 def _lines(kind: str, rows: Sequence[ChannelRow]) -> str:

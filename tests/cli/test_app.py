@@ -70,6 +70,56 @@ def test_json_is_one_object_on_standard_output(tmp_path):
     assert content["result"]
 
 
+WRITERS = {"init": "A model was written to ", "report": "Report to hand on: "}
+"""What the commands say that compute nothing."""
+
+
+def written(command, folder, *options):
+    """Answer of a command that computes nothing."""
+    results = folder / "results"
+    results.mkdir()
+    if command == "report":
+        rows = "s1,information_gain,information_gain_se\n0.2,0.1,0\n"
+        (results / "placements.csv").write_text(rows)
+    return CliRunner().invoke(app, [command, str(results), *options])
+
+
+@pytest.mark.parametrize("command", WRITERS)
+def test_commands_without_results_are_quiet_too(tmp_path, command):
+    done = written(command, tmp_path, "--quiet")
+    assert (done.exit_code, len(done.stdout.splitlines())) == (0, 1), done.output
+    assert done.stdout.startswith(WRITERS[command])
+
+
+@pytest.mark.parametrize("command", WRITERS)
+def test_commands_without_results_answer_with_json_too(tmp_path, command):
+    done = written(command, tmp_path, "--json")
+    assert done.exit_code == 0, done.output
+    content = json.loads(done.stdout)
+    assert content["verdict"].startswith(WRITERS[command])
+    assert (content["command"], content["exit_code"], content["finished"]) == (command, 0, True)
+    there = {file.name for file in (tmp_path / "results").iterdir()} - {"placements.csv"}
+    assert set(content["files"]) == there
+    assert content["folder"] == str(tmp_path / "results")
+
+
+@pytest.mark.parametrize("command", WRITERS)
+def test_errors_of_commands_without_results_are_json_too(tmp_path, command):
+    (tmp_path / "model.py").write_text("")
+    folder = tmp_path if command == "init" else tmp_path / "nowhere"
+    done = CliRunner().invoke(app, [command, str(folder), "--json"])
+    assert done.exit_code == 2
+    content = json.loads(done.stdout)
+    assert content["exit_code"] == 2
+    assert "is there" in content["error"] or "There is no" in content["error"]
+
+
+@pytest.mark.parametrize("command", sorted({*WRITERS, "update", "check", "explain", "place"}))
+def test_every_command_has_the_same_options_for_scripts(command):
+    words = CliRunner().invoke(app, [command, "--help"], env={"COLUMNS": "200"}).stdout
+    assert all(option in words for option in ("--quiet", "--json", "--traceback"))
+
+
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
 def test_progress_is_no_part_of_the_answer(tmp_path, stream):
     done = run(tmp_path)
