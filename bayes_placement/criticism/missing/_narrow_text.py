@@ -28,9 +28,20 @@ def gained(step: FittedModel, as_given: FittedModel) -> dict[str, str]:
 def narrow(table: pd.DataFrame) -> str:
     """Numbers side by side, and below them the parameters of each row."""
     numbers = table.drop(columns="parameters").to_string(line_width=WIDTH)
-    told = [
-        textwrap.fill(f"{name}: {words}", WIDTH, subsequent_indent="  ")
-        for name, words in table["parameters"].items()
-        if words
+    paragraphs = [
+        _paragraph(f"{name}: {words}") for name, words in table["parameters"].items() if words
     ]
-    return "\n".join([numbers, *(["", *told] if told else [])])
+    return "\n".join([numbers, *(["", *paragraphs] if paragraphs else [])])
+
+
+def narrow_by_column(numbers: pd.DataFrame, words: pd.DataFrame) -> str:
+    """Numbers side by side, and below them what each row of words says in each column."""
+    blocks = [numbers.to_string(line_width=WIDTH)]
+    for title, row in words.iterrows():
+        lines = [_paragraph(f"  {column}: {cell}", 4) for column, cell in row.items() if cell]
+        blocks.append("\n".join([_paragraph(str(title)), *lines]))
+    return "\n\n".join(blocks)
+
+
+def _paragraph(text: str, indent: int = 2) -> str:
+    return textwrap.fill(text, WIDTH, subsequent_indent=indent * " ")

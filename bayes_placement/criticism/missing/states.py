@@ -10,6 +10,8 @@ import pandas as pd
 from ..._files import write_json
 from ...positions.reprs import notebook_html
 from ._changes import CHANGED, NEW, UNCHANGED, FoundEffect, change
+from ._estimates import ParameterEstimate
+from ._narrow_text import narrow_by_column
 from .ledger import Ledger, alone_in_words, misfit_columns
 
 
@@ -27,18 +29,18 @@ class EffectInState(NamedTuple):
     found: FoundEffect
     change: str
 
-    def size(self) -> str:
+    def size(self, form: Callable[[ParameterEstimate], str] = str) -> str:
         """Its unknowns but the place, in words."""
-        return self._in_words(are_places=False) or "present"
+        return self._in_words(form, are_places=False) or "present"
 
-    def place(self) -> str:
+    def place(self, form: Callable[[ParameterEstimate], str] = str) -> str:
         """Its place in words; empty where it has none."""
-        return self._in_words(are_places=True)
+        return self._in_words(form, are_places=True)
 
-    def _in_words(self, *, are_places: bool) -> str:
+    def _in_words(self, form: Callable[[ParameterEstimate], str], *, are_places: bool) -> str:
         fields = self.found.effect.place_fields
         return ", ".join(
-            f"{word} {estimate}"
+            f"{word} {form(estimate)}"
             for word, estimate in self.found.estimates.items()
             if (estimate.field in fields) == are_places
         )
@@ -68,7 +70,15 @@ class Course(NamedTuple):
     def title(self) -> str:
         """Kind, setting and place; the place of the last state, where damage is mostly largest."""
         last = [*self.in_state.values()][-1]
-        return " ".join(filter(None, [self.kind, self.last.setting, last.place()]))
+        place = last.place(ParameterEstimate.with_interval)
+        return " ".join(filter(None, [self.kind, self.last.setting, place]))
+
+    def cell(self, label: str) -> str:
+        """Its size in a state with 95 % intervals, and what became of it; empty without it."""
+        here = self.in_state.get(label)
+        if here is None:
+            return ""
+        return f"{here.size(ParameterEstimate.with_interval)}, {here.change}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -108,19 +118,18 @@ class LedgerOfStates:
 
     def table(self) -> pd.DataFrame:
         """One row for each effect with its size in each state, and the misfit that is left."""
-        rows: dict[str, dict[str, str]] = {}
-        for course in self.courses:
-            rows[course.title()] = {
-                label: f"{course.in_state[label].size()} ({course.in_state[label].change})"
-                if label in course.in_state
-                else ""
-                for label in self.ledgers
-            }
-        for label, ledger in self.ledgers.items():
-            for word, value in misfit_columns(ledger.steps[-1]).items():
-                rows.setdefault(word, {})[label] = value
-        table = pd.DataFrame.from_dict(rows, orient="index", columns=[*self.ledgers])
-        return table.rename_axis("effect")
+        return pd.concat([self._effects(), self._misfit()]).rename_axis("effect")
+
+    def _effects(self) -> pd.DataFrame:
+        """Size of each effect in each state, with 95 % intervals."""
+        rows = [[course.cell(label) for label in self.ledgers] for course in self.courses]
+        titles = [course.title() for course in self.courses]
+        return pd.DataFrame(rows, index=titles, columns=[*self.ledgers])
+
+    def _misfit(self) -> pd.DataFrame:
+        """Misfit that is left in each state."""
+        columns = {label: misfit_columns(of.steps[-1]) for label, of in self.ledgers.items()}
+        return pd.DataFrame(columns).fillna("")
 
     def words(self) -> list[str]:
         """What is new in each state, and what to doubt in it."""
@@ -175,7 +184,7 @@ class LedgerOfStates:
     def __str__(self) -> str:
         """Table of the effects, then the sentences."""
         lines = [f"- {line}" for line in self.words()]
-        return "\n".join([self.table().to_string(), "", *lines])
+        return "\n".join([narrow_by_column(self._misfit().T, self._effects()), "", *lines])
 
 
 def courses_of(

@@ -4,7 +4,10 @@ from dataclasses import replace
 
 import pytest
 
+from bayes_placement import effects
+from bayes_placement.criticism.missing._changes import FoundEffect
 from bayes_placement.criticism.missing._estimates import ParameterEstimate
+from bayes_placement.criticism.missing.states import LedgerOfStates, courses_of
 from tests.plots.test_ledger import ledger, ranking, step
 
 AT = ParameterEstimate(
@@ -45,3 +48,44 @@ def test_tables_are_printed_in_80_columns_with_the_gain_of_evidence(result):
     assert max(map(len, table)) <= 80
     assert "point_mass: at 370.000 mm (95 %: 369.960 to 370.040)" in str(result)
     assert result.steps[0].to_json()["log_evidence"] == -1264254.2
+
+
+MASS = ParameterEstimate(
+    0.05, 0.001, 0.0474, 0.0526, "kg", "point_mass", "mass", "mass", 0.048, 0.052
+)
+LABELS = ("10 nuts", "again, after the holidays", "20 nuts", "with the clamp of the fair")
+
+
+@pytest.fixture
+def of_states():
+    """A mass in four states, of which the last has another one besides."""
+    mass = FoundEffect(effects.point_mass(0.37, 0.05), "", {"at": AT, "mass": MASS}, None)
+    gain = FoundEffect(effects.gain_error("s2", 0.1), "sensor s2+x", {}, None)
+    by_state = {label: [mass] for label in LABELS} | {LABELS[-1]: [mass, gain]}
+    ledgers = {label: replace(ledger(*steps()), baseline=step(None, 1.25)) for label in LABELS}
+    return LedgerOfStates("bare", ledgers, courses_of(by_state, lambda *_: "unchanged"))
+
+
+def test_a_ledger_of_states_prints_intervals_in_80_columns(of_states):
+    text = str(of_states)
+    lines = text.splitlines()
+    table = lines[: next(number for number, line in enumerate(lines) if line.startswith("- "))]
+    assert max(map(len, table)) <= 80
+    assert "point_mass at 370.000 mm (95 %: 369.960 to 370.040)" in lines
+    assert "  10 nuts: mass 50.0 g (95 %: 48.0 to 52.0), new" in lines
+    assert "  20 nuts: mass 50.0 g (95 %: 48.0 to 52.0), unchanged" in lines
+    assert text.count("gain_error sensor s2+x\n  with the clamp of the fair: present, new") == 1
+    assert [line.split()[-1] for line in lines[:5]] == ["datum", "1", "1", "1", "1"]
+
+
+def test_a_ledger_of_states_shows_intervals_in_a_notebook(of_states):
+    html = of_states._repr_html_()
+    assert "point_mass at 370.000 mm (95 %: 369.960 to 370.040)" in html
+    assert "mass 50.0 g (95 %: 48.0 to 52.0), new" in html
+    assert of_states.table().loc["chi2 per datum", "10 nuts"] == "1"
+
+
+def test_a_ledger_of_states_without_effects_prints_their_misfit(of_states):
+    nothing = replace(of_states, courses=())
+    assert str(nothing).splitlines()[1].split() == ["10", "nuts", "1"]
+    assert [*nothing.table().index] == ["chi2 per datum"]
