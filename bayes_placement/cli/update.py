@@ -1,7 +1,9 @@
 """`bayes-placement update`: what the data say about a model, by methods that check each other."""
 
+import shlex
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import pandas as pd
 import xarray as xr
@@ -11,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from .._types import InfeasibleError, UsageError
+from ..criticism.check.check import verdict as verdict_on
 from ..experiment.experiment import Measurements
 from ..inference import cross_check
 from ..inference import summary as summaries
@@ -36,6 +39,30 @@ OfUnknowns = Mapping[str, tuple[str, str]]
 TITLE = """\
 Cross-check. variation: posterior standard deviation over mean, the uncertainty that is left.
 ±: standard error of the computation, by which methods that agree may differ."""
+
+
+class Sources(NamedTuple):
+    """What a model is inferred from.
+
+    Parameters
+    ----------
+    path
+        Model file or case folder.
+    data
+        File of the measurement; None for that of the study.
+    study, measurement
+        What they hold.
+    """
+
+    path: Path
+    data: Path | None
+    study: Study
+    measurement: Measurements
+
+    def command(self, name: str) -> str:
+        """A command on the same model and data."""
+        data = () if self.data is None else ("--data", str(self.data))
+        return shlex.join(["bayes-placement", name, str(self.path), *data])
 
 
 def run(
@@ -92,7 +119,8 @@ def run(
         if left or number:  # one result alone is shown below what it says
             _show(screen, method.name, result)
             screen.text(f"Left to do: {', '.join(left)}." if left else "")
-    return _conclude(screen, run, results, (study, measurement), possible.left_out)
+    sources = Sources(path, data, study, measurement)
+    return _conclude(screen, run, results, sources, possible.left_out)
 
 
 def _chosen_methods(
@@ -138,17 +166,17 @@ def _conclude(
     screen: Screen,
     run: Run,
     results: Results,
-    of: tuple[Study, Measurements],
+    sources: Sources,
     left_out: list[str],
 ) -> int:
     """Say what all results say together, and write what is left to be written."""
-    study, measurement = of
     first = next(iter(results.values()))
     rows = summaries.summary(first)
     peaks = [f"{row.in_words()}." for row in rows if row.peaks]
     comparison = report(results)
     agreement = comparison.words()[-1]
     verdict = agreement if len(results) > 1 else _verdict(rows, next(iter(results)))
+    verdict = " ".join([*_failure(first, sources), verdict])
     screen.verdict(verdict)
     if len(results) > 1:
         _print(screen, comparison)
@@ -160,11 +188,24 @@ def _conclude(
     told = {"parameters": table, "sentences": [*comparison.words(), *peaks], "left_out": left_out}
     sentences = [verdict, *comparison.words()[:-1], *peaks, *left_out]
     warned = _warned(results)
-    kept = of_posterior(first, study.experiment, measurement, sentences, warned, "update")
+    experiment, measurement = sources.study.experiment, sources.measurement
+    kept = of_posterior(first, experiment, measurement, sentences, warned, "update")
     _write(results, comparison, run)
-    run.figures(_figures(results, study.truth, kept))
+    run.figures(_figures(results, sources.study.truth, kept))
     run.tree(FINDINGS, kept)
     return run.finish(screen, verdict, told)
+
+
+def _failure(result: xr.DataTree, sources: Sources) -> list[str]:
+    """Say that the model does not explain the data; nothing where it does."""
+    verdict = verdict_on(result)
+    if not verdict.failed:
+        return []
+    return [
+        f"{verdict.sentence()} The intervals of a model that fails do not mean what they say: "
+        f"`{sources.command('check')}` says where it fails, `{sources.command('improve')}` adds "
+        "what it lacks."
+    ]
 
 
 def _warned(results: Results) -> list[list[str]]:

@@ -155,6 +155,27 @@ def test_data_from_a_file_take_the_place_of_the_models_own(first, tmp_path, monk
     np.testing.assert_allclose(seen, original + 1, rtol=1e-5)
 
 
+def test_a_model_that_does_not_explain_the_data_is_told_with_what_to_do_next(tmp_path, monkeypatch):
+    monkeypatch.setattr(_run.Run, "figures", lambda run, figures: None)
+    wrong = "measurement = experiment.nominal_measurement()\n" + MODEL.replace("1e9", "1.4e9")
+    model = written(tmp_path, MODEL + wrong + ENGINE)
+    done = run(model, "--engine", "map", "--quiet", "--out", tmp_path / "out")
+    assert done.exit_code == 0, (done.output, done.exception)
+    (said, _) = done.output.splitlines()
+    assert said.startswith("The model fails: chi2 per datum is ")
+    assert "is expected of a correct model (p " in said
+    assert "The intervals of a model that fails do not mean what they say" in said
+    for command in ("check", "improve"):
+        assert f"`bayes-placement {command} {model}`" in said
+    assert "2 unknowns are inferred by latent map" in said
+    saved = bp.io.netcdf.read(tmp_path / "out" / "result.nc")
+    assert said.startswith(bp.check(saved).verdict())
+
+
+def test_a_model_that_explains_the_data_is_told_no_such_thing(first):
+    assert "fails" not in first[1]
+
+
 def refused(*words, code=2):
     done = run(*words)
     assert done.exit_code == code

@@ -8,7 +8,8 @@ from ...inference.results import data_faults_of
 from . import _edges, _model_error, _noise, correlation, discrepancy
 from ._residuals import Grouping, Residuals, groupings, residuals, response_when_exact
 from ._statistics import Statistics
-from .misfit import Misfit, decides
+from .misfit import Misfit
+from .verdict import Verdict, decides
 
 LEVEL = 0.01
 """Probability that a correct model does not pass."""
@@ -66,9 +67,10 @@ def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Mi
         for name, grouping in groupings(data, bands).items()
     }
     overall = tables.pop("overall")
-    overall["whiteness"] = _combined(overall["whiteness"], tables["channel"]["whiteness"])
+    channels = tables["channel"]["whiteness"].values.ravel().tolist()
+    whiteness = _combined(float(overall["whiteness"]), channels)
     return Misfit(
-        overall=overall,
+        overall=overall.assign(whiteness=whiteness),
         groups={name: _corrected(table, noise_known) for name, table in tables.items()},
         response=_response(data),
         edges=_edges.edges(posterior),
@@ -80,6 +82,38 @@ def check(posterior: xr.DataTree, *, level: float = LEVEL, bands: int = 8) -> Mi
         model_error=_model_error.model_error(posterior),
         noise_needed=_noise.noise_needed(data, posterior),
         chi2_without_errors=_chi2_without_errors(data, posterior),
+    )
+
+
+def verdict(posterior: xr.DataTree, *, level: float = LEVEL) -> Verdict:
+    """The verdict of `check` alone: no groups, bands and discrepancies, so that it takes no time.
+
+    Parameters
+    ----------
+    posterior
+        What `infer` returned.
+    level
+        Probability that a correct model does not pass.
+
+    Raises
+    ------
+    InputError
+        As `check`.
+    """
+    _check(level, bands=1)
+    data = residuals(posterior)
+    statistics, masks = Statistics(data), groupings(data, bands=1)
+    (everything,) = masks["overall"].masks()
+    overall = statistics.chi2(everything)
+    if data.deviation is None:
+        channels = [statistics.whiteness(channel) for channel in masks["channel"].masks()]
+        overall["whiteness"] = _combined(statistics.whiteness(everything), channels)
+    return Verdict(
+        overall=overall,
+        level=level,
+        noise_known=data.deviation is not None,
+        noise_needed=_noise.noise_needed(data, posterior),
+        beside_model_error=bool(_model_error.model_error(posterior)),
     )
 
 
@@ -101,12 +135,12 @@ def _columns(statistics: Statistics, grouping: Grouping) -> dict[str, list[float
     return {name: [row[name] for row in rows] for name in rows[0]}
 
 
-def _combined(overall: xr.DataArray, channels: xr.DataArray) -> xr.DataArray:
+def _combined(overall: float, channels: list[float]) -> float:
     """Smaller of the p-values of all residuals and of the worst channel (Bonferroni)."""
-    count = int(channels.count())
-    if count == 0:  # too few neighbouring lines in any one of them
+    defined = [value for value in channels if not np.isnan(value)]
+    if not defined:  # too few neighbouring lines in any one of them
         return overall
-    return (2 * overall.clip(max=count * float(channels.min()))).clip(max=1.0)
+    return float(np.minimum(1.0, 2 * np.minimum(overall, len(defined) * min(defined))))
 
 
 def _corrected(table: xr.Dataset, noise_known: bool) -> xr.Dataset:

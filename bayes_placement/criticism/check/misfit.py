@@ -12,6 +12,7 @@ from ...positions.reprs import notebook_html
 from ..noise_needed import NoiseNeeded
 from . import _edges, _model_error
 from ._residuals import shows_modes
+from .verdict import Verdict, chi2_in_words, p_in_words
 
 _CORRELATED = "residuals of neighbouring lines are correlated"
 _ROWS = ("sensor", "actuator", FORCE_LEVEL, "band")
@@ -30,8 +31,6 @@ _OF_MODES = {"sensor": "row", "actuator": "column", "band": "mode"}
 
 _HIDDEN = {True: ("over_scatter",), False: ("chi2_per_datum", "expected", "spread", "p_value")}
 """Columns that say nothing, by whether the noise is known."""
-
-_TOO_FEW = "the noise is not known, and there are too few lines to test residuals for correlation."
 
 
 @dataclass(frozen=True, repr=False)
@@ -98,14 +97,17 @@ class Misfit:
 
         Else the smaller p-value of whiteness and of the scatter of neighbouring lines (Bonferroni).
         """
-        value = float(self.overall[decides(self.noise_known)])
-        scatter = np.nan if self.noise_needed is None else self.noise_needed.p_value
-        return value if np.isnan(scatter) else float(min(1.0, 2 * np.fmin(value, scatter)))
+        return self._of_all_data().p_value
 
     @property
     def passed(self) -> bool:
         """Whether the p-value reaches the level."""
-        return self.p_value >= self.level
+        return self._of_all_data().passed
+
+    def _of_all_data(self) -> Verdict:
+        overall = {str(name): float(value) for name, value in self.overall.items()}
+        noise = self.noise_known, self.noise_needed
+        return Verdict(overall, self.level, *noise, bool(self.model_error))
 
     def worst(self, kind: str) -> xr.Dataset:
         """The group of a kind with the largest misfit, with its statistics and its name."""
@@ -166,28 +168,7 @@ class Misfit:
 
     def verdict(self) -> str:
         """Say in one sentence whether the model explains the data."""
-        if np.isnan(self.p_value):
-            return "Whether the model explains the data cannot be decided: " + (
-                "it has as many unknowns as data." if self.noise_known else _TOO_FEW
-            )
-        verdict = "explains the data" if self.passed else "fails"
-        verdict += ", given its model error" if self.passed and self.model_error else ""
-        if not self.noise_known:
-            correlation = "not significantly correlated" if self.passed else "correlated"
-            return (
-                f"The model {verdict}: residuals of neighbouring lines are {correlation} "
-                f"({_p(self.p_value)}). The noise level is not known, so chi2 cannot be used; the "
-                f"model needs noise of {self.noise_needed}."
-            )
-        low = self.p_value > 1 - self.level / 2
-        return (
-            f"The model {verdict}: chi2 per datum is {_chi2(self.overall)} ({_p(self.p_value)})."
-            + (
-                " It is smaller than the noise allows: the stated noise is too large."
-                if low
-                else ""
-            )
-        )
+        return self._of_all_data().sentence()
 
     def _model_error_words(self) -> list[str]:
         without = self.chi2_without_errors
@@ -198,11 +179,11 @@ class Misfit:
         worst, table = self.worst(kind), self.groups[kind]
         failing = int((table["corrected"] < self.level).sum())
         groups = self._word(kind) + "s"
-        misfit = f"chi2 per datum is {_chi2(worst)}" if self.noise_known else _CORRELATED
+        misfit = f"chi2 per datum is {chi2_in_words(worst)}" if self.noise_known else _CORRELATED
         return (
             f"{failing} of {table['data'].size} {groups} {'fail' if failing > 1 else 'fails'}, "
             f"{'most of all ' if failing > 1 else ''}{_name(worst, kind)}: {misfit} "
-            f"(corrected {_p(float(worst['corrected']))})."
+            f"(corrected {p_in_words(float(worst['corrected']))})."
         )
 
     def _whiteness_words(self) -> list[str]:
@@ -211,8 +192,8 @@ class Misfit:
         if not (self.noise_known and self.passed and value < self.level):
             return []
         return [
-            f"However, residuals of neighbouring lines are correlated ({_p(value)}), which a "
-            "smooth misfit smaller than the noise or a window over the time signals causes."
+            f"However, residuals of neighbouring lines are correlated ({p_in_words(value)}), which "
+            "a smooth misfit smaller than the noise or a window over the time signals causes."
         ]
 
     def _predictive_words(self) -> list[str]:
@@ -240,11 +221,6 @@ class Misfit:
         ]
 
 
-def decides(noise_known: bool) -> str:
-    """Name of the p-value that decides."""
-    return "p_value" if noise_known else "whiteness"
-
-
 def _severity(table: xr.Dataset, noise_known: bool) -> np.ndarray:
     """Smallest for the group with the largest misfit; by chi2, since p-values may all be zero."""
     if not noise_known:
@@ -268,13 +244,3 @@ def _name(group: xr.Dataset, kind: str) -> str:
 def _cells(group: xr.Dataset, columns: Mapping[str, str]) -> dict[str, str]:
     numbers = {name: float(group[name]) for name in columns}
     return {columns[name]: "-" if np.isnan(x) else f"{x:.3g}" for name, x in numbers.items()}
-
-
-def _chi2(group: xr.Dataset) -> str:
-    names = ("chi2_per_datum", "expected", "spread")
-    chi2, expected, spread = (float(group[name]) for name in names)
-    return f"{chi2:.3g}; {expected:.2f} ± {spread:.2f} is expected of a correct model"
-
-
-def _p(value: float) -> str:
-    return f"p = {value:.2g}" if value > 1e-12 else "p < 1e-12"

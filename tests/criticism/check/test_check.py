@@ -11,7 +11,7 @@ from scipy import stats
 import bayes_placement as bp
 from bayes_placement.criticism.check._residuals import residuals
 from bayes_placement.criticism.check._statistics import Statistics
-from bayes_placement.criticism.check.check import check
+from bayes_placement.criticism.check.check import check, verdict
 
 SEEDS = range(100)
 
@@ -236,6 +236,26 @@ def test_noise_that_is_stated_too_large_is_said(correct_model):
     misfit = check(tree)
     assert misfit.passed
     assert misfit.words()[0].endswith("the stated noise is too large.")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"missing": 3 * bump()},
+        {"known": False},
+        {"known": False, "missing": 3 * bump()},
+        {"shape": (1, 1, 1, 6), "unknowns": 2, "known": False, "noise": False},
+    ],
+    ids=["right", "wrong", "unknown noise", "wrong, unknown noise", "too few lines"],
+)
+def test_the_verdict_alone_is_that_of_the_check(correct_model, settings):
+    tree = correct_model(4, **settings)
+    misfit, alone = check(tree), verdict(tree)
+    assert alone.sentence() == misfit.verdict()
+    assert alone.passed == misfit.passed
+    assert alone.failed == (misfit.p_value < misfit.level)
+    assert alone.failed == ("missing" in settings)
 
 
 def test_too_few_lines_without_noise_cannot_be_judged(correct_model):
