@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from .._types import InputError, UsageError
-from ..effects import library
-from ..experiment.experiment import Measurements
+from .._types import UsageError
+from ..effects import Library, library
+from ..effects.library import classes_named, nearest_name, unknown_effect
+from ..experiment.experiment import Experiment, Measurements
 from ..io.model import Study
 from ._inputs import Inputs, read_inputs, read_measurement
 from ._run import Output
@@ -62,8 +63,10 @@ class Request:
         Raises
         ------
         UsageError
-            If files of several states are given beside those of one.
+            If there is no effect of a name, or files of several states are given beside those of
+            one.
         """
+        self._check_kinds()
         data = self.data
         if self.states:
             if self.data or self.baseline or self.alone:
@@ -133,10 +136,7 @@ class Request:
         **settings: Any,
     ) -> Result:
         """Return what a function finds in what was measured; its progress is shown."""
-        try:
-            effects = library(inputs.experiment, self.kinds)
-        except InputError as error:
-            raise UsageError(str(error)) from error
+        effects = self._candidates(inputs.experiment)
         with fits_of_model(inputs), inputs.screen.progress([command]) as begin:
             return function(
                 inputs.experiment,
@@ -145,6 +145,30 @@ class Request:
                 progress=begin(command),
                 **settings,
             )
+
+    def _check_kinds(self) -> None:
+        """Refuse names of which there is no effect, before anything is read."""
+        kinds = self.kinds or []
+        unknown = [kind for kind in kinds if not classes_named(kind)]
+        if unknown:
+            named = [nearest_name(kind) if kind in unknown else kind for kind in kinds]
+            effects = ",".join(filter(None, named))
+            remedy = f"--effects {effects}, or no --effects" if effects else "no --effects"
+            raise UsageError(
+                f"{unknown_effect(unknown[0])}. Names of these are needed, with commas: {remedy} "
+                "for all that apply."
+            )
+
+    def _candidates(self, experiment: Experiment) -> Library[Experiment]:
+        """Effects to be tried; refuses where none of those that are named can act."""
+        candidates = library(experiment, self.kinds)
+        if self.kinds and not candidates.effects:
+            all_kinds = ", ".join(library(experiment).kinds)
+            raise UsageError(
+                f"--effects {','.join(self.kinds)} was given; none of these can act on what the "
+                f"model declares, where at least one is needed. Those that can: {all_kinds}."
+            )
+        return candidates
 
 
 def states_by_label(words: Sequence[str]) -> dict[str, Path]:

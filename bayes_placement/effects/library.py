@@ -106,16 +106,32 @@ def _chosen(kinds: Iterable[Kind]) -> list[type[Effect]]:
     return list(dict.fromkeys(classes))
 
 
+def nearest_name(kind: str) -> str | None:
+    """Name of the effect that is most like a word; None where none is."""
+    close = difflib.get_close_matches(kind, EFFECTS, n=1)
+    return close[0] if close else None
+
+
+def unknown_effect(kind: str) -> str:
+    """Say that there is no such effect, which one was meant, and which there are."""
+    nearest = nearest_name(kind)
+    meant = f" Did you mean {nearest!r}?" if nearest else ""
+    return f"There is no effect {kind!r}.{meant} The effects are {', '.join(EFFECTS)}"
+
+
+def classes_named(kind: str) -> list[type[Effect]]:
+    """Effects of this name, or of this kind; none where there is no such effect."""
+    return [member for word, member in EFFECTS.items() if kind in (word, kind_of(member))]
+
+
 def _classes(kind: Kind) -> list[type[Effect]]:
     """Effects of this name, or of this kind."""
     if isinstance(kind, type):
         return [kind]
-    classes = [member for word, member in EFFECTS.items() if kind in (word, kind_of(member))]
+    classes = classes_named(kind)
     if not classes:
-        close = difflib.get_close_matches(kind, EFFECTS, n=1)
-        meant = f" Did you mean {close[0]!r}?" if close else ""
         raise InputError(
-            f"There is no effect {kind!r}.{meant} The effects are {', '.join(EFFECTS)}; one of "
-            "your own is given as a class: library(experiment, further=[MyEffect])."
+            f"{unknown_effect(kind)}; one of your own is given as a class: library(experiment, "
+            "further=[MyEffect])."
         )
     return classes

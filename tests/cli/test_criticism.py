@@ -289,6 +289,27 @@ def test_an_unknown_effect_is_answered_with_the_known_ones(hidden, command, tmp_
     words = (hidden[0] / "study.py", "--effects", "point_mas", "--out", tmp_path)
     message = refused(command, *words)
     assert "Did you mean 'point_mass'?" in message
+    assert "The effects are point_mass, " in message
+    assert message.endswith("--effects point_mass, or no --effects for all that apply.")
+    assert "library(" not in message  # the command line knows no Python
+
+
+def test_the_line_that_mends_wrong_names_of_effects_has_the_right_ones_as_well(hidden, tmp_path):
+    study = hidden[0] / "study.py"
+    words = (study, "--effects", "time_delay,rust,point_mas", "--out", tmp_path)
+    message = refused("improve", *words)
+    assert "There is no effect 'rust'. The effects are" in message
+    assert message.endswith("--effects time_delay,point_mass, or no --effects for all that apply.")
+    message = refused("improve", study, "--effects", "rust", "--out", tmp_path)
+    assert message.endswith("with commas: no --effects for all that apply.")
+
+
+def test_effects_that_cannot_act_are_answered_with_those_that_can(hidden, tmp_path):
+    words = (hidden[0] / "study.py", "--effects", "cubic_stiffness", "--out", tmp_path)
+    message = refused("improve", *words)
+    assert "--effects cubic_stiffness was given; none of these can act" in message
+    assert "Those that can: point_mass, " in message
+    assert "cubic_stiffness" not in message.partition("Those that can")[2]
 
 
 def test_a_folder_without_a_case_is_refused(tmp_path):
