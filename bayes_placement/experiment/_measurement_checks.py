@@ -156,15 +156,43 @@ def not_negative(values: np.ndarray, lines: np.ndarray, label: PairLabel) -> Non
         )
 
 
-def not_measured(requested: np.ndarray, nearest: np.ndarray) -> InputError:
-    """Return the error that names the missing lines [Hz] and the measured ones next to them."""
-    pairs = zip(requested[:5], nearest, strict=False)
+def not_measured(requested: np.ndarray, lines: np.ndarray, index: np.ndarray) -> InputError:
+    """Return the error that names lines that are missing, and the line that takes measured ones.
+
+    Parameters
+    ----------
+    requested
+        All lines that were asked for [Hz].
+    lines
+        Lines that were measured [Hz].
+    index
+        For each that was asked for the number of the nearest measured one where that is too far
+        away, else -1.
+    """
+    missing = np.flatnonzero(index >= 0)
+    pairs = zip(requested[missing[:5]], lines[index[missing[:5]]], strict=True)
     shown = [f"{line:g} Hz (nearest {measured:g} Hz)" for line, measured in pairs]
-    tail = f" and {requested.size - 5} more" if requested.size > 5 else ""
+    tail = f" and {missing.size - 5} more" if missing.size > 5 else ""
     return InputError(
-        f"{requested.size} of the frequencies given were not measured: {', '.join(shown)}{tail}. A "
-        "measured line is needed for each, since FRFs are not interpolated across resonances. "
-        "Choose measured lines: experiment frequency = measurement.band(low, high).frequency."
+        f"{missing.size} of the frequencies given were not measured: {', '.join(shown)}{tail}. A "
+        "measured line is needed for each, since FRFs are not interpolated across resonances; "
+        f"measured were {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz. "
+        f"{_measured_instead(requested, lines)}."
+    )
+
+
+def _measured_instead(requested: np.ndarray, lines: np.ndarray) -> str:
+    """Say how to take the measured lines of the band that was asked for, or all where it has none.
+
+    The numbers are those that are written: rounded to six digits they may leave out the last line.
+    """
+    low, high = (float(f"{end:g}") for end in (requested.min(), requested.max()))
+    inside = int(np.sum((lines >= low) & (lines <= high)))
+    if not inside:
+        return "None of them lies in the band asked for: frequency=measurement.frequency takes all"
+    return (
+        f"The {inside} of them in the band asked for: "
+        f"frequency=measurement.band({low:g}, {high:g}).frequency"
     )
 
 

@@ -24,7 +24,7 @@ def measured_lines(
     nearest = np.rint(np.interp(requested, frequency, np.arange(frequency.size))).astype(int)
     close = np.isclose(frequency[nearest], requested, rtol=LINE_TOLERANCE, atol=0.0)
     if not close.all():
-        raise not_measured(requested[~close], frequency[nearest[~close]])
+        raise not_measured(requested, frequency, np.where(close, -1, nearest))
     if np.any(np.diff(nearest) <= 0):
         raise InputError(
             "The frequencies given do not increase from one measured line to the next; each "

@@ -1,6 +1,7 @@
 """Names by path, the paper's nominal outputs, data that fit, models written by hand."""
 
 import dataclasses
+import re
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +16,7 @@ from scipy import stats
 
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
+from bayes_placement._types import InputError
 from bayes_placement.experiment.experiment import MEASURED, RESPONSE
 
 FREQUENCY = (np.arange(10) + 0.5) * 43.3
@@ -217,6 +219,23 @@ def test_data_are_converted_to_what_is_observed(measured, quantity):
 def test_a_line_that_was_not_measured_is_refused(measured):
     with pytest.raises(ValueError, match=r"1 of the frequencies given were not measured: 31 Hz"):
         small(frequency=[5.0, 31.0]).data(measured)
+
+
+def test_the_line_that_takes_measured_lines_is_told_where_others_are_asked_for(measured):
+    with pytest.raises(InputError) as refusal:
+        small(frequency=np.linspace(3.0, 21.3, 40)).data(measured)
+    said, lines = str(refusal.value), measured.frequency
+    assert f"measured were {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz" in said
+    band = re.search(r"The (\d+) of them in the band asked for: frequency=(.+)\.$", said)
+    chosen = eval(band[2], {"measurement": measured})
+    assert chosen.size == int(band[1])
+    small(frequency=chosen).data(measured)
+
+
+def test_lines_of_another_band_are_answered_by_all_that_were_measured(measured):
+    words = r"None of them lies in the band.*: frequency=measurement\.frequency takes all\.$"
+    with pytest.raises(InputError, match=words):
+        small(frequency=measured.frequency[-1] * np.array([2.0, 3.0])).data(measured)
 
 
 def test_a_sensor_that_was_not_measured_is_refused(measured):
