@@ -200,3 +200,17 @@ def test_the_name_of_a_class_stands_for_one_class():
     offenders = {word: files for word, files in shared.items() if word not in SHARED_CLASS_NAMES}
     assert not offenders, "rename one, or say why users write both"
     assert set(SHARED_CLASS_NAMES) == set(shared)
+
+
+def test_names_in_plots_say_what_they_hold():
+    # `found` or `told` may be anything; what is drawn is an unknown, a row, a panel.
+    participles = {"found", "told", "given", "held", "kept"}
+    offenders = [
+        f"{name(path)}, line {node.lineno}: {word}"
+        for path, tree in TREES.items()
+        if room(path) == "plots"
+        for node in ast.walk(tree)
+        for word in [getattr(node, "id", getattr(node, "arg", None))]
+        if isinstance(node, ast.Name | ast.arg) and word in participles
+    ]
+    assert not offenders

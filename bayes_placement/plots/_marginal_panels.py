@@ -1,15 +1,19 @@
 """Panels of one unknown: densities before and after the data, and their intervals."""
 
-from collections.abc import Mapping
-from typing import Any
+import itertools
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ..inference.summary import INTERVAL
 from ._colours import AFTER, FAINT, INK
 from ._figures import PAGE, PANEL, Panels, panels
 from ._unknowns import ScaledUnknown
+
+Rows: TypeAlias = list[list[ScaledUnknown]]
 
 BINS = 40
 """Bins of a histogram of a posterior; that of a prior has half as many."""
@@ -30,31 +34,33 @@ MOST_IN_A_COLUMN, COLUMNS = 3, 3
 """Parameters that stand one below the other, and columns of more of them."""
 
 
-def in_rows(told: list[ScaledUnknown]) -> list[list[ScaledUnknown]]:
-    """A few unknowns one below the other, more of them beside each other on a page of A4."""
-    columns = 1 if len(told) <= MOST_IN_A_COLUMN else COLUMNS
-    return [told[start : start + columns] for start in range(0, len(told), columns)]
+def in_rows(unknowns: list[ScaledUnknown]) -> Rows:
+    """A few unknowns one below the other, more of them beside each other on a page."""
+    columns = 1 if len(unknowns) <= MOST_IN_A_COLUMN else COLUMNS
+    return [unknowns[start : start + columns] for start in range(0, len(unknowns), columns)]
 
 
-def layout_of_rows(rows: list[list[ScaledUnknown]], axes: Any) -> Panels:
-    """Panels for rows of unknowns, or the axes of the caller."""
-    count = max(1, sum(map(len, rows)))
-    return panels(1, count, axes) if axes is not None else _ragged(rows)
+def drawn_in_rows(rows: Rows, axes: Any, draw: Callable[[Axes, ScaledUnknown], None]) -> Figure:
+    """Draw rows of unknowns, each on axes of its own, or on those of the caller."""
+    layout = _ragged(rows) if axes is None else panels(1, max(1, sum(map(len, rows))), axes)
+    for panel, unknown in zip(layout.axes.flat, itertools.chain(*rows), strict=False):
+        draw(panel, unknown)
+    return layout.with_legend()
 
 
-def _ragged(rows: list[list[ScaledUnknown]]) -> Panels:
+def _ragged(rows: Rows) -> Panels:
     """Panels of a new figure, of which the last of a row are left out where it has fewer."""
     columns = max(map(len, rows), default=1)
     width, height = PANEL if columns == 1 else SMALL_PANEL
     height = min(height, max(LEAST_HEIGHT, PAGE / max(1, len(rows))))
     layout = panels(max(1, len(rows)), columns, size=(width, height))
     lengths = [len(row) for row in rows] or [1]
-    kept = []
+    used = []
     for row, length in zip(layout.axes, lengths, strict=True):
-        kept += list(row[:length])
+        used += list(row[:length])
         for unused in row[length:]:
             unused.remove()
-    return layout._replace(axes=np.array([kept], dtype=object))
+    return layout._replace(axes=np.array([used], dtype=object))
 
 
 def draw_marginal(panel: Axes, unknown: ScaledUnknown, truth: Mapping[str, float]) -> None:

@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,8 +32,8 @@ from ._marginal_panels import (
     draw_marginal,
     draw_strip,
     draw_true_value,
+    drawn_in_rows,
     in_rows,
-    layout_of_rows,
     name_density,
     set_limits,
 )
@@ -182,9 +183,9 @@ def parameters(
     >>> figure.axes[0].get_xlabel()
     'structure.damping.ratio [%]'
     """
-    found = _inferred("parameters", result)
-    told = [unknown for unknown in found if not unknown.is_placement]
-    return _marginals(in_rows(told), truth or {}, axes)
+    unknowns = _inferred("parameters", result)
+    rows = in_rows([unknown for unknown in unknowns if not unknown.is_placement])
+    return drawn_in_rows(rows, axes, partial(draw_marginal, truth=truth or {}))
 
 
 @arguments_checked
@@ -212,7 +213,8 @@ def placement(
     """
     placed = [unknown for unknown in _inferred("placement", result) if unknown.is_placement]
     owners = itertools.groupby(placed, lambda unknown: unknown.attributes["owner"])
-    return _marginals([list(row) for _, row in owners], truth or {}, axes)
+    rows = [list(row) for _, row in owners]
+    return drawn_in_rows(rows, axes, partial(draw_marginal, truth=truth or {}))
 
 
 @arguments_checked
@@ -243,10 +245,10 @@ def pair(
     >>> bp.plots.posterior.pair(posterior, **names).axes[0].get_ylabel()
     'sensor.s1.position [mm]'
     """
-    found = {unknown.name: unknown for unknown in _inferred("pair", result)}
+    unknowns = {unknown.name: unknown for unknown in _inferred("pair", result)}
     for name in (first, second):
-        _check_unknown([*found], name)
-    across, up = found[first], found[second]
+        _check_unknown([*unknowns], name)
+    across, up = unknowns[first], unknowns[second]
     layout = panels(1, 1, ax, size=(6.4, 5.0))
     panel = layout.only
     panel.plot(across.prior, up.prior, ".", color=PRIOR, markersize=3, label="prior")
@@ -290,23 +292,21 @@ def methods(
             "No results were given; those of at least one method are needed, since each is a row "
             'of the figure: methods({"SMC": bp.infer(experiment, measurement)}).'
         )
-    found = {name: _inferred("methods", result, name) for name, result in results.items()}
-    told = [unknown for unknown in next(iter(found.values())) if not unknown.is_placement]
-    layout = layout_of_rows(in_rows(told), axes)
-    for panel, unknown in zip(layout.axes.flat, told, strict=False):
-        _draw_methods(panel, unknown, found)
-        draw_true_value(panel, unknown, truth or {})
-        name_density(panel, unknown)
-    return layout.with_legend()
+    unknowns = {name: _inferred("methods", result, name) for name, result in results.items()}
+    rows = in_rows([first for first in next(iter(unknowns.values())) if not first.is_placement])
+    return drawn_in_rows(rows, axes, partial(_draw_methods, unknowns=unknowns, truth=truth or {}))
 
 
 def _draw_methods(
-    panel: Axes, unknown: ScaledUnknown, found: Mapping[str, list[ScaledUnknown]]
+    panel: Axes,
+    unknown: ScaledUnknown,
+    unknowns: Mapping[str, list[ScaledUnknown]],
+    truth: Mapping[str, float],
 ) -> None:
     """Draw the density of an unknown by each method, in the unit that the first one has."""
     draws = {
         method: other.posterior * (unknown.scale.factor / other.scale.factor)
-        for method, listed in found.items()
+        for method, listed in unknowns.items()
         for other in listed
         if other.name == unknown.name
     }
@@ -315,6 +315,8 @@ def _draw_methods(
         style: dict[str, Any] = {"color": colour, "linestyle": line, "linewidth": 1.5}
         draw_density(panel, values, label=method, fill=False, **style)
     set_limits(panel, unknown.prior, np.concatenate(list(draws.values())))
+    draw_true_value(panel, unknown, truth)
+    name_density(panel, unknown)
 
 
 @arguments_checked
@@ -340,12 +342,12 @@ def intervals(
     >>> bp.plots.posterior.intervals(posterior).axes[0].get_ylabel()
     'structure.damping.ratio [%]'
     """
-    found = _inferred("intervals", result)
-    count = max(1, len(found))
+    unknowns = _inferred("intervals", result)
+    count = max(1, len(unknowns))
     columns = 1 if axes is not None else -(-count // MOST_STRIPS)
     rows = -(-count // columns)
     layout = panels(rows, columns, axes, size=(STRIP[0], STRIP[1] + ABOVE / rows))
-    for panel, unknown in zip(layout.axes.T.flat, found, strict=False):
+    for panel, unknown in zip(layout.axes.T.flat, unknowns, strict=False):
         draw_strip(panel, unknown, truth or {})
     for panel in layout.axes.T.flat[count:]:
         panel.remove()
@@ -359,18 +361,10 @@ def _inferred(function: str, result: xr.DataTree, name: str = "result") -> list[
 
 
 def _check(function: str, name: str, result: xr.DataTree) -> None:
-    given = "bp.infer(experiment, measurement)"
-    given = f'{{"{name}": {given}}}' if function == "methods" else given
+    argument = "bp.infer(experiment, measurement)"
+    argument = f'{{"{name}": {argument}}}' if function == "methods" else argument
     why = "names, units and priors of the unknowns are drawn along"
-    check_result(name, result, why, f"plots.posterior.{function}({given})")
-
-
-def _marginals(rows: list[list[ScaledUnknown]], truth: Mapping[str, float], axes: Any) -> Figure:
-    told = list(itertools.chain(*rows))
-    layout = layout_of_rows(rows, axes)
-    for panel, unknown in zip(layout.axes.flat, told, strict=False):
-        draw_marginal(panel, unknown, truth)
-    return layout.with_legend()
+    check_result(name, result, why, f"plots.posterior.{function}({argument})")
 
 
 def _check_unknown(names: list[str], name: str) -> None:

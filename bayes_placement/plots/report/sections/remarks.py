@@ -8,7 +8,7 @@ from .._saved import Saved
 from ..content import Cell, Item, Table, Text
 from ..report import SETTINGS, WARNINGS
 
-TOLD = ("date", "seed", "seconds", "units", "settings", "versions")
+FIELDS = ("date", "seed", "seconds", "units", "settings", "versions")
 """Fields of the record of a run that are told."""
 
 
@@ -31,8 +31,7 @@ def settings(saved: Saved) -> Iterator[Item]:
     rows: list[tuple[Cell, ...]] = [("folder", saved.folder.resolve().name)]
     files: list[tuple[Cell, ...]] = []
     for command, run in saved.runs.items():
-        told = {word: run[word] for word in TOLD if word in run}
-        rows += _flat({command: told})
+        rows += _flat({command: {word: run[word] for word in FIELDS if word in run}})
         sources = [("model", run.get("model")), *(("data", file) for file in run.get("data", []))]
         files += [(command, role, *_name_and_hash(file)) for role, file in sources if file]
     if not saved.runs:
