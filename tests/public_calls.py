@@ -1693,6 +1693,9 @@ def calls_of_plots():
         "plots.misfit.discrepancy": Call(
             plots.misfit.discrepancy, {"misfit": thing(misfit()), **AXES}
         ),
+        "plots.misfit.discrepancy_pages": Call(
+            plots.misfit.discrepancy_pages, {"misfit": thing(misfit())}
+        ),
         "plots.placement.information": Call(
             plots.placement.information, {"learnt": thing(learnt()), **AXES}
         ),

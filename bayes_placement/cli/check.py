@@ -91,5 +91,5 @@ def _figures(posterior: xr.DataTree, misfit: Misfit, kept: xr.DataTree) -> dict[
             "measured_against_band.png", posterior_plots.measured_against_band_pages(posterior)
         ),
         **residual_map,
-        "discrepancy.png": plots.discrepancy(misfit),
+        **numbered("discrepancy.png", plots.discrepancy_pages(misfit)),
     }

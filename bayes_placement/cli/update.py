@@ -21,6 +21,7 @@ from ..inference.report import Report, numbers, report
 from ..inference.results import warnings_of
 from ..io._gate import files_read
 from ..io.model import Study
+from ..plots import _posterior_pages as pages
 from ..plots import modes as mode_plots
 from ..plots import posterior as plots
 from ._findings import FINDINGS, of_models, of_posterior
@@ -270,9 +271,13 @@ def _figures(results: Results, truth: Mapping[str, float], kept: xr.DataTree) ->
         if modes
         else numbered("measured_against_band.png", plots.measured_against_band_pages(first))
     )
-    figures["intervals.png"] = plots.intervals(first, truth=truth)
-    figures["parameters.png"] = plots.parameters(first, truth=truth)
-    figures["placement.png"] = plots.placement(first, truth=truth)
+    drawn = {
+        "intervals.png": pages.intervals(first, truth),
+        "parameters.png": pages.parameters(first, truth),
+        "placement.png": pages.placement(first, truth),
+    }
     if len(results) > 1:
-        figures["methods.png"] = plots.methods(results, truth=truth)
+        drawn["methods.png"] = pages.methods(results, truth)
+    for name, figure in drawn.items():
+        figures |= numbered(name, figure)
     return figures

@@ -16,8 +16,8 @@ from ..experiment.experiment import FORCE_LEVEL
 PANEL = (6.4, 3.6)
 """Width and height of a panel [inch]."""
 
-PAGE = 11.6
-"""Height of a page of A4 [inch], which holds the responses of a few sensors."""
+PAGE = 11.0
+"""Greatest height of a figure that stands on a page of A4 [inch]."""
 
 MOST_SENSORS = 3
 """Sensors on a page of responses."""

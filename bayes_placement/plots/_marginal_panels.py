@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..inference.summary import INTERVAL
-from ._colours import AFTER, FAINT, INK
+from ._colours import AFTER, BEFORE, DATA, FAINT, FOURTH, INK
 from ._figures import PAGE, PANEL, Panels, panels
 from ._unknowns import ScaledUnknown
 
@@ -24,20 +24,53 @@ MOST_NODES = 100
 PRIOR = "0.6"
 """Colour of priors."""
 
+METHODS = (AFTER, BEFORE, FOURTH, DATA)
+"""Colours of methods."""
+
+LINE_STYLES = ("-", "--", "-.", ":")
+
 SMALL_PANEL = (4.2, 3.0)
 """Width and height [inch] of a panel that has others beside it."""
 
-LEAST_HEIGHT = 1.45
-"""Least height of a panel [inch]."""
+MOST_ROWS = 8
+"""Panels below each other on a page."""
+
+DENSITY, MOST_ROWS_OF_LONG_NAMES = "probability density", 4
+"""Name of the axis of a density, and rows up to which a panel is as high as it is long."""
 
 MOST_IN_A_COLUMN, COLUMNS = 3, 3
-"""Parameters that stand one below the other, and columns of more of them."""
+"""Parameters that stand one below the other, and columns of more of them on a page."""
+
+STRIP, ABOVE = (6.4, 0.54), 0.8
+"""Width and height [inch] of the interval of one unknown, and height of the legend."""
+
+MOST_STRIPS = 18
+"""Intervals below each other on a page."""
 
 
 def in_rows(unknowns: list[ScaledUnknown]) -> Rows:
-    """A few unknowns one below the other, more of them beside each other on a page."""
+    """A few unknowns one below the other, more of them beside each other, no higher than a page."""
     columns = 1 if len(unknowns) <= MOST_IN_A_COLUMN else COLUMNS
+    return rows_of(unknowns, max(columns, -(-len(unknowns) // MOST_ROWS)))
+
+
+def rows_of(unknowns: list[ScaledUnknown], columns: int) -> Rows:
+    """Unknowns in rows of so many."""
     return [unknowns[start : start + columns] for start in range(0, len(unknowns), columns)]
+
+
+def beside_each_other(rows: Rows) -> Rows:
+    """Put rows beside each other where they are more than a page holds."""
+    blocks = max(1, -(-len(rows) // MOST_ROWS))
+    height = -(-len(rows) // blocks)
+    return [[*itertools.chain(*rows[start::height])] for start in range(height)]
+
+
+def by_owner(unknowns: list[ScaledUnknown]) -> Rows:
+    """Placement in rows: one for each sensor and actuator."""
+    placed = [unknown for unknown in unknowns if unknown.is_placement]
+    owners = itertools.groupby(placed, lambda unknown: unknown.attributes["owner"])
+    return [list(row) for _, row in owners]
 
 
 def drawn_in_rows(rows: Rows, axes: Any, draw: Callable[[Axes, ScaledUnknown], None]) -> Figure:
@@ -45,6 +78,8 @@ def drawn_in_rows(rows: Rows, axes: Any, draw: Callable[[Axes, ScaledUnknown], N
     layout = _ragged(rows) if axes is None else panels(1, max(1, sum(map(len, rows))), axes)
     for panel, unknown in zip(layout.axes.flat, itertools.chain(*rows), strict=False):
         draw(panel, unknown)
+        if axes is None and len(rows) > MOST_ROWS_OF_LONG_NAMES:
+            panel.set_ylabel(panel.get_ylabel().replace(f"{DENSITY} ", "density\n"))
     return layout.with_legend()
 
 
@@ -52,7 +87,7 @@ def _ragged(rows: Rows) -> Panels:
     """Panels of a new figure, of which the last of a row are left out where it has fewer."""
     columns = max(map(len, rows), default=1)
     width, height = PANEL if columns == 1 else SMALL_PANEL
-    height = min(height, max(LEAST_HEIGHT, PAGE / max(1, len(rows))))
+    height = min(height, PAGE / max(1, len(rows)))
     layout = panels(max(1, len(rows)), columns, size=(width, height))
     lengths = [len(row) for row in rows] or [1]
     used = []
@@ -63,6 +98,21 @@ def _ragged(rows: Rows) -> Panels:
     return layout._replace(axes=np.array([used], dtype=object))
 
 
+def drawn_as_strips(
+    unknowns: list[ScaledUnknown], truth: Mapping[str, float], axes: Any = None
+) -> Figure:
+    """Draw the intervals of unknowns below each other, in columns no higher than a page."""
+    count = max(1, len(unknowns))
+    columns = 1 if axes is not None else -(-count // MOST_STRIPS)
+    rows = -(-count // columns)
+    layout = panels(rows, columns, axes, size=(STRIP[0], STRIP[1] + ABOVE / rows))
+    for panel, unknown in zip(layout.axes.T.flat, unknowns, strict=False):
+        draw_strip(panel, unknown, truth)
+    for panel in layout.axes.T.flat[count:]:
+        panel.remove()
+    return layout._replace(axes=layout.axes.T.reshape(1, -1)[:, :count]).with_legend()
+
+
 def draw_marginal(panel: Axes, unknown: ScaledUnknown, truth: Mapping[str, float]) -> None:
     """Draw the densities of prior and posterior."""
     draw_density(panel, unknown.prior, label="prior", color=PRIOR, alpha=0.5, bins=BINS // 2)
@@ -70,6 +120,28 @@ def draw_marginal(panel: Axes, unknown: ScaledUnknown, truth: Mapping[str, float
     draw_true_value(panel, unknown, truth)
     name_density(panel, unknown)
     set_limits(panel, unknown.prior, unknown.posterior)
+
+
+def draw_methods(
+    panel: Axes,
+    unknown: ScaledUnknown,
+    unknowns: Mapping[str, list[ScaledUnknown]],
+    truth: Mapping[str, float],
+) -> None:
+    """Draw the density of an unknown by each method, in the unit that the first one has."""
+    draws = {
+        method: other.posterior * (unknown.scale.factor / other.scale.factor)
+        for method, listed in unknowns.items()
+        for other in listed
+        if other.name == unknown.name
+    }
+    for number, (method, values) in enumerate(draws.items()):
+        colour, line = METHODS[number % len(METHODS)], LINE_STYLES[number % len(LINE_STYLES)]
+        style: dict[str, Any] = {"color": colour, "linestyle": line, "linewidth": 1.5}
+        draw_density(panel, values, label=method, fill=False, **style)
+    set_limits(panel, unknown.prior, np.concatenate(list(draws.values())))
+    draw_true_value(panel, unknown, truth)
+    name_density(panel, unknown)
 
 
 def draw_density(
@@ -115,7 +187,7 @@ def name_density(panel: Axes, unknown: ScaledUnknown) -> None:
     """Name both axes, with units."""
     panel.set_xlabel(unknown.label)
     unit = "1" if unknown.unit == "1" else f"1/{unknown.unit}"
-    panel.set_ylabel(f"probability density [{unit}]")
+    panel.set_ylabel(f"{DENSITY} [{unit}]")
 
 
 def draw_strip(panel: Axes, unknown: ScaledUnknown, truth: Mapping[str, float]) -> None:

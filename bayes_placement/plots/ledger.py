@@ -23,6 +23,7 @@ from ..positions.vectors import Recorded
 from . import structure as structure_plots
 from ._colours import AFTER, BEFORE, INK
 from ._figures import (
+    PAGE,
     PANEL,
     STAR,
     channel_panels,
@@ -133,7 +134,7 @@ def _in_space(
     shown = [kind for kind in reversed(kinds) if kind in set(located["kind"])][:MOST_MAPS]
     view = structure_plots.view(structure_plots.extent(experiment, located))
     height = 1.4 * _height(kinds)
-    layout = maps_and_bars(len(shown), axes, view.projection, MAP, height)
+    layout = maps_and_bars(len(shown), axes, view.projection, MAP, min(PAGE, height))
     *maps, bars = layout.axes.flat
     label = f"{_SCORE}{' ' if view.projection else chr(10)}[standard deviations]"
     for panel, kind in zip(maps, shown, strict=True):
@@ -146,14 +147,17 @@ def _in_space(
         structure_plots.name_axes(panel, view)
         panel.set_title(f"suspicion of {kind}")
     _draw_greatest(bars, table, kinds)
-    bars.set_yticks(range(len(kinds)), [_with_setting(table, kind) for kind in kinds])
+    names = [_with_setting(table, kind, on_one_line=height > PAGE) for kind in kinds]
+    bars.set_yticks(range(len(kinds)), names, fontsize="small" if height > PAGE else None)
     return layout.with_legend()
 
 
-def _with_setting(table: pd.DataFrame, kind: str) -> str:
-    """A kind, and below it what of the structure its greatest score is about."""
+def _with_setting(table: pd.DataFrame, kind: str, *, on_one_line: bool) -> str:
+    """A kind, and below or beside it what of the structure its greatest score is about."""
     worst = table[table["kind"] == kind].nlargest(1, "size")
     setting = worst["setting"].iloc[0] if "setting" in worst else ""
+    if on_one_line:
+        return ", ".join(filter(None, [kind, textwrap.shorten(setting, LETTERS, placeholder="…")]))
     return "\n".join([kind, *textwrap.wrap(setting, LETTERS)])
 
 
@@ -228,7 +232,7 @@ def probabilities(result: Ranking | Ledger, *, ax: Axes | None = None) -> Figure
     'posterior probability [1]'
     """
     share = pd.Series(result.probabilities).sort_values(kind="stable")
-    layout = panels(1, 1, ax, size=(PANEL[0], 1.2 + BAR * len(share)))
+    layout = panels(1, 1, ax, size=(PANEL[0], min(PAGE, 1.2 + BAR * len(share))))
     panel = layout.only
     panel.barh(range(len(share)), share, color=SUSPECT)
     for row, probability in enumerate(share):
@@ -354,7 +358,7 @@ def before_and_after(
 
 
 def _height(kinds: list[str]) -> float:
-    return max(PANEL[1], 1.2 + BAR * len(kinds))
+    return min(PAGE, max(PANEL[1], 1.2 + BAR * len(kinds)))
 
 
 def _short(value: float) -> str:

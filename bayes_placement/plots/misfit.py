@@ -1,6 +1,7 @@
 """Figures of the misfit of a fitted model: where it fails, and how it looks there."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -10,8 +11,18 @@ from matplotlib.figure import Figure
 
 from .._types import arguments_checked
 from ..criticism.check.misfit import Misfit
-from ._colours import AFTER, BEFORE
-from ._figures import channel_panels, channels, edges, force_levels, frequency_axis, panels
+from ._colours import AFTER, BEFORE, INK
+from ._figures import (
+    PAGE,
+    PANEL,
+    channel_panels,
+    channels,
+    edges,
+    force_levels,
+    frequency_axis,
+    panels,
+    sensors_of_pages,
+)
 
 FIRST_PART, SECOND_PART = AFTER, BEFORE
 """Colours of the real and the imaginary part."""
@@ -37,9 +48,10 @@ def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = N
     'frequency [Hz]'
     """
     levels = force_levels(misfit.response)
-    layout = panels(len(levels), 1, axes)
-    size = misfit.response["misfit"]
-    norm = LogNorm(FAINTEST, max(BRIGHTEST, float(size.max())), clip=True)
+    size = (PANEL[0], min(PANEL[1], PAGE / len(levels)))
+    layout = panels(len(levels), 1, axes, size=size)
+    relative = misfit.response["misfit"]
+    norm = LogNorm(FAINTEST, max(BRIGHTEST, float(relative.max())), clip=True)
     for panel, (level, response) in zip(layout.axes.flat, levels, strict=True):
         pairs = response["misfit"].stack(pair=("sensor", "actuator"))
         names = [f"{sensor}, {actuator}" for sensor, actuator in pairs["pair"].values]
@@ -50,7 +62,7 @@ def residual_map(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = N
         frequency_axis(panel, lines)
         panel.set_ylabel("channel [sensor, actuator]")
         panel.set_title(f"residual{level}")
-    label = f"size of residual [{size.attrs['units']}]"
+    label = f"size of residual [{relative.attrs['units']}]"
     layout.figure.colorbar(mesh, ax=layout.axes.ravel().tolist(), label=label)
     figure: Figure = layout.figure
     return figure
@@ -73,16 +85,42 @@ def discrepancy(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = No
     >>> bp.plots.misfit.discrepancy(misfit).axes[0].get_xlabel()
     'frequency [Hz]'
     """
+    return _discrepancy(_over_noise(misfit), axes)
+
+
+@arguments_checked
+def discrepancy_pages(misfit: Misfit) -> list[Figure]:
+    """Draw `discrepancy` on pages of a few sensors.
+
+    Parameters
+    ----------
+    misfit
+        What `check` returned.
+
+    Examples
+    --------
+    >>> len(bp.plots.misfit.discrepancy_pages(misfit))
+    1
+    """
+    dataset = _over_noise(misfit)
+    return [_discrepancy(dataset.isel(sensor=page), None) for page in sensors_of_pages(dataset)]
+
+
+def _over_noise(misfit: Misfit) -> xr.Dataset:
+    """Residuals and their smooth part over the noise."""
     residual = misfit.response["residual_over_noise"]
     noise = misfit.response["residual"] / residual
     smooth = misfit.discrepancy[["mean", "low", "high"]] / noise
-    dataset = smooth.assign(residual=residual)
+    return smooth.assign(residual=residual)
+
+
+def _discrepancy(dataset: xr.Dataset, axes: Any) -> Figure:
     layout = channel_panels(dataset, [1.0], axes)
     for panel, channel in channels(layout.axes, dataset):
-        panel.axhline(0.0, color="k", linewidth=0.5)
+        panel.axhline(0.0, color=INK, linewidth=0.5)
         for (name, part), color in zip(_parts(channel), (FIRST_PART, SECOND_PART), strict=False):
             _draw_part(panel, part, name, color)
-        panel.set_ylabel(f"discrepancy\n[{residual.attrs['units']}]")
+        panel.set_ylabel(f"discrepancy\n[{dataset['residual'].attrs['units']}]")
     return layout.with_legend()
 
 

@@ -1,6 +1,5 @@
 """Figures of a posterior: data and prediction, parameters, placement, methods beside each other."""
 
-import itertools
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -16,7 +15,7 @@ from ..experiment.experiment import RESPONSE
 from ..inference.bands import labelled_amplitude, phase_band, predictive_band
 from ..inference.report import check_result
 from ._band_panels import POSTERIOR, draw_band, draw_phases, unit_of_difference
-from ._colours import AFTER, BEFORE, DATA, FOURTH
+from ._colours import DATA
 from ._figures import (
     channel_panels,
     channels,
@@ -28,27 +27,15 @@ from ._figures import (
 )
 from ._marginal_panels import (
     PRIOR,
-    draw_density,
+    beside_each_other,
+    by_owner,
     draw_marginal,
-    draw_strip,
-    draw_true_value,
+    draw_methods,
+    drawn_as_strips,
     drawn_in_rows,
     in_rows,
-    name_density,
-    set_limits,
 )
 from ._unknowns import ScaledUnknown, inferred
-
-STRIP, ABOVE = (6.4, 0.54), 0.8
-"""Width and height [inch] of the interval of one unknown, and height of the legend."""
-
-MOST_STRIPS = 20
-"""Intervals below each other, so that they stand on a page of A4."""
-
-METHODS = (AFTER, BEFORE, FOURTH, DATA)
-"""Colours of methods."""
-
-LINE_STYLES = ("-", "--", "-.", ":")
 
 
 @arguments_checked
@@ -211,9 +198,7 @@ def placement(
     >>> bp.plots.posterior.placement(posterior).axes[0].get_xlabel()
     'sensor.s1.position [mm]'
     """
-    placed = [unknown for unknown in _inferred("placement", result) if unknown.is_placement]
-    owners = itertools.groupby(placed, lambda unknown: unknown.attributes["owner"])
-    rows = [list(row) for _, row in owners]
+    rows = beside_each_other(by_owner(_inferred("placement", result)))
     return drawn_in_rows(rows, axes, partial(draw_marginal, truth=truth or {}))
 
 
@@ -294,29 +279,7 @@ def methods(
         )
     unknowns = {name: _inferred("methods", result, name) for name, result in results.items()}
     rows = in_rows([first for first in next(iter(unknowns.values())) if not first.is_placement])
-    return drawn_in_rows(rows, axes, partial(_draw_methods, unknowns=unknowns, truth=truth or {}))
-
-
-def _draw_methods(
-    panel: Axes,
-    unknown: ScaledUnknown,
-    unknowns: Mapping[str, list[ScaledUnknown]],
-    truth: Mapping[str, float],
-) -> None:
-    """Draw the density of an unknown by each method, in the unit that the first one has."""
-    draws = {
-        method: other.posterior * (unknown.scale.factor / other.scale.factor)
-        for method, listed in unknowns.items()
-        for other in listed
-        if other.name == unknown.name
-    }
-    for number, (method, values) in enumerate(draws.items()):
-        colour, line = METHODS[number % len(METHODS)], LINE_STYLES[number % len(LINE_STYLES)]
-        style: dict[str, Any] = {"color": colour, "linestyle": line, "linewidth": 1.5}
-        draw_density(panel, values, label=method, fill=False, **style)
-    set_limits(panel, unknown.prior, np.concatenate(list(draws.values())))
-    draw_true_value(panel, unknown, truth)
-    name_density(panel, unknown)
+    return drawn_in_rows(rows, axes, partial(draw_methods, unknowns=unknowns, truth=truth or {}))
 
 
 @arguments_checked
@@ -342,16 +305,7 @@ def intervals(
     >>> bp.plots.posterior.intervals(posterior).axes[0].get_ylabel()
     'structure.damping.ratio [%]'
     """
-    unknowns = _inferred("intervals", result)
-    count = max(1, len(unknowns))
-    columns = 1 if axes is not None else -(-count // MOST_STRIPS)
-    rows = -(-count // columns)
-    layout = panels(rows, columns, axes, size=(STRIP[0], STRIP[1] + ABOVE / rows))
-    for panel, unknown in zip(layout.axes.T.flat, unknowns, strict=False):
-        draw_strip(panel, unknown, truth or {})
-    for panel in layout.axes.T.flat[count:]:
-        panel.remove()
-    return layout._replace(axes=layout.axes.T.reshape(1, -1)[:, :count]).with_legend()
+    return drawn_as_strips(_inferred("intervals", result), truth or {}, axes)
 
 
 def _inferred(function: str, result: xr.DataTree, name: str = "result") -> list[ScaledUnknown]:

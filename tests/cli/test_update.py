@@ -9,13 +9,16 @@ import pytest
 from pandas import DataFrame, read_csv
 from rich.console import Console
 from typer.testing import CliRunner
+from xarray import DataTree
 
 import bayes_placement as bp
 from bayes_placement.cli import _run
 from bayes_placement.cli import update as commands
 from bayes_placement.cli.app import app
+from bayes_placement.criticism.findings.findings import ABOUT
 from bayes_placement.inference import cross_check
 from bayes_placement.inference.infer import InferenceWarning
+from tests.plots.test_posterior import many_parameters
 
 MODEL = """
 import numpyro.distributions as dist
@@ -174,6 +177,21 @@ def test_a_model_that_does_not_explain_the_data_is_told_with_what_to_do_next(tmp
 
 def test_a_model_that_explains_the_data_is_told_no_such_thing(first):
     assert "fails" not in first[1]
+
+
+def test_figures_of_many_unknowns_are_written_on_pages():
+    tree = many_parameters(61)
+    kept = DataTree()
+    kept.attrs[ABOUT] = '{"models": []}'
+    figures = commands._figures({"one": tree, "two": tree}, {}, kept)
+    assert sorted(figures) == [
+        *("intervals.png", "intervals_2.png", "intervals_3.png", "intervals_4.png"),
+        "measured_against_band.png",
+        *("methods.png", "methods_2.png", "methods_3.png"),
+        *("parameters.png", "parameters_2.png", "parameters_3.png"),
+        "placement.png",
+    ]
+    assert max(figure.get_figheight() for figure in figures.values()) < 11.0 + 1e-9
 
 
 def refused(*words, code=2):

@@ -1,5 +1,7 @@
 """Figures of a ledger and of a ranking: values, units and legends."""
 
+import io
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -435,3 +437,34 @@ def test_what_a_ledger_claims_comes_first_whatever_else_is_suspect():
         label.get_text() for label in ledger_plots.suspicion(claimed).axes[0].get_yticklabels()
     ]
     assert kinds[-1] == "gain_error"
+
+
+def many_kinds(table):
+    """Scores of 45 kinds, each about a part with a long name."""
+    return pd.concat(
+        [
+            table.assign(kind=f"kind_{number}", setting=f"sensor s{number}+x, at the upper flange")
+            for number in range(45)
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda: ledger_plots.suspicion(ranking(many_kinds(scores()))),
+        lambda: ledger_plots.suspicion(ranking(many_kinds(scores_in_space()))),
+        lambda: ledger_plots.probabilities(
+            Ranking((), {f"kind_{n}": 0.02 for n in range(45)}, (), scores(), ())
+        ),
+    ],
+    ids=["on a line", "in space", "probabilities"],
+)
+def test_many_kinds_of_effects_are_no_higher_than_a_page(draw):
+    figure = draw()
+    figure.savefig(io.BytesIO())
+    assert figure.get_figheight() <= 11.0
+    bars = next(axis for axis in reversed(figure.axes) if len(axis.get_yticklabels()) == 45)
+    names = sorted(bars.get_yticklabels(), key=lambda name: name.get_position()[1])
+    extents = [name.get_window_extent() for name in names]
+    assert all(low.y1 < high.y0 for low, high in itertools.pairwise(extents))

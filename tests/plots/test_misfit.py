@@ -1,5 +1,6 @@
 """Figures of a misfit: values, units and legends."""
 
+import io
 from dataclasses import replace
 
 import numpy as np
@@ -14,23 +15,23 @@ UNIT = "velocity per force [(m/s)/N]"
 NOTHING = xr.Dataset()
 
 
-def misfit(parts=True, levels=1):
-    """Misfit of two sensors and an actuator, with arrays that tell themselves apart."""
+def misfit(parts=True, levels=1, sensors=2):
+    """Misfit of some sensors and an actuator, with arrays that tell themselves apart."""
     random = np.random.default_rng(3)
     level = ("force_level",) if levels > 1 else ()
     channel = ("sensor", "actuator", *level, "frequency")
     outputs = (*channel, "part") if parts else channel
-    size = (2, 1, levels, LINES.size) if level else (2, 1, LINES.size)
+    size = (sensors, 1, levels, LINES.size) if level else (sensors, 1, LINES.size)
     unit = UNIT if parts else f"log10 of {UNIT}"
     coordinates = {
-        "sensor": ["s1+x", "s2+x"],
+        "sensor": [f"s{number + 1}+x" for number in range(sensors)],
         "actuator": ["a1+x"],
         "frequency": ("frequency", LINES, {"units": "Hz"}),
     }
     if parts:
         coordinates["part"] = ["real", "imaginary"]
     if levels > 1:
-        coordinates["force_level"] = [0.5, 2.0]
+        coordinates["force_level"] = 0.5 * 4.0 ** np.arange(levels)
 
     def arrays(dims, units, *names):
         shape = (*size, 2) if dims == outputs and parts else size
@@ -164,3 +165,18 @@ def test_the_discrepancy_is_drawn_part_by_part_with_the_residuals(parts):
             drawn_values = values[:, number] if parts else values
             np.testing.assert_allclose(line(axis, f"{name}{part}"), drawn_values)
     assert axis.get_ylabel() == "discrepancy\n[noise deviations]"
+
+
+def test_discrepancies_of_many_sensors_stand_on_pages():
+    pages = misfit_plots.discrepancy_pages(misfit(sensors=7))
+    assert [len(page.axes) for page in pages] == [3, 3, 1]
+    assert pages[1].axes[0].get_title() == "sensor s4+x, actuator a1+x"
+    assert max(page.get_figheight() for page in pages) <= 11.0
+    for page in pages:
+        page.savefig(io.BytesIO())
+
+
+def test_residuals_at_many_force_levels_stand_on_a_page():
+    figure = misfit_plots.residual_map(misfit(levels=5))
+    figure.savefig(io.BytesIO())
+    assert figure.get_figheight() <= 11.0

@@ -1,6 +1,7 @@
 """Figures of a posterior: values, units and legends."""
 
 import io
+import itertools
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import xarray as xr
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
 from bayes_placement.inference.bands import phase_band
+from bayes_placement.plots import _posterior_pages
 
 methods = bp.plots.posterior.methods
 FREQUENCY = np.array([10.0, 20.0, 40.0, 80.0])
@@ -351,19 +353,80 @@ def test_intervals_of_many_unknowns_stand_beside_each_other_on_a_page():
         fresh = xr.Dataset({"structure.mass": (("chain", "draw", "i"), *masses)})
         tree[group] = xr.DataTree(fresh)
     figure = drawn(bp.plots.posterior.intervals(tree))
-    assert len(figure.axes) == 30 and figure.get_figheight() <= 11.7
+    assert len(figure.axes) == 30 and figure.get_figheight() <= 11.0
     assert len({axis.get_subplotspec().colspan.start for axis in figure.axes}) == 2
 
 
-@pytest.mark.parametrize("draw", [bp.plots.posterior.parameters, lambda t: methods({"one": t})])
-def test_densities_of_many_parameters_stand_on_a_page(draw):
+def many_parameters(count):
+    """A result of so many masses."""
     tree = result()
     for group in ("prior", "posterior"):
-        masses = RNG.normal(size=(1, 100, 23)), NOWHERE | {"units": "kg"}
+        masses = RNG.normal(size=(1, 100, count)), NOWHERE | {"units": "kg"}
         fresh = xr.Dataset({"structure.mass": (("chain", "draw", "i"), *masses)})
         tree[group] = xr.DataTree(fresh)
-    figure = drawn(draw(tree))
-    assert len(figure.axes) == 23 and figure.get_figheight() <= 11.7
+    return tree
+
+
+def many_places(owners, words=("position",)):
+    """A result of places of so many sensors."""
+    tree = result()
+    for group in ("prior", "posterior"):
+        places = {
+            f"sensor.s{number}.{word}": draws(
+                RNG.uniform(size=100), "m", **ON_A_LINE | {"owner": f"sensor s{number}"}
+            )
+            for number in range(owners)
+            for word in words
+        }
+        tree[group] = xr.DataTree(xr.Dataset(places))
+    return tree
+
+
+@pytest.mark.parametrize("count", [23, 61])
+@pytest.mark.parametrize("draw", [bp.plots.posterior.parameters, lambda t: methods({"one": t})])
+def test_densities_of_many_parameters_are_no_higher_than_a_page(draw, count):
+    figure = drawn(draw(many_parameters(count)))
+    assert len(figure.axes) == count and figure.get_figheight() <= 11.0
+
+
+def test_places_of_many_sensors_are_no_higher_than_a_page():
+    figure = drawn(bp.plots.posterior.placement(many_places(19)))
+    assert len(figure.axes) == 19 and figure.get_figheight() <= 11.0
+    names = {axis.get_xlabel() for axis in figure.axes}
+    assert names == {f"sensor.s{number}.position [mm]" for number in range(19)}
+
+
+PAGES = {
+    "intervals": (_posterior_pages.intervals, many_parameters(40), [18, 18, 4]),
+    "parameters": (_posterior_pages.parameters, many_parameters(61), [24, 24, 13]),
+    "few parameters": (_posterior_pages.parameters, many_parameters(2), [2]),
+    "placement": (_posterior_pages.placement, many_places(10), [8, 2]),
+    "placement in space": (_posterior_pages.placement, many_places(5, "xyzabc"), [24, 6]),
+    "methods": (
+        lambda tree, truth: _posterior_pages.methods({"one": tree, "two": tree}, truth),
+        many_parameters(61),
+        [24, 24, 13],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_command_draws_many_unknowns_on_pages(name):
+    draw, tree, counts = PAGES[name]
+    pages = draw(tree, {})
+    assert [len(drawn(page).axes) for page in pages] == counts
+    assert max(page.get_figheight() for page in pages) <= 11.0
+    assert max(page.get_figwidth() for page in pages) <= 13.0
+    assert all(page.legends for page in pages)
+    for page in pages:
+        names = [axis.yaxis.label.get_window_extent() for axis in page.axes]
+        overlapping = [one.overlaps(other) for one, other in itertools.combinations(names, 2)]
+        assert not any(overlapping)
+
+
+def test_a_page_of_nothing_says_so():
+    (page,) = _posterior_pages.placement(many_parameters(2), {})
+    assert drawn(page).axes[0].texts[0].get_text() == "nothing of this kind is unknown"
 
 
 def test_sensors_of_a_band_stand_on_pages_no_longer_than_a4():
@@ -375,7 +438,7 @@ def test_sensors_of_a_band_stand_on_pages_no_longer_than_a4():
         tree[group] = xr.DataTree(many)
     pages = bp.plots.posterior.measured_against_band_pages(tree)
     assert [len(drawn(page).axes) // 3 for page in pages] == [3, 3, 2]
-    assert max(page.get_figheight() for page in pages) <= 11.7
+    assert max(page.get_figheight() for page in pages) <= 11.0
     assert pages[1].axes[0].get_title() == "sensor s3, actuator a1+x"
 
 
