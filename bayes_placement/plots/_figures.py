@@ -12,6 +12,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from .._types import InputError
 from ..experiment.experiment import FORCE_LEVEL
+from ._colours import DATA, PAPER
 
 PANEL = (6.4, 3.6)
 """Width and height of a panel [inch]."""
@@ -45,9 +46,9 @@ HALF_TURN = 180.0
 
 STAR: dict[str, Any] = {
     "marker": "*",
-    "color": "r",
+    "color": DATA,
     "markersize": 12,
-    "markeredgecolor": "w",
+    "markeredgecolor": PAPER,
     "linestyle": "none",
 }
 """Marker of an optimum or of a fitted place."""

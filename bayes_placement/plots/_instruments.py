@@ -10,7 +10,7 @@ from ..experiment.experiment import Experiment
 from ..positions._outlines import outline_of
 from ..positions.places import AtNode
 from ..positions.vectors import unit_vector
-from ._colours import AFTER, BEFORE
+from ._colours import AFTER, BEFORE, INK
 
 Panel = Any  # Axes, or Axes3D where the structure does not lie in a plane
 
@@ -18,7 +18,7 @@ INSTRUMENT: dict[str, Any] = {
     "linestyle": "none",
     "markersize": 8,
     "markerfacecolor": "none",
-    "markeredgecolor": "k",
+    "markeredgecolor": INK,
 }
 """Mark of a recorded place."""
 

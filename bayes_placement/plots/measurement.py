@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from .._types import arguments_checked
 from ..experiment.measurement import Measurement
 from ..experiment.quantities import quantity_of
+from ._colours import DATA
 from ._figures import panels
 
 MOST_PAIRS = 4
@@ -47,7 +48,8 @@ def _page(measurement: Measurement, pairs: list[tuple[int, int]]) -> Figure:
         if measurement.coherence is not None:
             curves.append(measurement.coherence[row, column])
         for panel, curve in zip(layout.axes[:, number], curves, strict=True):
-            panel.plot(lines, np.where(np.isfinite(curve), curve, np.nan), linewidth=1.0)
+            shown = np.where(np.isfinite(curve), curve, np.nan)
+            panel.plot(lines, shown, color=DATA, linewidth=1.0)
         layout.axes[0, number].set_title(title, fontsize="small")
         layout.axes[-1, number].set_xlabel("frequency [Hz]")
         layout.axes[1, number].set_yticks([-180, -90, 0, 90, 180])

@@ -14,6 +14,7 @@ from .._types import arguments_checked
 from ..design.maps import SIGNIFICANT, lead, rivals
 from ..design.place import Placement
 from ..design.tolerance import FACTOR, ToleranceStudy
+from ._colours import AFTER, INK, PAPER
 from ._figures import PANEL, STAR, color_bar, edges, panels
 
 SQUARE = (5.6, 4.6)
@@ -29,7 +30,12 @@ GAIN, ERROR = "information_gain", "information_gain_se"
 """Names of the information gain and of its standard error in results."""
 
 _INFORMATION = "information [nat]"
-_RIVAL: dict[str, Any] = {"marker": ".", "color": "w", "markeredgecolor": "k", "linestyle": "none"}
+_RIVAL: dict[str, Any] = {
+    "marker": ".",
+    "color": PAPER,
+    "markeredgecolor": INK,
+    "linestyle": "none",
+}
 _AS_GOOD = f"no worse than the best within {SIGNIFICANT:g} standard errors"
 _ERRORS = f"± {SIGNIFICANT:g} standard errors"
 
@@ -111,7 +117,7 @@ def placements(best: Placement, *, ax: Axes | None = None) -> Figure:
     shown = best.table.head(MOST_SHOWN)
     layout = panels(1, 1, ax)
     panel, rank = layout.only, np.arange(len(shown)) + 1
-    bars: dict[str, Any] = {"fmt": "o", "color": "C0", "markersize": 4, "capsize": 2}
+    bars: dict[str, Any] = {"fmt": "o", "color": AFTER, "markersize": 4, "capsize": 2}
     panel.errorbar(rank, shown[GAIN], SIGNIFICANT * shown[ERROR], label=_ERRORS, **bars)
     panel.plot(rank[:1], shown[GAIN][:1], label="best", zorder=4, **STAR)
     panel.set_xlim(0.5, len(shown) + 0.5)
@@ -175,7 +181,7 @@ def _draw_map(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
     color_bar(mesh, panel, _INFORMATION)
     if min(gain.shape) > 1 and np.ptp(gain) > 0:
         levels = np.linspace(*mesh.get_clim(), CONTOURS + 2)[1:-1]
-        panel.contour(x, y, gain, levels=levels, colors="w", linewidths=0.5)
+        panel.contour(x, y, gain, levels=levels, colors=PAPER, linewidths=0.5)
     column, row = np.nonzero(as_good)
     panel.plot(x[column], y[row], label=_AS_GOOD, **_RIVAL)
     panel.plot(x[best[across]], y[best[up]], label="best", **STAR)
@@ -187,9 +193,9 @@ def _draw_curve(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
     learnt, as_good, best = profile
     (name,) = best
     x, gain, error = learnt[name].values, learnt[GAIN].values, SIGNIFICANT * learnt[ERROR].values
-    panel.fill_between(x, gain - error, gain + error, alpha=0.3, label=_ERRORS)
-    panel.plot(x, gain, ".-", label="information")
-    panel.plot(x[as_good], gain[as_good], "o", color="k", fillstyle="none", label=_AS_GOOD)
+    panel.fill_between(x, gain - error, gain + error, color=AFTER, alpha=0.3, label=_ERRORS)
+    panel.plot(x, gain, ".-", color=AFTER, label="information")
+    panel.plot(x[as_good], gain[as_good], "o", color=INK, fillstyle="none", label=_AS_GOOD)
     panel.plot(x[best[name]], gain[best[name]], label="best", **STAR)
     if scale:
         panel.set_ylim(min(0.0, scale["vmin"]), 1.05 * scale["vmax"])

@@ -12,6 +12,7 @@ from ..experiment.experiment import Experiment
 from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
 from ..positions.vectors import PointsInSpace
+from ._colours import DATA
 from ._figures import STAR, color_bar, panels
 from ._instruments import (
     INSTRUMENT,
@@ -40,7 +41,7 @@ _RING: dict[str, Any] = {
     "linestyle": "none",
     "markersize": 15,
     "markerfacecolor": "none",
-    "markeredgecolor": "r",
+    "markeredgecolor": DATA,
 }
 
 
