@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import inspect
 import json
 import math
 import re
@@ -806,7 +807,7 @@ def names_of(known):
 
 
 def test_every_field_that_the_reader_documents_is_known():
-    bullets = case.read.__doc__.split("\n    - ", 1)[1].split("Parameters\n")[0]
+    bullets = inspect.getdoc(case.read).split("\n- ", 1)[1].split("Parameters\n")[0]
     documented = {word for word in re.findall(r"`([a-z]+(?:_\w+)+)`", bullets)}
     values = {"modal_damping_ratio", "youngs_modulus_Pa", "density_kg_m3"}
     assert len(documented) > 25
