@@ -18,6 +18,11 @@ MULTIPLES = {
 }
 """By SI unit: from which size on a factor and a unit are taken."""
 
+SMALL = 1e-4
+"""Size below which a number is written with a power of ten, unless its digits end before."""
+
+MOST_DECIMALS = 12
+
 
 class ReadableUnit(NamedTuple):
     """A unit for people.
@@ -35,13 +40,28 @@ class ReadableUnit(NamedTuple):
 
     def number(self, value: float, deviation: float) -> str:
         """Write a number in SI in this unit, to the second digit of its standard deviation."""
-        scaled = value * self.factor
-        return f"{scaled:.{decimals(deviation * self.factor)}f}" if np.isfinite(scaled) else "-"
+        return _written(value * self.factor, deviation * self.factor)
 
     def spread(self, deviation: float) -> str:
         """Write a standard deviation in SI in this unit."""
-        scaled = deviation * self.factor
-        return f"{scaled:.{decimals(scaled)}f}" if np.isfinite(scaled) else "-"
+        return self.number(deviation, deviation)
+
+
+def _written(value: float, deviation: float) -> str:
+    if not np.isfinite(value):
+        return "-"
+    if abs(value) < SMALL and 0 < deviation < SMALL:
+        return _with_power(value, deviation)
+    return f"{value:.{decimals(deviation)}f}"
+
+
+def _with_power(value: float, deviation: float) -> str:
+    """Write a small number as 8.588e-9: a row of zeros is misread."""
+    if value == 0:
+        return "0"
+    digits = 1 + np.floor(np.log10(abs(value))) - np.floor(np.log10(deviation))
+    number, power = f"{value:.{max(int(digits), 0)}e}".split("e")
+    return f"{number}e{int(power)}"
 
 
 def readable(unit: str, field: str, size: float) -> ReadableUnit:
@@ -72,4 +92,4 @@ def decimals(deviation: float) -> int:
     """Decimals that show two digits of a standard deviation; at most twelve."""
     if not (np.isfinite(deviation) and deviation > 0):
         return 4
-    return int(np.clip(1 - np.floor(np.log10(deviation)), 0, 12))
+    return int(np.clip(1 - np.floor(np.log10(deviation)), 0, MOST_DECIMALS))

@@ -179,7 +179,7 @@ def set_limits(panel: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
     if high - low < 0.2 * np.ptp(prior):
         margin = 0.5 * (high - low) if high > low else 0.05 * np.ptp(prior)
         panel.set_xlim(low - margin, high + margin)
-    panel.locator_params(axis="x", nbins=4)
+    panel.locator_params(axis="x", nbins=6)
     panel.ticklabel_format(axis="x", useOffset=False)
 
 

@@ -152,7 +152,7 @@ class _Profile(NamedTuple):
     learnt
         Information by their positions.
     as_good
-        Which positions are as good as the best.
+        Which other positions are as good as the best.
     best
         Number of the best position of each.
     """
@@ -166,6 +166,7 @@ def _profile(learnt: xr.Dataset, names: tuple[str, ...]) -> _Profile:
     others = [str(name) for name in learnt[GAIN].dims if name not in names]
     best = lead(learnt).best
     as_good = rivals(learnt).any(others).transpose(*names).values
+    as_good[tuple(best[name] for name in names)] = False
     if others:
         stacked = learnt[[GAIN, ERROR]].stack(others_of_all=others)
         learnt = stacked.isel(others_of_all=stacked[GAIN].argmax("others_of_all"))
@@ -183,10 +184,16 @@ def _draw_map(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
         levels = np.linspace(*mesh.get_clim(), CONTOURS + 2)[1:-1]
         panel.contour(x, y, gain, levels=levels, colors=PAPER, linewidths=0.5)
     column, row = np.nonzero(as_good)
-    panel.plot(x[column], y[row], label=_AS_GOOD, **_RIVAL)
+    _mark_as_good(panel, x[column], y[row])
     panel.plot(x[best[across]], y[best[up]], label="best", **STAR)
     panel.set_xlabel(f"position of {across} [m]")
     panel.set_ylabel(f"position of {up} [m]")
+
+
+def _mark_as_good(panel: Axes, x: np.ndarray, y: np.ndarray, **style: Any) -> None:
+    """Mark these positions, of which a legend says nothing where there are none."""
+    if x.size:
+        panel.plot(x, y, label=_AS_GOOD, **_RIVAL | style)
 
 
 def _draw_curve(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
@@ -195,7 +202,7 @@ def _draw_curve(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
     x, gain, error = learnt[name].values, learnt[GAIN].values, SIGNIFICANT * learnt[ERROR].values
     panel.fill_between(x, gain - error, gain + error, color=AFTER, alpha=0.3, label=_ERRORS)
     panel.plot(x, gain, ".-", color=AFTER, label="information")
-    panel.plot(x[as_good], gain[as_good], "o", color=INK, fillstyle="none", label=_AS_GOOD)
+    _mark_as_good(panel, x[as_good], gain[as_good], marker="o", fillstyle="none")
     panel.plot(x[best[name]], gain[best[name]], label="best", **STAR)
     if scale:
         panel.set_ylim(min(0.0, scale["vmin"]), 1.05 * scale["vmax"])
@@ -213,7 +220,7 @@ def _draw_points(panel: Axes, profile: _Profile, scale: dict[str, Any]) -> None:
     x, y = coordinates[across], coordinates[up]
     marks = panel.scatter(x, y, c=learnt[GAIN].values, s=60, **scale)
     color_bar(marks, panel, _INFORMATION)
-    panel.plot(x[as_good], y[as_good], label=_AS_GOOD, **_RIVAL)
+    _mark_as_good(panel, x[as_good], y[as_good])
     panel.plot(x[best[name]], y[best[name]], label="best", **STAR)
     panel.set_xlabel(f"{across} of {name} [m]")
     panel.set_ylabel(f"{up} of {name} [m]")

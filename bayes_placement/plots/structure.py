@@ -35,6 +35,7 @@ MARGIN = 0.12
 
 _GREY = "0.8"
 _LABEL_DISTANCE = 12.0  # [points] from the numbers to the name of an axis in space
+_LONG_DISTANCE = 40.0  # [points] besides: matplotlib shrinks distances with the other two sides
 _MARKERS = {"sensor": "^", "actuator": "v"}
 _RING: dict[str, Any] = {
     "marker": "o",
@@ -202,7 +203,9 @@ def name_axes(panel: Panel, view: View) -> None:
     if view.projection:
         panel.set_box_aspect(size)
         panel.tick_params(labelsize="small")
-        panel.xaxis.labelpad = panel.yaxis.labelpad = _LABEL_DISTANCE
+        width = size[1:].mean() / max(size)
+        panel.xaxis.labelpad = _LABEL_DISTANCE + _LONG_DISTANCE * max(1.0 - width, 0.0)
+        panel.yaxis.labelpad = _LABEL_DISTANCE
     else:
         panel.set_aspect("equal")
 

@@ -317,6 +317,13 @@ def test_a_posterior_far_narrower_than_the_prior_is_shown_enlarged():
     assert 3.98 < second.get_xlim()[0] < second.get_xlim()[1] < 4.04
 
 
+def test_an_axis_of_an_unknown_has_at_least_three_numbers():
+    for ratio in (RNG.uniform(0.02, 0.06, 500), RNG.uniform(0.02605, 0.02658, 500)):
+        axis = drawn(bp.plots.posterior.parameters(result(ratio=ratio))).axes[0]
+        low, high = axis.get_xlim()
+        assert sum(low <= tick <= high for tick in axis.get_xticks()) >= 3
+
+
 def test_unknowns_are_told_in_the_units_of_people_without_an_offset():
     tree = result()
     modulus = {"field": "youngs_modulus", "units": "Pa", "role": "parameter h", "owner": "modes"}

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from skfem import Basis, ElementHex1, ElementQuad1, ElementVector, MeshHex, MeshQuad
 
@@ -283,3 +284,15 @@ def test_tolerances_and_axes_on_a_line_are_drawn():
     upright = {text.get_text(): np.sign(text.xyann) for text in axes.texts if text.arrow_patch}
     assert upright["+z"].tolist() == [0.0, 1.0] and upright["-z"].tolist() == [0.0, -1.0]
     assert {"measuring axis", "driving axis"} < legend(figure)
+
+
+@pytest.mark.parametrize("size", [(6.4, 5.0), (4.8, 3.6)])
+def test_the_name_of_an_axis_of_a_long_structure_covers_none_of_its_numbers(size):
+    figure = Figure(figsize=size)
+    panel = figure.add_subplot(projection="3d")
+    view = structure_plots.view(np.array([[0.0, 0.0, 0.0], [0.4, 0.06, 0.02]]))
+    structure_plots.name_axes(panel, view)
+    FigureCanvasAgg(figure).draw()  # labels in space have their places once they are drawn
+    name = panel.xaxis.label.get_window_extent()
+    numbers = [tick.label1.get_window_extent() for tick in panel.xaxis.get_major_ticks()]
+    assert len(numbers) > 1 and not any(name.overlaps(number) for number in numbers)

@@ -1,5 +1,6 @@
 """Tables of fitted models as text of at most 80 columns, and how much evidence each one gained."""
 
+import re
 import textwrap
 
 import numpy as np
@@ -9,6 +10,11 @@ from .fitted_model import FittedModel
 
 WIDTH = 80
 """Columns of text."""
+
+UNBROKEN = re.compile(r"(?<=\d) \S+(?= \(95 %)|\(95 %: \S+ to \S+")
+"""The unit of a number, and an interval, which no end of a line divides."""
+
+GLUE = "\N{NO-BREAK SPACE}"
 
 GAINED = "log evidence gained"
 """Heading of the log evidence less that of the model as given, whose size alone says nothing."""
@@ -44,4 +50,5 @@ def narrow_by_column(numbers: pd.DataFrame, words: pd.DataFrame) -> str:
 
 
 def _paragraph(text: str, indent: int = 2) -> str:
-    return textwrap.fill(text, WIDTH, subsequent_indent=indent * " ")
+    whole = UNBROKEN.sub(lambda part: part[0].replace(" ", GLUE), text)
+    return textwrap.fill(whole, WIDTH, subsequent_indent=indent * " ").replace(GLUE, " ")

@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 
+import pandas as pd
 import pytest
 
 from bayes_placement import effects
 from bayes_placement.criticism.missing._changes import FoundEffect
 from bayes_placement.criticism.missing._estimates import ParameterEstimate
+from bayes_placement.criticism.missing._narrow_text import narrow
 from bayes_placement.criticism.missing.states import LedgerOfStates, courses_of
 from tests.plots.test_ledger import ledger, ranking, step
 
@@ -18,6 +20,19 @@ MODULUS = ParameterEstimate(
     2.1e11, 2e9, 2.0e11, 2.2e11, "Pa", None, "modulus", "modulus", 2.06e11, 2.14e11
 )
 
+COMPLIANCE = ParameterEstimate(
+    8.588e-9,
+    8.6e-12,
+    8.56e-9,
+    8.61e-9,
+    "m/N",
+    "soft",
+    "flexibility",
+    "flexibility",
+    8.571e-9,
+    8.605e-9,
+)
+
 
 @pytest.mark.parametrize(
     ("estimate", "words", "short"),
@@ -25,6 +40,11 @@ MODULUS = ParameterEstimate(
         (AT, "370.000 mm (95 %: 369.960 to 370.040)", "370.000 ± 0.021 mm"),
         (LOSS, "20.0 % (95 %: 18.0 to 22.0)", "20.0 ± 1.0 %"),
         (MODULUS, "210.0 GPa (95 %: 206.0 to 214.0)", "210.0 ± 2.0 GPa"),
+        (
+            COMPLIANCE,
+            "8.5880e-9 m/N (95 %: 8.5710e-9 to 8.6050e-9)",
+            "8.5880e-9 ± 8.6e-12 m/N",
+        ),
         (AT._replace(low_95=float("nan")), "370.000 ± 0.021 mm", "370.000 ± 0.021 mm"),
     ],
 )
@@ -48,6 +68,17 @@ def test_tables_are_printed_in_80_columns_with_the_gain_of_evidence(result):
     assert max(map(len, table)) <= 80
     assert "point_mass: at 370.000 mm (95 %: 369.960 to 370.040)" in str(result)
     assert result.steps[0].to_json()["log_evidence"] == -1264254.2
+
+
+def test_no_interval_and_no_unit_is_parted_at_the_end_of_a_line():
+    for length in range(1, 70):
+        estimates = f"{'a' * length} {AT.with_interval()}, {LOSS.with_interval()}"
+        text = narrow(pd.DataFrame({"p": [1.0], "parameters": estimates}, index=["point_mass"]))
+        assert "370.000 mm" in text
+        assert "(95 %: 369.960 to 370.040)" in text
+        assert "20.0 %" in text
+        assert "(95 %: 18.0 to 22.0)" in text
+        assert max(map(len, text.splitlines())) <= 80
 
 
 MASS = ParameterEstimate(
