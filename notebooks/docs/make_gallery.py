@@ -17,10 +17,10 @@ from small_png import small
 
 import bayes_placement as bp
 from bayes_placement.criticism.fitted import fitted_steps
+from bayes_placement.plots._colours import AFTER, BEFORE, DATA, INK
 
 GALLERY = Path(__file__).parent / "gallery"
 RESULTS = GALLERY / "results.json"
-BEFORE, AFTER, DATA = "C1", "C0", "C3"
 
 HEAD = """# Gallery of symptoms
 
@@ -51,7 +51,8 @@ def result_of(name, case):
     return {
         "sentence": ledger.sentence(),
         "verdict": list(ledger.verdict),
-        "chi2_per_datum": [step.chi2_per_datum for step in ledger.steps],
+        # Further digits depend on the machine.
+        "chi2_per_datum": [float(f"{step.chi2_per_datum:.6g}") for step in ledger.steps],
     }
 
 
@@ -74,7 +75,7 @@ def draw(fits, shown):
             )
         response.plot(line, 20 * channel["predicted"], color=color, lw=1.2, label=label)
         error.plot(line, channel["error"] / channel["noise"], ".", color=color, ms=4)
-    noise = error.axhline(1.0, color="k", linestyle="--", linewidth=1)
+    noise = error.axhline(1.0, color=INK, linestyle="--", linewidth=1)
     response.set_ylabel(f"accelerance {sensor} / {actuator}\n[dB re 1 (m/s²)/N]")
     error.set_ylabel("error over noise [1]")
     error.set_yscale("log")
