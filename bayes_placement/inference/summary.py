@@ -72,7 +72,7 @@ class UnknownSummary(NamedTuple):
         mean = self.readable.number(self.mean, deviation)
         return {
             "mean": " or ".join(self._numbers()) if self.peaks else mean,
-            "sd": self.readable.spread(deviation),
+            "sd": self.readable.spread(deviation, self.mean),
             "95 % interval": " to ".join(ends),
             "unit": self.readable.name,
         }

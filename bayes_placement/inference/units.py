@@ -40,17 +40,18 @@ class ReadableUnit(NamedTuple):
 
     def number(self, value: float, deviation: float) -> str:
         """Write a number in SI in this unit, to the second digit of its standard deviation."""
-        return _written(value * self.factor, deviation * self.factor)
+        return _written(value * self.factor, deviation * self.factor, value * self.factor)
 
-    def spread(self, deviation: float) -> str:
-        """Write a standard deviation in SI in this unit."""
-        return self.number(deviation, deviation)
+    def spread(self, deviation: float, mean: float = 0.0) -> str:
+        """Write a standard deviation in SI in this unit, as the mean beside it is written."""
+        scaled = deviation * self.factor
+        return _written(scaled, scaled, mean * self.factor)
 
 
-def _written(value: float, deviation: float) -> str:
+def _written(value: float, deviation: float, mean: float) -> str:
     if not np.isfinite(value):
         return "-"
-    if abs(value) < SMALL and 0 < deviation < SMALL:
+    if abs(mean) < SMALL and 0 < deviation < SMALL:
         return _with_power(value, deviation)
     return f"{value:.{decimals(deviation)}f}"
 

@@ -60,7 +60,8 @@ class ParameterEstimate(NamedTuple):
         """Mean and standard deviation, in the unit of people."""
         scale = self._scale()
         mean = scale.number(self.mean, self.standard_deviation)
-        return f"{mean} ± {scale.spread(self.standard_deviation)} {scale.name}".rstrip()
+        deviation = scale.spread(self.standard_deviation, self.mean)
+        return f"{mean} ± {deviation} {scale.name}".rstrip()
 
     def with_interval(self) -> str:
         """Mean and 95 % interval, in the unit of people."""

@@ -41,6 +41,11 @@ COMPLIANCE = ParameterEstimate(
         (LOSS, "20.0 % (95 %: 18.0 to 22.0)", "20.0 ± 1.0 %"),
         (MODULUS, "210.0 GPa (95 %: 206.0 to 214.0)", "210.0 ± 2.0 GPa"),
         (
+            MODULUS._replace(standard_deviation=4.7e4),
+            "210.000000 GPa (95 %: 206.000000 to 214.000000)",
+            "210.000000 ± 0.000047 GPa",
+        ),
+        (
             COMPLIANCE,
             "8.5880e-9 m/N (95 %: 8.5710e-9 to 8.6050e-9)",
             "8.5880e-9 ± 8.6e-12 m/N",
