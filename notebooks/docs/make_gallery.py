@@ -52,7 +52,7 @@ def result_of(name, case):
         "sentence": ledger.sentence(),
         "verdict": list(ledger.verdict),
         # Further digits depend on the machine.
-        "chi2_per_datum": [float(f"{step.chi2_per_datum:.6g}") for step in ledger.steps],
+        "chi2_per_datum": [float(f"{step.chi2_per_datum:.7g}") for step in ledger.steps],
     }
 
 
