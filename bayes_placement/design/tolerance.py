@@ -61,7 +61,7 @@ class ToleranceStudy:
 
     def _in_words(self, row: dict[str, Any], first: float) -> str:
         names = [str(name) for name in self.maps["information_gain"].dims if name != FACTOR]
-        where = ", ".join(f"{name} at {row[name]}" for name in names)
+        where = ", ".join(f"{name} at {row[name]} m" for name in names)
         words = (
             f"{row[FACTOR]:g} times the tolerance: best {where}, {row['information_gain']:.3g} ± "
             f"{row['information_gain_se']:.1g} nat"

@@ -85,7 +85,7 @@ def test_the_optimum_may_move():
 
 def test_it_speaks(study):
     first, second, _ = str(study).splitlines()
-    assert first.startswith("1 times the tolerance: best s1 at 0.25, a1 at 0.25, ")
+    assert first.startswith("1 times the tolerance: best s1 at 0.25 m, a1 at 0.25 m, ")
     assert second.startswith("0.5 times the tolerance: best s1 at") and "nat more" in second
 
 
