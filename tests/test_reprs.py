@@ -18,6 +18,9 @@ from bayes_placement.positions.reprs import notebook_html, noun_html
 from models import bar
 from tests import public_calls
 
+LONG = ("files", "methods", "verbs")
+"""Groups of public calls that start processes, or infer and search."""
+
 NOUNS = {
     "Experiment": bar.experiment,
     "Structure": bar.experiment.structure + bp.effects.point_mass(0.3, 0.1),
@@ -106,8 +109,8 @@ def offences(made):
 @pytest.mark.parametrize(
     "group",
     [
-        *sorted({*public_calls.GROUPS} - {"plots", "files"}),
-        pytest.param("files", marks=pytest.mark.long),  # some readers are processes
+        *sorted({*public_calls.GROUPS} - {"plots", *LONG}),
+        *(pytest.param(group, marks=pytest.mark.long) for group in LONG),
     ],
 )
 def test_what_public_calls_return_is_short(group):

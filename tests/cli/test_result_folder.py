@@ -151,6 +151,7 @@ app()
 ENDLESS = "import os, time\nopen(__file__ + '.read', 'w').close()\ntime.sleep(100)\n"
 
 
+@pytest.mark.long
 def test_a_process_that_is_stopped_says_one_line(study, tmp_path):
     study.write_text(ENDLESS)
     command = [sys.executable, "-c", LISTENING, "improve"]

@@ -34,6 +34,7 @@ def test_poles_and_shapes_are_those_of_finite_elements(damped):
     np.testing.assert_allclose(predicted[2:], measurement.shape, atol=5e-3)
 
 
+@pytest.mark.long
 def test_gradients_of_poles_are_those_of_finite_differences(damped):
     loaded, _ = damped
 
@@ -90,6 +91,7 @@ def test_residuals_are_those_of_a_least_squares_fit_of_the_scale():
     assert np.asarray(data.measured).sum() == 2 * 5
 
 
+@pytest.mark.long
 def test_modulus_from_natural_frequencies_alone_is_that_of_the_linear_model():
     """f is in proportion to the root of the modulus, with small errors; two engines."""
     natural = poles(4)[0]

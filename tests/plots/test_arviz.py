@@ -55,6 +55,7 @@ def test_arviz_draws_predictions_energy_and_sensitivity(chains, name):
     assert plt.get_fignums()
 
 
+@pytest.mark.long
 def test_arviz_tells_the_sensitivity_to_the_prior(chains):
     table = arviz_stats.psense_summary(chains)
     assert table.loc["structure.damping.ratio.1", "prior"] > 0

@@ -163,6 +163,7 @@ def test_the_expected_gain_of_the_bar_is_the_mean_of_exact_divergences():
         assert abs(gain - truth) < 3 * np.hypot(error, deviation)
 
 
+@pytest.mark.long
 def test_one_more_sensor_teaches_no_less():
     base = bar.placed(0.25, 0.25, bp.noise.Gaussian(SMALL_ERROR))
     gains = []

@@ -486,6 +486,7 @@ def test_another_pool_that_breaks_leaves_what_was_finished(full_map, tmp_path, c
     assert computed(store=tmp_path).identical(full_map) and len(counted) == CELLS - 5
 
 
+@pytest.mark.long
 def test_a_run_that_is_killed_goes_on(full_map, tmp_path, counted):
     before, _ = killed.killed_half_way(tmp_path)
 

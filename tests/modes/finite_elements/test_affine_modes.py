@@ -310,6 +310,7 @@ def test_receptances_and_gradients_are_those_of_direct_solutions_of_all_matrices
         np.testing.assert_allclose(slopes[..., number] / size, expected / size, atol=2e-3)
 
 
+@pytest.mark.long
 def test_reverse_mode_agrees_with_forward_mode():
     def size(values):
         return jnp.sum(jnp.log(jnp.abs(jnp.stack([*responses(values).values()]))))
