@@ -115,6 +115,7 @@ def test_nominal_values_may_be_given(experiment):
     assert float(low_ratio[0, 0]) > float(high_ratio[0, 0]) + 0.1
 
 
+@pytest.mark.long
 def test_candidates_on_several_members_of_a_frame():
     scene = models_in_space.frame()
     seats = [bp.positions.Member(*ends, centre=at, within=0.03) for ends, at in members(scene)]

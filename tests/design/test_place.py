@@ -182,6 +182,7 @@ def test_no_two_instruments_share_a_point_unless_that_is_asked_for(experiment):
     assert len(mounted.table) == 1
 
 
+@pytest.mark.long
 def test_tolerances_on_several_members_are_candidates_as_well():
     scene = models_in_space.frame()
     start, corner = models_in_space.FEET["left foot"], models_in_space.CORNERS["left column"]

@@ -18,6 +18,7 @@ def test_the_study_says_which_data_it_needs(monkeypatch):
         bookcase.read()
 
 
+@pytest.mark.long
 def test_at_low_frequency_the_frame_moves_as_one_mass():
     """Nominal masses; 1 Hz is far below the first resonance, and the rail holds nothing."""
     experiment = bookcase.experiment_at([1.0])

@@ -116,6 +116,7 @@ def test_without_excess_nothing_changes_by_a_bit():
     np.testing.assert_allclose(same.natural_frequency, even.natural_frequency, rtol=1e-15)
 
 
+@pytest.mark.long
 def test_one_factor_everywhere_scales_every_eigenvalue():
     """Also of a structure that a crack, which is no piece, has softened a little."""
     crack = bp.effects.local_stiffness_loss(0.3, extent=0.02, loss=0.2)
@@ -194,6 +195,7 @@ def test_masses_of_cells_are_over_the_modes(wrong):
         checked_cell_masses(wrong, 5)
 
 
+@pytest.mark.long
 def test_slopes_in_the_excess_are_those_of_differences():
     even = line("bar", "fixed-free")
     shares = piece_shares(even, 4, 24)

@@ -28,6 +28,7 @@ def gain(experiment, estimator=SMALL, **settings):
     )
 
 
+@pytest.mark.long
 def test_errors_are_drawn_besides_the_placement_and_leave_less_to_learn():
     exact, error = gain(bar.placed(0.3, 0.3, None))
     small, _ = gain(with_errors(1e-7))

@@ -157,6 +157,7 @@ def test_settings_name_the_files_with_their_hashes(folder, chapter):
     assert settings["improve.versions.bayes_placement"] == bp.__version__
 
 
+@pytest.mark.long
 def test_the_report_of_the_folder_alone_is_the_same(folder, chapter, tmp_path):
     again = Report.read(write_report(folder, to=tmp_path / "again.html", label="monday"))
     assert [item.title for item in again.chapters[0].items] == [i.title for i in chapter.items]
@@ -355,6 +356,7 @@ def test_sections_fold_and_the_filter_works(folder):
         assert page.trouble == []
 
 
+@pytest.mark.long
 def test_shapes_move_and_the_view_turns(folder):
     with pages() as opened:
         page = opened(folder / "report.html")
