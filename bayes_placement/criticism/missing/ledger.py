@@ -99,6 +99,7 @@ class Ledger:
 
     def table(self) -> pd.DataFrame:
         """One row a step."""
+        exact = all(np.isfinite(step.chi2_when_exact) for step in self.steps)
         rows = [
             {
                 "added": step.added or "as given",
@@ -106,7 +107,7 @@ class Ledger:
                 "p": number_or_blank(step.p_value, ".2g"),
                 **gained(step, self.steps[0]),
                 "held out": number_or_blank(step.held_out, ".3f"),
-                **_model_error_columns(step),
+                **_model_error_columns(step, exact),
                 "parameters": step.description(),
             }
             for step in self.steps
@@ -305,12 +306,16 @@ def misfit_columns(step: FittedModel) -> dict[str, str]:
     }
 
 
-def _model_error_columns(step: FittedModel) -> dict[str, str]:
+def _model_error_columns(step: FittedModel, exact: bool) -> dict[str, str]:
+    """Sizes of the model error, and chi2 without it where all steps were fitted without as well.
+
+    With a baseline, effects are fitted with the model error alone.
+    """
     if not step.model_error:
         return {}
-    known = step.noise_needed is None
-    exact = {"exact chi2": number_or_blank(step.chi2_when_exact, ".4g")} if known else {}
-    return exact | {kind: percent(size.mean) for kind, size in step.model_error.items()}
+    is_shown = exact and step.noise_needed is None
+    chi2 = {"exact chi2": f"{step.chi2_when_exact:.4g}"} if is_shown else {}
+    return chi2 | {kind: percent(size.mean) for kind, size in step.model_error.items()}
 
 
 def confounded_sentence(kind: str, other: str) -> str:
