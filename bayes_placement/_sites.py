@@ -134,7 +134,7 @@ class _Steps(NamedTuple):
         word = _word(key)
         if self.awaits_name and isinstance(key, DictKey):
             return self._replace(owner=Owner(self.owner.kind, word), awaits_name=False)
-        unit = metadata.get("unit", self.unit)
+        unit = stated_unit(metadata, node, self.unit)
         if "role" in metadata:
             return _Steps(Owner(word), awaits_name=True, role=metadata["role"], unit=unit)
         role = metadata.get("role_of_field", self.role)
@@ -152,9 +152,18 @@ def is_finite(distribution: Any) -> bool:
     return support is not None and support.is_discrete and distribution.has_enumerate_support
 
 
-def unit(word: str, role: Role | None = None) -> dict[str, Any]:
-    """Metadata of a field of a tree whose value carries a unit, and a role unlike its owner's."""
+def unit(word: str | Callable[[Any], str], role: Role | None = None) -> dict[str, Any]:
+    """Metadata of a field of a tree whose value carries a unit, and a role unlike its owner's.
+
+    A unit that depends on other fields is a function of the object.
+    """
     return {"unit": word} | ({} if role is None else {"role_of_field": role})
+
+
+def stated_unit(metadata: Mapping[str, Any], owner: Any, default: str = "") -> str:
+    """Unit that the metadata of a field of an object state."""
+    stated = metadata.get("unit", default)
+    return str(stated(owner) if callable(stated) else stated)
 
 
 def owners(role: Role) -> dict[str, Any]:

@@ -19,6 +19,10 @@ from .scales import Scales
 _HELD = {"fixed": ("rotation", "translation"), "pinned": ("translation",), "guided": ("rotation",)}
 
 
+def _unit(support: "CompliantSupport") -> str:
+    return "rad/(N m)" if support.motion == "rotation" else "m/N"
+
+
 class CompliantSupport(Hinged):
     """A support with a compliance: a flexible clamp (rotation) or a soft seat (translation).
 
@@ -42,7 +46,7 @@ class CompliantSupport(Hinged):
     """
 
     absent: ClassVar[tuple[str, float]] = ("compliance", 0.0)
-    compliance: Parameter = eqx.field(metadata=unit("rad/(N m) or m/N"))
+    compliance: Parameter = eqx.field(metadata=unit(_unit))
     end: str = eqx.field(static=True, default="left", kw_only=True)
     motion: str = eqx.field(static=True, default="rotation", kw_only=True)
     name: str = eqx.field(static=True, default="compliant_support", kw_only=True)

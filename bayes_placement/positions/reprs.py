@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpyro.distributions import Distribution
 
-from .._sites import Role, Unknown, described, unknowns
+from .._sites import Role, Unknown, described, stated_unit, unknowns
 
 PRIOR_HEADINGS = ("unknown", "prior", "unit", "role")
 """Headings of a table of priors."""
@@ -119,7 +119,7 @@ def _fields(noun: Any) -> list[_Field]:
         values = zip(type(noun)._fields, noun, strict=True)  # type: ignore[attr-defined]
         return [_Field(name, value, *_default_of(noun, name)) for name, value in values]
     return [
-        _Field(field.name, getattr(noun, field.name, None), _default(field), _unit(field))
+        _Field(field.name, getattr(noun, field.name, None), _default(field), _unit(field, noun))
         for field in dataclasses.fields(noun)
         if field.repr and not field.name.startswith("_")
     ]
@@ -134,8 +134,8 @@ def _default(field: "dataclasses.Field[Any]") -> Any:
     return field.default if factory is dataclasses.MISSING else factory()
 
 
-def _unit(field: "dataclasses.Field[Any]") -> str:
-    unit = field.metadata.get("unit", "")
+def _unit(field: "dataclasses.Field[Any]", noun: Any) -> str:
+    unit = stated_unit(field.metadata, noun)
     return "" if unit == "1" else unit
 
 

@@ -13,7 +13,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._compiled import compiled
-from bayes_placement._sites import Role
+from bayes_placement._sites import Role, unknowns
 from bayes_placement.effects import Attachment
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.modes import Modes
@@ -295,3 +295,10 @@ def test_an_effect_of_ones_own_is_a_class_of_two_short_methods():
     receptance = compiled(bp.Experiment.receptance)(extended.fix(known | places))
     mass = base.fix(places) + effects.point_mass(0.5, 2.0)
     np.testing.assert_allclose(receptance, compiled(bp.Experiment.receptance)(mass), rtol=1e-6)
+
+
+@pytest.mark.parametrize(("motion", "unit"), [("rotation", "rad/(N m)"), ("translation", "m/N")])
+def test_the_unit_of_a_compliance_is_that_of_its_motion(motion, unit):
+    support = effects.compliant_support(dist.Uniform(0.0, 1e-6), motion=motion)
+    assert [unknown.unit for unknown in unknowns(support)] == [unit]
+    assert repr(support).count(unit) == 1
