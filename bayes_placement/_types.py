@@ -377,6 +377,7 @@ SENTENCES = {
     "bp.Experiment(structure, sensors=[...], actuators=[...], ...)",
     "measurement": f"{_MEASURED}io.read_measurement(path), or Measurement.from_arrays(...)",
     "baseline": f"{_MEASURED}baseline=io.read_measurement(path)",
+    "ends": "the two ends as one word are needed, joined by a hyphen: ends='fixed-free'",
     "engine": "an engine or its name is needed, since it explores the posterior: "
     "engine=engines.SMC()",
     "marginal": "a marginal or its name is needed, since it says what becomes of the placement: "

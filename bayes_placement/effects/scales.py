@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 from .._compiled import compiled
 from ..modes.finite_elements.nodal_modes import nodal_of
 from ..modes.modes import Modes
+from ..modes.moved_mass import moved_mass
 from ..positions.reprs import with_short_repr
 from .instruments import Instruments
 
@@ -150,17 +151,14 @@ class Scales:
 
     @cached_property
     def mass(self) -> float:
-        """Mass that the modes move [kg]: the mass of the structure, where it is uniform.
-
-        The mean square of a mass-normalised shape is the inverse of the mass.
-        """
+        """Mass that the modes move [kg]: the mass of the structure, where it is uniform."""
         nodal = nodal_of(self.nominal_modes)
         if nodal is not None:
             return nodal.mass
         low, high = self.nominal_modes.bounds()
-        places = np.linspace(low, high, _PLACES)
-        squares = compiled(_squared_shapes)(self.nominal_modes, places)
-        return float(1 / np.mean(np.median(squares, axis=1)))
+        # Free ends move most: places in the middle of equal parts count them as they should be.
+        places = low + (high - low) * (np.arange(_PLACES) + 0.5) / _PLACES
+        return moved_mass(compiled(_squared_shapes)(self.nominal_modes, places))
 
     @property
     def stiffness(self) -> float:

@@ -16,6 +16,7 @@ from ...positions.places import Place, mean
 from ...positions.tolerances import Box, Tolerance
 from ...positions.vectors import CartesianComponents
 from ..modes import Modes
+from ..moved_mass import moved_mass
 from .cell_masses import checked_cell_masses
 from .interpolation import Interpolation
 from .modal_model import ModalModel
@@ -393,8 +394,7 @@ def _box_about(extent: tuple[CartesianComponents, CartesianComponents]) -> Box:
 
 
 def _mass(model: ModalModel, rows: np.ndarray) -> float:
-    """Mass that the modes move [kg]: mass-normalised shapes have a mean square of one over it."""
+    """Mass that the modes move [kg], as if each place moved alike along every axis that is read."""
     translations = rows[model.dof[rows, 1] <= 3]
     axes = len(np.unique(model.dof[translations, 1]))
-    mean_square = np.mean(np.asarray(model.shape[translations], float) ** 2, axis=0) * axes
-    return float(1 / np.median(mean_square))
+    return moved_mass(np.asarray(model.shape[translations], float) ** 2 * axes)
