@@ -103,8 +103,8 @@ def system_matrices(
     Raises
     ------
     ValueError
-        If a matrix is not real, finite, square and symmetric, or of another size than the
-        stiffness.
+        If a matrix is not real, finite, square and symmetric, gives two rows a negative energy,
+        or is of another size than the stiffness.
 
     Examples
     --------
@@ -158,7 +158,23 @@ def _symmetric(matrix: scipy.sparse.csc_array, place: str) -> scipy.sparse.csc_a
         raise _refused(place, "zeros only")
     if abs(complete - complete.T).max() > _ROUND_OFF * largest:
         raise _refused(place, "a matrix that is not symmetric")
+    _check_couplings(complete, largest, place)
     return complete
+
+
+def _check_couplings(matrix: scipy.sparse.csc_array, largest: float, place: str) -> None:
+    """Refuse an entry that would give a motion of its two rows a negative energy."""
+    entries, root = scipy.sparse.coo_array(matrix), np.sqrt(matrix.diagonal())
+    allowed = root[entries.row] * root[entries.col] * (1 + _ROUND_OFF)
+    excess = np.abs(entries.data) - allowed
+    worst = int(np.argmax(excess))
+    if excess[worst] > _ROUND_OFF * largest:
+        row, column = sorted((int(entries.row[worst]), int(entries.col[worst])))
+        raise _refused(
+            place,
+            f"{entries.data[worst]:g} in row {row}, column {column}, more than its diagonal of "
+            f"{root[row] ** 2:g} and {root[column] ** 2:g} allows",
+        )
 
 
 def _completed(matrix: scipy.sparse.csc_array) -> scipy.sparse.csc_array:
@@ -173,7 +189,7 @@ def _refused(place: str, contents: str) -> InputError:
     return InputError(
         f"{place} holds {contents}; a real, finite, square and symmetric matrix with a "
         "diagonal that is not negative is needed, since stiffness and mass of an undamped "
-        "structure are such. Export it without damping, "
+        "structure are such: no motion has a negative energy. Export it without damping, "
         "follower loads and rotor terms, as a full matrix or as a triangle."
     )
 

@@ -124,7 +124,8 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
             'meshes. Install it: pip install "bayes_placement[mesh]".'
         )
     with reading(file, "a mesh", _REMEDY):
-        content = _contents_of(existing(file, "a mesh"))
+        _check_header(existing(file, "a mesh"))
+        content = _contents_of(file)
         mesh = _mesh(file, content, length_unit)
     if content.complaints:
         warn(
@@ -132,6 +133,15 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
             "and elements, or convert the file."
         )
     return mesh
+
+
+def _check_header(path: Path) -> None:
+    """Refuse a header without end, behind which meshio would read for ever."""
+    if path.suffix.lower() != ".ply":
+        return
+    with path.open("rb") as file:
+        if not any(line.strip() == b"end_header" for line in file):
+            raise _refused(path, "its header has no line end_header")
 
 
 class _Contents(NamedTuple):

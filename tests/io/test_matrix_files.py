@@ -60,6 +60,8 @@ def test_regions_add_up_to_the_stiffness(shared_data, name):
 SKEW = CHAIN + scipy.sparse.diags_array(np.full(SIZE - 1, 1e-3), offsets=1, shape=(SIZE, SIZE))
 GAP = CHAIN.toarray()
 GAP[2, 2] = np.nan
+STRAY = np.diag(np.arange(1.0, SIZE + 1))  # a damaged index: the entry has left the diagonal
+STRAY[0, 1], STRAY[1, 1] = STRAY[1, 1], 0.0
 
 
 @pytest.mark.parametrize(
@@ -70,6 +72,7 @@ GAP[2, 2] = np.nan
         (CHAIN.tocsr()[:3], r"holds a 3 x 7 matrix of float64"),
         (GAP, r"holds nan as values; finite numbers"),
         (CHAIN * 0.0, r"holds zeros only"),
+        (STRAY, r"holds 2 in row 0, column 1, more than its diagonal of 1 and 0 allows; a real"),
     ],
 )
 def test_what_is_refused(tmp_path, matrix, message):

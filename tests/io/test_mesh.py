@@ -176,11 +176,23 @@ def test_elements_of_nodes_that_are_not_there_are_refused(tmp_path):
             mesh.read(path)
 
 
+@pytest.mark.parametrize("header", ["ply\nformat ascii 1.0\nelement vertex 3\n", "ply\n", ""])
+def test_a_ply_file_whose_header_has_no_end_is_refused_at_once(tmp_path, monkeypatch, header):
+    """meshio reads on for ever behind the end of the file."""
+    monkeypatch.setattr(_reader_process, "run", None)
+    path = tmp_path / "part.PLY"
+    path.write_text(header + "comment end_header\n")
+    with pytest.raises(ValueError, match=r"part\.PLY cannot be read .*no line end_header"):
+        mesh.read(path)
+
+
 @pytest.mark.long
 def test_a_mesh_that_never_ends_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(_reader_process, "SECONDS", 4.0)
-    path = tmp_path / "part.ply"
-    path.write_text("ply\nformat ascii 1.0\nelement vertex 3\n")  # whose header has no end
+    for_ever = tmp_path / "for_ever.py"
+    for_ever.write_text("def read(path):\n    while True:\n        pass\n")
+    monkeypatch.setattr(mesh, "_READER", for_ever)
+    path = written(tmp_path / "part.ply")
     with pytest.raises(
         ValueError, match=r"part\.ply cannot be read by meshio \(it did not end with"
     ):

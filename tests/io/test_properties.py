@@ -96,8 +96,9 @@ def symmetric_matrices(draw):
     size = draw(st.integers(1, 5))
     values = draw(st.lists(FINITE, min_size=size * size, max_size=size * size))
     lower = np.tril(np.reshape(values, (size, size)), -1)
+    coupled = lower + lower.T
     diagonal = np.abs(np.diag(np.reshape(values, (size, size)))) + 1.0
-    return lower + lower.T + np.diag(diagonal)
+    return coupled + np.diag(diagonal + np.abs(coupled).sum(axis=0))  # no negative energy
 
 
 @settings(max_examples=60, **QUIET)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..._types import InputError
-from .._gate import is_number, reading
+from .._gate import LARGEST, is_number, reading
 
 _MOST_BYTES = 16 << 20
 _DEEPEST = 30
@@ -47,7 +47,7 @@ class JsonObject(NamedTuple):
         Raises
         ------
         CaseError
-            If it is missing, or the rule does not allow its value.
+            If it is missing, the rule does not allow its value, or no quantity is as large.
         """
         if name not in self.content:
             raise CaseError(
@@ -57,6 +57,12 @@ class JsonObject(NamedTuple):
         value = self.content[name]
         if not rule.accepts(value):
             raise self.wrong(name, rule)
+        if is_number(value) and abs(value) > LARGEST:
+            raise CaseError(
+                f"{self.file}: the field {self.dotted_path(name)} is {_shown(value)}; a number up "
+                f"to {LARGEST:g} is needed there, since no quantity in SI is larger. Correct its "
+                f"exponent: {_written(name, rule.example)}."
+            )
         return value
 
     def wrong(self, name: str, rule: FieldRule) -> CaseError:

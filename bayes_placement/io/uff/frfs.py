@@ -121,7 +121,8 @@ def left_out(path: str | Path) -> dict[str, int]:
 def _check_values(path: Path, measurement: Measurement) -> None:
     """Refuse values that no structure and no instrument can have."""
     measured = measurement.frf[measurement.measured]
-    check_plausible(path, frf=measured, coordinates=list(measurement.positions.values()))
+    coordinates = list(measurement.positions.values())
+    check_plausible(path, frf=measured, frequency=measurement.frequency, coordinates=coordinates)
     sizes = np.abs(measured[measured != 0])
     if sizes.size and sizes.min() < sizes.max() / _DECADES:
         raise MeasurementFileError(

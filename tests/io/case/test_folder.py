@@ -500,6 +500,11 @@ def test_a_misspelt_field_is_recognised(tmp_path):
             -1,
             r"stiffness_N_per_m is -1; a positive number \[N/m\]",
         ),
+        (
+            "structure.suspension[0].stiffness_N_per_m",
+            10**40,
+            r"stiffness_N_per_m is 10+; a number up to 1e\+30 is needed there, since no quantity",
+        ),
         ("structure.motion", "direction 2", 'begins with "transverse displacement'),
         (
             "structure.boundary_conditions",

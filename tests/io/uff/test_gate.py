@@ -189,6 +189,13 @@ def test_values_beyond_any_unit_are_refused(tmp_path, text, value):
     )
 
 
+def test_lines_beyond_any_unit_are_refused(tmp_path, text):
+    lines, start = function_lines(text)
+    abscissa = lines[start + 6][30:56]  # the same for all functions
+    damaged = text.replace(abscissa, abscissa[:13] + f"{1e33:13.5e}")
+    refused(tmp_path, damaged, r"holds .* as frequency; finite numbers up to 1e\+30")
+
+
 def test_values_over_more_than_forty_decades_are_refused(tmp_path, text):
     def widened(line):
         return f"{1e-60:20.12e}" * 2 + line[40:]
