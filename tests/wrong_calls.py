@@ -922,6 +922,236 @@ CALLS = {
         lambda: bp.time_records.merged([experiment()]),
         "measurements=an object of Experiment was given; measurements on the same",
     ),
+    "prior of several": (
+        lambda: structure(youngs_modulus=dist.Uniform(np.array([1e9, 2e9]), 3e9)),
+        "youngs_modulus=Uniform([1e+09, 2e+09], 3e+09) of shape (2,) was given; one number or a",
+    ),
+    "damping of lists": (
+        lambda: structure(bp.damping.Modal([[0.02, 0.03]])),
+        "A damping of list of 2 was given; a finite number or a distribution is needed",
+    ),
+    "damping by mode": (
+        lambda: structure(bp.damping.Modal({1: 0.02})),
+        "A damping of dict of 1 was given; a finite number or a distribution is needed",
+    ),
+    "damping of a mode none": (
+        lambda: structure(bp.damping.Modal([0.02, None])),
+        "A damping of None was given; a finite number or a distribution is needed",
+    ),
+    "structural percent": (
+        lambda: structure(bp.damping.Structural(2.0)),
+        "damping.loss_factor=2 was given; it must be between 0 and 1: a loss factor is a share",
+    ),
+    "structural prior percent": (
+        lambda: structure(bp.damping.Structural(dist.Uniform(1.0, 3.0))),
+        "damping.loss_factor=Uniform(1, 3), from 1 to 3, was given; it must be between 0 and 1:",
+    ),
+    "sensor direction bool": (
+        lambda: bp.Sensor("s1", at=0.2, directions=(True,)),
+        'Sensor "s1": directions=(True,) was given; each must be one of +-1, +-2, +-3',
+    ),
+    "sensor angles bool": (
+        lambda: experiment(sensors=[bp.Sensor("s1", at=0.2, angles=(True, 0.0, 0.0))]),
+        "sensor.s1.angles.1=True was given; a number [rad] or a distribution is needed",
+    ),
+    "sensor gain list": (
+        lambda: bp.Sensor("s1", at=0.2, gain=[1.0]),
+        "gain=list of 1 was given; one number or a distribution of one number is needed",
+    ),
+    "sensor gain array": (
+        lambda: bp.Sensor("s1", at=0.2, gain=np.array([1.0, 2.0])),
+        "gain=an object of ndarray of shape (2,) was given; one number or a distribution of one",
+    ),
+    "sensor delay list": (
+        lambda: bp.Sensor("s1", at=0.2, delay=[1e-5]),
+        "delay=list of 1 was given; one number or a distribution of one number is needed",
+    ),
+    "sensor delay ms": (
+        lambda: experiment(sensors=[bp.Sensor("s1", at=0.2, delay=5.0)]),
+        "sensor.s1.delay=5 was given; it must be between -1 and 1 [s]: a delay is in seconds",
+    ),
+    "sensor recorded mm": (
+        lambda: experiment(sensors=[bp.Sensor("s1", at=dist.Normal(0.2, 0.01), recorded=200.0)]),
+        'Sensor "s1": recorded position 200 m lies outside the structure (0 to 1 m)',
+    ),
+    "sensor name slash": (
+        lambda: bp.Sensor("rib 1/2", at=0.2),
+        "Sensor of the name 'rib 1/2' was given; a name without a slash is needed, since slashes",
+    ),
+    "effect name slash": (
+        lambda: experiment() + bp.effects.point_mass(0.4, 0.1, name="a/b"),
+        "An effect of the name 'a/b' was given; a name without a slash is needed, since slashes",
+    ),
+    "levels bool": (
+        lambda: experiment(force_levels=[True]),
+        "force_levels=list of 1 was given; a list, each entry of it one finite number, is needed",
+    ),
+    "noise relative percent": (
+        lambda: experiment(noise=bp.noise.Relative(5.0)),
+        "noise.ratio=5 was given; it must be between 0 and 1: a ratio of noise is a share of the",
+    ),
+    "noise relative prior percent": (
+        lambda: experiment(noise=bp.noise.Relative(dist.LogUniform(1.0, 20.0))),
+        "noise.ratio=LogUniform(1, 20), from 1 to 20, was given; it must be between 0 and 1:",
+    ),
+    "noise covariance of other lines": (
+        lambda: bp.infer(
+            experiment(noise=bp.noise.Covariance(np.eye(3))), measurement(), engine=MAP
+        ),
+        "noise.Covariance(matrix) was given a matrix of shape (3, 3), but the experiment has 12",
+    ),
+    "model error percent": (
+        lambda: bp.model_error.Modal(frequency=2.0),
+        "model_error.Modal(frequency=2.0) was given; a number up to 1 is needed, since it is a",
+    ),
+    "fix percent": (
+        lambda: experiment().fix({"structure.damping.ratio": 4.0}),
+        "structure.damping.ratio=4 was given; it must be between 0 and 1: a damping ratio is a",
+    ),
+    "fix prior percent": (
+        lambda: experiment().fix({"structure.damping.ratio": dist.Uniform(2.0, 4.0)}),
+        "structure.damping.ratio=Uniform(2, 4), from 2 to 4, was given; it must be between 0",
+    ),
+    "fix nan": (
+        lambda: experiment().fix({"structure.damping.ratio": np.nan}),
+        "structure.damping.ratio=nan was given; a finite number [1] is needed",
+    ),
+    "fix bool": (
+        lambda: experiment().fix({"structure.damping.ratio": True}),
+        "structure.damping.ratio=True was given; a number [1] or a distribution is needed",
+    ),
+    "fix several": (
+        lambda: experiment().fix({"structure.damping.ratio": [0.02, 0.03, 0.04]}),
+        "structure.damping.ratio=list of 3 of shape (3,) was given; the shape () of its prior is",
+    ),
+    "fix position off": (
+        lambda: sensor_somewhere().fix({"sensor.s1.position": 4.0}),
+        'Sensor "s1": position 4 m lies outside the structure (0 to 1 m)',
+    ),
+    "without a list": (
+        lambda: experiment().without(["point_mass"]),
+        "There is no effect \"['point_mass']\" to leave out. The experiment has none",
+    ),
+    "unknowns of a name": (
+        lambda: experiment().unknowns_of("point_mass"),
+        "effect='point_mass' was given; an object of Effect is needed",
+    ),
+    "m thinned together bare": (
+        lambda: measurement().thinned(3, together=measurement()),
+        "together=an object of Measurement was given; a list of measurements is needed",
+    ),
+    "m resonances together bare": (
+        lambda: measurement().around_resonances(together=measurement()),
+        "together=an object of Measurement was given; a list of measurements is needed",
+    ),
+    "key too long": (
+        lambda: bp.infer(experiment(), measurement(), engine=MAP, key=2**80),
+        "key=1208925819614629174706176 was given; an integer of 64 bits is needed",
+    ),
+    "improve a label empty": (
+        lambda: bp.improve(experiment(), {"": measurement(), "new": measurement()}),
+        "A state of the label '' was given; a text is needed, since the ledger names states",
+    ),
+    "improve a label number": (
+        lambda: bp.improve(experiment(), {1: measurement(), 2: measurement()}),
+        "A state of the label 1 was given; a text is needed, since the ledger names states",
+    ),
+    "map of lists": (
+        lambda: bp.information_map(sensor_somewhere(), {"s1": [[0.3, 0.4]]}),
+        "A place to try of 2 coordinates was given; one number on a line or three along x, y",
+    ),
+    "map nominal percent": (
+        lambda: bp.information_map(
+            sensor_somewhere(), {"s1": [0.3]}, nominal={"structure.damping.ratio": 4.0}
+        ),
+        "A nominal value of 4 was given for structure.damping.ratio, outside of its prior Uniform",
+    ),
+    "place forbidden mm": (
+        lambda: bp.place(sensor_somewhere(), {"s1": [0.3, 0.4]}, forbidden=[(300.0, 400.0)]),
+        "The forbidden region 300.0 to 400.0 m was given, which lies outside the structure (0 to",
+    ),
+    "alternative percent": (
+        lambda: bp.information.Alternative("late", 50.0, experiment(), {}),
+        "Alternative('late', probability=50) was given; a name and a probability from 0 to 1",
+    ),
+    "separation of one": (
+        lambda: bp.information.Separation(
+            (bp.information.Alternative("late", 0.5, experiment(), {}),) * 2
+        ),
+        "information.Separation was given late, late; explanations of different names are needed",
+    ),
+    "effect mass list": (
+        lambda: bp.effects.point_mass(0.4, [0.1]),
+        "mass=list of 1 was given; one number or a distribution of one number is needed",
+    ),
+    "effect mass for each line": (
+        lambda: bp.effects.point_mass(0.4, np.ones(LINES.size)),
+        "mass=an object of ndarray of shape (12,) was given; one number or a distribution of one",
+    ),
+    "effect mass prior of several": (
+        lambda: bp.effects.point_mass(0.4, dist.Uniform(np.zeros(2), 1.0)),
+        "mass=Uniform(0, 1) of shape (2,) was given; one number or a distribution of one number",
+    ),
+    "effect mass bool": (
+        lambda: experiment() + bp.effects.point_mass(0.4, True),
+        "effects.point_mass.mass=True was given; a number [kg] or a distribution is needed",
+    ),
+    "effect share of several": (
+        lambda: bp.effects.reversed_sensor("s1", share=np.ones(3)),
+        "share=an object of ndarray of shape (3,) was given; one number or a distribution of one",
+    ),
+    "effect flexibility of another shape": (
+        lambda: experiment() + bp.effects.residual_modes(np.full(3, 1e-6)),
+        'Effect "residual_modes": flexibility of shape (3,) was given; one number or the shape',
+    ),
+    "effect absorber percent": (
+        lambda: experiment() + bp.effects.tuned_absorber(0.4, 0.1, 200.0, 5.0),
+        "effects.tuned_absorber.damping_ratio=5 was given; it must be between 0 and 1: a damping",
+    ),
+    "effect mount percent": (
+        lambda: experiment() + bp.effects.mount_resonance("s1", 900.0, 5.0),
+        "instrument_effects.mount_resonance.damping_ratio=5 was given; it must be between 0 and 1",
+    ),
+    "effect loss percent": (
+        lambda: experiment() + bp.effects.local_stiffness_loss(0.4, 0.1, 20.0),
+        "effects.local_stiffness_loss.loss=20 was given; no more than all is lost, a share",
+    ),
+    "effect loss prior percent": (
+        lambda: experiment() + bp.effects.local_stiffness_loss(0.4, 0.1, dist.Uniform(0, 90)),
+        "effects.local_stiffness_loss.loss=Uniform(0, 90), from 0 to 90, was given; no more than",
+    ),
+    "effect extent mm": (
+        lambda: experiment() + bp.effects.local_stiffness_loss(0.4, 100.0, 0.2),
+        'Effect "local_stiffness_loss": an extent of 100 m was given, more than the length of',
+    ),
+    "effect hysteretic percent": (
+        lambda: experiment() + bp.effects.hysteretic_damping(2.0),
+        "effects.hysteretic_damping.loss_factor=2 was given; it must be between 0 and 1: a loss",
+    ),
+    "effect delay ms": (
+        lambda: experiment() + bp.effects.time_delay(5.0),
+        "instrument_effects.time_delay.delay=5 was given; it must be between -1 and 1 [s]: a",
+    ),
+    "effect window negative": (
+        lambda: experiment() + bp.effects.exponential_window(-1.0),
+        "instrument_effects.exponential_window.rate=-1 was given; it must not be negative [1/s]",
+    ),
+    "effect drift percent": (
+        lambda: experiment() + bp.effects.frequency_drift("s1", 5.0),
+        "instrument_effects.frequency_drift.drift=5 was given; it must be between -0.9 and 1: a",
+    ),
+    "effect shift mm": (
+        lambda: experiment() + bp.effects.misplaced_sensor("s1", 20.0),
+        'Effect "misplaced_sensor": a shift of 20 m was given, farther than the structure (1 m)',
+    ),
+    "effect swapped with itself": (
+        lambda: experiment() + bp.effects.swapped_sensors("s1", "s1"),
+        'Effect "swapped_sensors": sensor "s1" was given twice; two sensors are needed',
+    ),
+    "ends of two words": (
+        lambda: bar(ends=("fixed", "free")),
+        "ends=tuple of 2 was given; the two ends as one word are needed, joined by a hyphen",
+    ),
 }
 """What is called wrongly, and how the sentence begins that it gets."""
 

@@ -151,6 +151,11 @@ def _place(at: Any) -> Any:
     if isinstance(at, Tolerance):
         return at
     check_annotated("a place to try", at, float | Vector)
+    if np.shape(at) not in ((), (3,)):
+        raise InputError(
+            f"A place to try of {np.size(at)} coordinates was given; one number on a line or three "
+            'along x, y and z [m] in space are needed, since each is a place: {"s1": [0.25, 0.5]}.'
+        )
     return float(at) if np.ndim(at) == 0 else triple(at)
 
 

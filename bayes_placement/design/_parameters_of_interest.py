@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 
-from .._sites import Role, Unknown
+from .._sites import Role, Unknown, described, reach
 from .._types import InputError
 from ..experiment.experiment import Experiment
 
@@ -32,10 +33,10 @@ def with_parameters_of_interest(
     Raises
     ------
     InputError
-        If a name is not that of an unknown parameter.
+        If a name is not that of an unknown parameter, or a value is outside of its prior.
     """
     values = dict(nominal or {})
-    _refuse_unknown_names(values, experiment)
+    _refuse_impossible(values, experiment)
     if about is None:
         return experiment, values
     typical = experiment.nominal_values()
@@ -81,11 +82,21 @@ def _is_position_of(unknown: Unknown, transducers: Sequence[str]) -> bool:
     return is_position and unknown.owner.name in transducers
 
 
-def _refuse_unknown_names(nominal: Mapping[str, float], experiment: Experiment) -> None:
+def _refuse_impossible(nominal: Mapping[str, float], experiment: Experiment) -> None:
+    """Refuse nominal values of what is no unknown parameter, and outside of the prior."""
     names = [unknown.name for unknown in experiment.unknowns if not unknown.is_of_transducer]
     for name in nominal:
         if name not in names:
             raise InputError(
                 f"A nominal value of {name} was given, which is no unknown parameter; those are "
                 f"{', '.join(names)}. The nominal positions of transducers are those recorded."
+            )
+    for name, value in nominal.items():
+        prior = experiment.unknown[name].distribution
+        low, high = reach(prior)
+        if np.any(np.less(value, low)) or np.any(np.greater(value, high)):
+            raise InputError(
+                f"A nominal value of {value:g} was given for {name}, outside of its prior "
+                f"{described(prior)}; one that the prior allows is needed, since the nominal data "
+                f"are those of it. Give one from {low:.3g} to {high:.3g}."
             )

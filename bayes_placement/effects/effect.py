@@ -15,6 +15,7 @@ from ..modes.flexible_parts import FlexiblePart
 from ..modes.hinges import Hinge
 from ..modes.modes import Modes
 from ..modes.points import Points, along
+from ..modes.scalars import check_scalar
 from ..positions import at as _at
 from ..positions.places import Place as InSpace
 from ..positions.places import Position, coordinates
@@ -39,6 +40,9 @@ Direction: TypeAlias = tuple[Any, Any, Any] | None
 
 Location: TypeAlias = Position | Recorded
 """A place [m] as numbers, or as distributions where it is unknown."""
+
+OF_CHANNELS = "of channels"
+"""Metadata of a field that holds a number for each channel; all others hold one number."""
 
 Self = TypeVar("Self", bound="Effect")
 
@@ -89,8 +93,11 @@ class Effect(eqx.Module):
             value = getattr(self, field.name)
             if "unit" not in field.metadata:
                 check_annotated(field.name, value, field.type)
-            elif field.type == Parameter and value is None:
-                check_annotated(field.name, value, Parameter)
+            elif field.type == Parameter and field.name not in self.place_fields:
+                if value is None:
+                    check_annotated(field.name, value, Parameter)
+                if not field.metadata.get(OF_CHANNELS):
+                    check_scalar(field.name, value)
 
     def on(self: Self, modes: Modes) -> Self:
         """Return the effect placed on a structure; without a place it stays as it is."""

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
 from .._sites import unit
-from .._types import Parameter
+from .._types import InputError, Parameter
 from ..modes.beams.uniform_line import UniformLine
 from ..modes.hinges import Hinge
 from ..modes.modes import Modes
@@ -59,11 +59,23 @@ class LocalStiffnessLoss(Hinged):
         Raises
         ------
         InputError
-            If the structure is no uniform bar or beam, or the place lies outside.
+            If the structure is no uniform bar or beam, the place lies outside, or the stretch is
+            longer than the structure.
         """
         instead = "Name a region of the model: effects.region_stiffness_loss(region, loss)."
-        required_line(modes, "local_stiffness_loss", instead)
+        line = required_line(modes, "local_stiffness_loss", instead)
+        self._check_extent(line.length)
         return placed(self, modes)
+
+    def _check_extent(self, length: Parameter) -> None:
+        """Refuse a stretch longer than the structure, as one in mm is."""
+        known = isinstance(self.extent, int | float) and isinstance(length, int | float)
+        if known and self.extent > length:
+            raise InputError(
+                f'Effect "{self.name}": an extent of {self.extent:g} m was given, more than the '
+                f"length of the structure ({length:g} m); a stretch of it is needed, in metres: "
+                "extent=0.02 for 20 mm."
+            )
 
     def hinges(self, modes: Modes) -> list[Hinge]:
         """Two hinges, each with half of the flexibility."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -61,7 +62,8 @@ class Misplaced(InstrumentEffect):
         Raises
         ------
         InputError
-            If the structure is in space and no direction of the shift is given.
+            If the structure is in space and no direction of the shift is given, or the shift is
+            longer than the structure.
         """
         if in_space(modes.bounds()) and not self.towards:
             raise InputError(
@@ -69,7 +71,21 @@ class Misplaced(InstrumentEffect):
                 f"space, or two on a surface, since a {self.side} may be shifted along any axis: "
                 "towards=((1.0, 0.0, 0.0),)."
             )
+        self._check_shift(modes)
         return self
+
+    def _check_shift(self, modes: Modes) -> None:
+        """Refuse a shift across more than the structure, as one in mm is."""
+        low, high = modes.bounds()
+        if any(_is_open(number) for number in (self.shift, low, high)):
+            return
+        extent, shift = float(np.linalg.norm(np.subtract(high, low))), float(np.abs(self.shift))
+        if shift > extent:
+            raise InputError(
+                f'Effect "{self.name}": a shift of {shift:g} m was given, farther than the '
+                f"structure ({extent:g} m) extends; a distance on it is needed, in metres: "
+                "shift=0.02 for 20 mm."
+            )
 
     def numbered(self: Self, instruments: Instruments) -> Self:
         """Return the effect with its transducer by number.
@@ -121,6 +137,11 @@ class Misplaced(InstrumentEffect):
             for name, transducer in scales.instruments.side(cls.side).items()
             for shift in _anywhere(scales.modes, transducer.recorded)
         ]
+
+
+def _is_open(number: Any) -> bool:
+    """Whether a number is not known yet."""
+    return is_unknown(number) or isinstance(number, jax.core.Tracer)
 
 
 def _anywhere(modes: Modes, recorded: Any) -> list[dict[str, Any]]:

@@ -1,7 +1,7 @@
 """Flexibility of modes above the band that the model leaves out."""
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -9,10 +9,11 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpyro.distributions import Normal
 
-from .._sites import unit
-from .._types import Parameter
-from .effect import Omega
+from .._sites import is_unknown, unit
+from .._types import InputError, Parameter
+from .effect import OF_CHANNELS, Omega
 from .instrument_effect import InstrumentEffect
+from .instruments import Instruments
 from .scales import Scales
 
 
@@ -36,8 +37,27 @@ class ResidualModes(InstrumentEffect):
 
     changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("flexibility", 0.0)
-    flexibility: Parameter = eqx.field(metadata=unit("m/N"))
+    flexibility: Parameter = eqx.field(metadata=unit("m/N") | {OF_CHANNELS: True})
     name: str = eqx.field(static=True, default="residual_modes", kw_only=True)
+
+    def numbered(self, instruments: Instruments) -> "ResidualModes":
+        """Return the effect as it is.
+
+        Raises
+        ------
+        InputError
+            If it has not one flexibility, or one for each sensor and actuator channel.
+        """
+        value: Any = self.flexibility
+        shape = tuple(value.shape()) if is_unknown(value) else np.shape(value)
+        needed = tuple(len(instruments.channels(side)) for side in ("sensor", "actuator"))
+        if shape not in ((), needed):
+            raise InputError(
+                f'Effect "{self.name}": flexibility of shape {shape} was given; one number or the '
+                f"shape {needed} is needed, since each pair of a sensor and an actuator channel "
+                f"has its own: flexibility=np.full({needed}, 1e-8)."
+            )
+        return self
 
     def added(self, omega: Omega) -> Float[Array, "#sensor #actuator #frequency"]:
         """Receptance that it adds [m/N]."""

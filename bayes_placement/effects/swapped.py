@@ -44,10 +44,16 @@ class Swapped(InstrumentEffect):
         Raises
         ------
         InputError
-            If the experiment does not have them, or one has more channels than the other.
+            If the experiment does not have them, they are one, or one has more channels than the
+            other.
         """
         side = self.side
         numbers = tuple(instruments.number(transducer, side) for transducer in self.pair)
+        if self.pair[0] == self.pair[1] and isinstance(self.other, str):
+            raise InputError(
+                f'Effect "{self.name}": {side} "{self.other}" was given twice; two {side}s are '
+                "needed, since the records of both are exchanged. Name another as the second."
+            )
         counts = [len(instruments.rows(number, side)) for number in numbers]
         if counts[0] != counts[1]:
             first, second = (instruments.name(number, side) for number in numbers)

@@ -159,7 +159,8 @@ def levels(amplitudes: Sequence[float] | None) -> tuple[float, ...] | None:
         "a list of force amplitudes [N] is needed, since each is measured once",
         "force_levels=[0.1, 1.0]",
     )
-    if not all(isinstance(force, int | float | np.number) for force in amplitudes):
+    numbers = [isinstance(force, int | float | np.number) for force in amplitudes]
+    if not all(numbers) or any(isinstance(force, bool) for force in amplitudes):
         check_annotated("force_levels", amplitudes, Sequence[float])
     forces = tuple(float(amplitude) for amplitude in amplitudes)
     positive = all(0 < force < np.inf for force in forces)

@@ -53,6 +53,23 @@ def _check_numbers(call: str, word: str, value: Any) -> None:
         )
 
 
+def check_lines(matrix: Parameter, lines: int) -> None:
+    """Refuse a covariance that has not as many rows as there are lines.
+
+    Raises
+    ------
+    InputError
+        If it has another number.
+    """
+    shape = tuple(matrix.shape()) if is_unknown(matrix) else np.shape(matrix)
+    if shape != (lines, lines):
+        raise InputError(
+            f"noise.Covariance(matrix) was given a matrix of shape {shape}, but the experiment has "
+            f"{lines} lines; ({lines}, {lines}) is needed, since it has a row for each of them: "
+            "sigma**2 * np.eye(len(frequency))."
+        )
+
+
 def _symmetric(matrix: np.ndarray) -> np.ndarray:
     """Refuse a matrix that differs from its transpose, of which a factor has only one triangle."""
     if matrix.shape != matrix.T.shape or not np.allclose(matrix, matrix.T):

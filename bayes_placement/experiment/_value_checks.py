@@ -16,8 +16,17 @@ from numpyro.distributions import (
 )
 
 from .._compiled import compiled
-from .._sites import Leaf, described, is_unknown, leaves_with_unit, reach
+from .._sites import (
+    Leaf,
+    described,
+    is_unknown,
+    leaves_with_unit,
+    reach,
+    substitute,
+    unknowns,
+)
 from .._types import InputError, shown
+from ..positions.at import position_on
 
 _DRAWS = 16
 
@@ -35,6 +44,13 @@ _NOT_NEGATIVE = _Range(0.0, np.inf, "it must not be negative")
 _SHARE_OF_CRITICAL = _Range(
     0.0, 1.0, "a damping ratio is a share of critical damping between 0 and 1, not percent: 0.05"
 )
+_SHARE_OF_STIFFNESS = "a loss factor is a share between 0 and 1 of the stiffness, not percent: 0.05"
+_LOSS_FACTOR = _Range(0.0, 1.0, _SHARE_OF_STIFFNESS)
+_SIGNED_LOSS_FACTOR = _Range(-1.0, 1.0, _SHARE_OF_STIFFNESS)
+_SHARE_OF_AMPLITUDE = _Range(0.0, 1.0, "a ratio of noise is a share of the amplitude: 0.05 for 5 %")
+_SHARE_LOST = _Range(-np.inf, 1.0, "no more than all is lost, a share and not percent: 0.2")
+_RELATIVE = _Range(-0.9, 1.0, "a drift is a relative change, not percent: 0.05")
+_DELAY = _Range(-1.0, 1.0, "a delay is in seconds, not ms: 1e-3")
 _ANGLE = _Range(-np.pi, np.pi, "angles are in rad, not degrees: numpy.deg2rad(5.0)")
 _RANGES = {
     ("modes", "length"): _POSITIVE,
@@ -46,17 +62,25 @@ _RANGES = {
     ("modes", "modal_mass"): _POSITIVE,
     ("damping", "ratio"): _SHARE_OF_CRITICAL,
     ("effects", "frequency"): _POSITIVE,
-    ("effects", "damping_ratio"): _NOT_NEGATIVE,
+    ("damping", "loss_factor"): _LOSS_FACTOR,
+    ("effects", "damping_ratio"): _SHARE_OF_CRITICAL,
+    ("effects", "loss_factor"): _SIGNED_LOSS_FACTOR,
+    ("effects", "loss"): _SHARE_LOST,
     ("effects", "extent"): _POSITIVE,
     ("effects", "relaxation_time"): _POSITIVE,
     ("effects", "modulus_ratio"): _POSITIVE,
     ("instrument_effects", "frequency"): _POSITIVE,
-    ("instrument_effects", "damping_ratio"): _NOT_NEGATIVE,
+    ("instrument_effects", "damping_ratio"): _SHARE_OF_CRITICAL,
+    ("instrument_effects", "delay"): _DELAY,
+    ("instrument_effects", "drift"): _RELATIVE,
+    ("instrument_effects", "rate"): _NOT_NEGATIVE,
     ("noise", "sigma"): _POSITIVE,
     ("noise", "factor"): _POSITIVE,
-    ("noise", "ratio"): _POSITIVE,
+    ("noise", "ratio"): _SHARE_OF_AMPLITUDE,
     ("sensor", "angles"): _ANGLE,
     ("actuator", "angles"): _ANGLE,
+    ("sensor", "delay"): _DELAY,
+    ("actuator", "delay"): _DELAY,
 }
 """Ranges by the owner of a number and its field; strengths of effects have both signs."""
 
@@ -77,13 +101,45 @@ def check_values(tree: Any) -> None:
             _check_number(leaf, value)
 
 
+def fixed(tree: Any, values: Any) -> Any:
+    """Put values in the place of distributions of an experiment, by name.
+
+    Raises
+    ------
+    InputError
+        If a name is not an unknown of the tree, or a value cannot be: it is not one finite number
+        for each number of the prior, or outside of the range of its quantity.
+    """
+    substituted = substitute(tree, values)
+    for unknown in unknowns(tree):
+        value = values.get(unknown.name)
+        if value is None or isinstance(value, jax.core.Tracer):
+            continue
+        leaf = Leaf(unknown.owner, unknown.field, unknown.name, unknown.unit, value)
+        if is_unknown(value):
+            _check_prior(leaf, value)
+            continue
+        _check_number(leaf, value)
+        if np.shape(value) != unknown.distribution.shape():
+            raise InputError(
+                f"{unknown.name}={shown(value)} of shape {np.shape(value)} was given; the shape "
+                f"{unknown.distribution.shape()} of its prior is needed, since it takes the place "
+                f"of that: experiment.fix({{{unknown.name!r}: ...}}). Many values are taken one by "
+                "one, or by jax.vmap."
+            )
+        if unknown.is_placement and unknown.field == "position" and not unknown.path:
+            owner = f'{unknown.owner.kind.capitalize()} "{unknown.owner.name}"'
+            position_on(value, tree.structure.modes.bounds(), owner)
+    return substituted
+
+
 def _range(leaf: Leaf) -> _Range | None:
     return _RANGES.get((leaf.owner.kind, leaf.field))
 
 
 def _check_number(leaf: Leaf, value: Any) -> None:
     numbers = np.asarray(value)
-    if numbers.dtype.kind not in "iufb":
+    if numbers.dtype.kind not in "iuf":
         raise InputError(
             f"{leaf.name}={shown(value)} was given; a number [{leaf.unit}] or a distribution is "
             f"needed, since it enters the response: {leaf.field}=1.0."
@@ -121,7 +177,8 @@ def _check_prior(leaf: Leaf, prior: Distribution) -> None:
 def _outside(leaf: Leaf, words: str, allowed: _Range) -> InputError:
     unit = "" if leaf.unit == "1" else f" [{leaf.unit}]"
     between = f"it must be between {allowed.least:.4g} and {allowed.most:.4g}{unit}: "
-    needed = f"{allowed.reason}{unit}" if np.isinf(allowed.most) else between + allowed.reason
+    is_open = np.isinf(allowed.most) or np.isinf(allowed.least)
+    needed = f"{allowed.reason}{unit}" if is_open else between + allowed.reason
     return InputError(f"{leaf.name}={words} was given; {needed}.")
 
 

@@ -90,6 +90,11 @@ class Modal(Damping):
                 "or a range; say which of the two is meant: damping.Modal([0.02, 0.08]) for two "
                 "modes, damping.Modal(dist.Uniform(0.02, 0.08)) for a range."
             )
+        for entry in ratio if isinstance(ratio, list | tuple) else ():
+            if entry is None or _is_several(entry):
+                raise _no_damping(entry)
+        if isinstance(ratio, dict):
+            raise _no_damping(ratio)
         self.ratio = tuple(ratio) if isinstance(ratio, list) else ratio
         if isinstance(ratio, list | tuple) and not ratio:
             raise InputError(
@@ -201,6 +206,18 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, float | int) and not isinstance(value, bool)
 
 
+def _is_several(value: Any) -> bool:
+    """Whether it is a list, an array or a distribution of several numbers."""
+    return isinstance(value, dict) or bool(value.shape() if is_unknown(value) else np.ndim(value))
+
+
+def _no_damping(value: Any) -> InputError:
+    return InputError(
+        f"A damping of {shown(value)} was given; a finite number or a distribution is needed, "
+        "since every mode has one: damping.Modal(0.04)."
+    )
+
+
 def _least(value: Any) -> float:
     """Least possible number of a value or a distribution, by the bounds of its support."""
     if isinstance(value, jax.core.Tracer):
@@ -210,10 +227,7 @@ def _least(value: Any) -> float:
     if not is_unknown(value):
         numbers = np.asarray(value)
         if numbers.dtype.kind not in "iuf" or not np.isfinite(numbers).all():
-            raise InputError(
-                f"A damping of {shown(value)} was given; a finite number or a distribution is "
-                "needed, since every mode has one: damping.Modal(0.04)."
-            )
+            raise _no_damping(value)
         return float(np.min(numbers))
     support = value.support
     if isinstance(support, constraints.independent):

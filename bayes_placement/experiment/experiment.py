@@ -24,7 +24,7 @@ from ..positions.reprs import noun_html
 from . import _experiment_checks
 from ._measured_outputs import measured_outputs, simulated_outputs
 from ._prior_table import prior_table, sentence_on
-from ._value_checks import check_values
+from ._value_checks import check_values, fixed
 from .data_checks import DataChecks, check_data
 from .force_levels import at_levels
 from .measurement import Channel, Measurement
@@ -192,7 +192,7 @@ class Experiment(eqx.Module):
         """
         for effects in (lambda tree: tree.structure.effects, _instrument_effects):
             remaining = OrderedDict(effects(self))
-            if remaining.pop(name, None) is not None:
+            if remaining.pop(str(name), None) is not None:
                 fewer = eqx.tree_at(effects, self, remaining, is_leaf=_is_dict)
                 return fewer.with_errors(fewer.model_error)
         raise InputError(
@@ -212,6 +212,7 @@ class Experiment(eqx.Module):
 
     def unknowns_of(self, effect: Effect) -> list[Unknown]:
         """Unknowns that belong to one of the effects."""
+        check_annotated("effect", effect, Effect)
         on_instruments = isinstance(effect, InstrumentEffect)
         owner = Owner("instrument_effects" if on_instruments else "effects", effect.name)
         return [unknown for unknown in self.unknowns if unknown.owner == owner]
@@ -232,9 +233,9 @@ class Experiment(eqx.Module):
         Raises
         ------
         ValueError
-            If a name is not an unknown.
+            If a name is not an unknown, or a value is not possible.
         """
-        return _sites.substitute(self, values)
+        return fixed(self, values)
 
     def nominal(self) -> "Experiment":
         """Return the experiment at recorded positions and at the prior mean of all else."""

@@ -1,13 +1,13 @@
 """Which lines of measured FRFs to use: those around resonances, or those that carry most."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.signal import find_peaks
 
-from .._types import InputError, Spectrum, shown
+from .._types import InputError, Spectrum, check_kind, shown
 from ._noise_level import noise_variance, scatter_variance
 from .quantities import converted
 
@@ -206,6 +206,19 @@ def _noise_share(run: "Measurement") -> Float[np.ndarray, "pair frequency"]:
     frf = run.frf[run.measured]
     variance = np.maximum(noise_variance(run), scatter_variance(run.frf))[run.measured]
     return variance / np.maximum(np.abs(frf) ** 2, np.finfo(float).tiny)
+
+
+def runs(run: "Measurement", together: Any) -> tuple["Measurement", ...]:
+    """Return a measurement and those at other force levels.
+
+    Raises
+    ------
+    InputError
+        If the others are no list.
+    """
+    needed = "a list of measurements is needed, since there may be many"
+    check_kind("together", together, (Sequence, type(None)), needed, "together=runs[1:]")
+    return (run, *(together or ()))
 
 
 def _common_lines(runs: Sequence["Measurement"]) -> Spectrum:

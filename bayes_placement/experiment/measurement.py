@@ -277,8 +277,9 @@ class Measurement:
         ValueError
             If a number is not positive, the lines of the runs differ, or there is no resonance.
         """
+        runs = line_choice.runs(self, together)
         chosen = line_choice.around_resonances(
-            (self, *together), lines_per_bandwidth=lines_per_bandwidth, bandwidths=bandwidths
+            runs, lines_per_bandwidth=lines_per_bandwidth, bandwidths=bandwidths
         )
         return self._at(chosen)
 
@@ -301,7 +302,7 @@ class Measurement:
         ValueError
             If `most` is less than 1, or the lines of the runs differ.
         """
-        return self._at(line_choice.thinned((self, *together), most))
+        return self._at(line_choice.thinned(line_choice.runs(self, together), most))
 
     def noise_variance(self) -> np.ndarray:
         """Variance E|error|^2 of each FRF value, known from coherence and averages.

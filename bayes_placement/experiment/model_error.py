@@ -108,7 +108,7 @@ class Modal:
     Raises
     ------
     InputError
-        If a size is not positive, or there is no mode or piece.
+        If a size is not positive or above 1, or there is no mode or piece.
 
     Examples
     --------
@@ -321,6 +321,11 @@ def _check_size(word: str, size: Size) -> None:
         raise InputError(
             f"model_error.Modal({word}={size!r}) was given; a positive number, a distribution of "
             f"one, or None for no such error is needed: {word}=dist.LogUniform(1e-4, 0.1)."
+        )
+    if size > 1:  # type: ignore[operator]
+        raise InputError(
+            f"model_error.Modal({word}={size!r}) was given; a number up to 1 is needed, since it "
+            f"is a relative error and not in percent: {word}=0.01."
         )
 
 

@@ -13,7 +13,7 @@ from .._sites import is_unknown, unit
 from .._types import InputError, Parameter, Response
 from ..positions.reprs import with_short_repr
 from ._data import Data
-from ._noise_values import not_negative, positive, positive_definite
+from ._noise_values import check_lines, not_negative, positive, positive_definite
 from .measurement import Measurement
 
 Chosen: TypeAlias = slice | np.ndarray
@@ -179,6 +179,7 @@ class Covariance(Noise):
                 "noise.Covariance needs every sensor measured for every actuator at every line, "
                 "but some pairs are missing. Use noise.Gaussian, or select measured channels."
             )
+        check_lines(self.matrix, data.measured.shape[-1])
 
 
 class FromCoherence(Noise):

@@ -22,6 +22,7 @@ from ..effects.effect import (
 )
 from ..modes.hinges import with_compliance
 from ..modes.modes import Modes
+from ..positions.channel import check_storable
 from ..positions.reprs import noun_html
 from ._value_checks import check_values
 from .damping import Damping
@@ -155,7 +156,7 @@ def added(effects: Mapping[str, Kind], effect: Kind) -> OrderedDict[str, Kind]:
     InputError
         If its name is taken, empty or has a dot.
     """
-    checked_name("An effect of the name", effect.name)
+    check_storable("An effect of the name", checked_name("An effect of the name", effect.name))
     if effect.name in effects:
         raise InputError(
             f'An effect "{effect.name}" was added twice; each needs a name of its own, since '

@@ -16,9 +16,10 @@ from .._sites import Role, checked_name, described, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes, check_annotated, check_kind
 from ..modes.modes import Modes
 from ..modes.points import Points
+from ..modes.scalars import check_scalar
 from ..positions.at import At, RecordedPosition, as_place, position_on
-from ..positions.bounds import position_text
-from ..positions.channel import checked
+from ..positions.bounds import in_space, position_text
+from ..positions.channel import check_storable, checked
 from ..positions.places import Place, Position, coordinates, mean
 from ..positions.reprs import noun_html
 from ..positions.tolerances import Tolerance
@@ -110,12 +111,15 @@ class Transducer(eqx.Module):
             )
         check_annotated("tolerance", tolerance, Tolerance | None)
         check_annotated("recorded", recorded, ArrayLike | None)
+        check_storable(f"{self.kind} of the name", str(name))
         self.name = checked(Channel(checked_name(f"{self.kind} of the name", name))).name
         self.position = as_place(at)
         self.tolerance = self.position if isinstance(self.position, Tolerance) else tolerance
         self.angles = None if angles is None else tuple(angles)
         self.directions = tuple(directions)
         self.recorded = _middle(self.position) if recorded is None else _recorded(recorded)
+        check_scalar("gain", gain)
+        check_scalar("delay", delay)
         self.gain, self.delay = _unless(1.0, gain), _unless(0.0, delay)
         self._check_directions()
         self._check_recording()
@@ -134,7 +138,8 @@ class Transducer(eqx.Module):
                 f'{self.kind} "{self.name}": directions={self.directions} was given; each is '
                 "needed once, since its data would count twice: directions=(1, 2, 3)."
             )
-        if not set(self.directions) <= {-3, -2, -1, 1, 2, 3}:
+        of_numbers = not any(isinstance(number, bool) for number in self.directions)
+        if not (of_numbers and set(self.directions) <= {-3, -2, -1, 1, 2, 3}):
             raise InputError(
                 f'{self.kind} "{self.name}": directions={self.directions} was given; each must be '
                 "one of +-1, +-2, +-3 for +-x, +-y, +-z: directions=(3,)."
@@ -174,9 +179,11 @@ class Transducer(eqx.Module):
             If it lies outside the structure, or on a line where the structure is in space.
         """
         self._check_axes(modes.axes)
+        position = self._position_on(self.position, modes)
+        self._check_recorded(modes)
         return type(self)(
             self.name,
-            self._position_on(self.position, modes),
+            position,
             directions=self.directions or modes.axes,
             angles=self.angles,
             recorded=self.recorded,
@@ -197,6 +204,14 @@ class Transducer(eqx.Module):
                 f"structure moves along {', '.join(map(str, axes))} only; a direction in which it "
                 f"moves is needed, since the others read nothing: directions=({axes[0]},)."
             )
+
+    def _check_recorded(self, modes: Modes) -> None:
+        """Refuse a recorded position off the line, as one in mm is; in space it may stand off."""
+        bounds, recorded = modes.bounds(), self.recorded
+        known = np.ndim(recorded) == 0 and np.isfinite(recorded)
+        if known and not (in_space(bounds) or isinstance(self.position, Tolerance)):
+            owner = f'{self.kind} "{self.name}"'
+            position_on(recorded, bounds, owner, "recorded position")
 
     def placement_at(self, place: Recorded | Tolerance, modes: Modes) -> RecordedPosition:
         """Return where it sits if it is recorded elsewhere, with its present tolerance.

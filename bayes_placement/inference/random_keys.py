@@ -26,7 +26,7 @@ def jax_key(key: Any) -> Key:
     InputError
         If it is neither.
     """
-    return jax.random.PRNGKey(int(key)) if _is_integer(key) else _checked(key)
+    return jax.random.PRNGKey(_integer(key)) if _is_integer(key) else _checked(key)
 
 
 def integer_seed(key: Any) -> int:
@@ -40,7 +40,7 @@ def integer_seed(key: Any) -> int:
         If it is neither an integer nor a key.
     """
     if _is_integer(key):
-        return int(key)
+        return _integer(key)
     seed = 0
     for word in _words(_checked(key)):
         seed = (seed << 32) + word
@@ -56,6 +56,16 @@ def _is_integer(key: Any) -> bool:
     if isinstance(key, bool | np.bool_):
         return False
     return isinstance(key, int | np.integer) or _is_array(key, 0, jnp.integer)
+
+
+def _integer(key: Any) -> int:
+    """Return an integer of 64 bits, as all generators take it."""
+    if not -_LARGEST <= int(key) < _LARGEST:
+        raise InputError(
+            f"key={key!r} was given; an integer of 64 bits is needed, since the generators take no "
+            "longer one: key=0."
+        )
+    return int(key)
 
 
 def _checked(key: Any) -> Key:

@@ -138,3 +138,18 @@ def check_distinct(side: str, channels: tuple[Channel, ...]) -> None:
             f"The {side} channel {repeated[0]} was given twice; each may stand once only, since "
             "its data would count twice. Give each row its own label: 's1+x', 's1+y'."
         )
+
+
+def check_storable(kind: str, name: str) -> None:
+    """Refuse a name that no file of results can hold.
+
+    Raises
+    ------
+    InputError
+        If it has a slash.
+    """
+    if "/" in name:
+        raise InputError(
+            f"{kind} {name!r} was given; a name without a slash is needed, since slashes separate "
+            f'groups in the files of results: "{name.replace("/", "_")}".'
+        )

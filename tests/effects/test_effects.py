@@ -168,7 +168,7 @@ def test_reversed_and_swapped_sensors():
 
 
 def test_a_place_that_shifts_stays_on_the_structure():
-    far = experiment() + effects.misplaced_sensor("s2", 5.0)
+    far = experiment() + effects.misplaced_sensor("s2", 0.99 * LENGTH)
     tip = experiment(sensors=[bp.Sensor("s1", at=0.3), bp.Sensor("s2", at=LENGTH)])
     shifted, expected = (
         compiled(bp.Experiment.receptance)(setup.nominal()) for setup in (far, tip)

@@ -234,13 +234,19 @@ def _share(progress: Progress, number: int, count: int) -> Progress:
 
 
 def _check_states(states: Mapping[str, Any], baseline: Any) -> None:
-    """Refuse states of which there is only one, or a second baseline.
+    """Refuse states of which there is only one, a label that is none, or a second baseline.
 
     Raises
     ------
     InputError
         If there are.
     """
+    unnamed = [label for label in states if not (isinstance(label, str) and label.strip())]
+    if unnamed:
+        raise InputError(
+            f"A state of the label {unnamed[0]!r} was given; a text is needed, since the ledger "
+            'names states by it: bp.improve(experiment, {"undamaged": before, "5 mm cut": after}).'
+        )
     if len(states) < 2 or baseline is not None:
         raise InputError(
             f"{len(states)} states by label were given"

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..._types import InputError
 from ...experiment.experiment import Experiment
-from ...positions.bounds import in_space
+from ...positions.bounds import bounds_text, in_space
 from ...positions.vectors import Recorded
 from .._candidates import Candidates
 
@@ -44,7 +44,8 @@ class PlacementRules(NamedTuple):
         Raises
         ------
         InputError
-            If a region has no extent or other coordinates, or the distance is negative.
+            If a region has no extent, other coordinates or no part on the structure, or the
+            distance is negative.
         """
         coordinates = 3 if in_space(experiment.structure.modes.bounds()) else 1
         for low, high in self.forbidden:
@@ -57,6 +58,13 @@ class PlacementRules(NamedTuple):
                     f"forbidden=[{needed}]."
                 )
         low, high = experiment.structure.modes.bounds()
+        for first, last in self.forbidden:
+            if np.any(np.greater(first, high)) or np.any(np.less(last, low)):
+                raise InputError(
+                    f"The forbidden region {first} to {last} m was given, which lies outside the "
+                    f"structure ({bounds_text((low, high))}); a part of it is needed, since "
+                    "nothing is placed elsewhere. Give it in metres: forbidden=[(0.2, 0.3)]."
+                )
         small = LEAST_SHARE * float(np.max(np.subtract(high, low)))
         if self.least_distance is None:
             return self._replace(least_distance=small, least_between=small)

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from ..._sites import is_unknown, unit
 from ..._types import InputError, Parameter, arguments_checked, check_count, finite_number
+from ..scalars import check_scalar
 from . import _beam_roots
 from .uniform_line import UniformLine
 
@@ -357,6 +358,8 @@ def _check(modes: int, **quantities: Parameter | None) -> None:
                 f"{name}={value} was given; it must be positive, since it divides or scales the "
                 f"natural frequencies. Give it in SI units: {name}=1.0."
             )
+        if is_unknown(value):
+            check_scalar(name, value)
         present = value is not None or name not in _EITHER
         if present and not is_unknown(value) and not isinstance(value, jax.core.Tracer):
             finite_number(name, value, f"{name}=1.0, or a distribution")
