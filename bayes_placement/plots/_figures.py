@@ -1,6 +1,7 @@
 """Panels of a figure, what their axes have in common, and one legend for all of them."""
 
 import itertools
+from collections import ChainMap
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -21,7 +22,10 @@ PAGE = 11.0
 """Greatest height of a figure that stands on a page of A4 [inch]."""
 
 MOST_SENSORS = 3
-"""Sensors on a page of responses."""
+"""Sensors below each other in a figure of responses."""
+
+MOST_COLUMNS = 3
+"""Actuators and force levels beside each other on a page of responses."""
 
 NARROW = 4.2
 """Width of a panel of responses that has others beside it [inch]."""
@@ -191,6 +195,9 @@ def maps_and_bars(
 def channel_panels(dataset: xr.Dataset, heights: list[float], axes: Any = None) -> Panels:
     """Return panels for channel pairs: a row for each sensor, columns for actuators and levels.
 
+    Where sensors are more than a page is high for, they go on at the right of the first ones; the
+    rows of the result are those of all sensors all the same.
+
     Parameters
     ----------
     dataset
@@ -202,15 +209,33 @@ def channel_panels(dataset: xr.Dataset, heights: list[float], axes: Any = None) 
     """
     columns = dataset.sizes["actuator"] * len(force_levels(dataset))
     count = dataset.sizes["sensor"]
-    room = PAGE * len(sensors_of_pages(dataset)) / (count * sum(heights))
-    size = (PANEL[0] if columns == 1 else NARROW, min(PANEL[1], room))
-    return panels(count * len(heights), columns, axes, heights=heights * count, size=size)
+    if axes is not None:
+        return panels(count * len(heights), columns, axes)
+    blocks = -(-count // MOST_SENSORS)
+    below = -(-count // blocks)
+    width = PANEL[0] if columns * blocks == 1 else NARROW
+    size = (width, min(PANEL[1], PAGE / (below * sum(heights))))
+    layout = panels(below * len(heights), columns * blocks, heights=heights * below, size=size)
+    stacked = np.vstack(np.hsplit(layout.axes, blocks))
+    for unused in stacked[count * len(heights) :].flat:
+        unused.remove()
+    return layout._replace(axes=stacked[: count * len(heights)])
 
 
-def sensors_of_pages(dataset: xr.Dataset) -> list[slice]:
-    """Return which sensors stand on each page."""
-    starts = range(0, dataset.sizes["sensor"], MOST_SENSORS)
-    return [slice(start, start + MOST_SENSORS) for start in starts]
+def pages_of(dataset: xr.Dataset) -> list[dict[str, slice]]:
+    """Return which sensors, actuators and force levels stand on each page."""
+    levels = dataset.sizes.get(FORCE_LEVEL, 1)
+    most = {
+        "sensor": MOST_SENSORS,
+        "actuator": max(1, MOST_COLUMNS // levels),
+        FORCE_LEVEL: MOST_COLUMNS,
+    }
+    parts = [
+        [{name: slice(start, start + count)} for start in range(0, dataset.sizes[name], count)]
+        for name, count in most.items()
+        if name in dataset.dims
+    ]
+    return [dict(ChainMap(*page)) for page in itertools.product(*parts)]
 
 
 def share_frequency(axes: np.ndarray, rows: int) -> None:

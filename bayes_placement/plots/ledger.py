@@ -31,8 +31,8 @@ from ._figures import (
     color_bar,
     edges,
     maps_and_bars,
+    pages_of,
     panels,
-    sensors_of_pages,
     share_frequency,
 )
 from ._fit_panels import draw_error, draw_measured, draw_phase, draw_response
@@ -296,7 +296,7 @@ def _misfit(steps: Sequence[FittedModel]) -> tuple[list[float], str]:
 
 @arguments_checked
 def before_and_after_pages(fits: Mapping[str, xr.Dataset]) -> list[Figure]:
-    """Draw `before_and_after` on pages of a few sensors.
+    """Draw `before_and_after` on pages of at most three sensors and three columns.
 
     Parameters
     ----------
@@ -310,8 +310,8 @@ def before_and_after_pages(fits: Mapping[str, xr.Dataset]) -> list[Figure]:
     1
     """
     return [
-        before_and_after({name: fit.isel(sensor=page) for name, fit in fits.items()})
-        for page in sensors_of_pages(next(iter(fits.values())))
+        before_and_after({name: fit.isel(page) for name, fit in fits.items()})
+        for page in pages_of(next(iter(fits.values())))
     ]
 
 

@@ -20,8 +20,8 @@ from ._figures import (
     edges,
     force_levels,
     frequency_axis,
+    pages_of,
     panels,
-    sensors_of_pages,
 )
 
 FIRST_PART, SECOND_PART = AFTER, BEFORE
@@ -90,7 +90,7 @@ def discrepancy(misfit: Misfit, *, axes: Sequence[Axes] | np.ndarray | None = No
 
 @arguments_checked
 def discrepancy_pages(misfit: Misfit) -> list[Figure]:
-    """Draw `discrepancy` on pages of a few sensors.
+    """Draw `discrepancy` on pages of at most three sensors and three columns.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def discrepancy_pages(misfit: Misfit) -> list[Figure]:
     1
     """
     dataset = _over_noise(misfit)
-    return [_discrepancy(dataset.isel(sensor=page), None) for page in sensors_of_pages(dataset)]
+    return [_discrepancy(dataset.isel(page), None) for page in pages_of(dataset)]
 
 
 def _over_noise(misfit: Misfit) -> xr.Dataset:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from .._types import InputError, arguments_checked
 from ._colours import AFTER, BEFORE, DATA, FIFTH, FOURTH, INK
-from ._figures import panels
+from ._figures import PAGE, panels
 from ._mode_panels import (
     Colours,
     draw_assurance,
@@ -26,6 +26,9 @@ ONE_MODEL = COLOURS._replace(models=(AFTER,))
 
 SIZE = (4.8, 3.4)
 """Width and height of a panel [inch]."""
+
+COLUMNS = 2
+"""Panels beside each other, as long as those below each other are no higher than a page."""
 
 
 @arguments_checked
@@ -71,7 +74,7 @@ def compared(
     shaped = with_shapes(fits)
     drawn = [draw_frequencies, draw_damping] if has_damping(fits) else [draw_frequencies]
     count = len(drawn) + len(shaped)
-    columns = min(count, 2)
+    columns = max(min(count, COLUMNS), -(-count // int(PAGE // SIZE[1])))
     if axes is None:
         layout = panels(-(-count // columns), columns, size=SIZE)
     else:

@@ -21,8 +21,8 @@ from ._figures import (
     channels,
     in_decibels,
     on_two_lines,
+    pages_of,
     panels,
-    sensors_of_pages,
     share_frequency,
 )
 from ._marginal_panels import (
@@ -67,7 +67,7 @@ def measured_against_band(
 
 @arguments_checked
 def measured_against_band_pages(result: xr.DataTree) -> list[Figure]:
-    """Draw `measured_against_band` on pages of a few sensors.
+    """Draw `measured_against_band` on pages of at most three sensors and three columns.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ def measured_against_band_pages(result: xr.DataTree) -> list[Figure]:
     _check("measured_against_band_pages", "result", result)
     band, phase = predictive_band(result), phase_band(result)
     return [
-        _bands(band.isel(sensor=page), None if phase is None else phase.isel(sensor=page), None)
-        for page in sensors_of_pages(band)
+        _bands(band.isel(page), None if phase is None else phase.isel(page), None)
+        for page in pages_of(band)
     ]
 
 
@@ -129,16 +129,43 @@ def response_band(
     >>> bp.plots.posterior.response_band(simulated).axes[0].get_xlabel()
     'frequency [Hz]'
     """
+    return _simulated_bands(_simulated_band(simulated, reference), axes)
+
+
+@arguments_checked
+def response_band_pages(simulated: xr.DataTree, *, reference: Any = None) -> list[Figure]:
+    """Draw `response_band` on pages of at most three sensors and three columns.
+
+    Parameters
+    ----------
+    simulated, reference
+        As for `response_band`.
+
+    Examples
+    --------
+    >>> len(bp.plots.posterior.response_band_pages(simulated))
+    1
+    """
+    band = _simulated_band(simulated, reference)
+    return [_simulated_bands(band.isel(page), None) for page in pages_of(band)]
+
+
+def _simulated_band(simulated: xr.DataTree, reference: Any) -> xr.Dataset:
+    """Mean and band of simulated outputs, and the reference where there is one."""
     band = predictive_band(simulated)
-    if reference is not None:
-        check_annotated("reference", reference, ArrayLike)
-        draw = simulated["prior_predictive"].to_dataset()[RESPONSE].isel(chain=0, draw=0, drop=True)
-        if np.shape(reference) != draw.shape:
-            raise InputError(
-                f"reference of shape {np.shape(reference)} was given; {draw.shape} is needed, "
-                "since it is drawn along with the draws: reference=experiment.nominal().predict()."
-            )
-        band["reference"] = labelled_amplitude(draw.copy(data=np.asarray(reference)))
+    if reference is None:
+        return band
+    check_annotated("reference", reference, ArrayLike)
+    draw = simulated["prior_predictive"].to_dataset()[RESPONSE].isel(chain=0, draw=0, drop=True)
+    if np.shape(reference) != draw.shape:
+        raise InputError(
+            f"reference of shape {np.shape(reference)} was given; {draw.shape} is needed, "
+            "since it is drawn along with the draws: reference=experiment.nominal().predict()."
+        )
+    return band.assign(reference=labelled_amplitude(draw.copy(data=np.asarray(reference))))
+
+
+def _simulated_bands(band: xr.Dataset, axes: Any) -> Figure:
     layout = channel_panels(band, [1.0], axes)
     for panel, channel in channels(layout.axes, band):
         draw_band(panel, channel, "random draws")

@@ -180,3 +180,10 @@ def test_residuals_at_many_force_levels_stand_on_a_page():
     figure = misfit_plots.residual_map(misfit(levels=5))
     figure.savefig(io.BytesIO())
     assert figure.get_figheight() <= 11.0
+
+
+def test_discrepancies_at_many_force_levels_stand_on_pages():
+    pages = misfit_plots.discrepancy_pages(misfit(levels=5))
+    assert [len(page.axes) for page in pages] == [6, 4]  # two sensors at three and two levels
+    assert pages[1].axes[0].get_title() == "sensor s1+x, actuator a1+x, 32 N"
+    assert max(page.get_figwidth() for page in pages) <= 13.0

@@ -59,6 +59,14 @@ def test_what_was_not_measured_has_no_panel():
         bp.plots.modes.compared({})
 
 
+@pytest.mark.parametrize("count", [5, 9])
+def test_modes_of_many_models_are_no_higher_than_a_page(count):
+    figure = bp.plots.modes.compared({f"model {number}": fit() for number in range(count)})
+    figure.draw_without_rendering()
+    assert figure.get_figheight() <= 11.0
+    assert sum(axis.axison for axis in figure.axes) == count + 2
+
+
 def test_a_report_has_the_modes_with_their_numbers(tmp_path):
     results = xr.DataTree.from_dict({"/modes_0": fit(0.03), "/modes_1": fit(0.0)})
     about = {"models": ["as given", "with point_mass"]}

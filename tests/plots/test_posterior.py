@@ -503,3 +503,60 @@ def test_a_figure_of_nothing_says_so():
     for figure in (bp.plots.posterior.parameters(only), bp.plots.posterior.methods({"one": only})):
         drawn(figure)
         assert figure.axes[0].texts[0].get_text() == "nothing of this kind is unknown"
+
+
+def channels_of(dataset, sensors, actuators):
+    """The first channel pair of some outputs, so many times."""
+    return dataset.isel(sensor=[0] * sensors, actuator=[0] * actuators).assign_coords(
+        sensor=[f"s{number + 1}" for number in range(sensors)],
+        actuator=[f"a{number + 1}" for number in range(actuators)],
+    )
+
+
+def many_channels(sensors, actuators, *groups, of):
+    tree = of.copy()
+    for group in groups:
+        tree[group] = xr.DataTree(channels_of(tree[group].to_dataset(), sensors, actuators))
+    return tree
+
+
+def measured_of(sensors, actuators):
+    groups = "posterior_predictive", "observed_data"
+    return many_channels(sensors, actuators, *groups, of=result(parts=True))
+
+
+def simulated_of(sensors, actuators):
+    return many_channels(sensors, actuators, "prior_predictive", of=simulated(parts=True)[0])
+
+
+OF_CHANNELS = {
+    "measured_against_band": (bp.plots.posterior.measured_against_band, measured_of, 3),
+    "response_band": (bp.plots.posterior.response_band, simulated_of, 1),
+}
+
+
+@pytest.mark.parametrize(("sensors", "actuators", "columns"), [(9, 1, 3), (3, 3, 3), (4, 1, 2)])
+@pytest.mark.parametrize("name", OF_CHANNELS)
+def test_one_figure_of_many_channels_is_no_higher_than_a_page(name, sensors, actuators, columns):
+    draw, of, rows = OF_CHANNELS[name]
+    figure = drawn(draw(of(sensors, actuators)))
+    assert figure.get_figheight() <= 11.0
+    assert len(figure.axes) == sensors * actuators * rows
+    cells = {axis.get_title(): axis.get_subplotspec() for axis in figure.axes if axis.get_title()}
+    assert len({cell.colspan.start for cell in cells.values()}) == columns
+    first, last = cells["sensor s1, actuator a1"], cells[f"sensor s{sensors}, actuator a1"]
+    assert (first.rowspan.start, first.colspan.start) == (0, 0)
+    assert last.colspan.start == (columns - 1 if actuators == 1 else 0)
+
+
+def test_pages_of_simulated_outputs_hold_all_channels():
+    tree = simulated_of(9, 7)
+    reference = RNG.normal(size=tree["prior_predictive"]["response"].shape[2:])
+    pages = bp.plots.posterior.response_band_pages(tree, reference=reference)
+    assert max(drawn(page).get_figheight() for page in pages) <= 11.0
+    assert max(page.get_figwidth() for page in pages) <= 13.0
+    titles = [axis.get_title() for page in pages for axis in page.axes]
+    assert len(titles) == len(set(titles)) == 63
+    assert titles[9] == "sensor s1, actuator a4"
+    expected = np.log10(np.hypot(*reference[0, 3]))
+    np.testing.assert_allclose(line(pages[1].axes[0], "as recorded"), expected)

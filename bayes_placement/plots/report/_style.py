@@ -16,6 +16,9 @@ from .content import Drawing, Table
 WIDTH = 8.6
 """Width of a figure [inch]."""
 
+HIGHEST = 11.0
+"""Greatest height of a figure [inch]: a page of A4 holds it when it is printed."""
+
 MOST_POINTS = 500
 """Points of a curve that are drawn; the data hold all."""
 
@@ -46,8 +49,12 @@ def look() -> Iterator[None]:
 
 
 def panels(rows: int, columns: int, height: float, **settings: Any) -> tuple[Figure, np.ndarray]:
-    """Return a figure outside pyplot with panels [row, column], each of a height [inch]."""
-    figure = Figure(figsize=(WIDTH, max(1.4, height * rows)), layout="constrained")
+    """Return a figure outside pyplot with panels [row, column].
+
+    Each has a height [inch], less where a page is too low for all of them.
+    """
+    size = WIDTH, min(HIGHEST, max(1.4, height * rows))
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **settings)
     return figure, axes
 

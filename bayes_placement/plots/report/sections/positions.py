@@ -22,6 +22,9 @@ DEVIATIONS = 2.45
 MILLIMETRE = 1e3
 """Millimetres in a metre."""
 
+MOST_ROWS = 36
+"""Coordinates below each other."""
+
 TAGS = ("structure", "placement")
 _LABELS = {
     "sensor": ((0, 9), "right"),
@@ -152,10 +155,20 @@ def _moved(places: xr.Dataset) -> list[tuple[xr.Dataset, int]]:
 
 
 def _deviations(places: xr.Dataset, data: Table) -> Drawing:
-    """One row for each uncertain coordinate: its tolerance and where it is inferred to be."""
-    rows = _moved(places)[::-1]
-    figure, axes = panels(1, 1, 0.8 + 0.28 * len(rows))
-    panel = axes[0, 0]
+    """One row for each uncertain coordinate, in columns no higher than a page."""
+    moved = _moved(places)
+    columns = -(-len(moved) // MOST_ROWS)
+    most = -(-len(moved) // columns)
+    figure, axes = panels(1, columns, 0.8 + 0.28 * most)
+    for number, panel in enumerate(axes.flat):
+        _draw_deviations(panel, moved[number * most : (number + 1) * most])
+        panel.set_ylim(most - 0.4, -0.6)
+    legend(figure, axes)
+    return drawing(figure, data)
+
+
+def _draw_deviations(panel: Any, rows: list[tuple[xr.Dataset, int]]) -> None:
+    """Draw the tolerance of each coordinate and where it is inferred to be, the first on top."""
     for number, (item, axis) in enumerate(rows):
         recorded = item["recorded"].values[axis]
         prior, posterior = (
@@ -168,5 +181,3 @@ def _deviations(places: xr.Dataset, data: Table) -> Drawing:
     names = [f"{name_of(item)} {'xyz'[axis]}" for item, axis in rows]
     panel.set_yticks(range(len(rows)), names)
     panel.set_xlabel("deviation from the recorded place [mm]")
-    legend(figure, axes)
-    return drawing(figure, data)
