@@ -1716,6 +1716,10 @@ def calls_of_plots():
             plots.posterior.response_band,
             {"simulated": thing(simulated()), "reference": thing(None, "nothing", "class"), **AXES},
         ),
+        "plots.posterior.response_band_pages": Call(
+            plots.posterior.response_band_pages,
+            {"simulated": thing(simulated()), "reference": thing(None, "nothing", "class")},
+        ),
         "plots.posterior.parameters": Call(plots.posterior.parameters, {**result, **truth, **AXES}),
         "plots.posterior.placement": Call(
             plots.posterior.placement, {"result": thing(placed_posterior()), **truth, **AXES}
