@@ -30,6 +30,12 @@ MOST_COLUMNS = 3
 NARROW = 4.2
 """Width of a panel of responses that has others beside it [inch]."""
 
+LONG = 3.0
+"""Length over width of what maps show, from which they stand along each other."""
+
+STRIP = 2.6
+"""Height of a wide map, with its title and its numbers [inch]."""
+
 LARGEST = 200.0
 """Longest side of a figure [inch]; panels shrink beyond."""
 
@@ -155,10 +161,13 @@ def maps_and_bars(
     count: int,
     axes: Sequence[Axes] | None,
     projection: str | None,
+    proportion: float,
     width: float,
     least_height: float,
 ) -> Panels:
-    """Return panels for maps, two in a row, and at the right of all one for bars.
+    """Return panels for maps, and at the right of all one for bars.
+
+    Maps stand two in a row; wide ones below each other, and high ones in one row.
 
     Parameters
     ----------
@@ -168,8 +177,10 @@ def maps_and_bars(
         Axes of the caller, the maps and then the bars; None for a new figure.
     projection
         Projection of the maps.
+    proportion
+        Width over height of what a map shows.
     width
-        Width of a map of a new figure [inch].
+        Width of a map of a new figure where two stand in a row [inch].
     least_height
         Least height of a new figure [inch].
 
@@ -180,12 +191,18 @@ def maps_and_bars(
     """
     if axes is not None:
         return panels(1, count + 1, axes)
-    rows, columns = max(1, -(-count // 2)), min(2, count)
-    size = (width * columns + PANEL[0], max(PANEL[1] * rows, least_height))
+    abreast = 1 if proportion > LONG else count if proportion < 1 / LONG else 2
+    columns = max(1, min(abreast, count))
+    rows = max(1, -(-count // columns))
+    all_maps = width * min(2, count)
+    height = min(PAGE, max(PANEL[1] * -(-count // 2), STRIP * rows, least_height))
+    size = (all_maps + PANEL[0], height)
     # Names of axes in space stand out of their panels.
     layout = ConstrainedLayoutEngine(wspace=0.1 if projection else 0.02)
     figure = Figure(figsize=size, layout=layout)
-    grid = figure.add_gridspec(rows, columns + 1, width_ratios=[width] * columns + [PANEL[0]])
+    grid = figure.add_gridspec(
+        rows, columns + 1, width_ratios=[all_maps / columns] * columns + [PANEL[0]]
+    )
     cells = list(itertools.product(range(rows), range(columns)))[:count]
     maps = [figure.add_subplot(grid[cell], projection=projection) for cell in cells]
     bars = figure.add_subplot(grid[:, -1])

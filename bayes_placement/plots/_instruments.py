@@ -63,6 +63,12 @@ class View(NamedTuple):
         """Projection of its axes: none where the structure lies in a plane."""
         return "3d" if len(self.axes) == 3 else None
 
+    @property
+    def proportion(self) -> float:
+        """Width over height of a plane; 1 in space."""
+        width, *heights = (self.high - self.low)[list(self.axes)]
+        return 1.0 if self.projection else float(width / heights[0])
+
     def project(self, points: np.ndarray) -> np.ndarray:
         """Coordinates [axis, point] along the axes of points [point, 3]."""
         return np.asarray(points)[:, list(self.axes)].T

@@ -23,6 +23,7 @@ from ..positions.vectors import Recorded
 from . import structure as structure_plots
 from ._colours import AFTER, BEFORE, INK
 from ._figures import (
+    LONG,
     PAGE,
     PANEL,
     STAR,
@@ -87,8 +88,8 @@ def suspicion(
     of their own.
 
     A line has one strip for each kind. A structure in space has one map for each of the most
-    suspect kinds that have a place; effects on a region, a member or a sensor are drawn in the
-    middle of it, or where it was recorded.
+    suspect kinds that have a place, seen along its thin side where it has one; effects on a region,
+    a member or a sensor are drawn in the middle of it, or where it was recorded.
 
     Parameters
     ----------
@@ -132,10 +133,13 @@ def _in_space(
 ) -> Figure:
     located = table[table["z"].notna()]
     shown = [kind for kind in reversed(kinds) if kind in set(located["kind"])][:MOST_MAPS]
-    view = structure_plots.view(structure_plots.extent(experiment, located))
+    thin = structure_plots.thinness(None if axes is None else np.ravel(axes)[0])
+    view = structure_plots.view(structure_plots.extent(experiment, located), thin=thin)
     height = 1.4 * _height(kinds)
-    layout = maps_and_bars(len(shown), axes, view.projection, MAP, min(PAGE, height))
+    shape = view.projection, view.proportion
+    layout = maps_and_bars(len(shown), axes, *shape, MAP, min(PAGE, height))
     *maps, bars = layout.axes.flat
+    are_narrow = view.proportion < 1 / LONG
     label = f"{_SCORE}{' ' if view.projection else chr(10)}[standard deviations]"
     for panel, kind in zip(maps, shown, strict=True):
         if experiment is not None:
@@ -145,7 +149,7 @@ def _in_space(
         if kind in places:
             structure_plots.mark_place(panel, view, places[kind])
         structure_plots.name_axes(panel, view)
-        panel.set_title(f"suspicion of {kind}")
+        panel.set_title(f"suspicion of{chr(10) if are_narrow else ' '}{kind}")
     _draw_greatest(bars, table, kinds)
     names = [_with_setting(table, kind, on_one_line=height > PAGE) for kind in kinds]
     bars.set_yticks(range(len(kinds)), names, fontsize="small" if height > PAGE else None)

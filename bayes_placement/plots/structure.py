@@ -13,7 +13,7 @@ from ..modes.finite_elements.outline import outline
 from ..positions.bounds import in_space
 from ..positions.vectors import PointsInSpace
 from ._colours import DATA
-from ._figures import STAR, color_bar, panels
+from ._figures import LONG, STAR, color_bar, panels
 from ._instruments import (
     INSTRUMENT,
     LINE,
@@ -29,6 +29,9 @@ LEAST_COLOUR_RANGE = 5.0
 
 FLAT = 1e-6
 """Share of the largest side below which a structure has no extent."""
+
+THIN = 0.15
+"""Share of the largest side up to which a structure is seen along its thinnest side, in a plane."""
 
 MARGIN = 0.12
 """Margin around a structure, as a share of the largest side."""
@@ -50,15 +53,15 @@ _RING: dict[str, Any] = {
 def experiment(experiment: Experiment, *, ax: Axes | None = None) -> Figure:
     """Draw a structure with its sensors and actuators at their recorded positions.
 
-    A structure that lies in a plane is drawn in that plane.
+    A structure that lies in a plane or is thin is drawn in that plane.
 
     Parameters
     ----------
     experiment
         Experiment to draw.
     ax
-        Axes to draw in, with the projection 3d for a structure that does not lie in a plane; None
-        for a new figure.
+        Axes to draw in, with the projection 3d for a structure that is not thin; None for a new
+        figure.
 
     Examples
     --------
@@ -67,8 +70,9 @@ def experiment(experiment: Experiment, *, ax: Axes | None = None) -> Figure:
     """
     if not in_space(experiment.structure.modes.bounds()):
         return _on_a_line(experiment, ax)
-    shown = view(extent(experiment, pd.DataFrame()))
-    layout = panels(1, 1, ax, size=(6.4, 5.0), projection=shown.projection)
+    shown = view(extent(experiment, pd.DataFrame()), thin=thinness(ax))
+    height = 3.0 if shown.proportion > LONG else 5.0
+    layout = panels(1, 1, ax, size=(6.4, height), projection=shown.projection)
     draw_structure(layout.only, shown, experiment)
     draw_tolerances(layout.only, shown, experiment)
     draw_channels(layout.only, shown, experiment)
@@ -91,8 +95,26 @@ def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
     return layout.with_legend()
 
 
-def view(points: PointsInSpace) -> View:
-    """View of all points, without an axis along which all have the same coordinate.
+def thinness(ax: Any) -> float:
+    """Share of the largest side that a view leaves out: hardly any where axes are in space.
+
+    Examples
+    --------
+    >>> bp.plots.structure.thinness(None)
+    0.15
+    """
+    return FLAT if ax is not None and ax.name == "3d" else THIN
+
+
+def view(points: PointsInSpace, *, thin: float = THIN) -> View:
+    """View of all points, without an axis along which a structure is thin.
+
+    Parameters
+    ----------
+    points
+        Points [m].
+    thin
+        Share of the largest side up to which another is left out.
 
     Examples
     --------
@@ -101,10 +123,10 @@ def view(points: PointsInSpace) -> View:
     """
     low, high = points.min(axis=0), points.max(axis=0)
     size = high - low
-    extended = [axis for axis in range(3) if size[axis] > FLAT * size.max()]
+    extended = [axis for axis in range(3) if size[axis] > thin * size.max()]
     # A figure needs two axes, also for a straight line or a single point.
-    by_priority = [*extended, *(axis for axis in (0, 2, 1) if axis not in extended)]
-    axes = tuple(sorted(by_priority[: max(2, len(extended))]))
+    others = sorted(set(range(3)) - set(extended), key=lambda axis: (-size[axis], axis != 0, -axis))
+    axes = tuple(sorted([*extended, *others][: max(2, len(extended))]))
     margin = (MARGIN if len(axes) < 3 else MARGIN / 4) * max(size.max(), FLAT)
     return View(axes, low - margin, high + margin)
 

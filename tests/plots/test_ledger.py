@@ -277,6 +277,35 @@ def test_a_structure_in_space_has_a_map_of_each_of_the_most_suspect_kinds(flat):
         assert sorted(marks.get_array()) == [1.0, 9.0 - number, 40.0 - number]
 
 
+@pytest.mark.parametrize(
+    ("size", "length", "rows", "columns"),
+    [((2.0, 0.1, 0.15), 5.0, 4, 1), ((0.03, 0.02, 1.0), 4.0, 1, 4), ((1.0, 0.8, 0.02), 2.4, 2, 2)],
+    ids=["frame", "mast", "plate"],
+)
+def test_maps_of_a_thin_structure_use_the_space_of_the_figure(size, length, rows, columns):
+    thin = bp.Experiment(
+        bp.Structure(Linear(box=((0.0, 0.0, 0.0), size)), damping=bp.damping.Modal(0.03)),
+        sensors=[bp.Sensor("s1", at=(0.0, 0.0, 0.0))],
+        actuators=[bp.Actuator("a1", at=size)],
+        frequency=[150.0],
+        observe=bp.observe.Complex("velocity"),
+        noise=None,
+    )
+    table = scores_in_space()
+    table[["x", "y", "z"]] *= np.array(size) / IN_SPACE.max(axis=0)
+    figure = drawn(ledger_plots.suspicion(ranking(table), experiment=thin))
+    shown = [axis for axis in figure.axes if axis.get_title().startswith("suspicion of")][:-1]
+    cells = [axis.get_subplotspec() for axis in shown]
+    assert len({cell.rowspan.start for cell in cells}) == rows
+    assert len({cell.colspan.start for cell in cells}) == columns
+    for axis in shown:
+        span = [np.ptp(axis.get_xlim()), np.ptp(axis.get_ylim())]
+        scale = axis.get_window_extent().size / figure.dpi / span  # [inch/m]
+        np.testing.assert_allclose(*scale, rtol=1e-6)
+        assert scale[0] * max(size) > length
+    assert figure.get_figheight() <= 11.0
+
+
 def test_only_the_map_of_a_kind_that_was_found_bears_its_place():
     figure = ledger_plots.suspicion(ranking(scores_in_space(flat=True)), places=FITTED_PLACES)
     stars = [

@@ -290,9 +290,33 @@ def test_tolerances_and_axes_on_a_line_are_drawn():
 def test_the_name_of_an_axis_of_a_long_structure_covers_none_of_its_numbers(size):
     figure = Figure(figsize=size)
     panel = figure.add_subplot(projection="3d")
-    view = structure_plots.view(np.array([[0.0, 0.0, 0.0], [0.4, 0.06, 0.02]]))
+    view = structure_plots.view(np.array([[0.0, 0.0, 0.0], [0.4, 0.065, 0.065]]))
     structure_plots.name_axes(panel, view)
     FigureCanvasAgg(figure).draw()  # labels in space have their places once they are drawn
     name = panel.xaxis.label.get_window_extent()
     numbers = [tick.label1.get_window_extent() for tick in panel.xaxis.get_major_ticks()]
     assert len(numbers) > 1 and not any(name.overlaps(number) for number in numbers)
+
+
+@pytest.mark.parametrize(
+    ("size", "axes"),
+    [
+        ((2.0, 0.1, 0.15), (0, 2)),  # a frame along x
+        ((1.0, 0.03, 0.02), (0, 1)),  # a beam whose section is wider than it is high
+        ((0.02, 0.03, 1.0), (1, 2)),  # a mast
+        ((1.0, 0.8, 0.02), (0, 1)),  # a plate with a thickness
+        ((1.0, 0.02, 0.8), (0, 2)),
+        ((1.0, 0.2, 0.2), (0, 1, 2)),
+    ],
+)
+def test_a_thin_structure_is_seen_along_its_thinnest_side(size, axes):
+    assert structure_plots.view(np.array([np.zeros(3), size])).axes == axes
+
+
+def test_a_thin_structure_is_drawn_in_axes_in_space_where_they_are_given():
+    thin = Linear(box=((0.0, 0.0, 0.0), (2.0, 0.1, 0.15)))
+    panel = Figure().add_subplot(projection="3d")
+    at = {"sensors": [bp.Sensor("s1", at=(0.2, 0.1, 0.0))]}
+    at |= {"actuators": [bp.Actuator("a1", at=(1.0, 0.0, 0.15))]}
+    bp.plots.experiment(instruments(thin, **at), ax=panel)
+    np.testing.assert_allclose(np.ravel(panel.lines[1].get_data_3d()), (0.2, 0.1, 0.0))
