@@ -1,7 +1,7 @@
 """A support of a finite element model that is softer than assumed."""
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import numpy as np
@@ -11,6 +11,8 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from ..modes.finite_elements.nodal_modes import NodalModes
+from ..modes.finite_elements.soft_supports import ANY_UNIT
+from ..modes.finite_elements.static_shapes import StaticShapes
 from ..modes.flexible_parts import SoftenedSupport
 from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
@@ -21,6 +23,10 @@ from .scales import Scales
 
 SOFTEST, STIFFEST = 10.0, 1e-6
 """Compliance over that of the structure in the softest pattern of the support: the prior."""
+
+
+def _unit(support: "SoftSupport") -> str:
+    return support.compliance_unit
 
 
 class SoftSupport(Hinged):
@@ -36,6 +42,8 @@ class SoftSupport(Hinged):
     compliance
         Rotation per moment [rad/(N m)], displacement per force [m/N], or along an edge
         displacement per force per length [m2/N].
+    compliance_unit
+        Which of these it is; on a structure it is that of the support.
 
     Examples
     --------
@@ -48,11 +56,12 @@ class SoftSupport(Hinged):
 
     absent: ClassVar[tuple[str, float]] = ("compliance", 0.0)
     support: str | int | Int[Array | np.ndarray, ""]
-    compliance: Parameter = eqx.field(metadata=unit("rad/(N m), m/N or m2/N"))
+    compliance: Parameter = eqx.field(metadata=unit(_unit))
+    compliance_unit: str = eqx.field(static=True, default=ANY_UNIT, kw_only=True, repr=False)
     name: str = eqx.field(static=True, default="compliant_support", kw_only=True)
 
     def on(self, modes: Modes) -> "SoftSupport":
-        """Return the effect with its support by number.
+        """Return the effect with its support by number and the unit of its compliance.
 
         Raises
         ------
@@ -62,9 +71,15 @@ class SoftSupport(Hinged):
         shapes = underlying_nodal_modes(modes).static_shapes
         if not isinstance(self.support, str):
             check_number(self.support, shapes.supports)
-            return self
-        number = shapes.support_number(self.support)
-        return type(self)(np.asarray(number), self.compliance, name=self.name)
+            return self._of(shapes, self.support)
+        return self._of(shapes, np.asarray(shapes.support_number(self.support)))
+
+    def _of(self, shapes: StaticShapes, support: Any) -> "SoftSupport":
+        """Of a support by its number, which is not known where a program is compiled for all."""
+        unit_of = dict(enumerate(shapes.compliance_units))
+        is_known = isinstance(support, int | np.ndarray)
+        unit = unit_of.get(int(support), ANY_UNIT) if is_known else self.compliance_unit
+        return type(self)(support, self.compliance, compliance_unit=unit, name=self.name)
 
     def hinges(self, modes: Modes) -> list[SoftenedSupport]:
         """The support, as a part of the model that becomes softer."""
@@ -94,10 +109,12 @@ class SoftSupport(Hinged):
             return []
         # As the static shapes, of the matrices as given: moduli may be unknown.
         natural = float(np.sqrt(np.asarray(modes.eigenvalues)[modes.rigid_body_modes]))
-        return [
-            cls(np.asarray(number), LogUniform(STIFFEST / stiffness, SOFTEST / stiffness))
-            for number, stiffness in enumerate(modes.static_shapes.least_support_stiffness(natural))
+        shapes = modes.static_shapes
+        priors = [
+            LogUniform(STIFFEST / stiffness, SOFTEST / stiffness)
+            for stiffness in shapes.least_support_stiffness(natural)
         ]
+        return [cls(np.asarray(number), prior).on(modes) for number, prior in enumerate(priors)]
 
 
 soft_support = SoftSupport

@@ -105,7 +105,7 @@ def changed(scene, stiffness=None, soft=None):
     size, free = len(matrices.dof), []
     springs = sparse.lil_array((size, size))
     for name, compliance in (soft or {}).items():
-        rows, motion, pattern = scene.soft[name]
+        rows, motion, pattern, _ = scene.soft[name]
         ways, fixed = np.linalg.pinv(motion), null_space(motion.T)
         stiff = RIGID * matrices.stiffness.diagonal()[rows].max()
         springs_of_rows = ways.T @ pattern @ ways / compliance + stiff * fixed @ fixed.T

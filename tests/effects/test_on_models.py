@@ -7,11 +7,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from numpyro import distributions as dist
 from scipy import sparse
 
 import bayes_placement as bp
 from bayes_placement import effects, finite_elements
+from bayes_placement._sites import unknowns
 from bayes_placement.effects.member_preload import buckling_load
+from bayes_placement.effects.scales import Scales
 from tests.effects import models_in_space
 from tests.effects.models_in_space import attached, changed, exact
 
@@ -275,3 +278,29 @@ def test_a_support_without_static_shapes_is_refused():
     base = bp.Structure(without_static_shapes(), damping=bp.damping.Modal(0.01))
     with pytest.raises(ValueError, match=r"soft=\{"):
         base + effects.soft_support("left foot", 1e-4)
+
+
+@pytest.mark.parametrize("by_number", [False, True])
+@pytest.mark.parametrize(("name", "support"), [("frame", "right foot"), ("plate", "edge x = a")])
+def test_the_unit_of_a_compliance_is_that_of_its_support(name, support, by_number):
+    base, expected = scene(name).structure(), "m2/N" if name == "plate" else "rad/(N m)"
+    named = list(scene(name).soft).index(support) if by_number else support
+    softened = base + effects.soft_support(named, dist.LogUniform(1e-9, 1e-3))
+    assert [unknown.unit for unknown in unknowns(softened.effects)] == [expected]
+    assert repr(softened.effects["compliant_support"]).count(expected) == 1
+    candidates = effects.soft_support.suggest(Scales(scene(name).experiment()))
+    assert {unknown.unit for unknown in unknowns(candidates)} == {expected}
+
+
+def test_the_unit_of_springs_is_that_of_what_was_held():
+    matrices = scene("frame").matrices
+    rows = matrices.fixed[matrices.dof[matrices.fixed, 0] == 1]
+    springs = finite_elements.soft_supports.springs
+    seat, hinge = (rows[np.isin(matrices.dof[rows, 1], group)] for group in ((1, 2, 3), (4, 5, 6)))
+    units = [springs(matrices, held).compliance_unit for held in (seat, hinge, rows)]
+    assert units == ["m/N", "rad/(N m)", "m/N or rad/(N m)"]
+
+
+def test_a_support_without_a_structure_states_every_unit():
+    alone = effects.soft_support("foot", dist.LogUniform(1e-9, 1e-3))
+    assert [unknown.unit for unknown in unknowns(alone)] == ["rad/(N m), m/N or m2/N"]

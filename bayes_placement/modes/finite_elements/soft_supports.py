@@ -12,6 +12,12 @@ from ...positions.reprs import with_short_repr
 from ...positions.vectors import Vector, direction_of, vector
 from .matrices import Matrices
 
+ROTATION, TRANSLATION, ALONG_AN_EDGE = "rad/(N m)", "m/N", "m2/N"
+"""Units of the compliance of a support."""
+
+ANY_UNIT = f"{ROTATION}, {TRANSLATION} or {ALONG_AN_EDGE}"
+"""What is written where the motion of a support is not known."""
+
 _ROUNDING = 1e-9  # of the length of an edge
 _ROTATIONS = (4, 5, 6)
 
@@ -29,17 +35,20 @@ class SupportMotion(NamedTuple):
     pattern
         Stiffness of a unit spring against these motions: of 1 N m/rad in a rotation, 1 N/m in a
         translation, 1 N/m per metre along an edge.
+    compliance_unit
+        Unit of the inverse of that stiffness.
 
     Examples
     --------
     >>> foot = bp.finite_elements.soft_supports.springs(matrices, [1])
-    >>> foot.rows, foot.pattern
-    (array([1]), array([[1.]]))
+    >>> foot.rows, foot.pattern, foot.compliance_unit
+    (array([1]), array([[1.]]), 'rad/(N m)')
     """
 
     rows: Int[np.ndarray, "row"]
     motion: Float[np.ndarray, "row motion"]
     pattern: Float[np.ndarray, "motion motion"]
+    compliance_unit: str = ANY_UNIT
 
 
 @arguments_checked
@@ -74,7 +83,10 @@ def springs(
             f"soft_supports.springs was given {what}; rows that are held are needed, since only "
             "what a support holds can become soft. Take rows of matrices.fixed."
         )
-    return SupportMotion(support_rows, np.eye(support_rows.size), np.eye(support_rows.size))
+    unit = np.eye(support_rows.size)
+    turns = np.isin(matrices.dof[support_rows, 1], _ROTATIONS)
+    units = dict.fromkeys(ROTATION if turning else TRANSLATION for turning in turns)
+    return SupportMotion(support_rows, unit, unit, " or ".join(units))
 
 
 @arguments_checked
@@ -116,7 +128,7 @@ def rotations(matrices: Matrices, node: int, *, along: Vector | None = None) -> 
             f"{'no' if not rows.size else 'no bending'} rotation is held; only what a support "
             "holds can become soft. Name a clamped node: matrices.dof[matrices.fixed, 0] has them."
         )
-    return SupportMotion(rows, motion, np.eye(motion.shape[1]))
+    return SupportMotion(rows, motion, np.eye(motion.shape[1]), ROTATION)
 
 
 @arguments_checked
@@ -176,13 +188,14 @@ def edge(matrices: Matrices, start: Vector, end: Vector, *, direction: int = 3) 
             table[free, direction],
             np.eye(free.sum()),
             _line_spring(step, _LINEAR)[np.ix_(free, free)],
+            ALONG_AN_EDGE,
         )
     rows = table[:, [direction, slope]].ravel()
     moving = np.stack([free, np.ones_like(free)], axis=1).ravel()
     motion = np.diag(np.tile([1.0, sign], len(table)).ravel())
     pattern = _line_spring(step, _CUBIC)
     chosen = np.ix_(moving, moving)
-    return SupportMotion(rows[moving], motion[chosen], pattern[chosen])
+    return SupportMotion(rows[moving], motion[chosen], pattern[chosen], ALONG_AN_EDGE)
 
 
 def _across(

@@ -68,6 +68,8 @@ class StaticShapes(eqx.Module):
         Tension [N] of each member at which its geometric stiffness is such a spring.
     supports, regions, members
         Names.
+    compliance_units
+        Unit of the compliance of each support.
     """
 
     shape: Float[np.ndarray | Array, "row pattern"]
@@ -81,6 +83,7 @@ class StaticShapes(eqx.Module):
     supports: tuple[str, ...] = eqx.field(static=True)
     regions: tuple[str, ...] = eqx.field(static=True)
     members: tuple[str, ...] = eqx.field(static=True)
+    compliance_units: tuple[str, ...] = eqx.field(static=True, default=())
 
     @property
     def patterns_per_part(self) -> int:
@@ -226,6 +229,7 @@ def static_shapes(
         supports=tuple(soft),
         regions=tuple(matrices.regions),
         members=tuple(members),
+        compliance_units=tuple(motion.compliance_unit for motion in soft.values()),
     )
 
 
