@@ -25,10 +25,16 @@ INSTRUMENT: dict[str, Any] = {
 ARROW = 0.1
 """Length of an arrow, as a share of the longest side of what is shown."""
 
+FLAT = 1e-6
+"""Share of the largest side below which a structure has no extent."""
+
+THIN = 0.15
+"""Share of the largest side up to which a structure is seen along its thinnest side, in a plane."""
+
 POINTS = 26.0
 """Length of an arrow on a line [points]."""
 
-BESIDE = 0.3
+CLEARANCE = 0.3
 """Distance from a line to the arrows along it, of half of what is shown."""
 
 _SIDES = {"sensor": 1, "actuator": -1}
@@ -76,6 +82,11 @@ class View(NamedTuple):
 
 LINE = View((0,), np.zeros(3), np.zeros(3))
 """View of a structure along a line, whose other axis has no meaning."""
+
+
+def thinness(axes: Any) -> float:
+    """Share of the largest side that a view leaves out: hardly any where axes are in space."""
+    return FLAT if axes is not None and axes.name == "3d" else THIN
 
 
 def draw_tolerances(panel: Panel, view: View, experiment: Experiment) -> None:
@@ -126,7 +137,7 @@ def draw_channels_on_a_line(panel: Axes, experiment: Experiment) -> None:
     for kind, transducer, direction in _channels(experiment):
         is_along = abs(direction) == 1
         step = POINTS * np.sign(direction) * np.array([is_along, not is_along])
-        tail = np.array([transducer.recorded, BESIDE * _SIDES[kind] * is_along])
+        tail = np.array([transducer.recorded, CLEARANCE * _SIDES[kind] * is_along])
         head = {"xytext": tuple(step), "textcoords": "offset points"}
         _draw_arrow(panel, tail, head, kind, direction)
     for kind, side in _SIDES.items():

@@ -59,8 +59,8 @@ def rows_of(unknowns: list[ScaledUnknown], columns: int) -> Rows:
     return [unknowns[start : start + columns] for start in range(0, len(unknowns), columns)]
 
 
-def beside_each_other(rows: Rows) -> Rows:
-    """Put rows beside each other where they are more than a page holds."""
+def abreast(rows: Rows) -> Rows:
+    """Put rows abreast where they are more than a page holds."""
     blocks = max(1, -(-len(rows) // MOST_ROWS))
     height = -(-len(rows) // blocks)
     return [[*itertools.chain(*rows[start::height])] for start in range(height)]

@@ -37,6 +37,7 @@ from ._figures import (
     share_frequency,
 )
 from ._fit_panels import draw_error, draw_measured, draw_phase, draw_response
+from ._instruments import thinness
 
 MOST_MAPS = 4
 """Greatest number of maps of a structure in space."""
@@ -133,7 +134,7 @@ def _in_space(
 ) -> Figure:
     located = table[table["z"].notna()]
     shown = [kind for kind in reversed(kinds) if kind in set(located["kind"])][:MOST_MAPS]
-    thin = structure_plots.thinness(None if axes is None else np.ravel(axes)[0])
+    thin = thinness(None if axes is None else np.ravel(axes)[0])
     view = structure_plots.view(structure_plots.extent(experiment, located), thin=thin)
     height = 1.4 * _height(kinds)
     shape = view.projection, view.proportion

@@ -27,7 +27,7 @@ from ._figures import (
 )
 from ._marginal_panels import (
     PRIOR,
-    beside_each_other,
+    abreast,
     by_owner,
     draw_marginal,
     draw_methods,
@@ -225,7 +225,7 @@ def placement(
     >>> bp.plots.posterior.placement(posterior).axes[0].get_xlabel()
     'sensor.s1.position [mm]'
     """
-    rows = beside_each_other(by_owner(_inferred("placement", result)))
+    rows = abreast(by_owner(_inferred("placement", result)))
     return drawn_in_rows(rows, axes, partial(draw_marginal, truth=truth or {}))
 
 

@@ -15,23 +15,20 @@ from ..positions.vectors import PointsInSpace
 from ._colours import DATA
 from ._figures import LONG, STAR, color_bar, panels
 from ._instruments import (
+    FLAT,
     INSTRUMENT,
     LINE,
+    THIN,
     Panel,
     View,
     draw_channels,
     draw_channels_on_a_line,
     draw_tolerances,
+    thinness,
 )
 
 LEAST_COLOUR_RANGE = 5.0
 """Smallest range of colours of a map [standard deviations]."""
-
-FLAT = 1e-6
-"""Share of the largest side below which a structure has no extent."""
-
-THIN = 0.15
-"""Share of the largest side up to which a structure is seen along its thinnest side, in a plane."""
 
 MARGIN = 0.12
 """Margin around a structure, as a share of the largest side."""
@@ -93,17 +90,6 @@ def _on_a_line(experiment: Experiment, ax: Axes | None) -> Figure:
     panel.set(yticks=[], ylim=(-1.0, 1.0))
     panel.set_xlabel("position along the structure [m]")
     return layout.with_legend()
-
-
-def thinness(ax: Any) -> float:
-    """Share of the largest side that a view leaves out: hardly any where axes are in space.
-
-    Examples
-    --------
-    >>> bp.plots.structure.thinness(None)
-    0.15
-    """
-    return FLAT if ax is not None and ax.name == "3d" else THIN
 
 
 def view(points: PointsInSpace, *, thin: float = THIN) -> View:

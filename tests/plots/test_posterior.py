@@ -141,9 +141,9 @@ FIGURES = {
 def test_every_axis_bears_a_name_and_a_unit(name):
     for axis in drawn(FIGURES[name]()).axes:
         is_phase = axis.get_ylabel().startswith("phase")  # it belongs to the panel above
-        has_unit_beside = not axis.get_xlabel() and axis.get_ylabel().endswith(("[%]", "[mm]"))
+        has_unit_in_label = not axis.get_xlabel() and axis.get_ylabel().endswith(("[%]", "[mm]"))
         is_above = axis.get_ylabel().startswith("magnitude")  # the frequency stands below
-        assert axis.get_xlabel().endswith("]") is not (is_phase or has_unit_beside or is_above)
+        assert axis.get_xlabel().endswith("]") is not (is_phase or has_unit_in_label or is_above)
         assert any(word in axis.get_ylabel() for word in ("[", "density", "ratio"))
 
 

@@ -113,7 +113,7 @@ def verdict(posterior: xr.DataTree, *, level: float = LEVEL) -> Verdict:
         level=level,
         noise_known=data.deviation is not None,
         noise_needed=_noise.noise_needed(data, posterior),
-        beside_model_error=bool(_model_error.model_error(posterior)),
+        has_model_error=bool(_model_error.model_error(posterior)),
     )
 
 

@@ -24,7 +24,7 @@ class Verdict(NamedTuple):
         Whether the noise level is known. If so, chi2 decides; otherwise whiteness does.
     noise_needed
         Noise that the model needs; None where it is known.
-    beside_model_error
+    has_model_error
         Whether the model has errors of its own.
     """
 
@@ -32,7 +32,7 @@ class Verdict(NamedTuple):
     level: float
     noise_known: bool
     noise_needed: NoiseNeeded | None
-    beside_model_error: bool
+    has_model_error: bool
 
     @property
     def p_value(self) -> float:
@@ -61,7 +61,7 @@ class Verdict(NamedTuple):
                 "it has as many unknowns as data." if self.noise_known else _TOO_FEW
             )
         verdict = "explains the data" if self.passed else "fails"
-        verdict += ", given its model error" if self.passed and self.beside_model_error else ""
+        verdict += ", given its model error" if self.passed and self.has_model_error else ""
         if not self.noise_known:
             correlation = "not significantly correlated" if self.passed else "correlated"
             return (
