@@ -174,7 +174,7 @@ def _conclude(
     first = next(iter(results.values()))
     rows = summaries.summary(first)
     peaks = [f"{row.in_words()}." for row in rows if row.peaks]
-    comparison = report(results)
+    comparison = report(results)._replace(misfits=())  # the verdict says it, with commands
     agreement = comparison.words()[-1]
     verdict = agreement if len(results) > 1 else _verdict(rows, next(iter(results)))
     verdict = " ".join([*_failure(first, sources), verdict])

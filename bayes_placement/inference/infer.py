@@ -15,6 +15,7 @@ from ..experiment.experiment import Experiment, Measurements
 from ..experiment.noise import Data
 from . import divergence, engines, marginals
 from ._results_tree import Inference, equal_draws, pick, tree
+from .chi2 import misfit_sentence
 from .engines.empirical_bayes import Hierarchy
 from .engines.engine import Engine, EngineDraws
 from .engines.least_squares import LeastSquares
@@ -24,7 +25,7 @@ from .memory import affordable_batch
 from .names import of_name
 from .random_keys import jax_key, recorded_seed
 from .record import origin
-from .results import DATA_FAULTS, RESPONSE_WHEN_EXACT, WARNINGS
+from .results import DATA_FAULTS, MISFIT, RESPONSE_WHEN_EXACT, WARNINGS
 from .simulate import sample_prior
 from .symmetries import Values, symmetries
 from .unconstrained import UnconstrainedModel
@@ -75,7 +76,8 @@ def infer(
         `estimates`: figures with standard errors,
         divergence from the prior, log evidence. The attributes carry versions, date, seed,
         settings, hashes of experiment and measurement, and two lists of sentences: `warnings`, and
-        `data_faults` of the measurement.
+        `data_faults` of the measurement. Where the noise is known and chi2 says that the model
+        fails, the attribute `misfit` says so; `check` says where it fails.
 
     Raises
     ------
@@ -113,7 +115,10 @@ def infer(
         DATA_FAULTS: faults,
         "seconds": time.perf_counter() - began,
     }
-    return tree(inference, record)
+    result = tree(inference, record)
+    misfit = misfit_sentence(result)
+    result.attrs |= {MISFIT: misfit} if misfit else {}
+    return result
 
 
 def _engine(engine: Engine | str) -> Engine:

@@ -1,6 +1,6 @@
 """Results of several methods on the same data: one table, and where they disagree."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from .._types import InputError, arguments_checked, check_kind
 from ..positions.reprs import notebook_html
-from .results import warnings_of
+from .results import misfit_of, warnings_of
 
 FALSE_ALARM = 0.01
 """Probability that methods that agree are reported to disagree, over all comparisons."""
@@ -88,6 +88,8 @@ class Report(NamedTuple):
         What each method warns of, after its name.
     of_unknowns
         Unknown and statistic of each column of the table that is a figure of an unknown.
+    misfits
+        What says, after the name of the method, that the model does not explain the data.
 
     Examples
     --------
@@ -100,10 +102,15 @@ class Report(NamedTuple):
     comparisons: int
     warnings: list[str]
     of_unknowns: Mapping[str, tuple[str, str]] = {}
+    misfits: Sequence[str] = ()
 
     def words(self) -> list[str]:
-        """Sentences: what each method warns of, and where two disagree."""
-        return [*self.warnings, *(_summaries(self.disagreements) or self._agreement())]
+        """Sentences: where the model fails, what each method warns of, and where two disagree."""
+        return [
+            *self.misfits,
+            *self.warnings,
+            *(_summaries(self.disagreements) or self._agreement()),
+        ]
 
     def _agreement(self) -> list[str]:
         if self.comparisons:
@@ -162,11 +169,10 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
         example = f'report({{"{name}": bp.infer(experiment, measurement, engine="map")}})'
         check_result(name, result, why, example)
     rows = {name: _row(result) for name, result in results.items()}
-    warnings = [
-        f"{name}: {sentence}"
-        for name, result in results.items()
-        for sentence in warnings_of(result)
-    ]
+    warnings, misfits = (
+        [f"{name}: {line}" for name, result in results.items() for line in sentences_of(result)]
+        for sentences_of in (warnings_of, misfit_of)
+    )
     comparisons = _comparisons(results)
     table = pd.DataFrame.from_dict(rows, orient="index")
     of_unknowns = {
@@ -175,7 +181,8 @@ def report(results: Mapping[str, xr.DataTree]) -> Report:
         for figure in _figures(result)
         if figure.unknown
     }
-    return Report(table, _disagreements(comparisons), len(comparisons), warnings, of_unknowns)
+    figures = _disagreements(comparisons), len(comparisons)
+    return Report(table, *figures, warnings, of_unknowns, misfits)
 
 
 def check_result(name: str, result: xr.DataTree, why: str, example: str) -> None:

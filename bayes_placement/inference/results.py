@@ -17,6 +17,9 @@ RESPONSE_WHEN_EXACT = "response_when_exact"
 CONSTANTS = "constant_data"
 """Group of a tree of results with what is known of each datum besides its value."""
 
+MISFIT = "misfit"
+"""Attribute of a tree of results that says that the model fails; there where it does."""
+
 DATA_FAULTS = "data_faults"
 """Attribute of a tree of results that holds the faults of the measurement, a list of sentences."""
 
@@ -40,6 +43,11 @@ def observed_of(result: xr.DataTree) -> xr.Dataset:
 def warnings_of(result: xr.DataTree) -> list[str]:
     """Sentences in which an inference warns of itself; empty where it has nothing to warn of."""
     return _sentences(result, WARNINGS)
+
+
+def misfit_of(result: xr.DataTree) -> list[str]:
+    """Sentence that says that the model fails; none where it does not, or its noise is unknown."""
+    return _sentences(result, MISFIT)
 
 
 def _sentences(result: xr.DataTree, attribute: str) -> list[str]:

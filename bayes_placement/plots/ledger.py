@@ -13,12 +13,12 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from .._types import arguments_checked
-from ..criticism.check.check import LEVEL
 from ..criticism.fitted import effect_places
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
 from ..experiment.experiment import Experiment
+from ..inference.chi2 import LEVEL
 from ..positions.vectors import Recorded
 from . import structure as structure_plots
 from ._colours import AFTER, BEFORE, INK

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.check.check import LEVEL
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._posterior_odds import p_value
 from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.experiment.noise import Noise
+from bayes_placement.inference.chi2 import LEVEL
 from bayes_placement.io import case
 from bayes_placement.io.case._noise import noise_by_data
 from tests.benchmarks.missing_effects import experiment_of

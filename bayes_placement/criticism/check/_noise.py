@@ -4,8 +4,8 @@ import numpy as np
 import xarray as xr
 
 from ..._sites import Role
+from ...inference.output_residuals import Chosen, Residuals
 from ..noise_needed import NoiseNeeded, over_scatter, relative_size
-from ._residuals import Chosen, Residuals
 
 OF_COHERENCE = {"noise factor", "noise coherence"}
 """Owner and field of factors on what the coherence says."""

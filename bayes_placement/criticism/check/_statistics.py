@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Float
 from scipy import stats
 
+from ...inference.chi2 import Chi2
+from ...inference.output_residuals import Chosen, FRFParts, Residuals
 from ._noise import scatter_of
-from ._residuals import Chosen, Draws, FRFParts, Residuals
 
 LAGS = 5
 """Largest distance in lines over which residuals are compared."""
@@ -16,7 +17,6 @@ LAGS = 5
 FEWEST_PAIRS = 16
 """Fewest pairs of lines for which whiteness is tested."""
 
-_SPREAD_DRAWS = 256
 _LARGEST = 3.0
 """Deviations at which residuals are clipped, so that a few peaks do not decide on whiteness."""
 
@@ -35,30 +35,15 @@ class Statistics:
         count = float(np.sum(self.data.present[..., 0] & group))
         return {"data": count} | self.chi2(group) | p_values | self.scatter(group)
 
+    def chi2(self, group: Chosen) -> dict[str, float]:
+        """Chi2 per datum with its distribution for a correct model, see `Chi2`."""
+        return self._chi2.of(group)
+
     def scatter(self, group: Chosen) -> dict[str, float]:
         """Residuals over the scatter of neighbouring lines, where the noise is not known."""
         known = self.data.deviation is not None
         ratio, p_value = (float("nan"),) * 2 if known else scatter_of(self.data, group)
         return {"over_scatter": ratio, "p_scatter": p_value}
-
-    def chi2(self, group: Chosen) -> dict[str, float]:
-        """Chi2 per datum at the posterior mean response, with its distribution for a correct model.
-
-        The residual of a correct model has the covariance (noise) - (posterior covariance of the
-        response). The mean of chi2 follows from its trace for any posterior; the spread and the
-        p-value (Satterthwaite) hold for a Gaussian one.
-        """
-        names = ("chi2_per_datum", "expected", "spread", "p_value")
-        mask = self.data.present & group[..., None]
-        count = int(mask.sum())
-        if self.data.deviation is None or count == 0:
-            return dict.fromkeys(names, float("nan"))
-        chi2 = float(np.sum((self.data.residual / self.data.scale)[mask] ** 2))
-        first, second = self._absorbed(mask)
-        mean = max(count - first, 0.0)
-        variance = 2 * max(mean - first + second, mean**2 / count)
-        values = (chi2 / count, mean / count, np.sqrt(variance) / count)
-        return dict(zip(names, (*values, _upper_tail(chi2, mean, variance)), strict=True))
 
     def whiteness(self, group: Chosen) -> float:
         """p-value of the hypothesis that residuals of neighbouring lines are uncorrelated.
@@ -82,28 +67,9 @@ class Statistics:
             return float("nan")
         return float(np.mean(np.sum(self._excess[:, group], axis=1) >= 0))
 
-    def _absorbed(self, mask: np.ndarray) -> tuple[float, float]:
-        """Traces of S and S S, S the covariance of the response over that of the noise.
-
-        tr S is the number of parameters that the data determine. It exceeds the number of unknowns
-        where modes of the posterior are far apart in the response, and is then limited to it: such
-        a spread does not excuse a misfit.
-        """
-        spread = self._spread
-        count = spread.shape[0] - 1
-        total = np.sum(spread[:, self.data.present] ** 2) / count
-        share = min(1.0, self.data.unknowns / total) if total > 0 else 1.0
-        gram = spread[:, mask] @ spread[:, mask].T / count
-        first = float(np.trace(gram))
-        second = (float(np.sum(gram**2)) - first**2 / count) / (1 + 1 / count)
-        return share * first, share**2 * max(second, 0.0)
-
     @cached_property
-    def _spread(self) -> Draws:
-        """Draws of the response less their mean, in noise deviations."""
-        stride = max(1, -(-self.data.draws.shape[0] // _SPREAD_DRAWS))
-        thinned = self.data.draws[::stride]
-        return (thinned - thinned.mean(axis=0)) / self.data.scale
+    def _chi2(self) -> Chi2:
+        return Chi2(self.data)
 
     @cached_property
     def _excess(self) -> Float[np.ndarray, "draw sensor actuator frequency"]:
@@ -133,11 +99,3 @@ class Statistics:
         covariance = np.where(mask, covariance / (scale[:, :, lag:] * scale[:, :, :-lag]), 0.0)
         fill = [(0, 0), (0, 0), (0, lag), (0, 0)]
         return np.pad(product + covariance, fill), np.pad(product**2, fill)
-
-
-def _upper_tail(value: float, mean: float, variance: float) -> float:
-    """Upper tail of the scaled chi2 distribution of these moments; NaN for a mean below 1."""
-    if mean < 1:
-        return float("nan")
-    scale = variance / (2 * mean)
-    return float(stats.chi2.sf(value / scale, mean / scale))

@@ -4,15 +4,14 @@ import numpy as np
 import xarray as xr
 
 from ..._types import InputError, arguments_checked
+from ...inference.chi2 import LEVEL
+from ...inference.output_residuals import Residuals, response_when_exact
 from ...inference.results import data_faults_of
 from . import _edges, _model_error, _noise, correlation, discrepancy
-from ._residuals import Grouping, Residuals, groupings, residuals, response_when_exact
+from ._residuals import Grouping, groupings, residuals
 from ._statistics import Statistics
 from .misfit import Misfit
 from .verdict import Verdict, decides
-
-LEVEL = 0.01
-"""Probability that a correct model does not pass."""
 
 
 @arguments_checked

@@ -11,7 +11,8 @@ import xarray as xr
 from jaxtyping import Float, Inexact, Shaped
 
 from ..._types import InputError
-from ._residuals import Residuals, band_of
+from ...inference.output_residuals import Residuals
+from ._residuals import band_of
 
 MOST_LINES = 80
 """Most lines at which the frequency domain assurance criterion is computed, evenly spaced."""

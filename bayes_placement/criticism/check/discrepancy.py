@@ -16,7 +16,8 @@ from tinygp.kernels import quasisep
 
 from ..._compiled import compiled
 from ...experiment.experiment import FORCE_LEVEL
-from ._residuals import Residuals, residuals
+from ...inference.output_residuals import Residuals
+from ._residuals import residuals
 
 AMPLITUDES, LENGTHS = 24, 16
 _VARIANCE_NOT_MEASURED = 1e12

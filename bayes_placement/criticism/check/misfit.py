@@ -8,11 +8,12 @@ import pandas as pd
 import xarray as xr
 
 from ...experiment.experiment import FORCE_LEVEL
+from ...inference.chi2 import chi2_in_words, p_in_words
+from ...inference.output_residuals import shows_modes
 from ...positions.reprs import notebook_html
 from ..noise_needed import NoiseNeeded
 from . import _edges, _model_error
-from ._residuals import shows_modes
-from .verdict import Verdict, chi2_in_words, p_in_words
+from .verdict import Verdict
 
 _CORRELATED = "residuals of neighbouring lines are correlated"
 _ROWS = ("sensor", "actuator", FORCE_LEVEL, "band")

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...inference.chi2 import chi2_in_words, p_in_words
 from ..noise_needed import NoiseNeeded
 
 _TOO_FEW = "the noise is not known, and there are too few lines to test residuals for correlation."
@@ -79,15 +80,3 @@ class Verdict(NamedTuple):
 def decides(noise_known: bool) -> str:
     """Name of the p-value that decides."""
     return "p_value" if noise_known else "whiteness"
-
-
-def chi2_in_words(group: Mapping[Any, Any]) -> str:
-    """Say how large chi2 is, and how large that of a correct model."""
-    names = ("chi2_per_datum", "expected", "spread")
-    chi2, expected, spread = (float(group[name]) for name in names)
-    return f"{chi2:.3g}; {expected:.2f} ± {spread:.2f} is expected of a correct model"
-
-
-def p_in_words(value: float) -> str:
-    """Write a p-value."""
-    return f"p = {value:.2g}" if value > 1e-12 else "p < 1e-12"

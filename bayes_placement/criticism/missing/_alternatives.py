@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...inference.alternative_explanation import Alternative
+from ...inference.chi2 import LEVEL
 from ...inference.engines.about_mode import SampledPosterior
-from ..check.check import LEVEL
 from ._estimates import laplace
 from ._hypotheses import Hypothesis
 from ._posterior_odds import NOTHING, STRONG, Comparison, p_value

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
-from ..check.check import LEVEL
+from ...inference.chi2 import LEVEL
 from ._hypotheses import Hypothesis, ScannedCandidate
 from ._unknown_noise import is_noise_known, scatter
 

@@ -8,8 +8,8 @@ from ..._types import Progress, arguments_checked, no_progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
+from ...inference.chi2 import LEVEL
 from ...inference.record import record
-from ..check.check import LEVEL
 from ._alternatives import alternatives
 from ._candidates import candidates_of, check_experiment
 from ._kept_fits import fits_kept_in

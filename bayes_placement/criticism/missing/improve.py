@@ -22,8 +22,8 @@ from ...effects.effect import Effect
 from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
+from ...inference.chi2 import LEVEL
 from ...inference.record import record
-from ..check.check import LEVEL
 from ._alternatives import alternatives
 from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions

@@ -9,8 +9,8 @@ import pandas as pd
 
 from ..._files import write_json
 from ...inference.alternative_explanation import Alternative
+from ...inference.chi2 import LEVEL
 from ...positions.reprs import notebook_html
-from ..check.check import LEVEL
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
 from ._posterior_odds import NONE, NOTHING

@@ -1,0 +1,195 @@
+"""Measured and predicted outputs of a result as arrays, and the residuals between them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Bool, Float, Int
+
+from .._types import InputError
+from ..experiment.experiment import FORCE_LEVEL, MEASURED, RESPONSE
+from ..experiment.observed_modes import COLUMN
+from .estimates import scalars
+from .results import RESPONSE_WHEN_EXACT, observed_of
+
+FRFParts = Float[np.ndarray, "sensor actuator frequency part"]
+Draws = Float[np.ndarray, "draw sensor actuator frequency part"]
+Chosen = Bool[np.ndarray, "sensor actuator frequency"]
+Labelled = TypeVar("Labelled", xr.DataArray, xr.Dataset)
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Measured outputs and those of the model.
+
+    The lines of all force levels are concatenated, sorted within each level, so that every
+    statistic runs along one axis; `labelled` separates them again.
+
+    Parameters
+    ----------
+    template
+        Measured outputs with their labels.
+    measured
+        Measured outputs; zero where nothing was measured.
+    present
+        Where something was measured.
+    draws
+        Outputs of the model at draws from the posterior.
+    replicates
+        The same with an output error drawn for each; None where the model has no output error.
+    deviation
+        Standard deviation of the noise of each output; None where the noise is not known.
+    frequency
+        Lines [Hz].
+    force_level
+        Number of the force level of each line; zero where there is a single level.
+    unknowns
+        Number of unknowns that were fitted.
+    """
+
+    template: xr.DataArray
+    measured: FRFParts
+    present: Bool[np.ndarray, "sensor actuator frequency part"]
+    draws: Draws
+    replicates: Draws | None
+    deviation: FRFParts | None
+    frequency: Float[np.ndarray, "frequency"]
+    force_level: Int[np.ndarray, "frequency"]
+    unknowns: int
+
+    @property
+    def is_modal(self) -> bool:
+        """Whether lines are modes, of which none is the neighbour of another."""
+        return shows_modes(self.template)
+
+    @cached_property
+    def mean(self) -> FRFParts:
+        """Posterior mean of the response."""
+        return self.draws.mean(axis=0)
+
+    @cached_property
+    def residual(self) -> FRFParts:
+        """Measured outputs less the posterior mean response; zero where nothing was measured."""
+        return np.where(self.present, self.measured - self.mean, 0.0)
+
+    @cached_property
+    def scale(self) -> FRFParts:
+        """Deviation of the noise where known, else of the replicates, else of the residuals."""
+        if self.deviation is not None:
+            return self.deviation
+        if self.replicates is not None:
+            return np.sqrt(np.mean((self.replicates - self.draws) ** 2, axis=0))
+        axes = (2, 3)
+        count = np.maximum(self.present.sum(axes, keepdims=True), 1)
+        size = np.sqrt(np.sum(self.residual**2, axes, keepdims=True) / count)
+        return np.broadcast_to(np.where(size > 0, size, 1.0), self.residual.shape)
+
+    def labelled(self, values: Any, **attributes: str) -> xr.DataArray:
+        """Put the labels of the outputs on an array; NaN where nothing was measured."""
+        array = np.where(self.present, values, np.nan)
+        flat = self.template.copy(data=array if "part" in self.template.dims else array[..., 0])
+        return by_level(flat.assign_attrs(attributes))
+
+    def labelled_lines(self, values: Any, **attributes: str) -> xr.DataArray:
+        """Put the labels on one number for each line, both parts together."""
+        template = self.template
+        flat = template.isel(part=0, drop=True) if "part" in template.dims else template
+        array = np.where(self.present[..., 0], values, np.nan)
+        return by_level(flat.copy(data=array).assign_attrs(attributes))
+
+
+def shows_modes(labelled: Any) -> bool:
+    """Whether outputs are modal parameters, by their labels."""
+    return labelled["actuator"].values.tolist() == [COLUMN]
+
+
+def output_residuals(posterior: xr.DataTree) -> Residuals:
+    """Read measured and predicted outputs from what `infer` returned."""
+    observed = _in_order(observed_of(posterior))
+    predicted = _in_order(posterior["posterior_predictive"].to_dataset())
+    template = _transposed(observed[MEASURED], ())
+    raw = _with_part(template)
+    draws = _flat_draws(predicted[RESPONSE])
+    if draws.shape[0] < 2:
+        raise InputError(
+            "The posterior holds one draw of the response; at least two are needed, since the "
+            "expected misfit follows from their spread. Draw more: engines.SMC(particles=1000)."
+        )
+    return Residuals(
+        template=template,
+        measured=np.where(np.isfinite(raw), raw, 0.0),
+        present=np.isfinite(raw),
+        draws=draws,
+        replicates=_flat_draws(predicted[MEASURED]) if MEASURED in predicted else None,
+        deviation=_deviation(observed),
+        frequency=np.asarray(template["frequency"].values, dtype=float),
+        force_level=levels_of(template)[1],
+        unknowns=sum(len(scalars("", v.values)) for v in posterior["posterior"].data_vars.values()),
+    )
+
+
+def response_when_exact(posterior: xr.DataTree) -> FRFParts | None:
+    """Mean response without the errors of the model; None where it has none."""
+    predicted = posterior["posterior_predictive"].to_dataset()
+    if RESPONSE_WHEN_EXACT not in predicted:
+        return None
+    ordered = _in_order(predicted)
+    mean: FRFParts = _flat_draws(ordered[RESPONSE_WHEN_EXACT]).mean(axis=0)
+    return mean
+
+
+def by_level(flat: Labelled) -> Labelled:
+    """Separate concatenated force levels along a dimension of their own."""
+    levels, number = levels_of(flat)
+    if not levels.size:
+        return flat
+    runs = [
+        flat.isel(frequency=np.flatnonzero(number == level)).drop_vars(FORCE_LEVEL)
+        for level in range(levels.size)
+    ]
+    options: dict[str, Any] = {"coords": "minimal", "compat": "override", "join": "override"}
+    levelled = xr.concat(runs, FORCE_LEVEL, **options)
+    ordered = levelled.transpose("sensor", "actuator", FORCE_LEVEL, "frequency", ...)
+    return ordered.assign_coords({FORCE_LEVEL: (FORCE_LEVEL, levels, {"units": "N"})})
+
+
+def _in_order(dataset: xr.Dataset) -> xr.Dataset:
+    """Sort the lines and concatenate those of all force levels."""
+    ordered = dataset.sortby("frequency")
+    if FORCE_LEVEL not in ordered.dims:
+        return ordered
+    lines = (FORCE_LEVEL, "frequency")
+    flat = ordered.sortby(FORCE_LEVEL).stack(line=lines, create_index=False)
+    return flat.swap_dims(line="frequency")
+
+
+def levels_of(labelled: Any) -> tuple[Any, Any]:
+    """Force levels [N], none where they are not known, and the number of the level of each line."""
+    if FORCE_LEVEL not in labelled.coords:
+        return np.empty(0), np.zeros(labelled.sizes["frequency"], int)
+    levels, number = np.unique(labelled[FORCE_LEVEL].values, return_inverse=True)
+    return levels, number
+
+
+def _transposed(values: xr.DataArray, leading: tuple[str, ...]) -> xr.DataArray:
+    trailing = ("part",) if "part" in values.dims else ()
+    return values.transpose(*leading, "sensor", "actuator", "frequency", *trailing)
+
+
+def _with_part(values: xr.DataArray) -> Any:
+    array = np.asarray(values.values, dtype=float)
+    return array if "part" in values.dims else array[..., None]
+
+
+def _flat_draws(values: xr.DataArray) -> Any:
+    array = _with_part(_transposed(values, ("chain", "draw")))
+    return array.reshape(-1, *array.shape[2:])
+
+
+def _deviation(observed: xr.Dataset) -> Any:
+    if "deviation" not in observed:
+        return None
+    deviation = _with_part(_transposed(observed["deviation"], ()))
+    return np.where(np.isfinite(deviation), deviation, 1.0)
