@@ -30,9 +30,7 @@ def test_mass_of_a_uniform_bar(ends):
     assert scales(bar).mass == pytest.approx(MASS, rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    "ends", ["free-free", "fixed-free", "pinned-pinned", "fixed-fixed"]
-)
+@pytest.mark.parametrize("ends", ["free-free", "fixed-free", "pinned-pinned", "fixed-fixed"])
 def test_mass_of_a_uniform_beam(ends):
     beam = bp.modes.beams.beam(length=1.2, ends=ends, modes=6, **BENDING)
     assert scales(beam).mass == pytest.approx(MASS, rel=0.01)
