@@ -157,7 +157,7 @@ class Scales:
             return nodal.mass
         low, high = self.nominal_modes.bounds()
         # Free ends move most: places in the middle of equal parts count them as they should be.
-        places = low + (high - low) * (np.arange(_PLACES) + 0.5) / _PLACES
+        places = np.linspace(low, high, 2 * _PLACES + 1)[1::2]
         return moved_mass(compiled(_squared_shapes)(self.nominal_modes, places))
 
     @property
