@@ -1070,16 +1070,6 @@ CALLS = {
         lambda: bp.place(sensor_somewhere(), {"s1": [0.3, 0.4]}, forbidden=[(300.0, 400.0)]),
         "The forbidden region 300.0 to 400.0 m was given, which lies outside the structure (0 to",
     ),
-    "alternative percent": (
-        lambda: bp.information.Alternative("late", 50.0, experiment(), {}),
-        "Alternative('late', probability=50) was given; a name and a probability from 0 to 1",
-    ),
-    "separation of one": (
-        lambda: bp.information.Separation(
-            (bp.information.Alternative("late", 0.5, experiment(), {}),) * 2
-        ),
-        "information.Separation was given late, late; explanations of different names are needed",
-    ),
     "effect mass list": (
         lambda: bp.effects.point_mass(0.4, [0.1]),
         "mass=list of 1 was given; one number or a distribution of one number is needed",
@@ -1126,7 +1116,7 @@ CALLS = {
     ),
     "effect hysteretic percent": (
         lambda: experiment() + bp.effects.hysteretic_damping(2.0),
-        "effects.hysteretic_damping.loss_factor=2 was given; it must be between 0 and 1: a loss",
+        "effects.hysteretic_damping.loss_factor=2 was given; it must be between -1 and 1: a loss",
     ),
     "effect delay ms": (
         lambda: experiment() + bp.effects.time_delay(5.0),

@@ -67,6 +67,11 @@ class Request:
             one.
         """
         self._check_kinds()
+        if self.baseline and self.alone:
+            raise UsageError(
+                "--alone was given beside --baseline; one of them is needed, since the first "
+                "leaves the earlier state out: --baseline before.uff."
+            )
         data = self.data
         if self.states:
             if self.data or self.baseline or self.alone:

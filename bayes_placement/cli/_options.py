@@ -167,7 +167,10 @@ WriteReport = Annotated[
         help="Write report.html as well, with where to measure next: one file to hand on.",
     ),
 ]
-Seed = Annotated[int, typer.Option(help="The same seed gives the same result.")]
+Seed = Annotated[
+    int,
+    typer.Option(help="The same seed gives the same result.", min=0, max=2**63 - 1),
+]
 NoCache = Annotated[
     bool,
     typer.Option(

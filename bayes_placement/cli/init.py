@@ -146,9 +146,19 @@ def run(folder: Path, channels: Path | None, as_case: bool = False) -> NewFiles:
     Raises
     ------
     UsageError
-        If a file is there already.
+        If a file is there already, or in the place of the folder.
     """
+    _check_folder(folder)
     return _write_mapping(folder, channels) if as_case else _write_model(folder, channels)
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse a folder that is a file."""
+    if folder.is_file():
+        raise UsageError(
+            f"{folder} is a file; a folder is needed, which is made if it is not there: "
+            f"bayes-placement init {folder.with_suffix('')}-model."
+        )
 
 
 def _free(path: Path) -> Path:

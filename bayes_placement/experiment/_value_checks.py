@@ -18,6 +18,7 @@ from numpyro.distributions import (
 from .._compiled import compiled
 from .._sites import (
     Leaf,
+    Unknown,
     described,
     is_unknown,
     leaves_with_unit,
@@ -27,6 +28,7 @@ from .._sites import (
 )
 from .._types import InputError, shown
 from ..positions.at import position_on
+from ..positions.bounds import Bounds
 
 _DRAWS = 16
 
@@ -128,9 +130,14 @@ def fixed(tree: Any, values: Any) -> Any:
                 "one, or by jax.vmap."
             )
         if unknown.is_placement and unknown.field == "position" and not unknown.path:
-            owner = f'{unknown.owner.kind.capitalize()} "{unknown.owner.name}"'
-            position_on(value, tree.structure.modes.bounds(), owner)
+            _check_position(unknown, value, tree.structure.modes.bounds())
     return substituted
+
+
+def _check_position(unknown: Unknown, value: Any, bounds: Bounds) -> None:
+    """Refuse a position off the structure, once it is known how long that is."""
+    if not any(isinstance(bound, jax.core.Tracer) for bound in bounds):
+        position_on(value, bounds, f'{unknown.owner.kind.capitalize()} "{unknown.owner.name}"')
 
 
 def _range(leaf: Leaf) -> _Range | None:

@@ -56,9 +56,9 @@ class Alternative(eqx.Module):
 
     def __check_init__(self) -> None:
         check_fields(self)
-        if not (self.name and 0 <= self.probability <= 1):
+        if not (self.name and self.probability >= 0):
             raise InputError(
                 f"Alternative({self.name!r}, probability={self.probability:g}) was given; a name "
-                "and a probability from 0 to 1, not in percent, are needed, since explanations are "
+                "and a probability that is not negative are needed, since explanations are "
                 'weighed: Alternative("nothing", 0.5, experiment, posterior).'
             )

@@ -40,7 +40,7 @@ def integer_seed(key: Any) -> int:
         If it is neither an integer nor a key.
     """
     if _is_integer(key):
-        return _integer(key)
+        return _integer(key) % _LARGEST  # which takes no negative number
     seed = 0
     for word in _words(_checked(key)):
         seed = (seed << 32) + word

@@ -96,6 +96,11 @@ def existing(path: Path, contents: str) -> Path:
     InputError
         If it is larger than what is read into memory.
     """
+    if path.is_dir():
+        raise FileNotFoundError(
+            f"{path} is a folder; {contents} is needed, since one file is read. Name the one in "
+            f"it: {path / 'measured.uff'}."
+        )
     if not path.is_file():
         raise FileNotFoundError(
             f"There is no file {path}; {contents} is needed. Check the folder: Path(...).resolve()."

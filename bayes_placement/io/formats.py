@@ -10,7 +10,7 @@ from ..experiment.measurement import Measurement
 from ..modes.finite_elements.modal_model import ModalModel
 from ..positions.reprs import with_short_repr
 from . import _contents as content
-from ._gate import path_of
+from ._gate import existing, path_of
 from .matrix_files import SystemMatrices
 
 
@@ -165,11 +165,7 @@ def read_matrices(path: str | Path, *others: str | Path, **options: Any) -> Syst
 
 def _format(contents: str, path: Path) -> Format:
     """Format of a file that is to hold a measurement, modes or matrices."""
-    if not path.is_file():
-        raise FileNotFoundError(
-            f"There is no file {path}; a file with {contents} is needed. Check the folder: "
-            "Path(...).resolve()."
-        )
+    existing(path, f"a file with {contents}")
     formats = [known for known in FORMATS if known.contents == contents]
     chosen = _by_content(formats, path) or _by_suffix(formats, path)
     if chosen is not None:

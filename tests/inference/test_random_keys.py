@@ -31,3 +31,16 @@ def test_keys_that_were_split_have_seeds_of_their_own():
 def test_what_is_no_seed_is_refused(key, function):
     with pytest.raises(ValueError, match=r"(?s)key=.* was given; an integer or one JAX"):
         function(key)
+
+
+@pytest.mark.parametrize("key", [-1, -(2**63), 2**63 - 1])
+def test_any_integer_of_64_bits_is_a_seed(key):
+    """NumPy takes no negative one, and JAX does."""
+    np.random.default_rng(integer_seed(key))
+    assert jax_key(key).shape == (2,)
+
+
+@pytest.mark.parametrize("function", [integer_seed, jax_key])
+def test_a_longer_integer_is_refused(function):
+    with pytest.raises(ValueError, match=f"key={2**63} was given; an integer of 64 bits"):
+        function(2**63)

@@ -58,7 +58,7 @@ class Separation(Estimator):
     Raises
     ------
     InputError
-        If there are fewer than two explanations, or two have one name.
+        If there are fewer than two explanations.
 
     Examples
     --------
@@ -77,17 +77,11 @@ class Separation(Estimator):
     def __check_init__(self) -> None:
         _sampling.check_sampling(self.sampling)
         if len(self.alternatives) < 2:
-            given = ", ".join(alternative.name for alternative in self.alternatives) or "none"
+            names = ", ".join(alternative.name for alternative in self.alternatives) or "none"
             raise InputError(
-                f"information.Separation was given {given}; at least two explanations are needed, "
+                f"information.Separation was given {names}; at least two explanations are needed, "
                 "since their separation is estimated. Take bp.explain(...).alternatives, or, for "
                 "parameters of one explanation, information.ExpectedGain(after=posterior)."
-            )
-        names = [alternative.name for alternative in self.alternatives]
-        if len(set(names)) < len(names):
-            raise InputError(
-                f"information.Separation was given {', '.join(names)}; explanations of different "
-                "names are needed, since one does not differ from itself. Leave out the second."
             )
 
     def typical(self) -> dict[str, np.ndarray]:

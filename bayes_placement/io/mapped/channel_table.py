@@ -2,7 +2,8 @@
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -45,12 +46,23 @@ def read(path: Path) -> list[ChannelRow]:
     InputError
         If a column is not known, or a cell is none of what belongs there.
     """
-    with reading(existing(path, _FORM), _FORM, _REMEDY):
+    with reading(existing(path, _FORM), _FORM, _REMEDY), _with_remedy(path):
         heading, cells = _rows(path)
         columns = _columns(heading)
         rows = [_row(number, columns, row) for number, row in enumerate(cells, start=2)]
         check_plausible(path, positions=[row.position for row in rows if row.position])
         return _checked(rows)
+
+
+@contextmanager
+def _with_remedy(path: Path) -> Iterator[None]:
+    """Say what a channel table is where an error says only what is wrong."""
+    try:
+        yield
+    except InputError as error:
+        if str(error).endswith("."):
+            raise
+        raise type(error)(f"{path}: {error}. {_REMEDY}") from error
 
 
 def of_mapping(place: str, channels: dict[str, Any]) -> list[ChannelRow]:
