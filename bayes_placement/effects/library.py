@@ -80,7 +80,7 @@ def library(
     >>> candidates = bp.effects.library(experiment, ["point_mass", "ground_spring"])
     >>> heaviest = max(effect.mass.high for effect in candidates.effects[:1])
     >>> round(float(heaviest), 2)  # kg, scaled to the structure
-    8.64
+    9.0
     """
     classes = [*EFFECTS.values()] if kinds is None else _chosen(kinds)
     classes += [candidate for candidate in further if isinstance(candidate, type)]

@@ -84,7 +84,7 @@ class Scales:
     --------
     >>> scales = bp.effects.Scales(experiment)
     >>> round(float(scales.mass), 2), scales.band
-    (8.64, (100.0, 650.0))
+    (9.0, (100.0, 650.0))
     """
 
     setup: Setup
