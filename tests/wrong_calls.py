@@ -1134,6 +1134,10 @@ CALLS = {
         lambda: experiment() + bp.effects.misplaced_sensor("s1", 20.0),
         'Effect "misplaced_sensor": a shift of 20 m was given, farther than the structure (1 m)',
     ),
+    "effect shift list": (
+        lambda: bp.effects.misplaced_sensor("s1", [0.1]),
+        "shift=list of 1 was given; one number or a distribution of one number is needed",
+    ),
     "effect swapped with itself": (
         lambda: experiment() + bp.effects.swapped_sensors("s1", "s1"),
         'Effect "swapped_sensors": sensor "s1" was given twice; two sensors are needed',

@@ -93,7 +93,7 @@ class Effect(eqx.Module):
             value = getattr(self, field.name)
             if "unit" not in field.metadata:
                 check_annotated(field.name, value, field.type)
-            elif field.type == Parameter and field.name not in self.place_fields:
+            elif field.type == Parameter:
                 if value is None:
                     check_annotated(field.name, value, Parameter)
                 if not field.metadata.get(OF_CHANNELS):

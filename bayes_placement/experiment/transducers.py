@@ -208,9 +208,10 @@ class Transducer(eqx.Module):
     def _check_recorded(self, modes: Modes) -> None:
         """Refuse a recorded position off the line, as one in mm is; in space it may stand off."""
         bounds, recorded = modes.bounds(), self.recorded
-        known = np.ndim(recorded) == 0 and np.isfinite(recorded)
-        known &= not any(isinstance(bound, jax.core.Tracer) for bound in bounds)
-        if known and not (in_space(bounds) or isinstance(self.position, Tolerance)):
+        if any(isinstance(bound, jax.core.Tracer) for bound in bounds) or in_space(bounds):
+            return
+        known = np.ndim(recorded) == 0 and bool(np.isfinite(recorded))
+        if known and not isinstance(self.position, Tolerance):
             owner = f'{self.kind} "{self.name}"'
             position_on(recorded, bounds, owner, "recorded position")
 

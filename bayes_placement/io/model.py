@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any, NamedTuple
 
-from .._types import InputError, arguments_checked, shown
+from .._types import InputError, arguments_checked
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
 from ..experiment.modal_parameters import ModalParameters
@@ -139,7 +139,7 @@ def _declared(module: ModuleType, name: str, kind: type) -> Any:
     value = getattr(module, name, None)
     if value is not None and not isinstance(value, kind):
         raise InputError(
-            f"`{name}` in {module.__file__} is {shown(value)}; an object of {kind.__name__} is "
-            "needed, since the commands read it there. See models/bar.py for an example."
+            f"`{name}` in {module.__file__} is a {type(value).__name__}; a {kind.__name__} is "
+            "needed. See models/bar.py for an example."
         )
     return value

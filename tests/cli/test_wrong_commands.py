@@ -30,7 +30,7 @@ FILES = {
 COMMANDS = {
     "check no.py": (USAGE, "There is no model file no.py. Give a Python file"),
     "check empty.py": (REFUSED, "empty.py has no `experiment`. A model file declares one"),
-    "check number.py": (REFUSED, "number.py is 3; an object of Experiment is needed"),
+    "check number.py": (REFUSED, "number.py is a int; a Experiment is needed"),
     "check bytes.py": (REFUSED, "bytes.py is no Python file. Give one that defines"),
     "check model.txt": (REFUSED, "model.txt is no Python file. Give one that defines"),
     "check folder": (USAGE, "There is no file folder/case.json. A case is a folder with"),
