@@ -389,6 +389,7 @@ def many_places(owners, words=("position",)):
     return tree
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [23, 61])
 @pytest.mark.parametrize("draw", [bp.plots.posterior.parameters, lambda t: methods({"one": t})])
 def test_densities_of_many_parameters_are_no_higher_than_a_page(draw, count):
@@ -417,6 +418,7 @@ PAGES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PAGES)
 def test_a_command_draws_many_unknowns_on_pages(name):
     draw, tree, counts = PAGES[name]
@@ -549,6 +551,7 @@ def test_one_figure_of_many_channels_is_no_higher_than_a_page(name, sensors, act
     assert last.colspan.start == (columns - 1 if actuators == 1 else 0)
 
 
+@pytest.mark.long
 def test_pages_of_simulated_outputs_hold_all_channels():
     tree = simulated_of(9, 7)
     reference = RNG.normal(size=tree["prior_predictive"]["response"].shape[2:])
