@@ -15,6 +15,7 @@ from ._gate import check_plausible, existing, reading
 from ._npz_archive import NpzArchive
 
 _ROUND_OFF = 1e-8  # of the largest entry: asymmetry that the order of assembly leaves
+_OF_DIGITS = 1e-4  # of an entry: what a file of five digits leaves
 
 
 @with_short_repr
@@ -165,7 +166,7 @@ def _symmetric(matrix: scipy.sparse.csc_array, place: str) -> scipy.sparse.csc_a
 def _check_couplings(matrix: scipy.sparse.csc_array, largest: float, place: str) -> None:
     """Refuse an entry that would give a motion of its two rows a negative energy."""
     entries, root = scipy.sparse.coo_array(matrix), np.sqrt(matrix.diagonal())
-    allowed = root[entries.row] * root[entries.col] * (1 + _ROUND_OFF)
+    allowed = root[entries.row] * root[entries.col] * (1 + _OF_DIGITS)
     excess = np.abs(entries.data) - allowed
     worst = int(np.argmax(excess))
     if excess[worst] > _ROUND_OFF * largest:

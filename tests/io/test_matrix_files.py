@@ -106,3 +106,14 @@ def test_files_of_another_kind(tmp_path):
     (tmp_path / "text.mtx").write_text("1 2 3\n")
     with pytest.raises(ValueError, match=r"text.mtx cannot be read .*scipy.io.mmwrite"):
         matrix_files.read(stiffness, tmp_path / "text.mtx")
+
+
+def test_a_turned_bar_in_a_file_of_five_digits_is_read(tmp_path):
+    # One bar alone has no energy across its axis: rounding makes that a little negative.
+    axis = np.array([np.cos(0.5), np.sin(0.5)])
+    end = np.array([[float(f"{entry:.4e}") for entry in row] for row in np.outer(axis, axis)])
+    assert np.linalg.eigvalsh(end)[0] < 0
+    bar = np.block([[end, -end], [-end, end]])
+    file = saved(tmp_path / "K.mtx", bar)
+    stiffness = matrix_files.read(file, file).stiffness
+    np.testing.assert_array_equal(stiffness.toarray(), bar)
