@@ -182,6 +182,10 @@ CALLS = {
         lambda: structure(bp.damping.Rayleigh(-1.0, 0.0)),
         "damping.Rayleigh: mass=-1 was given; no number below zero is",
     ),
+    "rayleigh swapped": (
+        lambda: structure(bp.damping.Rayleigh(1e-5, dist.Uniform(5.0, 20.0))),
+        "damping.Rayleigh: a stiffness of 5 s or more was given; less than 1 s",
+    ),
     "angles degrees": (
         lambda: experiment(sensors=[bp.Sensor("s1", at=0.2, angles=(0.0, 10.0, 0.0))]),
         "sensor.s1.angles.2=10 was given; it must be between -3.142 and 3.142 [rad]",

@@ -66,6 +66,10 @@ class Damping(eqx.Module):
                 )
 
 
+OVERDAMPED = 1.0
+"""Share of the stiffness matrix [s] with which all modes above 1 / (pi s) are overdamped."""
+
+
 class Modal(Damping):
     """Viscous modal damping with a ratio for each mode, 2 i ratio omega_n omega.
 
@@ -144,9 +148,16 @@ class Rayleigh(Damping):
     stiffness: Parameter = eqx.field(metadata=unit("s"))
 
     def __check_init__(self) -> None:
-        """Refuse two zeros, with which no mode is damped."""
+        """Refuse two zeros, with which no mode is damped, and a stiffness that is a mass."""
         if all(_is_zero(value) for _, value in _values(self)):
             _refuse_zero("Rayleigh", "mass and stiffness", "damping.Rayleigh(0.0, 1e-5)")
+        if OVERDAMPED <= _least(self.stiffness) < np.inf:  # infinite while it is traced
+            raise InputError(
+                f"damping.Rayleigh: a stiffness of {_least(self.stiffness):.6g} s or more was given; "
+                f"less than {OVERDAMPED:g} s is needed, since no mode above 0.3 Hz would vibrate. "
+                "The share of the mass [1/s] comes first: "
+                "damping.Rayleigh(mass=10.0, stiffness=1e-5)."
+            )
 
     def loss(self, natural: Natural, omega: Omega, rigid_body_modes: int) -> Loss:
         """Modal loss i omega (mass + stiffness omega_n^2) [(rad/s)^2]."""
