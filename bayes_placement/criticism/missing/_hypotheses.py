@@ -79,6 +79,11 @@ class Hypothesis:
         """Kinds of its effects, sorted."""
         return tuple(sorted(kind_of(effect) for effect in self.effects))
 
+    @functools.cached_property
+    def residual(self) -> np.ndarray:
+        """Residuals at its fit over their standard deviations [datum]."""
+        return self.problem.squares.residuals(self.fit.point[None])[0][0]
+
     @property
     def chi2_per_datum(self) -> float:
         """Mean square of the residuals over their variance."""
@@ -199,6 +204,41 @@ def _under_free_name(effect: Effect, base: Hypothesis) -> Effect:
 def extended(pairs: Sequence[Pair], tick: Callable[[], None]) -> list[Hypothesis]:
     """Fit hypotheses with one more effect; those without a finite density are left out."""
     return finite(fitted(candidate) for candidate in scanned(pairs, tick))
+
+
+def relocated(hypothesis: Hypothesis, null: Hypothesis, tick: Callable[[], None]) -> Hypothesis:
+    """Fit each effect in turn from its best places beside the others, where these are fitted.
+
+    A descent moves all effects together. From the mirror image of a place, or from a place that
+    was the best one without the others, it leads nowhere else.
+
+    Parameters
+    ----------
+    hypothesis
+        A hypothesis of several effects.
+    null
+        The one of none.
+    tick
+        Called once for each effect.
+
+    Returns
+    -------
+    Hypothesis
+        That of the greatest evidence, the given one included.
+    """
+    best = hypothesis
+    for effect in hypothesis.effects:
+        moved = extended([(_without(best, effect.name, null), effect)], tick)
+        best = max(best, *moved, key=lambda hypothesis: hypothesis.fit.log_evidence)
+    return best
+
+
+def _without(hypothesis: Hypothesis, name: str, null: Hypothesis) -> Hypothesis:
+    """A hypothesis less one of its effects, all else where it is."""
+    others = tuple(effect for effect in hypothesis.effects if effect.name != name)
+    problem = functools.reduce(Problem.with_effect, others, null.problem)
+    fit = hypothesis.fit._replace(point=hypothesis.point_in(problem))
+    return replace(hypothesis, effects=others, problem=problem, fit=fit)
 
 
 def rival_among(hypotheses: Sequence[Hypothesis]) -> Rival:

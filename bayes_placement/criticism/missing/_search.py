@@ -1,7 +1,7 @@
 """Search for the hypotheses worth comparing: single effects first, then one more at a time.
 
-The search is not greedy: several hypotheses are extended, and each effect of the best one is
-removed again and replaced.
+The search is not greedy: several hypotheses are extended, each effect of the best one is removed
+again and replaced, and each effect of the best few is looked for once more beside the others.
 """
 
 from collections import Counter
@@ -19,6 +19,7 @@ from ._hypotheses import (
     finite,
     fitted,
     logarithmic_jacobian,
+    relocated,
     scanned,
 )
 from ._posterior_odds import Comparison
@@ -31,10 +32,14 @@ VARIANTS_WITH_ERRORS = 2
 
 
 class Breadth(NamedTuple):
-    """Hypotheses that are extended, and the kinds of effects that are tried on each of them."""
+    """Hypotheses that are extended, and the kinds of effects that are tried on each of them.
+
+    The best `relocated` of those with one more effect are fitted from other places as well.
+    """
 
     branches: int = 4
     kinds: int = 5
+    relocated: int = 2
 
 
 ALL = Breadth()
@@ -70,7 +75,11 @@ def promising(
 def one_more_effect(
     comparison: Comparison, depth: int, tick: Tick, breadth: Breadth = ALL
 ) -> Comparison:
-    """Try one more effect on the best hypotheses of so many, then replace those of the best."""
+    """Try one more effect on the best hypotheses of so many.
+
+    Then those of the best are replaced, and those of the best few looked for at other places: an
+    effect that was fitted first, alone, may have drawn the second to a wrong one.
+    """
     best = [hypothesis for hypothesis in comparison.distinct() if len(hypothesis.effects) == depth]
     deeper = comparison.with_hypotheses(
         extended(_pairs(comparison, best[: breadth.branches], breadth.kinds), tick)
@@ -78,7 +87,13 @@ def one_more_effect(
     replaced = extended(
         _pairs(deeper, _subsets_of_best(deeper, depth, breadth.kinds), breadth.kinds), tick
     )
-    return deeper.with_hypotheses(replaced)
+    deeper = deeper.with_hypotheses(replaced)
+    best = [hypothesis for hypothesis in deeper.distinct() if len(hypothesis.effects) == depth + 1]
+    null = deeper.of(())
+    moved = {
+        hypothesis: relocated(hypothesis, null, tick) for hypothesis in best[: breadth.relocated]
+    }
+    return deeper._replace(hypotheses=[moved.get(known, known) for known in deeper.hypotheses])
 
 
 def _subsets_of_best(comparison: Comparison, depth: int, most: int) -> list[Hypothesis]:
@@ -104,7 +119,7 @@ def _pairs(
     comparison: Comparison, branches: Sequence[Hypothesis], most: int
 ) -> list[tuple[Hypothesis, Effect]]:
     """Hypotheses to extend and the effects to extend them by, each set of kinds once."""
-    null = next(hypothesis for hypothesis in comparison.hypotheses if not hypothesis.effects)
+    null = comparison.of(())
     tried = {hypothesis.kinds for hypothesis in comparison.hypotheses}
     pairs = []
     for branch in branches:
