@@ -10,7 +10,7 @@ from scipy.stats import chi2
 
 from ...inference.chi2 import LEVEL
 from ._hypotheses import Hypothesis, ScannedCandidate
-from ._unknown_noise import is_noise_known, scatter
+from ._unknown_noise import gain_with_outliers, is_noise_known, scatter
 
 NOTHING, NONE = "nothing_missing", "none_of_these"
 
@@ -62,7 +62,8 @@ class Comparison(NamedTuple):
 
     def _log_odds_as_stated(self, hypothesis: Hypothesis) -> float:
         """The same, the error being as stated."""
-        return hypothesis.fit.log_evidence + self.log_prior(hypothesis)
+        log_evidence = hypothesis.fit.log_evidence + gain_with_outliers(hypothesis)
+        return log_evidence + self.log_prior(hypothesis)
 
     def log_prior(self, hypothesis: Hypothesis) -> float:
         """Log prior probability, halved by each further effect; all kinds are equally probable."""
@@ -181,8 +182,10 @@ def _gain_of_larger_error(hypothesis: Hypothesis) -> float:
 
     Laplace's method in log s about s^2 = squares per degree of freedom; where this is below 1,
     about s = 1 with the lower half of the Gaussian cut off. Posterior deviations of parameters grow
-    by s.
+    by s. An error that is not stated is none that could be larger.
     """
+    if not is_noise_known(hypothesis):
+        return -np.inf
     squares = hypothesis.fit.squares
     free = max(hypothesis.problem.count - hypothesis.fit.determined, 1.0)
     factor = max(squares / free, 1.0)

@@ -1,7 +1,9 @@
-"""How much noise a fitted hypothesis needs, where the noise is not known."""
+"""How much noise a fitted hypothesis needs, and how it may be distributed, where it is unknown."""
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
+from scipy.optimize import minimize_scalar
 
 from ..._compiled import compiled
 from ..._sites import Role
@@ -10,6 +12,9 @@ from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
 from ..noise_needed import NoiseNeeded, over_scatter, relative_size
 from ._hypotheses import Hypothesis
+
+OUTLIERS, SIZE_OF_OUTLIERS = 0.01, 10.0
+"""Share of data that are outliers, and factor on their deviation, where the noise is not known."""
 
 OF_COHERENCE = ("factor", "coherence")
 """Fields of a noise that are factors on what the coherence says."""
@@ -27,11 +32,46 @@ def scatter(hypothesis: Hypothesis) -> tuple[float, float]:
     With an earlier state, those of the later one, which come first.
     """
     problem = hypothesis.problem
-    residual, _ = problem.squares.residuals(hypothesis.fit.point[None])
     lines = np.argsort(np.asarray(problem.experiment.frequency))
     present = np.asarray(problem.data.measured)
-    rows = residual[0, : present.size].reshape(-1, lines.size)[:, lines]
+    rows = hypothesis.residual[: present.size].reshape(-1, lines.size)[:, lines]
     return over_scatter(rows, present.reshape(-1, lines.size)[:, lines])
+
+
+def gain_with_outliers(hypothesis: Hypothesis) -> float:
+    """Gain of log likelihood where a few data may be outliers; none where the noise is known.
+
+    The form of an unknown noise is assumed, so that what explains one line of one channel explains
+    no more than that the noise may be larger there.
+    """
+    if is_noise_known(hypothesis):
+        return 0.0
+    return gain_of_mixture(hypothesis.residual, hypothesis.problem.count)
+
+
+def gain_of_mixture(residual: Float[np.ndarray, "datum"], count: int) -> float:
+    """Gain of log likelihood where errors are normal, or with a small probability far larger.
+
+    Box and Tiao (1968, doi:10.1093/biomet/55.1.119); the level of all is the most probable one
+    then, since outliers have raised the one that was fitted.
+
+    Parameters
+    ----------
+    residual
+        Residuals over their fitted standard deviations; zero where nothing was measured.
+    count
+        Number of data that were measured.
+    """
+    squares = residual**2
+
+    def loss(log_level: float) -> float:
+        errors = -0.5 * squares * np.exp(-2 * log_level)
+        outliers = errors / SIZE_OF_OUTLIERS**2 - np.log(SIZE_OF_OUTLIERS)
+        mixture = np.logaddexp(np.log1p(-OUTLIERS) + errors, np.log(OUTLIERS) + outliers)
+        return count * log_level - float(np.sum(mixture))
+
+    best = minimize_scalar(loss, bounds=(-np.log(SIZE_OF_OUTLIERS), 0.0))
+    return float(0.5 * np.sum(squares) - best.fun)
 
 
 def noise_needed(hypothesis: Hypothesis) -> NoiseNeeded | None:

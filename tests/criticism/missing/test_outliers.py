@@ -1,0 +1,78 @@
+"""Where the noise is not known, what explains a single datum is no effect: it may be an outlier."""
+
+import dataclasses
+
+import equinox as eqx
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+from scipy.stats import norm
+
+import bayes_placement as bp
+from bayes_placement.criticism.missing import _unknown_noise
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._unknown_noise import (
+    OUTLIERS,
+    SIZE_OF_OUTLIERS,
+    gain_of_mixture,
+    gain_with_outliers,
+)
+from bayes_placement.experiment.noise import Noise
+from tests.criticism.small import experiment, measured, without_coherence
+
+ABSORBER = bp.effects.tuned_absorber(0.313, mass=0.05, frequency=330.0, damping_ratio=0.01)
+
+
+def of_unknown_noise():
+    noise = bp.noise.Relative(dist.LogUniform(1e-3, 0.3), dist.LogUniform(1e-4, 1.0))
+    return eqx.tree_at(
+        lambda tree: tree.noise,
+        experiment(),
+        noise,
+        is_leaf=lambda leaf: isinstance(leaf, Noise),
+    )
+
+
+def searched(*hidden, error=0.0):
+    """Search in a measurement without coherence, one datum of which is wrong by a share."""
+    measurement = without_coherence(measured(*hidden, seed=4))
+    frf = np.array(measurement.frf)
+    frf[0, 0, 20] *= 1 + error
+    candidates = bp.effects.library(of_unknown_noise(), ["tuned_absorber", "point_mass"])
+    wrong = dataclasses.replace(measurement, frf=frf)
+    return bp.improve(of_unknown_noise(), wrong, candidates=candidates, model_error=None)
+
+
+@pytest.mark.parametrize("error", [0.3, 0.6])
+def test_a_single_wrong_datum_is_no_absorber(error, monkeypatch):
+    assert searched(error=error).verdict == ()
+    monkeypatch.setattr(_unknown_noise, "OUTLIERS", 1e-300)  # none is possible
+    assert searched(error=error).verdict == ("tuned_absorber",)
+
+
+def test_an_absorber_that_shows_in_a_few_lines_is_named():
+    ledger = searched(ABSORBER)
+    assert ledger.verdict == ("tuned_absorber",)
+    frequency = ledger.steps[-1].parameters["structure.effects.tuned_absorber.frequency"]
+    assert frequency.low < 330.0 < frequency.high
+
+
+def test_the_gain_is_that_of_the_mixture_at_the_best_level():
+    residual = np.append(np.random.default_rng(0).standard_normal(200), 30.0)
+    levels = np.linspace(0.2, 1.0, 2001)[:, None]
+    mixture = (1 - OUTLIERS) * norm.pdf(residual, scale=levels) + OUTLIERS * norm.pdf(
+        residual, scale=SIZE_OF_OUTLIERS * levels
+    )
+    expected = np.log(mixture).sum(axis=1).max() - norm.logpdf(residual).sum()
+    assert gain_of_mixture(residual, residual.size) == pytest.approx(expected, abs=1e-3)
+
+
+def test_well_behaved_errors_gain_nothing():
+    gain = gain_of_mixture(np.random.default_rng(1).standard_normal(1000), 1000)
+    assert 1000 * np.log1p(-OUTLIERS) < gain < 1.0
+
+
+def test_known_noise_has_no_outliers():
+    known = null_hypothesis(experiment(), experiment().data(measured()))
+    known.residual[0] = 50.0
+    assert gain_with_outliers(known) == 0.0
