@@ -153,9 +153,9 @@ class Rayleigh(Damping):
             _refuse_zero("Rayleigh", "mass and stiffness", "damping.Rayleigh(0.0, 1e-5)")
         if OVERDAMPED <= _least(self.stiffness) < np.inf:  # infinite while it is traced
             raise InputError(
-                f"damping.Rayleigh: a stiffness of {_least(self.stiffness):.6g} s or more was given; "
-                f"less than {OVERDAMPED:g} s is needed, since no mode above 0.3 Hz would vibrate. "
-                "The share of the mass [1/s] comes first: "
+                f"damping.Rayleigh: a stiffness of {_least(self.stiffness):.6g} s or more was "
+                f"given; less than {OVERDAMPED:g} s is needed, since no mode above 0.3 Hz would "
+                "vibrate. The share of the mass [1/s] comes first: "
                 "damping.Rayleigh(mass=10.0, stiffness=1e-5)."
             )
 
