@@ -10,7 +10,7 @@ from scipy.stats import chi2
 
 from ...inference.chi2 import LEVEL
 from ._hypotheses import Hypothesis, ScannedCandidate
-from ._unknown_noise import gain_with_outliers, is_noise_known, scatter
+from ._unknown_noise import gain_with_outliers, is_noise_known, p_value_of_outliers, scatter
 
 NOTHING, NONE = "nothing_missing", "none_of_these"
 
@@ -136,12 +136,12 @@ def explains(hypothesis: Hypothesis, level: float) -> bool:
     """Whether a hypothesis leaves nothing but noise, so that no more effects are looked for.
 
     It passes its check; or, where the noise is unknown, its residuals are no larger than the
-    scatter of neighbouring lines. That alone does not say that a model is right: at lines far from
-    each other any misfit scatters.
+    scatter of neighbouring lines, and no more of them are outliers than assumed. That alone does
+    not say that a model is right: at lines far from each other any misfit scatters.
     """
     if is_noise_known(hypothesis):
         return passes(hypothesis, level)
-    return p_value(hypothesis) >= level
+    return p_value(hypothesis) >= level and p_value_of_outliers(hypothesis) >= level
 
 
 def wants_more_effects(comparison: Comparison, depth: int, level: float) -> bool:

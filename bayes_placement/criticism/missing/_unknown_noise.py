@@ -1,9 +1,12 @@
 """How much noise a fitted hypothesis needs, and how it may be distributed, where it is unknown."""
 
+from typing import NamedTuple
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 from scipy.optimize import minimize_scalar
+from scipy.stats import binom
 
 from ..._compiled import compiled
 from ..._sites import Role
@@ -38,22 +41,47 @@ def scatter(hypothesis: Hypothesis) -> tuple[float, float]:
     return over_scatter(rows, present.reshape(-1, lines.size)[:, lines])
 
 
+class Mixture(NamedTuple):
+    """Errors that are normal, or with a small probability far larger.
+
+    Parameters
+    ----------
+    gain
+        Log likelihood over that of normal errors of the fitted deviations.
+    outliers
+        Expected number of outliers.
+    """
+
+    gain: float
+    outliers: float
+
+
 def gain_with_outliers(hypothesis: Hypothesis) -> float:
     """Gain of log likelihood where a few data may be outliers; none where the noise is known.
 
     The form of an unknown noise is assumed, so that what explains one line of one channel explains
     no more than that the noise may be larger there.
     """
-    if is_noise_known(hypothesis):
-        return 0.0
-    return gain_of_mixture(hypothesis.residual, hypothesis.problem.count)
+    return 0.0 if is_noise_known(hypothesis) else _mixture_of(hypothesis).gain
 
 
-def gain_of_mixture(residual: Float[np.ndarray, "datum"], count: int) -> float:
-    """Gain of log likelihood where errors are normal, or with a small probability far larger.
+def p_value_of_outliers(hypothesis: Hypothesis) -> float:
+    """Probability of at least as many outliers, of the share that a mixture assumes.
 
-    Box and Tiao (1968, doi:10.1093/biomet/55.1.119); the level of all is the most probable one
-    then, since outliers have raised the one that was fitted.
+    More of them are a misfit at many lines, which an effect may explain.
+    """
+    count = hypothesis.problem.count
+    return float(binom.sf(np.ceil(_mixture_of(hypothesis).outliers) - 1, count, OUTLIERS))
+
+
+def _mixture_of(hypothesis: Hypothesis) -> Mixture:
+    return mixture(hypothesis.residual, hypothesis.problem.count)
+
+
+def mixture(residual: Float[np.ndarray, "datum"], count: int) -> Mixture:
+    """Fit a mixture to residuals (Box and Tiao 1968, doi:10.1093/biomet/55.1.119).
+
+    The level of all is the most probable one, since outliers have raised the one that was fitted.
 
     Parameters
     ----------
@@ -64,14 +92,18 @@ def gain_of_mixture(residual: Float[np.ndarray, "datum"], count: int) -> float:
     """
     squares = residual**2
 
-    def loss(log_level: float) -> float:
+    def parts(log_level: float) -> tuple[np.ndarray, np.ndarray]:
         errors = -0.5 * squares * np.exp(-2 * log_level)
         outliers = errors / SIZE_OF_OUTLIERS**2 - np.log(SIZE_OF_OUTLIERS)
-        mixture = np.logaddexp(np.log1p(-OUTLIERS) + errors, np.log(OUTLIERS) + outliers)
-        return count * log_level - float(np.sum(mixture))
+        return np.log1p(-OUTLIERS) + errors, np.log(OUTLIERS) + outliers
+
+    def loss(log_level: float) -> float:
+        return count * log_level - float(np.sum(np.logaddexp(*parts(log_level))))
 
     best = minimize_scalar(loss, bounds=(-np.log(SIZE_OF_OUTLIERS), 0.0))
-    return float(0.5 * np.sum(squares) - best.fun)
+    normal, outlying = parts(best.x)
+    shares = np.exp(outlying - np.logaddexp(normal, outlying))
+    return Mixture(float(0.5 * np.sum(squares) - best.fun), float(np.sum(shares[residual != 0])))
 
 
 def noise_needed(hypothesis: Hypothesis) -> NoiseNeeded | None:

@@ -14,8 +14,8 @@ from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.criticism.missing._unknown_noise import (
     OUTLIERS,
     SIZE_OF_OUTLIERS,
-    gain_of_mixture,
     gain_with_outliers,
+    mixture,
 )
 from bayes_placement.experiment.noise import Noise
 from tests.criticism.small import experiment, measured, without_coherence
@@ -40,7 +40,9 @@ def searched(*hidden, error=0.0):
     frf[0, 0, 20] *= 1 + error
     candidates = bp.effects.library(of_unknown_noise(), ["tuned_absorber", "point_mass"])
     wrong = dataclasses.replace(measurement, frf=frf)
-    return bp.improve(of_unknown_noise(), wrong, candidates=candidates, model_error=None)
+    return bp.improve(
+        of_unknown_noise(), wrong, candidates=candidates, model_error=None, most_effects=1
+    )
 
 
 @pytest.mark.parametrize("error", [0.3, 0.6])
@@ -60,16 +62,19 @@ def test_an_absorber_that_shows_in_a_few_lines_is_named():
 def test_the_gain_is_that_of_the_mixture_at_the_best_level():
     residual = np.append(np.random.default_rng(0).standard_normal(200), 30.0)
     levels = np.linspace(0.2, 1.0, 2001)[:, None]
-    mixture = (1 - OUTLIERS) * norm.pdf(residual, scale=levels) + OUTLIERS * norm.pdf(
+    density = (1 - OUTLIERS) * norm.pdf(residual, scale=levels) + OUTLIERS * norm.pdf(
         residual, scale=SIZE_OF_OUTLIERS * levels
     )
-    expected = np.log(mixture).sum(axis=1).max() - norm.logpdf(residual).sum()
-    assert gain_of_mixture(residual, residual.size) == pytest.approx(expected, abs=1e-3)
+    expected = np.log(density).sum(axis=1).max() - norm.logpdf(residual).sum()
+    gain, outliers = mixture(residual, residual.size)
+    assert gain == pytest.approx(expected, abs=1e-3)
+    assert 1.0 < outliers < 1.5
 
 
 def test_well_behaved_errors_gain_nothing():
-    gain = gain_of_mixture(np.random.default_rng(1).standard_normal(1000), 1000)
+    gain, outliers = mixture(np.random.default_rng(1).standard_normal(1000), 1000)
     assert 1000 * np.log1p(-OUTLIERS) < gain < 1.0
+    assert outliers < 10.0
 
 
 def test_known_noise_has_no_outliers():
