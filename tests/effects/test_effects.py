@@ -86,7 +86,7 @@ def test_every_effect_is_suggested_where_it_can_act(suggested):
 
 def test_masses_are_shares_of_the_mass(suggested):
     added, removed = suggested["point_mass"]
-    np.testing.assert_allclose([added.mass.low, added.mass.high], [1e-4 * MASS, MASS], rtol=0.02)
+    np.testing.assert_allclose([added.mass.low, added.mass.high], [1e-5 * MASS, MASS], rtol=0.02)
     assert float(removed.mass.icdf(0.0)) == pytest.approx(-0.1 * MASS, rel=0.02)
     assert (added.at.low, added.at.high) == (0.0, LENGTH)
     assert suggested["sensor_mass"][0].mass.high < 0.31 * MASS
