@@ -14,7 +14,6 @@ from ...inference.engines.least_squares import SquaresAndPrior
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem
 from ._hypotheses import Hypothesis
-from ._unknown_noise import is_noise_known
 
 BANDS = 4
 """Frequency bands, of as many lines each."""
@@ -33,7 +32,7 @@ def held_out(hypothesis: Hypothesis) -> float:
     problem = hypothesis.problem
     measured = np.asarray(problem.data.measured).ravel()
     folds = [problem.of_experiment(fold & measured) for fold in _folds(problem)]
-    is_linear = is_noise_known(hypothesis) and not hypothesis.has_errors
+    is_linear = hypothesis.is_noise_known and not hypothesis.has_errors
     score = _score if is_linear else _evidence_ratio
     scores = [
         score(hypothesis, fold)
@@ -82,7 +81,7 @@ def _training(hypothesis: Hypothesis, fold: np.ndarray) -> tuple[SquaresAndPrior
     data, noise = problem.data, problem.experiment.noise
     assert noise is not None
     remaining = np.asarray(data.measured) & ~fold[: data.z.size].reshape(data.z.shape)
-    if is_noise_known(hypothesis) or isinstance(noise, Covariance):
+    if hypothesis.is_noise_known or isinstance(noise, Covariance):
         _, log_scale = problem.squares.residuals(hypothesis.fit.point[None])
         weight = (~fold).astype(float)
         return problem.squares.objective(weight=weight), log_scale[0] / problem.count

@@ -21,6 +21,7 @@ from ...inference.residuals import Problem
 from ._candidates import numbered
 from ._compiled_ahead import compiled_ahead
 from ._kept_fits import NO_RIVAL, kept_with_sizes
+from ._outliers import Mixture, mixture
 from ._scan import LEAST, MOST, Scan, best_places, fit_alone, fit_grown, point_in_problem, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
@@ -80,9 +81,20 @@ class Hypothesis:
         return tuple(sorted(kind_of(effect) for effect in self.effects))
 
     @functools.cached_property
+    def is_noise_known(self) -> bool:
+        """Whether the level of the noise is stated, or read from the data."""
+        noise = self.problem.experiment.noise
+        return noise is not None and noise.deviation(self.problem.data) is not None
+
+    @functools.cached_property
     def residual(self) -> np.ndarray:
         """Residuals at its fit over their standard deviations [datum]."""
         return self.problem.squares.residuals(self.fit.point[None])[0][0]
+
+    @functools.cached_property
+    def with_outliers(self) -> Mixture:
+        """Likelihood at its fit where a few data may be outliers."""
+        return mixture(self.residual, self.problem.count)
 
     @property
     def chi2_per_datum(self) -> float:

@@ -10,7 +10,7 @@ from scipy.stats import chi2
 
 from ...inference.chi2 import LEVEL
 from ._hypotheses import Hypothesis, ScannedCandidate
-from ._unknown_noise import gain_with_outliers, is_noise_known, p_value_of_outliers, scatter
+from ._unknown_noise import gain_with_outliers, p_value_of_outliers, scatter
 
 NOTHING, NONE = "nothing_missing", "none_of_these"
 
@@ -129,7 +129,7 @@ class Comparison(NamedTuple):
 
 def passes(hypothesis: Hypothesis, level: float) -> bool:
     """Whether a hypothesis passes its check; where the noise is unknown, no check is possible."""
-    return is_noise_known(hypothesis) and not p_value(hypothesis) < level
+    return hypothesis.is_noise_known and not p_value(hypothesis) < level
 
 
 def explains(hypothesis: Hypothesis, level: float) -> bool:
@@ -139,7 +139,7 @@ def explains(hypothesis: Hypothesis, level: float) -> bool:
     scatter of neighbouring lines, and no more of them are outliers than assumed. That alone does
     not say that a model is right: at lines far from each other any misfit scatters.
     """
-    if is_noise_known(hypothesis):
+    if hypothesis.is_noise_known:
         return passes(hypothesis, level)
     return p_value(hypothesis) >= level and p_value_of_outliers(hypothesis) >= level
 
@@ -169,7 +169,7 @@ def p_value(hypothesis: Hypothesis) -> float:
     NaN where the data determine as many unknowns as there are data. Where the noise is not known,
     that its residuals exceed the scatter of neighbouring lines as much.
     """
-    if not is_noise_known(hypothesis):
+    if not hypothesis.is_noise_known:
         return scatter(hypothesis)[1]
     degrees_of_freedom = hypothesis.problem.count - hypothesis.fit.determined
     if degrees_of_freedom <= 0:
@@ -184,7 +184,7 @@ def _gain_of_larger_error(hypothesis: Hypothesis) -> float:
     about s = 1 with the lower half of the Gaussian cut off. Posterior deviations of parameters grow
     by s. An error that is not stated is none that could be larger.
     """
-    if not is_noise_known(hypothesis):
+    if not hypothesis.is_noise_known:
         return -np.inf
     squares = hypothesis.fit.squares
     free = max(hypothesis.problem.count - hypothesis.fit.determined, 1.0)

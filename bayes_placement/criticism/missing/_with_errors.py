@@ -37,7 +37,6 @@ from ._posterior_odds import (
 from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, Tick, one_more_effect
 from ._shared_fits import SharedFits, shared_fits
-from ._unknown_noise import is_noise_known
 
 
 class Question(NamedTuple):
@@ -143,7 +142,7 @@ class Answer(NamedTuple):
         the structure is a part of that scatter, although an effect at its place fits it well.
         Unknown noise grows with the misfit, so that it decides nothing.
         """
-        if not is_noise_known(best):
+        if not best.is_noise_known:
             return True
         before = _with_fewer(self.comparison, best).chi2_when_exact
         after = best.chi2_when_exact

@@ -9,14 +9,10 @@ import pytest
 from scipy.stats import norm
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing import _unknown_noise
+from bayes_placement.criticism.missing import _outliers, _shared_fits
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
-from bayes_placement.criticism.missing._unknown_noise import (
-    OUTLIERS,
-    SIZE_OF_OUTLIERS,
-    gain_with_outliers,
-    mixture,
-)
+from bayes_placement.criticism.missing._outliers import OUTLIERS, SIZE_OF_OUTLIERS, mixture
+from bayes_placement.criticism.missing._unknown_noise import gain_with_outliers
 from bayes_placement.experiment.noise import Noise
 from tests.criticism.small import experiment, measured, without_coherence
 
@@ -48,7 +44,8 @@ def searched(*hidden, error=0.0):
 @pytest.mark.parametrize("error", [0.3, 0.6])
 def test_a_single_wrong_datum_is_no_absorber(error, monkeypatch):
     assert searched(error=error).verdict == ()
-    monkeypatch.setattr(_unknown_noise, "OUTLIERS", 1e-300)  # none is possible
+    monkeypatch.setattr(_outliers, "OUTLIERS", 1e-300)  # none is possible
+    _shared_fits._LAST.clear()
     assert searched(error=error).verdict == ("tuned_absorber",)
 
 
