@@ -20,6 +20,9 @@ from ..positions.reprs import with_short_repr
 Loss = Complex[Array, "mode frequency"]
 Natural = Float[Array, "mode"]
 
+OVERDAMPED = 1.0
+"""Share of the stiffness matrix [s] with which all modes above 1 / (pi s) are overdamped."""
+
 
 @with_short_repr
 class Damping(eqx.Module):
@@ -64,10 +67,6 @@ class Damping(eqx.Module):
                     "below zero is possible, since a mode must not gain energy: give a positive "
                     f"number, or a distribution above zero such as dist.LogUniform(1e-3, 1e-1)."
                 )
-
-
-OVERDAMPED = 1.0
-"""Share of the stiffness matrix [s] with which all modes above 1 / (pi s) are overdamped."""
 
 
 class Modal(Damping):
