@@ -20,7 +20,7 @@ from numpyro.distributions import (
     Uniform,
     constraints,
 )
-from numpyro.distributions.transforms import AffineTransform, ExpTransform
+from numpyro.distributions.transforms import AffineTransform
 
 from ._types import InputError, check_kind
 
@@ -269,13 +269,11 @@ def described(prior: Any) -> str:
 
 def _transformed(transform: Any, words: str) -> str:
     """Write a transform of what is described by words: -1 + exp(Normal(0, 1.5))."""
-    if isinstance(transform, ExpTransform):
-        return f"exp({words})"
     if isinstance(transform, AffineTransform):
         location, scale = _number(transform.loc), _number(transform.scale)
         scaled = words if scale == "1" else f"{scale} {words}"
         return scaled if location == "0" else f"{location} + {scaled}"
-    return f"{type(transform).__name__}({words})"
+    return f"{type(transform).__name__.removesuffix('Transform').lower()}({words})"
 
 
 def _number(value: Any) -> str:

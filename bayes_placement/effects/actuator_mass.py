@@ -43,10 +43,10 @@ class ActuatorMass(InstrumentEffect):
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["ActuatorMass"]:
-        """A mass of 0.003 % to 30 % of the structure's, where exciters may stay mounted."""
+        """A mass of 0.001 % to 30 % of the structure's, where exciters may stay mounted."""
         if not scales.exciters_may_be_mounted:
             return []
-        return [cls(LogUniform(3e-5 * scales.mass, 0.3 * scales.mass))]
+        return [cls(LogUniform(scales.least_mass, 0.3 * scales.mass))]
 
 
 actuator_mass = ActuatorMass

@@ -6,7 +6,7 @@ from typing import ClassVar
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
-from numpyro.distributions import Uniform
+from numpyro.distributions import Distribution
 
 from .._compiled import compiled
 from .._sites import unit
@@ -17,6 +17,10 @@ from ..modes.modes import Modes
 from ..modes.underlying import required_beam
 from .effect import GlobalChange
 from .scales import Scales
+from .signed import log_uniform_of_either_sign
+
+LEAST, COMPRESSION, TENSION = 1e-4, 0.8, 10.0
+"""Of the buckling load: the least force that matters, the greatest ones of a default prior."""
 
 
 class AxialPreload(GlobalChange):
@@ -60,12 +64,20 @@ class AxialPreload(GlobalChange):
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["AxialPreload"]:
-        """80 % of the buckling load in compression to ten times as much in tension."""
+        """80 % of the buckling load in compression to ten times as much in tension.
+
+        Log-uniform from 0.01 % of the buckling load on.
+        """
         beam = scales.nominal_modes
         if not isinstance(beam, UniformBeam):
             return []
         critical = buckling_load(beam)
-        return [cls(Uniform(-0.8 * critical, 10 * critical))]
+        return [cls(preload_prior(critical))]
+
+
+def preload_prior(load: float) -> Distribution:
+    """Prior of a tension [N], for a buckling load [N]."""
+    return log_uniform_of_either_sign(LEAST * load, -COMPRESSION * load, TENSION * load)
 
 
 def buckling_load(beam: UniformBeam) -> float:

@@ -5,7 +5,6 @@ from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import Uniform
 
 from .._sites import unit
 from .._types import Parameter
@@ -14,6 +13,7 @@ from .instrument_effect import Factor
 from .instruments import Instruments, Number
 from .on_transducer import OnTransducer
 from .scales import Scales
+from .time_delay import delay_prior
 
 
 class ChannelDelay(OnTransducer):
@@ -53,13 +53,12 @@ class ChannelDelay(OnTransducer):
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["ChannelDelay"]:
-        """Up to half a period at the top of the band, either way, where there are others.
+        """As `time_delay`, for each sensor and each actuator where there are others.
 
         A delay of the only sensor is `time_delay`.
         """
-        longest = 0.5 / scales.band[1]
         return [
-            cls(name, Uniform(-longest, longest), side=side)
+            cls(name, delay_prior(scales), side=side)
             for side in ("sensor", "actuator")
             for name in scales.instruments.side(side)
             if len(scales.instruments.side(side)) > 1

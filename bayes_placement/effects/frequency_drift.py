@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 import equinox as eqx
-from numpyro.distributions import Uniform
 
 from .._sites import unit
 from .._types import Parameter, Receptance
@@ -12,6 +11,7 @@ from .effect import Omega
 from .instruments import Instruments, Number
 from .on_transducer import OnTransducer
 from .scales import Scales
+from .signed import log_uniform_of_either_sign
 
 
 class FrequencyDrift(OnTransducer):
@@ -57,10 +57,13 @@ class FrequencyDrift(OnTransducer):
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["FrequencyDrift"]:
-        """Up to 3 % either way, for each roved sensor and each actuator where there are others."""
+        """Up to 3 % either way, for each roved sensor and each actuator where there are others.
+
+        Log-uniform from 1e-5 on.
+        """
         sides = ("sensor", "actuator") if scales.sensors_roved else ("actuator",)
         return [
-            cls(name, Uniform(-0.03, 0.03), side=side)
+            cls(name, log_uniform_of_either_sign(1e-5, -0.03, 0.03), side=side)
             for side in sides
             for name in scales.instruments.side(side)
             if len(scales.instruments.side(side)) > 1

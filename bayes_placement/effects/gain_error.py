@@ -1,10 +1,11 @@
 """A wrong sensitivity of a sensor or an actuator."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import equinox as eqx
-from numpyro.distributions import Normal, TransformedDistribution
+from numpyro.distributions import TransformedDistribution
 from numpyro.distributions.transforms import AffineTransform, ExpTransform
 
 from .._sites import unit
@@ -15,6 +16,10 @@ from .instruments import Instruments, Number
 from .known_factors import known_factor
 from .on_transducer import OnTransducer, channels, sides_that_differ
 from .scales import Scales
+from .signed import log_uniform_of_either_sign
+
+GREATEST = 2000.0
+"""Greatest factor of a default prior: beyond 1000, as of a unit for its thousandfold."""
 
 
 class GainError(OnTransducer):
@@ -59,13 +64,15 @@ class GainError(OnTransducer):
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["GainError"]:
-        """Each channel with a factor whose logarithm is normal with a deviation of 1.5.
+        """Each channel with a factor up to 2000, either way.
 
-        A half is between a third and three, as of a wrong sensitivity; wrong units, 9.81 or 1000,
-        are rare but within reach: a fit goes as far as five deviations.
+        The order of its logarithm is not known: from 0.001, as of a sensitivity, to wrong units,
+        9.81 or 1000.
         """
+        farthest = math.log(GREATEST)
+        logarithm = log_uniform_of_either_sign(1e-3, -farthest, farthest)
         relative_error = TransformedDistribution(
-            Normal(0.0, 1.5), [ExpTransform(), AffineTransform(-1.0, 1.0)]
+            logarithm, [ExpTransform(), AffineTransform(-1.0, 1.0)]
         )
         return [
             cls(name, relative_error, side=side, direction=direction)

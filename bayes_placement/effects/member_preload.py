@@ -6,7 +6,6 @@ from typing import ClassVar
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Int
-from numpyro.distributions import Uniform
 
 from .._sites import unit
 from .._types import Parameter
@@ -15,6 +14,7 @@ from ..modes.flexible_parts import StretchedMember
 from ..modes.modes import Modes
 from ..modes.underlying import underlying_nodal_modes
 from ._parts import centre, check_number, name_of
+from .axial_preload import preload_prior
 from .effect import Hinged, Location
 from .instruments import Instruments
 from .scales import Scales
@@ -80,17 +80,14 @@ class MemberPreload(Hinged):
     def suggest(cls, scales: Scales) -> Sequence["MemberPreload"]:
         """80 % of the compression at which the frame buckles to ten times as much in tension.
 
-        For each member of a finite element model, whose buckling load is that of the frame with
-        this member alone under compression.
+        Log-uniform from 0.01 % on, for each member of a finite element model, whose buckling load
+        is that of the frame with this member alone under compression.
         """
         nodal = nodal_of(scales.modes)
         if nodal is None:
             return []
         loads = [buckling_load(nodal, number) for number in range(len(nodal.members.names))]
-        return [
-            cls(np.asarray(number), Uniform(-0.8 * load, 10 * load))
-            for number, load in enumerate(loads)
-        ]
+        return [cls(np.asarray(number), preload_prior(load)) for number, load in enumerate(loads)]
 
 
 def buckling_load(modes: NodalModes, member: int) -> float:

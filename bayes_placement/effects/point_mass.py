@@ -12,11 +12,6 @@ from .effect import Attachment, Omega, Place, Stiffness
 from .scales import Scales
 from .signed import negative_log_uniform, where_negative
 
-LEAST = 1e-5
-"""Least share of the structure's mass. It shifts natural frequencies by about half of that, which
-hundreds of lines with a noise of 1 % tell at a damping ratio of 1 %; beyond, others are claimed
-for it."""
-
 
 class PointMass(Attachment):
     """A mass fixed to one place, which adds -omega^2 m in every direction; negative if removed.
@@ -53,8 +48,8 @@ class PointMass(Attachment):
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["PointMass"]:
         """0.001 % to 100 % of the structure's mass, or up to 10 % of it removed, anywhere on it."""
-        mass = scales.mass
-        priors = LogUniform(LEAST * mass, mass), negative_log_uniform(LEAST * mass, 0.1 * mass)
+        least, mass = scales.least_mass, scales.mass
+        priors = LogUniform(least, mass), negative_log_uniform(least, 0.1 * mass)
         return [cls(place, prior) for prior in priors for place in scales.places()]
 
 

@@ -22,6 +22,11 @@ from .instruments import Instruments
 Axis: TypeAlias = tuple[float, float, float] | None
 """A direction in space; None for the only one in which the structure moves."""
 
+LEAST_MASS = 1e-5
+"""Least share of the structure's mass. It shifts natural frequencies by about half of that, which
+hundreds of lines with a noise of 1 % tell at a damping ratio of 1 %; beyond, others are claimed
+for it."""
+
 _PLACES = 33  # at which mode shapes of a line are read for its mass
 
 
@@ -159,6 +164,11 @@ class Scales:
         # Free ends move most: places in the middle of equal parts count them as they should be.
         places = np.linspace(low, high, 2 * _PLACES + 1)[1::2]
         return moved_mass(compiled(_squared_shapes)(self.nominal_modes, places))
+
+    @property
+    def least_mass(self) -> float:
+        """Least mass [kg] of default priors, so small that a lesser one does not show."""
+        return LEAST_MASS * self.mass
 
     @property
     def stiffness(self) -> float:

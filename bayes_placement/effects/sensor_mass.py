@@ -42,8 +42,8 @@ class SensorMass(InstrumentEffect):
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["SensorMass"]:
-        """A mass of 0.003 % to 30 % of the structure's."""
-        return [cls(LogUniform(3e-5 * scales.mass, 0.3 * scales.mass))]
+        """A mass of 0.001 % to 30 % of the structure's."""
+        return [cls(LogUniform(scales.least_mass, 0.3 * scales.mass))]
 
 
 sensor_mass = SensorMass

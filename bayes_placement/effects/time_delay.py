@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
-from numpyro.distributions import Uniform
+from numpyro.distributions import Distribution
 
 from .._sites import unit
 from .._types import Parameter
@@ -13,6 +13,7 @@ from .effect import Omega
 from .instrument_effect import Factor, InstrumentEffect
 from .instruments import Instruments
 from .scales import Scales
+from .signed import log_uniform_of_either_sign
 
 
 class TimeDelay(InstrumentEffect):
@@ -41,9 +42,14 @@ class TimeDelay(InstrumentEffect):
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["TimeDelay"]:
-        """Up to half a period at the top of the band, either way."""
-        longest = 0.5 / scales.band[1]
-        return [cls(Uniform(-longest, longest))]
+        """Up to half a period at the top of the band, either way: log-uniform from 1e-4 of it."""
+        return [cls(delay_prior(scales))]
+
+
+def delay_prior(scales: Scales) -> Distribution:
+    """Prior of a delay [s] that a channel may have against another one."""
+    longest = 0.5 / scales.band[1]
+    return log_uniform_of_either_sign(1e-4 * longest, -longest, longest)
 
 
 time_delay = TimeDelay

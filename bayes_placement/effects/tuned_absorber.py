@@ -55,11 +55,11 @@ class TunedAbsorber(Attachment):
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["TunedAbsorber"]:
-        """An absorber of 0.01 % to 30 % of the mass, tuned within the band, anywhere."""
+        """An absorber of 0.001 % to 30 % of the mass, tuned within the band, anywhere."""
         return [
             cls(
                 place,
-                mass=LogUniform(1e-4 * scales.mass, 0.3 * scales.mass),
+                mass=LogUniform(scales.least_mass, 0.3 * scales.mass),
                 frequency=LogUniform(*scales.band),
                 damping_ratio=LogUniform(0.003, 0.3),
                 direction=direction,

@@ -13,7 +13,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._compiled import compiled
-from bayes_placement._sites import Role, unknowns
+from bayes_placement._sites import Role, reach, unknowns
 from bayes_placement.effects import Attachment
 from bayes_placement.experiment.frf import receptance
 from bayes_placement.modes.modes import Modes
@@ -110,9 +110,29 @@ def test_stiffnesses_are_scaled_to_the_band(suggested):
 def test_tension_reaches_towards_buckling(suggested):
     critical = np.pi**2 * 1e9 * 4e-8 / (2 * LENGTH) ** 2
     tension = suggested["axial_preload"][0].tension
-    np.testing.assert_allclose(
-        [tension.low, tension.high], [-0.8 * critical, 10 * critical], rtol=1e-2
-    )
+    np.testing.assert_allclose(reach(tension), [-0.8 * critical, 10 * critical], rtol=1e-2)
+
+
+STRENGTHS = {
+    "axial_preload": "tension",
+    "time_delay": "delay",
+    "channel_delay": "delay",
+    "frequency_drift": "drift",
+    "gain_error": "error",
+    "point_mass": "mass",
+    "tuned_absorber": "mass",
+    "ground_spring": "stiffness",
+}
+
+
+@pytest.mark.parametrize("kind", STRENGTHS)
+def test_each_decade_of_a_strength_is_as_probable(kind, suggested):
+    """Otherwise another kind is claimed in the place of a weak effect of this one."""
+    prior = getattr(suggested[kind][0], STRENGTHS[kind])
+    # The logarithm of 1 + error is log-uniform, as its error is only where it is small.
+    strong = 0.1 if kind == "gain_error" else reach(prior)[1]
+    upper, lower = -np.diff(prior.cdf(strong * np.array([1.0, 0.1, 0.01])))
+    assert 0.01 < lower == pytest.approx(upper, rel=0.1)
 
 
 def test_each_sensor_and_each_support_is_a_candidate(suggested):

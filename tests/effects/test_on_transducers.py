@@ -269,9 +269,11 @@ def test_a_factor_of_a_wrong_unit_is_within_reach():
     [error, *_] = (effect.error for effect in effects.library(experiment(), ["gain_error"]).effects)
     drawn = np.asarray(error.sample(jax.random.PRNGKey(0), (20_000,)))
     assert drawn.min() > -1
-    assert np.mean(np.abs(np.log(1 + drawn)) < np.log(3)) == pytest.approx(0.536, abs=0.018)
+    # As much probability for a factor within 1 % as for one beyond 3.
+    within = [np.mean(np.abs(np.log(1 + drawn)) < np.log(factor)) for factor in (1.01, 3.0)]
+    assert within == pytest.approx([0.311, 0.799], abs=0.018)
     coordinate = Coordinates({"error": error}).vector({"error": 1000.0 - 1})
-    assert 4 < float(coordinate[0]) < LARGEST  # the farthest that a fit goes
+    assert 2 < float(coordinate[0]) < LARGEST  # the farthest that a fit goes
 
 
 # ------------------------------------------------------------------------------ refusals

@@ -5,11 +5,13 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from numpy.testing import assert_allclose
+from scipy.stats import norm
 
 import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._compiled import compiled
-from bayes_placement.effects.signed import negative_log_uniform
+from bayes_placement.effects.signed import log_uniform_of_either_sign, negative_log_uniform
+from bayes_placement.inference.coordinates import Coordinates
 from tests.criticism import small
 from tests.effects import models_in_space
 
@@ -186,8 +188,20 @@ def test_added_stiffness_is_found_and_said():
     assert place.low < 0.313 < place.high
 
 
+def test_density_of_a_number_of_either_sign_falls_as_its_inverse():
+    prior = log_uniform_of_either_sign(1e-3, -0.8, 10.0)
+    values = np.array([-0.7, -1e-2, -3e-4, 0.0, 2e-3, 0.5, 9.0])
+    total = np.arcsinh(10.0 / 1e-3) + np.arcsinh(0.8 / 1e-3)
+    assert_allclose(np.exp(prior.log_prob(values)), 1 / np.hypot(values, 1e-3) / total, rtol=1e-10)
+    coordinates = Coordinates({"x": prior})
+    below = norm.cdf([coordinates.vector({"x": value})[0] for value in values])
+    assert_allclose(below, (np.arcsinh(values / 1e-3) + np.arcsinh(0.8 / 1e-3)) / total, rtol=1e-6)
+    point = np.array([coordinates.vector({"x": value}) for value in values])
+    assert_allclose(coordinates.named(point)["x"], values, rtol=1e-6, atol=1e-12)
+
+
 def test_a_prior_is_printed_as_it_was_made():
     setup = experiment() + effects.library(experiment(), ["gain_error"]).effects[0]
-    assert "-1 + exp(Normal(0, 1.5))" in str(setup)
+    assert "-1 + exp(0.001 sinh(Uniform(-9.62917, 9.62917)))" in str(setup)
     setup = experiment(effects.point_mass(AT, negative_log_uniform(1.0, np.e)))
     assert "-1 exp(Uniform(0, 1))" in str(setup)
