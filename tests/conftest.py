@@ -14,6 +14,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 # And one of JAX: handing small functions to idle threads took a seventh of the time.
 os.environ.setdefault("PJRT_NPROC", "1")
+# Searches have no helpers: the workers of pytest take all cores.
+os.environ.setdefault("LOKY_MAX_CPU_COUNT", "1")
 
 import pytest
 

@@ -1,5 +1,6 @@
 """What every command begins with: its folder, errors for people, and compiled functions."""
 
+import gc
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,11 +24,14 @@ class Common(NamedTuple):
     report: bool
     no_cache: bool
     traceback: bool
+    searches: bool
 
 
 @contextmanager
 def begun(options: Common) -> Iterator["Output"]:
     """Run a command in its folder, with the compilation cache, and with errors for people."""
+    # Compiled functions are of many small objects that stay: garbage is rare among them.
+    gc.set_threshold(100_000, 50, 50)
     with errors_in_words(options.model, show_traceback=options.traceback, as_json=options.as_json):
         # Zeros and overflows within this package and its libraries are treated where they occur;
         # those of a model file are the user's to see.
@@ -38,9 +42,14 @@ def begun(options: Common) -> Iterator["Output"]:
             from ._compilation_cache import use_compilation_cache
 
             use_compilation_cache()
+        if options.searches:
+            from .._processes import begin_with_helpers
+
+            begin_with_helpers("bayes_placement.criticism.missing")
         from ._result_folder import result_folder
 
         with result_folder(options.model, options.command, options.out) as folder:
             from ._run import Output
 
             yield Output(folder, options.quiet, options.as_json, options.report)
+    gc.freeze()  # or Python looks for garbage among all that it frees at its end anyway

@@ -26,7 +26,11 @@ COMPUTING = ("report", "no_cache")
 
 
 def command(
-    app: typer.Typer, name: str | None = None, *, without: Collection[str] = ()
+    app: typer.Typer,
+    name: str | None = None,
+    *,
+    without: Collection[str] = (),
+    searches: bool = False,
 ) -> Callable[[Function], Function]:
     """Make a function a command: it gets its output first, and returns the exit code.
 
@@ -38,6 +42,8 @@ def command(
         Its name; that of the function by default.
     without
         Shared options that it does not have.
+    searches
+        Whether it shares its work with other processes.
     """
 
     def register(function: Function) -> Function:
@@ -50,7 +56,8 @@ def command(
         def run(**options: Any) -> None:
             # What computes nothing has nothing to cache.
             given = {word: options.pop(word, word == "no_cache") for word in shared}
-            common = Common(options[parameters[0].name], name or function.__name__, **given)
+            model, word = options[parameters[0].name], name or function.__name__
+            common = Common(model, word, **given, searches=searches)
             with begun(common) as output:
                 code = function(output, **options)
                 if code:

@@ -68,7 +68,7 @@ def check(
     return check.run(model, data, engine, output, seed, lines, model_error)
 
 
-@command(app)
+@command(app, searches=True)
 def explain(
     output: "Output",
     model: option.Study,
@@ -89,7 +89,7 @@ def explain(
     return explain.run(request)
 
 
-@command(app)
+@command(app, searches=True)
 def improve(
     output: "Output",
     model: option.Study,

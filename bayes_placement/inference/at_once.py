@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+from .._processes import has_one_core
+
 MOST_AT_ONCE = 4
 """Most calls at once: linear algebra in them waits for threads of JAX, see `LEAST_THREADS`."""
 
@@ -15,7 +17,7 @@ Output = TypeVar("Output")
 
 def at_once(function: Callable[[Input], Output], inputs: Sequence[Input]) -> list[Output]:
     """Outputs of a function, in the order of its inputs."""
-    threads = _threads(os.getpid())
+    threads = None if has_one_core() else _threads(os.getpid())
     if threads is None or len(inputs) < 2:
         return [function(value) for value in inputs]
     return list(threads.map(function, inputs))

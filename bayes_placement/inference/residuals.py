@@ -80,6 +80,7 @@ class Problem:
         self.baseline = baseline
         self.further = tuple(further)
         self.unknown_sizes: Sequence[Unknown] = sizes_of(experiment)
+        self._settings = {"standard_normal": standard_normal, "effort": effort}
         self.sizes = dict(sizes or _medians(self.unknown_sizes))
         self.at_fixed_sizes = experiment.fix(self.sizes)
         earlier = (*(() if baseline is None else (baseline,)), *self.further)
@@ -107,6 +108,10 @@ class Problem:
             tuple(tuple(part.columns.tolist()) for part in self._parts),
         )
         self.squares = LeastSquares(self._evaluated, self.dimension, count, traced)
+
+    def __reduce__(self) -> Any:
+        """Another process makes it anew, and compiles it, from what it was made of."""
+        return _from_content, (self.content, self._settings)
 
     def _evaluated(self, points: Any, logarithmic: Any) -> tuple[np.ndarray, np.ndarray]:
         """Residuals of all states, the experiment first, and the sum of logs."""
@@ -214,6 +219,11 @@ class Problem:
         """Compile the residuals, unless that is done. Any thread may."""
         for part in self._parts:
             part.prepare()
+
+
+def _from_content(content: Any, settings: Mapping[str, Any]) -> Problem:
+    experiment, data, sizes, baseline, further = content
+    return Problem(experiment, data, sizes=sizes, baseline=baseline, further=further, **settings)
 
 
 def _weight(state: State, relative_error: float) -> np.ndarray | None:

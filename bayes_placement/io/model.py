@@ -8,6 +8,8 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any, NamedTuple
 
+import cloudpickle
+
 from .._types import InputError, arguments_checked
 from ..experiment.experiment import Experiment, Measurements
 from ..experiment.measurement import Measurement
@@ -94,7 +96,16 @@ def _run(path: Path) -> ModuleType:
     sys.modules[spec.name] = module
     with _folder_on_import_path(path.resolve().parent):
         spec.loader.exec_module(module)
+    # Other processes cannot import it by its name: they get its classes and functions as they are.
+    for defined in (module, *_imported()):
+        cloudpickle.register_pickle_by_value(defined)
     return module
+
+
+def _imported() -> list[ModuleType]:
+    """Modules of its folder that the last model file imported."""
+    names = (name for names in _IMPORTED.values() for name in names)
+    return [sys.modules[name] for name in names if name in sys.modules]
 
 
 @contextmanager

@@ -1,11 +1,9 @@
 """An experiment with none, one or several effects that may be missing, each fitted."""
 
 import functools
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,21 +16,9 @@ from ...inference.engines.empirical_bayes import SOFTENING, Rival
 from ...inference.engines.least_squares import Jacobian
 from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
-from ._candidates import numbered
-from ._compiled_ahead import compiled_ahead
 from ._kept_fits import NO_RIVAL, kept_with_sizes
 from ._outliers import Mixture, mixture
-from ._scan import LEAST, MOST, Scan, best_places, fit_alone, fit_grown, point_in_problem, scan
-
-PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
-"""Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
-where there is no place."""
-
-WEAKEST = np.array([-3.0, -1.0, -0.3, -0.05, 0.05, 0.3, 1.0, 3.0])
-"""Coordinates of a strength, of which the one nearest to absence is taken for weak."""
-
-PLACES_WITH_ERRORS = 4
-"""Best places of a scan from which an effect is fitted together with a model error."""
+from ._scan import Scan, fit_alone, point_in_problem
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,110 +133,18 @@ def fitted_with_errors(exact: Hypothesis, problem: Problem, rival: Rival) -> Hyp
     """Fit a hypothesis in its problem with model error, see `with_errors`."""
     starts = np.zeros((len(exact.near), problem.dimension))
     starts[:, : exact.problem.dimension] = exact.near  # errors are the last unknowns
-    sized = kept_with_sizes(problem, starts, _softening(problem, SOFTENING), rival)
+    sized = kept_with_sizes(problem, starts, softening(problem, SOFTENING), rival)
     chi2 = exact.chi2_per_datum
     return replace(exact, **vars(sized), has_errors=True, chi2_when_exact=chi2)
 
 
-def _softening(problem: Problem, relative_errors: Sequence[float]) -> Sequence[float]:
+def softening(problem: Problem, relative_errors: Sequence[float]) -> Sequence[float]:
     """Relative errors that data have besides, at first; the last alone where modes are observed.
 
     A resonance that is off is flat in an FRF; a natural frequency is not, wherever it is.
     """
     is_modal = problem.experiment.observe.is_modal
     return relative_errors[-1:] if is_modal else relative_errors
-
-
-class ScannedCandidate(NamedTuple):
-    """One more effect on a hypothesis, scanned through its prior but not yet fitted.
-
-    Parameters
-    ----------
-    base
-        The hypothesis without it.
-    effect
-        The effect, under a free name.
-    problem
-        The least-squares problem with it.
-    scan
-        Its scan.
-    """
-
-    base: Hypothesis
-    effect: Effect
-    problem: Problem
-    scan: Scan
-
-    @property
-    def predicted_cost(self) -> float:
-        """Least cost that the scan predicts for its fit."""
-        return float(np.nanmin(self.scan.predicted_cost, initial=np.inf))
-
-
-Pair = tuple[Hypothesis, Effect]
-"""A hypothesis and an effect to add to it."""
-
-
-def scanned(pairs: Sequence[Pair], tick: Callable[[], None]) -> Iterator[ScannedCandidate]:
-    """Scan effects on hypotheses, in their order. Meanwhile the next ones are compiled.
-
-    The variants of one kind share the points of a scan, as they share its prior.
-    """
-    variants = Counter(kind_of(effect) for _, effect in pairs)
-    named = [(base, _under_free_name(effect, base)) for base, effect in pairs]
-    problems = compiled_ahead(base.problem.with_effect(effect) for base, effect in named)
-    for (base, effect), problem in zip(named, problems, strict=True):
-        fields = fields_of(effect, problem)
-        most = max(MOST // variants[kind_of(effect)], LEAST)
-        counts = _counts(effect, fields, problem)
-        slopes = logarithmic_jacobian(base).slopes[0]
-        seen = scan(problem, counts, base.point_in(problem), slopes, most)
-        yield ScannedCandidate(base, effect, problem, seen)
-        tick()
-
-
-def _under_free_name(effect: Effect, base: Hypothesis) -> Effect:
-    return numbered(effect, {present.name for present in base.problem.experiment.effects})
-
-
-def extended(pairs: Sequence[Pair], tick: Callable[[], None]) -> list[Hypothesis]:
-    """Fit hypotheses with one more effect; those without a finite density are left out."""
-    return finite(fitted(candidate) for candidate in scanned(pairs, tick))
-
-
-def relocated(hypothesis: Hypothesis, null: Hypothesis, tick: Callable[[], None]) -> Hypothesis:
-    """Fit each effect in turn from its best places beside the others, where these are fitted.
-
-    A descent moves all effects together. From the mirror image of a place, or from a place that
-    was the best one without the others, it leads nowhere else.
-
-    Parameters
-    ----------
-    hypothesis
-        A hypothesis of several effects.
-    null
-        The one of none.
-    tick
-        Called once for each effect.
-
-    Returns
-    -------
-    Hypothesis
-        That of the greatest evidence, the given one included.
-    """
-    best = hypothesis
-    for effect in hypothesis.effects:
-        moved = extended([(_without(best, effect.name, null), effect)], tick)
-        best = max(best, *moved, key=lambda hypothesis: hypothesis.fit.log_evidence)
-    return best
-
-
-def _without(hypothesis: Hypothesis, name: str, null: Hypothesis) -> Hypothesis:
-    """A hypothesis less one of its effects, all else where it is."""
-    others = tuple(effect for effect in hypothesis.effects if effect.name != name)
-    problem = functools.reduce(Problem.with_effect, others, null.problem)
-    fit = hypothesis.fit._replace(point=hypothesis.point_in(problem))
-    return replace(hypothesis, effects=others, problem=problem, fit=fit)
 
 
 def rival_among(hypotheses: Sequence[Hypothesis]) -> Rival:
@@ -262,51 +156,3 @@ def rival_among(hypotheses: Sequence[Hypothesis]) -> Rival:
 def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     """Those with a finite density."""
     return [hypothesis for hypothesis in hypotheses if np.isfinite(hypothesis.fit.log_evidence)]
-
-
-def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
-    """Fit a candidate that was scanned; with model error, see `with_errors`."""
-    base, effect, problem, scan = candidate
-    weak = _weak_start(effect, problem, base)
-    effects = (*base.effects, effect)
-    if not base.has_errors:
-        return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]), scan)
-    starts = np.concatenate([best_places(scan)[:PLACES_WITH_ERRORS], weak[None]])
-    sized = kept_with_sizes(problem, starts, _softening(problem, SOFTENING[-2:]), rival)
-    return Hypothesis(effects, scan=scan, has_errors=True, **vars(sized))
-
-
-def _weak_start(effect: Effect, problem: Problem, base: Hypothesis) -> np.ndarray:
-    """The fit without the effect, and the effect at its weakest: about as good as without."""
-    start = base.point_in(problem)
-    for name, word in fields_of(effect, problem).items():
-        if word == effect.absent[0]:
-            start[problem.coordinates.places[name]] = weakest(effect, problem, name)
-    return start
-
-
-def weakest(effect: Effect, problem: Problem, name: str) -> float:
-    """Coordinate of the least strength of an effect, of one sign."""
-    points = np.zeros((len(WEAKEST), problem.dimension))
-    points[:, problem.coordinates.places[name]] = WEAKEST[:, None]
-    values = problem.coordinates.named(points)[name].reshape(len(WEAKEST), -1)[:, 0]
-    absent = effect.absent[1]
-    distance = -np.abs(values) if np.isinf(absent) else np.abs(values - absent)
-    return float(WEAKEST[int(np.argmin(distance))])
-
-
-def _counts(effect: Effect, fields: dict[str, str], problem: Problem) -> dict[str, int]:
-    """Number of points along each unknown of an effect."""
-    sized = {name: problem.coordinates.places[name] for name in fields}
-    coordinates = sum(word in effect.place_fields for word in fields.values())
-
-    def count(name: str) -> int:
-        if sized[name].stop - sized[name].start > 1:
-            return 1
-        if fields[name] in effect.place_fields:
-            return PLACES if coordinates == 1 else PLACES_ACROSS
-        if fields[name] == effect.absent[0]:
-            return STRENGTHS if coordinates else 4 * STRENGTHS
-        return SETTINGS if coordinates else MORE_SETTINGS
-
-    return {name: count(name) for name in fields}

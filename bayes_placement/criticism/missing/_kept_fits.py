@@ -97,6 +97,19 @@ def fits_kept_in(folder: str | Path | None) -> Iterator[KeptFits | None]:
         _KEPT.reset(token)
 
 
+def folder_of_fits() -> Path | None:
+    """Folder in which fits are kept just now; None where they are not."""
+    fits = _KEPT.get()
+    return None if fits is None else fits.folder
+
+
+def count_taken(number: int) -> None:
+    """Count fits that another process has taken from the folder."""
+    fits = _KEPT.get()
+    if fits is not None:
+        fits.taken += number
+
+
 def stored_or_computed(
     compute: Callable[[], Tree], like: Tree, problem: Problem, *inputs: Any
 ) -> Tree:
@@ -133,7 +146,7 @@ def _key(*inputs: Any) -> str | None:
         return None
 
 
-class _SizedFit(NamedTuple):
+class SizedFit(NamedTuple):
     """A fit at sizes that were found for it; see `Sized`."""
 
     sizes: dict[str, float]
@@ -147,12 +160,12 @@ def kept_with_sizes(
 ) -> Sized[Problem]:
     """Best fit with sizes of the model error, see `fitted_with_sizes`."""
 
-    def fitted() -> _SizedFit:
+    def fitted() -> SizedFit:
         sized = fitted_with_sizes(problem, starts, softening, rival)
-        return _SizedFit(sized.problem.sizes, sized.fit, sized.deviations, sized.as_rival)
+        return SizedFit(sized.problem.sizes, sized.fit, sized.deviations, sized.as_rival)
 
     deviations = {size.name: 0.0 for size in problem.unknown_sizes}
-    like = _SizedFit(dict.fromkeys(problem.sizes, 0.0), ANY_FIT, deviations, NO_RIVAL)
+    like = SizedFit(dict.fromkeys(problem.sizes, 0.0), ANY_FIT, deviations, NO_RIVAL)
     sized_fit = stored_or_computed(fitted, like, problem, starts, tuple(softening), rival)
     return Sized(
         problem.at_sizes(sized_fit.sizes), sized_fit.fit, sized_fit.deviations, sized_fit.as_rival

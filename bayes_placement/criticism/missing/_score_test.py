@@ -16,7 +16,8 @@ from ..._sites import Role
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.residuals import Problem
-from ._hypotheses import Hypothesis, ScannedCandidate, fields_of, weakest
+from ._extensions import ScannedCandidate, weakest
+from ._hypotheses import Hypothesis, fields_of
 from ._location import locations
 from ._scan import other_places
 
@@ -28,6 +29,8 @@ SETTINGS = 5
 
 MOST, LEAST = 400, 100
 """Greatest number of places and settings for all variants of a kind, and least for each."""
+
+COLUMNS = ["kind", "variant", "setting", "at", "x", "y", "z", "score", "p_value"]
 
 ABSORBED = 1e-4
 """Share of the squares of its change that is left where the model does the same by itself."""
@@ -71,15 +74,22 @@ def suspicion(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> pd.Da
         line), `score` (standard normal if nothing is missing), and `p_value` of the candidate,
         corrected for all its places and settings.
     """
+    known = [candidate.scores for candidate in candidates if candidate.scores is not None]
+    frames = known if len(known) == len(candidates) else scores(null, candidates)
+    numbered = [frame.assign(variant=number) for number, frame in enumerate(frames)]
+    return pd.concat(numbered, ignore_index=True)[COLUMNS]
+
+
+def scores(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> list[pd.DataFrame]:
+    """Score candidates, all variants of each kind among them, see `suspicion`."""
     residual, _, slopes, _ = null.problem.squares.jacobian(null.fit.point[None])
     model = _Model(residual[0], slopes[0][_moves_response(null.problem)])
     variants = Counter(kind_of(candidate.effect) for candidate in candidates)
     most = [max(MOST // variants[kind_of(candidate.effect)], LEAST) for candidate in candidates]
-    frames = [
-        _of_candidate(model, candidate, points, number)
-        for number, (candidate, points) in enumerate(zip(candidates, most, strict=True))
+    return [
+        _of_candidate(model, candidate, points)
+        for candidate, points in zip(candidates, most, strict=True)
     ]
-    return pd.concat(frames, ignore_index=True)
 
 
 def _moves_response(problem: Problem) -> np.ndarray:
@@ -109,9 +119,7 @@ class _Model:
         return vectors - np.linalg.solve(self.curvature, pull.T).T @ self.slopes
 
 
-def _of_candidate(
-    model: _Model, candidate: ScannedCandidate, most: int, number: int
-) -> pd.DataFrame:
+def _of_candidate(model: _Model, candidate: ScannedCandidate, most: int) -> pd.DataFrame:
     effect = candidate.effect
     signatures = _signatures(model, candidate, most)
     score = -signatures.change @ model.residual
@@ -129,7 +137,7 @@ def _of_candidate(
     setting = placed.setting(experiment.structure.modes, experiment.instruments)
     x, y, z = locations(placed, experiment, values, len(score)).T
     return pd.DataFrame(
-        {"kind": kind_of(effect), "variant": number, "setting": setting}
+        {"kind": kind_of(effect), "setting": setting}
         | {"at": next(lengths, np.full(len(score), np.nan)), "x": x, "y": y, "z": z}
         | {"score": score, "p_value": corrected}
     )

@@ -5,23 +5,16 @@ again and replaced, and each effect of the best few is looked for once more besi
 """
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...effects.effect import Effect
 from ...effects.library import kind_of
-from ._hypotheses import (
-    Hypothesis,
-    ScannedCandidate,
-    extended,
-    finite,
-    fitted,
-    logarithmic_jacobian,
-    relocated,
-    scanned,
-)
+from ._extensions import ScannedCandidate, Tick
+from ._fitted_extensions import best_variants, extended, relocated
+from ._hypotheses import Hypothesis, logarithmic_jacobian
 from ._posterior_odds import Comparison
 
 VARIANTS = 4
@@ -47,29 +40,12 @@ ALL = Breadth()
 NARROW = Breadth(branches=2, kinds=3)
 """Where a model error already explains most."""
 
-Tick = Callable[[], None]
-
 
 def single_effects(null: Hypothesis, effects: Sequence[Effect], tick: Tick) -> Comparison:
     """Every candidate alone: all are scanned, the most promising variants of each kind fitted."""
     variants = dict(Counter(kind_of(effect) for effect in effects))
-    candidates = list(scanned([(null, effect) for effect in effects], tick))
-    hypotheses = finite(fitted(candidate) for candidate in promising(candidates))
+    candidates, hypotheses = best_variants(null, effects, VARIANTS, tick)
     return Comparison([null, *hypotheses], variants, candidates)
-
-
-def promising(
-    candidates: Sequence[ScannedCandidate], variants: int = VARIANTS
-) -> list[ScannedCandidate]:
-    """A few variants of each kind: those of which the scan predicts the least cost."""
-    count: Counter[str] = Counter()
-    promising = []
-    for candidate in sorted(candidates, key=lambda candidate: candidate.predicted_cost):
-        kind = kind_of(candidate.effect)
-        count[kind] += 1
-        if count[kind] <= variants:
-            promising.append(candidate)
-    return promising
 
 
 def one_more_effect(

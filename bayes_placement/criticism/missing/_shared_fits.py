@@ -15,9 +15,10 @@ from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
 from ...inference.engines.empirical_bayes import Rival
+from ._extensions import Tick
 from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis, with_errors
 from ._posterior_odds import Comparison
-from ._search import Tick, single_effects
+from ._search import single_effects
 
 
 class SharedFits:

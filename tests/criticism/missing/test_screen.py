@@ -50,7 +50,7 @@ def test_what_a_fit_gains_is_what_is_predicted(with_gain):
     problem = model.problem(hypothesis)
     points = model._points(hypothesis, problem)
     objective = problem.squares.objective()
-    _, normal = minimise(objective, points[:1], steps=30)
+    _, normal = minimise(objective, points[:1], steps=60)
     gained = null.problem.squares.objective().cost(null.fit.point[None]) - normal.cost
     # The strength itself has a prior, whose cost is at most some units.
     predicted = model.log_evidence_gained(hypothesis, problem)

@@ -1,0 +1,241 @@
+"""Tasks shared among processes of this machine.
+
+Two computations at once in one process take XLA twice the time of one after the other; in two
+processes they do not hinder each other.
+"""
+
+import gc
+import importlib
+import os
+import signal
+import sys
+import time
+import warnings
+from collections import deque
+from collections.abc import Callable, Container, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Future
+from contextlib import contextmanager
+from functools import partial
+from threading import RLock, Thread
+from typing import Any, Generic, TypeVar
+
+import jax
+import loky
+
+Result = TypeVar("Result")
+Task = tuple[Any, ...]
+
+MOST = 4
+"""Most processes, this one included: each takes up to a gigabyte."""
+
+IDLE = 20
+"""Time [s] after which a helper without a task ends."""
+
+ENVIRONMENT = {name: "1" for name in ("PJRT_NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+"""Of a helper: one thread each."""
+
+SETTINGS = (
+    "jax_compilation_cache_dir",
+    "jax_persistent_cache_min_compile_time_secs",
+    "jax_persistent_cache_min_entry_size_bytes",
+)
+"""Settings of JAX that a helper shares with this process."""
+
+_sharing = False
+"""Whether helpers are at work for this process."""
+
+_alone = False
+"""Whether this process works alone: it is a helper itself, or a helper has died."""
+
+
+def shared(
+    function: Callable[..., Result], tasks: Sequence[Task], done: Callable[[int], None]
+) -> list[Result]:
+    """Call a function with the arguments of each task, in this process and its helpers.
+
+    Helpers are as many as there are further cores, at most three; LOKY_MAX_CPU_COUNT=1 in the
+    environment lets a search run in one process. A task that a helper cannot do is done here: what
+    it raises is raised here.
+
+    Parameters
+    ----------
+    function
+        A function of a module, whose results follow from its arguments alone.
+    tasks
+        Arguments, those that take longest first.
+    done
+        Called with the number of each task that is done.
+    """
+    helpers, count = started_helpers() if len(tasks) > 1 else (None, 0)
+    queue = _Queue(function, tasks)
+    with _at_work(helpers):
+        for _ in range(count):
+            queue.hand_to(helpers)
+        return queue.results(done)
+
+
+def has_one_core() -> bool:
+    """Tell whether this process is to compute on one core: the others belong to other processes."""
+    return _sharing or os.environ.get("PJRT_NPROC") == ENVIRONMENT["PJRT_NPROC"]
+
+
+@contextmanager
+def _at_work(helpers: Any) -> Iterator[None]:
+    """Leave the other cores to helpers; end these where this process stops in the middle."""
+    global _sharing
+    _sharing = helpers is not None
+    try:
+        yield
+    except BaseException:
+        if helpers is not None:
+            helpers.shutdown(wait=False, kill_workers=True)
+        raise
+    finally:
+        _sharing = False
+
+
+def begin_with_helpers(module: str) -> None:
+    """Let helpers import a module while this process still reads its input, each on its own core.
+
+    To be called before anything is computed: JAX then has one thread here too.
+    """
+    if loky.cpu_count() > 1:
+        os.environ.setdefault("PJRT_NPROC", ENVIRONMENT["PJRT_NPROC"])
+        helpers, count = started_helpers()
+        for _ in range(count):
+            helpers.submit(_import, module)
+
+
+def started_helpers() -> tuple[Any, int]:
+    """Return the helpers, which start at the first call, and their number; None and 0 of none.
+
+    A GPU is not shared: it has threads of its own, and its memory belongs to one process.
+    """
+    count = min(MOST, loky.cpu_count()) - 1
+    if _alone or count < 1 or jax.default_backend() != "cpu":
+        return None, 0
+    settings = {name: jax.config.values[name] for name in SETTINGS}
+    with _interrupts_held(), _quiet_trackers():
+        helpers = loky.get_reusable_executor(
+            max_workers=count,
+            timeout=IDLE,
+            initializer=_begin,
+            initargs=(settings, os.getpid()),
+            env=ENVIRONMENT,
+        )
+        helpers.submit(os.getpid)  # processes start with the first task
+    return helpers, count
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Start processes that Ctrl-C does not reach: this one ends them, and says so in one line."""
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _quiet_trackers() -> Iterator[None]:
+    """Let what tidies up after a killed run say nothing; it reads its filters when it starts."""
+    name, before = "PYTHONWARNINGS", os.environ.get("PYTHONWARNINGS")
+    rule = "ignore:resource_tracker:UserWarning"
+    os.environ[name] = rule if before is None else f"{before},{rule}"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before
+
+
+def _import(module: str) -> None:
+    importlib.import_module(module)
+
+
+def _begin(settings: dict[str, Any], parent: int) -> None:
+    """Prepare a helper: it works alone, compiles as this process does, and says nothing."""
+    global _alone
+    _alone = True
+    Thread(target=_end_with, args=(parent,), daemon=True).start()
+    gc.set_threshold(100_000, 50, 50)  # of many objects that stay
+    warnings.simplefilter("ignore")  # this process warns of what it sees itself
+    for name, value in settings.items():
+        jax.config.update(name, value)
+
+
+def _end_with(parent: int) -> None:
+    """End this helper where the process that started it was killed."""
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)
+
+
+class _Queue(Generic[Result]):
+    """Tasks of which helpers and this process take the next one whenever they are idle."""
+
+    def __init__(self, function: Callable[..., Result], tasks: Sequence[Task]):
+        self._function, self._tasks = function, tasks
+        self._waiting = deque(range(len(tasks)))
+        self._handed: dict[int, Future[Any] | None] = {}
+        self._lock = RLock()
+
+    def hand_to(self, helpers: Any) -> None:
+        """Give helpers the next task, and one more whenever it is done."""
+        with self._lock:
+            if not self._waiting:
+                return
+            number = self._waiting.popleft()
+            try:
+                future = helpers.submit(self._function, *self._tasks[number])
+            except (RuntimeError, BrokenExecutor):  # they are gone
+                self._handed[number] = None
+                return
+            self._handed[number] = future
+        future.add_done_callback(lambda _: self.hand_to(helpers))
+
+    def results(self, done: Callable[[int], None]) -> list[Result]:
+        """Do what no helper has taken, and return the results of all tasks."""
+        results: dict[int, Result] = {}
+
+        def take(number: int, compute: Callable[[], Result]) -> None:
+            results[number] = compute()
+            done(number)
+
+        while (number := self._next()) is not None:
+            take(number, partial(self._function, *self._tasks[number]))
+            for ended in self._ended(results):
+                take(ended, partial(self._awaited, ended))
+        for handed in self._handed:
+            if handed not in results:
+                take(handed, partial(self._awaited, handed))
+        return [results[number] for number in range(len(self._tasks))]
+
+    def _ended(self, known: Container[int]) -> list[int]:
+        """Tasks that helpers have done, less those that are known."""
+        with self._lock:
+            handed = dict(self._handed)
+        return [n for n, future in handed.items() if n not in known and future and future.done()]
+
+    def _next(self) -> int | None:
+        with self._lock:
+            return self._waiting.popleft() if self._waiting else None
+
+    def _awaited(self, number: int) -> Result:
+        """Result of a helper, or of the same task done here where the helper has failed."""
+        global _alone
+        future = self._handed[number]
+        try:
+            if future is None:
+                raise BrokenExecutor
+            result: Result = future.result()
+        except Exception as error:  # noqa: BLE001  what it raises here tells what is wrong
+            _alone = _alone or isinstance(error, BrokenExecutor)
+            return self._function(*self._tasks[number])
+        return result

@@ -1,0 +1,164 @@
+"""One more effect on a hypothesis: scanned through its prior, then fitted from its best places."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from ...effects.effect import Effect
+from ...effects.library import kind_of
+from ...inference.engines.empirical_bayes import SOFTENING, Rival
+from ...inference.residuals import Problem
+from ._candidates import numbered
+from ._compiled_ahead import compiled_ahead
+from ._hypotheses import Hypothesis, fields_of, logarithmic_jacobian, softening
+from ._kept_fits import NO_RIVAL, kept_with_sizes
+from ._scan import LEAST, MOST, Scan, best_places, fit_grown, scan
+
+PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
+"""Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
+where there is no place."""
+
+WEAKEST = np.array([-3.0, -1.0, -0.3, -0.05, 0.05, 0.3, 1.0, 3.0])
+"""Coordinates of a strength, of which the one nearest to absence is taken for weak."""
+
+PLACES_WITH_ERRORS = 4
+"""Best places of a scan from which an effect is fitted together with a model error."""
+
+Tick = Callable[[], None]
+
+
+class ScannedCandidate(NamedTuple):
+    """One more effect on a hypothesis, scanned through its prior but not yet fitted.
+
+    Parameters
+    ----------
+    base
+        The hypothesis without it.
+    effect
+        The effect, under a free name.
+    problem
+        The least-squares problem with it.
+    scan
+        Its scan.
+    scores
+        How suspicious its places and settings are, see `suspicion`; None where that is not known.
+    """
+
+    base: Hypothesis
+    effect: Effect
+    problem: Problem
+    scan: Scan
+    scores: pd.DataFrame | None = None
+
+    @property
+    def predicted_cost(self) -> float:
+        """Least cost that the scan predicts for its fit."""
+        return float(np.nanmin(self.scan.predicted_cost, initial=np.inf))
+
+
+Pair = tuple[Hypothesis, Effect]
+"""A hypothesis and an effect to add to it."""
+
+
+def with_free_names(pairs: Sequence[Pair]) -> list[Pair]:
+    """Give each effect a name that the hypothesis does not have yet."""
+    return [
+        (base, numbered(effect, {present.name for present in base.problem.experiment.effects}))
+        for base, effect in pairs
+    ]
+
+
+def points_of_scans(effects: Iterable[Effect]) -> dict[str, int]:
+    """Greatest number of points of a scan by kind: its variants share them, as their prior."""
+    return {
+        kind: max(MOST // count, LEAST)
+        for kind, count in Counter(kind_of(effect) for effect in effects).items()
+    }
+
+
+def scanned(
+    pairs: Sequence[Pair], tick: Tick, points: Mapping[str, int] | None = None
+) -> Iterator[ScannedCandidate]:
+    """Scan effects on hypotheses, in their order. Meanwhile the next ones are compiled.
+
+    Parameters
+    ----------
+    pairs
+        Hypotheses and effects.
+    tick
+        Called after each of them.
+    points
+        Greatest number of points by kind, where there are other pairs than these.
+    """
+    named = with_free_names(pairs)
+    most = points or points_of_scans(effect for _, effect in pairs)
+    problems = compiled_ahead(base.problem.with_effect(effect) for base, effect in named)
+    for (base, effect), problem in zip(named, problems, strict=True):
+        counts = _counts(effect, fields_of(effect, problem), problem)
+        slopes = logarithmic_jacobian(base).slopes[0]
+        seen = scan(problem, counts, base.point_in(problem), slopes, most[kind_of(effect)])
+        yield ScannedCandidate(base, effect, problem, seen)
+        tick()
+
+
+def promising(candidates: Sequence[ScannedCandidate], variants: int) -> list[ScannedCandidate]:
+    """A few variants of each kind: those of which the scan predicts the least cost."""
+    count: Counter[str] = Counter()
+    promising = []
+    for candidate in sorted(candidates, key=lambda candidate: candidate.predicted_cost):
+        kind = kind_of(candidate.effect)
+        count[kind] += 1
+        if count[kind] <= variants:
+            promising.append(candidate)
+    return promising
+
+
+def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
+    """Fit a candidate that was scanned; with model error, see `with_errors`."""
+    base, effect, problem, scan, _ = candidate
+    weak = _weak_start(effect, problem, base)
+    effects = (*base.effects, effect)
+    if not base.has_errors:
+        return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]), scan)
+    starts = np.concatenate([best_places(scan)[:PLACES_WITH_ERRORS], weak[None]])
+    sized = kept_with_sizes(problem, starts, softening(problem, SOFTENING[-2:]), rival)
+    return Hypothesis(effects, scan=scan, has_errors=True, **vars(sized))
+
+
+def _weak_start(effect: Effect, problem: Problem, base: Hypothesis) -> np.ndarray:
+    """The fit without the effect, and the effect at its weakest: about as good as without."""
+    start = base.point_in(problem)
+    for name, word in fields_of(effect, problem).items():
+        if word == effect.absent[0]:
+            start[problem.coordinates.places[name]] = weakest(effect, problem, name)
+    return start
+
+
+def weakest(effect: Effect, problem: Problem, name: str) -> float:
+    """Coordinate of the least strength of an effect, of one sign."""
+    points = np.zeros((len(WEAKEST), problem.dimension))
+    points[:, problem.coordinates.places[name]] = WEAKEST[:, None]
+    values = problem.coordinates.named(points)[name].reshape(len(WEAKEST), -1)[:, 0]
+    absent = effect.absent[1]
+    distance = -np.abs(values) if np.isinf(absent) else np.abs(values - absent)
+    return float(WEAKEST[int(np.argmin(distance))])
+
+
+def _counts(effect: Effect, fields: dict[str, str], problem: Problem) -> dict[str, int]:
+    """Number of points along each unknown of an effect."""
+    sized = {name: problem.coordinates.places[name] for name in fields}
+    coordinates = sum(word in effect.place_fields for word in fields.values())
+
+    def count(name: str) -> int:
+        if sized[name].stop - sized[name].start > 1:
+            return 1
+        if fields[name] in effect.place_fields:
+            return PLACES if coordinates == 1 else PLACES_ACROSS
+        if fields[name] == effect.absent[0]:
+            return STRENGTHS if coordinates else 4 * STRENGTHS
+        return SETTINGS if coordinates else MORE_SETTINGS
+
+    return {name: count(name) for name in fields}

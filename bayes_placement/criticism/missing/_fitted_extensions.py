@@ -1,0 +1,203 @@
+"""Effects added to hypotheses, in several processes.
+
+What a process returns are arrays and numbers. Problems and data stay in each process.
+"""
+
+import functools
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from ..._processes import shared
+from ...effects.effect import Effect
+from ...effects.library import kind_of
+from ...inference.residuals import Problem
+from ._extensions import (
+    Pair,
+    ScannedCandidate,
+    Tick,
+    fitted,
+    points_of_scans,
+    promising,
+    scanned,
+    with_free_names,
+)
+from ._hypotheses import Hypothesis, finite
+from ._kept_fits import count_taken, fits_kept_in, folder_of_fits
+from ._scan import Scan
+from ._score_test import scores
+
+FITTED = ("fit", "near", "deviations", "has_errors", "as_rival")
+"""Fields of a hypothesis that are known from fitting it."""
+
+
+class _FittedFields(NamedTuple):
+    """What is known of a hypothesis from fitting it: fields, and sizes of its model error."""
+
+    fields: Mapping[str, Any]
+    sizes: Mapping[str, float]
+
+
+class _Outcome(NamedTuple):
+    """One more effect on a hypothesis: its scan, and its fit where it was fitted."""
+
+    scan: Scan
+    fit: _FittedFields | None
+    scores: pd.DataFrame | None
+
+
+class Extended(NamedTuple):
+    """Effects on hypotheses, each scanned, and those of them that were fitted."""
+
+    candidates: list[ScannedCandidate]
+    hypotheses: list[Hypothesis]
+
+
+def best_variants(base: Hypothesis, effects: Sequence[Effect], most: int, tick: Tick) -> Extended:
+    """Scan effects on a hypothesis and fit a few variants of each kind, the most promising first.
+
+    Parameters
+    ----------
+    base
+        The hypothesis.
+    effects
+        Effects of any kinds.
+    most
+        Most variants of a kind that are fitted.
+    tick
+        Called for each effect.
+    """
+    variants = defaultdict(list)
+    for effect in effects:
+        variants[kind_of(effect)].append((base, effect))
+    points = points_of_scans(effects)
+    extensions = _extensions([*variants.values()], points, most, tick, are_scored=True)
+    by_promise = sorted(extensions, key=lambda extension: extension[0].predicted_cost)
+    return Extended(
+        [candidate for candidate, _ in extensions],
+        finite(hypothesis for _, hypothesis in by_promise if hypothesis is not None),
+    )
+
+
+def extended(pairs: Sequence[Pair], tick: Tick) -> list[Hypothesis]:
+    """Fit hypotheses with one more effect; those without a finite density are left out."""
+    points = points_of_scans(effect for _, effect in pairs)
+    extensions = _extensions([[pair] for pair in pairs], points, 1, tick)
+    return finite(hypothesis for _, hypothesis in extensions if hypothesis is not None)
+
+
+def relocated(hypothesis: Hypothesis, null: Hypothesis, tick: Tick) -> Hypothesis:
+    """Fit each effect in turn from its best places beside the others, where these are fitted.
+
+    A descent moves all effects together. From the mirror image of a place, or from a place that
+    was the best one without the others, it leads nowhere else.
+
+    Parameters
+    ----------
+    hypothesis
+        A hypothesis of several effects.
+    null
+        The one of none.
+    tick
+        Called once for each effect.
+
+    Returns
+    -------
+    Hypothesis
+        That of the greatest evidence, the given one included.
+    """
+    best = hypothesis
+    for effect in hypothesis.effects:
+        moved = extended([(_without(best, effect.name, null), effect)], tick)
+        best = max(best, *moved, key=lambda hypothesis: hypothesis.fit.log_evidence)
+    return best
+
+
+def _without(hypothesis: Hypothesis, name: str, null: Hypothesis) -> Hypothesis:
+    """A hypothesis less one of its effects, all else where it is."""
+    others = tuple(effect for effect in hypothesis.effects if effect.name != name)
+    problem = functools.reduce(Problem.with_effect, others, null.problem)
+    fit = hypothesis.fit._replace(point=hypothesis.point_in(problem))
+    return replace(hypothesis, effects=others, problem=problem, fit=fit)
+
+
+def _extensions(
+    groups: Sequence[Sequence[Pair]],
+    points: Mapping[str, int],
+    most: int,
+    tick: Tick,
+    are_scored: bool = False,
+) -> list[tuple[ScannedCandidate, Hypothesis | None]]:
+    """Scan effects on hypotheses in groups of one kind, and fit the best few of each group."""
+    named = [with_free_names(pairs) for pairs in groups]
+    order = sorted(range(len(named)), key=lambda number: -len(named[number]))
+    folder = folder_of_fits()
+    tasks = [
+        ([_sent(pair) for pair in named[number]], points, most, are_scored, folder)
+        for number in order
+    ]
+
+    def done(task: int) -> None:
+        for _ in tasks[task][0]:
+            tick()
+
+    outcomes = {}
+    for number, (found, taken) in zip(order, shared(_outcomes, tasks, done), strict=True):
+        outcomes[number] = found
+        count_taken(taken)
+    return [
+        _received(pair, outcome)
+        for number, pairs in enumerate(named)
+        for pair, outcome in zip(pairs, outcomes[number], strict=True)
+    ]
+
+
+def _sent(pair: Pair) -> Pair:
+    """A pair as a process needs it: scans are large."""
+    base, effect = pair
+    return replace(base, scan=None), effect
+
+
+@threadpool_limits.wrap(limits=1)
+def _outcomes(
+    pairs: Sequence[Pair],
+    points: Mapping[str, int],
+    most: int,
+    are_scored: bool,
+    folder: Path | None,
+) -> tuple[list[_Outcome], int]:
+    """What one process finds of variants of one kind, and how many fits it takes from a folder."""
+    with fits_kept_in(folder) as fits:
+        candidates = list(scanned(pairs, lambda: None, points))
+        best = {id(candidate) for candidate in promising(candidates, most)}
+        fitted_ones = [_fit_of(fitted(each)) if id(each) in best else None for each in candidates]
+        known = scores(pairs[0][0], candidates) if are_scored else [None] * len(candidates)
+    outcomes = [
+        _Outcome(candidate.scan, fit, score)
+        for candidate, fit, score in zip(candidates, fitted_ones, known, strict=True)
+    ]
+    return outcomes, 0 if fits is None else fits.taken
+
+
+def _fit_of(hypothesis: Hypothesis) -> _FittedFields:
+    return _FittedFields(
+        {name: getattr(hypothesis, name) for name in FITTED}, hypothesis.problem.sizes
+    )
+
+
+def _received(pair: Pair, outcome: _Outcome) -> tuple[ScannedCandidate, Hypothesis | None]:
+    """What was found, with the problem of this process."""
+    base, effect = pair
+    problem = base.problem.with_effect(effect)
+    candidate = ScannedCandidate(base, effect, problem, outcome.scan, outcome.scores)
+    if outcome.fit is None:
+        return candidate, None
+    fields, sizes = outcome.fit
+    at_sizes = problem.at_sizes(sizes) if fields["has_errors"] else problem
+    effects = (*base.effects, effect)
+    return candidate, Hypothesis(effects, at_sizes, scan=outcome.scan, **fields)

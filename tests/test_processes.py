@@ -1,0 +1,133 @@
+"""Tasks shared among processes: the same results, whatever becomes of a helper."""
+
+import os
+import textwrap
+import time
+
+import loky
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+
+import bayes_placement as bp
+from bayes_placement import _processes
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._search import single_effects
+from bayes_placement.io import model
+from tests.criticism.small import MASS, experiment, measured
+
+
+@pytest.fixture(autouse=True)
+def two_cores(monkeypatch):
+    monkeypatch.setattr(loky, "cpu_count", lambda: 2)
+    monkeypatch.setattr(_processes, "_alone", False)
+    yield
+    loky.get_reusable_executor().shutdown(kill_workers=True)
+
+
+def where(number):
+    """A number and the process that was given it; each takes long enough for the other to help."""
+    time.sleep(0.05)
+    return number, os.getpid()
+
+
+def only_here(number, parent):
+    if os.getpid() != parent:
+        raise ValueError("This is a helper.")
+    time.sleep(0.05)
+    return number
+
+
+def dies_elsewhere(number, parent):
+    if os.getpid() != parent:
+        os._exit(3)
+    time.sleep(0.05)
+    return number
+
+
+def refuses(number):
+    raise KeyError(number)
+
+
+def kinds_and_process(experiment):
+    time.sleep(0.05)
+    return [type(effect).__name__ for effect in experiment.structure.effects.values()], os.getpid()
+
+
+def awaited_helper():
+    helpers, _ = _processes.started_helpers()
+    helpers.submit(os.getpid).result()
+
+
+def test_results_are_in_order_and_of_two_processes():
+    awaited_helper()
+    done = []
+    results = _processes.shared(where, [(n,) for n in range(20)], done.append)
+    assert [number for number, _ in results] == list(range(20))
+    assert len({process for _, process in results}) == 2
+    assert sorted(done) == list(range(20))
+
+
+def test_what_a_helper_cannot_do_is_done_here():
+    awaited_helper()
+    tasks = [(n, os.getpid()) for n in range(6)]
+    assert _processes.shared(only_here, tasks, lambda _: None) == list(range(6))
+
+
+def test_a_helper_that_dies_leaves_its_tasks_and_no_other_is_started():
+    awaited_helper()
+    tasks = [(n, os.getpid()) for n in range(6)]
+    assert _processes.shared(dies_elsewhere, tasks, lambda _: None) == list(range(6))
+    assert _processes.started_helpers() == (None, 0)
+
+
+def test_an_error_is_raised_here_and_ends_the_helpers():
+    with pytest.raises(KeyError):
+        _processes.shared(refuses, [(n,) for n in range(4)], lambda _: None)
+    assert not _processes.has_one_core() or os.environ.get("PJRT_NPROC") == "1"
+
+
+def test_one_core_has_no_helper(monkeypatch):
+    monkeypatch.setattr(loky, "cpu_count", lambda: 1)
+    assert _processes.started_helpers() == (None, 0)
+    results = _processes.shared(where, [(n,) for n in range(3)], lambda _: None)
+    assert {process for _, process in results} == {os.getpid()}
+
+
+def test_an_effect_of_a_model_file_reaches_a_helper(tmp_path):
+    file = tmp_path / "with_own_effect.py"
+    file.write_text(
+        textwrap.dedent("""
+        import bayes_placement as bp
+        from tests.criticism.small import experiment as bar
+
+        class Spring(bp.effects.ground_spring):
+            pass
+
+        experiment = bar() + Spring(0.4, 1e4, name="own")
+        """)
+    )
+    study = model.read(file)
+    awaited_helper()
+    results = _processes.shared(kinds_and_process, [(study.experiment,)] * 10, lambda _: None)
+    assert all(kinds == ["Spring"] for kinds, _ in results)
+    assert len({process for _, process in results}) == 2
+
+
+@pytest.mark.long
+def test_a_search_of_two_processes_is_that_of_one(monkeypatch):
+    candidates = (
+        bp.effects.point_mass(dist.Uniform(0.05, 0.95), dist.LogUniform(1e-3, 1.0)),
+        bp.effects.gain_error("s1", dist.Uniform(-0.5, 0.5)),
+        bp.effects.gain_error("s2", dist.Uniform(-0.5, 0.5)),
+    )
+    data = experiment().data(measured(MASS, seed=2))
+    null = null_hypothesis(experiment(), data)
+    shared = single_effects(null, candidates, lambda: None)
+    monkeypatch.setattr(loky, "cpu_count", lambda: 1)
+    alone = single_effects(null, candidates, lambda: None)
+    assert [h.kinds for h in shared.hypotheses] == [h.kinds for h in alone.hypotheses]
+    for one, other in zip(shared.hypotheses, alone.hypotheses, strict=True):
+        np.testing.assert_allclose(one.fit.log_evidence, other.fit.log_evidence, atol=1e-6)
+    for one, other in zip(shared.candidates, alone.candidates, strict=True):
+        np.testing.assert_allclose(one.scores["score"], other.scores["score"], atol=1e-6)
