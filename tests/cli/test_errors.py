@@ -134,7 +134,9 @@ def test_a_missing_extra_is_named_in_one_sentence(tmp_path, monkeypatch):
 
 def test_warnings_of_numpy_are_shown_for_the_model_file_alone(tmp_path):
     out = tmp_path / "out"
-    common = _begun.Common(tmp_path / "study.py", "check", out, False, False, False, True, False, False)
+    common = _begun.Common(
+        tmp_path / "study.py", "check", out, False, False, False, True, False, False
+    )
     log_of_zero = "numpy.log10(numpy.zeros(1))"
     with warnings.catch_warnings(record=True) as caught:
         warnings.resetwarnings()
