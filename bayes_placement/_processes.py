@@ -31,8 +31,12 @@ MOST = 4
 IDLE = 20
 """Time [s] after which a helper without a task ends."""
 
-ENVIRONMENT = {name: "1" for name in ("PJRT_NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
-"""Of a helper: one thread each."""
+ONE_THREAD = {name: "1" for name in ("PJRT_NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+ENVIRONMENT = ONE_THREAD | {"LOKY_MAX_MEMORY_LEAK_SIZE": "1e12"}
+"""Of a helper. Compiled functions that it keeps are no leak, for which it would be replaced."""
+
+NOT_STARTED = (OSError, ImportError, RuntimeError, AssertionError)
+"""Raised where helpers cannot start: no semaphores, no space, a process that may have no others."""
 
 SETTINGS = (
     "jax_compilation_cache_dir",
@@ -45,7 +49,7 @@ _sharing = False
 """Whether helpers are at work for this process."""
 
 _alone = False
-"""Whether this process works alone: it is a helper itself, or a helper has died."""
+"""Whether this process works alone: it is a helper itself, or helpers die or do not start."""
 
 
 def shared(
@@ -76,7 +80,7 @@ def shared(
 
 def has_one_core() -> bool:
     """Tell whether this process is to compute on one core: the others belong to other processes."""
-    return _sharing or os.environ.get("PJRT_NPROC") == ENVIRONMENT["PJRT_NPROC"]
+    return _sharing or os.environ.get("PJRT_NPROC") == ONE_THREAD["PJRT_NPROC"]
 
 
 @contextmanager
@@ -100,7 +104,7 @@ def begin_with_helpers(module: str) -> None:
     To be called before anything is computed: JAX then has one thread here too.
     """
     if loky.cpu_count() > 1:
-        os.environ.setdefault("PJRT_NPROC", ENVIRONMENT["PJRT_NPROC"])
+        os.environ.setdefault("PJRT_NPROC", ONE_THREAD["PJRT_NPROC"])
         helpers, count = started_helpers()
         for _ in range(count):
             helpers.submit(_import, module)
@@ -111,9 +115,18 @@ def started_helpers() -> tuple[Any, int]:
 
     A GPU is not shared: it has threads of its own, and its memory belongs to one process.
     """
+    global _alone
     count = min(MOST, loky.cpu_count()) - 1
     if _alone or count < 1 or jax.default_backend() != "cpu":
         return None, 0
+    try:
+        return _started(count), count
+    except NOT_STARTED:
+        _alone = True
+        return None, 0
+
+
+def _started(count: int) -> Any:
     settings = {name: jax.config.values[name] for name in SETTINGS}
     with _interrupts_held(), _quiet_trackers():
         helpers = loky.get_reusable_executor(
@@ -124,7 +137,7 @@ def started_helpers() -> tuple[Any, int]:
             env=ENVIRONMENT,
         )
         helpers.submit(os.getpid)  # processes start with the first task
-    return helpers, count
+    return helpers
 
 
 @contextmanager

@@ -8,6 +8,7 @@ import loky
 import numpy as np
 import numpyro.distributions as dist
 import pytest
+from loky import get_reusable_executor
 
 import bayes_placement as bp
 from bayes_placement import _processes
@@ -22,7 +23,7 @@ def two_cores(monkeypatch):
     monkeypatch.setattr(loky, "cpu_count", lambda: 2)
     monkeypatch.setattr(_processes, "_alone", False)
     yield
-    loky.get_reusable_executor().shutdown(kill_workers=True)
+    get_reusable_executor().shutdown(kill_workers=True)
 
 
 def where(number):
@@ -52,6 +53,10 @@ def refuses(number):
 def kinds_and_process(experiment):
     time.sleep(0.05)
     return [type(effect).__name__ for effect in experiment.structure.effects.values()], os.getpid()
+
+
+def kept_megabytes(count, kept=[]):  # noqa: B006  it stays
+    kept.append(np.ones(count * 2**17))
 
 
 def awaited_helper():
@@ -92,6 +97,27 @@ def test_one_core_has_no_helper(monkeypatch):
     assert _processes.started_helpers() == (None, 0)
     results = _processes.shared(where, [(n,) for n in range(3)], lambda _: None)
     assert {process for _, process in results} == {os.getpid()}
+
+
+def test_where_helpers_cannot_start_there_are_none(monkeypatch):
+    def fails(**_):
+        raise OSError("No space left on device")
+
+    monkeypatch.setattr(loky, "get_reusable_executor", fails)
+    results = _processes.shared(where, [(n,) for n in range(3)], lambda _: None)
+    assert {process for _, process in results} == {os.getpid()}
+    monkeypatch.undo()
+
+
+def test_a_helper_that_keeps_much_is_not_replaced():
+    """Compiled functions take hundreds of megabytes; Loky takes 300 for a leak."""
+    awaited_helper()
+    helpers, _ = _processes.started_helpers()
+    before = helpers.submit(os.getpid).result()
+    helpers.submit(kept_megabytes, 400).result()
+    time.sleep(1.1)  # it looks once a second, after a task
+    helpers.submit(os.getpid).result()
+    assert helpers.submit(os.getpid).result() == before
 
 
 def test_an_effect_of_a_model_file_reaches_a_helper(tmp_path):
