@@ -28,6 +28,7 @@ def test_values_are_those_of_each_point(count):
 def test_the_first_batch_is_alone_and_later_ones_meet(monkeypatch):
     """What is compiled at its first call is compiled once; then two batches run at once."""
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setenv("PJRT_NPROC", "2")
     at_once._threads.cache_clear()
     together, first = threading.Barrier(2, timeout=30), threading.Event()
 
@@ -41,6 +42,17 @@ def test_the_first_batch_is_alone_and_later_ones_meet(monkeypatch):
 
     try:
         InBatches(met).fill([np.zeros((3 * BATCH, 1))], np.zeros((3 * BATCH, 1)))
+    finally:
+        at_once._threads.cache_clear()
+
+
+def test_beside_other_processes_there_are_no_threads(monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setenv("PJRT_NPROC", "1")
+    at_once._threads.cache_clear()
+    try:
+        main = threading.current_thread()
+        assert at_once.at_once(lambda _: threading.current_thread(), [1, 2, 3]) == [main] * 3
     finally:
         at_once._threads.cache_clear()
 
