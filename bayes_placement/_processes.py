@@ -14,7 +14,7 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Container, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Future
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from threading import RLock, Thread
 from typing import Any, Generic, TypeVar
@@ -153,19 +153,25 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-@contextmanager
-def _quiet_trackers() -> Iterator[None]:
+def _quiet_trackers() -> AbstractContextManager[None]:
     """Let what tidies up after a killed run say nothing; it reads its filters when it starts."""
-    name, before = "PYTHONWARNINGS", os.environ.get("PYTHONWARNINGS")
-    rule = "ignore:resource_tracker:UserWarning"
-    os.environ[name] = rule if before is None else f"{before},{rule}"
+    filters = os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker:UserWarning"
+    return environment({"PYTHONWARNINGS": ",".join(filter(None, filters))})
+
+
+@contextmanager
+def environment(variables: dict[str, str]) -> Iterator[None]:
+    """Environment that processes inherit which are started meanwhile."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
     try:
         yield
     finally:
-        if before is None:
-            del os.environ[name]
-        else:
-            os.environ[name] = before
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def _import(module: str) -> None:

@@ -12,6 +12,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, nullco
 from types import ModuleType
 from typing import Any
 
+from ..._processes import environment
 from ..._types import LEAST_THREADS, InputError, MissingExtraError, arguments_checked
 
 REPLACEMENTS = 3
@@ -105,7 +106,7 @@ class WorkerProcesses(Executor):
         )
         # Libraries read their number of threads when they are imported, before any initializer.
         # Each submission starts one process, as long as none is idle: they take long to start.
-        with _environment(_thread_limits(self._count)):
+        with environment(_thread_limits(self._count)):
             for _ in range(self._count):
                 pool.submit(os.getpid)
         return pool
@@ -131,21 +132,6 @@ def _warning_filters() -> list[Any]:
 def _pattern(text: Any) -> str:
     """Regular expression of a filter, which keeps it compiled, as a string, or as None."""
     return getattr(text, "pattern", text) or ""
-
-
-@contextmanager
-def _environment(variables: dict[str, str]) -> Iterator[None]:
-    """Environment that processes inherit which are started meanwhile."""
-    before = {name: os.environ.get(name) for name in variables}
-    os.environ.update(variables)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def _start_worker(filters: list[Any]) -> None:
