@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import pyuff
 
+from bayes_placement import io
 from bayes_placement.io import npz_modes, uff
 from tests.io.uff.hand_typed import typed
 
@@ -217,3 +218,8 @@ def test_traps_of_the_decoder(tmp_path, changes, message):
 def test_no_file(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"There is no file .*none.uff; a universal file"):
         uff.read_modes(tmp_path / "none.uff")
+
+
+def test_the_former_name_reads_the_same(tmp_path):
+    modes = io.uff_modes.read(hand_typed(tmp_path))
+    assert np.array_equal(modes.shape, uff.read_modes(hand_typed(tmp_path)).shape)
