@@ -14,7 +14,7 @@ import numpy as np
 from .._types import InputError
 from ._npz_archive import NpzArchive
 
-SECONDS, SECONDS_PER_MEGABYTE = 20.0, 2.0
+SECONDS, SECONDS_PER_MEGABYTE = 10.0, 2.0
 """Time that reading a file may take: to begin with, and for each megabyte."""
 
 _CHILD = Path(__file__).with_name("_child.py")

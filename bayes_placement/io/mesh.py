@@ -16,6 +16,7 @@ from ._gate import check_plausible, existing, reading
 
 _READER = Path(__file__).with_name("_mesh_process.py")
 _REMEDY = "Convert it, or give node numbers and coordinates as arrays."
+_LAST_LINES = {".ply": b"end_header", **dict.fromkeys((".bdf", ".fem", ".nas"), b"ENDDATA")}
 
 
 @with_short_repr
@@ -124,7 +125,7 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
             'meshes. Install it: pip install "bayes_placement[mesh]".'
         )
     with reading(file, "a mesh", _REMEDY):
-        _check_header(existing(file, "a mesh"))
+        _check_end(existing(file, "a mesh"))
         content = _contents_of(file)
         mesh = _mesh(file, content, length_unit)
     if content.complaints:
@@ -135,13 +136,14 @@ def read(path: str | Path, *, length_unit: float = 1.0) -> Mesh:
     return mesh
 
 
-def _check_header(path: Path) -> None:
-    """Refuse a header without end, behind which meshio would read for ever."""
-    if path.suffix.lower() != ".ply":
+def _check_end(path: Path) -> None:
+    """Refuse a file without the line at which meshio would stop: it would read for ever."""
+    last = _LAST_LINES.get(path.suffix.lower())
+    if last is None:
         return
     with path.open("rb") as file:
-        if not any(line.strip() == b"end_header" for line in file):
-            raise _refused(path, "its header has no line end_header")
+        if not any(line.split()[:1] == [last] for line in file):
+            raise _refused(path, f"it has no line {last.decode()}")
 
 
 class _Contents(NamedTuple):

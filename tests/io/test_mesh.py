@@ -186,6 +186,16 @@ def test_a_ply_file_whose_header_has_no_end_is_refused_at_once(tmp_path, monkeyp
         mesh.read(path)
 
 
+@pytest.mark.parametrize("suffix", ["bdf", "nas", "fem"])
+def test_bulk_data_without_an_end_are_refused_at_once(tmp_path, monkeypatch, suffix):
+    """meshio looks for a first card for ever."""
+    monkeypatch.setattr(_reader_process, "run", None)
+    path = tmp_path / f"part.{suffix}"
+    path.write_text("$ ENDDATA\nBEGIN BULK\n$ a comment\nGRI")
+    with pytest.raises(ValueError, match=r"cannot be read by meshio .*no line ENDDATA"):
+        mesh.read(path)
+
+
 @pytest.mark.long
 def test_a_mesh_that_never_ends_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(_reader_process, "SECONDS", 4.0)

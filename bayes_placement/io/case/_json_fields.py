@@ -4,7 +4,7 @@ import difflib
 import json
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -57,10 +57,10 @@ class JsonObject(NamedTuple):
         value = self.content[name]
         if not rule.accepts(value):
             raise self.wrong(name, rule)
-        if is_number(value) and abs(value) > LARGEST:
+        if any(abs(number) > LARGEST for number in _numbers_in(value)):
             raise CaseError(
-                f"{self.file}: the field {self.dotted_path(name)} is {_shown(value)}; a number up "
-                f"to {LARGEST:g} is needed there, since no quantity in SI is larger. Correct its "
+                f"{self.file}: the field {self.dotted_path(name)} is {_shown(value)}; numbers up "
+                f"to {LARGEST:g} are needed there, since no quantity in SI is larger. Correct the "
                 f"exponent: {_written(name, rule.example)}."
             )
         return value
@@ -249,6 +249,15 @@ def numbers(
             and accepts(value)
         ),
     )
+
+
+def _numbers_in(value: Any) -> Iterator[float]:
+    """A number, or those of a list, of lists too."""
+    if isinstance(value, list):
+        for entry in value:
+            yield from _numbers_in(entry)
+    elif is_number(value):
+        yield value
 
 
 def _are_objects(value: Any, least: int) -> bool:
