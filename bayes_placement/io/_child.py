@@ -1,4 +1,4 @@
-"""A separate process that runs a reader: `python _child.py READER.py FILE RESULT.npz`.
+"""A separate process that runs a reader: `python _child.py READER.py FILE RESULT.npz CPU_SECONDS`.
 
 Damaged files make some libraries run for ever, exit or take all memory. Nothing of this package is
 imported here.
@@ -14,9 +14,9 @@ import numpy as np
 MEMORY_BYTES = 8 << 30
 
 
-def main(reader: str, path: str, result: str) -> None:
+def main(reader: str, path: str, result: str, cpu_seconds: str) -> None:
     """Write the arrays that the function `read` of a reader returns, and its metadata as JSON."""
-    _limit_memory()
+    _limit(int(cpu_seconds))
     warnings.simplefilter("ignore")  # of other libraries; some print their own complaints
     arrays, metadata = runpy.run_path(reader)["read"](path)
     text = np.array(json.dumps({**metadata, "names": list(arrays)}))
@@ -24,14 +24,16 @@ def main(reader: str, path: str, result: str) -> None:
     np.savez(result, metadata=text, **numbered)
 
 
-def _limit_memory() -> None:
+def _limit(cpu_seconds: int) -> None:
+    """Limit the memory and the time of this process."""
     try:
         import resource
     except ImportError:  # not on this system
         return
-    _, most = resource.getrlimit(resource.RLIMIT_AS)
-    wanted = MEMORY_BYTES if most == resource.RLIM_INFINITY else min(MEMORY_BYTES, most)
-    resource.setrlimit(resource.RLIMIT_AS, (wanted, most))
+    for kind, wanted in ((resource.RLIMIT_AS, MEMORY_BYTES), (resource.RLIMIT_CPU, cpu_seconds)):
+        _, most = resource.getrlimit(kind)
+        limit = wanted if most == resource.RLIM_INFINITY else min(wanted, most)
+        resource.setrlimit(kind, (limit, most))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 """Readers that can end, hang or fill the interpreter: each runs in a separate process."""
 
 import json
+import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -14,8 +16,9 @@ import numpy as np
 from .._types import InputError
 from ._npz_archive import NpzArchive
 
-SECONDS, SECONDS_PER_MEGABYTE = 10.0, 2.0
-"""Time that reading a file may take: to begin with, and for each megabyte."""
+SECONDS, CPU_SECONDS, SECONDS_PER_MEGABYTE = 20.0, 8.0, 2.0
+"""Time that reading a file may take, on the clock and of the processor, which other work on the
+machine does not prolong, and either for each megabyte besides."""
 
 _CHILD = Path(__file__).with_name("_child.py")
 
@@ -61,11 +64,12 @@ def run(
         If the process fails, ends, or takes too long.
     """
     path.open("rb").close()  # raises PermissionError, which says more than a failed process
-    allowed = SECONDS + further_seconds + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
+    further = further_seconds + SECONDS_PER_MEGABYTE * path.stat().st_size / 1e6
+    allowed, cpu_allowed = SECONDS + further, math.ceil(CPU_SECONDS + further)
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "result.npz"
-        files = [_CHILD, script, path.absolute(), result]
-        command = [sys.executable, "-P", *map(str, files)]
+        inputs = [_CHILD, script, path.absolute(), result, cpu_allowed]
+        command = [sys.executable, "-P", *map(str, inputs)]
         environment = {**os.environ, **_NO_PLUGINS}
         try:
             done = subprocess.run(
@@ -73,6 +77,8 @@ def run(
             )
         except subprocess.TimeoutExpired as error:
             raise refused(f"it did not end within {allowed:.0f} s") from error
+        if done.returncode == -getattr(signal, "SIGXCPU", 0):
+            raise refused(f"it did not end within {cpu_allowed} s of computing")
         complaints = " ".join(done.stderr.decode("utf-8", "replace").split())
         if done.returncode or not result.is_file():
             raise refused(complaints[-300:] or f"its process ended with {done.returncode}")
