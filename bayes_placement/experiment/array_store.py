@@ -36,6 +36,10 @@ class ArrayStore:
         self.folder = Path(folder)
         _make_writable(self.folder)
 
+    def __contains__(self, key: str) -> bool:
+        """Whether there is a file, which may be damaged."""
+        return self._path(key).exists()
+
     def read(self, key: str) -> dict[str, np.ndarray] | None:
         """Arrays by name; None if the file is missing or, with a warning, damaged."""
         path = self._path(key)

@@ -51,8 +51,8 @@ class _ContentPickler(pickle.Pickler):
     def persistent_id(self, value: Any) -> Any:
         """Content of values that pickle does not write by content; None for all others."""
         kind: Any = type(value)
-        if isinstance(value, jax.Array):
-            return np.asarray(value)
+        if isinstance(value, jax.Array | np.ndarray) and value.dtype != object:
+            return _numbers(np.asarray(value))
         if isinstance(value, set | frozenset):
             return kind, sorted(map(content_hash, value))
         if isinstance(value, Distribution):
@@ -66,6 +66,12 @@ class _ContentPickler(pickle.Pickler):
         if dataclasses.is_dataclass(value):
             return kind, _fields(value, [field.name for field in dataclasses.fields(value)])
         return None
+
+
+def _numbers(array: np.ndarray) -> tuple[str, str, tuple[int, ...], str]:
+    """Numbers of an array in the order of its axes: in memory they may lie in another order."""
+    digest = hashlib.sha256(np.ascontiguousarray(array)).hexdigest()
+    return "array", array.dtype.str, array.shape, digest
 
 
 def _fields(value: Any, names: list[str]) -> list[tuple[str, Any]]:

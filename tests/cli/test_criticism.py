@@ -139,7 +139,9 @@ def test_a_later_run_takes_the_fits_that_are_there(hidden, tmp_path):
     _shared_fits._LAST.clear()
     options = COMMANDS["improve"]
     done = run("improve", folder / "study.py", *options, "--out", tmp_path / "again")
-    counts = re.search(r"Fits of an earlier run that were taken: (\d+) of (.*)", done.output)
+    counts = re.search(
+        r"Fits and scans of an earlier run that were taken: (\d+) of (.*)", done.output
+    )
     assert counts and int(counts[1]) > 0 and counts[2] == f"{tmp_path / 'again' / 'fits'}/"
     assert "of an earlier run" not in output["improve"]
     first, second = (
@@ -153,7 +155,7 @@ def test_check_takes_the_fit_of_improve(hidden, tmp_path):
     folder, _ = hidden
     shutil.copytree(folder / "improve" / "fits", tmp_path / "again" / "fits")
     done = run("check", folder / "study.py", "--out", tmp_path / "again")
-    assert "Fits of an earlier run that were taken: 1 of" in done.output
+    assert "Fits and scans of an earlier run that were taken: 1 of" in done.output
     first, second = (
         (out / "misfit.csv").read_text() for out in (folder / "check", tmp_path / "again")
     )
@@ -166,7 +168,7 @@ def test_explain_takes_the_fit_of_check(hidden, tmp_path):
     _shared_fits._LAST.clear()
     options = COMMANDS["explain"]
     done = run("explain", folder / "study.py", *options, "--out", tmp_path / "again")
-    assert "Fits of an earlier run that were taken: 1 of" in done.output
+    assert "Fits and scans of an earlier run that were taken: 1 of" in done.output
 
 
 def test_the_search_that_a_model_declares_is_that_of_its_check(tmp_path):

@@ -3,26 +3,39 @@
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any
-
-from ...inference.residuals import Problem
+from contextvars import copy_context
+from functools import partial
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 AHEAD = 2
 """Problems that are compiled while one is fitted."""
 
 
-def compiled_ahead(problems: Iterable[Problem]) -> Iterator[Problem]:
+@runtime_checkable
+class Preparable(Protocol):
+    """A problem, or work on one."""
+
+    def prepare(self) -> None:
+        """Compile what it needs."""
+
+
+Work = TypeVar("Work", bound=Preparable)
+
+
+def compiled_ahead(problems: Iterable[Work]) -> Iterator[Work]:
     """Yield problems in their order, compiled; meanwhile the next ones are compiled."""
-    waiting: deque[tuple[Problem, Future[Any]]] = deque()
+    waiting: deque[tuple[Work, Future[Any]]] = deque()
     with ThreadPoolExecutor(AHEAD) as pool:
         for problem in problems:
-            waiting.append((problem, pool.submit(problem.prepare)))
+            # A thread has no context of its own, and so no folder of fits.
+            prepare = partial(copy_context().run, problem.prepare)
+            waiting.append((problem, pool.submit(prepare)))
             if len(waiting) > AHEAD:
                 yield _awaited(*waiting.popleft())
         while waiting:
             yield _awaited(*waiting.popleft())
 
 
-def _awaited(problem: Problem, compilation: Future[Any]) -> Problem:
+def _awaited(problem: Work, compilation: Future[Any]) -> Work:
     compilation.result()
     return problem

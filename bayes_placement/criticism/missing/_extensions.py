@@ -1,8 +1,10 @@
 """One more effect on a hypothesis: scanned through its prior, then fitted from its best places."""
 
+import functools
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,8 +16,8 @@ from ...inference.residuals import Problem
 from ._candidates import numbered
 from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis, fields_of, logarithmic_jacobian, softening
-from ._kept_fits import NO_RIVAL, kept_with_sizes
-from ._scan import LEAST, MOST, Scan, best_places, fit_grown, scan
+from ._kept_fits import NO_RIVAL, is_stored, kept_with_sizes, stored_or_computed
+from ._scan import ANY_SCAN, LEAST, MOST, Scan, best_places, fit_grown, scan
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
 """Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
@@ -93,15 +95,44 @@ def scanned(
     points
         Greatest number of points by kind, where there are other pairs than these.
     """
-    named = with_free_names(pairs)
     most = points or points_of_scans(effect for _, effect in pairs)
-    problems = compiled_ahead(base.problem.with_effect(effect) for base, effect in named)
-    for (base, effect), problem in zip(named, problems, strict=True):
-        counts = _counts(effect, fields_of(effect, problem), problem)
-        slopes = logarithmic_jacobian(base).slopes[0]
-        seen = scan(problem, counts, base.point_in(problem), slopes, most[kind_of(effect)])
-        yield ScannedCandidate(base, effect, problem, seen)
+    scannings = (
+        _Scanning(base, effect, base.problem.with_effect(effect), most[kind_of(effect)])
+        for base, effect in with_free_names(pairs)
+    )
+    for scanning in compiled_ahead(scannings):
+        yield scanning.scanned()
         tick()
+
+
+@dataclass(frozen=True)
+class _Scanning:
+    """An effect on a hypothesis, to be scanned at a greatest number of points."""
+
+    base: Hypothesis
+    effect: Effect
+    problem: Problem
+    most: int
+
+    def prepare(self) -> None:
+        """Compile the residuals, unless the scan is kept in a folder."""
+        if not is_stored(self.problem, *self._inputs):
+            self.problem.prepare()
+
+    def scanned(self) -> ScannedCandidate:
+        """Scan it, or take the scan from the folder."""
+        found = stored_or_computed(self._scan, ANY_SCAN, self.problem, *self._inputs)
+        return ScannedCandidate(self.base, self.effect, self.problem, found)
+
+    @functools.cached_property
+    def _inputs(self) -> tuple[Any, ...]:
+        counts = _counts(self.effect, fields_of(self.effect, self.problem), self.problem)
+        return counts, self.base.point_in(self.problem), self.most
+
+    def _scan(self) -> Scan:
+        counts, point, most = self._inputs
+        slopes = logarithmic_jacobian(self.base).slopes[0]
+        return scan(self.problem, counts, point, slopes, most)
 
 
 def promising(candidates: Sequence[ScannedCandidate], variants: int) -> list[ScannedCandidate]:

@@ -1,4 +1,4 @@
-"""Fits that stay in a folder: a search that was ended, or another command, goes on from them.
+"""Fits and scans that stay in a folder: a search that was ended, or another command, goes on.
 
 A fit follows from its problem, its starts and its settings alone, and its file is named by their
 hash.
@@ -26,6 +26,9 @@ from ...inference.residuals import Problem
 
 VERSION = version("bayes_placement")
 """Part of the name of each file, since fits of another version may differ."""
+
+MOST_BYTES = 1 << 20
+"""Largest tree that is kept: the scans of a large measurement would be a gigabyte."""
 
 NO_RIVAL = Rival()
 
@@ -66,8 +69,10 @@ class KeptFits:
         return tree
 
     def write(self, key: str, tree: Any) -> None:
-        """Keep a tree; a search does not end where that fails."""
+        """Keep a tree that is not too large; a search does not end where that fails."""
         leaves = {_name(number): leaf for number, leaf in enumerate(jax.tree.leaves(tree))}
+        if sum(np.asarray(leaf).nbytes for leaf in leaves.values()) > MOST_BYTES:
+            return
         try:
             self.files.write(key, leaves)
         except WritingError as error:
@@ -136,6 +141,13 @@ def stored_or_computed(
     tree = compute()
     fits.write(key, tree)
     return tree
+
+
+def is_stored(problem: Problem, *inputs: Any) -> bool:
+    """Whether there is a file of what follows from a problem and further inputs."""
+    fits = _KEPT.get()
+    key = None if fits is None else _key(*problem.content, *inputs)
+    return fits is not None and key is not None and key in fits.files
 
 
 def _key(*inputs: Any) -> str | None:

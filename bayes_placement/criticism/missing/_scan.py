@@ -49,6 +49,10 @@ class Scan(NamedTuple):
         return Scan(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
+ANY_SCAN = Scan(np.zeros(0), np.zeros(0), np.zeros(0))
+"""Its structure alone matters."""
+
+
 class Fitted(NamedTuple):
     """A best fit, and the ends of descents along logarithmic residuals before it.
 

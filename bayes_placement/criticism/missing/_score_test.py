@@ -3,6 +3,7 @@
 What the model can absorb is projected out.
 """
 
+import functools
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,9 +16,11 @@ from scipy.stats import norm
 from ..._sites import Role
 from ...effects.effect import Effect
 from ...effects.library import kind_of
+from ...inference.engines.least_squares import Jacobian
 from ...inference.residuals import Problem
 from ._extensions import ScannedCandidate, weakest
 from ._hypotheses import Hypothesis, fields_of
+from ._kept_fits import stored_or_computed
 from ._location import locations
 from ._scan import other_places
 
@@ -61,6 +64,28 @@ class _Signatures(NamedTuple):
         return np.asarray(self.change @ self.projected.T)
 
 
+class _Scores(NamedTuple):
+    """Scores of a candidate.
+
+    Parameters
+    ----------
+    points
+        Places and settings of the effect to which it is sensitive [place, unknown].
+    score
+        The score at each.
+    p_value
+        That of the candidate.
+    """
+
+    points: np.ndarray
+    score: np.ndarray
+    p_value: float
+
+
+ANY_SCORES = _Scores(np.zeros((0, 0)), np.zeros(0), 1.0)
+"""Its structure alone matters."""
+
+
 def suspicion(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> pd.DataFrame:
     """Score every candidate along its places and settings.
 
@@ -82,12 +107,11 @@ def suspicion(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> pd.Da
 
 def scores(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> list[pd.DataFrame]:
     """Score candidates, all variants of each kind among them, see `suspicion`."""
-    residual, _, slopes, _ = null.problem.squares.jacobian(null.fit.point[None])
-    model = _Model(residual[0], slopes[0][_moves_response(null.problem)])
+    model = _Model(null)
     variants = Counter(kind_of(candidate.effect) for candidate in candidates)
     most = [max(MOST // variants[kind_of(candidate.effect)], LEAST) for candidate in candidates]
     return [
-        _of_candidate(model, candidate, points)
+        _table(candidate, _scored(model, candidate, points))
         for candidate, points in zip(candidates, most, strict=True)
     ]
 
@@ -108,23 +132,46 @@ def _moves_response(problem: Problem) -> np.ndarray:
 class _Model:
     """Residual of the fitted model as given, and the directions that it can absorb."""
 
-    def __init__(self, residual: np.ndarray, slopes: np.ndarray):
-        self.slopes = slopes
-        self.curvature = slopes @ slopes.T + np.eye(len(slopes))
-        self.residual = residual
+    def __init__(self, null: Hypothesis):
+        self.null = null
+
+    @functools.cached_property
+    def _at_fit(self) -> Jacobian:
+        return self.null.problem.squares.jacobian(self.null.fit.point[None])
+
+    @functools.cached_property
+    def residual(self) -> np.ndarray:
+        """Its residual [datum]."""
+        return self._at_fit.residual[0]
+
+    @functools.cached_property
+    def slopes(self) -> np.ndarray:
+        """Slopes of the residual [unknown, datum], without those along the level of the noise."""
+        return self._at_fit.slopes[0][_moves_response(self.null.problem)]
 
     def projected(self, vectors: np.ndarray) -> np.ndarray:
         """What the model cannot absorb, its prior included."""
+        curvature = self.slopes @ self.slopes.T + np.eye(len(self.slopes))
         pull = vectors @ self.slopes.T
-        return vectors - np.linalg.solve(self.curvature, pull.T).T @ self.slopes
+        return vectors - np.linalg.solve(curvature, pull.T).T @ self.slopes
 
 
-def _of_candidate(model: _Model, candidate: ScannedCandidate, most: int) -> pd.DataFrame:
-    effect = candidate.effect
-    signatures = _signatures(model, candidate, most)
-    score = -signatures.change @ model.residual
-    corrected = _corrected(signatures.correlation(), score) if score.size else 1.0
-    named = candidate.problem.coordinates.named(signatures.points)
+def _scored(model: _Model, candidate: ScannedCandidate, most: int) -> _Scores:
+    """Score a candidate, or take its scores from the folder of fits."""
+
+    def anew() -> _Scores:
+        signatures = _signatures(model, candidate, most)
+        score = -signatures.change @ model.residual
+        p_value = _corrected(signatures.correlation(), score) if score.size else 1.0
+        return _Scores(signatures.points, score, p_value)
+
+    inputs = model.null.fit.point, candidate.scan.points[0], most
+    return stored_or_computed(anew, ANY_SCORES, candidate.problem, *inputs)
+
+
+def _table(candidate: ScannedCandidate, scored: _Scores) -> pd.DataFrame:
+    effect, (points, score, p_value) = candidate.effect, scored
+    named = candidate.problem.coordinates.named(points)
     experiment = candidate.problem.experiment
     unknowns = experiment.unknowns_of(effect)
     values = {unknown.name: named[unknown.name] for unknown in unknowns}
@@ -139,7 +186,7 @@ def _of_candidate(model: _Model, candidate: ScannedCandidate, most: int) -> pd.D
     return pd.DataFrame(
         {"kind": kind_of(effect), "setting": setting}
         | {"at": next(lengths, np.full(len(score), np.nan)), "x": x, "y": y, "z": z}
-        | {"score": score, "p_value": corrected}
+        | {"score": score, "p_value": p_value}
     )
 
 

@@ -5,6 +5,7 @@ import threading
 import pytest
 
 from bayes_placement.criticism.missing._compiled_ahead import AHEAD, compiled_ahead
+from bayes_placement.criticism.missing._kept_fits import fits_kept_in, folder_of_fits
 from bayes_placement.inference.residuals import Problem
 
 SECONDS = 20.0
@@ -63,6 +64,18 @@ def test_a_compilation_that_fails_is_told_where_its_problem_is_due():
     assert next(coming) is problems[0]
     with pytest.raises(ValueError, match="cannot be compiled"):
         next(coming)
+
+
+def test_a_compilation_knows_where_fits_are_kept(tmp_path):
+    folders = []
+
+    class Asking(Fake):
+        def prepare(self):
+            folders.append(folder_of_fits())
+
+    with fits_kept_in(tmp_path):
+        assert len([*compiled_ahead([Asking(), Asking()])]) == 2
+    assert folders == [tmp_path, tmp_path]
 
 
 def test_of_no_problem_none_comes():

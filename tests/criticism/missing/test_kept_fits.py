@@ -5,7 +5,7 @@ import pytest
 
 from bayes_placement import effects
 from bayes_placement._types import WritingError
-from bayes_placement.criticism.missing import _kept_fits, _scan, _shared_fits
+from bayes_placement.criticism.missing import _kept_fits, _scan, _score_test, _shared_fits
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
 from bayes_placement.experiment.model_error import Modal
@@ -56,13 +56,16 @@ def same(ledger, other):
     return first == second
 
 
-def no_descent(*_, **__):
-    raise AssertionError("It was fitted again.")
+def once_more(*_, **__):
+    raise AssertionError("It was done again.")
 
 
-def test_a_second_search_fits_nothing_and_says_the_same(asked, full_store, monkeypatch):
+def test_a_second_search_fits_and_scans_nothing_and_says_the_same(asked, full_store, monkeypatch):
     folder, ledger = full_store
-    monkeypatch.setattr(_scan, "minimise", no_descent)
+    monkeypatch.setattr(_scan, "minimise", once_more)
+    monkeypatch.setattr(_scan, "_scanned", once_more)
+    monkeypatch.setattr(_score_test, "_signatures", once_more)
+    monkeypatch.setattr(_kept_fits.Problem, "prepare", once_more)
     assert same(asked(store=folder), ledger)
     ranking = asked(explain, store=folder)
     assert ranking.probabilities == ledger.probabilities
@@ -114,6 +117,13 @@ def test_a_full_disk_does_not_end_the_search(asked, full_store, tmp_path, monkey
     monkeypatch.setattr(_kept_fits.ArrayStore, "write", full)
     with pytest.warns(UserWarning, match="A fit is not kept for a later run: there is no room"):
         assert same(asked(store=tmp_path), full_store[1])
+
+
+def test_what_is_large_is_not_kept(tmp_path):
+    fits = _kept_fits.KeptFits(tmp_path)
+    fits.write("small", np.zeros(2))
+    fits.write("large", np.zeros(_kept_fits.MOST_BYTES))
+    assert [path.stem for path in tmp_path.iterdir()] == ["small"]
 
 
 def test_sizes_of_errors_come_back(tmp_path):
