@@ -70,7 +70,7 @@ class _ContentPickler(pickle.Pickler):
 
 def _numbers(array: np.ndarray) -> tuple[str, str, tuple[int, ...], str]:
     """Numbers of an array in the order of its axes: in memory they may lie in another order."""
-    digest = hashlib.sha256(np.ascontiguousarray(array)).hexdigest()
+    digest = hashlib.sha256(np.ascontiguousarray(array).data).hexdigest()
     return "array", array.dtype.str, array.shape, digest
 
 
