@@ -70,7 +70,8 @@ class _ContentPickler(pickle.Pickler):
 
 def _numbers(array: np.ndarray) -> tuple[str, str, tuple[int, ...], str]:
     """Numbers of an array in the order of its axes: in memory they may lie in another order."""
-    digest = hashlib.sha256(np.ascontiguousarray(array).data).hexdigest()
+    in_order = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+    digest = hashlib.sha256(in_order.data).hexdigest()
     return "array", array.dtype.str, array.shape, digest
 
 
