@@ -103,12 +103,17 @@ def frame() -> bp.Experiment:
 
 STUDIES = {"bar": bar, "beam": beam, "frame": frame}
 
+GRID_NODES = {"bar": 16, "beam": 32, "frame": 16}
+"""Nodes along each unknown: with 16 of them the grid says that it does not resolve the beam's."""
+
 
 class Study:
     """An experiment, true values and data of many replicates."""
 
-    def __init__(self, experiment: bp.Experiment, count: int = REPLICATES, key: int = 0):
-        self.experiment = experiment
+    def __init__(
+        self, experiment: bp.Experiment, count: int = REPLICATES, key: int = 0, grid_nodes: int = 16
+    ):
+        self.experiment, self.grid_nodes = experiment, grid_nodes
         simulated = bp.simulate(experiment, draws=count, key=key)
         self.truth = dict(elements(simulated["prior"]))
         self.outputs = simulated["prior_predictive"]["measured"].values[0]
@@ -129,7 +134,7 @@ class Study:
 @functools.cache
 def study(name: str) -> Study:
     """Return a study, simulated once."""
-    return Study(STUDIES[name](), key=len(name))
+    return Study(STUDIES[name](), key=len(name), grid_nodes=GRID_NODES[name])
 
 
 class Draws(NamedTuple):
@@ -154,9 +159,19 @@ class Inferred:
             marginal=self.marginal,
             key=replicate,
         )
-        if isinstance(self.engine, bp.engines.Grid):
-            return nodes_of(tree)
         return {name: Draws(values) for name, values in elements(tree["posterior"])}
+
+
+def on_grid(study: Study, replicate: int) -> dict[str, Draws]:
+    """Nodes of the grid, and of a quadrature over the placement."""
+    tree = bp.infer(
+        study.experiment,
+        study.measurement(replicate),
+        engine=bp.engines.Grid(nodes=study.grid_nodes),
+        marginal=bp.marginals.Quadrature(nodes=12),
+        key=replicate,
+    )
+    return nodes_of(tree)
 
 
 def nodes_of(tree) -> dict[str, Draws]:
@@ -191,7 +206,7 @@ def finalist(study: Study, replicate: int) -> dict[str, Draws]:
 
 METHODS: dict[str, Callable[[Study, int], dict[str, Draws]]] = {
     "importance": Inferred(bp.engines.Importance(draws=20_000), bp.marginals.Latent()),
-    "grid": Inferred(bp.engines.Grid(nodes=16), bp.marginals.Quadrature(nodes=12)),
+    "grid": on_grid,
     "smc": Inferred(bp.engines.SMC(particles=400, populations=2), bp.marginals.Latent()),
     "nuts": Inferred(bp.engines.NUTS(chains=2, warmup=400, draws=500), bp.marginals.Latent()),
     "finalist": finalist,

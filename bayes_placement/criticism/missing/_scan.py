@@ -1,6 +1,7 @@
 """Best fits from many starts: an effect is scanned through its prior first."""
 
 import itertools
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +18,9 @@ KEPT, TOGETHER = 128, 256
 """Points of a scan that are kept, those of the least predicted cost, and points that are scanned
 together: residuals of all would be gigabytes."""
 
-FOLLOWED, FINISHED = 8, 3
-"""Starts that are followed along logarithmic residuals, and those followed to the end."""
+FOLLOWED, FINISHED, COPIES = 8, 3, 2
+"""Starts that are followed along logarithmic residuals, those followed to the end, and of these
+the most that met: the others may lead to a mirror image."""
 
 
 class Scan(NamedTuple):
@@ -177,8 +179,14 @@ def _followed(problem: Problem, starts: np.ndarray) -> Fit:
 
 def _near(problem: Problem, points: np.ndarray) -> np.ndarray:
     """The best ends of descents along logarithmic residuals."""
-    ends, normal = minimise(problem.squares.objective(logarithmic=True), points, steps=10)
-    return ends[np.argsort(np.nan_to_num(normal.cost, nan=np.inf))[:FINISHED]]
+    ends, normal = minimise(problem.squares.objective(logarithmic=True), points, steps=10, gain=0.5)
+    best = ends[np.argsort(np.nan_to_num(normal.cost, nan=np.inf), kind="stable")]
+    copies: Counter[bytes] = Counter()
+    is_kept = []
+    for end in best:
+        copies[end.tobytes()] += 1
+        is_kept.append(copies[end.tobytes()] <= COPIES)
+    return best[is_kept][:FINISHED]
 
 
 def _grid(problem: Problem, counts: dict[str, int], most: int) -> np.ndarray:

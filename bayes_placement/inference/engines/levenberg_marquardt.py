@@ -34,6 +34,9 @@ prior has a curvature of 1, however large that of others is."""
 SAME_MODE = 0.5
 """Difference of log density below which two descents end at the same mode."""
 
+MET = 0.1
+"""Distance in deviations of the posterior below which two descents go on as one."""
+
 APART = 10.0
 """Distance in deviations of the posterior from which on two points are not of one mode."""
 
@@ -105,8 +108,8 @@ def minimise(
 ) -> tuple[ParameterPoints, NormalEquations]:
     """Final points of the descents from all starts, and the normal equations at these.
 
-    Each descent has its own damping; converged descents are no longer evaluated. Slopes are taken
-    where a step is accepted, since two steps of five are not.
+    Each descent has its own damping; converged descents are no longer evaluated, and of those that
+    meet, one. Slopes are taken where a step is accepted, since two steps of five are not.
 
     Parameters
     ----------
@@ -127,8 +130,12 @@ def minimise(
     normal = NormalEquations(*(np.array(array) for array in objective.normal_equations(points)))
     damping = np.full(len(points), 1e-3)
     active = np.ones(len(points), dtype=bool)
+    leader = np.arange(len(points))
     for _ in range(steps):
-        rows = np.flatnonzero(active)
+        _follow(leader, points, normal)
+        rows = np.flatnonzero(active & (leader == np.arange(len(points))))
+        if not rows.size:
+            break
         near = NormalEquations(*(array[rows] for array in normal))
         step = _steps(near, damping[rows], *_limits(points[rows], largest))
         trial = points[rows] + step
@@ -146,9 +153,20 @@ def minimise(
         active[rows] = ~(
             (accepted & (decrease < gain)) | (~accepted & (damping[rows] > most_damping))
         )
-        if not active.any():
-            break
-    return points, normal
+    return points[leader], NormalEquations(*(array[leader] for array in normal))
+
+
+def _follow(leader: np.ndarray, points: ParameterPoints, normal: NormalEquations) -> None:
+    """Let descents that have met another one of lower cost follow it."""
+    leading = np.flatnonzero(leader == np.arange(len(points)))
+    leading = leading[np.argsort(normal.cost[leading], kind="stable")]
+    for place, best in enumerate(leading):
+        if leader[best] == best:
+            others = leading[place + 1 :]
+            apart = points[others] - points[best]
+            squares = np.einsum("bi,ij,bj->b", apart, normal.curvature[best], apart)
+            met = others[(leader[others] == others) & (squares < MET**2)]
+            leader[np.isin(leader, met)] = best
 
 
 def _limits(points: ParameterPoints, largest: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -188,3 +188,37 @@ def test_a_descent_that_starts_where_there_is_no_cost_does_not_harm_others():
     assert points[0, 0] == pytest.approx(0.3, abs=1e-3)
     assert points[1, 0] == 4.9  # two at most in a step
     assert np.isnan(normal.cost[1])
+
+
+class TwoValleys:
+    """Valleys about -2 and 2, each a parabola of unit curvature; counts the slopes taken."""
+
+    def __init__(self):
+        self.slopes = 0
+
+    def cost(self, points):
+        return 0.5 * (np.abs(points[:, 0]) - 2) ** 2
+
+    def normal_equations(self, points):
+        self.slopes += len(points)
+        cost = self.cost(points)
+        slope = points - 2 * np.sign(points)
+        return NormalEquations(cost, slope, np.ones((len(points), 1, 1)), 2 * cost)
+
+
+def test_of_descents_that_meet_one_goes_on():
+    starts = np.array([[2.5], [2.501], [-2.5], [2.5], [3.5]])
+    together, alone = TwoValleys(), TwoValleys()
+    ends, normal = minimise(together, starts, steps=20)
+    for end, start in zip(ends, starts, strict=True):
+        (single,), _ = minimise(alone, start[None], steps=20)
+        assert end == pytest.approx(single, abs=1e-3)
+    np.testing.assert_allclose(np.sign(ends[:, 0]), [1, 1, -1, 1, 1])
+    np.testing.assert_allclose(normal.cost, together.cost(ends))
+    assert ends[0] == ends[1] == ends[3] == ends[4]
+    assert together.slopes < alone.slopes
+
+
+def test_descents_from_one_start_end_at_one_point():
+    ends, _ = minimise(TwoValleys(), np.full((3, 1), 2.7), steps=20)
+    assert np.unique(ends).size == 1
