@@ -36,8 +36,16 @@ FITTED = ("fit", "near", "deviations", "has_errors", "as_rival")
 """Fields of a hypothesis that are known from fitting it."""
 
 
-class _FittedFields(NamedTuple):
-    """What is known of a hypothesis from fitting it: fields, and sizes of its model error."""
+class FittedFields(NamedTuple):
+    """What is known of a hypothesis from fitting it.
+
+    Parameters
+    ----------
+    fields
+        Fields of the hypothesis.
+    sizes
+        Sizes of its model error.
+    """
 
     fields: Mapping[str, Any]
     sizes: Mapping[str, float]
@@ -47,7 +55,7 @@ class _Outcome(NamedTuple):
     """One more effect on a hypothesis: its scan, and its fit where it was fitted."""
 
     scan: Scan
-    fit: _FittedFields | None
+    fit: FittedFields | None
     scores: pd.DataFrame | None
 
 
@@ -175,7 +183,9 @@ def _outcomes(
     with fits_kept_in(folder) as fits:
         candidates = list(scanned(pairs, lambda: None, points))
         best = {id(candidate) for candidate in promising(candidates, most)}
-        fitted_ones = [_fit_of(fitted(each)) if id(each) in best else None for each in candidates]
+        fitted_ones = [
+            fitted_fields(fitted(each)) if id(each) in best else None for each in candidates
+        ]
         known = scores(pairs[0][0], candidates) if are_scored else [None] * len(candidates)
     outcomes = [
         _Outcome(candidate.scan, fit, score)
@@ -184,8 +194,9 @@ def _outcomes(
     return outcomes, 0 if fits is None else fits.taken
 
 
-def _fit_of(hypothesis: Hypothesis) -> _FittedFields:
-    return _FittedFields(
+def fitted_fields(hypothesis: Hypothesis) -> FittedFields:
+    """Return what is known of a hypothesis from fitting it."""
+    return FittedFields(
         {name: getattr(hypothesis, name) for name in FITTED}, hypothesis.problem.sizes
     )
 

@@ -16,7 +16,8 @@ from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
 from ...inference.engines.empirical_bayes import Rival
 from ._extensions import Tick
-from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis, with_errors
+from ._fitted_with_errors import fitted_with_errors_at_once
+from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis
 from ._posterior_odds import Comparison
 from ._search import single_effects
 
@@ -55,12 +56,17 @@ class SharedFits:
             self._singles = single_effects(null, effects, tick)
         return self._singles
 
-    def with_errors(self, exact: Hypothesis) -> Hypothesis:
-        """A hypothesis with the model error, not given up."""
+    def with_errors(self, *exact: Hypothesis) -> list[Hypothesis]:
+        """Hypotheses with the model error, none of which is given up."""
         *_, errors = self.content
         assert errors is not None
-        known = self.known(exact, NO_RIVAL)
-        return known or self.keep(exact, NO_RIVAL, with_errors(exact, errors))
+        asked = dict.fromkeys(exact)  # the best hypothesis may be the one without effects
+        unknown = [each for each in asked if self.known(each, NO_RIVAL) is None]
+        for each, erroneous in zip(
+            unknown, fitted_with_errors_at_once(unknown, errors), strict=True
+        ):
+            self.keep(each, NO_RIVAL, erroneous)
+        return [self._with_errors[each, NO_RIVAL] for each in exact]
 
     def known(self, exact: Hypothesis, rival: Rival) -> Hypothesis | None:
         """A hypothesis with the model error as fitted against a rival; None if it was not."""

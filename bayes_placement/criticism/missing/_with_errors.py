@@ -256,12 +256,10 @@ def _rivals(question: Question, exact: Comparison) -> dict[Hypothesis, Hypothesi
     """
     if question.errors is None:
         return {}
-    best = exact.best()
-    rivals = {best: question.fits.with_errors(best)}
-    if exact.log_odds(rivals[best]) < exact.log_odds(best):
-        return {}
-    none = exact.hypotheses[0]
-    return {none: question.fits.with_errors(none)} | rivals
+    both = exact.best(), exact.hypotheses[0]
+    rivals = dict(zip(both, question.fits.with_errors(*both), strict=True))
+    best, _ = both
+    return {} if exact.log_odds(rivals[best]) < exact.log_odds(best) else rivals
 
 
 def _deepened(
@@ -315,12 +313,13 @@ def _single_effects_with_errors(
     """None and single effects with model error, of each kind the variants of most evidence."""
     assert question.errors is not None
     none = exact.hypotheses[0]
-    null = fitted.get(none) or question.fits.with_errors(none)
+    null = fitted.get(none) or question.fits.with_errors(none)[0]
     singles = _best_variants(exact.hypotheses)
     known = {**fitted, none: null}
     if passes(null, question.level):
-        best = singles[:1]  # what it reaches is compared with what is predicted of the others
-        known |= {h: question.fits.with_errors(h) for h in best if h not in known}
+        # What the best one reaches is compared with what is predicted of the others.
+        best = [h for h in singles[:1] if h not in known]
+        known |= dict(zip(best, question.fits.with_errors(*best), strict=True))
         singles = worth_fitting(null, exact, singles, [known[h] for h in singles if h in known])
     refitted = _refitted(singles, question, tick, known)
     return exact._replace(hypotheses=finite([null, *refitted]))
