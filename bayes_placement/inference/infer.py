@@ -102,7 +102,8 @@ def infer(
     data = experiment.data(measurement)
     faults = experiment.check_data(measurement).sentences()
     inference = _inference(experiment, data, *method, jax_key(key), progress)
-    sentences = [*inference.draws.warnings, *_unresolved(inference.stats)]
+    unresolved = _unresolved(inference.stats)
+    sentences = [*inference.draws.warnings, *unresolved]
     for sentence in sentences:
         warn(sentence, InferenceWarning)
     record = {
@@ -116,7 +117,8 @@ def infer(
         "seconds": time.perf_counter() - began,
     }
     result = tree(inference, record)
-    misfit = misfit_sentence(result)
+    # Where the likelihood is not that of the model, its misfit says nothing about the model.
+    misfit = "" if unresolved else misfit_sentence(result)
     result.attrs |= {MISFIT: misfit} if misfit else {}
     return result
 

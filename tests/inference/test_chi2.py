@@ -7,6 +7,7 @@ import pytest
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
 from bayes_placement.criticism.check.check import verdict
+from bayes_placement.inference.infer import InferenceWarning
 
 LINES = np.linspace(50.0, 400.0, 40)
 MASS = 0.3  # [kg], of 9 kg
@@ -72,3 +73,24 @@ def test_where_the_noise_is_fitted_chi2_says_nothing():
 def test_the_sentence_is_kept_in_a_file(failing, tmp_path):
     back = bp.io.netcdf.read(bp.io.netcdf.write(failing, tmp_path / "result.nc"))
     assert bp.report({"MAP": back}).misfits == [f"MAP: {failing.attrs['misfit']}"]
+
+
+def test_a_likelihood_that_is_too_broad_says_nothing_about_the_model():
+    """The paper's bar, which lacks nothing; the kernels are many times as wide as the error."""
+    modes = bp.beams.bar(8, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+    experiment = bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Modal([dist.Uniform(0.02, 0.06), 0.04])),
+        sensors=[bp.Sensor("s1", at=bp.positions.Segment(0.25, within=0.04))],
+        actuators=[bp.Actuator("a1", at=bp.positions.Segment(0.30, within=0.04))],
+        frequency=(np.arange(1, 11) - 0.5) * 43.3,
+        observe=bp.observe.LogAmplitude("velocity"),
+        noise=bp.noise.Gaussian(0.002),
+    )
+    truth = {"sensor.s1.position": 0.262, "actuator.a1.position": 0.283}
+    known = experiment.fix({**truth, "structure.damping.ratio.1": 0.035})
+    engine, marginal = bp.engines.Importance(draws=300), bp.marginals.KDE(placement_draws=200)
+    measurement = known.nominal_measurement()
+    with pytest.warns(InferenceWarning, match="kernels of the density"):
+        result = bp.infer(experiment, measurement, engine=engine, marginal=marginal)
+    assert verdict(result).failed  # by the draws, which are not those of the model's posterior
+    assert "misfit" not in result.attrs
