@@ -1,4 +1,4 @@
-"""What to doubt in a fit: priors piled up at an edge, sizes at a bound, a single start."""
+"""What to doubt in a fit: priors piled up at an edge, sizes at a bound, one start, outliers."""
 
 from collections.abc import Iterator
 
@@ -9,9 +9,16 @@ from ..._sites import Role
 from ...inference.engines.about_mode import SampledPosterior
 from ...inference.engines.levenberg_marquardt import APART
 from ...inference.estimates import scalars
+from ...inference.results import outputs
 from ..check._edges import EDGE, PILED, sentence
 from ._estimates import laplace
 from ._hypotheses import Hypothesis
+
+SURE = 0.99
+"""Probability from which on a datum is told to be an outlier."""
+
+MOST_NAMED = 3
+"""Outliers that are named."""
 
 
 def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[str, ...]:
@@ -34,6 +41,7 @@ def cautions_of_fit(hypothesis: Hypothesis) -> tuple[str, ...]:
         *_sizes_at_bounds(hypothesis),
         *_as_good_elsewhere(hypothesis),
         *_reached_once(hypothesis),
+        *_outliers(hypothesis),
     )
 
 
@@ -93,4 +101,27 @@ def _reached_once(hypothesis: Hypothesis) -> Iterator[str]:
         yield (
             f"Only one of {len(hypothesis.near)} starts reached the best fit, so a better one may "
             "exist; check(infer(..., engine=bp.engines.MAP(starts=128))) begins at more."
+        )
+
+
+def _outliers(hypothesis: Hypothesis) -> Iterator[str]:
+    """Lines of channels that are most probably wrong, where the noise is not known."""
+    problem, experiment = hypothesis.problem, hypothesis.problem.experiment
+    if hypothesis.is_noise_known or experiment.observe.is_modal:
+        return
+    present = np.asarray(problem.data.measured)  # with an earlier state, those of the later one
+    probability = hypothesis.with_outliers.probability[: present.size].reshape(present.shape)
+    table = outputs(experiment, {"probability": probability}, ())["probability"]
+    others = [name for name in table.dims if name not in ("sensor", "actuator", "frequency")]
+    wrong = table.max(others).where(lambda share: share > SURE).stack(datum=[...]).dropna("datum")
+    named = [
+        f"{sensor} at {frequency:.4g} Hz, driven at {actuator}"
+        for sensor, actuator, frequency in wrong["datum"].values[:MOST_NAMED]
+    ]
+    if named:
+        further = wrong.size - len(named)
+        yield (
+            f"Most probably outliers (probability above {SURE:g}): {'; '.join(named)}"
+            f"{f'; and {further} more' if further else ''}. Look at these lines of the spectra; "
+            "measurement.without(low, high) leaves lines out."
         )

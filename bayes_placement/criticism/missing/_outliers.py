@@ -21,12 +21,17 @@ class Mixture(NamedTuple):
     ----------
     gain
         Log likelihood over that of normal errors of the fitted deviations.
-    outliers
-        Expected number of outliers.
+    probability
+        Probability that each datum is an outlier; zero where nothing was measured.
     """
 
     gain: float
-    outliers: float
+    probability: Float[np.ndarray, "datum"]
+
+    @property
+    def outliers(self) -> float:
+        """Expected number of outliers."""
+        return float(np.sum(self.probability))
 
 
 def mixture(residual: Float[np.ndarray, "datum"], count: int) -> Mixture:
@@ -53,5 +58,6 @@ def mixture(residual: Float[np.ndarray, "datum"], count: int) -> Mixture:
 
     best = minimize_scalar(loss, bounds=(-np.log(SIZE_OF_OUTLIERS), 0.0))
     normal, outlying = parts(best.x)
-    shares = np.exp(outlying - np.logaddexp(normal, outlying))
-    return Mixture(float(0.5 * np.sum(squares) - best.fun), float(np.sum(shares[residual != 0])))
+    probability = np.exp(outlying - np.logaddexp(normal, outlying))
+    gain = float(0.5 * np.sum(squares) - best.fun)
+    return Mixture(gain, np.where(residual != 0, probability, 0.0))
