@@ -16,6 +16,10 @@ from numpyro.distributions import Distribution
 
 Result = TypeVar("Result")
 
+MOST_PROGRAMS = 192
+"""Compiled functions that stay, of 4 MB each: as many as a large search asks for, so that a process
+of many searches does not grow."""
+
 _Options: TypeAlias = tuple[tuple[str, Any], ...] | None
 
 
@@ -192,7 +196,7 @@ def _parts(form: _Form, leaves: list[Any], is_input: Callable[[Any], bool]) -> _
     return _Parts(_Key(form, fixed), leaves, [leaf for leaf in leaves if is_input(leaf)])
 
 
-@functools.lru_cache(maxsize=512)
+@functools.lru_cache(maxsize=MOST_PROGRAMS)
 def _jitted(key: _Key, options: _Options) -> Any:
     def function(numbers: list[Any], arguments: tuple[Any, ...]) -> Any:
         inputs = iter(numbers)
