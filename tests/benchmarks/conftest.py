@@ -1,6 +1,7 @@
 """Benchmarks fill one page of figures, which is printed at the end.
 
-What tests set so that they compile less is not set for a user: it is unset before JAX is imported.
+What tests set so that they compile less is not set for a user: it is unset here, for processes that
+a benchmark starts too.
 """
 
 import os
@@ -50,3 +51,8 @@ def pytest_terminal_summary(terminalreporter, config):
 def page(request):
     """Page of figures: `page.add(name, value, unit, at_most(18.0))`."""
     return request.config.stash[PAGE]
+
+
+@pytest.fixture(autouse=True)
+def as_for_a_user(optimised):
+    """Compile in full: `tests/conftest.py` has imported JAX by now, which keeps what it read."""

@@ -15,10 +15,14 @@ from tests.benchmarks.page import ROOT
 OF_TESTS = ("JAX_", "XLA_", "OPENBLAS_", "OMP_")
 """How variables begin that tests set, such as a cache of compiled functions."""
 
+OF_ONE_CORE = ("PJRT_", "LOKY_")
+"""Those that leave a process one core. What is measured in this process is measured on one."""
+
 
 def environment(caches: Path) -> dict[str, str]:
     """Environment of a user whose caches are in this folder."""
-    inherited = {name: value for name, value in os.environ.items() if not name.startswith(OF_TESTS)}
+    of_tests = OF_TESTS + OF_ONE_CORE
+    inherited = {name: value for name, value in os.environ.items() if not name.startswith(of_tests)}
     return inherited | {"XDG_CACHE_HOME": str(caches), "PYTHONPATH": str(ROOT)}
 
 
