@@ -22,6 +22,9 @@ FOLLOWED, FINISHED, COPIES = 8, 3, 2
 """Starts that are followed along logarithmic residuals, those followed to the end, and of these
 the most that met: the others may lead to a mirror image."""
 
+NEAR = 0.5
+"""Gain of log density of a step below which a start is near enough to be followed to the end."""
+
 
 class Scan(NamedTuple):
     """An effect scanned through its prior, all else as it is without the effect.
@@ -179,7 +182,8 @@ def _followed(problem: Problem, starts: np.ndarray) -> Fit:
 
 def _near(problem: Problem, points: np.ndarray) -> np.ndarray:
     """The best ends of descents along logarithmic residuals."""
-    ends, normal = minimise(problem.squares.objective(logarithmic=True), points, steps=10, gain=0.5)
+    objective = problem.squares.objective(logarithmic=True)
+    ends, normal = minimise(objective, points, steps=10, gain=NEAR)
     best = ends[np.argsort(np.nan_to_num(normal.cost, nan=np.inf), kind="stable")]
     copies: Counter[bytes] = Counter()
     is_kept = []
