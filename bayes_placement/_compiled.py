@@ -17,8 +17,7 @@ from numpyro.distributions import Distribution
 Result = TypeVar("Result")
 
 MOST_PROGRAMS = 192
-"""Compiled functions that stay, of 4 MB each: as many as a large search asks for, so that a process
-of many searches does not grow."""
+"""Compiled functions that stay, of 4 MB each, so that a process of many searches stops growing."""
 
 _Options: TypeAlias = tuple[tuple[str, Any], ...] | None
 
