@@ -217,8 +217,3 @@ def test_of_descents_that_meet_one_goes_on():
     np.testing.assert_allclose(normal.cost, together.cost(ends))
     assert ends[0] == ends[1] == ends[3] == ends[4]
     assert together.slopes < alone.slopes
-
-
-def test_descents_from_one_start_end_at_one_point():
-    ends, _ = minimise(TwoValleys(), np.full((3, 1), 2.7), steps=20)
-    assert np.unique(ends).size == 1
