@@ -1,7 +1,7 @@
 """Verdicts on exact models that hide nothing, one effect or two, and what probability they state.
 
-Run a part by hand with `python -m tests.benchmarks.graded_verdicts FIRST LAST`; see `recorded_rows`
-for how parts are put together.
+Run a part by hand with `python -m tests.benchmarks.graded_verdicts FAMILY FIRST LAST`; see
+`recorded_rows` for how parts are put together.
 """
 
 import sys
@@ -12,13 +12,14 @@ from functools import cache
 import bayes_placement as bp
 from tests.benchmarks.missing_effects import experiment_of
 from tests.benchmarks.recorded_rows import Rows
-from tests.simulator.graded_draws import graded
+from tests.simulator.graded_draws import faint, graded
 
 
 @dataclass(frozen=True)
 class GradedVerdict:
     """What a structure hides, how much it shows, and each claimed kind with its probability."""
 
+    family: str
     seed: int
     hidden: list[str]
     excess: list[float]
@@ -33,25 +34,29 @@ class GradedVerdict:
             for kind, share in self.stated.items()
         ]
         return (
-            f"{self.seed}: {' + '.join(hides) or 'nothing'}; claimed "
+            f"{self.family} {self.seed}: {' + '.join(hides) or 'nothing'}; claimed "
             f"{' + '.join(claims) or 'nothing'}, {self.wall:.0f} s, CPU {self.cpu:.0f} s"
         )
 
+
+FAMILIES = {"graded": graded, "faint": faint}
+"""Structures with many data, and with few."""
 
 ROWS = Rows(GradedVerdict, "graded_verdicts")
 
 
 @cache
-def verdict(seed: int) -> GradedVerdict:
+def verdict(family: str, seed: int) -> GradedVerdict:
     """Ask for what a structure hides, or look it up."""
-    return ROWS.row(lambda: told(seed), seed=seed)
+    return ROWS.row(lambda: told(family, seed), family=family, seed=seed)
 
 
-def told(seed: int) -> GradedVerdict:
-    drawn = graded(seed)
+def told(family: str, seed: int) -> GradedVerdict:
+    drawn = FAMILIES[family](seed)
     wall, cpu = time.perf_counter(), time.process_time()
     ledger = bp.improve(*experiment_of(drawn.draw))
     verdict = GradedVerdict(
+        family=family,
         seed=seed,
         hidden=list(drawn.hidden),
         excess=list(drawn.excess),
@@ -64,5 +69,5 @@ def told(seed: int) -> GradedVerdict:
 
 
 if __name__ == "__main__":
-    for number in range(int(sys.argv[1]), int(sys.argv[2]) + 1):
-        verdict(number)
+    for number in range(int(sys.argv[2]), int(sys.argv[3]) + 1):
+        verdict(sys.argv[1], number)

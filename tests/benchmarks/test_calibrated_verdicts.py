@@ -16,8 +16,8 @@ from tests.benchmarks import graded_verdicts
 from tests.benchmarks.imperfect_cases import QUESTIONS, case
 from tests.benchmarks.recorded_rows import folder
 
-GRADED, IMPERFECT = 150, 40
-"""Structures whose model is exact; and that are imperfect, of each question."""
+EXACT, IMPERFECT = {"graded": 150, "faint": 150}, 40
+"""Structures whose model is exact, of each family; and that are imperfect, of each question."""
 
 BINS = (0.0, 0.5, 0.9, 0.99, 1.0)
 SURE = (0.9, 0.99)
@@ -71,8 +71,8 @@ def calibration_error(bins: list[Bin]) -> float:
     return sum(each.count * abs(each.stated - each.share) for each in bins) / total
 
 
-def of_graded() -> list[Claim]:
-    verdicts = [graded_verdicts.verdict(seed) for seed in range(GRADED)]
+def of_exact(family: str) -> list[Claim]:
+    verdicts = [graded_verdicts.verdict(family, seed) for seed in range(EXACT[family])]
     return [
         Claim(share, kind in verdict.hidden)
         for verdict in verdicts
@@ -90,7 +90,11 @@ def of_imperfect() -> list[Claim]:
 
 
 def test_stated_probabilities_are_reliable(tmp_path):
-    parts = {"exact models": of_graded(), "imperfect structures": of_imperfect()}
+    parts = {
+        "exact models, many data": of_exact("graded"),
+        "exact models, few data": of_exact("faint"),
+        "imperfect structures": of_imperfect(),
+    }
     claims = [claim for part in parts.values() for claim in part]
     for name, part in (parts | {"all": claims}).items():
         told(name, binned(part))
@@ -118,7 +122,7 @@ def draw(path, parts):
     """Share of right claims over stated probability, with intervals of 95 %."""
     figure, ax = plt.subplots(figsize=(4.5, 4.0), layout="constrained")
     ax.plot([0, 1], [0, 1], color="0.6", linewidth=0.8, label="reliable")
-    for (name, bins), marker in zip(parts.items(), "os", strict=True):
+    for (name, bins), marker in zip(parts.items(), "osd", strict=True):
         share = np.array([each.share for each in bins])
         ends = np.array([each.interval() for each in bins]).T
         reach = np.maximum([share - ends[0], ends[1] - share], 0.0)

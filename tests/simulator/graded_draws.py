@@ -1,6 +1,7 @@
 """Structures that hide nothing, one effect or two, each from invisible to plain.
 
-Independent of bayes_placement.
+Those with many data show an effect plainly by far less than the noise of a line; those with few
+data leave more doubt. Independent of bayes_placement.
 """
 
 from dataclasses import dataclass, replace
@@ -9,7 +10,7 @@ import numpy as np
 import scipy.optimize
 
 from tests.simulator.fine_elements import NOTHING
-from tests.simulator.hidden_draws import Draw, Key, bisected, measured, one_motion
+from tests.simulator.hidden_draws import Draw, Drawer, Key, bisected, measured, one_motion
 from tests.simulator.hidden_scenes import COARSE, EFFECTS, Scene, drawn
 from tests.simulator.hidden_structures import deviation
 
@@ -18,6 +19,12 @@ SHARES = (0.3, 0.5, 0.2)
 
 EXCESS = (0.003, 30.0)
 """Chi2 per datum, less 1, of a structure without the effect, all else true; log-uniform."""
+
+FEW_LINES, FEW_SENSORS, FEW_ACTUATORS = 75, 3, 1
+"""What structures with few data are measured with."""
+
+FAINT = (10.0, 3000.0)
+"""Chi2, less the number of data, of a structure with few data without the effect; log-uniform."""
 
 MASS = "point_mass"
 """The second of two effects, which a structure can have besides any other."""
@@ -39,26 +46,53 @@ class Graded:
 
 def graded(seed: int) -> Graded:
     """Draw a structure; dimensions for which no strength will do are drawn anew."""
+    return _first_possible(seed, drawn, EXCESS, ())
+
+
+def faint(seed: int) -> Graded:
+    """Draw a structure with few data; it has no force levels, and so no nonlinear effect."""
+    count = 2 * FEW_LINES * FEW_SENSORS * FEW_ACTUATORS
+    excess = (FAINT[0] / count, FAINT[1] / count)
+    return _first_possible(seed, _with_few_data, excess, ("cubic_stiffness",))
+
+
+def _with_few_data(key: Key, name: str | None, strength: float) -> Scene:
+    scene = drawn(key, name, strength)
+    lines = np.linspace(0, scene.frequency.size - 1, FEW_LINES).round().astype(int)
+    return replace(
+        scene,
+        sensors=scene.sensors[:FEW_SENSORS],
+        actuators=scene.actuators[:FEW_ACTUATORS],
+        frequency=scene.frequency[lines],
+        force_levels=(None,),
+    )
+
+
+def _first_possible(
+    seed: int, scene_of: Drawer, bounds: tuple[float, float], never: tuple[str, ...]
+) -> Graded:
     count = int(np.random.default_rng([seed, 9]).choice(len(SHARES), p=SHARES))
     for attempt in range(50):
         key = (seed, attempt)
-        scene, excess = _drawn(key, count)
+        scene, excess = _drawn(key, count, scene_of, bounds, never)
         if scene is not None:
             names = (scene.hidden.name, MASS)[:count]
             return Graded(measured(scene, np.random.default_rng([*key, 1])), names, excess)
     raise ValueError(f"Nothing was drawn for seed {seed}.")
 
 
-def _drawn(key: Key, count: int) -> tuple[Scene | None, tuple[float, ...]]:
+def _drawn(
+    key: Key, count: int, scene_of: Drawer, bounds: tuple[float, float], never: tuple[str, ...]
+) -> tuple[Scene | None, tuple[float, ...]]:
     """A scene that hides so many effects, None where no strength will do; the excess of each."""
     generator = np.random.default_rng([*key, 2])
-    excess = tuple(np.exp(generator.uniform(*np.log(EXCESS), count)).tolist())
+    excess = tuple(np.exp(generator.uniform(*np.log(bounds), count)).tolist())
     if not excess:
-        return drawn(key, None, 0.0), excess
-    possible = sorted(set(EFFECTS) - set(NO_SECOND if count == 2 else ()))
+        return scene_of(key, None, 0.0), excess
+    possible = sorted(set(EFFECTS) - set(NO_SECOND if count == 2 else ()) - set(never))
     name = str(generator.choice(possible))
-    strength = bisected(key, name, 1 + excess[0])
-    scene = drawn(key, name, strength) if strength else None
+    strength = bisected(key, name, 1 + excess[0], scene_of)
+    scene = scene_of(key, name, strength) if strength else None
     if scene is None or not one_motion(scene):
         return None, excess
     return (scene if count == 1 else _with_mass(scene, generator, excess[1])), excess

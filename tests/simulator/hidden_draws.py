@@ -17,6 +17,9 @@ MISFIT = (3.0, 30.0)
 
 Key = tuple[int, ...]
 
+Drawer = Callable[[Key, str | None, float], Scene]
+"""Draws the scene of a key that hides an effect of a name and a strength."""
+
 
 @dataclass(frozen=True)
 class Draw:
@@ -79,11 +82,11 @@ def tuned(key: Key, name: str, after_fit: bool = False) -> Scene | None:
     return scene if one_motion(scene) else None
 
 
-def bisected(key: Key, name: str, target: float) -> float | None:
+def bisected(key: Key, name: str, target: float, scene_of: Drawer = drawn) -> float | None:
     """Strength whose misfit, all else true, is the target: bisection of the logarithm."""
 
     def excess(log_strength: float) -> float:
-        return np.log(drawn(key, name, np.exp(log_strength)).misfit() / target)
+        return np.log(scene_of(key, name, np.exp(log_strength)).misfit() / target)
 
     low, high = np.log(EFFECTS[name].strengths)
     if not excess(low) < 0 < excess(high):

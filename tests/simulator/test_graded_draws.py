@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.simulator.graded_draws import EXCESS, MASS, graded
+from tests.simulator.graded_draws import EXCESS, FAINT, MASS, faint, graded
 from tests.simulator.hidden_structures import accelerance
 
 pytestmark = pytest.mark.long  # only benchmarks draw structures
@@ -18,16 +18,20 @@ def missed(draw, true, hidden):
     return np.mean([np.abs(level.frf - exact) ** 2 / level.variance() for level, exact in levels])
 
 
+MOST = {graded: EXCESS, faint: (FAINT[0] / 450, FAINT[1] / 450)}
+
+
 @pytest.mark.parametrize("seed", range(8))
-def test_records_are_those_of_all_that_is_hidden(seed):
-    drawn = graded(seed)
+@pytest.mark.parametrize("family", MOST)
+def test_records_are_those_of_all_that_is_hidden(family, seed):
+    drawn = family(seed)
     draw = drawn.draw
     assert (
         len(drawn.hidden)
         == len(drawn.excess)
         == len(draw.true.masses) + (draw.hidden.name != "nothing")
     )
-    assert all(EXCESS[0] <= excess <= EXCESS[1] for excess in drawn.excess)
+    assert all(MOST[family][0] <= excess <= MOST[family][1] for excess in drawn.excess)
     if draw.records[0].force_level is None:
         count = draw.records[0].frf.size
         assert abs(missed(draw, draw.true, draw.hidden) - 1) < 5 / np.sqrt(count)
@@ -39,3 +43,8 @@ def test_all_numbers_of_effects_are_drawn():
     two = next(drawn for drawn in map(graded, range(8)) if len(drawn.hidden) == 2)
     assert two.hidden[1] == MASS != two.hidden[0]
     assert graded(3).hidden == graded(3).hidden
+
+
+def test_few_data_are_few():
+    for draw in (faint(seed).draw for seed in range(4)):
+        assert [record.frf.shape for record in draw.records] == [(3, 1, 75)]
