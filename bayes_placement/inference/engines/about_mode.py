@@ -23,8 +23,9 @@ from .randomised_maximum_likelihood import DRAWS as RANDOMISED_DRAWS
 from .randomised_maximum_likelihood import Weighted, randomised_maximum_likelihood
 from .smc import SMC
 
-WIDER = 1.2
-"""Standard deviation of the reference over that of Laplace's Gaussian."""
+WIDER, MUCH_WIDER = 1.2, 2.0
+"""Standard deviation over that of Laplace's Gaussian: of draws that are weighted, and of those that
+SMC begins with, which must reach the tails of the posterior and modes that are near."""
 
 DRAWS, KEPT, BLOCK = 4096, 1600, 256
 """Draws that are weighted, those kept of them by their weights, and those evaluated together."""
@@ -32,7 +33,15 @@ DRAWS, KEPT, BLOCK = 4096, 1600, 256
 LEAST_ESS = 400.0
 """Effective draws below which weights are not trusted."""
 
-ENGINE = SMC(particles=400, populations=4, moves=10, prior_draws=2)
+ENGINES = (
+    SMC(particles=400, populations=4, moves=10, prior_draws=2),
+    SMC(particles=1600, populations=8, moves=10, prior_draws=2),
+)
+"""The second one where the evidence of the first is too uncertain."""
+
+MOST_ERROR = 0.1
+"""Standard error of the log evidence above which it is too uncertain: a tenth of the difference
+from which on a mention is worth it (Kass and Raftery, doi:10.1080/01621459.1995.10476572)."""
 
 
 class Reference(eqx.Module):
@@ -121,15 +130,19 @@ class SampledPosterior(NamedTuple):
 
 def sampled_about(problem: LeastSquares, fit: Fit, seed: int = 0) -> SampledPosterior:
     """Sample the posterior about a fit, the prior being standard normal."""
-    gaussian = fit.gaussian.widened(WIDER)
-    sampled = _resampled(_from_gaussian(problem, gaussian, seed), LEAST_ESS, seed)
+    weighted = _from_gaussian(problem, fit.gaussian.widened(WIDER), seed)
+    sampled = _resampled(weighted, LEAST_ESS, seed)
     if sampled is None and problem.known_noise:
-        weighted = randomised_maximum_likelihood(problem, fit, seed)
-        sampled = _resampled(weighted, RANDOMISED_DRAWS / 2, seed)
+        along_ridges = randomised_maximum_likelihood(problem, fit, seed)
+        sampled = _resampled(along_ridges, RANDOMISED_DRAWS / 2, seed)
     if sampled is not None:
         return sampled
-    reference = Reference(problem.traced, gaussian, problem.dimension, problem.count)
-    draws = ENGINE.run(reference, jax.random.PRNGKey(seed), no_progress)
+    begin = fit.gaussian.widened(MUCH_WIDER)
+    reference = Reference(problem.traced, begin, problem.dimension, problem.count)
+    for engine in ENGINES:
+        draws = engine.run(reference, jax.random.PRNGKey(seed), no_progress)
+        if draws.log_evidence_error < MOST_ERROR:
+            break
     points = np.asarray(draws.position).reshape(-1, problem.dimension)
     return SampledPosterior(points, draws.log_evidence, draws.log_evidence_error)
 
