@@ -102,7 +102,7 @@ def test_an_evidence_that_is_too_uncertain_is_sampled_again(linear, monkeypatch)
 
 
 def test_an_evidence_that_is_exact_enough_is_not_sampled_again(linear, monkeypatch):
-    model, problem, fit = linear
+    _, problem, fit = linear
     monkeypatch.setattr(LeastSquares, "known_noise", False)
     monkeypatch.setattr(about_mode, "LEAST_ESS", np.inf)
     draws = sampled_about(problem, fit)
