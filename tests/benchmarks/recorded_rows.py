@@ -1,7 +1,8 @@
 """Rows of benchmarks that take hours, whose parts are run one after another.
 
-Where the environment names a folder in BENCHMARK_ROWS, a row that a file there holds is not
-computed again, and a new one is added to it.
+A row that is recorded beside this file is not computed again. Where the environment names another
+folder in BENCHMARK_ROWS, rows there count instead, and new ones are added: name an empty folder to
+compute all of them.
 """
 
 import json
@@ -12,6 +13,8 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 Row = TypeVar("Row")
+
+RECORDED = Path(__file__).parent / "rows"
 
 
 def folder() -> Path | None:
@@ -29,8 +32,8 @@ class Rows(Generic[Row]):
 
     def recorded(self) -> list[Row]:
         """Rows that the file holds."""
-        path = self._path()
-        if path is None or not path.exists():
+        path = (folder() or RECORDED) / f"{self.name}.jsonl"
+        if not path.exists():
             return []
         return [self.kind(**json.loads(line)) for line in path.read_text().splitlines()]
 
@@ -39,12 +42,8 @@ class Rows(Generic[Row]):
         for row in self.recorded():
             if key.items() <= vars(row).items():
                 return row
-        row, path = compute(), self._path()
-        if path is not None:
-            with path.open("a") as file:
+        row, to = compute(), folder()
+        if to is not None:
+            with (to / f"{self.name}.jsonl").open("a") as file:
                 file.write(json.dumps(asdict(row)) + "\n")
         return row
-
-    def _path(self) -> Path | None:
-        within = folder()
-        return within / f"{self.name}.jsonl" if within else None

@@ -1,8 +1,8 @@
 """Benchmark: what verdicts state as probability is the share of them that is right.
 
-Run with `python -m pytest tests/benchmarks/test_calibrated_verdicts.py -n 0 -s -m long`.
-`recorded_rows` tells how parts are put together; imperfect structures are shared with
-`test_imperfect.py`.
+Run with `python -m pytest tests/benchmarks/test_calibrated_verdicts.py -n 0 -s -m long`: from rows
+that are recorded, of which a few are computed again. `recorded_rows` tells how all of them are;
+imperfect structures are shared with `test_imperfect.py`.
 """
 
 from typing import NamedTuple
@@ -106,6 +106,14 @@ def test_stated_probabilities_are_reliable(tmp_path):
     for sure in bins:
         if (sure.low, sure.high) == SURE:
             assert sure.share >= 0.85
+
+
+@pytest.mark.parametrize("seed", range(0, EXACT["faint"], 30))
+def test_a_recorded_verdict_is_that_of_this_search(seed):
+    recorded = graded_verdicts.verdict("faint", seed)
+    again = graded_verdicts.told("faint", seed)
+    assert again.hidden == recorded.hidden
+    assert again.stated == pytest.approx(recorded.stated, abs=1e-3)
 
 
 def told(name: str, bins: list[Bin]) -> None:

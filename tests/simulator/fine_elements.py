@@ -48,7 +48,8 @@ class Line:
     second_moment: float = 0.0  # of a beam
     suspension: tuple[tuple[float, float], ...] = ()  # place [m], stiffness [N/m]
     pieces: tuple[float, ...] = ()  # factors of the rigidity on pieces of the same length
-    masses: tuple[tuple[float, float], ...] = ()  # place [m], mass [kg]
+    masses: tuple[tuple[float, float], ...] = ()  # place [m], mass [kg], of the modes themselves
+    attached: tuple[tuple[float, float], ...] = ()  # the same, on a structure damped as without
     damping_factors: tuple[float, ...] = ()  # of the lowest modes; 1 for further ones
 
     @property
@@ -279,7 +280,7 @@ def plant(
 ) -> Plant:
     """Modes of the structure proper: with its weak segment, support, preload; nothing attached."""
     structural = hidden if hidden.name in STRUCTURAL else NOTHING
-    heavy = (place for place, _ in line.masses)
+    heavy = (place for place, _ in (*line.masses, *line.attached))
     nodes = (*loaded, *heavy) if line.kind == "bar" else ()
     undamped = replace(line, damping_ratio=0.0, damping_factors=())
     return _plant(undamped, structural, elements, nodes)

@@ -104,7 +104,7 @@ def _with_mass(scene: Scene, generator: np.random.Generator, excess: float) -> S
 
     def heavier(log_share: float) -> Scene:
         mass = np.exp(log_share) * scene.true.mass
-        return replace(scene, true=replace(scene.true, masses=((place, mass),)))
+        return replace(scene, true=replace(scene.true, attached=((place, mass),)))
 
     without = scene.responses(NOTHING, COARSE)
 

@@ -6,7 +6,7 @@ solution of the mesh, without truncation.
 SI units; time convention exp(+i w t).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,7 +62,9 @@ def accelerance(
     """Accelerance [(m/s^2)/N] of shape (sensor, actuator, line) without noise, as recorded."""
     read, driven = seats(sensors, hidden), [actuator.true for actuator in actuators]
     system = plant(line, hidden, elements, driven + ports(read, hidden))
-    return as_recorded(system, line, sensors, actuators, frequency, hidden, force_level)
+    return as_recorded(
+        system, line, sensors, actuators, frequency, hidden, force_level, line.attached
+    )
 
 
 def as_recorded(
@@ -73,11 +75,12 @@ def as_recorded(
     frequency: np.ndarray,
     hidden: Effect,
     force_level: float = 1.0,
+    attached: tuple[tuple[float, float], ...] = (),
 ) -> np.ndarray:
     """Accelerance of any structure whose modes are known: `natural`, and `rows` at places."""
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     read, driven = seats(sensors, hidden), [actuator.true for actuator in actuators]
-    response = Response(system, omega, flexibility(system, structure, hidden, omega))
+    response = Response(system, omega, flexibility(system, structure, hidden, omega), attached)
     moved = motion(response, read, driven, hidden, force_level)
     signs = np.outer(*(np.sign([x.direction for x in side]) for side in (sensors, actuators)))
     recorded = -(omega**2) * moved * signs[:, :, None]
@@ -112,14 +115,21 @@ def flexibility(system, structure, hidden: Effect, omega: np.ndarray) -> np.ndar
 
 @dataclass(frozen=True)
 class Response:
-    """Receptance of the structure proper between any places."""
+    """Receptance of the structure proper between any places, with masses attached to it."""
 
     system: Plant
     omega: np.ndarray
     flexibility: np.ndarray
+    attached: tuple[tuple[float, float], ...] = ()
 
     def between(self, left: Sequence[float], right: Sequence[float]) -> np.ndarray:
         """Receptance [m/N] of shape (line, left, right)."""
+        places = [place for place, _ in self.attached]
+        masses = np.array([mass for _, mass in self.attached])
+        added = -np.multiply.outer(self.omega**2, masses)
+        return stiffened(self._without_masses, left, right, places, added)
+
+    def _without_masses(self, left: Sequence[float], right: Sequence[float]) -> np.ndarray:
         rows, columns = self.system.rows(left), self.system.rows(right)
         pairs = (rows[:, None, :] * columns[None, :, :]).reshape(-1, rows.shape[1])
         return (pairs @ self.flexibility).T.reshape(-1, len(rows), len(columns))
@@ -132,10 +142,23 @@ class Response:
         added: np.ndarray,
     ) -> np.ndarray:
         """Receptance (sensor, actuator, line) with dynamic stiffness added (line,) at each port."""
-        across = np.eye(len(ports)) + added[:, None, None] * self.between(ports, ports)
-        force = np.linalg.solve(across, added[:, None, None] * self.between(ports, driven))
-        moved = self.between(read, driven) - self.between(read, ports) @ force
-        return np.moveaxis(moved, 0, -1)
+        each = np.tile(added[:, None], (1, len(ports)))
+        return np.moveaxis(stiffened(self.between, read, driven, ports, each), 0, -1)
+
+
+def stiffened(
+    between: Callable[[Sequence[float], Sequence[float]], np.ndarray],
+    read: Sequence[float],
+    driven: Sequence[float],
+    ports: Sequence[float],
+    added: np.ndarray,
+) -> np.ndarray:
+    """Receptance (line, sensor, actuator) with dynamic stiffness added (line, port) at ports."""
+    if not len(ports):
+        return between(read, driven)
+    across = np.eye(len(ports)) + added[:, :, None] * between(ports, ports)
+    force = np.linalg.solve(across, added[:, :, None] * between(ports, driven))
+    return between(read, driven) - between(read, ports) @ force
 
 
 def motion(

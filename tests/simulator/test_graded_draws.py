@@ -1,8 +1,11 @@
 """Structures that hide effects from invisible to plain have the properties stated."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tests.simulator.fine_elements import NOTHING, Effect
 from tests.simulator.graded_draws import EXCESS, FAINT, MASS, faint, graded
 from tests.simulator.hidden_structures import accelerance
 
@@ -29,7 +32,7 @@ def test_records_are_those_of_all_that_is_hidden(family, seed):
     assert (
         len(drawn.hidden)
         == len(drawn.excess)
-        == len(draw.true.masses) + (draw.hidden.name != "nothing")
+        == len(draw.true.attached) + (draw.hidden.name != "nothing")
     )
     assert all(MOST[family][0] <= excess <= MOST[family][1] for excess in drawn.excess)
     if draw.records[0].force_level is None:
@@ -43,6 +46,22 @@ def test_all_numbers_of_effects_are_drawn():
     two = next(drawn for drawn in map(graded, range(8)) if len(drawn.hidden) == 2)
     assert two.hidden[1] == MASS != two.hidden[0]
     assert graded(3).hidden == graded(3).hidden
+
+
+def test_an_attached_mass_is_the_effect_of_a_mass():
+    """Where the modes themselves have a mass, their damping ratios are as without it."""
+    draw = faint(2).draw
+    bare, mass = replace(draw.true, attached=()), ((0.3 * draw.true.length, 0.1),)
+    at, kilograms = mass[0]
+    effect = Effect("point_mass", (("at", at), ("mass", kilograms)))
+    frequency = draw.records[0].frequency
+
+    def response(line, hidden=NOTHING):
+        return accelerance(line, draw.sensors, draw.actuators, frequency, hidden)
+
+    expected = response(bare, effect)
+    np.testing.assert_allclose(response(replace(bare, attached=mass)), expected, rtol=1e-9)
+    assert not np.allclose(response(replace(bare, masses=mass)), expected, rtol=1e-4)
 
 
 def test_few_data_are_few():
