@@ -19,6 +19,9 @@ Result = TypeVar("Result")
 MOST_PROGRAMS = 192
 """Compiled functions that stay, of 4 MB each, so that a process of many searches stops growing."""
 
+LARGE = 100_000
+"""Bytes from which on copying an array takes longer than handing it over."""
+
 _Options: TypeAlias = tuple[tuple[str, Any], ...] | None
 
 
@@ -192,7 +195,16 @@ class _Parts(NamedTuple):
 
 def _parts(form: _Form, leaves: list[Any], is_input: Callable[[Any], bool]) -> _Parts:
     fixed = tuple(_INPUT if is_input(leaf) else leaf for leaf in leaves)
-    return _Parts(_Key(form, fixed), leaves, [leaf for leaf in leaves if is_input(leaf)])
+    numbers = [_transferred(leaf) for leaf in leaves if is_input(leaf)]
+    return _Parts(_Key(form, fixed), leaves, numbers)
+
+
+def _transferred(number: Any) -> Any:
+    """A large array as one of JAX, to which NumPy's is copied at each call of what is compiled."""
+    if not isinstance(number, np.ndarray) or number.nbytes < LARGE:
+        return number
+    with jax.ensure_compile_time_eval():
+        return jnp.asarray(number)
 
 
 @functools.lru_cache(maxsize=MOST_PROGRAMS)

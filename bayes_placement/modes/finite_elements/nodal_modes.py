@@ -84,7 +84,7 @@ class NodalModes(Modes):
     """
 
     interpolation: Interpolation = eqx.field(repr=False)
-    shape: Inexact[np.ndarray, "row mode"]
+    shape: Inexact[Array, "row mode"]
     eigenvalues: Float[np.ndarray, "mode"] = eqx.field(repr=False)
     flexibility: Float[np.ndarray, "row row"] | None = eqx.field(repr=False)
     youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
@@ -128,7 +128,7 @@ class NodalModes(Modes):
                 "jax.jacfwd(modes.shapes)."
             )
         reading = self.interpolation.at(position)
-        return reading.weight @ jnp.asarray(self.shape)[reading.rows] / jnp.sqrt(self.mass_scale())
+        return reading.weight @ self.shape[reading.rows] / jnp.sqrt(self.mass_scale())
 
     def static_flexibility(self, position: Point, other: Point) -> Float[Array, "axis axis"] | None:
         """Static flexibility [m/N] of all elastic modes; None without stiffness matrix."""
@@ -315,7 +315,7 @@ def modes_from_shapes(
             "of freedom. Build it from the same model: interpolation.scattered(model)."
         )
     _check_flexibility(flexibility, len(rows))
-    shape = np.asarray(model.shape[rows])
+    shape = jnp.asarray(model.shape[rows])  # by far the largest array: not to be copied again
     count = shape.shape[1]
     extent = _extent(model.position)
     return NodalModes(
@@ -397,4 +397,6 @@ def _mass(model: ModalModel, rows: np.ndarray) -> float:
     """Mass that the modes move [kg], as if each place moved alike along every axis that is read."""
     translations = rows[model.dof[rows, 1] <= 3]
     axes = len(np.unique(model.dof[translations, 1]))
-    return moved_mass(np.asarray(model.shape[translations], float) ** 2 * axes)
+    shape = model.shape[translations]
+    mean_square = np.einsum("rm,rm->m", shape, shape, dtype=float) / len(shape)  # no further array
+    return moved_mass(axes * mean_square[None])

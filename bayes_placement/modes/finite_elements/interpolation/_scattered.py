@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 from scipy.spatial import KDTree
 
 from ...._types import InputError, arguments_checked
@@ -27,6 +27,10 @@ _RADIUS = 1.5
 _REACH = 0.75
 _NEIGHBOURS = {1: 4, 2: 8, 3: 18}
 """Neighbours that a node's weight reaches, by the dimension of the cloud of nodes."""
+
+_BLOCK = 1024
+"""Nodes whose neighbours are looked for together: lists of numbers take five times as much memory
+as arrays do."""
 
 
 class Nearest(Interpolation):
@@ -177,18 +181,13 @@ def scattered(model: NodalModel, *, axes: tuple[int, ...] | None = None) -> Scat
     tree = KDTree(position)
     radius = _radii(tree)
     reach = _REACH * radius
-    neighbours = _neighbours(tree, radius, reach)
-    count = np.array([len(near) for near in neighbours])
-    size = max(count)
-    padded = np.array([near + [node] * (size - len(near)) for node, near in enumerate(neighbours)])
-    filler = np.arange(size) >= count[:, None]
-    around = position[padded]
-    around[filler] += (10 * radius[padded[filler]])[:, None]  # out of reach: its weight is zero
+    padded, filler = _padded(_neighbours(tree, radius, reach))
+    out_of_reach = np.where(filler, 10 * radius[padded], 0.0)  # so that their weight is zero
     return Scattered(
         axes,
         jnp.asarray(position),
         jnp.asarray(reach),
-        jnp.asarray(around),
+        jnp.asarray(position[padded] + out_of_reach[..., None]),
         jnp.asarray(radius[padded]),
         jnp.asarray(rows[padded]),
     )
@@ -233,15 +232,26 @@ def _radii(tree: KDTree) -> Float[np.ndarray, "node"]:
 
 def _neighbours(
     tree: KDTree, radius: Float[np.ndarray, "node"], reach: Float[np.ndarray, "node"]
-) -> list[list[int]]:
+) -> list[Int[np.ndarray, "neighbour"]]:
     """For each node, all nodes with a weight that is not zero within its reach."""
-    wide = tree.query_ball_point(tree.data, reach + radius.max())
     near = []
-    for node, candidates in enumerate(wide):
-        distance = np.linalg.norm(tree.data[candidates] - tree.data[node], axis=1)
-        within = distance < reach[node] + radius[candidates]
-        near.append(np.array(candidates)[within].tolist())
+    for nodes in np.array_split(np.arange(tree.n), -(-tree.n // _BLOCK)):
+        wide = tree.query_ball_point(tree.data[nodes], reach[nodes] + radius.max())
+        for node, candidates in zip(nodes, map(np.array, wide), strict=True):
+            distance = np.linalg.norm(tree.data[candidates] - tree.data[node], axis=1)
+            near.append(candidates[distance < reach[node] + radius[candidates]])
     return near
+
+
+def _padded(
+    neighbours: list[Int[np.ndarray, "_"]],
+) -> tuple[Int[np.ndarray, "node neighbour"], Bool[np.ndarray, "node neighbour"]]:
+    """As many neighbours of each node, filled up with the node itself; and which are filled up."""
+    count = np.array([len(near) for near in neighbours])
+    filler = np.arange(count.max()) >= count[:, None]
+    padded = np.repeat(np.arange(len(count))[:, None], count.max(), axis=1)
+    padded[~filler] = np.concatenate(neighbours)
+    return padded, filler
 
 
 def _nearest(centre: Float[Array, "node 3"], position: Float[Array, "3"]) -> Int[Array, ""]:
