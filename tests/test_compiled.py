@@ -119,8 +119,25 @@ def test_the_effort_is_an_option_of_the_compiler(handed):
     assert [options.get(EFFORT) for options in handed] == [0, 3, None]
 
 
+@pytest.mark.skipif(
+    jax.default_backend() != "cpu" or not jaxlib.__version__.startswith("0.10."),
+    reason="the options of this compiler are not known",
+)
+def test_long_arrays_are_computed_with_wide_vectors(handed):
+    for is_long in (False, True):
+        assert compiled(scaled).bound(tree(power=9), is_long=is_long)(1.0) == 0.5 + 18.0
+    assert [options.get("xla_cpu_prefer_vector_width") for options in handed] == [None, 512]
+
+
+def test_large_arrays_are_handed_over_once():
+    large, few = np.ones(_compiled.LARGE // 8), np.ones(2)
+    numbers = compiled(scaled).bound({"mean": large, "few": few})._parts.numbers
+    assert sorted(isinstance(number, jax.Array) for number in numbers) == [False, True]
+    assert compiled(jnp.sum).bound(large)() == large.sum()
+
+
 def test_options_reach_the_compiler(monkeypatch):
-    monkeypatch.setattr(_compiled, "_options", lambda effort: (("xla_no_such_option", effort),))
+    monkeypatch.setattr(_compiled, "_options", lambda effort, _: (("xla_no_such_option", effort),))
     bound = compiled(scaled).bound(tree(power=8), effort=1)
     for action in (bound.prepare, bound):
         with pytest.raises(jax.errors.JaxRuntimeError, match="xla_no_such_option"):

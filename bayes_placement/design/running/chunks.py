@@ -206,7 +206,7 @@ def _information_gain(task: Task, candidates: np.ndarray) -> np.ndarray:
     # JAX sorts the names in other dictionaries; the columns of candidates are in this order.
     stacks = OrderedDict(task.stacks)
     inputs = (_plan(task), task.experiment, task.nominal, stacks, candidates)
-    return np.asarray(compiled(_gains)(*inputs))
+    return np.asarray(compiled(_gains).bound(*inputs, is_long=True)())
 
 
 @functools.lru_cache(maxsize=8)
