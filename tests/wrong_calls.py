@@ -930,6 +930,10 @@ CALLS = {
         lambda: structure(youngs_modulus=dist.Uniform(np.array([1e9, 2e9]), 3e9)),
         "youngs_modulus=Uniform([1e+09, 2e+09], 3e+09) of shape (2,) was given; one number or a",
     ),
+    "damping of more modes": (
+        lambda: experiment(structure=structure(bp.damping.Modal([0.02] * 7))).nominal_measurement(),
+        "damping.Modal was given 7 ratios, and the structure has 5 elastic modes; at most one",
+    ),
     "damping of lists": (
         lambda: structure(bp.damping.Modal([[0.02, 0.03]])),
         "A damping of list of 2 was given; a finite number or a distribution is needed",

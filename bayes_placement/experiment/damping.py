@@ -111,8 +111,21 @@ class Modal(Damping):
             _refuse_zero("Modal", "ratio", "damping.Modal(0.01)")
 
     def ratios(self, modes: int, rigid_body_modes: int) -> Float[Array, "mode"]:
-        """Damping ratio of each mode [1], rigid-body modes included."""
+        """Damping ratio of each mode [1], rigid-body modes included.
+
+        Raises
+        ------
+        InputError
+            If there are more ratios than elastic modes.
+        """
         ratios = jnp.atleast_1d(jnp.asarray(self.ratio, dtype=float))
+        if ratios.size > max(modes - rigid_body_modes, 1):
+            raise InputError(
+                f"damping.Modal was given {ratios.size} ratios, and the structure has "
+                f"{modes - rigid_body_modes} elastic modes; at most one for each is needed, since "
+                "the others would act on nothing. Leave them out, damping.Modal(ratios[:"
+                f"{modes - rigid_body_modes}]), or give the structure more modes."
+            )
         elastic = jnp.clip(jnp.arange(modes) - rigid_body_modes, 0, ratios.size - 1)
         return ratios[elastic]
 
