@@ -76,7 +76,9 @@ class NUTS(Engine):
             )
             for name in blocks[0]
         }
-        likelihood = compiled(_log_likelihoods)(posterior, samples["position"])
+        # The chains know the density already: the likelihood is what the prior leaves of it.
+        prior = compiled(_log_priors).bound(posterior, effort=0)(samples["position"])
+        likelihood = samples["lp"] - prior
         return self._draws(samples, likelihood, len(blocks) * length if stopped else None)
 
     def _sample(
@@ -87,8 +89,8 @@ class NUTS(Engine):
         # Blocks of one length, so that only one is compiled; what is too much is cut off.
         count = -(-total // BLOCK)
         length = -(-total // count)
-        state = compiled(NUTS.begun)(self, posterior, keys, start)
-        block = compiled(NUTS.continued).bound(self, posterior, length)
+        state = compiled(NUTS.begun).bound(self, posterior, keys, start, effort=0)()  # runs once
+        block = compiled(NUTS.continued).bound(self, posterior, length, effort=1)
         blocks: list[dict[str, np.ndarray]] = []
         for number in range(1, count + 1):
             state, statistics = block(keys, start, state)
@@ -124,6 +126,7 @@ class NUTS(Engine):
         return jax.lax.scan(step, state, None, length=length)
 
     def _kernel(self, posterior: PosteriorDensity, keys: Any, start: Any) -> tuple[Kernel, Any]:
+        @jax.jit  # traced once, although it is called at many places of the sampler
         def potential(flat: Any) -> Any:
             return -(posterior.log_prior(flat) + posterior.log_likelihood(flat))
 
@@ -155,9 +158,9 @@ class NUTS(Engine):
         return {"engine": "NUTS", **sizes, "target_accept": self.target_accept}
 
 
-def _log_likelihoods(posterior: PosteriorDensity, position: Any) -> Any:
-    """Log likelihoods [chain, draw] of draws [chain, draw, unknown]."""
-    return jax.vmap(jax.vmap(posterior.log_likelihood))(position)
+def _log_priors(posterior: PosteriorDensity, position: Any) -> Any:
+    """Log prior densities [chain, draw] of draws [chain, draw, unknown]."""
+    return jax.vmap(jax.vmap(posterior.log_prior))(position)
 
 
 def _are_apart(block: dict[str, np.ndarray]) -> bool:

@@ -177,6 +177,17 @@ def test_particles_of_smc_do_not_lag_behind_a_prior_that_is_far_wider(optimised)
     assert abs(np.mean(level) - mean) < 0.05 * deviation
 
 
+@pytest.mark.parametrize(
+    "engine",
+    [engines.Importance(draws=40), engines.NUTS(warmup=60, draws=40), engines.SMC(particles=80)],
+    ids=lambda engine: type(engine).__name__,
+)
+def test_each_draw_comes_with_its_log_likelihood(engine):
+    target, draws = run(engine)
+    expected = jax.vmap(jax.vmap(target.log_likelihood))(jnp.asarray(draws.position))
+    np.testing.assert_allclose(draws.log_likelihood, expected, rtol=1e-9)
+
+
 def test_nuts_does_not_stop_chains_that_mix():
     _, draws = run(engines.NUTS(warmup=200, draws=300))
     assert draws.position.shape == (4, 300, 2)
