@@ -22,9 +22,6 @@ MOST_PROGRAMS = 192
 WIDEST = 512
 """Bits of the widest vectors of a processor; one that has narrower ones takes these."""
 
-LARGE = 100_000
-"""Bytes from which on copying an array takes longer than handing it over."""
-
 _Options: TypeAlias = tuple[tuple[str, Any], ...] | None
 
 
@@ -209,16 +206,7 @@ class _Parts(NamedTuple):
 
 def _parts(form: _Form, leaves: list[Any], is_input: Callable[[Any], bool]) -> _Parts:
     fixed = tuple(_INPUT if is_input(leaf) else leaf for leaf in leaves)
-    numbers = [_transferred(leaf) for leaf in leaves if is_input(leaf)]
-    return _Parts(_Key(form, fixed), leaves, numbers)
-
-
-def _transferred(number: Any) -> Any:
-    """A large array as one of JAX, to which NumPy's is copied at each call of what is compiled."""
-    if not isinstance(number, np.ndarray) or number.nbytes < LARGE:
-        return number
-    with jax.ensure_compile_time_eval():
-        return jnp.asarray(number)
+    return _Parts(_Key(form, fixed), leaves, [leaf for leaf in leaves if is_input(leaf)])
 
 
 @functools.lru_cache(maxsize=MOST_PROGRAMS)

@@ -129,13 +129,6 @@ def test_long_arrays_are_computed_with_wide_vectors(handed):
     assert [options.get("xla_cpu_prefer_vector_width") for options in handed] == [None, 512]
 
 
-def test_large_arrays_are_handed_over_once():
-    large, few = np.ones(_compiled.LARGE // 8), np.ones(2)
-    numbers = compiled(scaled).bound({"mean": large, "few": few})._parts.numbers
-    assert sorted(isinstance(number, jax.Array) for number in numbers) == [False, True]
-    assert compiled(jnp.sum).bound(large)() == large.sum()
-
-
 def test_options_reach_the_compiler(monkeypatch):
     monkeypatch.setattr(_compiled, "_options", lambda effort, _: (("xla_no_such_option", effort),))
     bound = compiled(scaled).bound(tree(power=8), effort=1)
