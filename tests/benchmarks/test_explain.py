@@ -46,7 +46,6 @@ def starts_of_candidates(experiment, measurement):
     """Problem of each candidate, and the starts from which `explain` fits those that it fits."""
     import jax
 
-    from bayes_placement.criticism.missing import _extensions as extensions
     from bayes_placement.criticism.missing._candidates import candidates_of
     from bayes_placement.criticism.missing._hypotheses import null_hypothesis
     from bayes_placement.criticism.missing._scan import best_places
@@ -54,8 +53,8 @@ def starts_of_candidates(experiment, measurement):
     null = null_hypothesis(experiment, experiment.data(measurement))
     pairs = [(null, effect) for effect in candidates_of(experiment, None)]
     problems = []
-    for base, effect, problem, scan, _ in extensions.scanned(pairs, lambda: None):
-        weak = extensions._weak_start(effect, problem, base)
+    for base, effect, problem, scan, _ in scanned_candidates.scanned(pairs, lambda: None):
+        weak = scanned_candidates._weak_start(effect, problem, base)
         problems.append((problem, [*best_places(scan), weak]))
     jax.clear_caches()  # what is compiled is part of what is measured
     return problems

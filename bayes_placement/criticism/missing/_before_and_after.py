@@ -20,12 +20,12 @@ from ...experiment.resized import as_measured
 from ...inference.engines.empirical_bayes import SOFTENING, Rival
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
-from ._extensions import ScannedCandidate, Tick, fitted, promising, scanned
-from ._fitted_extensions import extended
+from ._fitted_candidates import extended
 from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, with_errors
 from ._kept_fits import kept_with_sizes
 from ._posterior_odds import Comparison, passes, wants_more_effects
 from ._scan import best_places
+from ._scanned_candidates import ScannedCandidate, Tick, fitted, promising, scanned
 from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS
 

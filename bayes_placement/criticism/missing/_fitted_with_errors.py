@@ -2,39 +2,26 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
-from threadpoolctl import threadpool_limits
-
-from ..._processes import shared
 from ...experiment.model_error import ModalErrors
-from ._fitted_extensions import FittedFields, fitted_fields
+from ._fits_in_processes import fitted_in_processes
+from ._fitted_candidates import FittedFields, fitted_fields
 from ._hypotheses import Hypothesis, problem_with_errors, with_errors
-from ._kept_fits import count_taken, fits_kept_in, folder_of_fits
 
 
 def fitted_with_errors_at_once(
     exact: Sequence[Hypothesis], errors: ModalErrors
 ) -> list[Hypothesis]:
     """Fit hypotheses with a model error, none of which is given up; see `with_errors`."""
-    folder = folder_of_fits()
-    tasks = [(replace(hypothesis, scan=None), errors, folder) for hypothesis in exact]
-    outcomes = shared(_outcome, tasks, lambda _: None)
-    count_taken(sum(taken for _, taken in outcomes))
+    tasks = [(replace(hypothesis, scan=None), errors) for hypothesis in exact]
     return [
         _received(hypothesis, errors, fields)
-        for hypothesis, (fields, _) in zip(exact, outcomes, strict=True)
+        for hypothesis, fields in zip(exact, fitted_in_processes(_fields, tasks), strict=True)
     ]
 
 
-@threadpool_limits.wrap(limits=1)
-def _outcome(
-    exact: Hypothesis, errors: ModalErrors, folder: Path | None
-) -> tuple[FittedFields, int]:
-    """What one process finds, and how many fits it takes from a folder."""
-    with fits_kept_in(folder) as fits:
-        fields = fitted_fields(with_errors(exact, errors))
-    return fields, 0 if fits is None else fits.taken
+def _fields(exact: Hypothesis, errors: ModalErrors) -> FittedFields:
+    return fitted_fields(with_errors(exact, errors))
 
 
 def _received(exact: Hypothesis, errors: ModalErrors, found: FittedFields) -> Hypothesis:

@@ -9,8 +9,8 @@ from scipy.special import logsumexp
 from scipy.stats import chi2
 
 from ...inference.chi2 import LEVEL
-from ._extensions import ScannedCandidate
 from ._hypotheses import Hypothesis
+from ._scanned_candidates import ScannedCandidate
 from ._unknown_noise import gain_with_outliers, p_value_of_outliers, scatter
 
 NOTHING, NONE = "nothing_missing", "none_of_these"

@@ -18,11 +18,11 @@ from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.least_squares import Jacobian
 from ...inference.residuals import Problem
-from ._extensions import ScannedCandidate, weakest
 from ._hypotheses import Hypothesis, fields_of
 from ._kept_fits import stored_or_computed
 from ._location import locations
 from ._scan import other_places
+from ._scanned_candidates import ScannedCandidate, weakest
 
 PLACES = {1: 41, 2: 17, 3: 7}
 """Points along each coordinate of a place that has so many."""

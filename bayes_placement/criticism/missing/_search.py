@@ -12,10 +12,10 @@ import numpy as np
 
 from ...effects.effect import Effect
 from ...effects.library import kind_of
-from ._extensions import ScannedCandidate, Tick
-from ._fitted_extensions import best_variants, extended, relocated
+from ._fitted_candidates import best_variants, extended, relocated
 from ._hypotheses import Hypothesis, logarithmic_jacobian
 from ._posterior_odds import Comparison
+from ._scanned_candidates import ScannedCandidate, Tick
 
 VARIANTS = 4
 """Variants of one kind that are fitted, such as a mass on one member or another."""

@@ -15,10 +15,10 @@ from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
 from ...inference.engines.empirical_bayes import Rival
-from ._extensions import Tick
 from ._fitted_with_errors import fitted_with_errors_at_once
 from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis
 from ._posterior_odds import Comparison
+from ._scanned_candidates import Tick
 from ._search import single_effects
 
 

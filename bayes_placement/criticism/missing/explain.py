@@ -11,10 +11,10 @@ from ...experiment.model_error import Modal
 from ...inference.chi2 import LEVEL
 from ...inference.record import record
 from ._alternatives import alternatives
+from ._answers import Question, answered, ticks
 from ._candidates import candidates_of, check_experiment
 from ._kept_fits import fits_kept_in
 from ._score_test import suspicion
-from ._with_errors import Question, answered, ticks
 from .fitted_model import fitted_model, sampled_finalists
 from .ranking import Ranking
 

@@ -25,6 +25,7 @@ from ...experiment.model_error import Modal
 from ...inference.chi2 import LEVEL
 from ...inference.record import record
 from ._alternatives import alternatives
+from ._answers import Question, answered, ticks
 from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions
 from ._changes import FoundEffect, found_effects
@@ -32,7 +33,6 @@ from ._hypotheses import Hypothesis
 from ._kept_fits import fits_kept_in
 from ._posterior_odds import Comparison, p_value, steps_to
 from ._score_test import suspicion
-from ._with_errors import Question, answered, ticks
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
 from .ledger import Ledger
 from .states import LedgerOfStates, courses_of

@@ -4,8 +4,8 @@ import dataclasses
 
 import pytest
 
-from bayes_placement.criticism.missing import _with_errors
-from bayes_placement.criticism.missing._with_errors import Answer
+from bayes_placement.criticism.missing import _answers
+from bayes_placement.criticism.missing._answers import Answer
 from tests.criticism.missing.test_posterior_odds import comparison, hypothesis
 
 LEVEL = 0.01
@@ -20,7 +20,7 @@ def claimed(monkeypatch, chi2, *, held_out=1.0, baseline=None):
     """Kinds that are claimed of a mass of plain evidence, chi2 of the exact model being 100."""
     none, mass = erroneous([], 0.0, 100.0), erroneous(["point_mass"], 30.0, chi2)
     scores = {id(none): 0.0, id(mass): held_out}
-    monkeypatch.setattr(_with_errors, "held_out", lambda hypothesis: scores[id(hypothesis)])
+    monkeypatch.setattr(_answers, "held_out", lambda hypothesis: scores[id(hypothesis)])
     return Answer(none, comparison(none, mass), baseline).best(LEVEL).kinds
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bayes_placement import effects
-from bayes_placement.criticism.missing import _fitted_with_errors, _shared_fits, _with_errors
+from bayes_placement.criticism.missing import _answers, _fitted_with_errors, _shared_fits
 from bayes_placement.criticism.missing._hypotheses import fitted_with_errors, with_errors
 from bayes_placement.criticism.missing.explain import explain
 from bayes_placement.criticism.missing.improve import improve
@@ -41,7 +41,7 @@ def with_both(candidates):
         return fitted
 
     with pytest.MonkeyPatch.context() as patch:
-        for module, fit in ((_fitted_with_errors, with_errors), (_with_errors, fitted_with_errors)):
+        for module, fit in ((_fitted_with_errors, with_errors), (_answers, fitted_with_errors)):
             patch.setattr(module, fit.__name__, counted(fit))
         return improve(experiment(), measured(MASS, GAIN, seed=2), candidates=candidates)
 

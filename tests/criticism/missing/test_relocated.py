@@ -8,7 +8,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement.criticism.missing import _search
-from bayes_placement.criticism.missing._fitted_extensions import relocated
+from bayes_placement.criticism.missing._fitted_candidates import relocated
 from bayes_placement.criticism.missing._hypotheses import Hypothesis, null_hypothesis
 from bayes_placement.criticism.missing._posterior_odds import Comparison
 from bayes_placement.inference.engines.levenberg_marquardt import best_fit, minimise

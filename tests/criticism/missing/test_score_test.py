@@ -9,8 +9,8 @@ from scipy.stats import chi2, norm
 import bayes_placement as bp
 from bayes_placement import effects, positions
 from bayes_placement._compiled import compiled
-from bayes_placement.criticism.missing._extensions import scanned
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._scanned_candidates import scanned
 from bayes_placement.criticism.missing._score_test import suspicion
 from tests.criticism import small
 from tests.in_space import Linear

@@ -7,17 +7,17 @@ import functools
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
-from ..._processes import shared
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.residuals import Problem
-from ._extensions import (
+from ._fits_in_processes import fitted_in_processes
+from ._hypotheses import Hypothesis, finite
+from ._scan import Scan
+from ._scanned_candidates import (
     Pair,
     ScannedCandidate,
     Tick,
@@ -27,9 +27,6 @@ from ._extensions import (
     scanned,
     with_free_names,
 )
-from ._hypotheses import Hypothesis, finite
-from ._kept_fits import count_taken, fits_kept_in, folder_of_fits
-from ._scan import Scan
 from ._score_test import scores
 
 FITTED = ("fit", "near", "deviations", "has_errors", "as_rival")
@@ -84,10 +81,10 @@ def best_variants(base: Hypothesis, effects: Sequence[Effect], most: int, tick: 
     for effect in effects:
         variants[kind_of(effect)].append((base, effect))
     points = points_of_scans(effects)
-    extensions = _extensions([*variants.values()], points, most, tick, are_scored=True)
-    by_promise = sorted(extensions, key=lambda extension: extension[0].predicted_cost)
+    tried = _tried([*variants.values()], points, most, tick, are_scored=True)
+    by_promise = sorted(tried, key=lambda candidate_and_fit: candidate_and_fit[0].predicted_cost)
     return Extended(
-        [candidate for candidate, _ in extensions],
+        [candidate for candidate, _ in tried],
         finite(hypothesis for _, hypothesis in by_promise if hypothesis is not None),
     )
 
@@ -95,8 +92,8 @@ def best_variants(base: Hypothesis, effects: Sequence[Effect], most: int, tick: 
 def extended(pairs: Sequence[Pair], tick: Tick) -> list[Hypothesis]:
     """Fit hypotheses with one more effect; those without a finite density are left out."""
     points = points_of_scans(effect for _, effect in pairs)
-    extensions = _extensions([[pair] for pair in pairs], points, 1, tick)
-    return finite(hypothesis for _, hypothesis in extensions if hypothesis is not None)
+    tried = _tried([[pair] for pair in pairs], points, 1, tick)
+    return finite(hypothesis for _, hypothesis in tried if hypothesis is not None)
 
 
 def relocated(hypothesis: Hypothesis, null: Hypothesis, tick: Tick) -> Hypothesis:
@@ -134,7 +131,7 @@ def _without(hypothesis: Hypothesis, name: str, null: Hypothesis) -> Hypothesis:
     return replace(hypothesis, effects=others, problem=problem, fit=fit)
 
 
-def _extensions(
+def _tried(
     groups: Sequence[Sequence[Pair]],
     points: Mapping[str, int],
     most: int,
@@ -144,20 +141,15 @@ def _extensions(
     """Scan effects on hypotheses in groups of one kind, and fit the best few of each group."""
     named = [with_free_names(pairs) for pairs in groups]
     order = sorted(range(len(named)), key=lambda number: -len(named[number]))
-    folder = folder_of_fits()
     tasks = [
-        ([_sent(pair) for pair in named[number]], points, most, are_scored, folder)
-        for number in order
+        ([_sent(pair) for pair in named[number]], points, most, are_scored) for number in order
     ]
 
     def done(task: int) -> None:
         for _ in tasks[task][0]:
             tick()
 
-    outcomes = {}
-    for number, (found, taken) in zip(order, shared(_outcomes, tasks, done), strict=True):
-        outcomes[number] = found
-        count_taken(taken)
+    outcomes = dict(zip(order, fitted_in_processes(_outcomes, tasks, done), strict=True))
     return [
         _received(pair, outcome)
         for number, pairs in enumerate(named)
@@ -171,27 +163,18 @@ def _sent(pair: Pair) -> Pair:
     return replace(base, scan=None), effect
 
 
-@threadpool_limits.wrap(limits=1)
 def _outcomes(
-    pairs: Sequence[Pair],
-    points: Mapping[str, int],
-    most: int,
-    are_scored: bool,
-    folder: Path | None,
-) -> tuple[list[_Outcome], int]:
-    """What one process finds of variants of one kind, and how many fits it takes from a folder."""
-    with fits_kept_in(folder) as fits:
-        candidates = list(scanned(pairs, lambda: None, points))
-        best = {id(candidate) for candidate in promising(candidates, most)}
-        fitted_ones = [
-            fitted_fields(fitted(each)) if id(each) in best else None for each in candidates
-        ]
-        known = scores(pairs[0][0], candidates) if are_scored else [None] * len(candidates)
-    outcomes = [
+    pairs: Sequence[Pair], points: Mapping[str, int], most: int, are_scored: bool
+) -> list[_Outcome]:
+    """What one process finds of variants of one kind."""
+    candidates = list(scanned(pairs, lambda: None, points))
+    best = {id(candidate) for candidate in promising(candidates, most)}
+    fits = [fitted_fields(fitted(each)) if id(each) in best else None for each in candidates]
+    known = scores(pairs[0][0], candidates) if are_scored else [None] * len(candidates)
+    return [
         _Outcome(candidate.scan, fit, score)
-        for candidate, fit, score in zip(candidates, fitted_ones, known, strict=True)
+        for candidate, fit, score in zip(candidates, fits, known, strict=True)
     ]
-    return outcomes, 0 if fits is None else fits.taken
 
 
 def fitted_fields(hypothesis: Hypothesis) -> FittedFields:

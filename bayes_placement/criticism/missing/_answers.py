@@ -16,7 +16,6 @@ from ...inference.engines.empirical_bayes import Rival
 from ...inference.residuals_of_state import State
 from ._before_and_after import compared_with_baseline, fitted_baseline, refitted_effects, state_of
 from ._compiled_ahead import compiled_ahead
-from ._extensions import Tick
 from ._held_out import held_out
 from ._hypotheses import (
     Hypothesis,
@@ -35,6 +34,7 @@ from ._posterior_odds import (
     steps_to,
     wants_more_effects,
 )
+from ._scanned_candidates import Tick
 from ._screen import worth_fitting
 from ._search import NARROW, VARIANTS_WITH_ERRORS, Breadth, one_more_effect
 from ._shared_fits import SharedFits, shared_fits

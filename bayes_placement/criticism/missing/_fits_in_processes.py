@@ -1,0 +1,44 @@
+"""Fits in several processes, which are kept in the folder of this one."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from threadpoolctl import threadpool_limits
+
+from ..._processes import shared
+from ._kept_fits import count_taken, fits_kept_in, folder_of_fits
+
+Outcome = TypeVar("Outcome")
+
+
+def fitted_in_processes(
+    fit: Callable[..., Outcome],
+    tasks: Sequence[tuple[Any, ...]],
+    done: Callable[[int], None] = lambda _: None,
+) -> list[Outcome]:
+    """Fit in this process and its helpers, see `shared`.
+
+    Parameters
+    ----------
+    fit
+        A function of a module, whose results are arrays and numbers.
+    tasks
+        Its arguments, those that take longest first.
+    done
+        Called with the number of each task that is done.
+    """
+    folder = folder_of_fits()
+    outcomes = shared(_in_folder, [(fit, folder, task) for task in tasks], done)
+    count_taken(sum(taken for _, taken in outcomes))
+    return [outcome for outcome, _ in outcomes]
+
+
+@threadpool_limits.wrap(limits=1)
+def _in_folder(
+    fit: Callable[..., Outcome], folder: Path | None, task: tuple[Any, ...]
+) -> tuple[Outcome, int]:
+    """What one process finds, and how many fits it takes from the folder."""
+    with fits_kept_in(folder) as fits:
+        outcome = fit(*task)
+    return outcome, 0 if fits is None else fits.taken
