@@ -16,7 +16,7 @@ from tests.benchmarks import graded_verdicts
 from tests.benchmarks.imperfect_cases import QUESTIONS, case
 from tests.benchmarks.recorded_rows import folder
 
-EXACT, IMPERFECT = {"graded": 150, "faint": 150}, 40
+EXACT, IMPERFECT = {"graded": 150, "faint": 150}, 15
 """Structures whose model is exact, of each family; and that are imperfect, of each question."""
 
 BINS = (0.0, 0.5, 0.9, 0.99, 1.0)
