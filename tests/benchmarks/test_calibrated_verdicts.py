@@ -128,7 +128,7 @@ def told(name: str, bins: list[Bin]) -> None:
 
 def draw(path, parts):
     """Share of right claims over stated probability, with intervals of 95 %."""
-    figure, ax = plt.subplots(figsize=(4.5, 4.0), layout="constrained")
+    figure, ax = plt.subplots(figsize=(4.5, 4.8), layout="constrained")
     ax.plot([0, 1], [0, 1], color="0.6", linewidth=0.8, label="reliable")
     for (name, bins), marker in zip(parts.items(), "osd", strict=True):
         share = np.array([each.share for each in bins])
@@ -138,7 +138,7 @@ def draw(path, parts):
         stated = [each.stated for each in bins]
         ax.errorbar(stated, share, reach, fmt=marker, capsize=3, label=f"{name}, {count} claims")
     ax.set(xlabel="stated probability [1]", ylabel="share of claims that are right [1]")
-    ax.legend(loc="upper left")
+    figure.legend(loc="outside upper center")  # inside it would cover intervals
     figure.savefig(path, dpi=130)
     plt.close(figure)
     return path
