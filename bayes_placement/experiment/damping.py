@@ -54,6 +54,9 @@ class Damping(eqx.Module):
     def static_loss(self, omega: Omega) -> Inexact[Array, "frequency"]:
         """Loss over omega_n^2 [1] in modes far above the frequencies: those left out."""
 
+    def check_modes(self, elastic: int) -> None:
+        """Refuse a number of elastic modes for which a law does not hold."""
+
     def __check_init__(self) -> None:
         """Refuse negative numbers, and distributions with negative values."""
         for entry in dataclasses.fields(self):
@@ -110,22 +113,26 @@ class Modal(Damping):
         if any(_is_zero(value) for _, value in _values(self)):
             _refuse_zero("Modal", "ratio", "damping.Modal(0.01)")
 
-    def ratios(self, modes: int, rigid_body_modes: int) -> Float[Array, "mode"]:
-        """Damping ratio of each mode [1], rigid-body modes included.
+    def check_modes(self, elastic: int) -> None:
+        """Refuse more ratios than there are elastic modes.
 
         Raises
         ------
         InputError
-            If there are more ratios than elastic modes.
+            If there are.
         """
-        ratios = jnp.atleast_1d(jnp.asarray(self.ratio, dtype=float))
-        if ratios.size > max(modes - rigid_body_modes, 1):
+        count = len(self.ratio) if isinstance(self.ratio, tuple) else np.size(self.ratio)
+        if count > max(elastic, 1):
             raise InputError(
-                f"damping.Modal was given {ratios.size} ratios, and the structure has "
-                f"{modes - rigid_body_modes} elastic modes; at most one for each is needed, since "
-                "the others would act on nothing. Leave them out, damping.Modal(ratios[:"
-                f"{modes - rigid_body_modes}]), or give the structure more modes."
+                f"damping.Modal was given {count} ratios, and the structure has {elastic} elastic "
+                "modes; at most one for each is needed, since the others would act on nothing. "
+                f"Leave them out, damping.Modal(ratios[:{elastic}]), or give the structure more "
+                "modes."
             )
+
+    def ratios(self, modes: int, rigid_body_modes: int) -> Float[Array, "mode"]:
+        """Damping ratio of each mode [1], rigid-body modes included."""
+        ratios = jnp.atleast_1d(jnp.asarray(self.ratio, dtype=float))
         elastic = jnp.clip(jnp.arange(modes) - rigid_body_modes, 0, ratios.size - 1)
         return ratios[elastic]
 

@@ -191,6 +191,7 @@ def modal_receptance(
     """
     modulus = structure.relative_modulus(omega)
     natural, rigid = modes.angular_frequency(), modes.rigid_body_modes
+    structure.damping.check_modes(natural.size - rigid)
     eigenvalues = jnp.concatenate([jnp.full(rigid, jnp.inf), natural[rigid:] ** 2])
     factor = None if mode_error is None else mode_error.over(natural.size)
     natural = natural if factor is None else natural * factor.frequency

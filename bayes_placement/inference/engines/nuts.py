@@ -126,12 +126,11 @@ class NUTS(Engine):
         return jax.lax.scan(step, state, None, length=length)
 
     def _kernel(self, posterior: PosteriorDensity, keys: Any, start: Any) -> tuple[Kernel, Any]:
-        @jax.jit  # traced once, although it is called at many places of the sampler
-        def potential(flat: Any) -> Any:
-            return -(posterior.log_prior(flat) + posterior.log_likelihood(flat))
-
+        # Compiled on its own it is traced once, although the sampler calls it at many places.
         kernel = Kernel(
-            potential_fn=potential, dense_mass=True, target_accept_prob=self.target_accept
+            potential_fn=compiled(_potential).bound(posterior),
+            dense_mass=True,
+            target_accept_prob=self.target_accept,
         )
         return kernel, kernel.init(keys, self.warmup, start, (), {})
 
@@ -156,6 +155,11 @@ class NUTS(Engine):
         """Name and sizes."""
         sizes = {"chains": self.chains, "warmup": self.warmup, "draws": self.draws}
         return {"engine": "NUTS", **sizes, "target_accept": self.target_accept}
+
+
+def _potential(posterior: PosteriorDensity, flat: Any) -> Any:
+    """Minus the log posterior density."""
+    return -(posterior.log_prior(flat) + posterior.log_likelihood(flat))
 
 
 def _log_priors(posterior: PosteriorDensity, position: Any) -> Any:

@@ -316,8 +316,7 @@ def modes_from_shapes(
         )
     _check_flexibility(flexibility, len(rows))
     shape = jnp.asarray(model.shape[rows])  # by far the largest array: not to be copied again
-    count = shape.shape[1]
-    extent = _extent(model.position)
+    count, extent = shape.shape[1], _extent(model.position)
     return NodalModes(
         interpolation=interpolation.renumbered(rows),
         shape=shape,
@@ -396,7 +395,6 @@ def _box_about(extent: tuple[CartesianComponents, CartesianComponents]) -> Box:
 def _mass(model: ModalModel, rows: np.ndarray) -> float:
     """Mass that the modes move [kg], as if each place moved alike along every axis that is read."""
     translations = rows[model.dof[rows, 1] <= 3]
-    axes = len(np.unique(model.dof[translations, 1]))
-    shape = model.shape[translations]
-    mean_square = np.einsum("rm,rm->m", shape, shape, dtype=float) / len(shape)  # no further array
-    return moved_mass(axes * mean_square[None])
+    axes, shape = len(np.unique(model.dof[translations, 1])), model.shape[translations]
+    # Shapes are large: their squares are added without a further array.
+    return moved_mass(axes * np.einsum("rm,rm->m", shape, shape, dtype=float)[None] / len(shape))
