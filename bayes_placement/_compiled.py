@@ -224,7 +224,7 @@ def _is_inside_another() -> bool:
     return isinstance(jnp.add(0, 0), jax.core.Tracer)
 
 
-def _options(effort: int | None, is_long: bool = False) -> _Options:
+def _options(effort: int | None, is_long: bool) -> _Options:
     """Options by which a function is compiled in half of the time, and runs as fast.
 
     A compiler that does not know an option refuses it: they are given to those alone with which

@@ -23,6 +23,9 @@ EXCESS = (0.003, 30.0)
 FEW_LINES, FEW_SENSORS, FEW_ACTUATORS = 75, 3, 1
 """What structures with few data are measured with."""
 
+FEW_DATA = 2 * FEW_LINES * FEW_SENSORS * FEW_ACTUATORS
+"""Real and imaginary parts of these."""
+
 FAINT = (10.0, 3000.0)
 """Chi2, less the number of data, of a structure with few data without the effect; log-uniform."""
 
@@ -51,8 +54,7 @@ def graded(seed: int) -> Graded:
 
 def faint(seed: int) -> Graded:
     """Draw a structure with few data; it has no force levels, and so no nonlinear effect."""
-    count = 2 * FEW_LINES * FEW_SENSORS * FEW_ACTUATORS
-    excess = (FAINT[0] / count, FAINT[1] / count)
+    excess = (FAINT[0] / FEW_DATA, FAINT[1] / FEW_DATA)
     return _first_possible(seed, _with_few_data, excess, ("cubic_stiffness",))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.simulator.fine_elements import NOTHING, Effect
-from tests.simulator.graded_draws import EXCESS, FAINT, MASS, faint, graded
+from tests.simulator.graded_draws import EXCESS, FAINT, FEW_DATA, MASS, faint, graded
 from tests.simulator.hidden_structures import accelerance
 
 pytestmark = pytest.mark.long  # only benchmarks draw structures
@@ -21,11 +21,11 @@ def missed(draw, true, hidden):
     return np.mean([np.abs(level.frf - exact) ** 2 / level.variance() for level, exact in levels])
 
 
-MOST = {graded: EXCESS, faint: (FAINT[0] / 450, FAINT[1] / 450)}
+BOUNDS = {graded: EXCESS, faint: (FAINT[0] / FEW_DATA, FAINT[1] / FEW_DATA)}
 
 
 @pytest.mark.parametrize("seed", range(8))
-@pytest.mark.parametrize("family", MOST)
+@pytest.mark.parametrize("family", BOUNDS)
 def test_records_are_those_of_all_that_is_hidden(family, seed):
     drawn = family(seed)
     draw = drawn.draw
@@ -34,7 +34,7 @@ def test_records_are_those_of_all_that_is_hidden(family, seed):
         == len(drawn.excess)
         == len(draw.true.attached) + (draw.hidden.name != "nothing")
     )
-    assert all(MOST[family][0] <= excess <= MOST[family][1] for excess in drawn.excess)
+    assert all(BOUNDS[family][0] <= excess <= BOUNDS[family][1] for excess in drawn.excess)
     if draw.records[0].force_level is None:
         count = draw.records[0].frf.size
         assert abs(missed(draw, draw.true, draw.hidden) - 1) < 5 / np.sqrt(count)

@@ -1,4 +1,8 @@
-"""Fits in several processes, which are kept in the folder of this one."""
+"""Fits in several processes, which are kept in the folder of this one.
+
+A function and its tasks come in, what it returns for each goes out. What is fitted is not known
+here.
+"""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
