@@ -15,7 +15,6 @@ from collections import deque
 from collections.abc import Callable, Container, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Future
 from contextlib import AbstractContextManager, contextmanager
-from functools import partial
 from threading import RLock, Thread
 from typing import Any, Generic, TypeVar
 
@@ -70,12 +69,23 @@ def shared(
     done
         Called with the number of each task that is done.
     """
+    results: dict[int, Result] = {}
+    for number, result in shared_in_any_order(function, tasks):
+        results[number] = result
+        done(number)
+    return [results[number] for number in range(len(tasks))]
+
+
+def shared_in_any_order(
+    function: Callable[..., Result], tasks: Sequence[Task]
+) -> Iterator[tuple[int, Result]]:
+    """Number and result of each task as soon as it is done; all else is as in `shared`."""
     helpers, count = started_helpers() if len(tasks) > 1 else (None, 0)
     queue = _Queue(function, tasks)
     with _at_work(helpers):
         for _ in range(count):
             queue.hand_to(helpers)
-        return queue.results(done)
+        yield from queue.results()
 
 
 def has_one_core() -> bool:
@@ -219,22 +229,18 @@ class _Queue(Generic[Result]):
             self._handed[number] = future
         future.add_done_callback(lambda _: self.hand_to(helpers))
 
-    def results(self, done: Callable[[int], None]) -> list[Result]:
-        """Do what no helper has taken, and return the results of all tasks."""
-        results: dict[int, Result] = {}
-
-        def take(number: int, compute: Callable[[], Result]) -> None:
-            results[number] = compute()
-            done(number)
-
+    def results(self) -> Iterator[tuple[int, Result]]:
+        """Do what no helper has taken; number and result of each task as soon as it is done."""
+        known: set[int] = set()
         while (number := self._next()) is not None:
-            take(number, partial(self._function, *self._tasks[number]))
-            for ended in self._ended(results):
-                take(ended, partial(self._awaited, ended))
+            known.add(number)
+            yield number, self._function(*self._tasks[number])
+            for ended in self._ended(known):
+                known.add(ended)
+                yield ended, self._awaited(ended)
         for handed in self._handed:
-            if handed not in results:
-                take(handed, partial(self._awaited, handed))
-        return [results[number] for number in range(len(self._tasks))]
+            if handed not in known:
+                yield handed, self._awaited(handed)
 
     def _ended(self, known: Container[int]) -> list[int]:
         """Tasks that helpers have done, less those that are known."""

@@ -66,7 +66,8 @@ def information_map(
         them take longer and need more draws. None for all.
     executor
         Executor that computes the chunks: `workers(4)`, or any of `concurrent.futures`; by default
-        this process. The result is the same, bit for bit.
+        this process, for many chunks with a helper on each further core, three at most. The result
+        is the same, bit for bit.
     store
         Folder for finished chunks, one file each, named by a hash of all its inputs. A second run
         computes only the missing ones.

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 
 from ...inference.marginals.kernel_density import Kernel
 
-MOST_LANES = 128
+MOST_LANES = 32
 """Sums that are formed side by side, at most."""
 
 MOST_TERMS = 32

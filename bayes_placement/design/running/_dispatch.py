@@ -16,7 +16,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..._types import Progress, WorkerError
+from ..._processes import shared_in_any_order
+from ..._types import InputError, Progress, WorkerError
 from ._store import Store
 from .chunks import Chunk, compute, compute_packed
 from .executors import WorkerProcesses
@@ -25,6 +26,9 @@ Computed: TypeAlias = tuple[Chunk, np.ndarray]
 
 IN_FLIGHT = 200
 """Chunks submitted at once: enough for as many workers, few enough for a scheduler."""
+
+LEAST_SHARED = 16
+"""Chunks of which this process has helpers; a helper starts in the time of five."""
 
 
 def run(
@@ -58,9 +62,22 @@ def run(
 def _computed(
     chunks: Sequence[Chunk], executor: Executor | None
 ) -> Generator[Computed, None, None]:
-    if executor is None:
+    if executor is not None:
+        return _by_executor(chunks, executor)
+    if len(chunks) < LEAST_SHARED:
         return ((chunk, compute(chunk)) for chunk in chunks)
-    return _by_executor(chunks, executor)
+    return _with_helpers(chunks)
+
+
+def _with_helpers(chunks: Sequence[Chunk]) -> Generator[Computed, None, None]:
+    """Results of this process and of helpers on its other cores, see `shared`."""
+    try:
+        tasks = [(chunk.packed(),) for chunk in chunks]
+    except InputError:  # what cannot be sent is computed here
+        yield from ((chunk, compute(chunk)) for chunk in chunks)
+        return
+    for number, gain in shared_in_any_order(compute_packed, tasks):
+        yield chunks[number], gain[: len(chunks[number].cells)]
 
 
 def _by_executor(chunks: Sequence[Chunk], executor: Executor) -> Generator[Computed, None, None]:

@@ -8,13 +8,14 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 
+import loky
 import numpy as np
 import numpyro.distributions as dist
 import pytest
 from threadpoolctl import threadpool_info
 
 import bayes_placement as bp
-from bayes_placement import information
+from bayes_placement import _processes, information
 from bayes_placement.design.information.estimator import Estimator
 from bayes_placement.design.running import _dispatch, _store, executors
 from bayes_placement.design.running import chunks as chunking
@@ -308,6 +309,42 @@ def test_threads_and_processes_find_the_same_bit_for_bit(full_map, processes):
     shares = []
     assert computed(executor=processes, progress=shares.append).identical(full_map)
     np.testing.assert_allclose(shares, np.arange(CELLS + 1) / CELLS)
+
+
+@pytest.fixture
+def helped(monkeypatch):
+    """Processes in which chunks are computed where this one may have a helper."""
+    monkeypatch.setattr(loky, "cpu_count", lambda: 2)
+    monkeypatch.setattr(_processes, "_alone", False)
+    monkeypatch.setattr(_dispatch, "LEAST_SHARED", CELLS)
+    monkeypatch.setattr(_dispatch, "compute_packed", small_maps.where)
+    helpers, _ = _processes.started_helpers()
+    helpers.submit(os.getpid).result()
+    yield
+    loky.get_reusable_executor().shutdown(kill_workers=True)
+
+
+def test_a_large_map_is_shared_with_helpers(helped):
+    processes = computed()["information_gain"].values
+    assert np.unique(processes).size == 2 and os.getpid() in processes
+
+
+def test_what_helpers_find_is_the_same_and_kept(helped, full_map, store, counted, monkeypatch):
+    monkeypatch.setattr(_dispatch, "compute_packed", chunking.compute_packed)
+    for path in list(store.iterdir()):
+        path.unlink()
+    assert computed(store=store).identical(full_map)
+    assert not counted and len(list(store.iterdir())) == CELLS
+
+
+def test_what_cannot_travel_is_computed_here(helped, counted):
+    class Inner(information.KDE):
+        """A class that no other process can import."""
+
+    cells = bp.information_map(
+        bar.placed(0.3, 0.3, None), small_maps.PLACES, estimator=Inner(128, 64), chunk=1
+    )
+    assert len(counted) == CELLS and cells["information_gain"].notnull().all()
 
 
 def test_a_task_is_packed_once():
