@@ -44,6 +44,10 @@ SETTINGS = (
 )
 """Settings of JAX that a helper shares with this process."""
 
+SELDOM = (100_000, 50, 50)
+"""Thresholds of garbage. Traced functions are of many small objects that stay: by default Python
+looks through all of them whenever a quarter more has come, a tenth of the time of a search."""
+
 _sharing = False
 """Whether helpers are at work for this process."""
 
@@ -86,6 +90,22 @@ def shared_in_any_order(
         for _ in range(count):
             queue.hand_to(helpers)
         yield from queue.results()
+
+
+def collect_seldom() -> None:
+    """Look for garbage seldom from now on, in a process of this package alone."""
+    gc.set_threshold(*SELDOM)
+
+
+@contextmanager
+def collected_seldom() -> Iterator[None]:
+    """Look for garbage seldom while this runs; a decorator as well."""
+    before = gc.get_threshold()
+    collect_seldom()
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
 
 
 def has_one_core() -> bool:
@@ -193,7 +213,7 @@ def _begin(settings: dict[str, Any], parent: int) -> None:
     global _alone
     _alone = True
     Thread(target=_end_with, args=(parent,), daemon=True).start()
-    gc.set_threshold(100_000, 50, 50)  # of many objects that stay
+    collect_seldom()
     warnings.simplefilter("ignore")  # this process warns of what it sees itself
     for name, value in settings.items():
         jax.config.update(name, value)

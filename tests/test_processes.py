@@ -1,5 +1,6 @@
 """Tasks shared among processes: the same results, whatever becomes of a helper."""
 
+import gc
 import os
 import textwrap
 import time
@@ -12,6 +13,7 @@ from loky import get_reusable_executor
 
 import bayes_placement as bp
 from bayes_placement import _processes
+from bayes_placement._processes import SELDOM, collected_seldom
 from bayes_placement.criticism.missing._fitted_with_errors import fitted_with_errors_at_once
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
 from bayes_placement.criticism.missing._search import single_effects
@@ -173,3 +175,24 @@ def test_hypotheses_are_the_same_with_a_model_error_fitted_elsewhere():
         assert each.fit.log_evidence == pytest.approx(alone.fit.log_evidence, abs=1e-6)
         assert each.chi2_when_exact == alone.chi2_when_exact
         np.testing.assert_allclose(each.fit.point, alone.fit.point, atol=1e-6)
+
+
+@pytest.fixture
+def usual():
+    before = gc.get_threshold()
+    gc.set_threshold(700, 10, 10)
+    yield gc.get_threshold()
+    gc.set_threshold(*before)
+
+
+@collected_seldom()
+def thresholds(depth=1):
+    return [gc.get_threshold(), *(thresholds(depth - 1) if depth else [])]
+
+
+def test_it_is_seldom_while_it_runs_and_as_often_as_before_afterwards(usual):
+    assert thresholds() == [SELDOM, SELDOM]
+    assert gc.get_threshold() == usual
+    with pytest.raises(KeyError), collected_seldom():
+        raise KeyError
+    assert gc.get_threshold() == usual

@@ -30,8 +30,9 @@ class Common(NamedTuple):
 @contextmanager
 def begun(options: Common) -> Iterator["Output"]:
     """Run a command in its folder, with the compilation cache, and with errors for people."""
-    # Compiled functions are of many small objects that stay: garbage is rare among them.
-    gc.set_threshold(100_000, 50, 50)
+    from .._processes import collect_seldom
+
+    collect_seldom()
     with errors_in_words(options.model, show_traceback=options.traceback, as_json=options.as_json):
         # Zeros and overflows within this package and its libraries are treated where they occur;
         # those of a model file are the user's to see.

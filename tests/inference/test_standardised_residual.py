@@ -1,12 +1,19 @@
 """Residuals over their deviations have the likelihood of the noise, of every kind."""
 
+import dataclasses
+
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import bayes_placement as bp
 from bayes_placement._compiled import compiled
-from bayes_placement.inference.standardised_residual import standardised_residual
+from bayes_placement.inference.standardised_residual import (
+    LEAST_RATIO,
+    LOGARITHMIC_ERROR,
+    standardised_residual,
+)
 from tests.criticism import small
 
 LINES = small.LINES.size
@@ -38,6 +45,33 @@ def test_the_likelihood_is_that_of_the_noise(noise):
     data = experiment.data(small.measured())
     normal, density = compiled(_log_densities)(experiment.fix(small.TRUTH), data)
     np.testing.assert_allclose(normal, density, rtol=1e-9)
+
+
+def test_a_logarithmic_residual_is_the_complex_logarithm_of_prediction_over_measurement():
+    experiment = small.experiment().fix(small.TRUTH)
+    measured = small.measured()
+    turned = np.exp(1j * np.linspace(-3.1, 3.1, measured.frf.size)).reshape(measured.frf.shape)
+    data = experiment.data(dataclasses.replace(measured, frf=3.0 * turned * measured.frf))
+    residual, _ = compiled(standardised_residual)(experiment, data, True)
+    expected = np.log(np.asarray(experiment.frf()) / (data.z[..., 0, :] + 1j * data.z[..., 1, :]))
+    parts = np.stack([expected.real, expected.imag], axis=-2).ravel() / LOGARITHMIC_ERROR
+    np.testing.assert_allclose(residual, parts, rtol=1e-9, atol=1e-12)
+    assert np.ptp(expected.imag) > 5  # phases of all quadrants
+
+
+def test_what_was_not_measured_or_is_not_predicted_has_a_finite_logarithmic_residual():
+    experiment = small.experiment().fix(small.TRUTH)
+    data = experiment.data(small.measured())
+    z, is_measured = np.array(data.z), np.array(data.measured)
+    z[0, ..., 3], is_measured[0, ..., 3] = 0.0, False
+    z[1, ..., 5] = 1e40  # beside which the prediction vanishes
+    arrays = jnp.asarray(z), jnp.asarray(is_measured)
+    changed = eqx.tree_at(lambda tree: (tree.z, tree.measured), data, arrays)
+    residual, _ = compiled(standardised_residual)(experiment, changed, True)
+    shaped = np.asarray(residual).reshape(z.shape)
+    assert np.all(shaped[0, ..., 3] == 0)
+    least = [np.log(LEAST_RATIO) / LOGARITHMIC_ERROR, 0.0]
+    np.testing.assert_allclose(shaped[1, ..., 5].reshape(-1, 2), [least], rtol=1e-12)
 
 
 def _log_densities(known, data):

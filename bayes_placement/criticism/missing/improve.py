@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, overload
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from ..._processes import collected_seldom
 from ..._types import (
     InputError,
     Progress,
@@ -70,6 +71,7 @@ def improve(
 
 
 @arguments_checked
+@collected_seldom()
 @threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def improve(
     experiment: Experiment,
