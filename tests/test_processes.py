@@ -2,6 +2,8 @@
 
 import gc
 import os
+import resource
+import sys
 import textwrap
 import time
 
@@ -13,7 +15,7 @@ from loky import get_reusable_executor
 
 import bayes_placement as bp
 from bayes_placement import _processes
-from bayes_placement._processes import SELDOM, collected_seldom
+from bayes_placement._processes import SELDOM, tidied_seldom
 from bayes_placement.criticism.missing._fitted_with_errors import fitted_with_errors_at_once
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis, with_errors
 from bayes_placement.criticism.missing._search import single_effects
@@ -185,7 +187,7 @@ def usual():
     gc.set_threshold(*before)
 
 
-@collected_seldom()
+@tidied_seldom()
 def thresholds(depth=1):
     return [gc.get_threshold(), *(thresholds(depth - 1) if depth else [])]
 
@@ -193,6 +195,21 @@ def thresholds(depth=1):
 def test_it_is_seldom_while_it_runs_and_as_often_as_before_afterwards(usual):
     assert thresholds() == [SELDOM, SELDOM]
     assert gc.get_threshold() == usual
-    with pytest.raises(KeyError), collected_seldom():
+    with pytest.raises(KeyError), tidied_seldom():
         raise KeyError
     assert gc.get_threshold() == usual
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="another allocator")
+def test_memory_of_large_arrays_is_reused_while_it_runs():
+    with tidied_seldom():
+        first, second = (faults_of_arrays(count) for count in (1, 10))
+    assert second < max(first, 1000)
+
+
+def faults_of_arrays(count):
+    """Pages that the system gave while so many arrays of 16 MB came and went."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    for _ in range(count):
+        np.ones(2**21)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before

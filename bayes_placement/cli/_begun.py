@@ -30,9 +30,9 @@ class Common(NamedTuple):
 @contextmanager
 def begun(options: Common) -> Iterator["Output"]:
     """Run a command in its folder, with the compilation cache, and with errors for people."""
-    from .._processes import collect_seldom
+    from .._processes import tidy_seldom
 
-    collect_seldom()
+    tidy_seldom()
     with errors_in_words(options.model, show_traceback=options.traceback, as_json=options.as_json):
         # Zeros and overflows within this package and its libraries are treated where they occur;
         # those of a model file are the user's to see.

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from ..._processes import collected_seldom
+from ..._processes import tidied_seldom
 from ..._types import Progress, arguments_checked, no_progress
 from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
@@ -24,7 +24,7 @@ LEADING = 6
 
 
 @arguments_checked
-@collected_seldom()
+@tidied_seldom()
 @threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def explain(
     experiment: Experiment,

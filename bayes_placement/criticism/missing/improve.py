@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, overload
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from ..._processes import collected_seldom
+from ..._processes import tidied_seldom
 from ..._types import (
     InputError,
     Progress,
@@ -71,7 +71,7 @@ def improve(
 
 
 @arguments_checked
-@collected_seldom()
+@tidied_seldom()
 @threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
 def improve(
     experiment: Experiment,
