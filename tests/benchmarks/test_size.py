@@ -6,7 +6,7 @@ of their own, whose peak memory is then theirs.
 
 import json
 import os
-import resource
+import re
 import subprocess
 import sys
 import time
@@ -135,7 +135,7 @@ def measure(path, kind):
     built, building = seconds(experiment, model, placed)
     names = [unknown.name for unknown in built.unknowns if unknown.component != "node"]
     setup = time.perf_counter() - began
-    peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    peak = peak_memory()
     data = built.data(built.nominal_measurement())
     nominal = built.nominal_values()
 
@@ -153,9 +153,16 @@ def measure(path, kind):
         "set-up [s]": setup,
         "first likelihood [s]": first,
         "likelihood with gradient [s]": float(np.median(times)),
-        "peak at set-up [GiB]": peak / 2**30,
-        "peak [GiB]": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
+        "peak at set-up [GiB]": peak,
+        "peak [GiB]": peak_memory(),
     }
+
+
+def peak_memory():
+    """Peak of resident memory [GiB] of this process."""
+    # What getrusage tells begins with the peak of the process that began this one.
+    status = Path("/proc/self/status").read_text()
+    return int(re.search(r"VmHWM:\s*(\d+) kB", status)[1]) / 2**20
 
 
 def value_and_gradient(experiment, data, nominal, names, start):
