@@ -30,9 +30,6 @@ class Common(NamedTuple):
 @contextmanager
 def begun(options: Common) -> Iterator["Output"]:
     """Run a command in its folder, with the compilation cache, and with errors for people."""
-    from .._processes import tidy_seldom
-
-    tidy_seldom()
     with errors_in_words(options.model, show_traceback=options.traceback, as_json=options.as_json):
         # Zeros and overflows within this package and its libraries are treated where they occur;
         # those of a model file are the user's to see.
@@ -43,9 +40,10 @@ def begun(options: Common) -> Iterator["Output"]:
             from ._compilation_cache import use_compilation_cache
 
             use_compilation_cache()
-        if options.searches:
-            from .._processes import begin_with_helpers
+        from .._processes import begin_with_helpers, tidy_seldom
 
+        tidy_seldom()
+        if options.searches:
             begin_with_helpers("bayes_placement.criticism.missing")
         from ._result_folder import result_folder
 

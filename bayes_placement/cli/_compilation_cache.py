@@ -8,7 +8,7 @@ import time
 import warnings
 from pathlib import Path
 
-SHORTEST_COMPILATION = "0.01"
+SHORTEST_COMPILATION = 0.01
 """Compilations that take less [s] are not worth a file: one is read in some milliseconds."""
 
 OLDEST_FILE = 60 * 86400.0
@@ -18,14 +18,16 @@ OLDEST_FILE = 60 * 86400.0
 def use_compilation_cache() -> None:
     """Keep compiled functions in a folder of the user's cache directory.
 
-    To be called before JAX is imported. A cache that the user has chosen (the environment variable
+    A cache that the user has chosen (the environment variable
     JAX_COMPILATION_CACHE_DIR) is used as it is; where no folder can be made, there is none.
     """
-    # XLA reports every difference between two processors as an error, although it checks them.
+    # XLA reports every difference between two processors as an error, although it checks them. It
+    # reads this when JAX is imported.
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", SHORTEST_COMPILATION)
     import jax
 
+    if "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS" not in os.environ:
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", SHORTEST_COMPILATION)
     if jax.config.values["jax_compilation_cache_dir"]:
         return
     folder = _folder(jax.__version__)

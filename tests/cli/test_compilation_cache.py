@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import textwrap
 import time
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from tests.cli.studies import EXPERIMENT
 ROOT = Path(__file__).parents[2]
 SMALL = EXPERIMENT + "measurement = experiment.nominal_measurement()\n"
 ENGINE = "engine = bp.engines.Importance(draws=60)\n"
+TIME = "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"
 COMMAND = Path(sys.executable).parent / "bayes-placement"
 
 
@@ -140,3 +142,22 @@ def test_old_files_are_deleted(tmp_path):
     os.utime(old, (past, past))
     _compilation_cache._delete_old_files(tmp_path)
     assert young.exists() and not old.exists()
+
+
+@pytest.mark.parametrize(("chosen", "used"), [({}, 0.01), ({TIME: "0.5"}, 0.5)])
+def test_short_compilations_are_kept_whoever_imports_jax_first(chosen, used, tmp_path):
+    others = {name: value for name, value in os.environ.items() if not name.startswith("JAX_")}
+    code = """
+        import jax
+        from bayes_placement.cli._compilation_cache import use_compilation_cache
+        use_compilation_cache()
+        print(jax.config.values["jax_persistent_cache_min_compile_time_secs"])
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        env=others | chosen | {"XDG_CACHE_HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert float(done.stdout) == used
