@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._types import Response
+from ._logarithm import log10
 from .observation import FRF, AngularFrequencies, Measured, Observation, Variance
 from .observed_modes import Modes
 from .quantities import motion_name, quantity_of
@@ -32,7 +33,7 @@ class LogAmplitude(Observation):
 
     def output(self, frf: FRF) -> Response:
         """log10 |U|, by the square of the modulus, which has the simpler gradient."""
-        return 0.5 * jnp.log10(jnp.real(frf) ** 2 + jnp.imag(frf) ** 2)
+        return 0.5 * log10(jnp.real(frf) ** 2 + jnp.imag(frf) ** 2)
 
     def deviation(self, frf: FRF, variance: Variance) -> Response:
         """First-order error of log10 |U|: only the part of the error along U counts."""

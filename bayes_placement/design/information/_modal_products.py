@@ -12,6 +12,7 @@ from ..._sites import Owner
 from ...effects.effect import Modulus
 from ...experiment.experiment import Experiment
 from ...experiment.frf import modal_receptance
+from ...modes.beams.waves import many_phases
 from ...modes.points import Points, joined
 
 
@@ -41,7 +42,8 @@ def residues(experiment: Experiment) -> Float[Array, "sensor actuator product"]:
     """Products of shapes [1/kg], and the static flexibility [m/N] where it is known."""
     modes = experiment.structure.proper_modes()
     read, driven = (_points(side, modes.axes) for side in (experiment.sensor, experiment.actuator))
-    shapes = read.shapes(modes)[:, None] * driven.shapes(modes)
+    with many_phases():
+        shapes = read.shapes(modes)[:, None] * driven.shapes(modes)
     static = read.static_flexibility(modes, driven)
     return shapes if static is None else jnp.concatenate([shapes, static[..., None]], axis=-1)
 

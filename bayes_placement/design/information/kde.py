@@ -1,6 +1,6 @@
 """The paper's estimate of the information gain (Table 1), by kernel densities of the response."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -169,6 +169,7 @@ class _ByProducts(eqx.Module):
                 lambda values: _modal_products.residues(at.fix(values)), out_axes=-1
             )(positions)
             scaled = (residues * (unit / self.scales)[:, None]).astype(jnp.float32)
+            scaled = jax.lax.optimization_barrier(scaled)  # not to be computed for each batch
             return _log_likelihoods(at, scaled, varies, (varying, self.constant), target)
 
         return divergence(jax.lax.map(replicate, (self.placement, self.varying)).astype(float))
@@ -266,15 +267,31 @@ def _log_likelihoods(
     changed, fixed = (jnp.moveaxis(residues[:, :, chosen], 2, 0) for chosen in (varies, ~varies))
     base = [_summed(part(constant), fixed) for part in (jnp.real, jnp.imag)]
 
-    def likelihood(spectrum: Array) -> Float[Array, ""]:
+    def outputs(spectrum: Array) -> Float[Array, "*output placement"]:
         real, imaginary = (
             constant_part + _summed(part(spectrum), changed)
             for constant_part, part in zip(base, (jnp.real, jnp.imag), strict=True)
         )
         frf = _at_force_levels(experiment, jax.lax.complex(real, imaginary))
-        return log_density(jax.vmap(experiment.observe.output, -1, -1)(frf), *target)
+        return jax.vmap(experiment.observe.output, -1, -1)(frf)
 
-    return jax.lax.map(likelihood, varying, batch_size=BATCH)
+    def likelihoods(batch: Array) -> Float[Array, "draw"]:
+        return jax.vmap(lambda z: log_density(z, *target))(_one_by_one(outputs, batch))
+
+    count = len(varying)
+    rows = np.minimum(np.arange(-(-count // BATCH) * BATCH), count - 1)  # the last is filled up
+    return jax.lax.map(likelihoods, varying[rows.reshape(-1, BATCH)]).ravel()[:count]
+
+
+def _one_by_one(function: Callable[[Array], Array], inputs: Array) -> Array:
+    """Outputs of a function, computed once; on a GPU all at once.
+
+    What the compiler fuses with several others it computes for each of them anew, but not what
+    comes from a loop.
+    """
+    if jax.default_backend() == "cpu":
+        return jax.lax.map(function, inputs)
+    return jax.vmap(function)(inputs)
 
 
 def _at_force_levels(experiment: Experiment, frf: Array) -> Array:
@@ -289,7 +306,9 @@ def _summed(
 ) -> Float[Array, "sensor actuator frequency placement"]:
     """Sum of products, the draws of the placement last."""
     if len(residues) > MOST_SUMMANDS:
-        return jnp.einsum("pf,psax->safx", spectrum, residues)
+        # Placements last in memory too, since what follows goes along them.
+        total = spectrum.T @ residues.reshape(len(residues), -1)
+        return jnp.moveaxis(total.reshape(-1, *residues.shape[1:]), 0, 2)
     # Term by term, which the compiler fuses with what follows.
     total = jnp.zeros((*residues.shape[1:3], spectrum.shape[1], residues.shape[3]), residues.dtype)
     for line, residue in zip(spectrum, residues, strict=True):

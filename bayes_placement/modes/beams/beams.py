@@ -14,6 +14,7 @@ from ..._types import InputError, Parameter, arguments_checked, check_count, fin
 from ..scalars import check_scalar
 from . import _beam_roots
 from .uniform_line import UniformLine
+from .waves import cosine_and_sine
 
 _SYNONYMS = {"clamped": "fixed", "supported": "pinned"}
 
@@ -276,7 +277,8 @@ def beam(
 
 def _waves(phase: Any, library: Any = jnp) -> tuple[Any, Any, Any, Any]:
     """Cosine and its derivatives; the last is the sine."""
-    cosine, sine = library.cos(phase), library.sin(phase)
+    is_compiled = library is jnp
+    cosine, sine = cosine_and_sine(phase) if is_compiled else (np.cos(phase), np.sin(phase))
     return cosine, -sine, -cosine, sine
 
 
