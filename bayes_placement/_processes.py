@@ -116,7 +116,8 @@ def tidied_seldom() -> Iterator[None]:
         yield
     finally:
         gc.set_threshold(*before)
-        _set_allocator(2 * LARGEST_REUSED)
+        if before != SELDOM:  # not within another one, nor in a process of this package alone
+            _set_allocator(2 * LARGEST_REUSED)
 
 
 def _set_allocator(kept_free: int) -> None:

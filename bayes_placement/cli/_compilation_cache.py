@@ -18,8 +18,8 @@ OLDEST_FILE = 60 * 86400.0
 def use_compilation_cache() -> None:
     """Keep compiled functions in a folder of the user's cache directory.
 
-    A cache that the user has chosen (the environment variable
-    JAX_COMPILATION_CACHE_DIR) is used as it is; where no folder can be made, there is none.
+    A cache that the user has chosen (the environment variable JAX_COMPILATION_CACHE_DIR) is used as
+    it is; where no folder can be made, there is none.
     """
     # XLA reports every difference between two processors as an error, although it checks them. It
     # reads this when JAX is imported.
