@@ -9,6 +9,7 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
+from .._sites import is_unknown
 from .._types import InputError
 from ._errors_of_parts import OF_WHAT
 from .experiment import Experiment
@@ -104,7 +105,7 @@ def with_lines(experiment: Experiment, count: int) -> Experiment:
     Parameters
     ----------
     experiment
-        The experiment; the level of its output error must not be a distribution.
+        The experiment.
     count
         Number of lines, at least 1.
     """
@@ -130,9 +131,10 @@ def _noise_at(noise: Noise | None, chosen: np.ndarray, size: int) -> Noise | Non
     """Noise of the chosen ones of `size` lines."""
     if isinstance(noise, Covariance):
         return Covariance(np.asarray(noise.matrix)[np.ix_(chosen, chosen)], noise.factor)
-    if isinstance(noise, Gaussian) and np.shape(noise.sigma)[-1:] == (size,):
-        return Gaussian(np.asarray(noise.sigma)[..., chosen])
-    return noise
+    if not isinstance(noise, Gaussian) or is_unknown(noise.sigma):
+        return noise
+    sigma = np.asarray(noise.sigma)
+    return Gaussian(sigma[..., chosen]) if sigma.shape[-1:] == (size,) else noise
 
 
 def as_measured(experiment: Experiment, measurement: Measurement) -> Experiment:

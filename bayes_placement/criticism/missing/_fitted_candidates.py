@@ -141,9 +141,7 @@ def _tried(
     """Scan effects on hypotheses in groups of one kind, and fit the best few of each group."""
     named = [with_free_names(pairs) for pairs in groups]
     order = sorted(range(len(named)), key=lambda number: -len(named[number]))
-    tasks = [
-        ([_sent(pair) for pair in named[number]], points, most, are_scored) for number in order
-    ]
+    tasks = [(named[number], points, most, are_scored) for number in order]
 
     def done(task: int) -> None:
         for _ in tasks[task][0]:
@@ -155,12 +153,6 @@ def _tried(
         for number, pairs in enumerate(named)
         for pair, outcome in zip(pairs, outcomes[number], strict=True)
     ]
-
-
-def _sent(pair: Pair) -> Pair:
-    """A pair as a process needs it: scans are large."""
-    base, effect = pair
-    return replace(base, scan=None), effect
 
 
 def _outcomes(
@@ -194,4 +186,4 @@ def _received(pair: Pair, outcome: _Outcome) -> tuple[ScannedCandidate, Hypothes
     fields, sizes = outcome.fit
     at_sizes = problem.at_sizes(sizes) if fields["has_errors"] else problem
     effects = (*base.effects, effect)
-    return candidate, Hypothesis(effects, at_sizes, scan=outcome.scan, **fields)
+    return candidate, Hypothesis(effects, at_sizes, **fields)

@@ -13,7 +13,7 @@ def fitted_with_errors_at_once(
     exact: Sequence[Hypothesis], errors: ModalErrors
 ) -> list[Hypothesis]:
     """Fit hypotheses with a model error, none of which is given up; see `with_errors`."""
-    tasks = [(replace(hypothesis, scan=None), errors) for hypothesis in exact]
+    tasks = [(hypothesis, errors) for hypothesis in exact]
     return [
         _received(hypothesis, errors, fields)
         for hypothesis, fields in zip(exact, fitted_in_processes(_fields, tasks), strict=True)

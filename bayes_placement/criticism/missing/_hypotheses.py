@@ -18,7 +18,8 @@ from ...inference.engines.levenberg_marquardt import Fit
 from ...inference.residuals import Problem
 from ._kept_fits import NO_RIVAL, kept_with_sizes
 from ._outliers import Mixture, mixture
-from ._scan import Scan, fit_alone, point_in_problem
+from ._scan import fit_alone, point_in_problem
+from ._screening_lines import at_screening_lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +36,6 @@ class Hypothesis:
         Its best fit.
     near
         Ends of descents along logarithmic residuals [start, unknown], of the exact model.
-    scan
-        The last effect scanned, None without effects.
     deviations
         Standard deviation of the log of each unknown size of the model error, by name.
     has_errors
@@ -51,7 +50,6 @@ class Hypothesis:
     problem: Problem
     fit: Fit
     near: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
-    scan: Scan | None = None
     deviations: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     has_errors: bool = False
     as_rival: Rival = NO_RIVAL
@@ -95,8 +93,9 @@ def fields_of(effect: Effect, problem: Problem) -> dict[str, str]:
 
 @functools.lru_cache(maxsize=4)  # of the hypotheses that are extended
 def logarithmic_jacobian(hypothesis: Hypothesis) -> Jacobian:
-    """Logarithmic residuals at its fit, and their slopes."""
-    return hypothesis.problem.squares.jacobian(hypothesis.fit.point[None], True)
+    """Logarithmic residuals at its fit, at the lines of scans, and their slopes."""
+    screened = at_screening_lines(hypothesis.problem)
+    return screened.squares.jacobian(hypothesis.fit.point[None], True)
 
 
 def null_hypothesis(experiment: Experiment, data: Data) -> Hypothesis:

@@ -10,6 +10,7 @@ from scipy.stats import norm
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise, sobol_starts
 from ...inference.residuals import Problem
 from ._kept_fits import ANY_FIT, stored_or_computed
+from ._screening_lines import at_screening_lines
 
 MOST, LEAST = 1600, 400
 """Greatest number of points of a grid for all variants of a kind, and least for each."""
@@ -18,12 +19,28 @@ KEPT, TOGETHER = 128, 256
 """Points of a scan that are kept, those of the least predicted cost, and points that are scanned
 together: residuals of all would be gigabytes."""
 
+SAMPLE = 2000
+"""Most data whose residuals are kept: they only say which effects are tried together."""
+
 FOLLOWED, FINISHED, COPIES = 8, 3, 2
 """Starts that are followed along logarithmic residuals, those followed to the end, and of these
 the most that met: the others may lead to a mirror image."""
 
 NEAR = 0.5
 """Gain of log density of a step below which a start is near enough to be followed to the end."""
+
+
+def sample(values: np.ndarray) -> np.ndarray:
+    """Residuals or slopes [..., datum] of a sample of the data, evenly spread over all of them.
+
+    Each counts for several, so that sums of products are those of all data but for the error of
+    the sample.
+    """
+    size = values.shape[-1]
+    if size <= SAMPLE:
+        return values
+    chosen = ((np.arange(SAMPLE) + 0.5) * size / SAMPLE).astype(int)
+    return np.sqrt(size / SAMPLE) * values[..., chosen]
 
 
 class Scan(NamedTuple):
@@ -34,7 +51,7 @@ class Scan(NamedTuple):
     points
         Points in the coordinates of the problem with the effect [point, unknown].
     residual
-        Logarithmic residuals there [point, datum].
+        Logarithmic residuals there, of a sample of the data [point, datum], see `sample`.
     predicted_cost
         Cost at each point once all else is fitted, as far as residuals are linear in it.
     """
@@ -144,13 +161,13 @@ def scan(
 
 def _scanned(problem: Problem, points: np.ndarray, slopes: np.ndarray) -> Scan:
     """The best of some points."""
-    residual, _ = problem.squares.residuals(points, True)
+    residual, _ = at_screening_lines(problem).squares.residuals(points, True)
     curvature = slopes @ slopes.T + np.eye(len(slopes))
     pull = residual @ slopes.T
     absorbed = np.einsum("bi,bi->b", pull, np.linalg.solve(curvature, pull.T).T)
     predicted_cost = 0.5 * (np.einsum("bn,bn->b", residual, residual) - absorbed)
     best = Scan(points, residual, predicted_cost).best(KEPT)
-    return best._replace(residual=best.residual.astype(np.float32))
+    return best._replace(residual=sample(best.residual).astype(np.float32))
 
 
 def point_in_problem(
@@ -176,13 +193,17 @@ def other_places(problem: Problem, names: list[str]) -> np.ndarray:
 
 
 def _followed(problem: Problem, starts: np.ndarray) -> Fit:
-    ends, final = minimise(problem.squares.objective(), starts, steps=40)
+    """Best of the descents from all starts: at some of many lines first, at all lines then."""
+    screened = at_screening_lines(problem)
+    if screened is not problem:
+        starts, _ = minimise(screened.squares.objective(), starts, steps=40, count=problem.count)
+    ends, final = minimise(problem.squares.objective(), starts, steps=40, count=problem.count)
     return best_fit(ends, final, problem.count)
 
 
 def _near(problem: Problem, points: np.ndarray) -> np.ndarray:
     """The best ends of descents along logarithmic residuals."""
-    objective = problem.squares.objective(logarithmic=True)
+    objective = at_screening_lines(problem).squares.objective(logarithmic=True)
     ends, normal = minimise(objective, points, steps=10, gain=NEAR)
     best = ends[np.argsort(np.nan_to_num(normal.cost, nan=np.inf), kind="stable")]
     copies: Counter[bytes] = Counter()

@@ -18,6 +18,7 @@ from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis, fields_of, logarithmic_jacobian, softening
 from ._kept_fits import NO_RIVAL, is_stored, kept_with_sizes, stored_or_computed
 from ._scan import ANY_SCAN, LEAST, MOST, Scan, best_places, fit_grown, scan
+from ._screening_lines import at_screening_lines
 
 PLACES, PLACES_ACROSS, STRENGTHS, SETTINGS, MORE_SETTINGS = 21, 11, 5, 4, 6
 """Points along a place, each coordinate of one on a surface, a strength, a setting, and a setting
@@ -117,7 +118,7 @@ class _Scanning:
     def prepare(self) -> None:
         """Compile the residuals, unless the scan is kept in a folder."""
         if not is_stored(self.problem, *self._inputs):
-            self.problem.prepare()
+            at_screening_lines(self.problem).prepare()
 
     def scanned(self) -> ScannedCandidate:
         """Scan it, or take the scan from the folder."""
@@ -153,10 +154,10 @@ def fitted(candidate: ScannedCandidate, rival: Rival = NO_RIVAL) -> Hypothesis:
     weak = _weak_start(effect, problem, base)
     effects = (*base.effects, effect)
     if not base.has_errors:
-        return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]), scan)
+        return Hypothesis(effects, problem, *fit_grown(problem, scan, weak[None]))
     starts = np.concatenate([best_places(scan)[:PLACES_WITH_ERRORS], weak[None]])
     sized = kept_with_sizes(problem, starts, softening(problem, SOFTENING[-2:]), rival)
-    return Hypothesis(effects, scan=scan, has_errors=True, **vars(sized))
+    return Hypothesis(effects, has_errors=True, **vars(sized))
 
 
 def _weak_start(effect: Effect, problem: Problem, base: Hypothesis) -> np.ndarray:

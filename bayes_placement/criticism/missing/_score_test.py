@@ -43,25 +43,21 @@ TRIALS = 2000
 
 
 class _Signatures(NamedTuple):
-    """Changes of the residuals by an effect, each over the deviation of its score.
+    """What an effect changes at its weakest, beyond what the model can absorb.
 
     Parameters
     ----------
     points
-        Places and settings of the effect [place, unknown].
-    change
-        The changes [place, datum].
-    projected
-        What the model cannot absorb of them.
+        Places and settings of the effect to which it is sensitive [place, unknown].
+    score
+        The score at each.
+    correlation
+        Correlation of the scores [place, place].
     """
 
     points: np.ndarray
-    change: np.ndarray
-    projected: np.ndarray
-
-    def correlation(self) -> np.ndarray:
-        """Correlation of the scores."""
-        return np.asarray(self.change @ self.projected.T)
+    score: np.ndarray
+    correlation: np.ndarray
 
 
 class _Scores(NamedTuple):
@@ -149,21 +145,19 @@ class _Model:
         """Slopes of the residual [unknown, datum], without those along the level of the noise."""
         return self._at_fit.slopes[0][_moves_response(self.null.problem)]
 
-    def projected(self, vectors: np.ndarray) -> np.ndarray:
-        """What the model cannot absorb, its prior included."""
+    def information(self, change: np.ndarray) -> np.ndarray:
+        """Products of changes [place, datum] less what the model can absorb, its prior included."""
         curvature = self.slopes @ self.slopes.T + np.eye(len(self.slopes))
-        pull = vectors @ self.slopes.T
-        return vectors - np.linalg.solve(curvature, pull.T).T @ self.slopes
+        pull = change @ self.slopes.T
+        return change @ change.T - pull @ np.linalg.solve(curvature, pull.T)
 
 
 def _scored(model: _Model, candidate: ScannedCandidate, most: int) -> _Scores:
     """Score a candidate, or take its scores from the folder of fits."""
 
     def anew() -> _Scores:
-        signatures = _signatures(model, candidate, most)
-        score = -signatures.change @ model.residual
-        p_value = _corrected(signatures.correlation(), score) if score.size else 1.0
-        return _Scores(signatures.points, score, p_value)
+        points, score, correlation = _signatures(model, candidate, most)
+        return _Scores(points, score, _corrected(correlation, score) if score.size else 1.0)
 
     inputs = model.null.fit.point, candidate.scan.points[0], most
     return stored_or_computed(anew, ANY_SCORES, candidate.problem, *inputs)
@@ -195,16 +189,19 @@ def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signa
     points = weak_points(problem, effect, most)
     columns = other_places(problem, list(fields_of(effect, problem)))
     points[:, columns] = candidate.scan.points[0, columns]
-    change = problem.squares.residuals(points)[0] - model.residual
-    projected = model.projected(change)
+    change, _ = problem.squares.residuals(points)
+    change -= model.residual  # in place, as it is large
+    information = model.information(change)
     # Residuals of a fit have the covariance of the projection: it is not applied to them again.
-    size = np.sqrt(np.maximum(np.einsum("pn,pn->p", change, projected), 0.0))
+    size = np.sqrt(np.maximum(np.diag(information), 0.0))
     largest = np.max(size, where=np.isfinite(size), initial=0.0)
-    absorbed = size**2 <= ABSORBED * np.sum(change**2, axis=1)
+    absorbed = size**2 <= ABSORBED * np.einsum("pn,pn->p", change, change)
     is_sensitive = (size > 1e-9 * largest) & np.isfinite(size) & ~absorbed
-    scale = size[is_sensitive, None]
+    scale = size[is_sensitive]
     return _Signatures(
-        points[is_sensitive], change[is_sensitive] / scale, projected[is_sensitive] / scale
+        points[is_sensitive],
+        -(change @ model.residual)[is_sensitive] / scale,
+        information[np.ix_(is_sensitive, is_sensitive)] / np.outer(scale, scale),
     )
 
 

@@ -15,6 +15,7 @@ from ...effects.library import kind_of
 from ._fitted_candidates import best_variants, extended, relocated
 from ._hypotheses import Hypothesis, logarithmic_jacobian
 from ._posterior_odds import Comparison
+from ._scan import sample
 from ._scanned_candidates import ScannedCandidate, Tick
 
 VARIANTS = 4
@@ -119,8 +120,10 @@ def _by_promise(
     Logarithms of FRFs add what effects do, as far as these do not act on each other: so the
     change that a scan saw without the branch is added to the residual of the branch.
     """
-    residual, _, (slopes,), _ = logarithmic_jacobian(branch)
-    before = logarithmic_jacobian(null).residual
+    of_branch, of_null = logarithmic_jacobian(branch), logarithmic_jacobian(null)
+    residual, before, slopes = map(
+        sample, (of_branch.residual, of_null.residual, of_branch.slopes[0])
+    )
     curvature = slopes @ slopes.T + np.eye(len(slopes))
 
     def least_cost(candidate: ScannedCandidate) -> float:

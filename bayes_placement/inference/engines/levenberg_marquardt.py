@@ -105,6 +105,7 @@ def minimise(
     gain: float = GAIN,
     largest: float | np.ndarray = LARGEST,
     most_damping: float = MOST_DAMPING,
+    count: int | None = None,
 ) -> tuple[ParameterPoints, NormalEquations]:
     """Final points of the descents from all starts, and the normal equations at these.
 
@@ -125,6 +126,10 @@ def minimise(
         Largest absolute value of a coordinate.
     most_damping
         Damping above which a descent whose step was rejected ends.
+    count
+        Number of data, where the model may miss them: deviations are then too small, and gains
+        count in units of the mean square of the residuals, where that is above 1. By default they
+        are taken as they are.
     """
     points = starts.copy()
     normal = NormalEquations(*(np.array(array) for array in objective.normal_equations(points)))
@@ -150,8 +155,9 @@ def minimise(
             for array, new in zip(normal, objective.normal_equations(trial[accepted]), strict=True):
                 array[rows[accepted]] = new
         damping[rows] = np.clip(damping[rows] * _change_of_damping(decrease, predicted), 1e-9, 1e12)
+        least = gain if count is None else gain * np.fmax(near.squares / count, 1.0)
         active[rows] = ~(
-            (accepted & (decrease < gain)) | (~accepted & (damping[rows] > most_damping))
+            (accepted & (decrease < least)) | (~accepted & (damping[rows] > most_damping))
         )
     return points[leader], NormalEquations(*(array[leader] for array in normal))
 

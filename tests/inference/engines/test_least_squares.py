@@ -234,3 +234,24 @@ def test_of_descents_that_meet_one_goes_on():
     np.testing.assert_allclose(normal.cost, together.cost(ends))
     assert ends[0] == ends[1] == ends[3] == ends[4]
     assert together.slopes < alone.slopes
+
+
+def test_a_descent_that_misses_the_data_ends_sooner():
+    """Its likelihood counts the mean square of its residuals too often."""
+    random, evaluated = np.random.default_rng(0), []
+    slopes, missed = random.normal(size=(3, 40)), 30.0 * random.normal(size=40)
+
+    def residual(points, _):
+        evaluated.append(len(points))
+        return (points + 0.3 * points**3) @ slopes + missed, np.zeros(len(points))
+
+    problem, start = LeastSquares(residual, 3, 40), np.full((1, 3), 2.0)
+    problem.jacobian(start)  # finds out once which datum depends on what
+    evaluated.clear()
+    _, exact = minimise(problem.objective(), start, steps=50)
+    of_exact = len(evaluated)
+    _, sooner = minimise(problem.objective(), start, steps=50, count=40)
+    chi2 = exact.squares[0] / 40
+    assert chi2 > 100
+    assert len(evaluated) - of_exact < of_exact
+    assert 0 <= sooner.cost[0] - exact.cost[0] < 1e-3 * chi2

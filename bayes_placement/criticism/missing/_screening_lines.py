@@ -1,0 +1,88 @@
+"""Some of many frequency lines, at which effects are screened. In a fit all of them count.
+
+A scan and the descents after it find out where an effect may sit; that needs fewer data than a
+verdict. A response at fewer lines is one more function to compile, which takes as long as both at
+`MOST_DATA` data, so that fewer than twice as many are not thinned.
+"""
+
+import functools
+from typing import Any
+
+import jax
+import numpy as np
+
+from ...experiment.noise import Data
+from ...experiment.resized import with_lines_at
+from ...inference.engines.least_squares import LeastSquares
+from ...inference.residuals import Problem
+from ...inference.residuals_of_state import State
+
+MOST_DATA = 16_384
+"""Data at which effects are screened, where there are twice as many or more."""
+
+
+@functools.lru_cache(maxsize=8)  # those that are scanned and compiled ahead
+def at_screening_lines(problem: Problem) -> "Problem | Thinned":
+    """Return the problem at as many lines as screening needs, or itself where these are all."""
+    step = problem.count // MOST_DATA
+    return problem if step < 2 else Thinned(problem, step)
+
+
+class Thinned:
+    """A problem at some of its lines, evenly spread, each of which counts for several.
+
+    Its sums of squares, and its sums of logs, are those of the whole problem but for the error of
+    the sample. States that observe modes keep them all.
+
+    Parameters
+    ----------
+    whole
+        The problem.
+    step
+        Number of lines of which one is taken, at least 1.
+    """
+
+    def __init__(self, whole: Problem, step: int):
+        experiment, data, sizes, baseline, further = whole.content
+        here = _thinned(State(experiment, data), step)
+        self.problem = Problem(
+            here.experiment,
+            here.data,
+            sizes=sizes,
+            baseline=None if baseline is None else _thinned(baseline, step),
+            further=[_thinned(state, step) for state in further],
+        )
+        pairs = zip(whole.states, self.problem.states, strict=True)
+        repeats = [
+            (_lines(state).size / _lines(fewer).size, fewer.data.z.size) for state, fewer in pairs
+        ]
+        self.weight = np.concatenate([np.full(size, np.sqrt(count)) for count, size in repeats])
+        self._log_weight = whole.count / self.problem.count
+        self.squares = LeastSquares(self._evaluated, whole.dimension, whole.count)
+
+    def _evaluated(self, points: Any, logarithmic: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals and sums of logs, each counted for the lines that it stands for."""
+        residual, log_scale = self.problem.squares.residuals(points, logarithmic)
+        residual *= self.weight
+        return residual, log_scale * self._log_weight
+
+    def prepare(self) -> None:
+        """Compile the residuals, unless that is done. Any thread may."""
+        self.problem.prepare()
+
+
+def _thinned(state: State, step: int) -> State:
+    """A state at one of so many of its lines."""
+    if state.experiment.observe.is_modal:
+        return state
+    lines = _lines(state)
+    count = -(-lines.size // step)
+    chosen = lines[((np.arange(count) + 0.5) * lines.size / count).astype(int)]
+    data: Data = jax.tree.map(lambda values: values[..., chosen], state.data)
+    return state._replace(experiment=with_lines_at(state.experiment, chosen), data=data)
+
+
+def _lines(state: State) -> np.ndarray:
+    """Numbers of the lines, or modes, of which anything was measured."""
+    measured = np.asarray(state.data.measured)
+    return np.flatnonzero(measured.any(axis=tuple(range(measured.ndim - 1))))
