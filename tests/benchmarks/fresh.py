@@ -42,13 +42,13 @@ def seconds_of(command: list[str], folder: Path, caches: Path | None = None) -> 
 
 
 def told_by(
-    module: str, *arguments: str, folder: Path, threads: Mapping[str, str] = MappingProxyType({})
+    module: str, *arguments: str, folder: Path, variables: Mapping[str, str] = MappingProxyType({})
 ) -> Any:
-    """What a module says in its last line, as JSON; the environment may set numbers of threads."""
+    """What a module says in its last line, as JSON; with further variables of the environment."""
     finished = subprocess.run(
         [sys.executable, "-m", module, *arguments],
         cwd=ROOT,
-        env=environment(folder) | dict(threads),
+        env=environment(folder) | dict(variables),
         stdout=subprocess.PIPE,
         text=True,
         check=True,

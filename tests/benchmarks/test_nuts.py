@@ -1,7 +1,7 @@
 """Benchmark: NUTS on the paper's bar beside PyMC with nutpie, from the model to the draws.
 
 Run with `python -m pytest tests/benchmarks/test_nuts.py -n 0`. PyMC is measured where it is
-installed, `pip install pymc nutpie`.
+installed, `pip install pymc nutpie`. Neither takes functions that an earlier run has compiled.
 """
 
 import json
@@ -24,7 +24,9 @@ def test_nuts_beside_pymc(page, tmp_path):
     took = told_by("tests.benchmarks.test_nuts", "ours", folder=tmp_path)
     anchor = Anchor("PyMC with nutpie is not installed: pip install pymc nutpie")
     if find_spec("nutpie") and find_spec("pymc"):
-        pymc = told_by("tests.benchmarks.test_nuts", "pymc", folder=tmp_path)
+        # PyTensor keeps what it has compiled, of another run too, in the home of the user.
+        kept = {"PYTENSOR_FLAGS": f"base_compiledir={tmp_path / 'pytensor'}"}
+        pymc = told_by("tests.benchmarks.test_nuts", "pymc", folder=tmp_path, variables=kept)
         anchor = Anchor("PyMC, nutpie", pymc["rate"])
         np.testing.assert_allclose(took["mean"], pymc["mean"], rtol=0.05)
     name = "NUTS on the bar, least effective draws a second, with compilation"

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 def test_another_process_with_other_threads_tells_the_same(method, tmp_path):
     first, second = (
-        told_by("tests.benchmarks.same_seed", method, folder=tmp_path, threads=threads)
+        told_by("tests.benchmarks.same_seed", method, folder=tmp_path, variables=threads)
         for threads in THREADS
     )
     assert first.keys() == second.keys()
