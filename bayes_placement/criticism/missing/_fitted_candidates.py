@@ -16,7 +16,7 @@ from ...effects.library import kind_of
 from ...inference.residuals import Problem
 from ._fits_in_processes import fitted_in_processes
 from ._hypotheses import Hypothesis, finite
-from ._scan import Scan
+from ._scan import MOST, Scan
 from ._scanned_candidates import (
     Pair,
     ScannedCandidate,
@@ -96,7 +96,7 @@ def extended(pairs: Sequence[Pair], tick: Tick) -> list[Hypothesis]:
     return finite(hypothesis for _, hypothesis in tried if hypothesis is not None)
 
 
-def relocated(hypothesis: Hypothesis, null: Hypothesis, tick: Tick) -> Hypothesis:
+def relocated(hypotheses: Sequence[Hypothesis], null: Hypothesis, tick: Tick) -> list[Hypothesis]:
     """Fit each effect in turn from its best places beside the others, where these are fitted.
 
     A descent moves all effects together. From the mirror image of a place, or from a place that
@@ -104,8 +104,8 @@ def relocated(hypothesis: Hypothesis, null: Hypothesis, tick: Tick) -> Hypothesi
 
     Parameters
     ----------
-    hypothesis
-        A hypothesis of several effects.
+    hypotheses
+        Hypotheses of several effects, all of as many.
     null
         The one of none.
     tick
@@ -113,14 +113,26 @@ def relocated(hypothesis: Hypothesis, null: Hypothesis, tick: Tick) -> Hypothesi
 
     Returns
     -------
-    Hypothesis
-        That of the greatest evidence, the given one included.
+    list of Hypothesis
+        For each, that of the greatest evidence, the given one included.
     """
-    best = hypothesis
-    for effect in hypothesis.effects:
-        moved = extended([(_without(best, effect.name, null), effect)], tick)
-        best = max(best, *moved, key=lambda hypothesis: hypothesis.fit.log_evidence)
+    best = list(hypotheses)
+    for effects in zip(*(hypothesis.effects for hypothesis in hypotheses), strict=True):
+        pairs = [
+            (_without(hypothesis, effect.name, null), effect)
+            for hypothesis, effect in zip(best, effects, strict=True)
+        ]
+        points = {kind_of(effect): MOST for effect in effects}
+        tried = _tried([[pair] for pair in pairs], points, 1, tick)
+        best = [
+            max([hypothesis, *finite([moved] if moved else [])], key=_log_evidence)
+            for hypothesis, (_, moved) in zip(best, tried, strict=True)
+        ]
     return best
+
+
+def _log_evidence(hypothesis: Hypothesis) -> float:
+    return hypothesis.fit.log_evidence
 
 
 def _without(hypothesis: Hypothesis, name: str, null: Hypothesis) -> Hypothesis:

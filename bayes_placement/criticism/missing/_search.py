@@ -67,9 +67,8 @@ def one_more_effect(
     deeper = deeper.with_hypotheses(replaced)
     best = [hypothesis for hypothesis in deeper.distinct() if len(hypothesis.effects) == depth + 1]
     null = deeper.of(())
-    moved = {
-        hypothesis: relocated(hypothesis, null, tick) for hypothesis in best[: breadth.relocated]
-    }
+    few = best[: breadth.relocated]
+    moved = dict(zip(few, relocated(few, null, tick), strict=True))
     return deeper._replace(hypotheses=[moved.get(known, known) for known in deeper.hypotheses])
 
 

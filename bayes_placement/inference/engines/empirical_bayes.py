@@ -17,14 +17,15 @@ from ..._compiled import compiled
 from ..._sites import Unknown
 from .laplace import Laplace
 from .least_squares import LeastSquares, ParameterPoints
-from .levenberg_marquardt import Fit, best_fit, minimise
+from .levenberg_marquardt import GAIN, Fit, best_fit, minimise
 from .sizes_of_errors import LinearModel
 
 ROUNDS = 6
 """Greatest number of estimates of the sizes."""
 
 SETTLED = 1.0
-"""Gain of log evidence below which the sizes are settled."""
+"""Gain of log evidence below which the sizes are settled; where the model misses the data, in units
+of the mean square of its residuals, as deviations are too small there."""
 
 SOFTENING = (0.3, 0.1, 0.03, 0.01)
 """Relative errors that FRFs have besides, at first: a resonance that is off by more than its
@@ -44,6 +45,10 @@ twice, and prior odds of effects that have more or fewer variants."""
 
 SOFT_STEPS, FOLLOWED = 8, 2
 """Steps with each of these, and descents that are followed to the next."""
+
+ALMOST = 0.1
+"""Gain of log density of a step below which a descent ends that misses the data in spite of errors:
+a rival of no other use."""
 
 LARGEST_STEP = np.log(4.0)
 """Greatest change of the log of a size in one round."""
@@ -174,14 +179,20 @@ def _settled(problem: Kind, starts: ParameterPoints, rival: Rival) -> tuple[Size
     best = _sized(problem, fit)
     for remaining in reversed(range(ROUNDS if problem.unknown_sizes else 0)):
         problem, (point,) = _at_better_sizes(problem, fit, (fit.point,))
-        _, fit = _fit(problem, point[None])
+        _, fit = _fit(problem, point[None], gain=GAIN if _may_be_right(problem, fit) else ALMOST)
         sized = _sized(problem, fit)
         gain = sized.fit.log_evidence - best.fit.log_evidence
         best = sized if gain > 0 else best
         reached = best.fit.log_evidence + remaining * max(gain, 0.0)
-        if gain < SETTLED or reached < rival.evidence - SHORT:
+        least = SETTLED * max(1.0, fit.squares / problem.count)
+        if gain < least or reached < rival.evidence - SHORT:
             break
     return best, early
+
+
+def _may_be_right(problem: Hierarchy, fit: Fit) -> bool:
+    """Whether residuals are not far larger than chance, five deviations of chi2, lets them be."""
+    return bool(fit.squares <= problem.count + 5 * np.sqrt(2 * problem.count))
 
 
 def _sized(problem: Kind, fit: Fit) -> Sized[Kind]:
@@ -201,11 +212,15 @@ def _at_better_sizes(
 
 
 def _fit(
-    problem: Hierarchy, starts: ParameterPoints, relative_error: float = 0.0, steps: int = STEPS
+    problem: Hierarchy,
+    starts: ParameterPoints,
+    relative_error: float = 0.0,
+    steps: int = STEPS,
+    gain: float = GAIN,
 ) -> tuple[Ends, Fit]:
     """Final points of the descents, the best first and each mode once, and the best fit."""
     objective = problem.squares.objective(weight=problem.weight(relative_error))
-    ends, normal = minimise(objective, starts, steps=steps)
+    ends, normal = minimise(objective, starts, steps=steps, gain=gain, count=problem.count)
     order = np.argsort(np.nan_to_num(normal.cost, nan=np.inf))
     fit = best_fit(ends, normal, problem.count)
     return _distinct(ends[order], fit.gaussian), fit

@@ -47,7 +47,7 @@ def place_of_mass(hypothesis):
 def test_a_mass_at_the_mirror_image_of_its_place_is_moved(null, stuck):
     assert abs(place_of_mass(stuck) - TRUE_PLACE) > 0.2
     ticks = []
-    moved = relocated(stuck, null, lambda: ticks.append(1))
+    (moved,) = relocated([stuck], null, lambda: ticks.append(1))
     assert abs(place_of_mass(moved) - TRUE_PLACE) < 0.01
     assert moved.fit.log_evidence > stuck.fit.log_evidence + 20
     assert moved.chi2_per_datum < 1.2
@@ -55,8 +55,8 @@ def test_a_mass_at_the_mirror_image_of_its_place_is_moved(null, stuck):
 
 
 def test_what_is_in_its_place_stays_as_it_is(null, stuck):
-    moved = relocated(stuck, null, lambda: None)
-    again = relocated(moved, null, lambda: None)
+    (moved,) = relocated([stuck], null, lambda: None)
+    (again,) = relocated([moved], null, lambda: None)
     assert again.fit.log_evidence >= moved.fit.log_evidence
     assert again.fit.log_evidence == pytest.approx(moved.fit.log_evidence, abs=0.01)
 

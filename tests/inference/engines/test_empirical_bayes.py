@@ -1,8 +1,10 @@
 """Sizes of errors by the evidence: what falls behind a rival is given up, and nothing else."""
 
+import equinox as eqx
 import numpy as np
 import pytest
 
+import bayes_placement as bp
 from bayes_placement.inference.engines import empirical_bayes
 from bayes_placement.inference.engines.empirical_bayes import Rival, fitted_with_sizes
 from bayes_placement.inference.engines.laplace import laplace
@@ -21,9 +23,9 @@ def fits(monkeypatch):
     """Relative error of each descent, in their order."""
     softened, fit = [], empirical_bayes._fit
 
-    def counted(problem, starts, relative_error=0.0, steps=empirical_bayes.STEPS):
+    def counted(problem, starts, relative_error=0.0, *settings, **named):
         softened.append(relative_error)
-        return fit(problem, starts, relative_error, steps)
+        return fit(problem, starts, relative_error, *settings, **named)
 
     monkeypatch.setattr(empirical_bayes, "_fit", counted)
     return softened
@@ -69,6 +71,56 @@ def test_what_gains_too_little_to_reach_a_rival_is_given_up(problem, alone, fits
     fits.clear()
     fitted(problem, Rival(evidence=alone.fit.log_evidence + 1e6))
     assert fits.count(0.0) == 3  # two of the first sizes, one of others
+
+
+@pytest.fixture(scope="module")
+def missed(case):  # noqa: F811
+    """Noise stated as a tenth of what it is: evidence counts a hundred times too much."""
+    experiment, measurement = case
+    experiment = eqx.tree_at(lambda tree: tree.noise, experiment, bp.noise.Relative(0.0005))
+    return Problem(experiment, experiment.data(measurement))
+
+
+def test_what_misses_the_data_in_spite_of_its_errors_is_fitted_less_exactly(missed, monkeypatch):
+    gains, descend = [], empirical_bayes.minimise
+
+    def noted(objective, starts, *, gain, **settings):
+        gains.append(gain)
+        return descend(objective, starts, gain=gain, **settings)
+
+    monkeypatch.setattr(empirical_bayes, "minimise", noted)
+    sooner = fitted(missed)
+    chi2 = sooner.fit.squares / missed.count
+    assert chi2 > 10
+    assert gains.count(empirical_bayes.ALMOST) >= 1
+    monkeypatch.setattr(empirical_bayes, "_may_be_right", lambda problem, fit: True)
+    gains.clear()
+    exact = fitted(missed)
+    assert set(gains) == {empirical_bayes.GAIN}
+    assert abs(exact.fit.log_evidence - sooner.fit.log_evidence) < chi2
+
+
+def test_gains_of_evidence_count_by_the_misfit(missed, fits, monkeypatch):
+    """The first gain is half of what is asked in units of chi2, and far more than asked plainly."""
+    evidence, sized = [], empirical_bayes._sized
+
+    def noted(problem, fit):
+        evidence.append(sized(problem, fit))
+        return evidence[-1]
+
+    monkeypatch.setattr(empirical_bayes, "_sized", noted)
+    fitted(missed)
+    first, second, *_ = (each.fit.log_evidence for each in evidence)
+    chi2 = evidence[1].fit.squares / missed.count
+    fits.clear()
+    monkeypatch.setattr(empirical_bayes, "SETTLED", 2 * (second - first) / chi2)
+    fitted(missed)
+    assert fits.count(0.0) == 3  # two of the first sizes, one of others
+
+
+def test_what_follows_the_data_is_fitted_to_the_end(problem, alone, monkeypatch):
+    monkeypatch.setattr(empirical_bayes, "ALMOST", np.inf)
+    assert fitted(problem).fit.log_evidence == alone.fit.log_evidence
 
 
 def test_a_fit_without_a_finite_curvature_leaves_the_sizes_as_they_are(alone):
