@@ -112,7 +112,12 @@ def with_lines(experiment: Experiment, count: int) -> Experiment:
     size = np.size(experiment.frequency)
     if size <= count:
         return experiment
-    return with_lines_at(experiment, ((np.arange(count) + 0.5) * size / count).astype(int))
+    return with_lines_at(experiment, evenly_spread(size, count))
+
+
+def evenly_spread(size: int, count: int) -> np.ndarray:
+    """Return `count` of the numbers from 0 to `size` - 1, in the middle of parts of one length."""
+    return ((np.arange(count) + 0.5) * size / count).astype(int)
 
 
 def with_lines_at(experiment: Experiment, chosen: np.ndarray) -> Experiment:

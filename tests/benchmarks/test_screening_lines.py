@@ -52,7 +52,7 @@ def fitted(which):
     candidates = bp.effects.library(experiment, KINDS).effects
     began = time.perf_counter()
     null = null_hypothesis(experiment, data)
-    singles = [each for each in single_effects(null, candidates, lambda: None).distinct()]
+    singles = single_effects(null, candidates, lambda: None).distinct()
     seconds = time.perf_counter() - began
     kinds = ["+".join(each.kinds) or "nothing" for each in singles]
     return {

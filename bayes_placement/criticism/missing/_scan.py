@@ -10,7 +10,7 @@ from scipy.stats import norm
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise, sobol_starts
 from ...inference.residuals import Problem
 from ._kept_fits import ANY_FIT, stored_or_computed
-from ._screening_lines import at_screening_lines
+from ._screening_lines import at_screening_lines, sample
 
 MOST, LEAST = 1600, 400
 """Greatest number of points of a grid for all variants of a kind, and least for each."""
@@ -19,28 +19,12 @@ KEPT, TOGETHER = 128, 256
 """Points of a scan that are kept, those of the least predicted cost, and points that are scanned
 together: residuals of all would be gigabytes."""
 
-SAMPLE = 2000
-"""Most data whose residuals are kept: they only say which effects are tried together."""
-
 FOLLOWED, FINISHED, COPIES = 8, 3, 2
 """Starts that are followed along logarithmic residuals, those followed to the end, and of these
 the most that met: the others may lead to a mirror image."""
 
 NEAR = 0.5
 """Gain of log density of a step below which a start is near enough to be followed to the end."""
-
-
-def sample(values: np.ndarray) -> np.ndarray:
-    """Residuals or slopes [..., datum] of a sample of the data, evenly spread over all of them.
-
-    Each counts for several, so that sums of products are those of all data but for the error of
-    the sample.
-    """
-    size = values.shape[-1]
-    if size <= SAMPLE:
-        return values
-    chosen = ((np.arange(SAMPLE) + 0.5) * size / SAMPLE).astype(int)
-    return np.sqrt(size / SAMPLE) * values[..., chosen]
 
 
 class Scan(NamedTuple):

@@ -1,5 +1,7 @@
 """Some of many frequency lines, at which effects are screened. In a fit all of them count.
 
+A problem comes in, the same at fewer lines goes out. What is looked for is not known here.
+
 A scan and the descents after it find out where an effect may sit; that needs fewer data than a
 verdict. A response at fewer lines is one more function to compile, which takes as long as both at
 `MOST_DATA` data, so that fewer than twice as many are not thinned.
@@ -12,7 +14,7 @@ import jax
 import numpy as np
 
 from ...experiment.noise import Data
-from ...experiment.resized import with_lines_at
+from ...experiment.resized import evenly_spread, with_lines_at
 from ...inference.engines.least_squares import LeastSquares
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State
@@ -20,12 +22,27 @@ from ...inference.residuals_of_state import State
 MOST_DATA = 16_384
 """Data at which effects are screened, where there are twice as many or more."""
 
+SAMPLE = 2000
+"""Most data whose residuals are kept: they only say which effects are tried together."""
+
 
 @functools.lru_cache(maxsize=8)  # those that are scanned and compiled ahead
 def at_screening_lines(problem: Problem) -> "Problem | Thinned":
     """Return the problem at as many lines as screening needs, or itself where these are all."""
     step = problem.count // MOST_DATA
     return problem if step < 2 else Thinned(problem, step)
+
+
+def sample(values: np.ndarray) -> np.ndarray:
+    """Residuals or slopes [..., datum] of a sample of the data, evenly spread over all of them.
+
+    Each counts for several, so that sums of products are those of all data but for the error of
+    the sample.
+    """
+    size = values.shape[-1]
+    if size <= SAMPLE:
+        return values
+    return np.sqrt(size / SAMPLE) * values[..., evenly_spread(size, SAMPLE)]
 
 
 class Thinned:
@@ -57,6 +74,7 @@ class Thinned:
             (_lines(state).size / _lines(fewer).size, fewer.data.z.size) for state, fewer in pairs
         ]
         self.weight = np.concatenate([np.full(size, np.sqrt(count)) for count, size in repeats])
+        # On the average of all states: logs come as one sum, and steer unknown noise alone.
         self._log_weight = whole.count / self.problem.count
         self.squares = LeastSquares(self._evaluated, whole.dimension, whole.count)
 
@@ -77,7 +95,7 @@ def _thinned(state: State, step: int) -> State:
         return state
     lines = _lines(state)
     count = -(-lines.size // step)
-    chosen = lines[((np.arange(count) + 0.5) * lines.size / count).astype(int)]
+    chosen = lines[evenly_spread(lines.size, count)]
     data: Data = jax.tree.map(lambda values: values[..., chosen], state.data)
     return state._replace(experiment=with_lines_at(state.experiment, chosen), data=data)
 

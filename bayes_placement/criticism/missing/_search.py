@@ -15,8 +15,8 @@ from ...effects.library import kind_of
 from ._fitted_candidates import best_variants, extended, relocated
 from ._hypotheses import Hypothesis, logarithmic_jacobian
 from ._posterior_odds import Comparison
-from ._scan import sample
 from ._scanned_candidates import ScannedCandidate, Tick
+from ._screening_lines import sample
 
 VARIANTS = 4
 """Variants of one kind that are fitted, such as a mass on one member or another."""

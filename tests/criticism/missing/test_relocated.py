@@ -61,6 +61,16 @@ def test_what_is_in_its_place_stays_as_it_is(null, stuck):
     assert again.fit.log_evidence == pytest.approx(moved.fit.log_evidence, abs=0.01)
 
 
+def test_several_are_moved_at_once_each_to_its_own_place(null, stuck):
+    (alone,) = relocated([stuck], null, lambda: None)
+    ticks = []
+    first, second = relocated([stuck, alone], null, lambda: ticks.append(1))
+    (again,) = relocated([alone], null, lambda: None)
+    np.testing.assert_array_equal(first.fit.point, alone.fit.point)
+    np.testing.assert_array_equal(second.fit.point, again.fit.point)
+    assert len(ticks) == 2 * len(CANDIDATES)
+
+
 def test_the_search_counts_a_moved_hypothesis_once(null, stuck, monkeypatch):
     """Two fits of one mode would have twice the probability."""
     single = dataclasses.replace(null, effects=CANDIDATES[1:], problem=stuck.problem)

@@ -6,8 +6,11 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement.criticism.missing import _scan, _screening_lines
-from bayes_placement.criticism.missing._scan import sample
-from bayes_placement.criticism.missing._screening_lines import Thinned, at_screening_lines
+from bayes_placement.criticism.missing._screening_lines import (
+    Thinned,
+    at_screening_lines,
+    sample,
+)
 from bayes_placement.inference.engines.levenberg_marquardt import minimise
 from bayes_placement.inference.residuals import Problem
 from bayes_placement.inference.residuals_of_state import State
@@ -125,5 +128,5 @@ def test_a_sample_of_residuals_has_the_products_of_all(monkeypatch):
     assert few.shape == (3, 2000)
     error = np.sqrt(5000**2 / 2000 * 1.5)
     np.testing.assert_allclose(few @ along.T, residual @ slope.T, atol=4 * error)
-    monkeypatch.setattr(_scan, "SAMPLE", 5000)
+    monkeypatch.setattr(_screening_lines, "SAMPLE", 5000)
     np.testing.assert_array_equal(sample(residual), residual)
