@@ -81,14 +81,22 @@ def missed(case):  # noqa: F811
     return Problem(experiment, experiment.data(measurement))
 
 
-def test_what_misses_the_data_in_spite_of_its_errors_is_fitted_less_exactly(missed, monkeypatch):
-    gains, descend = [], empirical_bayes.minimise
+@pytest.fixture
+def gains(monkeypatch):
+    """Gain at which each descent ends, in their order."""
+    noted, descend = [], empirical_bayes.minimise
 
-    def noted(objective, starts, *, gain, **settings):
-        gains.append(gain)
+    def noting(objective, starts, *, gain, **settings):
+        noted.append(gain)
         return descend(objective, starts, gain=gain, **settings)
 
-    monkeypatch.setattr(empirical_bayes, "minimise", noted)
+    monkeypatch.setattr(empirical_bayes, "minimise", noting)
+    return noted
+
+
+def test_what_misses_the_data_in_spite_of_its_errors_is_fitted_less_exactly(
+    missed, gains, monkeypatch
+):
     sooner = fitted(missed)
     chi2 = sooner.fit.squares / missed.count
     assert chi2 > 10
@@ -118,9 +126,10 @@ def test_gains_of_evidence_count_by_the_misfit(missed, fits, monkeypatch):
     assert fits.count(0.0) == 3  # two of the first sizes, one of others
 
 
-def test_what_follows_the_data_is_fitted_to_the_end(problem, alone, monkeypatch):
+def test_what_follows_the_data_is_fitted_to_the_end(problem, alone, gains, monkeypatch):
     monkeypatch.setattr(empirical_bayes, "ALMOST", np.inf)
     assert fitted(problem).fit.log_evidence == alone.fit.log_evidence
+    assert set(gains) == {empirical_bayes.GAIN}
 
 
 def test_a_fit_without_a_finite_curvature_leaves_the_sizes_as_they_are(alone):
