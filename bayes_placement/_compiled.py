@@ -216,6 +216,7 @@ def _jitted(key: _Key, options: _Options) -> Any:
         leaves = [next(inputs) if leaf is _INPUT else leaf for leaf in key.fixed]
         return key.form.function(*jax.tree.unflatten(key.form.structure, leaves), *arguments)
 
+    function.__name__ = getattr(key.form.function, "__name__", "function")  # for profiles
     return jax.jit(function, compiler_options=None if options is None else dict(options))
 
 

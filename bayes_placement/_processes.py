@@ -4,6 +4,7 @@ Two computations at once in one process take XLA twice the time of one after the
 processes they do not hinder each other.
 """
 
+import atexit
 import ctypes
 import gc
 import importlib
@@ -60,6 +61,9 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 _sharing = False
 """Whether helpers are at work for this process."""
 
+_started_before = False
+"""Whether helpers have started, so that one may be idle."""
+
 _alone = False
 """Whether this process works alone: it is a helper itself, or helpers die or do not start."""
 
@@ -99,6 +103,21 @@ def shared_in_any_order(
         for _ in range(count):
             queue.hand_to(helpers)
         yield from queue.results()
+
+
+def begun_in_helper(function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
+    """Begin a task in a helper, and return what awaits its result; what it raises is raised there.
+
+    Where no search has started helpers, the task is done here at once: a new one takes longer to
+    start than most tasks.
+    """
+    helpers = started_helpers()[0] if _started_before else None
+    if helpers is None:
+        result = function(*arguments)
+        return lambda: result
+    queue = _Queue(function, [arguments])
+    queue.hand_to(helpers)
+    return lambda: next(queue.results())[1]
 
 
 def tidy_seldom() -> None:
@@ -179,6 +198,7 @@ def started_helpers() -> tuple[Any, int]:
 
 
 def _started(count: int) -> Any:
+    global _started_before
     settings = {name: jax.config.values[name] for name in SETTINGS}
     with _interrupts_held(), _quiet_trackers():
         helpers = loky.get_reusable_executor(
@@ -189,6 +209,7 @@ def _started(count: int) -> Any:
             env=ENVIRONMENT,
         )
         helpers.submit(os.getpid)  # processes start with the first task
+    _started_before = True
     return helpers
 
 
@@ -234,6 +255,7 @@ def _begin(settings: dict[str, Any], parent: int) -> None:
     """Prepare a helper: it works alone, compiles as this process does, and says nothing."""
     global _alone
     _alone = True
+    atexit.register(gc.freeze)  # or its end, which this process awaits, takes half a second
     Thread(target=_end_with, args=(parent,), daemon=True).start()
     tidy_seldom()
     warnings.simplefilter("ignore")  # this process warns of what it sees itself

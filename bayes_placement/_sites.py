@@ -22,6 +22,7 @@ from numpyro.distributions import (
 )
 from numpyro.distributions.transforms import AffineTransform
 
+from ._compiled import compiled
 from ._types import InputError, check_kind
 
 Tree = TypeVar("Tree")
@@ -307,7 +308,8 @@ def reach(prior: Distribution) -> tuple[float, float]:
 
 def _quantile(prior: Distribution, probability: float, unknown: float) -> float:
     try:
-        return float(np.asarray(prior.icdf(probability)).flat[0])
+        value = compiled(type(prior).icdf).bound(prior, probability, effort=0)()
+        return float(np.asarray(value).flat[0])
     except (NotImplementedError, ImportError):  # some inverses need TensorFlow
         return unknown
 

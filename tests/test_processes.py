@@ -1,5 +1,6 @@
 """Tasks shared among processes: the same results, whatever becomes of a helper."""
 
+import atexit
 import gc
 import os
 import resource
@@ -60,6 +61,12 @@ def kinds_and_process(experiment):
     return [type(effect).__name__ for effect in experiment.structure.effects.values()], os.getpid()
 
 
+def frozen_at_its_end():
+    """Whether what runs at the end of this process keeps Python from looking for garbage."""
+    atexit._run_exitfuncs()
+    return gc.get_freeze_count() > 0
+
+
 def kept_megabytes(count, kept=[]):  # noqa: B006  it stays
     kept.append(np.ones(count * 2**17))
 
@@ -102,6 +109,37 @@ def test_one_core_has_no_helper(monkeypatch):
     assert _processes.started_helpers() == (None, 0)
     results = _processes.shared(where, [(n,) for n in range(3)], lambda _: None)
     assert {process for _, process in results} == {os.getpid()}
+
+
+def test_what_is_begun_in_a_helper_is_awaited_later():
+    awaited_helper()
+    awaited = _processes.begun_in_helper(where, 3)
+    number, process = awaited()
+    assert number == 3 and process != os.getpid()
+    assert awaited() == (number, process)
+
+
+def test_nothing_is_begun_in_a_helper_where_no_search_has_started_any(monkeypatch):
+    monkeypatch.setattr(_processes, "_started_before", False)
+    calls = []
+    awaited = _processes.begun_in_helper(calls.append, 3)
+    assert calls == [3]
+    assert awaited() is None and calls == [3]
+
+
+def test_what_a_helper_begins_and_cannot_do_is_done_here_when_it_is_awaited():
+    awaited_helper()
+    assert _processes.begun_in_helper(only_here, 3, os.getpid())() == 3
+    awaited = _processes.begun_in_helper(refuses, 3)
+    with pytest.raises(KeyError):
+        awaited()
+
+
+def test_the_end_of_a_helper_is_not_waited_for():
+    """Half a second else, in which Python looks for garbage among all that it frees anyway."""
+    awaited_helper()
+    helpers, _ = _processes.started_helpers()
+    assert helpers.submit(frozen_at_its_end).result()
 
 
 def test_where_helpers_cannot_start_there_are_none(monkeypatch):

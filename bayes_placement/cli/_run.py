@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from .._files import write_atomically, write_json
+from .._processes import begun_in_helper
 from ..inference.record import now, versions
 from ..io import netcdf
 from ..plots.report import write_report
@@ -49,6 +50,8 @@ class Run:
         Whether its report is written as well.
     began
         When it began [s].
+    unfinished
+        Figures that are being written: called, each awaits one and notes it.
     """
 
     command: str
@@ -58,6 +61,7 @@ class Run:
     record: dict[str, Any]
     with_report: bool = False
     began: float = field(default_factory=time.perf_counter)
+    unfinished: list[Callable[[], None]] = field(default_factory=list)
 
     @property
     def files(self) -> list[str]:
@@ -99,9 +103,11 @@ class Run:
         self._write(name, lambda path: path.write_bytes(content))
 
     def figures(self, figures: Mapping[str, Figure]) -> None:
-        """Write figures by the names of their files."""
+        """Write figures by the names of their files, in a helper where one is idle."""
         for name, figure in figures.items():
-            self._write(name, partial(figure.savefig, dpi=DOTS_PER_INCH))
+            draw = partial(figure.savefig, dpi=DOTS_PER_INCH)
+            written = begun_in_helper(write_atomically, self.folder / name, draw)
+            self.unfinished.append(partial(self._note_when, written, name))
 
     def finish(
         self, screen: Screen, verdict: str, result: Mapping[str, Any], *, passed: bool = True
@@ -124,6 +130,8 @@ class Run:
         int
             The exit code.
         """
+        for end in self.unfinished:
+            end()
         code = 0 if passed else MODEL_FAILS
         seconds = time.perf_counter() - self.began
         self.record.update(finished=True, verdict=verdict, exit_code=code, seconds=seconds)
@@ -139,6 +147,10 @@ class Run:
 
     def _write(self, name: str, write: Callable[[Path], object]) -> None:
         write_atomically(self.folder / name, write)
+        self._note(name)
+
+    def _note_when(self, written: Callable[[], object], name: str) -> None:
+        written()
         self._note(name)
 
     def _note(self, name: str) -> None:

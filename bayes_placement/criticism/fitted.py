@@ -1,7 +1,7 @@
 """Prediction of a model with values of its unknowns, with the measurement."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -48,10 +48,43 @@ def fitted(
     >>> sorted(fit.data_vars)
     ['error', 'measured', 'noise', 'predicted']
     """
+    return compared(experiment, outputs_at(experiment, measurement, values))
+
+
+class OutputsAtValues(NamedTuple):
+    """Outputs of a model with values of its unknowns, beside what was measured.
+
+    Parameters
+    ----------
+    measured, predicted
+        Outputs [sensor, actuator, (force_level,) (part,) frequency].
+    variance
+        Variance of the noise of each.
+    present
+        Whether each was measured.
+    """
+
+    measured: np.ndarray
+    predicted: np.ndarray
+    variance: np.ndarray
+    present: np.ndarray
+
+
+def outputs_at(
+    experiment: Experiment, measurement: Measurements, values: Mapping[str, float]
+) -> OutputsAtValues:
+    """Return what was measured and what is predicted; arguments as of `fitted`."""
     data = experiment.data(measurement)
     concrete = experiment.fix(with_arrays(experiment, values))
-    predicted, variance = map(np.asarray, compiled(_prediction)(concrete, data))
-    measured, part = np.asarray(data.z), -2 if experiment.observe.parts > 1 else None
+    # Run once: to compile it well takes longer.
+    predicted, variance = compiled(_prediction).bound(concrete, data, effort=0)()
+    return OutputsAtValues(*map(np.asarray, (data.z, predicted, variance, data.measured)))
+
+
+def compared(experiment: Experiment, at_values: OutputsAtValues) -> xr.Dataset:
+    """Return the sizes of outputs and of their error by channel pair and line, see `fitted`."""
+    measured, predicted, variance, present = at_values
+    part = -2 if experiment.observe.parts > 1 else None
     error = np.sqrt(_over_parts((measured - predicted) ** 2, part))
     noise = np.sqrt(_over_parts(variance, part))
     unit = experiment.observe.label
@@ -62,7 +95,6 @@ def fitted(
         "error": (error, unit),
         "noise": (noise, unit),
     }
-    present = np.asarray(data.measured)
     complete = present if part is None else np.all(present, axis=part)
     levels = () if experiment.force_levels is None else (FORCE_LEVEL,)
     dimensions = ("sensor", "actuator", *levels, "frequency")

@@ -111,7 +111,7 @@ class LocalStiffnessLoss(Hinged):
         extent, loss = LogUniform(0.01 * length, 0.1 * length), LogUniform(0.003, 0.95)
         nominal: Any = scales.nominal_modes.bounds()[1]
         line_length = float(nominal)
-        half_wave = line_length / scales.nominal_modes.angular_frequency().size
+        half_wave = line_length / len(scales.modes.wave_numbers)
         longest = min(half_wave / 3, 0.1 * line_length)
         inside = Uniform(longest, line_length - longest)
         short, gain = LogUniform(0.2 * longest, longest), negative_log_uniform(0.003, 1.0)

@@ -31,14 +31,10 @@ def measured_outputs(
     """
     measured = np.isfinite(frf)
     filled = np.where(measured, frf, 1.0)
-    z = compiled(_output)(observe, filled)
+    z, *deviations = compiled(_outputs)(observe, filled, measured, variance, amplitude)
     if observe.parts > 1:
         measured = np.broadcast_to(measured[..., None, :], z.shape)
-    # A level where nothing was measured is never used, but it must not be NaN in a gradient.
-    level = None if variance is None else jnp.where(jnp.isnan(variance), 1.0, variance)
-    deviation = None if level is None else compiled(_deviation)(observe, filled, level)
-    levels = compiled(_unit_deviations)(observe, filled) if amplitude else (None, None)
-    return Data(jnp.where(measured, z, 0.0), measured, deviation, *levels)
+    return Data(z, measured, *deviations)
 
 
 def simulated_outputs(observe: Observation, frf: Any) -> Data:
@@ -47,15 +43,21 @@ def simulated_outputs(observe: Observation, frf: Any) -> Data:
     return Data(z, np.ones(z.shape, dtype=bool), None, *_unit_deviations(observe, frf))
 
 
-def _output(observe: Observation, frf: Any) -> Response:
-    return observe.output(frf)
+def _outputs(
+    observe: Observation, frf: Any, measured: Any, variance: Any, amplitude: bool
+) -> tuple[Response, Response | None, Response | None, Response | None]:
+    """Outputs, zero where not measured, and their deviations; None where these are not known."""
+    z = observe.output(frf)
+    of_parts = measured[..., None, :] if observe.parts > 1 else measured
+    deviation = None
+    if variance is not None:
+        # A level where nothing was measured is never used, but it must not be NaN in a gradient.
+        deviation = observe.deviation(frf, jnp.where(jnp.isnan(variance), 1.0, variance))
+    unit, constant = _unit_deviations(observe, frf) if amplitude else (None, None)
+    return jnp.where(of_parts, z, 0.0), deviation, unit, constant
 
 
 def _unit_deviations(observe: Observation, frf: Any) -> tuple[Response, Response]:
     """Deviations of the outputs for E|error|^2 = |H|^2 and for E|error|^2 = 1."""
     square = jnp.abs(frf) ** 2
     return observe.deviation(frf, square), observe.deviation(frf, jnp.ones_like(square))
-
-
-def _deviation(observe: Observation, frf: Any, variance: Any) -> Response:
-    return observe.deviation(frf, variance)

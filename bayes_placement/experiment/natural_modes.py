@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.optimize import brentq
 
-from .._compiled import compiled
+from .._compiled import Bound, compiled
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
 from .structure import Structure
@@ -57,14 +57,17 @@ def natural_modes(structure: Structure, points: Any, up_to: float, most: int) ->
     most
         Most modes, the lowest ones.
     """
-    pencil = _Pencil(structure, *map(np.asarray, compiled(_at_ports)(structure)))
+    at_line = compiled(_at_line).bound(structure, effort=0)
+    at_ports = compiled(_at_ports).bound(structure, effort=0)()
+    pencil = _Pencil(at_line, *map(np.asarray, at_ports))
     grid = 2 * np.pi * up_to * (np.arange(STEPS) + 1) / STEPS
     roots = list(_roots(pencil, grid, most))
     frequency = np.array([root for root, _ in roots]) / (2 * np.pi)
     if not roots:
         return NaturalModes(frequency, np.zeros((0, len(points), 3)))
     shape = np.zeros((len(roots), len(points), 3))
-    read, left_out = map(np.asarray, compiled(_at_points)(structure, jnp.asarray(points)))
+    at_points = compiled(_at_points).bound(structure, np.asarray(points), effort=0)()
+    read, left_out = map(np.asarray, at_points)
     for mode, (root, branch) in enumerate(roots):
         amplitude = pencil.vector(root, branch)
         modulus, attached = pencil.attached(root)
@@ -82,8 +85,8 @@ class _Pencil(NamedTuple):
 
     Parameters
     ----------
-    structure
-        The structure.
+    at_line
+        `_at_line` of the structure, compiled.
     natural
         Natural angular frequencies [mode] of the structure proper [rad/s].
     shapes
@@ -92,14 +95,14 @@ class _Pencil(NamedTuple):
         Flexibility between ports of the modes left out [m/N].
     """
 
-    structure: Structure
+    at_line: Bound[tuple[Array, Array]]
     natural: np.ndarray
     shapes: np.ndarray
     residual: np.ndarray
 
     def attached(self, omega: float) -> tuple[float, np.ndarray]:
         """Modulus over that as drawn [1], and stiffness of ports in series with `residual`."""
-        modulus, stiffness = compiled(_at_line)(self.structure, jnp.array([omega]))
+        modulus, stiffness = self.at_line(np.array([omega]))
         return float(modulus), self._in_series(float(modulus), np.asarray(stiffness))
 
     def _in_series(self, modulus: float, stiffness: np.ndarray) -> np.ndarray:

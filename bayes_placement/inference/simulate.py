@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import jax
 import numpy as np
 import xarray as xr
 from numpyro.infer import Predictive
@@ -10,6 +9,7 @@ from numpyro.infer import Predictive
 from .._compiled import compiled
 from .._types import Key, arguments_checked, check_count
 from ..experiment.experiment import MEASURED, RESPONSE, Experiment
+from ..experiment.prior_draws import draws_from_priors
 from .random_keys import jax_key
 from .results import named_draws, numbered, outputs
 
@@ -18,11 +18,8 @@ PRIOR_DRAWS = 1000
 
 def sample_prior(experiment: Experiment, key: Key, draws: int = PRIOR_DRAWS) -> dict[str, Any]:
     """Draws [chain, draw, ...] of every unknown from its prior, by name."""
-    keys = jax.random.split(key, max(1, len(experiment.unknowns)))
-    return {
-        unknown.name: np.asarray(unknown.distribution.sample(unknown_key, (1, draws)))
-        for unknown, unknown_key in zip(experiment.unknowns, keys, strict=False)
-    }
+    drawn = draws_from_priors(experiment.unknowns, key, draws)
+    return {name: values[None] for name, values in drawn.items()}
 
 
 @arguments_checked

@@ -13,12 +13,12 @@ from numpyro.infer.util import compute_log_probs
 
 from .._compiled import compiled
 from .._types import InputError, Key
+from ..experiment.prior_draws import prior_draws
 from ._quadrature_rules import product_rule
 from .coordinates import Coordinates
 from .engines.empirical_bayes import Hierarchy
 from .engines.least_squares import LeastSquares
 from .estimates import from_scalars
-from .prior_draws import prior_draws
 from .symmetries import Move, Values
 
 Flat = Float[Array, "unknown"]

@@ -103,7 +103,7 @@ def _of_line(line: UniformLine, pieces: int) -> PieceShares:
         for value in (line.length, line.area, line.density, line.stiffness)
     )
     read = compiled(_shapes_and_strains)(line, within.ravel() * length)
-    shapes, strains = (np.reshape(rows, (pieces, nodes.size, -1)) for rows in read)
+    shapes, strains = (np.asarray(rows).reshape(pieces, nodes.size, -1) for rows in read)
     strains = strains / _elastic(line)
     weights = (weights * length / (2 * pieces))[:, None]
     return PieceShares(

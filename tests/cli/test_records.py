@@ -5,11 +5,13 @@ import json
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import bayes_placement as bp
 from bayes_placement._types import InputError
 from bayes_placement.cli import _result_folder, _run
+from bayes_placement.cli._terminal import Screen
 from bayes_placement.cli.app import app
 from tests.cli.studies import EXPERIMENT
 
@@ -110,6 +112,29 @@ def test_a_model_that_was_moved_is_the_same(model, tmp_path):
         _result_folder.result_folder(moved, "check", tmp_path / "mine"),
     ):
         pass
+
+
+def test_figures_are_written_by_an_idle_helper_and_listed_once_they_are_there(
+    model, tmp_path, monkeypatch
+):
+    begin, awaited = [], []
+
+    def begun_in_helper(function, *arguments):
+        begin.append((function, arguments))
+        return lambda: awaited.append(function(*arguments))
+
+    monkeypatch.setattr(_run, "begun_in_helper", begun_in_helper)
+    run = begun("show", model, tmp_path / "mine")
+    run.figures({"first.png": Figure(), "second.png": Figure()})
+    run.within("state_1").figures({"third.png": Figure()})
+    run.text("words.txt", "later")
+    assert len(begin) == 3 and run.files == ["words.txt"]
+    (path, _), *_ = (arguments for _, arguments in begin)
+    assert path == tmp_path / "mine" / "first.png" and not path.exists()
+    run.finish(Screen.of(True, False), "It fits.", {})
+    assert run.files == ["words.txt", "first.png", "second.png", "state_1/third.png"]
+    assert len(awaited) == 3 and all((tmp_path / "mine" / file).is_file() for file in run.files)
+    assert record_in(tmp_path / "mine", "show")["files"] == run.files
 
 
 @pytest.mark.parametrize("content", ["", "[]", "{", '{"check": 1}'])

@@ -1,7 +1,6 @@
 """Measured and predicted outputs with the noise and the size of the model error."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -13,7 +12,7 @@ from ..._compiled import compiled
 from ..._sites import Role
 from ..._types import Response
 from ...experiment.experiment import Experiment, Measurements
-from ..fitted import fitted, with_arrays
+from ..fitted import compared, outputs_at, with_arrays
 from ._unknowns import SIZE
 
 ERROR_DRAWS = 48
@@ -37,7 +36,8 @@ def fit(
         outputs, and `model_error`, the root mean square over draws of the errors of what the
         response then differs by; zero where the model is exact.
     """
-    dataset = fitted(experiment, measurement, values)
+    at_values = outputs_at(experiment, measurement, values)
+    dataset = compared(experiment, at_values)
     part = -2 if experiment.observe.parts > 1 else None
     error = _model_error(experiment, values)
     size = dataset["error"]
@@ -47,10 +47,8 @@ def fit(
         square = error**2 if part is None else (error**2).sum(axis=part)
         dataset["model_error"] = size.copy(data=np.sqrt(square))
     if part is not None:
-        concrete = experiment.fix(with_arrays(experiment, values))
-        measured = np.asarray(experiment.data(measurement).z)
-        predicted = np.asarray(compiled(_predict)(concrete))
-        for name, outputs in (("measured", measured), ("predicted", predicted)):
+        for name in ("measured", "predicted"):
+            outputs = getattr(at_values, name)
             phase = np.where(np.isfinite(dataset["measured"]), _phase(outputs), np.nan)
             dataset[f"{name}_phase"] = (size.dims, phase, {"units": "deg"})
     return dataset
@@ -89,7 +87,3 @@ def _spread(experiment: Experiment, draws: dict[str, Array]) -> Response:
         return (experiment.fix(drawn).predict() - middle) ** 2
 
     return jnp.sqrt(jnp.mean(jax.lax.map(square, draws), axis=0))
-
-
-def _predict(concrete: Experiment) -> Any:
-    return concrete.predict()

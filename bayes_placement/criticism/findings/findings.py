@@ -4,12 +4,12 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-import jax
 import numpy as np
 import xarray as xr
 
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.modal_parameters import ModalParameters
+from ...experiment.prior_draws import draws_from_priors
 from ...inference.alternative_explanation import Alternative, JointDraws
 from ...inference.results import named_draws
 from ..fitted_modes import fitted_modes
@@ -116,7 +116,8 @@ def findings(
         Where modes were measured, `modes_0` and on in the place of `fit_0`.
     """
     last = models[-1].experiment
-    prior, posterior = _prior(last), _shown(last, draws)
+    prior = draws_from_priors(shown_unknowns(last), 0, MOST_DRAWS)
+    posterior = _shown(last, draws)
     groups = {
         "posterior": named_draws(last, _as_single_chain(posterior)),
         "prior": named_draws(last, _as_single_chain(prior)),
@@ -143,16 +144,6 @@ def _shown(experiment: Experiment, draws: JointDraws) -> JointDraws:
     """Draws of all unknowns but the many errors of the model, thinned."""
     names = [unknown.name for unknown in shown_unknowns(experiment) if unknown.name in draws]
     return {name: draws[name][:: -(-len(draws[name]) // MOST_DRAWS)] for name in names}
-
-
-def _prior(experiment: Experiment) -> JointDraws:
-    """Draws of the same unknowns from their priors."""
-    unknowns = shown_unknowns(experiment)
-    keys = jax.random.split(jax.random.key(0), max(1, len(unknowns)))
-    return {
-        unknown.name: np.asarray(unknown.distribution.sample(key, (MOST_DRAWS,)))
-        for unknown, key in zip(unknowns, keys, strict=False)
-    }
 
 
 def _as_single_chain(draws: JointDraws) -> dict[str, Any]:

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
-import jax
 import numpy as np
 from jaxtyping import Complex, Float
 
 from ..._compiled import compiled
 from ..._types import Receptance
+from ..prior_draws import draws_from_priors
 from ..quantities import quantity_of
 
 if TYPE_CHECKING:
@@ -51,15 +51,8 @@ def prior_responses(
 
 def prior_values(experiment: "Experiment") -> list[dict[str, Any]]:
     """Values of all unknowns by name, at draws from their priors."""
-    unknowns = experiment.unknowns
-    keys = jax.random.split(jax.random.key(0), (DRAWS, max(1, len(unknowns))))
-    return [
-        {
-            unknown.name: unknown.distribution.sample(key)
-            for unknown, key in zip(unknowns, row, strict=False)
-        }
-        for row in keys
-    ]
+    draws = draws_from_priors(experiment.unknowns, 0, DRAWS)
+    return [{name: values[draw] for name, values in draws.items()} for draw in range(DRAWS)]
 
 
 def _receptance(experiment: "Experiment") -> Receptance:

@@ -5,7 +5,7 @@ trusted, draws are made along the ridges of the posterior; where these cannot ei
 from the Gaussian.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -15,13 +15,14 @@ import numpy as np
 from scipy.special import logsumexp
 
 from ..._types import InfeasibleError, Key, no_progress
+from .. import engines
 from ..weights import GOOD_PARETO_K, effective_size, pareto_k
+from .engine import Engine
 from .laplace import Laplace
 from .least_squares import Evaluate, LeastSquares
 from .levenberg_marquardt import Fit
 from .randomised_maximum_likelihood import DRAWS as RANDOMISED_DRAWS
 from .randomised_maximum_likelihood import Weighted, randomised_maximum_likelihood
-from .smc import SMC
 
 WIDER, MUCH_WIDER = 1.2, 2.0
 """Standard deviation over that of Laplace's Gaussian: of draws that are weighted, and of those that
@@ -33,11 +34,9 @@ DRAWS, KEPT, BLOCK = 4096, 1600, 256
 LEAST_ESS = 400.0
 """Effective draws below which weights are not trusted."""
 
-ENGINES = (
-    SMC(particles=400, populations=4, moves=10, prior_draws=2),
-    SMC(particles=1600, populations=8, moves=10, prior_draws=2),
-)
-"""The second one where the evidence of the first is too uncertain."""
+PARTICLES = ((400, 4), (1600, 8))
+"""Particles and populations of SMC; the second ones where the evidence of the first is too
+uncertain."""
 
 MOST_ERROR = 0.1
 """Standard error of the log evidence above which it is too uncertain: a tenth of the difference
@@ -139,12 +138,18 @@ def sampled_about(problem: LeastSquares, fit: Fit, seed: int = 0) -> SampledPost
         return sampled
     begin = fit.gaussian.widened(MUCH_WIDER)
     reference = Reference(problem.traced, begin, problem.dimension, problem.count)
-    for engine in ENGINES:
+    for engine in _smc():
         draws = engine.run(reference, jax.random.PRNGKey(seed), no_progress)
         if draws.log_evidence_error < MOST_ERROR:
             break
     points = np.asarray(draws.position).reshape(-1, problem.dimension)
     return SampledPosterior(points, draws.log_evidence, draws.log_evidence_error)
+
+
+def _smc() -> Iterator[Engine]:
+    """SMC, imported here: few posteriors need it, and its libraries take an eighth of a second."""
+    for particles, populations in PARTICLES:
+        yield engines.SMC(particles=particles, populations=populations, moves=10, prior_draws=2)
 
 
 def _from_gaussian(problem: LeastSquares, gaussian: Laplace, seed: int) -> Weighted:

@@ -89,7 +89,7 @@ def test_where_weights_cannot_be_trusted_smc_goes_on(linear, monkeypatch):
     narrow = fit._replace(gaussian=fit.gaussian.widened(1 / 4))
     draws = sampled_about(problem, narrow)
     # Not KEPT: these are of SMC.
-    assert len(draws.points) in {engine.particles for engine in about_mode.ENGINES}
+    assert len(draws.points) in dict(about_mode.PARTICLES)
     assert abs(draws.log_evidence - model.evidence()) < 5 * draws.log_evidence_error
 
 
@@ -98,7 +98,7 @@ def test_an_evidence_that_is_too_uncertain_is_sampled_again(linear, monkeypatch)
     monkeypatch.setattr(LeastSquares, "known_noise", False)
     narrow = fit._replace(gaussian=fit.gaussian.widened(1 / 8))
     draws = sampled_about(problem, narrow)
-    assert len(draws.points) == about_mode.ENGINES[1].particles
+    assert len(draws.points) == about_mode.PARTICLES[1][0]
 
 
 def test_an_evidence_that_is_exact_enough_is_not_sampled_again(linear, monkeypatch):
@@ -106,7 +106,7 @@ def test_an_evidence_that_is_exact_enough_is_not_sampled_again(linear, monkeypat
     monkeypatch.setattr(LeastSquares, "known_noise", False)
     monkeypatch.setattr(about_mode, "LEAST_ESS", np.inf)
     draws = sampled_about(problem, fit)
-    assert len(draws.points) == about_mode.ENGINES[0].particles
+    assert len(draws.points) == about_mode.PARTICLES[0][0]
 
 
 def test_a_flat_direction_is_told():

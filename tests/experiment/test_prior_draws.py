@@ -2,10 +2,13 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import numpyro.distributions as dist
 import pytest
 
-from bayes_placement.inference.prior_draws import prior_draws
+import bayes_placement as bp
+from bayes_placement.experiment.prior_draws import draws_from_priors, prior_draws
+from tests.criticism.small import experiment
 
 
 def program():
@@ -32,3 +35,18 @@ def test_the_program_is_the_same_in_whatever_order_numpyro_gathers_fields(gather
     first = program()
     gathered("high", "low")
     assert program() == first
+
+
+@pytest.mark.parametrize("key", [5, jax.random.key(5)], ids=["seed", "key"])
+def test_draws_are_those_of_each_prior_by_itself(key):
+    setup = experiment() + bp.effects.point_mass(dist.Beta(2.0, 5.0), dist.LogUniform(1e-3, 1.0))
+    draws = draws_from_priors(setup.unknowns, key, 7)
+    assert [*draws] == [unknown.name for unknown in setup.unknowns]
+    keys = jax.random.split(jax.random.key(5), (7, len(draws)))
+    for number, unknown in enumerate(setup.unknowns):
+        alone = [unknown.distribution.sample(key) for key in keys[:, number]]
+        np.testing.assert_allclose(draws[unknown.name], alone, rtol=1e-12)
+
+
+def test_draws_of_nothing_are_none():
+    assert draws_from_priors([], 0, 7) == {}

@@ -1,14 +1,16 @@
 """Draws from independent priors, of which those of one form share one program."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from numpyro.distributions import Distribution
 
-from .._compiled import with_sorted_fields
-from .symmetries import Values
+from .._compiled import compiled, with_sorted_fields
+from .._sites import Unknown
+from .._types import Key
 
 
 class _PriorStructure(NamedTuple):
@@ -18,7 +20,36 @@ class _PriorStructure(NamedTuple):
     shapes: tuple[tuple[int, ...], ...]
 
 
-def prior_draws(priors: Mapping[str, Distribution], keys: Any) -> Values:
+def draws_from_priors(
+    unknowns: Sequence[Unknown], key: int | Key, count: int
+) -> dict[str, np.ndarray]:
+    """Draws [draw, ...] of unknowns from their priors, by name.
+
+    Parameters
+    ----------
+    unknowns
+        The unknowns.
+    key
+        Seed or JAX key.
+    count
+        Number of draws.
+    """
+    priors = [unknown.distribution for unknown in unknowns]
+    # Drawn once: to compile it well takes longer than to run it.
+    draws = compiled(_drawn).bound(priors, key, count, effort=0)()
+    return {
+        unknown.name: np.asarray(values) for unknown, values in zip(unknowns, draws, strict=True)
+    }
+
+
+def _drawn(priors: Sequence[Distribution], key: int | Key, count: int) -> list[Any]:
+    # Within the compiled function: each operation on a key is a program of its own otherwise.
+    start = jax.random.key(key) if isinstance(key, int) else key
+    keys = jax.random.split(start, (count, max(1, len(priors))))
+    return [*prior_draws({str(n): prior for n, prior in enumerate(priors)}, keys).values()]
+
+
+def prior_draws(priors: Mapping[str, Distribution], keys: Any) -> dict[str, Any]:
     """Draws from priors by name [draw, ...], for a compiled function.
 
     A distribution that is drawn by rejection takes a second to compile, and a model has many.
@@ -31,7 +62,7 @@ def prior_draws(priors: Mapping[str, Distribution], keys: Any) -> Values:
         Random keys [draw, unknown].
     """
     numbers = {name: number for number, name in enumerate(priors)}
-    values: Values = {}
+    values: dict[str, Any] = {}
     for form, alike in _by_form(priors).items():
         stacked = [jnp.stack(leaves) for leaves in zip(*alike.values(), strict=True)]
         of_priors = keys[:, jnp.array([numbers[name] for name in alike])]
