@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import jaxlib
 import numpy as np
+from jax.extend.core import get_opaque_trace_state
 from numpyro.distributions import Distribution
 
 Result = TypeVar("Result")
@@ -222,7 +223,14 @@ def _jitted(key: _Key, options: _Options) -> Any:
 
 def _is_inside_another() -> bool:
     """Whether another function is being compiled: its options hold for all that it calls."""
-    return isinstance(jnp.add(0, 0), jax.core.Tracer)
+    global _outside
+    state = get_opaque_trace_state()
+    if state == _outside:
+        return False
+    if isinstance(jnp.add(0, 0), jax.core.Tracer):
+        return True
+    _outside = state  # that addition takes as long as a small function
+    return False
 
 
 def _options(effort: int | None, is_long: bool) -> _Options:
@@ -251,6 +259,9 @@ def _is_array(leaf: Any) -> bool:
 def _is_number(leaf: Any) -> bool:
     return _is_array(leaf) or isinstance(leaf, float | complex)
 
+
+_outside: Any = None
+"""State of JAX in which no other function was being compiled."""
 
 _INPUT = object()
 _STEERING = (jax.errors.ConcretizationTypeError, jax.errors.TracerArrayConversionError)

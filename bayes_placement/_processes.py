@@ -176,9 +176,14 @@ def begin_with_helpers(module: str) -> None:
     """
     if loky.cpu_count() > 1:
         os.environ.setdefault("PJRT_NPROC", ONE_THREAD["PJRT_NPROC"])
-        helpers, count = started_helpers()
-        for _ in range(count):
-            helpers.submit(_import, module)
+        import_in_helpers(module)
+
+
+def import_in_helpers(module: str) -> None:
+    """Let helpers import a module, which takes them two seconds, while this process goes on."""
+    helpers, count = started_helpers()
+    for _ in range(count):
+        helpers.submit(_import, module)
 
 
 def started_helpers() -> tuple[Any, int]:

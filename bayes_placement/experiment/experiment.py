@@ -170,7 +170,7 @@ class Experiment(eqx.Module):
 
     def _with_structure(self, structure: Structure) -> "Experiment":
         changed = eqx.tree_at(lambda tree: tree.structure, self, structure)
-        return changed.with_errors(changed.model_error)
+        return changed if self.model_error is None else changed.with_errors(self.model_error)
 
     def with_errors(self, errors: ModalErrors | None) -> "Experiment":
         """Return the experiment with the errors of its own modes and channels, or with none."""

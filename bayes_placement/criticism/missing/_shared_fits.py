@@ -10,6 +10,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from ..._processes import import_in_helpers
 from ...effects.effect import Effect
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
@@ -52,6 +53,7 @@ class SharedFits:
         """The model as given, first, and every candidate alone."""
         experiment, data, effects, _ = self.content
         if self._singles is None:
+            import_in_helpers(__package__)
             null = null_hypothesis(experiment, data)
             self._singles = single_effects(null, effects, tick)
         return self._singles
