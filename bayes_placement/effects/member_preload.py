@@ -94,7 +94,7 @@ def buckling_load(modes: NodalModes, member: int) -> float:
     """Least compression of one member at which the frame loses its stiffness [N]."""
     elastic = slice(modes.rigid_body_modes, None)
     root = 1 / np.sqrt(modes.eigenvalues[elastic])
-    slopes = np.asarray(modes.members.matrices[member])[elastic, elastic]
+    slopes = np.asarray(modes.members.matrices)[member, elastic, elastic]
     return float(1 / np.linalg.eigvalsh(root[:, None] * slopes * root).max())
 
 

@@ -93,7 +93,7 @@ class WeakenedRegion(NamedTuple):
 
     def stiffness(self, nodal: NodalModes) -> Matrix:
         """Stiffness [(rad/s)^2] that the loss adds over the modes."""
-        region = jnp.asarray(nodal.regions.matrices)[self.region]
+        region = nodal.regions.matrices[self.region]
         return -self.loss * region * nodal.stiffness_scale() / nodal.mass_scale()
 
 
@@ -127,7 +127,7 @@ class StretchedMember(NamedTuple):
 
     def stiffness(self, nodal: NodalModes) -> Matrix:
         """Stiffness [(rad/s)^2] that the tension adds over the modes."""
-        member = jnp.asarray(nodal.members.matrices)[self.member]
+        member = nodal.members.matrices[self.member]
         return self.tension * member / nodal.mass_scale()
 
 

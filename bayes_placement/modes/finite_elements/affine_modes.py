@@ -15,7 +15,8 @@ from ..._types import Parameter
 from ..changed import ChangedModes, changed
 from ..modes import Modes
 from ._part_factors import Powers
-from .nodal_modes import DerivedNodalModes, NamedMatrices, NodalModes
+from .named_matrices import NamedMatrices
+from .nodal_modes import DerivedNodalModes, NodalModes
 
 Point = Float[Array, "3"]
 
@@ -50,8 +51,8 @@ class ScaledResidual(DerivedNodalModes):
         response = nodal.interpolation.at(position)
         reference = nodal.interpolation.at(other)
         rows = (response.rows[:, None], reference.rows)
-        added = jnp.tensordot(self.added_flexibility, jnp.asarray(self.residual)[:, *rows], 1)
-        between = jnp.asarray(nodal.flexibility)[rows] + added
+        added = jnp.tensordot(self.added_flexibility, self.residual[:, *rows], 1)
+        between = nodal.flexibility[rows] + added
         return response.weight @ between @ reference.weight.T / nodal.stiffness_scale()
 
 
@@ -93,7 +94,7 @@ class AffineModes(DerivedNodalModes):
     parameter: OrderedDict[str, Parameter] = eqx.field(metadata=unit("1"))
     stiffness: NamedMatrices = eqx.field(repr=False)
     mass: NamedMatrices = eqx.field(repr=False)
-    residual: Float[np.ndarray, "part row row"] | None = eqx.field(repr=False)
+    residual: Float[Array, "part row row"] | None = eqx.field(repr=False)
     powers: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = eqx.field(
         static=True, repr=False
     )
@@ -125,7 +126,7 @@ class AffineModes(DerivedNodalModes):
             (part, tuple((name, float(power)) for name, power in of_part.items()))
             for part, of_part in powers.items()
         )
-        self.residual = residual
+        self.residual = of_jax(residual)
         self.report, self.frequency_error = report, frequency_error
         self.axes, self.rigid_body_modes = nodal.axes, nodal.rigid_body_modes
 
@@ -158,7 +159,7 @@ class AffineModes(DerivedNodalModes):
         if not parts.names:
             return jnp.zeros(parts.matrices.shape[1:])
         excess = jnp.stack([self.factor(name) - 1 for name in parts.names])
-        return jnp.tensordot(excess, jnp.asarray(parts.matrices), 1)
+        return jnp.tensordot(excess, parts.matrices, 1)
 
     def angular_frequency(self) -> Float[Array, "mode"]:
         """Natural angular frequencies [rad/s]."""

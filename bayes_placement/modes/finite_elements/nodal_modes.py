@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact
 
+from ..._compiled import of_jax
 from ..._sites import is_unknown, unit
 from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.places import Place, mean
@@ -20,55 +21,10 @@ from ..moved_mass import moved_mass
 from .cell_masses import checked_cell_masses
 from .interpolation import Interpolation
 from .modal_model import ModalModel
+from .named_matrices import NamedMatrices
 from .static_shapes import StaticShapes, no_static_shapes
 
 Point = Float[Array, "3"]
-
-
-class NamedMatrices(eqx.Module):
-    """Matrices over the modes, each named after a part of the structure."""
-
-    matrices: Float[np.ndarray | Array, "part mode mode"]
-    names: tuple[str, ...] = eqx.field(static=True)
-
-    def __repr__(self) -> str:
-        return ", ".join(self.names) or "none"
-
-    @classmethod
-    def of(cls, parts: Mapping[str, np.ndarray], count: int) -> "NamedMatrices":
-        """Stack matrices over `count` modes by name; there may be none."""
-        for name, part in parts.items():
-            if np.shape(part) != (count, count):
-                raise InputError(
-                    f'The part "{name}" has the shape {np.shape(part)}; a matrix of {count} rows '
-                    "and columns is needed, one for each mode, since it is over the modes: "
-                    "shape.T @ part @ shape."
-                )
-        stacked = np.stack(list(parts.values())) if parts else np.zeros((0, count, count))
-        return cls(stacked, tuple(parts))
-
-    def number(self, name: str, owner: str) -> int:
-        """Return the number of a part.
-
-        Parameters
-        ----------
-        name
-            Name of the part.
-        owner
-            What was named, for the error.
-
-        Raises
-        ------
-        InputError
-            If there is no such part.
-        """
-        if name not in self.names:
-            raise InputError(
-                f'{owner} "{name}" was named, but the model has '
-                f"{', '.join(self.names) or 'none'}. Name one of these; they come with the "
-                "matrices of a model: finite_elements.modes(matrices, ...)."
-            )
-        return self.names.index(name)
 
 
 class NodalModes(Modes):
@@ -86,7 +42,7 @@ class NodalModes(Modes):
     interpolation: Interpolation = eqx.field(repr=False)
     shape: Inexact[Array, "row mode"]
     eigenvalues: Float[np.ndarray, "mode"] = eqx.field(repr=False)
-    flexibility: Float[np.ndarray, "row row"] | None = eqx.field(repr=False)
+    flexibility: Float[Array, "row row"] | None = eqx.field(repr=False)
     youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
     density: Parameter = eqx.field(metadata=unit("kg/m3"))
     regions: NamedMatrices
@@ -135,7 +91,7 @@ class NodalModes(Modes):
         if self.flexibility is None:
             return None
         response, reference = self.interpolation.at(position), self.interpolation.at(other)
-        between = jnp.asarray(self.flexibility)[response.rows[:, None], reference.rows]
+        between = self.flexibility[response.rows[:, None], reference.rows]
         return response.weight @ between @ reference.weight.T / self.stiffness_scale()
 
     def bounds(self) -> tuple[CartesianComponents, CartesianComponents]:
@@ -315,19 +271,19 @@ def modes_from_shapes(
             "of freedom. Build it from the same model: interpolation.scattered(model)."
         )
     _check_flexibility(flexibility, len(rows))
-    shape = jnp.asarray(model.shape[rows])  # by far the largest array: not to be copied again
+    shape = jnp.asarray(model.shape[rows])
     count, extent = shape.shape[1], _extent(model.position)
     return NodalModes(
         interpolation=interpolation.renumbered(rows),
         shape=shape,
         eigenvalues=np.asarray((2 * np.pi * model.natural_frequency) ** 2, dtype=float),
-        flexibility=flexibility,
+        flexibility=of_jax(flexibility),
         youngs_modulus=youngs_modulus,
         density=density,
         regions=NamedMatrices.of(regions or {}, count),
         cell_masses=checked_cell_masses(cell_masses, count),
         members=NamedMatrices.of(members or {}, count),
-        static_shapes=static_shapes or no_static_shapes(*shape.shape),
+        static_shapes=of_jax(static_shapes or no_static_shapes(*shape.shape)),
         nominal=nominal,
         mass=mass or _mass(model, rows),
         extent=extent,

@@ -1,0 +1,56 @@
+"""Matrices of parts of a structure, over its modes."""
+
+from collections.abc import Mapping
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..._compiled import of_jax
+from ..._types import InputError
+
+
+class NamedMatrices(eqx.Module):
+    """Matrices over the modes, each named after a part of the structure."""
+
+    matrices: Float[Array, "part mode mode"]
+    names: tuple[str, ...] = eqx.field(static=True)
+
+    def __repr__(self) -> str:
+        return ", ".join(self.names) or "none"
+
+    @classmethod
+    def of(cls, parts: Mapping[str, np.ndarray], count: int) -> "NamedMatrices":
+        """Stack matrices over `count` modes by name; there may be none."""
+        for name, part in parts.items():
+            if np.shape(part) != (count, count):
+                raise InputError(
+                    f'The part "{name}" has the shape {np.shape(part)}; a matrix of {count} rows '
+                    "and columns is needed, one for each mode, since it is over the modes: "
+                    "shape.T @ part @ shape."
+                )
+        stacked = np.stack(list(parts.values())) if parts else np.zeros((0, count, count))
+        return cls(of_jax(stacked), tuple(parts))
+
+    def number(self, name: str, owner: str) -> int:
+        """Return the number of a part.
+
+        Parameters
+        ----------
+        name
+            Name of the part.
+        owner
+            What was named, for the error.
+
+        Raises
+        ------
+        InputError
+            If there is no such part.
+        """
+        if name not in self.names:
+            raise InputError(
+                f'{owner} "{name}" was named, but the model has '
+                f"{', '.join(self.names) or 'none'}. Name one of these; they come with the "
+                "matrices of a model: finite_elements.modes(matrices, ...)."
+            )
+        return self.names.index(name)
