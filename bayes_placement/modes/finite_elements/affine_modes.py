@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..._compiled import of_jax
 from ..._sites import unit
 from ..._types import Parameter
 from ..changed import ChangedModes, changed
