@@ -182,8 +182,9 @@ def begin_with_helpers(module: str) -> None:
 def import_in_helpers(module: str) -> None:
     """Let helpers import a module, which takes them two seconds, while this process goes on."""
     helpers, count = started_helpers()
-    for _ in range(count):
-        helpers.submit(_import, module)
+    with suppress(RuntimeError):  # they are gone: what is shared later is done here
+        for _ in range(count):
+            helpers.submit(_import, module)
 
 
 def started_helpers() -> tuple[Any, int]:

@@ -1,4 +1,7 @@
-"""Matrices of parts of a structure, over its modes."""
+"""Matrices of parts of a structure, over its modes.
+
+Matrices by name come in, one array with the names goes out. What they are of is not known here.
+"""
 
 from collections.abc import Mapping
 
