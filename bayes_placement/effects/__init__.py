@@ -7,8 +7,10 @@ from .effect import (
     GlobalChange,
     Hinged,
     Modulus,
+    OnPorts,
 )
 from .instrument_effect import InstrumentEffect
+from ..laws import Dashpot, LossySpring, Mass, Spring, Springpot
 from .library import EFFECTS, Library, library
 from .on_transducer import OnTransducer
 from .registry import *  # noqa: F403
@@ -17,6 +19,11 @@ from .scales import Scales
 __all__ = [
     "EFFECTS",
     "Attachment",
+    "Dashpot",
+    "LossySpring",
+    "Mass",
+    "Spring",
+    "Springpot",
     "CubicAttachment",
     "Effect",
     "GlobalChange",
@@ -24,6 +31,7 @@ __all__ = [
     "InstrumentEffect",
     "Library",
     "Modulus",
+    "OnPorts",
     "OnTransducer",
     "Scales",
     "library",

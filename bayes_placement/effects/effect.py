@@ -11,6 +11,7 @@ from jaxtyping import Array, Complex, Float, Inexact
 
 from .._sites import is_unknown
 from .._types import Parameter, check_annotated
+from ..laws.law import Law
 from ..modes.flexible_parts import FlexiblePart
 from ..modes.hinges import Hinge
 from ..modes.modes import Modes
@@ -24,6 +25,7 @@ from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded
 from . import _setting_words
 from .instruments import Instruments
+from .port_law import PortLaw
 from .scales import Scales
 
 Omega: TypeAlias = Inexact[Array, "frequency"]
@@ -176,12 +178,36 @@ class AtPlace(StructureEffect):
         """Where the structure feels it, and along which directions."""
         return along(coordinates(self.at), self.direction, modes)
 
-    def count(self, modes: Modes) -> int:
-        """Return the number of these points."""
-        return len(modes.axes) if self.direction is None else 1
+
+class OnPorts(StructureEffect):
+    """Something attached to or inserted in the structure, which feels its laws at ports.
+
+    Examples
+    --------
+    >>> issubclass(bp.effects.Attachment, bp.effects.OnPorts)
+    True
+    """
+
+    @abc.abstractmethod
+    def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
+        """Ports that it acts on, and the law on each.
+
+        Parameters
+        ----------
+        modes
+            Modes of the structure proper.
+        modulus
+            Modulus of the structure with its loss, over that as drawn, at each line [1].
+        omega
+            Angular frequencies [rad/s].
+        """
+
+    def uncertain_ports(self, modes: Modes) -> int:
+        """Number of ports at which a model error of shapes counts; none but of displacements."""
+        return 0
 
 
-class Attachment(AtPlace):
+class Attachment(AtPlace, OnPorts):
     """Something attached to the structure, which feels its dynamic stiffness at one place.
 
     Examples
@@ -192,8 +218,16 @@ class Attachment(AtPlace):
     """
 
     @abc.abstractmethod
-    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
-        """Force on the attachment per displacement of its place [N/m]."""
+    def network(self) -> Law:
+        """Return the law of what is attached, made of springs, dashpots and masses."""
+
+    def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
+        """The place along its directions, with the same law along each."""
+        return [PortLaw(self.points(modes), *self.network().fraction(omega))]
+
+    def uncertain_ports(self, modes: Modes) -> int:
+        """Number of directions in which it acts."""
+        return len(modes.axes) if self.direction is None else 1
 
 
 class CubicAttachment(AtPlace):
@@ -264,21 +298,18 @@ class Hinged(StructureEffect):
 Placed = TypeVar("Placed", bound=Effect)
 
 
-def placed(effect: Placed, modes: Modes) -> Placed:
-    """Return an effect with its field `at` as numbers or distributions on a structure.
+def placed(effect: Placed, modes: Modes, field: str = "at") -> Placed:
+    """Return an effect with a place as numbers or distributions on a structure.
 
     Raises
     ------
     InputError
         If the place lies outside the structure.
     """
-    at: Any = _at.position_on(
-        effect.at,  # type: ignore[attr-defined]
-        modes.bounds(),
-        f'Effect "{effect.name}"',
-        "place",
+    place: Any = _at.position_on(
+        getattr(effect, field), modes.bounds(), f'Effect "{effect.name}"', "place"
     )
-    return eqx.tree_at(lambda tree: tree.at, effect, at, is_leaf=_is_place)
+    return eqx.tree_at(lambda tree: getattr(tree, field), effect, place, is_leaf=_is_place)
 
 
 def _is_place(leaf: Any) -> bool:

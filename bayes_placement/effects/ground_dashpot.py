@@ -8,7 +8,8 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from .effect import Attachment, Direction, Omega, Place, Stiffness
+from ..laws import Dashpot
+from .effect import Attachment, Direction, Place
 from .scales import Scales
 
 
@@ -37,9 +38,9 @@ class GroundDashpot(Attachment):
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="ground_dashpot", kw_only=True)
 
-    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
-        """Dynamic stiffness i omega c [N/m]."""
-        return 1j * omega * self.viscosity
+    def network(self) -> Dashpot:
+        """Return the dashpot."""
+        return Dashpot(self.viscosity)
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["GroundDashpot"]:

@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from numpyro.distributions import Distribution, LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from .effect import Attachment, Direction, Omega, Place, Stiffness
+from ..laws import Spring
+from .effect import Attachment, Direction, Place
 from .scales import Scales
 from .signed import negative_log_uniform, where_negative
 
@@ -42,9 +42,9 @@ class GroundSpring(Attachment):
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="ground_spring", kw_only=True)
 
-    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
-        """Dynamic stiffness k [N/m]."""
-        return jnp.broadcast_to(jnp.asarray(self.stiffness), omega.shape)
+    def network(self) -> Spring:
+        """Return the spring."""
+        return Spring(self.stiffness)
 
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
         """Say that a spring of the model is too stiff, where the estimate is negative."""

@@ -8,7 +8,8 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from .effect import Attachment, Omega, Place, Stiffness
+from ..laws import Mass
+from .effect import Attachment, Place
 from .scales import Scales
 from .signed import negative_log_uniform, where_negative
 
@@ -37,9 +38,9 @@ class PointMass(Attachment):
     mass: Parameter = eqx.field(metadata=unit("kg"))
     name: str = eqx.field(static=True, default="point_mass", kw_only=True)
 
-    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
-        """Dynamic stiffness -omega^2 m [N/m]."""
-        return -(omega**2) * self.mass
+    def network(self) -> Mass:
+        """Return the mass."""
+        return Mass(self.mass)
 
     def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
         """Say that a mass was removed, where the estimate is negative."""

@@ -31,3 +31,15 @@ from .reversed_channel import reversed_channel
 from .swapped_sensors import swapped_sensors
 from .swapped_actuators import swapped_actuators
 from .frequency_drift import frequency_drift
+from .attached import attached
+from .inserted import inserted
+from .over import over
+from .strut import strut
+from .rotary_inertia import rotary_inertia
+from .eccentric_mass import eccentric_mass
+from .rotational_spring import rotational_spring
+from .segment_mass import segment_mass
+from .foundation import foundation
+from .damping_layer import damping_layer
+from .maxwell_mount import maxwell_mount
+from .fractional_mount import fractional_mount

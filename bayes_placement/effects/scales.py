@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from numpyro.distributions import LogUniform
 
 from .._compiled import compiled
 from ..modes.finite_elements.nodal_modes import nodal_of
@@ -141,6 +142,20 @@ class Scales:
         axes = self.modes.axes
         directions = [None] if len(axes) == 1 else [_unit(axis) for axis in axes]
         return list(itertools.product(self.places(), directions))
+
+    def extents(self, *, lines_alone: bool = False) -> list[tuple[Any, Any]]:
+        """Priors of the middle and of the extent [m] of a part of a line, or of a plate.
+
+        A part of a frame is none: a box about it would hold several members.
+        """
+        low, high = (np.atleast_1d(end) for end in self.nominal_modes.bounds())
+        sizes = [float(size) for size in high - low]
+        edges = tuple(LogUniform(0.02 * size, size) if size else 0.0 for size in sizes)
+        places = self.places()
+        if len(sizes) == 1:
+            return [(place, edges[0]) for place in places]
+        is_plate = sizes.count(0.0) == 1 and len(places) == 1
+        return [(places[0], edges)] if is_plate and not lines_alone else []
 
     @cached_property
     def band(self) -> tuple[float, float]:

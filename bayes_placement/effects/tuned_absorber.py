@@ -9,7 +9,8 @@ from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from .effect import Attachment, Direction, Omega, Place, Stiffness
+from ..laws import Dashpot, Law, Mass, Spring
+from .effect import Attachment, Direction, Place
 from .scales import Scales
 
 
@@ -47,11 +48,11 @@ class TunedAbsorber(Attachment):
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="tuned_absorber", kw_only=True)
 
-    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
-        """Dynamic stiffness [N/m]."""
+    def network(self) -> Law:
+        """Return the mass on a spring and a dashpot, of one kilogram times the mass."""
         natural = 2 * jnp.pi * self.frequency
-        spring = natural**2 + 2j * self.damping_ratio * natural * omega
-        return -(omega**2) * self.mass * spring / (spring - omega**2)
+        foot = Spring(natural**2) | Dashpot(2 * self.damping_ratio * natural)
+        return self.mass * (foot - Mass(1.0))
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["TunedAbsorber"]:

@@ -9,10 +9,12 @@ from jaxtyping import Array, Complex, Float, Inexact
 
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
+from ..effects.port_law import PortLaw
 from ..modes.modes import Modes
 from ..modes.points import Points, along_axes, joined
 from ..positions.places import coordinates
-from .frf import ModeError
+from .closure import in_series
+from .frf import ModeError, linear_laws
 from .model_error import ModalErrors
 from .recording import amplified
 from .structure import Structure
@@ -164,32 +166,19 @@ class Oscillator(NamedTuple):
 
     def _ports(self, line: Float[Array, "1"]) -> "_Ports | None":
         """Ports of all attachments and of instruments that load the structure; None without any."""
-        groups = [
-            (self._at(attachment), attachment.dynamic_stiffness(line))
-            for attachment in self.structure.attachments
-        ]
+        laws = linear_laws(self.structure, self.modes, line, self.mode_error)
         for number, sensor in enumerate(self.instruments.sensors.values()):
             place = along_axes(coordinates(sensor.position), self.modes)
-            groups += [
-                (place, effect.load("sensor", number, line))
+            laws += [
+                PortLaw(place, effect.load("sensor", number, line))
                 for effect in self.effects
                 if "sensor" in effect.loads
             ]
-        if not groups:
+        if not laws:
             return None
-        points = joined([place for place, _ in groups])
-        stiffness = jnp.concatenate(
-            [jnp.broadcast_to(value, place.position.shape[:1]) for place, value in groups]
-        )
+        points = joined([law.points for law in laws])
         flexibility = points.flexibility_left_out(self.modes, points) / self._modulus(line)[0]
-        # In series with the flexibility R of the modes left out: (1 + Z R)^-1 Z.
-        factor = jnp.eye(stiffness.size) + stiffness[:, None] * flexibility
-        in_series = jnp.linalg.solve(factor, jnp.diag(stiffness) + 0 * factor)
-        return _Ports(points, points.shapes(self.modes), in_series)
-
-    def _at(self, attachment: Any) -> Points:
-        points: Points = attachment.points(self.modes)
-        return points if self.mode_error is None else self.mode_error.at(attachment, points)
+        return _Ports(points, points.shapes(self.modes), in_series(laws, flexibility))
 
     def _expansion(self, omega: Float[Array, ""]) -> tuple[Matrix, Matrix, Matrix]:
         """Matrix at an angular frequency, its derivative and its second derivative."""

@@ -6,48 +6,57 @@ another of them then have one form, and share one compiled response.
 """
 
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
-from ..effects.effect import AtPlace, Attachment, Direction, Effect, Modulus, Omega, Stiffness
+from ..effects.effect import (
+    Attachment,
+    Effect,
+    GlobalChange,
+    Modulus,
+    Omega,
+    OnPorts,
+    Stiffness,
+)
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
+from ..effects.port_law import PortLaw
 from ..effects.scales import Scales
+from ..modes.modes import Modes
+from ..modes.points import Points
 from .experiment import Experiment
 
 HOOKS = ("moved", "load", "laplace", "evaluated", "added", "channel_factor", "recorded")
 """Methods by which an effect acts on the instruments."""
 
 
-class AppliedStiffness(Attachment):
-    """An attachment of which the dynamic stiffness at each line is known.
+class AppliedLaw(OnPorts):
+    """A law of which the ports and the dynamic stiffness at each line are known.
 
     Parameters
     ----------
-    at
-        Where it sits [m].
-    stiffness
-        Dynamic stiffness at the lines [N/m].
-    direction
-        Direction in which it acts; None for every one in which the structure moves.
+    points
+        The ports.
+    numerator, denominator
+        Dynamic stiffness N / D of each port at the lines.
     """
 
-    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
-    at: Any = eqx.field(metadata={"unit": "m"})
-    stiffness: Complex[Array, "frequency"] = eqx.field(metadata={"unit": "N/m"})
-    direction: Direction = eqx.field(default=None, kw_only=True)
+    absent: ClassVar[tuple[str, float]] = ("numerator", 0.0)
+    points: Points
+    numerator: Complex[Array, "*port frequency"] = eqx.field(metadata={"unit": "N/m"})
+    denominator: Complex[Array, "*port frequency"] = eqx.field(metadata={"unit": "1"})
     name: str = eqx.field(static=True, kw_only=True)
 
-    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
-        """Dynamic stiffness at the lines [N/m]."""
-        return self.stiffness
+    def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
+        """The ports and the law on each, as they were applied."""
+        return [PortLaw(self.points, self.numerator, self.denominator)]
 
     @classmethod
-    def suggest(cls, scales: Scales) -> Sequence["AppliedStiffness"]:
+    def suggest(cls, scales: Scales) -> Sequence["AppliedLaw"]:
         """Return none: it is no candidate."""
         return []
 
@@ -170,20 +179,19 @@ def _with_factor(known: Experiment) -> Experiment:
 
 
 def _with_stiffness(known: Experiment) -> Experiment:
-    """Attachments as dynamic stiffness, and the errors of the shapes there under the new names."""
-    omega = _omega(known)
-    attachments = [item for item in known.structure.attachments if _is_at_a_place(item)]
-    names = {item.name: f"applied.{number}" for number, item in enumerate(attachments)}
-    stiffness = {
-        names[item.name]: AppliedStiffness(
-            item.at,
-            jnp.broadcast_to(item.dynamic_stiffness(omega), omega.shape) + 0j,
-            direction=item.direction,
-            name=names[item.name],
-        )
-        for item in attachments
-    }
-    remaining = _without(known.structure.effects, attachments) | stiffness
+    """Laws on ports at each line, and the errors of the shapes there under the new names."""
+    structure, omega = known.structure, _omega(known)
+    modulus, modes = structure.stiffness_factor(omega), structure.modes
+    # Where a change of the modes also moves ends and sections, only places stay what they are.
+    kind: Any = Attachment if structure.of_kind(GlobalChange) else OnPorts
+    chosen = structure.of_kind(kind)
+    laws = [(item, law) for item in chosen for law in item.port_laws(modes, modulus, omega)]
+    by_line = [
+        AppliedLaw(law.points, *_of_lines(law, omega), name=f"applied.{number}")
+        for number, (_, law) in enumerate(laws)
+    ]
+    names = {item.name: law.name for (item, _), law in zip(laws, by_line, strict=True)}
+    remaining = _without(structure.effects, chosen) | {law.name: law for law in by_line}
     renamed = eqx.tree_at(
         lambda tree: tree.structure.effects, known, OrderedDict(remaining), is_leaf=_is_dict
     )
@@ -193,6 +201,13 @@ def _with_stiffness(known: Experiment) -> Experiment:
     return eqx.tree_at(
         lambda tree: tree.model_error.ports, renamed, OrderedDict(ports), is_leaf=_is_dict
     )
+
+
+def _of_lines(law: PortLaw, omega: Omega) -> Iterator[Complex[Array, "*port frequency"]]:
+    """Numerator and denominator as complex arrays, whatever the law."""
+    for part in (law.numerator, law.denominator):
+        shape = jnp.broadcast_shapes(jnp.shape(part), omega.shape)
+        yield jnp.broadcast_to(jnp.asarray(part), shape) + 0j
 
 
 def _with_modulus(known: Experiment) -> Experiment:
@@ -206,11 +221,6 @@ def _with_modulus(known: Experiment) -> Experiment:
     modulus = AppliedModulus(excess, structure.kept_damping())
     remaining = _without(structure.effects, moduli) | {modulus.name: modulus}
     return eqx.tree_at(lambda tree: tree.structure.effects, known, remaining, is_leaf=_is_dict)
-
-
-def _is_at_a_place(attachment: Attachment) -> bool:
-    """Whether the structure feels it at its place alone, unless its kind says otherwise."""
-    return type(attachment).points is AtPlace.points
 
 
 def _omega(known: Experiment) -> Omega:

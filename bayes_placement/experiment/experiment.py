@@ -174,7 +174,11 @@ class Experiment(eqx.Module):
 
     def with_errors(self, errors: ModalErrors | None) -> "Experiment":
         """Return the experiment with the errors of its own modes and channels, or with none."""
-        ports = {item.name: item.count(self.structure.modes) for item in self.structure.attachments}
+        counts = (
+            (item.name, item.uncertain_ports(self.structure.modes))
+            for item in self.structure.attachments
+        )
+        ports = {name: count for name, count in counts if count}
         return eqx.tree_at(
             lambda tree: tree.model_error,
             self,

@@ -1,5 +1,6 @@
 """Receptance [m/N] between points of a structure with all its effects."""
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
@@ -9,11 +10,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
 from .._types import InputError, Receptance
-from ..effects.effect import Attachment, CubicAttachment, Omega
+from ..effects.effect import CubicAttachment, Omega, OnPorts
+from ..effects.port_law import PortLaw
 from ..modes.eigenpairs import with_coupling
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
 from ..modes.uneven_pieces import Excess, with_uneven_pieces
+from .closure import closed, reciprocal
 from .structure import Structure
 
 NEWTON_STEPS = 60
@@ -22,28 +25,20 @@ Matrix = Complex[Array, "response reference frequency"]
 """Receptance [m/N] between response and reference points."""
 
 
-class PortStiffness(NamedTuple):
-    """Ports of the structure, and the dynamic stiffness [N/m] attached to each of them."""
-
-    points: Points
-    stiffness: Inexact[Array, "frequency"]
-
-
 def receptance(
     structure: Structure,
     sensors: Points,
     actuators: Points,
     omega: Omega,
     *,
-    ports: Sequence[PortStiffness] = (),
+    ports: Sequence[PortLaw] = (),
     force: Float[Array, "frequency"] | None = None,
     mode_error: "ModeError | None" = None,
 ) -> Receptance:
     r"""Receptance between points of a structure with all its effects, Eqs. (6), (7) and (18).
 
-    The modal sum with the static flexibility of the modes left out, then each attachment by the
-    formula of Sherman and Morrison: one port after the other, the last one first, which is block
-    elimination.
+    The modal sum with the static flexibility of the modes left out, then all that is attached or
+    inserted, closed at its ports.
 
     Parameters
     ----------
@@ -73,16 +68,7 @@ def receptance(
     modes = structure.proper_modes()
     if mode_error is not None:
         modes = mode_error.uneven(modes)
-    linear = [
-        PortStiffness(
-            attachment.points(modes)
-            if mode_error is None
-            else mode_error.at(attachment, attachment.points(modes)),
-            attachment.dynamic_stiffness(omega),
-        )
-        for attachment in structure.attachments
-    ]
-    attached = [*linear, *ports]
+    attached = [*linear_laws(structure, modes, omega, mode_error), *ports]
     cubic = structure.cubic_attachments
     at_ports = [spring.points(modes) for spring in cubic] + [port.points for port in attached]
     response, reference = ShapesAtPoints.of(sensors, modes), ShapesAtPoints.of(actuators, modes)
@@ -95,12 +81,24 @@ def receptance(
     sides = response.joined(inner), reference.joined(inner)
     with_ports = elastic(structure, modes, *sides, omega, mode_error)
     matrix = with_ports.at[: matrix.shape[0], : matrix.shape[1]].set(matrix)
-    for points, stiffness in reversed(attached):
-        for _ in range(points.position.shape[0]):
-            matrix = attached_to_last(matrix, stiffness)
+    for law in reversed(attached):
+        matrix = closed(matrix, law)
     if not cubic:
         return matrix
     return attached_cubic(matrix, _single(cubic).hardening(), _known(force))
+
+
+def linear_laws(
+    structure: Structure, modes: Modes, omega: Omega, mode_error: "ModeError | None" = None
+) -> list[PortLaw]:
+    """Ports of all that is attached or inserted, with errors of the shapes there, and the laws."""
+    return [
+        law
+        if mode_error is None
+        else law._replace(points=mode_error.at(attachment, law.points))
+        for attachment in structure.attachments
+        for law in attachment.port_laws(modes, structure.stiffness_factor(omega), omega)
+    ]
 
 
 class ShapesAtPoints(NamedTuple):
@@ -157,10 +155,10 @@ class ModeError(NamedTuple):
         )
         return ModeError(frequency, damping)
 
-    def at(self, attachment: Attachment, points: Points) -> Points:
+    def at(self, attachment: OnPorts, points: Points) -> Points:
         """Return the points of an attachment with the errors of the shapes there."""
         error = self.ports.get(attachment.name)
-        return Points(points.position, points.direction, error)
+        return points if error is None else dataclasses.replace(points, shape_error=error)
 
 
 class ModalReceptance(NamedTuple):
@@ -199,21 +197,8 @@ def modal_receptance(
     loss = loss if factor is None else loss * factor.damping[:, None]
     stiffness_less_inertia = (natural**2)[:, None] * modulus - omega**2
     modal = reciprocal(stiffness_less_inertia + loss * structure.kept_damping())
-    lossy = modulus + structure.damping.static_loss(omega) * structure.kept_damping()
-    compliance = reciprocal(lossy)
+    compliance = reciprocal(structure.stiffness_factor(omega))
     return ModalReceptance(modal, modal - compliance / eigenvalues[:, None], compliance)
-
-
-def reciprocal(value: Inexact[Array, "*shape"]) -> Inexact[Array, "*shape"]:
-    """One over a number; of a complex one without the scaling that takes most of a division.
-
-    Dynamic stiffness is far from the ends of the range of numbers, so that squares are safe.
-    """
-    if not jnp.iscomplexobj(value):
-        return 1 / value
-    real, imaginary = jnp.real(value), jnp.imag(value)
-    over_square = 1 / (real * real + imaginary * imaginary)
-    return jax.lax.complex(real * over_square, -imaginary * over_square)
 
 
 def elastic(
@@ -237,6 +222,10 @@ def elastic(
     else:
         beyond = _modal_sum(response, reference, factors.beyond_static)
         matrix = beyond + static[..., None] * factors.relative_compliance
+    second = response.points.second_flexibility(modes, reference.points)
+    if second is not None:
+        left_out = second - (response.exact * _flexibility(modes) ** 2) @ reference.exact.T
+        matrix = matrix + left_out[..., None] * (omega * factors.relative_compliance) ** 2
     return _coupled(matrix, structure, modes, (response, reference), factors.modal, omega)
 
 
@@ -278,14 +267,6 @@ def _coupled(
     growth = structure.relative_modulus(omega) + slope * over * structure.kept_damping()
     response, reference = (side.shapes[:, :, None] * modal for side in sides)
     return with_coupling(matrix, coupling, response * growth, reference)
-
-
-def attached_to_last(
-    matrix: Matrix, stiffness: Inexact[Array, "*frequency"]
-) -> Complex[Array, "response-1 reference-1 frequency"]:
-    """Receptance between all points but the last, a port to which a stiffness [N/m] is attached."""
-    share = stiffness * reciprocal(1 + stiffness * matrix[-1, -1])
-    return matrix[:-1, :-1] - matrix[:-1, -1, None] * share * matrix[-1, None, :-1]
 
 
 def attached_cubic(

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from .._compiled import Bound, compiled
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
+from .frf import linear_laws
 from .structure import Structure
 
 STEPS = 400
@@ -147,8 +148,8 @@ def _root(pencil: _Pencil, low: float, high: float, branch: int) -> float:
 
 def _ports(structure: Structure, modes: Modes) -> Points | None:
     """Ports of all attachments; None where nothing is attached."""
-    groups = [attachment.points(modes) for attachment in structure.attachments]
-    return joined(groups) if groups else None
+    laws = linear_laws(structure, modes, jnp.ones(1))
+    return joined([law.points for law in laws]) if laws else None
 
 
 def _at_ports(structure: Structure) -> tuple[Array, Array, Array]:
@@ -163,10 +164,8 @@ def _at_ports(structure: Structure) -> tuple[Array, Array, Array]:
 def _at_line(structure: Structure, omega: Float[Array, "1"]) -> tuple[Array, Array]:
     """Modulus over that as drawn [1], and dynamic stiffness of each port [N/m], without loss."""
     modes = structure.proper_modes()
-    stiffness = [
-        jnp.broadcast_to(jnp.real(attachment.dynamic_stiffness(omega)), attachment.count(modes))
-        for attachment in structure.attachments
-    ]
+    pairs = [law.of_each() for law in linear_laws(structure, modes, omega)]
+    stiffness = [jnp.real(numerator / denominator)[:, 0] for numerator, denominator in pairs]
     modulus = jnp.real(structure.relative_modulus(omega))[0]
     return modulus, jnp.concatenate([jnp.zeros(0), *stiffness])
 

@@ -12,9 +12,10 @@ from .._types import Receptance
 from ..effects.effect import Omega
 from ..effects.instrument_effect import InstrumentEffect
 from ..effects.instruments import Instruments
+from ..effects.port_law import PortLaw
 from ..modes.points import Points, along_axes, joined
 from ..positions.places import coordinates
-from .frf import PortStiffness, receptance
+from .frf import receptance
 from .model_error import SIDES, ModalErrors
 from .structure import Structure
 
@@ -141,7 +142,7 @@ class _Loaded(NamedTuple):
         changes = jax.vmap(change, out_axes=1)(_singly(driven), loads)
         return self._with_sensors(driven, []) + changes[:, :, 0]
 
-    def _with_sensors(self, driven: Points, ports: Sequence[PortStiffness]) -> Receptance:
+    def _with_sensors(self, driven: Points, ports: Sequence[PortLaw]) -> Receptance:
         """Receptance with the sensors, all mounted or each alone in its runs."""
         read = self._points("sensor")
         if not self._loading("sensor"):
@@ -159,7 +160,7 @@ class _Loaded(NamedTuple):
         changes = jax.vmap(change)(_singly(read), self._stiffness("sensor"))
         return self._between(read, driven, ports) + changes[:, 0]
 
-    def _between(self, read: Points, driven: Points, ports: Sequence[PortStiffness]) -> Receptance:
+    def _between(self, read: Points, driven: Points, ports: Sequence[PortLaw]) -> Receptance:
         omega, force, _ = self.drive
         mode_error = None if self.model_error is None else self.model_error.mode_error()
         if mode_error is not None and self.run_factor is not None:
@@ -181,7 +182,7 @@ class _Loaded(NamedTuple):
         """Effects that load the structure at the positions of the transducers of a side."""
         return [effect for effect in self.instrument_effects if side in effect.loads]
 
-    def _ports(self, side: str) -> list[PortStiffness]:
+    def _ports(self, side: str) -> list[PortLaw]:
         """Port of each transducer of a side, with its dynamic stiffness."""
         return [
             self._port(coordinates(transducer.position), self._load(side, number))
@@ -190,9 +191,9 @@ class _Loaded(NamedTuple):
 
     def _port(
         self, position: Float[Array, "*coordinate"], stiffness: DynamicStiffness
-    ) -> PortStiffness:
+    ) -> PortLaw:
         """A dynamic stiffness in every axis in which the structure moves."""
-        return PortStiffness(along_axes(position, self.structure.modes), stiffness)
+        return PortLaw(along_axes(position, self.structure.modes), stiffness)
 
     def _load(self, side: str, number: int) -> DynamicStiffness:
         """Dynamic stiffness of one transducer [N/m]."""

@@ -11,13 +11,13 @@ from jaxtyping import Array, Float, Inexact
 from .._sites import Role, checked_name, owners
 from .._types import InputError, check_annotated, check_kind
 from ..effects.effect import (
-    Attachment,
     CubicAttachment,
     Effect,
     GlobalChange,
     Hinged,
     Modulus,
     Omega,
+    OnPorts,
     StructureEffect,
 )
 from ..modes.hinges import with_compliance
@@ -124,6 +124,11 @@ class Structure(eqx.Module):
         added = (effect.relative_modulus(omega) for effect in self.of_kind(Modulus))
         return sum(added, jnp.ones(omega.shape))
 
+    def stiffness_factor(self, omega: Omega) -> Inexact[Array, "frequency"]:
+        """Internal force over that of the modulus as drawn, with its loss [1]."""
+        loss = self.damping.static_loss(omega) * self.kept_damping()
+        return self.relative_modulus(omega) + loss
+
     def kept_damping(self) -> Float[Array, ""]:
         """Share of the damping law that no effect replaces [1]."""
         shares = [effect.kept_damping() for effect in self.of_kind(Modulus)]
@@ -138,9 +143,9 @@ class Structure(eqx.Module):
     _repr_html_ = noun_html
 
     @property
-    def attachments(self) -> list[Attachment]:
-        """Linear attachments."""
-        return self.of_kind(Attachment)
+    def attachments(self) -> list[OnPorts]:
+        """All that is attached at ports or inserted there, and linear."""
+        return self.of_kind(OnPorts)
 
     @property
     def cubic_attachments(self) -> list[CubicAttachment]:

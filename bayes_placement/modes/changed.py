@@ -74,13 +74,19 @@ class ChangedModes(DerivedModes):
         return self.modes.shapes(position, derivative) @ self.of_modes
 
     def static_flexibility(
-        self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
+        self,
+        position: Float[Array, "*coordinate"],
+        other: Float[Array, "*coordinate"],
+        orders: tuple[int, int] = (0, 0),
     ) -> Float[Array, "axis axis"] | None:
         """Static flexibility [m/N] of all elastic modes."""
-        before = self.modes.static_flexibility(position, other)
+        before = self.modes.static_flexibility(position, other, *beyond_displacement(orders))
         if before is None:
             return None
-        shapes, other_shapes = self.modes.shapes(position), self.modes.shapes(other)
+        shapes, other_shapes = (
+            self.modes.shapes(place, order)
+            for place, order in zip((position, other), orders, strict=True)
+        )
         return before + shapes @ self.flexibility @ other_shapes.T
 
 
@@ -161,6 +167,11 @@ def bending_shapes(
     if isinstance(modes, ChangedModes):
         return bending_shapes(modes.modes, position, derivative) @ modes.bending
     return modes.shapes(position, derivative)[0]
+
+
+def beyond_displacement(orders: tuple[int, int]) -> tuple[()] | tuple[tuple[int, int]]:
+    """Orders of derivatives as an argument, none for displacements: not all modes know others."""
+    return () if orders == (0, 0) else (orders,)
 
 
 def safe_root(value: Float[Array, "mode"]) -> Float[Array, "mode"]:

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .changed import DerivedModes
+from .changed import DerivedModes, beyond_displacement
 from .eigenpairs import eigenpairs
 from .modes import Modes
 
@@ -88,25 +88,30 @@ class CompliantModes(DerivedModes):
         return mode_shapes @ self.of_modes + residual @ self.of_residual
 
     def static_flexibility(
-        self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
+        self,
+        position: Float[Array, "*coordinate"],
+        other: Float[Array, "*coordinate"],
+        orders: tuple[int, int] = (0, 0),
     ) -> Float[Array, "axis axis"] | None:
         """Static flexibility [m/N] of all elastic modes, interfaces included."""
-        before = self.modes.static_flexibility(position, other)
+        before = self.modes.static_flexibility(position, other, *beyond_displacement(orders))
         if before is None:
             return None
-        return (
-            before + self._static_shapes(position) @ self.compliance @ self._static_shapes(other).T
+        response, reference = (
+            self._static_shapes(place, order)
+            for place, order in zip((position, other), orders, strict=True)
         )
+        return before + response @ self.compliance @ reference.T
 
     def _parts(self, position: Float[Array, "*coordinate"], derivative: int) -> tuple[Array, Array]:
         mode_shapes = self.modes.shapes(position, derivative)
         return mode_shapes, self.residual.shapes(position, derivative, mode_shapes)
 
     def _static_shapes(
-        self, position: Float[Array, "*coordinate"]
+        self, position: Float[Array, "*coordinate"], order: int
     ) -> Float[Array, "axis static_shape"]:
-        """Static shapes of unit relative displacements."""
-        mode_shapes, residual = self._parts(position, 0)
+        """Static shapes of unit relative displacements, or their derivatives."""
+        mode_shapes, residual = self._parts(position, order)
         return residual + mode_shapes @ self.participation
 
 

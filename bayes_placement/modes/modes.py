@@ -45,13 +45,33 @@ class Modes(eqx.Module):
 
     @abc.abstractmethod
     def static_flexibility(
-        self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
+        self,
+        position: Float[Array, "*coordinate"],
+        other: Float[Array, "*coordinate"],
+        orders: tuple[int, int] = (0, 0),
     ) -> Float[Array, "axis axis"] | None:
         """Static flexibility [m/N] of all elastic modes, kept or not; None if not known.
 
         The sum over all of them of phi phi / omega_n^2. With it a modal sum is exact at low
         frequency, however few modes are kept (MacNeal 1971, DOI 10.1016/0045-7949(71)90031-9).
+
+        Parameters
+        ----------
+        position, other
+            Positions of response and force [m].
+        orders
+            Orders of the derivatives in the two positions; asked for above 0 of modes only whose
+            shapes have derivatives.
         """
+
+    def second_flexibility(
+        self,
+        position: Float[Array, "*coordinate"],
+        other: Float[Array, "*coordinate"],
+        orders: tuple[int, int],
+    ) -> Float[Array, "axis axis"] | None:
+        """Sum over all elastic modes of phi phi / omega_n^4 [m s2/N]; None if not known."""
+        return None
 
     @abc.abstractmethod
     def bounds(self) -> Bounds:

@@ -1,6 +1,12 @@
-"""Points of a structure, each with one direction, and the mode shapes there."""
+"""Ports of a structure: linear functionals of its displacement, and the mode shapes there.
 
-from collections.abc import Sequence
+A port is read, and by reciprocity driven, through the same functional: the displacement along a
+direction at a place, a derivative of it (the slope of a beam), or a combination of such readings
+(the difference of two places, the displacement beside the axis of a beam). The internal force at a
+cut is a derivative as well, times the stiffness of the section.
+"""
+
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -20,49 +26,120 @@ class Points(eqx.Module):
     position
         Positions [m].
     direction
-        Unit vectors, in the axes of the structure [1].
+        Unit vectors, in the axes of the structure [1]; of a cut, times the stiffness of the
+        section.
     shape_error
         What is added to the shapes of the first modes there [kg^-1/2]; None where they are exact.
+    orders
+        Order of the derivative in position that is read at each point: 0 displacement, of a beam 1
+        slope, 2 bending moment and 3 shear force over its stiffness. None where all are 0.
+    combination
+        Weights of the points in each port; None where every point is a port.
     """
 
     position: Float[Array, "point *coordinate"]
     direction: Float[Array | np.ndarray, "point axis"]
     shape_error: Float[Array, "point erroneous"] | None = None
+    orders: tuple[int, ...] | None = eqx.field(static=True, default=None)
+    combination: Float[Array, "port point"] | None = None
 
-    def shapes(self, modes: Modes) -> Float[Array, "point mode"]:
+    @property
+    def count(self) -> int:
+        """Number of ports."""
+        return len(self.position if self.combination is None else self.combination)
+
+    def shapes(self, modes: Modes) -> Float[Array, "port mode"]:
         """Mass-normalised mode shapes [kg^-1/2] along the directions."""
         return self.with_error(self.exact_shapes(modes))
 
-    def exact_shapes(self, modes: Modes) -> Float[Array, "point mode"]:
+    def exact_shapes(self, modes: Modes) -> Float[Array, "port mode"]:
         """Mass-normalised mode shapes [kg^-1/2] of the model, without error."""
-        return jnp.einsum("pa,pam->pm", self.direction, jax.vmap(modes.shapes)(self.position))
+        read = [
+            jnp.einsum("pa,pam->pm", self.direction[rows], _shapes(modes, order)(places))
+            for order, rows, places in self._by_order()
+        ]
+        return self._combined(self._in_order(read))
 
-    def with_error(self, exact: Float[Array, "point mode"]) -> Float[Array, "point mode"]:
+    def with_error(self, exact: Float[Array, "port mode"]) -> Float[Array, "port mode"]:
         """Shapes with their error added."""
         if self.shape_error is None:
             return exact
         return exact.at[:, : self.shape_error.shape[1]].add(self.shape_error)
 
-    def static_flexibility(
-        self, modes: Modes, other: "Points"
-    ) -> Float[Array, "point other"] | None:
+    def static_flexibility(self, modes: Modes, other: "Points") -> Float[Array, "port other"] | None:
         """Static flexibility [m/N] between these and other points; None if not known."""
-        over_other = jax.vmap(modes.static_flexibility, in_axes=(None, 0))
-        flexibility = jax.vmap(over_other, in_axes=(0, None))(self.position, other.position)
-        if flexibility is None:
-            return None
-        return jnp.einsum("pa,poab,ob->po", self.direction, flexibility, other.direction)
+        return self._between(other, lambda orders: _flexibility(modes, orders))
 
-    def flexibility_left_out(self, modes: Modes, other: "Points") -> Float[Array, "point other"]:
+    def second_flexibility(
+        self, modes: Modes, other: "Points"
+    ) -> Float[Array, "port other"] | None:
+        """Sum of phi phi / omega_n^4 over all elastic modes [m s2/N]; None but of cuts.
+
+        It is the next term of the receptance in omega^2, the mass of the modes left out, which the
+        internal force of one cut under the opening of another needs.
+        """
+        if self.orders is None or other.orders is None:
+            return None
+        return self._between(other, lambda orders: _second_flexibility(modes, orders))
+
+    def flexibility_left_out(self, modes: Modes, other: "Points") -> Float[Array, "port other"]:
         """Static flexibility [m/N] of the modes left out; zero where it is not known."""
         static = self.static_flexibility(modes, other)
         if static is None:
-            return jnp.zeros((self.position.shape[0], other.position.shape[0]))
+            return jnp.zeros((self.count, other.count))
         elastic = slice(modes.rigid_body_modes, None)
         scaled_shapes = (
             self.exact_shapes(modes)[:, elastic] / modes.angular_frequency()[elastic] ** 2
         )
         return static - scaled_shapes @ other.exact_shapes(modes)[:, elastic].T
+
+    def _between(
+        self, other: "Points", flexibility: Callable[[tuple[int, int]], Any]
+    ) -> Float[Array, "port other"] | None:
+        """Matrix between two lists of ports from a function of two places, order by order."""
+        rows = []
+        for order, these, places in self._by_order():
+            row = []
+            for other_order, those, other_places in other._by_order():
+                over_other = jax.vmap(flexibility((order, other_order)), in_axes=(None, 0))
+                block = jax.vmap(over_other, in_axes=(0, None))(places, other_places)
+                if block is None:
+                    return None
+                directions = self.direction[these], other.direction[those]
+                row.append(jnp.einsum("pa,poab,ob->po", directions[0], block, directions[1]).T)
+            rows.append(other._combined(other._in_order(row)).T)
+        return self._combined(self._in_order(rows))
+
+    def _by_order(self) -> list[tuple[int, Any, Float[Array, "of_order *coordinate"]]]:
+        """Order of derivatives, and the points of which it is read."""
+        if self.orders is None:
+            return [(0, slice(None), self.position)]
+        orders = np.array(self.orders)
+        rows = [(int(order), np.flatnonzero(orders == order)) for order in np.unique(orders)]
+        return [(order, row, self.position[row]) for order, row in rows]
+
+    def _in_order(self, blocks: list[Float[Array, "of_order column"]]) -> Float[Array, "point column"]:
+        """Rows of all orders as the points are listed."""
+        if self.orders is None:
+            return blocks[0]
+        return jnp.concatenate(blocks)[np.argsort(np.argsort(self.orders, kind="stable"))]
+
+    def _combined(self, read: Float[Array, "point column"]) -> Float[Array, "port column"]:
+        return read if self.combination is None else self.combination @ read
+
+
+def _shapes(modes: Modes, order: int) -> Callable[[Any], Any]:
+    return jax.vmap(modes.shapes if order == 0 else lambda place: modes.shapes(place, order))
+
+
+def _flexibility(modes: Modes, orders: tuple[int, int]) -> Callable[[Any, Any], Any]:
+    if orders == (0, 0):  # which alone all modes know
+        return modes.static_flexibility
+    return lambda place, other: modes.static_flexibility(place, other, orders)
+
+
+def _second_flexibility(modes: Modes, orders: tuple[int, int]) -> Callable[[Any, Any], Any]:
+    return lambda place, other: modes.second_flexibility(place, other, orders)
 
 
 def joined(groups: Sequence[Points]) -> Points:
@@ -74,18 +151,36 @@ def joined(groups: Sequence[Points]) -> Points:
         jnp.concatenate([points.position for points in groups]),
         concatenate([points.direction for points in groups]),
         _joined_errors(groups),
+        _joined_orders(groups),
+        _joined_combinations(groups),
     )
 
 
-def _joined_errors(groups: Sequence[Points]) -> Float[Array, "point erroneous"] | None:
-    """Shape errors of all points, zero for those whose shapes are exact."""
+def _joined_orders(groups: Sequence[Points]) -> tuple[int, ...] | None:
+    if all(points.orders is None for points in groups):
+        return None
+    return tuple(
+        order for points in groups for order in points.orders or (0,) * len(points.position)
+    )
+
+
+def _joined_combinations(groups: Sequence[Points]) -> Float[Array, "port point"] | None:
+    if all(points.combination is None for points in groups):
+        return None
+    blocks = [
+        np.eye(points.count) if points.combination is None else points.combination
+        for points in groups
+    ]
+    return jax.scipy.linalg.block_diag(*blocks)
+
+
+def _joined_errors(groups: Sequence[Points]) -> Float[Array, "port erroneous"] | None:
+    """Shape errors of all ports, zero for those whose shapes are exact."""
     widths = [points.shape_error.shape[1] for points in groups if points.shape_error is not None]
     if not widths:
         return None
     errors = [
-        jnp.zeros((points.position.shape[0], widths[0]))
-        if points.shape_error is None
-        else points.shape_error
+        jnp.zeros((points.count, widths[0])) if points.shape_error is None else points.shape_error
         for points in groups
     ]
     return jnp.concatenate(errors)

@@ -8,7 +8,7 @@ import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._compiled import compiled
 from bayes_placement.effects.scales import Scales
-from bayes_placement.experiment.applied import AppliedFactor, AppliedModulus, AppliedStiffness
+from bayes_placement.experiment.applied import AppliedFactor, AppliedModulus, AppliedLaw
 from bayes_placement.inference.batches import batch
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import experiment, measured
@@ -81,6 +81,6 @@ def test_residuals_are_those_of_the_experiment_at_its_values():
 
 
 def test_applied_effects_are_no_candidates():
-    kinds = (AppliedFactor, AppliedModulus, AppliedStiffness)
+    kinds = (AppliedFactor, AppliedModulus, AppliedLaw)
     scales = Scales(experiment())
     assert [kind.suggest(scales) for kind in kinds] == [[], [], []]

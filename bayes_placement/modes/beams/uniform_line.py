@@ -37,12 +37,28 @@ class UniformLine(Modes):
         """Axial stiffness E A [N] of a bar, bending stiffness E I [N m2] of a beam."""
 
     def static_flexibility(
-        self, position: Float[Array, "*coordinate"], other: Float[Array, "*coordinate"]
+        self,
+        position: Float[Array, "*coordinate"],
+        other: Float[Array, "*coordinate"],
+        orders: tuple[int, int] = (0, 0),
     ) -> Float[Array, "axis axis"] | None:
         """Static flexibility [m/N] of all elastic modes; None if not asked for."""
         if not self.static_correction:
             return None
-        return (self.green(position, other) / self.stiffness)[None, None]
+        return (self.green(position, other, orders) / self.stiffness)[None, None]
+
+    def second_flexibility(
+        self,
+        position: Float[Array, "*coordinate"],
+        other: Float[Array, "*coordinate"],
+        orders: tuple[int, int],
+    ) -> Float[Array, "axis axis"] | None:
+        """Sum over all elastic modes of phi phi / omega_n^4 [m s2/N]; None if not asked for."""
+        if not self.static_correction:
+            return None
+        mass_per_length = self.density * self.area
+        twice = self.green(position, other, orders, 2)
+        return (mass_per_length * twice / self.stiffness**2)[None, None]
 
     def green(
         self, position: Position, other: Position, orders: tuple[int, int] = (0, 0), power: int = 1

@@ -44,7 +44,9 @@ class ScaledResidual(DerivedNodalModes):
         """Mass-normalised mode shapes [kg^-1/2]."""
         return self.nodal.shapes(position, derivative)
 
-    def static_flexibility(self, position: Point, other: Point) -> Float[Array, "axis axis"] | None:
+    def static_flexibility(
+        self, position: Point, other: Point, orders: tuple[int, int] = (0, 0)
+    ) -> Float[Array, "axis axis"] | None:
         """Static flexibility [m/N], without the change of what the basis spans."""
         nodal = self.nodal
         if nodal.flexibility is None:
@@ -170,6 +172,8 @@ class AffineModes(DerivedNodalModes):
         """Mass-normalised mode shapes [kg^-1/2]."""
         return self.solved().shapes(position, derivative)
 
-    def static_flexibility(self, position: Point, other: Point) -> Float[Array, "axis axis"] | None:
+    def static_flexibility(
+        self, position: Point, other: Point, orders: tuple[int, int] = (0, 0)
+    ) -> Float[Array, "axis axis"] | None:
         """Static flexibility [m/N]: exact for nominal parameters, else changed in the basis."""
         return self.solved().static_flexibility(position, other)

@@ -86,7 +86,9 @@ class NodalModes(Modes):
         reading = self.interpolation.at(position)
         return reading.weight @ self.shape[reading.rows] / jnp.sqrt(self.mass_scale())
 
-    def static_flexibility(self, position: Point, other: Point) -> Float[Array, "axis axis"] | None:
+    def static_flexibility(
+        self, position: Point, other: Point, orders: tuple[int, int] = (0, 0)
+    ) -> Float[Array, "axis axis"] | None:
         """Static flexibility [m/N] of all elastic modes; None without stiffness matrix."""
         if self.flexibility is None:
             return None
@@ -196,7 +198,9 @@ class UnknownModes(DerivedNodalModes):
         """Modal masses [kg], 1 for rigid-body modes."""
         return jnp.concatenate([jnp.ones(self.rigid_body_modes), _stacked(self.modal_mass)])
 
-    def static_flexibility(self, position: Point, other: Point) -> None:
+    def static_flexibility(
+        self, position: Point, other: Point, orders: tuple[int, int] = (0, 0)
+    ) -> None:
         """Unknown, since other modes are; see `effects.residual_modes`."""
         return
 

@@ -1,0 +1,84 @@
+"""Any law attached to one place of the structure."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+
+from .._sites import unit
+from .._types import Parameter
+from ..laws import Law
+from ..modes.modes import Modes
+from ..modes.points import Points
+from ..modes.ports import MOTIONS, rotation
+from ..positions.places import coordinates
+from .effect import Attachment, Direction, Place
+from .one_of import check_one_of
+from .on_rotation import Footprint, check_rotation
+from .scales import Scales
+
+
+class Attached(Attachment):
+    """A law between one place of the structure and the ground, on its displacement or rotation.
+
+    Parameters
+    ----------
+    at
+        Where it is attached [m].
+    law
+        What is attached, a network of springs, dashpots and masses: of a rotation in N m for N.
+    strength
+        Factor on the law [1].
+    motion
+        `displacement` or `rotation`.
+    footprint
+        Of a rotation in space, the vector between the edges of the foot [m].
+    direction
+        Direction in which it acts; None for every one in which the structure moves.
+
+    Examples
+    --------
+    >>> law = bp.effects.Spring(1e4) - bp.effects.Dashpot(dist.LogUniform(1.0, 1e3))
+    >>> list((experiment + bp.effects.attached(0.4, law, name="mount")).unknown)[1]
+    'structure.effects.mount.law.parts.2.viscosity'
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("strength", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    law: Law
+    strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
+    motion: str = eqx.field(static=True, default="displacement", kw_only=True)
+    footprint: Footprint = eqx.field(default=None, kw_only=True)
+    direction: Direction = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="attached", kw_only=True)
+
+    def on(self, modes: Modes) -> "Attached":
+        """Return the effect placed on a structure that has this motion."""
+        check_one_of(self, "motion", MOTIONS)
+        if self.motion == "rotation":
+            check_rotation(self.footprint, self.direction, modes)
+        return Attachment.on(self, modes)
+
+    def points(self, modes: Modes) -> Points:
+        """The displacement along its directions, or the rotation."""
+        if self.motion == "displacement":
+            return Attachment.points(self, modes)
+        return rotation(coordinates(self.at), self.footprint, self.direction, modes)
+
+    def uncertain_ports(self, modes: Modes) -> int:
+        """Number of directions of a displacement; errors of shapes are none of rotations."""
+        of_displacement = Attachment.uncertain_ports(self, modes)
+        return of_displacement if self.motion == "displacement" else 0
+
+    def network(self) -> Law:
+        """Return the law, scaled."""
+        return self.strength * self.law
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["Attached"]:
+        """Return none: the law is yours."""
+        return []
+
+
+attached = Attached

@@ -1,0 +1,75 @@
+"""A layer that damps a part of a bar or beam."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from ..modes.modes import Modes
+from ..modes.ports import cuts_over, over
+from ..modes.underlying import required_line, underlying_line
+from ..positions.places import coordinates
+from .effect import AtPlace, Omega, OnPorts, Place, Stiffness, placed
+from .port_law import PortLaw
+from .scales import Scales
+
+
+class DampingLayer(AtPlace, OnPorts):
+    """A lossy modulus E (1 + i eta) along a segment of a bar or beam, as of an unconstrained layer.
+
+    Its compliance is less by z / (1 + z) of that of the segment with z = i eta, which is inserted
+    all over it. Oberst, Acustica 2 (1952) 181.
+
+    Parameters
+    ----------
+    at
+        Middle of the segment [m].
+    extent
+        Its length [m].
+    loss_factor
+        Loss factor eta that the layer gives to the section [1].
+
+    Examples
+    --------
+    >>> layer = bp.effects.damping_layer(at=0.4, extent=0.2, loss_factor=0.1)
+    >>> (structure + layer).effects["damping_layer"].extent
+    0.2
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("loss_factor", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    extent: Parameter = eqx.field(metadata=unit("m"))
+    loss_factor: Parameter = eqx.field(metadata=unit("1"))
+    name: str = eqx.field(static=True, default="damping_layer", kw_only=True)
+
+    def on(self, modes: Modes) -> "DampingLayer":
+        """Return the effect placed on a uniform bar or beam.
+
+        Raises
+        ------
+        InputError
+            If the structure is none.
+        """
+        required_line(modes, "damping_layer", "Name damping of your own by effects.over.")
+        return placed(self, modes)
+
+    def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
+        """Cuts all over the segment, with the compliance that is gone."""
+        segment = over(coordinates(self.at), self.extent, None, modes)
+        added = 1j * self.loss_factor * jnp.sign(jnp.real(omega))
+        compliance = segment.length / underlying_line(modes).stiffness
+        return [PortLaw(cuts_over(segment, modes), compliance * added * modulus, modulus + added)]
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["DampingLayer"]:
+        """A loss factor of 0.1 % to 100 %, on any part of a uniform bar or beam."""
+        loss = LogUniform(1e-3, 1.0)
+        return [cls(place, extent, loss) for place, extent in scales.extents(lines_alone=True)]
+
+
+damping_layer = DampingLayer

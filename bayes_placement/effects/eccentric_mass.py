@@ -1,0 +1,77 @@
+"""A body whose centre of mass lies beside the place where it is fixed."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from numpyro.distributions import LogUniform, Uniform
+
+from .._sites import unit
+from .._types import Parameter
+from ..laws import Mass
+from ..modes.modes import Modes
+from ..modes.ports import beside, rotation
+from ..positions.places import coordinates
+from .effect import AtPlace, Omega, OnPorts, Place, Stiffness
+from .on_rotation import bending_scale
+from .port_law import PortLaw
+from .scales import Scales
+
+
+class EccentricMass(AtPlace, OnPorts):
+    """A rigid body on a beam, with a rotary inertia and its centre of mass beside its foot.
+
+    Its matrix over deflection and slope is m [[1, e], [e, r^2 + e^2]]: a mass m on the deflection
+    of its centre, w + e w', and an inertia m r^2 on the slope (Blevins, Formulas for Natural
+    Frequency and Mode Shape, table 8-8).
+
+    Parameters
+    ----------
+    at
+        Where its foot is [m].
+    mass
+        Mass m [kg].
+    radius_of_gyration
+        Radius of gyration r about its centre of mass [m].
+    offset
+        Distance e of the centre of mass from the foot along the beam [m].
+
+    Examples
+    --------
+    >>> body = bp.effects.eccentric_mass(0.4, mass=0.2, radius_of_gyration=0.03, offset=0.02)
+    >>> (beam + body).effects["eccentric_mass"].offset
+    0.02
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    mass: Parameter = eqx.field(metadata=unit("kg"))
+    radius_of_gyration: Parameter = eqx.field(metadata=unit("m"))
+    offset: Parameter = eqx.field(metadata=unit("m"), default=0.0)
+    name: str = eqx.field(static=True, default="eccentric_mass", kw_only=True)
+
+    def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
+        """The mass at its centre, and the inertia on the slope."""
+        at = coordinates(self.at)
+        inertia = self.mass * jnp.asarray(self.radius_of_gyration) ** 2
+        return [
+            PortLaw(beside(at, self.offset, modes), *Mass(self.mass).fraction(omega)),
+            PortLaw(rotation(at, None, None, modes), *Mass(inertia).fraction(omega)),
+        ]
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["EccentricMass"]:
+        """0.001 % to 100 % of the mass of a uniform beam, within a tenth of its length."""
+        sizes = bending_scale(scales)
+        if sizes is None:
+            return []
+        length = sizes[0]
+        mass = LogUniform(scales.least_mass, scales.mass)
+        radius = LogUniform(1e-3 * length, 0.3 * length)
+        offset = Uniform(-0.1 * length, 0.1 * length)
+        return [cls(place, mass, radius, offset) for place in scales.places()]
+
+
+eccentric_mass = EccentricMass

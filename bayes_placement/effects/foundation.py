@@ -1,0 +1,60 @@
+"""A bed of springs under a part of the structure."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from ..laws import Spring
+from .effect import Direction, Place
+from .over_extent import Extent, OverExtent
+from .scales import Scales
+
+
+class Foundation(OverExtent):
+    """Springs spread evenly under a segment or box, as of Winkler's foundation.
+
+    Hetenyi, Beams on Elastic Foundation (1946), ch. 1. The modulus of the bed is the stiffness
+    over the extent.
+
+    Parameters
+    ----------
+    at
+        Middle of the part [m].
+    extent
+        Its length on a line [m]; in space the edges of a box along x, y and z [m].
+    stiffness
+        Stiffness of all springs together [N/m].
+    direction
+        Direction in which they act; None for every one in which the structure moves.
+
+    Examples
+    --------
+    >>> bed = bp.effects.foundation(at=0.4, extent=0.2, stiffness=dist.LogUniform(1e2, 1e6))
+    >>> list((experiment + bed).unknown)[1]
+    'structure.effects.foundation.stiffness'
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    extent: Extent = eqx.field(metadata=unit("m"))
+    stiffness: Parameter = eqx.field(metadata=unit("N/m"))
+    direction: Direction = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="foundation", kw_only=True)
+
+    def network(self) -> Spring:
+        """Return all of it."""
+        return Spring(self.stiffness)
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["Foundation"]:
+        """1e-5 to 100 times the modal stiffness, under any part of the structure."""
+        extents, size = scales.extents(), LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness)
+        return [cls(place, extent, size) for place, extent in extents]
+
+
+foundation = Foundation

@@ -1,0 +1,61 @@
+"""A mount that is stiff when moved fast and gives way when moved slowly."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+from numpyro.distributions import LogUniform, Uniform
+
+from .._sites import unit
+from .._types import Parameter
+from ..laws import Dashpot, Law, Spring
+from .effect import Attachment, Direction, Place
+from .scales import Scales
+
+
+class MaxwellMount(Attachment):
+    """A spring in series with a dashpot, k i omega tau / (1 + i omega tau): Maxwell's element.
+
+    Ferry, Viscoelastic Properties of Polymers, ch. 3.
+
+    Parameters
+    ----------
+    at
+        Where it holds the structure [m].
+    stiffness
+        Stiffness k of the spring [N/m].
+    relaxation_time
+        Relaxation time tau, the viscosity over the stiffness [s].
+    direction
+        Direction in which it acts, three numbers; None for every one in which the structure moves.
+
+    Examples
+    --------
+    >>> mount = bp.effects.maxwell_mount(at=0.4, stiffness=2e4, relaxation_time=1e-3)
+    >>> mount.network()
+    20000.0 * (Spring(1.0) - Dashpot(0.001))
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    stiffness: Parameter = eqx.field(metadata=unit("N/m"))
+    relaxation_time: Parameter = eqx.field(metadata=unit("s"))
+    direction: Direction = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="maxwell_mount", kw_only=True)
+
+    def network(self) -> Law:
+        """Return the spring and the dashpot, of unit stiffness times the stiffness."""
+        return self.stiffness * (Spring(1.0) - Dashpot(self.relaxation_time))
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["MaxwellMount"]:
+        """A relaxation at a frequency in the band or a decade outside, anywhere."""
+        stiffness = LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness)
+        low, high = scales.band
+        time = LogUniform(0.016 / high, 1.6 / low)
+        places = scales.places_and_directions()
+        return [cls(place, stiffness, time, direction=direction) for place, direction in places]
+
+
+maxwell_mount = MaxwellMount

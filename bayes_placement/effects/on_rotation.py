@@ -1,0 +1,67 @@
+"""What is attached to the rotation of a structure at one place."""
+
+from typing import Any, TypeAlias
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from ..modes.modes import Modes
+from ..modes.points import Points
+from ..modes.ports import is_line, rotation
+from ..positions.places import coordinates
+from .effect import Attachment, Direction, placed
+from .scales import Scales
+
+Footprint: TypeAlias = tuple[Any, Any, Any] | None
+"""Vector between the edges of a foot in space [m]; None on a beam."""
+
+
+class OnRotation(Attachment):
+    """Something attached to the rotation of a beam, or of a foot on a structure in space.
+
+    Examples
+    --------
+    >>> kinds = bp.effects.EFFECTS.items()
+    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.OnRotation)]
+    ['rotary_inertia', 'rotational_spring']
+    """
+
+    footprint: eqx.AbstractVar[Footprint]
+
+    def on(self, modes: Modes) -> "OnRotation":
+        """Return the effect placed on a structure that rotates.
+
+        Raises
+        ------
+        InputError
+            If it does not rotate, or there is no footprint in space.
+        """
+        check_rotation(self.footprint, self.direction, modes)
+        return placed(self, modes)
+
+    def points(self, modes: Modes) -> Points:
+        """The slope of a beam, or the difference over the footprint."""
+        return rotation(coordinates(self.at), self.footprint, self.direction, modes)
+
+    def uncertain_ports(self, modes: Modes) -> int:
+        """None: errors of shapes are errors of displacements."""
+        return 0
+
+
+def check_rotation(footprint: Footprint, direction: Direction, modes: Modes) -> None:
+    """Refuse a rotation that the structure does not have, or without a footprint in space.
+
+    Raises
+    ------
+    InputError
+        If it is so.
+    """
+    rotation(jnp.asarray(modes.bounds()[0], float), footprint, direction, modes)
+
+
+def bending_scale(scales: Scales) -> tuple[float, float] | None:
+    """Length [m] and bending stiffness [N m2] of a uniform beam; None of other structures."""
+    line: Any = scales.nominal_modes
+    if not (is_line(line) and line.half_order == 2):
+        return None
+    return float(line.length), float(line.stiffness)

@@ -1,0 +1,58 @@
+"""Any law spread over a part of the structure."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+
+from .._sites import unit
+from .._types import Parameter
+from ..laws import Law
+from .effect import Direction, Place
+from .over_extent import Extent, OverExtent
+from .scales import Scales
+
+
+class Over(OverExtent):
+    """A law spread evenly over a segment or box of the structure.
+
+    Parameters
+    ----------
+    at
+        Middle of the part [m].
+    extent
+        Its length on a line [m]; in space the edges of a box along x, y and z [m].
+    law
+        Law of all of it together, a network of springs, dashpots and masses.
+    strength
+        Factor on the law [1].
+    direction
+        Direction in which it acts; None for every one in which the structure moves.
+
+    Examples
+    --------
+    >>> felt = bp.effects.Spring(2e4) | bp.effects.Dashpot(dist.LogUniform(1.0, 1e3))
+    >>> list((experiment + bp.effects.over(0.4, 0.2, felt)).unknown)[1]
+    'structure.effects.over.law.parts.2.viscosity'
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("strength", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    extent: Extent = eqx.field(metadata=unit("m"))
+    law: Law
+    strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
+    direction: Direction = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="over", kw_only=True)
+
+    def network(self) -> Law:
+        """Return the law, scaled."""
+        return self.strength * self.law
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["Over"]:
+        """Return none: the law is yours."""
+        return []
+
+
+over = Over

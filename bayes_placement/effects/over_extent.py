@@ -1,0 +1,66 @@
+"""What is attached all over a segment of a line, or a box of a structure in space."""
+
+from typing import Any
+
+import equinox as eqx
+
+from .._types import InputError, Parameter
+from ..modes.modes import Modes
+from ..modes.points import Points
+from ..modes.ports import over
+from ..positions.bounds import in_space
+from ..positions.places import coordinates
+from .effect import Attachment, placed
+
+class OverExtent(Attachment):
+    """Something attached all over an extent, each place of which bears its share.
+
+    Examples
+    --------
+    >>> kinds = bp.effects.EFFECTS.items()
+    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.OverExtent)]
+    ['segment_mass', 'foundation', 'over']
+    """
+
+    extent: eqx.AbstractVar[Any]
+
+    def on(self, modes: Modes) -> "OverExtent":
+        """Return the effect with its middle placed on a structure.
+
+        Raises
+        ------
+        InputError
+            If the extent has not as many edges as the structure has coordinates.
+        """
+        check_extent(self.name, self.extent, modes)
+        return placed(self, modes)
+
+    def points(self, modes: Modes) -> Points:
+        """Ports all over the extent, on each of which all of the law acts."""
+        return over(coordinates(self.at), self.extent, self.direction, modes).points
+
+    def uncertain_ports(self, modes: Modes) -> int:
+        """None: errors of shapes are errors at one place."""
+        return 0
+
+
+def check_extent(name: str, extent: Any, modes: Modes) -> None:
+    """Refuse an extent of another number of edges than the structure has coordinates.
+
+    Raises
+    ------
+    InputError
+        If it has.
+    """
+    edges = len(extent) if isinstance(extent, tuple | list) else 1
+    needed = 3 if in_space(modes.bounds()) else 1
+    if edges != needed:
+        line = "extent=0.1" if needed == 1 else "extent=(0.1, 0.05, 0.0)"
+        raise InputError(
+            f'Effect "{name}": an extent of {edges} numbers was given; {needed} is needed, the '
+            f"length on a line, or the edges of a box along x, y and z in space: {line}."
+        )
+
+
+Extent = Parameter | tuple[Parameter, Parameter, Parameter]
+"""Length [m] on a line; edges of a box along x, y and z in space [m]."""

@@ -1,0 +1,65 @@
+"""A rotary inertia fixed to one place of the structure."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import equinox as eqx
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from ..laws import Mass
+from .effect import Direction, Place
+from .on_rotation import Footprint, OnRotation, bending_scale
+from .scales import Scales
+from .signed import where_negative
+
+
+class RotaryInertia(OnRotation):
+    """A wheel or an arm that turns with the structure, -omega^2 J on its rotation.
+
+    Blevins, Formulas for Natural Frequency and Mode Shape, table 8-8.
+
+    Parameters
+    ----------
+    at
+        Where it sits [m].
+    inertia
+        Moment of inertia about the place [kg m2].
+    footprint, direction
+        In space, the vector between the edges of its foot [m], and how these move.
+
+    Examples
+    --------
+    >>> wheel = bp.effects.rotary_inertia(at=0.4, inertia=dist.LogUniform(1e-6, 1e-3))
+    >>> (beam + wheel).effects["rotary_inertia"].name
+    'rotary_inertia'
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("inertia", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    inertia: Parameter = eqx.field(metadata=unit("kg m2"))
+    footprint: Footprint = eqx.field(default=None, kw_only=True)
+    direction: Direction = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="rotary_inertia", kw_only=True)
+
+    def network(self) -> Mass:
+        """Return the inertia."""
+        return Mass(self.inertia)
+
+    def remark(self, estimates: Mapping[str, tuple[float, float]]) -> str:
+        """Say that an inertia was removed, where the estimate is negative."""
+        return where_negative("inertia", estimates, "removed")
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["RotaryInertia"]:
+        """1e-7 to 0.1 times the mass of a uniform beam and its length squared, anywhere on it."""
+        sizes = bending_scale(scales)
+        if sizes is None:
+            return []
+        whole = scales.mass * sizes[0] ** 2
+        return [cls(place, LogUniform(1e-7 * whole, 0.1 * whole)) for place in scales.places()]
+
+
+rotary_inertia = RotaryInertia

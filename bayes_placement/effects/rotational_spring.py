@@ -1,0 +1,60 @@
+"""A spring that holds the rotation of the structure at one place."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from ..laws import Spring
+from .effect import Direction, Place
+from .on_rotation import Footprint, OnRotation, bending_scale
+from .scales import Scales
+
+
+class RotationalSpring(OnRotation):
+    """A spring between the rotation at one place and the ground: a cable, a half-clamped support.
+
+    Blevins, Formulas for Natural Frequency and Mode Shape, table 8-8.
+
+    Parameters
+    ----------
+    at
+        Where it holds the structure [m].
+    stiffness
+        Moment per rotation [N m/rad].
+    footprint, direction
+        In space, the vector between the edges of its foot [m], and how these move.
+
+    Examples
+    --------
+    >>> hold = bp.effects.rotational_spring(at=0.4, stiffness=dist.LogUniform(0.1, 1e3))
+    >>> (beam + hold).effects["rotational_spring"].name
+    'rotational_spring'
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    stiffness: Parameter = eqx.field(metadata=unit("N m/rad"))
+    footprint: Footprint = eqx.field(default=None, kw_only=True)
+    direction: Direction = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="rotational_spring", kw_only=True)
+
+    def network(self) -> Spring:
+        """Return the spring."""
+        return Spring(self.stiffness)
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["RotationalSpring"]:
+        """1e-4 to 1e4 times the bending stiffness over the length of a uniform beam, anywhere."""
+        sizes = bending_scale(scales)
+        if sizes is None:
+            return []
+        middle = sizes[1] / sizes[0]
+        return [cls(place, LogUniform(1e-4 * middle, 1e4 * middle)) for place in scales.places()]
+
+
+rotational_spring = RotationalSpring

@@ -1,0 +1,57 @@
+"""A mass spread over a part of the structure."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from ..laws import Mass
+from .effect import Direction, Place
+from .over_extent import Extent, OverExtent
+from .scales import Scales
+
+
+class SegmentMass(OverExtent):
+    """A mass spread evenly over a segment or box: a coating, cables, sand; negative if removed.
+
+    Parameters
+    ----------
+    at
+        Middle of the part [m].
+    extent
+        Its length on a line [m]; in space the edges of a box along x, y and z [m].
+    mass
+        All of the mass [kg].
+    direction
+        Direction in which it acts; None for every one in which the structure moves.
+
+    Examples
+    --------
+    >>> coat = bp.effects.segment_mass(at=0.4, extent=0.2, mass=dist.LogUniform(1e-3, 1.0))
+    >>> list((experiment + coat).unknown)[1]
+    'structure.effects.segment_mass.mass'
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    extent: Extent = eqx.field(metadata=unit("m"))
+    mass: Parameter = eqx.field(metadata=unit("kg"))
+    direction: Direction = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="segment_mass", kw_only=True)
+
+    def network(self) -> Mass:
+        """Return all of it."""
+        return Mass(self.mass)
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["SegmentMass"]:
+        """0.001 % to 100 % of the mass of the structure, on any part of it."""
+        extents, size = scales.extents(), LogUniform(scales.least_mass, scales.mass)
+        return [cls(place, extent, size) for place, extent in extents]
+
+
+segment_mass = SegmentMass

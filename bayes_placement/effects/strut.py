@@ -1,0 +1,84 @@
+"""Something that connects two places of the structure."""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import Parameter
+from ..laws import Law, Spring
+from ..modes.modes import Modes
+from ..modes.points import Points
+from ..modes.ports import difference
+from ..positions.places import coordinates
+from .effect import Attachment, Direction, Place, placed
+from .scales import Scales
+
+
+class Strut(Attachment):
+    """A law between the displacements of two places, as of a strut, a tie or a loose cable.
+
+    In space it acts along its line where nothing else is said; on a line or plate along the only
+    direction of motion. A mass has no place in it: it would have to be fixed to the ground.
+
+    Parameters
+    ----------
+    at, to
+        Its two ends [m].
+    law
+        What connects them: springs and dashpots [N/m], or [N s/m].
+    strength
+        Factor on the law [1].
+    direction
+        Direction of the displacements, three numbers.
+
+    Examples
+    --------
+    >>> tie = bp.effects.strut(0.2, 0.7, bp.effects.Spring(dist.LogUniform(1e3, 1e6)))
+    >>> list((experiment + tie).unknown)[1]
+    'structure.effects.strut.law.stiffness'
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("strength", 0.0)
+    place_fields: ClassVar[tuple[str, ...]] = ("at", "to")
+    at: Place = eqx.field(metadata=unit("m"))
+    to: Place = eqx.field(metadata=unit("m"))
+    law: Law
+    strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
+    direction: Direction = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="strut", kw_only=True)
+
+    def on(self, modes: Modes) -> "Strut":
+        """Return the effect with both ends placed on a structure."""
+        return placed(placed(self, modes), modes, "to")
+
+    def points(self, modes: Modes) -> Points:
+        """The displacement of one end less that of the other."""
+        ends = coordinates(self.at), coordinates(self.to)
+        direction: Any = self.direction
+        if direction is None and len(modes.axes) > 1:
+            direction = tuple(jnp.asarray(ends[0]) - jnp.asarray(ends[1]))
+        return difference(*ends, direction, modes)
+
+    def uncertain_ports(self, modes: Modes) -> int:
+        """None: errors of shapes are errors of displacements at one place."""
+        return 0
+
+    def network(self) -> Law:
+        """Return the law, scaled."""
+        return self.strength * self.law
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["Strut"]:
+        """A spring of 1e-5 to 100 times the modal stiffness, between any two places."""
+        spring = Spring(LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness))
+        places = scales.places()
+        pairs = [(one, other) for i, one in enumerate(places) for other in places[i:]]
+        return [cls(one, other, spring) for one, other in pairs]
+
+
+strut = Strut

@@ -1,0 +1,20 @@
+"""What may hang on a port: networks of springs, dashpots and masses."""
+
+from .dashpot import Dashpot
+from .law import Law, Parallel, Scaled, Series
+from .lossy_spring import LossySpring
+from .mass import Mass
+from .spring import Spring
+from .springpot import Springpot
+
+__all__ = [
+    "Dashpot",
+    "Law",
+    "LossySpring",
+    "Mass",
+    "Parallel",
+    "Scaled",
+    "Series",
+    "Spring",
+    "Springpot",
+]

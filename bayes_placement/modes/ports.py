@@ -1,0 +1,220 @@
+"""Ports of each kind, made of points: a rotation, a difference, a cut, a segment or box."""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._types import InputError
+from ..positions.bounds import in_space
+from . import _cuts
+from .beams.uniform_line import UniformLine
+from .modes import Modes
+from .points import Points, along
+from .underlying import underlying_line
+
+Coordinates = Float[Array, "*coordinate"]
+
+POLYNOMIALS, POLYNOMIALS_OF_EDGE = 16, 5
+"""Legendre polynomials over a segment, and over an edge of a box: a half-wave needs about two."""
+
+NODES, NODES_OF_EDGE = 192, 10
+"""Gauss nodes, many since the flexibility of a bar has a kink where two places meet."""
+
+MOTIONS = ("displacement", "rotation")
+"""Motions of a port at one place."""
+
+
+class Extent(NamedTuple):
+    """Ports over a segment or box: the means of the displacement times Legendre polynomials.
+
+    The polynomials are orthogonal, so that a law spread evenly acts on each port as all of it does.
+    Fewer are needed than nodes of a quadrature: the displacement is smooth, but the flexibility
+    between two places is not where they meet.
+
+    Parameters
+    ----------
+    points
+        The ports, one for each polynomial and direction.
+    length
+        Length of a segment that lies on the line [m]; 1 of a box.
+    """
+
+    points: Points
+    length: Float[Array, ""]
+
+
+def rotation(place: Coordinates, footprint: Any, direction: Any, modes: Modes) -> Points:
+    """Return the rotation [rad] at a place: of a beam its slope.
+
+    In space it is the difference of two displacements over the footprint between them, since the
+    rotation under a moment at a point grows beyond all bounds.
+
+    Parameters
+    ----------
+    place
+        Where [m].
+    footprint
+        Vector between the two places [m]; None on a beam.
+    direction
+        Direction of the displacements, three numbers; None for the only one there is.
+    modes
+        Modes of the structure.
+
+    Raises
+    ------
+    InputError
+        If the structure does not rotate, or there is no footprint in space.
+    """
+    if in_space(modes.bounds()):
+        return _rotation_of_footprint(place, footprint, direction, modes)
+    if underlying_line(modes).half_order == 1:
+        raise InputError(
+            "A rotation of a bar was given, but a bar moves along its axis only and has none. "
+            'Use beams.beam, or a motion that it has: motion="displacement".'
+        )
+    return Points(place[None], np.ones((1, 1)), orders=(1,))
+
+
+def _rotation_of_footprint(
+    place: Coordinates, footprint: Any, direction: Any, modes: Modes
+) -> Points:
+    if footprint is None or (direction is None and len(modes.axes) > 1):
+        raise InputError(
+            "A rotation of a structure in space was given without a footprint; the vector between "
+            "the edges of the foot and the direction in which these move are needed, since under a "
+            "moment at a point a plate or solid rotates without bounds: "
+            "footprint=(0.02, 0, 0), direction=(0, 0, 1)."
+        )
+    arm = jnp.stack([jnp.asarray(component, float) for component in footprint])
+    ends = along(place, direction, modes)
+    return Points(
+        jnp.concatenate([ends.position + arm / 2, ends.position - arm / 2]),
+        jnp.concatenate([jnp.asarray(ends.direction)] * 2),
+        combination=jnp.array([[1.0, -1.0]]) / jnp.linalg.norm(arm),
+    )
+
+
+def difference(place: Coordinates, other: Coordinates, direction: Any, modes: Modes) -> Points:
+    """Return the displacement at one place less that at another [m], along a direction.
+
+    By default along each axis in which the structure moves.
+    """
+    ends = [along(end, direction, modes) for end in (place, other)]
+    count = ends[0].count
+    return Points(
+        jnp.concatenate([end.position for end in ends]),
+        np.concatenate([end.direction for end in ends])
+        if direction is None
+        else jnp.concatenate([end.direction for end in ends]),
+        combination=jnp.concatenate([jnp.eye(count), -jnp.eye(count)], axis=1),
+    )
+
+
+def beside(place: Coordinates, offset: Any, modes: Modes) -> Points:
+    """Return the displacement [m] at the end of a rigid arm along a beam, w + offset w'."""
+    slope = rotation(place, None, None, modes)
+    return Points(
+        jnp.concatenate([place[None], slope.position]),
+        np.ones((2, 1)),
+        orders=(0, 1),
+        combination=jnp.stack([jnp.ones(()), jnp.asarray(offset, float)])[None],
+    )
+
+
+def cut(place: Coordinates, motion: str, modes: Modes) -> Points:
+    """Return the internal force at a cut of a bar or beam, for the modulus as drawn.
+
+    Parameters
+    ----------
+    place
+        Where [m].
+    motion
+        How its two sides move against each other: `rotation` under the bending moment [N m] of a
+        beam, `displacement` under the axial force [N] of a bar or the shear force [N] of a beam.
+    modes
+        Modes of the structure.
+    """
+    line = underlying_line(modes)
+    order = line.half_order + (line.half_order == 2 and motion == "displacement")
+    sign = (-1) ** (order - line.half_order)
+    stiffness = jnp.broadcast_to(sign * jnp.asarray(line.stiffness, float), (1, 1))
+    at = _cuts.cut(line, [place], [order]).positions
+    return Points(at, stiffness, orders=(order,))
+
+
+def cuts_over(extent: Extent, modes: Modes) -> Points:
+    """Return the bending moment or axial force all over an extent, for the modulus as drawn."""
+    line, points = underlying_line(modes), extent.points
+    places = len(points.position)
+    stiffness = jnp.broadcast_to(jnp.asarray(line.stiffness, float), (places, 1))
+    orders = (line.half_order,) * places
+    return Points(points.position, stiffness, None, orders, points.combination)
+
+
+def over(middle: Coordinates, extent: Any, direction: Any, modes: Modes) -> Extent:
+    """Return ports all over a segment of a line or a box in space.
+
+    Parameters
+    ----------
+    middle
+        Middle of the segment or box [m].
+    extent
+        Its length [m]; in space its three edges [m], of which some may be zero.
+    direction
+        Direction in which something acts; None for each in which the structure moves.
+    modes
+        Modes of the structure; what lies outside of a line is left out.
+    """
+    if in_space(modes.bounds()):
+        places, means, length = _box(middle, extent)
+    else:
+        places, means, length = _segment(middle, extent, modes)
+    each = [along(place, direction, modes) for place in places]
+    directions = [point.direction for point in each]
+    points = Points(
+        jnp.concatenate([point.position for point in each]),
+        np.concatenate(directions) if direction is None else jnp.concatenate(directions),
+        combination=jnp.asarray(np.kron(means, np.eye(each[0].count))),
+    )
+    return Extent(points, length)
+
+
+Means = Float[np.ndarray, "polynomial node"]
+
+
+def _segment(middle: Any, extent: Any, modes: Modes) -> tuple[Any, Means, Float[Array, ""]]:
+    """Nodes on a line, weights of the means over it, and the length on the line."""
+    node, means = _means(POLYNOMIALS, NODES)
+    low, high = modes.bounds()
+    ends = [jnp.clip(middle + side * extent / 2, low, high) for side in (-1, 1)]
+    length = ends[1] - ends[0]
+    return (ends[0] + ends[1]) / 2 + node * length / 2, means, length
+
+
+def _box(middle: Any, extent: Any) -> tuple[Any, Means, Float[Array, ""]]:
+    """Nodes in a box, and weights of the means over it; an edge of zero has one node."""
+    flat = [isinstance(edge, int | float) and edge == 0 for edge in extent]
+    point = np.zeros(1), np.ones((1, 1))
+    edges = [point if zero else _means(POLYNOMIALS_OF_EDGE, NODES_OF_EDGE) for zero in flat]
+    nodes = [node for node, _ in edges]
+    means = np.ones((1, 1))
+    for _, of_edge in edges:
+        means = np.kron(means, of_edge)
+    offsets = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, 3) / 2
+    sizes = jnp.stack([jnp.asarray(edge, float) for edge in extent])
+    return middle + offsets * sizes, means, jnp.ones(())
+
+
+def _means(polynomials: int, nodes: int) -> tuple[Float[np.ndarray, "node"], Means]:
+    """Gauss nodes from -1 to 1, and weights of the means of a function times each polynomial."""
+    node, weight = np.polynomial.legendre.leggauss(nodes)
+    norm = np.sqrt(2 * np.arange(polynomials) + 1)
+    values = np.polynomial.legendre.legvander(node, polynomials - 1)
+    return node, (norm * values).T * (weight / 2)
+
+
+def is_line(modes: Modes) -> bool:
+    """Tell whether a structure is a uniform bar or beam."""
+    return isinstance(modes, UniformLine)
