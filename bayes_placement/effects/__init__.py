@@ -1,5 +1,6 @@
 """Physical effects that a structure or its instruments may have, one a file."""
 
+from ..laws import Dashpot, LossySpring, Mass, Spring, Springpot
 from .effect import (
     Attachment,
     CubicAttachment,
@@ -10,7 +11,6 @@ from .effect import (
     OnPorts,
 )
 from .instrument_effect import InstrumentEffect
-from ..laws import Dashpot, LossySpring, Mass, Spring, Springpot
 from .library import EFFECTS, Library, library
 from .on_transducer import OnTransducer
 from .registry import *  # noqa: F403
@@ -19,21 +19,21 @@ from .scales import Scales
 __all__ = [
     "EFFECTS",
     "Attachment",
-    "Dashpot",
-    "LossySpring",
-    "Mass",
-    "Spring",
-    "Springpot",
     "CubicAttachment",
+    "Dashpot",
     "Effect",
     "GlobalChange",
     "Hinged",
     "InstrumentEffect",
     "Library",
+    "LossySpring",
+    "Mass",
     "Modulus",
     "OnPorts",
     "OnTransducer",
     "Scales",
+    "Spring",
+    "Springpot",
     "library",
 ]
 __all__ += [*EFFECTS]

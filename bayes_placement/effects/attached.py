@@ -13,8 +13,8 @@ from ..modes.points import Points
 from ..modes.ports import MOTIONS, rotation
 from ..positions.places import coordinates
 from .effect import Attachment, Direction, Place
-from .one_of import check_one_of
 from .on_rotation import Footprint, check_rotation
+from .one_of import check_one_of
 from .scales import Scales
 
 

@@ -224,6 +224,10 @@ class Attachment(AtPlace, OnPorts):
     def network(self) -> Law:
         """Return the law of what is attached, made of springs, dashpots and masses."""
 
+    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
+        """Force on the attachment per displacement of its port [N/m]."""
+        return self.network().dynamic_stiffness(omega)
+
     def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
         """The place along its directions, with the same law along each."""
         return [PortLaw(self.points(modes), *self.network().fraction(omega))]

@@ -53,7 +53,10 @@ class Foundation(OverExtent):
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["Foundation"]:
         """1e-5 to 100 times the modal stiffness, under any part of the structure."""
-        extents, size = scales.extents(), LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness)
+        extents, size = (
+            scales.extents(),
+            LogUniform(1e-5 * scales.stiffness, 1e2 * scales.stiffness),
+        )
         return [cls(place, extent, size) for place, extent in extents]
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 import equinox as eqx
-from numpyro.distributions import LogUniform, Uniform
+from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter

@@ -1,6 +1,6 @@
 """What is attached all over a segment of a line, or a box of a structure in space."""
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import equinox as eqx
 
@@ -11,6 +11,7 @@ from ..modes.ports import over
 from ..positions.bounds import in_space
 from ..positions.places import coordinates
 from .effect import Attachment, placed
+
 
 class OverExtent(Attachment):
     """Something attached all over an extent, each place of which bears its share.
@@ -62,5 +63,5 @@ def check_extent(name: str, extent: Any, modes: Modes) -> None:
         )
 
 
-Extent = Parameter | tuple[Parameter, Parameter, Parameter]
+Extent: TypeAlias = Parameter | tuple[Parameter, Parameter, Parameter]
 """Length [m] on a line; edges of a box along x, y and z in space [m]."""

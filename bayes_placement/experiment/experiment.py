@@ -174,11 +174,7 @@ class Experiment(eqx.Module):
 
     def with_errors(self, errors: ModalErrors | None) -> "Experiment":
         """Return the experiment with the errors of its own modes and channels, or with none."""
-        counts = (
-            (item.name, item.uncertain_ports(self.structure.modes))
-            for item in self.structure.attachments
-        )
-        ports = {name: count for name, count in counts if count}
+        ports = self.structure.uncertain_ports()
         return eqx.tree_at(
             lambda tree: tree.model_error,
             self,

@@ -93,9 +93,7 @@ def linear_laws(
 ) -> list[PortLaw]:
     """Ports of all that is attached or inserted, with errors of the shapes there, and the laws."""
     return [
-        law
-        if mode_error is None
-        else law._replace(points=mode_error.at(attachment, law.points))
+        law if mode_error is None else law._replace(points=mode_error.at(attachment, law.points))
         for attachment in structure.attachments
         for law in attachment.port_laws(modes, structure.stiffness_factor(omega), omega)
     ]
@@ -222,10 +220,9 @@ def elastic(
     else:
         beyond = _modal_sum(response, reference, factors.beyond_static)
         matrix = beyond + static[..., None] * factors.relative_compliance
-    second = response.points.second_flexibility(modes, reference.points)
+    second = response.points.second_flexibility_left_out(modes, reference.points)
     if second is not None:
-        left_out = second - (response.exact * _flexibility(modes) ** 2) @ reference.exact.T
-        matrix = matrix + left_out[..., None] * (omega * factors.relative_compliance) ** 2
+        matrix = matrix + second[..., None] * (omega * factors.relative_compliance) ** 2
     return _coupled(matrix, structure, modes, (response, reference), factors.modal, omega)
 
 

@@ -189,9 +189,7 @@ class _Loaded(NamedTuple):
             for number, transducer in enumerate(self.instruments.side(side).values())
         ]
 
-    def _port(
-        self, position: Float[Array, "*coordinate"], stiffness: DynamicStiffness
-    ) -> PortLaw:
+    def _port(self, position: Float[Array, "*coordinate"], stiffness: DynamicStiffness) -> PortLaw:
         """A dynamic stiffness in every axis in which the structure moves."""
         return PortLaw(along_axes(position, self.structure.modes), stiffness)
 

@@ -147,6 +147,11 @@ class Structure(eqx.Module):
         """All that is attached at ports or inserted there, and linear."""
         return self.of_kind(OnPorts)
 
+    def uncertain_ports(self) -> dict[str, int]:
+        """Ports at which a model error of shapes counts, by name of what is attached."""
+        counts = {item.name: item.uncertain_ports(self.modes) for item in self.attachments}
+        return {name: count for name, count in counts.items() if count}
+
     @property
     def cubic_attachments(self) -> list[CubicAttachment]:
         """Attachments whose stiffness depends on the amplitude."""

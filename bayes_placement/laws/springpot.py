@@ -39,6 +39,6 @@ class Springpot(Element):
     def stiffness_at(self, omega: Omega) -> Stiffness:
         """Dynamic stiffness k (i omega / omega_0)^order [N/m]."""
         ratio = 1j * omega / (2 * jnp.pi * jnp.asarray(self.frequency))
-        # The principal branch is conjugate at -omega; the derivative in order is finite at rest too.
+        # The principal branch is conjugate at -omega; at rest the derivative in order is finite.
         logarithm = jnp.log(jnp.where(ratio == 0, 1e-300, ratio))
         return self.stiffness * jnp.exp(self.order * logarithm)

@@ -64,13 +64,17 @@ class Modes(eqx.Module):
             shapes have derivatives.
         """
 
-    def second_flexibility(
+    def second_flexibility_left_out(
         self,
         position: Float[Array, "*coordinate"],
         other: Float[Array, "*coordinate"],
         orders: tuple[int, int],
     ) -> Float[Array, "axis axis"] | None:
-        """Sum over all elastic modes of phi phi / omega_n^4 [m s2/N]; None if not known."""
+        """Sum over the modes left out of phi phi / omega_n^4 [m s2/N]; None if not known.
+
+        It is the next term of the receptance in omega^2: the mass of the modes left out, which the
+        internal force of a cut under the opening of another needs. It is zero of all else.
+        """
         return None
 
     @abc.abstractmethod

@@ -66,18 +66,16 @@ class Points(eqx.Module):
             return exact
         return exact.at[:, : self.shape_error.shape[1]].add(self.shape_error)
 
-    def static_flexibility(self, modes: Modes, other: "Points") -> Float[Array, "port other"] | None:
+    def static_flexibility(
+        self, modes: Modes, other: "Points"
+    ) -> Float[Array, "port other"] | None:
         """Static flexibility [m/N] between these and other points; None if not known."""
         return self._between(other, lambda orders: _flexibility(modes, orders))
 
-    def second_flexibility(
+    def second_flexibility_left_out(
         self, modes: Modes, other: "Points"
     ) -> Float[Array, "port other"] | None:
-        """Sum of phi phi / omega_n^4 over all elastic modes [m s2/N]; None but of cuts.
-
-        It is the next term of the receptance in omega^2, the mass of the modes left out, which the
-        internal force of one cut under the opening of another needs.
-        """
+        """Sum over the modes left out of phi phi / omega_n^4 [m s2/N]; None but of derivatives."""
         if self.orders is None or other.orders is None:
             return None
         return self._between(other, lambda orders: _second_flexibility(modes, orders))
@@ -118,7 +116,9 @@ class Points(eqx.Module):
         rows = [(int(order), np.flatnonzero(orders == order)) for order in np.unique(orders)]
         return [(order, row, self.position[row]) for order, row in rows]
 
-    def _in_order(self, blocks: list[Float[Array, "of_order column"]]) -> Float[Array, "point column"]:
+    def _in_order(
+        self, blocks: list[Float[Array, "of_order column"]]
+    ) -> Float[Array, "point column"]:
         """Rows of all orders as the points are listed."""
         if self.orders is None:
             return blocks[0]
@@ -139,7 +139,7 @@ def _flexibility(modes: Modes, orders: tuple[int, int]) -> Callable[[Any, Any], 
 
 
 def _second_flexibility(modes: Modes, orders: tuple[int, int]) -> Callable[[Any, Any], Any]:
-    return lambda place, other: modes.second_flexibility(place, other, orders)
+    return lambda place, other: modes.second_flexibility_left_out(place, other, orders)
 
 
 def joined(groups: Sequence[Points]) -> Points:

@@ -187,7 +187,7 @@ Means = Float[np.ndarray, "polynomial node"]
 def _segment(middle: Any, extent: Any, modes: Modes) -> tuple[Any, Means, Float[Array, ""]]:
     """Nodes on a line, weights of the means over it, and the length on the line."""
     node, means = _means(POLYNOMIALS, NODES)
-    low, high = modes.bounds()
+    low, high = map(jnp.asarray, modes.bounds())
     ends = [jnp.clip(middle + side * extent / 2, low, high) for side in (-1, 1)]
     length = ends[1] - ends[0]
     return (ends[0] + ends[1]) / 2 + node * length / 2, means, length

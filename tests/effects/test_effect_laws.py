@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from numpyro import distributions as dist
 from numpyro.distributions import Distribution
 from scipy.special import ndtri
 
@@ -25,6 +26,7 @@ from bayes_placement import (
     observe,
 )
 from bayes_placement.effects import EFFECTS, InstrumentEffect, Scales
+from bayes_placement.effects.effect import AtPlace
 from bayes_placement.effects.instruments import Instruments
 from bayes_placement.experiment.recording import Drive, recorded
 from bayes_placement.inference.coordinates import Coordinates
@@ -113,12 +115,22 @@ def row(candidate):
     return Row(replaced(numbers, field, strength), strength)
 
 
+MOUNT = effects.Spring(2e3) - effects.Dashpot(9.0) | effects.Mass(0.2)
+NETWORKS = {
+    "attached": effects.attached(AT, MOUNT, dist.Uniform(0.0, 2.0)),
+    "over": effects.over(AT, 0.4, MOUNT, dist.Uniform(0.0, 2.0)),
+    "inserted": effects.inserted(AT, effects.LossySpring(90.0, 0.2), dist.Uniform(0.0, 2.0)),
+}
+"""Effects of any law, of which none is suggested."""
+
+
 def rows():
     """Each effect that can act on the cantilever, once for each motion of a support."""
     base = experiment(structure())
     table = {}
     for word, kind in EFFECTS.items():
-        variants = [row(candidate) for candidate in kind.suggest(Scales(base))]
+        candidates = [NETWORKS[word]] if word in NETWORKS else kind.suggest(Scales(base))
+        variants = [row(candidate) for candidate in candidates]
         motions = {getattr(case.effect, "motion", ""): case for case in reversed(variants)}
         table |= {f"{word} {motion}".strip(): case for motion, case in reversed(motions.items())}
     return table
@@ -201,7 +213,8 @@ def test_no_mass_is_the_identity_however_sensors_are_mounted(mounted):
 @pytest.mark.parametrize("ends", ["free-free", "pinned-fixed"])
 def test_zero_strengths_are_the_identity_on_other_structures(ends):
     """All effects on the structure at once, each of which is one alone on the cantilever."""
-    candidates = [row(effect) for effect in effects.library(experiment(structure(ends))).effects]
+    kinds_by_name = effects.library(experiment(structure(ends)), EFFECTS).effects
+    candidates = [row(effect) for effect in [*kinds_by_name, *NETWORKS.values()]]
     kinds = {case.effect.name: case for case in candidates}
     structural = [case for case in kinds.values() if not isinstance(case.effect, InstrumentEffect)]
     assert len(structural) >= len({ROWS[name].effect.name for name in STRUCTURAL}) - 1
@@ -325,8 +338,9 @@ def test_seen_from_the_other_end_nothing_changes(names):
 
 
 def test_attachments_one_after_the_other_are_those_of_a_dense_solve():
-    places = np.linspace(0.23, 1.3, len(ATTACHED))
-    parts = [ROWS[n].at(ROWS[n].strength, x) for n, x in zip(ATTACHED, places, strict=True)]
+    at_points = [name for name in ATTACHED if type(ROWS[name].effect).points is AtPlace.points]
+    places = np.linspace(0.23, 1.3, len(at_points))
+    parts = [ROWS[n].at(ROWS[n].strength, x) for n, x in zip(at_points, places, strict=True)]
     mass = 0.5
     one_by_one = jax.jit(
         lambda: response(structure(), [*parts, effects.sensor_mass(mass)], omega=BOTH[AHEAD])

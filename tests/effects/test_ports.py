@@ -36,8 +36,8 @@ def outer(weights):
     return np.outer(weights, weights)
 
 
-def structure(*additions, ends="fixed-free", modes=60, law=damping.Modal(1e-13)):
-    base = Structure(beams.beam(modes, **BEAM, ends=ends), damping=law)
+def structure(*additions, ends="fixed-free", modes=60):
+    base = Structure(beams.beam(modes, **BEAM, ends=ends), damping=damping.Modal(1e-13))
     for effect in additions:
         base = base + effect
     return base

@@ -8,7 +8,7 @@ import bayes_placement as bp
 from bayes_placement import effects
 from bayes_placement._compiled import compiled
 from bayes_placement.effects.scales import Scales
-from bayes_placement.experiment.applied import AppliedFactor, AppliedModulus, AppliedLaw
+from bayes_placement.experiment.applied import AppliedFactor, AppliedLaw, AppliedModulus
 from bayes_placement.inference.batches import batch
 from bayes_placement.inference.residuals import Problem
 from tests.criticism.small import experiment, measured

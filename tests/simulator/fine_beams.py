@@ -15,9 +15,7 @@ ROWS = 2 * (ELEMENTS + 1)
 
 _TURN = np.outer([1, SIZE, 1, SIZE], [1, SIZE, 1, SIZE])
 STIFF = (
-    _TURN
-    * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
-    / SIZE**3
+    _TURN * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]]) / SIZE**3
 )
 HEAVY = (
     _TURN

@@ -47,18 +47,23 @@ class UniformLine(Modes):
             return None
         return (self.green(position, other, orders) / self.stiffness)[None, None]
 
-    def second_flexibility(
+    def second_flexibility_left_out(
         self,
         position: Float[Array, "*coordinate"],
         other: Float[Array, "*coordinate"],
         orders: tuple[int, int],
     ) -> Float[Array, "axis axis"] | None:
-        """Sum over all elastic modes of phi phi / omega_n^4 [m s2/N]; None if not asked for."""
-        if not self.static_correction:
-            return None
+        """Sum over the modes left out of phi phi / omega_n^4 [m s2/N], of internal forces alone."""
+        if not self.static_correction or min(orders) < self.half_order:
+            # Of displacements rounding would be greater than what is left out.
+            return jnp.zeros((1, 1))
+        elastic = slice(self.rigid_body_modes, None)
+        scaled = (
+            self.shapes(position, orders[0])[:, elastic] / self.angular_frequency()[elastic] ** 4
+        )
+        kept = scaled @ self.shapes(other, orders[1])[:, elastic].T
         mass_per_length = self.density * self.area
-        twice = self.green(position, other, orders, 2)
-        return (mass_per_length * twice / self.stiffness**2)[None, None]
+        return mass_per_length * self.green(position, other, orders, 2) / self.stiffness**2 - kept
 
     def green(
         self, position: Position, other: Position, orders: tuple[int, int] = (0, 0), power: int = 1
