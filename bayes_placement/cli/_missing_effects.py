@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from .._types import UsageError
-from ..effects import Library, library
+from ..effects import EFFECTS, Library, library
 from ..effects.library import classes_named, nearest_name, unknown_effect
 from ..experiment.experiment import Experiment, Measurements
 from ..io.model import Study
@@ -29,7 +29,7 @@ class Request:
     data
         Universal file of the measurement; None for that of the study.
     kinds
-        Kinds of effects to try; None for all that apply.
+        Kinds of effects to try; None for those that apply and are tried by default.
     output
         Where the results go.
     most_lines
@@ -161,14 +161,14 @@ class Request:
             remedy = f"--effects {effects}, or no --effects" if effects else "no --effects"
             raise UsageError(
                 f"{unknown_effect(unknown[0])}. Names of these are needed, with commas: {remedy} "
-                "for all that apply."
+                "for those tried by default."
             )
 
     def _candidates(self, experiment: Experiment) -> Library[Experiment]:
         """Effects to be tried; refuses where none of those that are named can act."""
         candidates = library(experiment, self.kinds)
         if self.kinds and not candidates.effects:
-            all_kinds = ", ".join(library(experiment).kinds)
+            all_kinds = ", ".join(library(experiment, [*EFFECTS]).kinds)
             raise UsageError(
                 f"--effects {','.join(self.kinds)} was given; none of these can act on what the "
                 f"model declares, where at least one is needed. Those that can: {all_kinds}."

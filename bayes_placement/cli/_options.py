@@ -38,7 +38,7 @@ FitEngine = Annotated[
 Effects = Annotated[
     str | None,
     typer.Option(
-        help="Effects to be tried, with commas: point_mass,gain_error. Default: all that apply."
+        help="Effects to be tried, with commas: point_mass,gain_error. Default: all usual ones."
     ),
 ]
 Estimator = Annotated[

@@ -62,6 +62,8 @@ class Effect(eqx.Module):
         Names of the fields that say where the effect is; none where it has no place of its own.
     changes_modes
         Whether natural frequencies, damping ratios or real shapes show it.
+    tried_by_default
+        Whether a library in which no kinds are named has it; by its name it is in any.
     name
         Name in an experiment. Its default is the kind of the effect: models of the same physics
         for different structures share a kind.
@@ -75,6 +77,7 @@ class Effect(eqx.Module):
     absent: eqx.AbstractClassVar[tuple[str, float]]
     place_fields: ClassVar[tuple[str, ...]] = ()
     changes_modes: ClassVar[bool] = True
+    tried_by_default: ClassVar[bool] = True
     name: eqx.AbstractVar[str]
 
     @classmethod

@@ -64,9 +64,10 @@ def library(
     experiment
         The experiment; default priors are scaled to its structure.
     kinds
-        Names of the effects to be tried; by default all that can act on it. `compliant_support`
-        means every model of a support that is softer than assumed, `soft_support` those
-        of finite element models alone.
+        Names of the effects to be tried; by default all that can act on it and are
+        `tried_by_default`. Others are tried where they are named. `compliant_support` means every
+        model of a support that is softer than assumed, `soft_support` those of finite element
+        models alone.
     further
         Effects of your own: classes, whose `suggest` is asked, or effects with priors.
 
@@ -82,7 +83,7 @@ def library(
     >>> round(float(heaviest), 2)  # kg, scaled to the structure
     9.0
     """
-    classes = [*EFFECTS.values()] if kinds is None else _chosen(kinds)
+    classes = _by_default() if kinds is None else _chosen(kinds)
     classes += [candidate for candidate in further if isinstance(candidate, type)]
     declared = [candidate for candidate in further if not isinstance(candidate, type)]
     scales = Scales(experiment)
@@ -93,6 +94,11 @@ def library(
         for candidate in kind.suggest(scales)
     ]
     return Library(experiment, (*suggested, *declared))
+
+
+def _by_default() -> list[type[Effect]]:
+    """Classes that are tried where no kinds are named."""
+    return [kind for kind in EFFECTS.values() if kind.tried_by_default]
 
 
 def kind_of(effect: Effect | type[Effect]) -> str:

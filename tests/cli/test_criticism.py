@@ -292,7 +292,7 @@ def test_an_unknown_effect_is_answered_with_the_known_ones(hidden, command, tmp_
     message = refused(command, *words)
     assert "Did you mean 'point_mass'?" in message
     assert "The effects are point_mass, " in message
-    assert message.endswith("--effects point_mass, or no --effects for all that apply.")
+    assert message.endswith("--effects point_mass, or no --effects for those tried by default.")
     assert "library(" not in message  # the command line knows no Python
 
 
@@ -301,9 +301,11 @@ def test_the_line_that_mends_wrong_names_of_effects_has_the_right_ones_as_well(h
     words = (study, "--effects", "time_delay,rust,point_mas", "--out", tmp_path)
     message = refused("improve", *words)
     assert "There is no effect 'rust'. The effects are" in message
-    assert message.endswith("--effects time_delay,point_mass, or no --effects for all that apply.")
+    assert message.endswith(
+        "--effects time_delay,point_mass, or no --effects for those tried by default."
+    )
     message = refused("improve", study, "--effects", "rust", "--out", tmp_path)
-    assert message.endswith("with commas: no --effects for all that apply.")
+    assert message.endswith("with commas: no --effects for those tried by default.")
 
 
 def test_effects_that_cannot_act_are_answered_with_those_that_can(hidden, tmp_path):

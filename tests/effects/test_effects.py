@@ -322,3 +322,16 @@ def test_the_unit_of_a_compliance_is_that_of_its_motion(motion, unit):
     support = effects.compliant_support(dist.Uniform(0.0, 1e-6), motion=motion)
     assert [unknown.unit for unknown in unknowns(support)] == [unit]
     assert repr(support).count(unit) == 1
+
+
+# ------------------------------------------------------------------------- what is tried
+
+
+def test_what_is_not_tried_by_default_is_tried_by_its_name(monkeypatch):
+    monkeypatch.setattr(effects.time_delay, "tried_by_default", False)
+    base = experiment()
+    assert "time_delay" not in effects.library(base).kinds
+    assert {"point_mass", "gain_error"} <= set(effects.library(base).kinds)
+    for kind in ("time_delay", effects.time_delay):
+        assert effects.library(base, [kind]).kinds == ["time_delay"]
+    assert "time_delay" in effects.library(base, further=[effects.time_delay]).kinds
