@@ -31,3 +31,8 @@ from .reversed_channel import reversed_channel
 from .swapped_sensors import swapped_sensors
 from .swapped_actuators import swapped_actuators
 from .frequency_drift import frequency_drift
+from .low_pass import low_pass
+from .phase_drift import phase_drift
+from .cross_axis import cross_axis
+from .frequency_scale import frequency_scale
+from .mains_hum import mains_hum
