@@ -20,6 +20,9 @@ from .scales import Scales
 MAINS = (50.0, 60.0)
 """Frequencies of the mains [Hz]."""
 
+FARTHEST = 1 / 8
+"""Greatest width over the frequency of the mains: of lines farther apart too many would be close."""
+
 QUANTITIES = ("displacement", "velocity", "acceleration")
 """Motions, by the order of the derivative of the displacement."""
 
@@ -106,7 +109,7 @@ class MainsHum(OnTransducer):
             )
             for name, direction in channels(scales.instruments, "sensor")
             for mains in MAINS
-            if lines.size > 1 and np.any(close_to_multiples(lines, mains, width))
+            if width <= FARTHEST * mains and np.any(close_to_multiples(lines, mains, width))
         ]
 
 
