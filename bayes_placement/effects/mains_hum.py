@@ -20,8 +20,8 @@ from .scales import Scales
 MAINS = (50.0, 60.0)
 """Frequencies of the mains [Hz]."""
 
-FARTHEST = 1 / 8
-"""Greatest width over the frequency of the mains: of lines farther apart too many would be close."""
+FARTHEST = 0.1
+"""Greatest width over the frequency of the mains; of lines farther apart too many are close."""
 
 QUANTITIES = ("displacement", "velocity", "acceleration")
 """Motions, by the order of the derivative of the displacement."""
