@@ -271,19 +271,15 @@ class Experiment(eqx.Module):
         omega = self._omega()
         force = None if level is None else jnp.broadcast_to(level, omega.shape)
         drive = Drive(omega, force, self.sensors_mounted)
-        effects = self._acting_in_order()
+        effects = [effect for _, effect in sorted(self.instrument_effects.items())]
         return recorded(self.structure, self.instruments, effects, drive, self.model_error)
-
-    def _acting_in_order(self) -> list[InstrumentEffect]:
-        """Effects on the instruments by name, so that the order of adding is of no consequence."""
-        return [effect for _, effect in sorted(self.instrument_effects.items())]
 
     def _omega(self) -> Float[Array, "frequency"]:
         return 2 * jnp.pi * jnp.asarray(self.frequency)
 
     def frf(self) -> Receptance:
         """FRF of the observed quantity, once no structure or placement is unknown, Eq. (18)."""
-        effects = self._acting_in_order()
+        effects = self.instrument_effects.values()
         return self.observe.frf(self.receptance(), recorded_frequency(effects, self._omega()))
 
     def predict(self) -> Response:
