@@ -205,6 +205,11 @@ def two_sensors_with(effect):
     return two_sensors() + effect
 
 
+def two_channels_with(effect):
+    """Experiment whose sensor has two channels, with an effect."""
+    return experiment(sensors=[bp.Sensor("s1", at=0.2, directions=(1, -1))]) + effect
+
+
 def on_parts(effect):
     """Structure of finite elements with a region, a member and a soft support, with an effect."""
     return bp.Structure(parted_modes(), damping=bp.damping.Modal([0.02])) + effect
@@ -430,13 +435,23 @@ def of_law(law):
     return Call(law, arguments, damped)
 
 
+SPRING = bp.effects.Spring(1e4)
+OF_ANY_LAW = {
+    bp.effects.attached: bp.effects.attached(0.4, SPRING),
+    bp.effects.over: bp.effects.over(0.4, 0.1, SPRING),
+    bp.effects.inserted: bp.effects.inserted(0.4, SPRING, motion="displacement"),
+}
+"""Effects of a law of yours, of which none is suggested."""
+
+
 def of_effect(kind):
     """Call of an effect with numbers from the priors that it suggests, where it suggests some."""
     setups = (experiment(), two_sensors(), on_beam(), experiment(force_levels=[1.0]))
     setup, suggested = next(
         (setup, suggested)
         for setup in setups
-        for suggested in kind.suggest(bp.effects.Scales(setup))
+        for suggested in kind.suggest(bp.effects.Scales(setup)) or [OF_ANY_LAW.get(kind)]
+        if suggested is not None
     )
     fields = {field.name: field for field in dataclasses.fields(kind) if field.init}
     arguments = {
@@ -877,6 +892,45 @@ def calls_of_effects():
         "frequency_drift": (
             added,
             {"transducer": sensor, "drift": number(0.01), "side": side, "direction": channel},
+        ),
+        "low_pass": (
+            added,
+            {
+                "transducer": of("name", "s1", "nothing"),
+                "frequency": positive(900.0),
+                "order": count(1, much=3),
+                "side": side,
+                "direction": channel,
+            },
+        ),
+        "phase_drift": (
+            added,
+            {
+                "transducer": sensor,
+                "phase": number(0.1, degrees=5.0),
+                "reference": positive(100.0),
+                "exponent": number(-1.0),
+                "side": side,
+                "direction": channel,
+            },
+        ),
+        "cross_axis": (
+            two_channels_with,
+            {"sensor": name("s1"), "share": number(0.03)},
+        ),
+        "frequency_scale": (added, {"rate_error": number(0.01, percent=5.0)}),
+        "mains_hum": (
+            added,
+            {
+                "transducer": sensor,
+                "share": number(0.1),
+                "phase": number(0.1, degrees=5.0),
+                "frequency": positive(50.0),
+                "width": number(0.5, negative=-0.5),
+                "quantity": word("acceleration"),
+                "side": side,
+                "direction": channel,
+            },
         ),
     }
     calls = {

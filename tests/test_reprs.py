@@ -138,7 +138,7 @@ class Reader(bp.effects.Attachment):
     mass: object
     name: str = "reader"
 
-    def network(self):
+    def dynamic_stiffness(self, omega):
         """None."""
 
     @classmethod

@@ -1138,6 +1138,30 @@ CALLS = {
         lambda: experiment() + bp.effects.frequency_drift("s1", 5.0),
         "instrument_effects.frequency_drift.drift=5 was given; it must be between -0.9 and 1: a",
     ),
+    "effect rate percent": (
+        lambda: experiment() + bp.effects.frequency_scale(5.0),
+        "instrument_effects.frequency_scale.rate_error=5 was given; it must be between -0.9 and 1",
+    ),
+    "effect phase degrees": (
+        lambda: experiment() + bp.effects.phase_drift("s1", 5.0, 100.0),
+        "instrument_effects.phase_drift.phase=5 was given; it must be between -3.142 and 3.142",
+    ),
+    "effect filter of another order": (
+        lambda: bp.effects.low_pass("s1", 900.0, 4),
+        'Effect "low_pass": order=4 was given; 1 or 2 is needed, since filters of these orders',
+    ),
+    "effect filter of a channel of all": (
+        lambda: experiment() + bp.effects.low_pass(None, 900.0, direction=1),
+        'Effect "low_pass": the direction 1 was given without a sensor; none is needed, since',
+    ),
+    "effect cross axis of one": (
+        lambda: experiment() + bp.effects.cross_axis("s1", 0.03),
+        'Effect "cross_axis": sensor "s1" was given, but it has one channel; at least two are',
+    ),
+    "effect hum of force": (
+        lambda: bp.effects.mains_hum("s1", 0.1, quantity="force"),
+        "Effect \"mains_hum\": quantity='force' was given; displacement, velocity or acceleration",
+    ),
     "effect shift mm": (
         lambda: experiment() + bp.effects.misplaced_sensor("s1", 20.0),
         'Effect "misplaced_sensor": a shift of 20 m was given, farther than the structure (1 m)',

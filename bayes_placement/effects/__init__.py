@@ -8,6 +8,7 @@ from .effect import (
     GlobalChange,
     Hinged,
     Modulus,
+    NetworkAttachment,
     OnPorts,
 )
 from .instrument_effect import InstrumentEffect
@@ -29,6 +30,7 @@ __all__ = [
     "LossySpring",
     "Mass",
     "Modulus",
+    "NetworkAttachment",
     "OnPorts",
     "OnTransducer",
     "Scales",

@@ -12,13 +12,13 @@ from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import MOTIONS, rotation
 from ..positions.places import coordinates
-from .effect import Attachment, Direction, Place
+from .effect import Direction, NetworkAttachment, Place
 from .on_rotation import Footprint, check_rotation
 from .one_of import check_one_of
 from .scales import Scales
 
 
-class Attached(Attachment):
+class Attached(NetworkAttachment):
     """A law between one place of the structure and the ground, on its displacement or rotation.
 
     Parameters
@@ -58,17 +58,17 @@ class Attached(Attachment):
         check_one_of(self, "motion", MOTIONS)
         if self.motion == "rotation":
             check_rotation(self.footprint, self.direction, modes)
-        return Attachment.on(self, modes)
+        return NetworkAttachment.on(self, modes)
 
     def points(self, modes: Modes) -> Points:
         """The displacement along its directions, or the rotation."""
         if self.motion == "displacement":
-            return Attachment.points(self, modes)
+            return NetworkAttachment.points(self, modes)
         return rotation(coordinates(self.at), self.footprint, self.direction, modes)
 
     def uncertain_ports(self, modes: Modes) -> int:
         """Number of directions of a displacement; errors of shapes are none of rotations."""
-        of_displacement = Attachment.uncertain_ports(self, modes)
+        of_displacement = NetworkAttachment.uncertain_ports(self, modes)
         return of_displacement if self.motion == "displacement" else 0
 
     def network(self) -> Law:

@@ -215,26 +215,43 @@ class Attachment(AtPlace, OnPorts):
 
     Examples
     --------
-    >>> kinds = bp.effects.EFFECTS.items()
-    >>> [name for name, kind in kinds if issubclass(kind, bp.effects.Attachment)]
-    ['point_mass', 'ground_spring', 'ground_dashpot', 'tuned_absorber']
+    >>> issubclass(bp.effects.point_mass, bp.effects.Attachment)
+    True
     """
 
     @abc.abstractmethod
-    def network(self) -> Law:
-        """Return the law of what is attached, made of springs, dashpots and masses."""
-
     def dynamic_stiffness(self, omega: Omega) -> Stiffness:
-        """Force on the attachment per displacement of its port [N/m]."""
-        return self.network().dynamic_stiffness(omega)
+        """Force on the attachment per displacement of its place [N/m]."""
 
     def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
         """The place along its directions, with the same law along each."""
-        return [PortLaw(self.points(modes), *self.network().fraction(omega))]
+        return [PortLaw(self.points(modes), self.dynamic_stiffness(omega))]
 
     def uncertain_ports(self, modes: Modes) -> int:
         """Number of directions in which it acts."""
         return len(modes.axes) if self.direction is None else 1
+
+
+class NetworkAttachment(Attachment):
+    """An attachment whose law is a network of springs, dashpots and masses.
+
+    Examples
+    --------
+    >>> bp.effects.maxwell_mount(0.4, stiffness=2e4, relaxation_time=1e-3).network().tree()
+    ['-', 'k', 'c']
+    """
+
+    @abc.abstractmethod
+    def network(self) -> Law:
+        """Return the law of what is attached."""
+
+    def dynamic_stiffness(self, omega: Omega) -> Stiffness:
+        """Force on the attachment per displacement of its place [N/m]."""
+        return self.network().dynamic_stiffness(omega)
+
+    def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
+        """The ports with the law of the network as a fraction, which may have poles."""
+        return [PortLaw(self.points(modes), *self.network().fraction(omega))]
 
 
 class CubicAttachment(AtPlace):

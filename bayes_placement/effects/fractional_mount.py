@@ -10,11 +10,11 @@ from numpyro.distributions import LogUniform, Uniform
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Springpot
-from .effect import Attachment, Direction, Place
+from .effect import Direction, NetworkAttachment, Place
 from .scales import Scales
 
 
-class FractionalMount(Attachment):
+class FractionalMount(NetworkAttachment):
     """A springpot, k (i omega / omega_0)^order: its stiffness and loss grow with the frequency.
 
     Bagley and Torvik, AIAA Journal 21 (1983) 741, DOI 10.2514/3.8142.

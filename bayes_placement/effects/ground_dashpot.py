@@ -9,11 +9,11 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Dashpot
-from .effect import Attachment, Direction, Place
+from .effect import Direction, NetworkAttachment, Place
 from .scales import Scales
 
 
-class GroundDashpot(Attachment):
+class GroundDashpot(NetworkAttachment):
     """A viscous dashpot between one place and the ground: the dynamic stiffness i omega c.
 
     Parameters

@@ -10,12 +10,12 @@ from numpyro.distributions import Distribution, LogUniform
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Spring
-from .effect import Attachment, Direction, Place
+from .effect import Direction, NetworkAttachment, Place
 from .scales import Scales
 from .signed import negative_log_uniform, where_negative
 
 
-class GroundSpring(Attachment):
+class GroundSpring(NetworkAttachment):
     """A spring between one place and the ground: the dynamic stiffness k at every frequency.
 
     It is negative where a spring of the model is too stiff.

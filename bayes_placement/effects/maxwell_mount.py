@@ -9,11 +9,11 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Dashpot, Law, Spring
-from .effect import Attachment, Direction, Place
+from .effect import Direction, NetworkAttachment, Place
 from .scales import Scales
 
 
-class MaxwellMount(Attachment):
+class MaxwellMount(NetworkAttachment):
     """A spring in series with a dashpot, k i omega tau / (1 + i omega tau): Maxwell's element.
 
     Ferry, Viscoelastic Properties of Polymers, ch. 3.

@@ -9,14 +9,14 @@ from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import is_line, rotation
 from ..positions.places import coordinates
-from .effect import Attachment, Direction, placed
+from .effect import Direction, NetworkAttachment, placed
 from .scales import Scales
 
 Footprint: TypeAlias = tuple[Any, Any, Any] | None
 """Vector between the edges of a foot in space [m]; None on a beam."""
 
 
-class OnRotation(Attachment):
+class OnRotation(NetworkAttachment):
     """Something attached to the rotation of a beam, or of a foot on a structure in space.
 
     Examples

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -24,7 +25,7 @@ class OnTransducer(InstrumentEffect):
     Attributes
     ----------
     transducer
-        Name of the sensor or actuator.
+        Name of the sensor or actuator; None for all of a side, where an effect allows that.
     side
         `sensor` or `actuator`; empty where it follows from the name, sensors first.
     direction
@@ -34,10 +35,11 @@ class OnTransducer(InstrumentEffect):
     --------
     >>> kinds = bp.effects.EFFECTS.items()
     >>> [name for name, kind in kinds if issubclass(kind, bp.effects.OnTransducer)]
-    ['channel_delay', 'gain_error', 'reversed_channel', 'frequency_drift']
+    ['channel_delay', 'gain_error', 'reversed_channel', 'frequency_drift', 'low_pass',
+    'phase_drift', 'mains_hum']
     """
 
-    transducer: eqx.AbstractVar[Number]
+    transducer: eqx.AbstractVar[Number | None]
     side: eqx.AbstractVar[str]
     direction: eqx.AbstractVar[Number | None]
 
@@ -49,6 +51,8 @@ class OnTransducer(InstrumentEffect):
         InputError
             If the experiment has no such transducer, or this no such channel.
         """
+        if self.transducer is None:
+            return self._of_all(instruments)
         side = self.side or instruments.side_of(self.transducer)
         number: Any = instruments.number(self.transducer, side)
         direction = self.direction
@@ -56,6 +60,18 @@ class OnTransducer(InstrumentEffect):
             self._check_direction(instruments, number, side)
             direction = np.asarray(direction)
         return dataclasses.replace(self, transducer=number, side=side, direction=direction)
+
+    def _of_all(self: Self, instruments: Instruments) -> Self:
+        """Return the effect on every transducer of its side, by default of the sensors."""
+        if self.direction is not None:
+            raise InputError(
+                f'Effect "{self.name}": the direction {self.direction} was given without a sensor; '
+                "none is needed, since the effect is then in all channels. Name the sensor as "
+                f'well: "{next(iter(instruments.sensors))}".'
+            )
+        side = self.side or "sensor"
+        instruments.side(side)
+        return dataclasses.replace(self, side=side)
 
     def _check_direction(self, instruments: Instruments, number: Number, side: str) -> None:
         channels = instruments.side(side)[instruments.name(number, side)].channels
@@ -68,18 +84,24 @@ class OnTransducer(InstrumentEffect):
 
     def affected(self, instruments: Instruments) -> Float[Array, "#sensor #actuator 1"]:
         """1 on the FRFs of the transducer or of its only channel that counts, 0 on all others."""
+        if self.transducer is None:
+            return jnp.ones((1, 1, 1))
         rows = instruments.of(self.transducer, self.side)
         if self.direction is not None:
             directions = [channel.direction for channel in instruments.channels(self.side)]
             rows *= np.array(directions) == self.direction
         return rows[:, None, None] if self.side == "sensor" else rows[None, :, None]
 
-    def location(self, modes: Modes, instruments: Instruments) -> Location:
-        """Where the transducer was recorded [m]."""
+    def location(self, modes: Modes, instruments: Instruments) -> Location | None:
+        """Where the transducer was recorded [m]; None of all of them."""
+        if self.transducer is None:
+            return None
         return instruments.recorded(self.transducer, self.side)
 
     def setting(self, modes: Modes, instruments: Instruments) -> str:
         """Name of the transducer, and its channel if only one counts."""
+        if self.transducer is None:
+            return f"all {self.side}s"
         transducer = f"{self.side} {instruments.name(self.transducer, self.side)}"
         return _setting_words.joined(transducer, _setting_words.channel(self.direction))
 

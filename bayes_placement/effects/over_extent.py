@@ -10,10 +10,10 @@ from ..modes.points import Points
 from ..modes.ports import over
 from ..positions.bounds import in_space
 from ..positions.places import coordinates
-from .effect import Attachment, placed
+from .effect import NetworkAttachment, placed
 
 
-class OverExtent(Attachment):
+class OverExtent(NetworkAttachment):
     """Something attached all over an extent, each place of which bears its share.
 
     Examples

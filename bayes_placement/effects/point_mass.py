@@ -9,12 +9,12 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Mass
-from .effect import Attachment, Place
+from .effect import NetworkAttachment, Place
 from .scales import Scales
 from .signed import negative_log_uniform, where_negative
 
 
-class PointMass(Attachment):
+class PointMass(NetworkAttachment):
     """A mass fixed to one place, which adds -omega^2 m in every direction; negative if removed.
 
     Blevins, Formulas for Dynamics, Acoustics and Vibration, ch. 4.

@@ -43,3 +43,8 @@ from .foundation import foundation
 from .damping_layer import damping_layer
 from .maxwell_mount import maxwell_mount
 from .fractional_mount import fractional_mount
+from .low_pass import low_pass
+from .phase_drift import phase_drift
+from .cross_axis import cross_axis
+from .frequency_scale import frequency_scale
+from .mains_hum import mains_hum

@@ -65,6 +65,10 @@ class Setup(Protocol):
         """Lines [Hz]."""
 
     @property
+    def observe(self) -> Any:
+        """What is observed, with the name of its quantity."""
+
+    @property
     def force_levels(self) -> tuple[float, ...] | None:
         """Force amplitudes [N]; None where they are not known."""
 
@@ -132,6 +136,11 @@ class Scales:
     def modes_alone(self) -> bool:
         """Whether modal parameters are observed, as where nothing is known to drive it."""
         return not self.setup.actuator
+
+    @property
+    def quantity(self) -> str:
+        """Motion that is observed: displacement, velocity or acceleration."""
+        return str(self.setup.observe.quantity)
 
     def places(self) -> list[Any]:
         """Uniform priors of a place [m], one for each piece of the structure."""

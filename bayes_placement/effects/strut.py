@@ -14,11 +14,11 @@ from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import difference
 from ..positions.places import coordinates
-from .effect import Attachment, Direction, Place, placed
+from .effect import Direction, NetworkAttachment, Place, placed
 from .scales import Scales
 
 
-class Strut(Attachment):
+class Strut(NetworkAttachment):
     """A law between the displacements of two places, as of a strut, a tie or a loose cable.
 
     In space it acts along its line where nothing else is said; on a line or plate along the only

@@ -10,11 +10,11 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Dashpot, Law, Mass, Spring
-from .effect import Attachment, Direction, Place
+from .effect import Direction, NetworkAttachment, Place
 from .scales import Scales
 
 
-class TunedAbsorber(Attachment):
+class TunedAbsorber(NetworkAttachment):
     """A mass on a spring and a dashpot in parallel, attached at one place.
 
     Den Hartog, Mechanical Vibrations, section 3.3: with s = k + i omega c, the force per

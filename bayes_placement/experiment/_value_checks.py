@@ -52,6 +52,7 @@ _SIGNED_LOSS_FACTOR = _Range(-1.0, 1.0, _SHARE_OF_STIFFNESS)
 _SHARE_OF_AMPLITUDE = _Range(0.0, 1.0, "a ratio of noise is a share of the amplitude: 0.05 for 5 %")
 _SHARE_LOST = _Range(-np.inf, 1.0, "no more than all is lost, a share and not percent: 0.2")
 _RELATIVE = _Range(-0.9, 1.0, "a drift is a relative change, not percent: 0.05")
+_RATE = _Range(-0.9, 1.0, "an error of a sampling rate is a relative one, not percent: 0.05")
 _DELAY = _Range(-1.0, 1.0, "a delay is in seconds, not ms: 1e-3")
 _ANGLE = _Range(-np.pi, np.pi, "angles are in rad, not degrees: numpy.deg2rad(5.0)")
 _RANGES = {
@@ -75,6 +76,10 @@ _RANGES = {
     ("instrument_effects", "damping_ratio"): _SHARE_OF_CRITICAL,
     ("instrument_effects", "delay"): _DELAY,
     ("instrument_effects", "drift"): _RELATIVE,
+    ("instrument_effects", "phase"): _ANGLE,
+    ("instrument_effects", "reference"): _POSITIVE,
+    ("instrument_effects", "width"): _NOT_NEGATIVE,
+    ("instrument_effects", "rate_error"): _RATE,
     ("instrument_effects", "rate"): _NOT_NEGATIVE,
     ("noise", "sigma"): _POSITIVE,
     ("noise", "factor"): _POSITIVE,

@@ -81,8 +81,11 @@ def recorded(
 
 
 def recorded_frequency(instrument_effects: Iterable[InstrumentEffect], omega: Omega) -> Omega:
-    """Variable s / i at which the record is evaluated, omega [rad/s] but for a window."""
-    for effect in instrument_effects:
+    """Variable s / i at which the record is evaluated, omega [rad/s] but for a window or rate.
+
+    By name, so that the order of adding is of no consequence.
+    """
+    for effect in sorted(instrument_effects, key=lambda effect: effect.name):
         omega = effect.laplace(omega)
     return omega
 

@@ -10,8 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from numpyro import distributions as dist
-from numpyro.distributions import Distribution
+from numpyro.distributions import Distribution, LogUniform, Uniform
 from scipy.special import ndtri
 
 from bayes_placement import (
@@ -116,12 +115,20 @@ def row(candidate):
 
 
 MOUNT = effects.Spring(2e3) - effects.Dashpot(9.0) | effects.Mass(0.2)
-NETWORKS = {
-    "attached": effects.attached(AT, MOUNT, dist.Uniform(0.0, 2.0)),
-    "over": effects.over(AT, 0.4, MOUNT, dist.Uniform(0.0, 2.0)),
-    "inserted": effects.inserted(AT, effects.LossySpring(90.0, 0.2), dist.Uniform(0.0, 2.0)),
+CLAMP = effects.LossySpring(90.0, 0.2)
+TWICE = Uniform(0.0, 2.0)
+OWN = {
+    "attached": effects.attached(AT, MOUNT, TWICE),
+    "over": effects.over(AT, 0.4, MOUNT, TWICE),
+    "inserted": effects.inserted(AT, CLAMP, TWICE),
+    # On none of the lines is there hum of 50 or 60 Hz: these are close to 80 and 160 Hz.
+    "mains_hum": effects.mains_hum(
+        *("s2", LogUniform(1e-2, 10.0), Uniform(-3.0, 2.0), 40.0, 4.0),
+        quantity="velocity",
+        side="sensor",
+    ),
 }
-"""Effects of any law, of which none is suggested."""
+"""Effects of which none is suggested on the cantilever."""
 
 
 def rows():
@@ -129,7 +136,7 @@ def rows():
     base = experiment(structure())
     table = {}
     for word, kind in EFFECTS.items():
-        candidates = [NETWORKS[word]] if word in NETWORKS else kind.suggest(Scales(base))
+        candidates = [OWN[word]] if word in OWN else kind.suggest(Scales(base))
         variants = [row(candidate) for candidate in candidates]
         motions = {getattr(case.effect, "motion", ""): case for case in reversed(variants)}
         table |= {f"{word} {motion}".strip(): case for motion, case in reversed(motions.items())}
@@ -213,8 +220,8 @@ def test_no_mass_is_the_identity_however_sensors_are_mounted(mounted):
 @pytest.mark.parametrize("ends", ["free-free", "pinned-fixed"])
 def test_zero_strengths_are_the_identity_on_other_structures(ends):
     """All effects on the structure at once, each of which is one alone on the cantilever."""
-    kinds_by_name = effects.library(experiment(structure(ends)), EFFECTS).effects
-    candidates = [row(effect) for effect in [*kinds_by_name, *NETWORKS.values()]]
+    kinds_by_name = effects.library(experiment(structure(ends)), [*EFFECTS]).effects
+    candidates = [row(effect) for effect in [*kinds_by_name, *OWN.values()]]
     kinds = {case.effect.name: case for case in candidates}
     structural = [case for case in kinds.values() if not isinstance(case.effect, InstrumentEffect)]
     assert len(structural) >= len({ROWS[name].effect.name for name in STRUCTURAL}) - 1

@@ -289,8 +289,9 @@ class Inerter(Attachment):
     stiffness: Any = eqx.field(metadata={"unit": "N/m"})
     name: str = eqx.field(static=True, default="inerter", kw_only=True)
 
-    def network(self):
-        return effects.Spring(self.stiffness) - effects.Mass(self.inertance)
+    def dynamic_stiffness(self, omega):
+        inerter_stiffness = -(omega**2) * self.inertance
+        return inerter_stiffness * self.stiffness / (self.stiffness + inerter_stiffness)
 
     @classmethod
     def suggest(cls, scales) -> Sequence["Inerter"]:

@@ -13,6 +13,7 @@ from ..modal_parameters import ModalParameters
 from . import (
     driving_points,
     full_coherence,
+    mains,
     natural_frequencies,
     overload,
     phase,
@@ -62,6 +63,7 @@ CHECKS = tuple(
         ("driving points", driving_points),
         ("reciprocity", reciprocity),
         ("rigid-body line", rigid_body_line),
+        ("mains", mains),
     )
 )
 """Every check, in the order in which they are done."""
@@ -129,9 +131,9 @@ def check_data(
 
     Records that occur twice, clipped or flat ones, a coherence of 1 everywhere; resonances where
     units were mistaken; FRFs without a phase or with that of the other sign of time; driving points
-    that give energy back, pairs that are not reciprocal, and free structures off their rigid-body
-    line. Lines outside those of the experiment count as well. Where modes are observed, modes of
-    the model that have one natural frequency.
+    that give energy back, pairs that are not reciprocal, free structures off their rigid-body
+    line, and hum of the mains. Lines outside those of the experiment count as well. Where modes are
+    observed, modes of the model that have one natural frequency.
 
     Parameters
     ----------

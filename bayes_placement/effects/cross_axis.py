@@ -1,0 +1,87 @@
+"""Cross-axis sensitivity of a sensor with several directions."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from .._sites import unit
+from .._types import InputError, Parameter, Receptance
+from ..modes.modes import Modes
+from .effect import Location, Omega
+from .instrument_effect import InstrumentEffect
+from .instruments import Instruments, Number
+from .scales import Scales
+from .signed import log_uniform_of_either_sign
+
+
+class CrossAxis(InstrumentEffect):
+    """A sensor each channel of which reads a share of its other channels too.
+
+    Transverse sensitivity, ISO 16063-31: up to some percent of that along the axis. It is tried
+    where it is named.
+
+    Parameters
+    ----------
+    sensor
+        Name of the sensor, which has at least two channels.
+    share
+        Share of each other channel that a channel reads in addition to its own [1].
+
+    Examples
+    --------
+    >>> both = setup | {"sensors": [bp.Sensor("s1", at=0.2, directions=(1, -1))]}
+    >>> mixed = bp.Experiment(structure, **both) + bp.effects.cross_axis("s1", share=0.03)
+    >>> [effect.name for effect in mixed.effects]
+    ['cross_axis']
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("share", 0.0)
+    sensor: Number
+    share: Parameter = eqx.field(metadata=unit("1"))
+    name: str = eqx.field(static=True, default="cross_axis", kw_only=True)
+
+    def numbered(self, instruments: Instruments) -> "CrossAxis":
+        """Return the effect with its sensor by number.
+
+        Raises
+        ------
+        InputError
+            If the experiment has no such sensor, or this only one channel.
+        """
+        number = instruments.number(self.sensor)
+        if len(instruments.rows(number)) < 2:
+            raise InputError(
+                f'Effect "{self.name}": sensor "{instruments.name(number)}" was given, but it has '
+                "one channel; at least two are needed, since each reads a share of the others. "
+                "Name a sensor with more directions, or declare them: Sensor(..., "
+                "directions=(1, 2, 3))."
+            )
+        return eqx.tree_at(lambda tree: tree.sensor, self, number)
+
+    def recorded(self, frf: Receptance, omega: Omega, instruments: Instruments) -> Receptance:
+        """FRF whose channels of the sensor are mixed."""
+        rows = instruments.of(self.sensor)
+        unchanged = jnp.eye(rows.size)
+        mixed = unchanged + self.share * (1 - unchanged) * jnp.outer(rows, rows)
+        return jnp.einsum("rs,saf->raf", mixed.astype(frf.dtype), frf)
+
+    def location(self, modes: Modes, instruments: Instruments) -> Location:
+        """Where the sensor was recorded [m]."""
+        return instruments.recorded(self.sensor)
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Name of the sensor."""
+        return f"sensor {instruments.name(self.sensor)}"
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["CrossAxis"]:
+        """Up to 10 % of either sign, log-uniform from 1e-4 on, for each sensor of several."""
+        share = log_uniform_of_either_sign(1e-4, -0.1, 0.1)
+        sensors = scales.instruments.sensors.items()
+        return [cls(name, share) for name, sensor in sensors if len(sensor.directions) > 1]
+
+
+cross_axis = CrossAxis

@@ -1,0 +1,84 @@
+"""A low-pass filter in one channel, or in those of all sensors."""
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from numpyro.distributions import LogUniform
+
+from .._sites import unit
+from .._types import InputError, Parameter
+from .effect import Omega
+from .instrument_effect import Factor
+from .instruments import Instruments, Number
+from .on_transducer import OnTransducer
+from .scales import Scales
+
+
+class LowPass(OnTransducer):
+    """A Butterworth low-pass whose effect on the record was not taken out again.
+
+    Its transmission is 1 / (1 + i r), or 1 / (1 - r^2 + sqrt(2) i r), with r = f / frequency.
+    FRFs of a sensor are multiplied by it, those of a force divided. McConnell and Varoto, Vibration
+    Testing (2008), ch. 5. It is tried where it is named.
+
+    Parameters
+    ----------
+    transducer
+        Name of the sensor or actuator; None for all sensors.
+    frequency
+        Corner frequency [Hz]; infinite for no filter.
+    order
+        1 or 2.
+    side
+        `sensor` or `actuator`; by default it follows from the name.
+    direction
+        Recorded direction of the only channel that is filtered; None for all of the transducer.
+
+    Examples
+    --------
+    >>> filtered = experiment + bp.effects.low_pass("s1", frequency=2000.0, order=2)
+    >>> [effect.name for effect in filtered.effects]
+    ['low_pass']
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("frequency", math.inf)
+    transducer: Number | None
+    frequency: Parameter = eqx.field(metadata=unit("Hz"))
+    order: int = eqx.field(static=True, default=1)
+    side: str = eqx.field(static=True, default="", kw_only=True)
+    direction: Number | None = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="low_pass", kw_only=True)
+
+    def __check_init__(self) -> None:
+        if self.order not in (1, 2):
+            raise InputError(
+                f'Effect "{self.name}": order={self.order} was given; 1 or 2 is needed, since '
+                "filters of these orders are known here: order=2."
+            )
+
+    def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
+        """Return the transmission on sensors, and its inverse on actuators."""
+        ratio = omega / (2 * jnp.pi * self.frequency)
+        inverse = 1 + 1j * ratio if self.order == 1 else 1 - ratio**2 + math.sqrt(2) * 1j * ratio
+        factor = 1 / inverse if self.side == "sensor" else inverse
+        return 1 + self.affected(instruments) * (factor - 1)
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["LowPass"]:
+        """All sensors together and each transducer, from the least line to 100 times the last."""
+        low, high = scales.band
+        sensors, actuators = scales.instruments.sensors, scales.instruments.actuators
+        each = [(name, "sensor") for name in sensors if len(sensors) > 1]
+        each += [(name, "actuator") for name in actuators]
+        return [
+            cls(name, LogUniform(low, 100 * high), order, side=side)
+            for name, side in [(None, "sensor"), *each]
+            for order in (1, 2)
+        ]
+
+
+low_pass = LowPass

@@ -1,0 +1,84 @@
+"""A phase error of one channel that varies slowly over the band."""
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from numpyro.distributions import Uniform
+
+from .._sites import unit
+from .._types import Parameter
+from .effect import Omega
+from .instrument_effect import Factor
+from .instruments import Instruments, Number
+from .on_transducer import OnTransducer, channels, sides_that_differ
+from .scales import Scales
+from .signed import log_uniform_of_either_sign
+
+
+class PhaseDrift(OnTransducer):
+    """A phase lag phase (f / reference)^exponent of one channel, at an amplitude that is right.
+
+    The exponent is -1 for the lead of an AC coupling or of a charge amplifier well above its
+    corner, a negative phase of the size corner / reference; 0 for one lag at all lines; 1 for a
+    delay. McConnell and Varoto, Vibration Testing (2008), ch. 4. A line at 0 Hz stays as it is.
+    It is tried where it is named.
+
+    Parameters
+    ----------
+    transducer
+        Name of the sensor or actuator.
+    phase
+        Lag of its FRFs at the reference frequency [rad].
+    reference
+        Reference frequency [Hz].
+    exponent
+        Growth of the lag with frequency [1].
+    side
+        `sensor` or `actuator`; by default it follows from the name.
+    direction
+        Recorded direction of the only channel that lags; None for all of the transducer.
+
+    Examples
+    --------
+    >>> lead = bp.effects.phase_drift("s1", dist.Normal(0.0, 0.1), reference=100.0, exponent=-1.0)
+    >>> list((experiment + lead).unknown)
+    ['structure.damping.ratio', 'sensor.s1.position', 'instrument_effects.phase_drift.phase']
+    """
+
+    changes_modes: ClassVar[bool] = False
+    tried_by_default: ClassVar[bool] = False
+    absent: ClassVar[tuple[str, float]] = ("phase", 0.0)
+    transducer: Number
+    phase: Parameter = eqx.field(metadata=unit("rad"))
+    reference: Parameter = eqx.field(metadata=unit("Hz"))
+    exponent: Parameter = eqx.field(metadata=unit("1"), default=0.0)
+    side: str = eqx.field(static=True, default="", kw_only=True)
+    direction: Number | None = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="phase_drift", kw_only=True)
+
+    def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
+        """Return exp(-i lag) on the channels that lag; the sign of f keeps it conjugate."""
+        frequency = jnp.real(omega) / (2 * jnp.pi)
+        size = jnp.where(frequency == 0, 1.0, jnp.abs(frequency)) / self.reference
+        lag = jnp.sign(frequency) * self.phase * size**self.exponent
+        return jnp.exp(-1j * self.affected(instruments) * lag)
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["PhaseDrift"]:
+        """Each channel with up to 0.5 rad in the middle of the band, either way.
+
+        Log-uniform from 1e-4 rad on.
+        """
+        middle = scales.angular_frequency / (2 * math.pi)
+        phase, exponent = log_uniform_of_either_sign(1e-4, -0.5, 0.5), Uniform(-1.0, 1.0)
+        return [
+            cls(name, phase, middle, exponent, side=side, direction=direction)
+            for side in sides_that_differ(scales.instruments)
+            for name, direction in channels(scales.instruments, side)
+        ]
+
+
+phase_drift = PhaseDrift
