@@ -416,7 +416,17 @@ LAWS = {f"damping.{law.__name__}": law for law in bp.damping.LAWS if law is not 
 KINDS = {f"effects.{kind}": effect for kind, effect in bp.effects.EFFECTS.items()}
 ENGINES = {f"engines.{engine}": getattr(bp.engines, engine) for engine in bp.engines.__all__}
 READERS = {f"io.{known.reader}": known.reader for known in bp.io.formats.FORMATS}
-REGISTERED = {**LAWS, **KINDS, **ENGINES, **READERS}
+ELEMENTS = {
+    f"effects.{kind.__name__}": kind
+    for kind in (
+        bp.effects.Spring,
+        bp.effects.Dashpot,
+        bp.effects.Mass,
+        bp.effects.LossySpring,
+        bp.effects.Springpot,
+    )
+}
+REGISTERED = {**LAWS, **ELEMENTS, **KINDS, **ENGINES, **READERS}
 """What has a line in a registry: a row is made of its fields where none is written below."""
 
 SMALL = {"1": 0.02, "1/s": 1.0, "s": 1e-6}
@@ -433,6 +443,12 @@ def of_law(law):
     rights = {field.name: SMALL[field.metadata["unit"]] for field in dataclasses.fields(law)}
     arguments = {key: number(right, negative=-right) for key, right in rights.items()}
     return Call(law, arguments, damped)
+
+
+def of_element(kind):
+    """Call of an element of a network, which is attached then."""
+    arguments = {field.name: number(0.5) for field in dataclasses.fields(kind)}
+    return Call(kind, arguments, lambda law: structure() + bp.effects.attached(0.4, law))
 
 
 SPRING = bp.effects.Spring(1e4)
@@ -940,6 +956,7 @@ def calls_of_effects():
     missing = {label: kind for label, kind in KINDS.items() if label not in calls}
     return (
         of_registry(missing, of_effect)
+        | of_registry(ELEMENTS, of_element)
         | calls
         | {
             "effects.library": Call(

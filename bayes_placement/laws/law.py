@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Inexact
 
 from .._sites import described, is_unknown, unit
-from .._types import InputError, Parameter, shown
+from .._types import InputError, Parameter, check_annotated, shown
 from ..modes.scalars import check_scalar
 
 Omega: TypeAlias = Inexact[Array, "frequency"]
@@ -45,8 +45,11 @@ class Law(eqx.Module):
 
     def __check_init__(self) -> None:
         for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if value is None:
+                check_annotated(field.name, value, Parameter)
             if "unit" in field.metadata:
-                check_scalar(field.name, getattr(self, field.name))
+                check_scalar(field.name, value)
 
     @abc.abstractmethod
     def fraction(self, omega: Omega) -> Fraction:

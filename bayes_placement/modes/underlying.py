@@ -3,7 +3,7 @@
 from .._types import InputError
 from .beams.beams import UniformBeam
 from .beams.uniform_line import UniformLine
-from .changed import ChangedModes, DerivedModes
+from .changed import DerivedModes
 from .finite_elements.nodal_modes import NodalModes, nodal_of
 from .modes import Modes
 
@@ -18,7 +18,7 @@ def underlying_line(modes: Modes) -> UniformLine:
     """
     if isinstance(modes, UniformLine):
         return modes
-    if isinstance(modes, ChangedModes):
+    if isinstance(modes, DerivedModes):
         return underlying_line(modes.modes)
     raise InputError(
         f"This effect was added to {type(modes).__name__}, but it needs to know the section of a "
