@@ -416,7 +416,7 @@ LAWS = {f"damping.{law.__name__}": law for law in bp.damping.LAWS if law is not 
 KINDS = {f"effects.{kind}": effect for kind, effect in bp.effects.EFFECTS.items()}
 ENGINES = {f"engines.{engine}": getattr(bp.engines, engine) for engine in bp.engines.__all__}
 READERS = {f"io.{known.reader}": known.reader for known in bp.io.formats.FORMATS}
-ELEMENTS = {
+OF_NETWORKS = {
     f"effects.{kind.__name__}": kind
     for kind in (
         bp.effects.Spring,
@@ -426,7 +426,7 @@ ELEMENTS = {
         bp.effects.Springpot,
     )
 }
-REGISTERED = {**LAWS, **ELEMENTS, **KINDS, **ENGINES, **READERS}
+REGISTERED = {**LAWS, **OF_NETWORKS, **KINDS, **ENGINES, **READERS}
 """What has a line in a registry: a row is made of its fields where none is written below."""
 
 SMALL = {"1": 0.02, "1/s": 1.0, "s": 1e-6}
@@ -956,7 +956,7 @@ def calls_of_effects():
     missing = {label: kind for label, kind in KINDS.items() if label not in calls}
     return (
         of_registry(missing, of_effect)
-        | of_registry(ELEMENTS, of_element)
+        | of_registry(OF_NETWORKS, of_element)
         | calls
         | {
             "effects.library": Call(
