@@ -24,6 +24,7 @@ from ..positions.reprs import with_short_repr
 from ..positions.tolerances import Tolerance
 from ..positions.vectors import Recorded
 from . import _setting_words
+from ._directions import check_direction
 from .instruments import Instruments
 from .port_law import PortLaw
 from .scales import Scales
@@ -38,7 +39,7 @@ Place: TypeAlias = _at.At
 """A place as a user may give it."""
 
 Direction: TypeAlias = tuple[Any, Any, Any] | None
-"""Three numbers; None for every direction in which the structure moves."""
+"""Three numbers or distributions; None for every direction in which the structure moves."""
 
 Location: TypeAlias = Position | Recorded
 """A place [m] as numbers, or as distributions where it is unknown."""
@@ -47,6 +48,7 @@ OF_CHANNELS = "of channels"
 """Metadata of a field that holds a number for each channel; all others hold one number."""
 
 Self = TypeVar("Self", bound="Effect")
+SelfAtPlace = TypeVar("SelfAtPlace", bound="AtPlace")
 
 
 @with_short_repr
@@ -163,8 +165,15 @@ class AtPlace(StructureEffect):
         """Direction in which it acts; None for every one in which the structure moves."""
         return None
 
-    def on(self: Self, modes: Modes) -> Self:
-        """Return the effect placed on a structure, a tolerance region as the uniform prior."""
+    def on(self: SelfAtPlace, modes: Modes) -> SelfAtPlace:
+        """Return the effect placed on a structure, a tolerance region as the uniform prior.
+
+        Raises
+        ------
+        InputError
+            If the place lies outside, or the structure does not move along the direction.
+        """
+        check_direction(self.name, self.direction, modes.axes)
         return placed(self, modes)
 
     def location(self, modes: Modes, instruments: Instruments) -> Location | None:

@@ -26,7 +26,8 @@ class RegionStiffnessLoss(Hinged):
 
     The stiffness is K - loss K_region (Friswell and Mottershead, Finite Element Model Updating in
     Structural Dynamics, ch. 7). Where the matrices are known, it acts on attachment modes of the
-    region; else on the span of the kept modes, which describes a loss of a few percent only.
+    region, or on the modes where these are all that there are; else on the span of the kept modes,
+    which describes a loss of a few percent only.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ from .model_error import Modal, ModalErrors
 from .noise import Data, Noise
 from .observation import Observation
 from .recording import Drive, recorded, recorded_frequency
-from .structure import Structure, added
+from .structure import Structure, added, check_free, is_dict
 from .transducers import Actuator, Sensor, Transducer, by_name
 
 MEASURED = "measured"
@@ -146,12 +146,15 @@ class Experiment(eqx.Module):
         """
         _experiment_checks.seen(effect, self.observe)
         if isinstance(effect, InstrumentEffect):
+            check_free(effect, self.structure.effects)
             numbered = effect.numbered(self.instruments)
             effects = added(self.instrument_effects, numbered.on(self.structure.modes))
-            changed = eqx.tree_at(_instrument_effects, self, effects, is_leaf=_is_dict)
+            changed = eqx.tree_at(_instrument_effects, self, effects, is_leaf=is_dict)
             check_values(changed)
             return changed
-        return self._with_structure(self.structure + effect)
+        structure = self.structure + effect
+        check_free(effect, self.instrument_effects)
+        return self._with_structure(structure)
 
     @property
     def instruments(self) -> Instruments:
@@ -193,7 +196,7 @@ class Experiment(eqx.Module):
         for effects in (lambda tree: tree.structure.effects, _instrument_effects):
             remaining = OrderedDict(effects(self))
             if remaining.pop(str(name), None) is not None:
-                fewer = eqx.tree_at(effects, self, remaining, is_leaf=_is_dict)
+                fewer = eqx.tree_at(effects, self, remaining, is_leaf=is_dict)
                 return fewer.with_errors(fewer.model_error)
         raise InputError(
             f'There is no effect "{name}" to leave out. The experiment has '
@@ -394,7 +397,3 @@ def _channels(transducers: Mapping[str, Transducer]) -> tuple[Channel, ...]:
 
 def _instrument_effects(experiment: Experiment) -> Any:  # Equinox asks for a marker as well
     return experiment.instrument_effects
-
-
-def _is_dict(leaf: Any) -> bool:
-    return isinstance(leaf, dict)

@@ -1,7 +1,7 @@
 """A structure: its modes, its damping and the effects added to it."""
 
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 
 import equinox as eqx
@@ -41,7 +41,13 @@ class Structure(eqx.Module):
         Damping law, for example `damping.Modal([0.04])`. It holds for the modes of the structure
         proper: with its cracks, preload and soft supports, without attachments.
     effects
-        Effects by name; added by `structure + effect`.
+        Effects by name; placed and checked as by `structure + effect`.
+
+    Raises
+    ------
+    InputError
+        If an effect belongs to the measurement, is under another key than its name, or lies
+        outside.
 
     Examples
     --------
@@ -60,7 +66,7 @@ class Structure(eqx.Module):
         modes: Modes,
         *,
         damping: Damping,
-        effects: Mapping[str, StructureEffect] = OrderedDict(),
+        effects: Mapping[str, Effect] = OrderedDict(),
     ):
         check_kind(
             "modes",
@@ -79,7 +85,10 @@ class Structure(eqx.Module):
         check_annotated("effects", effects, Mapping[str, Effect])
         self.modes = modes
         self.damping = damping
-        self.effects = OrderedDict(effects)
+        self.effects = OrderedDict()
+        for name, effect in effects.items():
+            _check_key(name, effect)
+            self.effects = self._with(effect)
         check_values(self)
 
     def __add__(self, effect: Effect) -> "Structure":
@@ -97,14 +106,19 @@ class Structure(eqx.Module):
             "an effect is needed, since only effects are added",
             "structure + effects.point_mass(0.4, 0.1)",
         )
+        changed = eqx.tree_at(_effects, self, self._with(effect), is_leaf=is_dict)
+        check_values(changed)
+        return changed
+
+    def _with(self, effect: Effect) -> "OrderedDict[str, StructureEffect]":
+        """Effects with one more, placed on the structure."""
         if not isinstance(effect, StructureEffect):
             raise InputError(
                 f'The effect "{effect.name}" was added to a structure; an experiment is needed, '
                 "since it acts on the instruments, which a structure does not have. Add it to the "
                 "experiment: experiment + effect."
             )
-        placed = added(self.effects, effect.on(self.modes))
-        return Structure(self.modes, damping=self.damping, effects=placed)
+        return added(self.effects, effect.on(self.modes))
 
     def of_kind(self, kind: Callable[..., Kind]) -> list[Kind]:
         """Effects of one kind, sorted by name: the order of adding has no consequence."""
@@ -158,6 +172,31 @@ class Structure(eqx.Module):
         return self.of_kind(CubicAttachment)
 
 
+def is_dict(leaf: Any) -> bool:
+    """Tell whether a leaf of a tree is a dictionary, which changes as a whole."""
+    return isinstance(leaf, dict)
+
+
+def _effects(structure: Structure) -> Any:  # Equinox asks for a marker as well
+    return structure.effects
+
+
+def _check_key(key: str, effect: Effect) -> None:
+    """Refuse a key that is not the name of the effect.
+
+    Raises
+    ------
+    InputError
+        If it is another one.
+    """
+    if key != effect.name:
+        raise InputError(
+            f"effects={{{key!r}: ...}} was given with an effect of the name {effect.name!r}; its "
+            "name is needed as its key, since its unknowns are looked for by that: "
+            f"effects={{{effect.name!r}: ...}}, or name={key!r} in the effect."
+        )
+
+
 def added(effects: Mapping[str, Kind], effect: Kind) -> OrderedDict[str, Kind]:
     """Effects by name with one more.
 
@@ -167,9 +206,20 @@ def added(effects: Mapping[str, Kind], effect: Kind) -> OrderedDict[str, Kind]:
         If its name is taken, empty or has a dot.
     """
     check_storable("An effect of the name", checked_name("An effect of the name", effect.name))
-    if effect.name in effects:
+    check_free(effect, effects)
+    return OrderedDict(effects) | {effect.name: effect}
+
+
+def check_free(effect: Effect, names: Collection[str]) -> None:
+    """Refuse an effect whose name is taken.
+
+    Raises
+    ------
+    InputError
+        If it is.
+    """
+    if effect.name in names:
         raise InputError(
             f'An effect "{effect.name}" was added twice; each needs a name of its own, since '
             f'unknowns are named by it: name="{effect.name}_2".'
         )
-    return OrderedDict(effects) | {effect.name: effect}

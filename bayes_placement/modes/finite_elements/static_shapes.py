@@ -33,7 +33,7 @@ SUPPORT_MOTIONS = 4
 
 _INVERSE_ITERATIONS = 2  # towards the modes of a weakened structure
 _NO_REACTION = 1e-6  # of what the inertia resists, below which a reaction is rounding
-_ROUNDING = 1e-12  # of the greatest mass or energy, below which there is none
+_ROUNDING = 1e-12  # of the greatest energy or of its whole mass, below which a shape has none
 
 Square = Float[np.ndarray | Array, "pattern pattern"]
 Patterns = Float[np.ndarray, "pattern pattern"]
@@ -181,8 +181,9 @@ def static_shapes(
     A region of stiffness K_r, of which a share q is lost, flows as if it were loaded by K_r T:
     (K - q K_r)^-1 = K^-1 + Psi C' Psi^T with Psi = K^-1 K_r T and C' = c / (1 + c S),
     c = q / (1 - q), S = T^T (K_r - K_r K^-1 K_r) T, T^T K_r T = 1. It is exact if T spans all
-    strains; here it spans those of the lowest modes, with the region intact and without most of its
-    stiffness. A member under tension is a region that gains stiffness.
+    strains, as it does in small models; else it spans those of the lowest modes, with the region
+    intact and without most of its stiffness. A member under tension is a region that gains
+    stiffness. Where the modes span every motion they say all of regions and members themselves.
 
     Parameters
     ----------
@@ -202,9 +203,10 @@ def static_shapes(
     InputError
         If a row of a support is not held, or it can move as a rigid body.
     """
+    modes = model.shape.shape[1]
+    if not soft and (modes == _free(matrices) or not (matrices.regions or members)):
+        return no_static_shapes(len(rows), modes)
     parts, tension = _parts(matrices, model, soft, members)
-    if not parts:
-        return no_static_shapes(len(rows), model.shape.shape[1])
     per_part = max(part.shape.shape[1] for part in parts)
     shape, load = (
         np.hstack([_padded(part[side], per_part) for part in parts]) for side in range(2)
@@ -214,7 +216,8 @@ def static_shapes(
     momentum = matrices.mass @ residual
     mass = residual.T @ momentum
     flexibility = momentum.T @ matrices.displacement(momentum)
-    orthonormal = _orthonormal(mass, flexibility, per_part)
+    whole = np.diag(mass) + np.sum(participation**2, axis=0)
+    orthonormal = _orthonormal(mass, whole, flexibility, per_part)
     flexible = orthonormal.T @ flexibility @ orthonormal
     same_part = np.kron(np.eye(len(parts)), np.ones((per_part, per_part))) > 0
     return StaticShapes(
@@ -241,16 +244,34 @@ def _parts(
 ) -> tuple[list[LoadedShapes], Float[np.ndarray, "member"]]:
     """Shapes of each support, region and member, and the buckling load of each member [N]."""
     unit = _of_unit_energy(model)
-    low = _lowest(model, unit)
     tension = np.array([_buckling_load(unit, member) for member in members.values()])
     stretched = [load * member for load, member in zip(tension, members.values(), strict=True)]
     parts = [_constraint_modes(matrices, model, support) for support in soft.values()]
-    motions = [_support_motions(matrices, support.shape) for support in parts]
+    supports = [_support_motions(matrices, support.shape) for support in parts]
     regions = [(region, LOST_SHARES) for region in matrices.regions.values()]
+    small = _free(matrices) <= MAX_PATTERNS
+    motions = _every_motion(matrices) if small else _lowest(model, unit)
     for stiffness, shares in [*regions, *((member, TENSION_SHARES) for member in stretched)]:
-        changed = [_weakened(matrices, share * stiffness, low) for share in shares]
-        parts.append(_attachment_modes(matrices, stiffness, [low, *changed, *motions]))
+        lost = [] if small else [share * stiffness for share in shares]
+        changed = [_weakened(matrices, part, motions) for part in lost]
+        parts.append(_attachment_modes(matrices, stiffness, [motions, *changed, *supports]))
     return parts, tension
+
+
+def _free(matrices: Matrices) -> int:
+    """Number of rows that may move."""
+    return len(matrices.dof) - len(matrices.fixed)
+
+
+def _every_motion(matrices: Matrices) -> Shapes:
+    """Independent motions that span every one with strain, each with an energy of one half."""
+    unit = np.delete(np.eye(len(matrices.dof)), matrices.fixed, axis=1)
+    flexibility = unit.T @ matrices.displacement(unit)
+    size = np.sqrt(np.diag(flexibility))
+    size = np.where(size > 0, size, 1.0)  # rotations and displacements, each in a unit of its own
+    energy, shape = np.linalg.eigh(flexibility / (size[:, None] * size))
+    strained = energy > _ROUNDING * energy[-1]
+    return unit @ (size[:, None] * shape[:, strained] * np.sqrt(energy[strained]))
 
 
 def _of_unit_energy(model: ModalModel) -> Shapes:
@@ -319,14 +340,21 @@ def _reaction(matrices: Matrices, parts: LoadedShapes) -> Patterns:
     return springs + parts.shape.T @ (matrices.stiffness @ parts.shape) - work - work.T
 
 
-def _orthonormal(mass: Patterns, flexibility: Patterns, per_part: int) -> Patterns:
-    """Combinations within each part of unit mass and diagonal flexibility, softest first."""
+def _orthonormal(
+    mass: Patterns, whole: Float[np.ndarray, "pattern"], flexibility: Patterns, per_part: int
+) -> Patterns:
+    """Combinations within each part of unit mass and diagonal flexibility, softest first.
+
+    What the modes leave of a pattern counts in shares of the mass of the whole pattern: where they
+    leave nothing it is rounding, which is no motion of the structure.
+    """
+    size = np.sqrt(np.where(whole > 0, whole, 1.0))
     blocks = []
     for first in range(0, len(mass), per_part):
         block = slice(first, first + per_part)
-        values, vectors = np.linalg.eigh(mass[block, block])
-        independent = values > _ROUNDING * values[-1]
-        unit = vectors[:, independent] / np.sqrt(values[independent])
+        share, vectors = np.linalg.eigh(mass[block, block] / (size[block, None] * size[block]))
+        left = share > _ROUNDING
+        unit = vectors[:, left] / np.sqrt(share[left]) / size[block, None]
         softest_first = np.linalg.eigh(unit.T @ -flexibility[block, block] @ unit)[1]
         blocks.append(_padded(unit @ softest_first, per_part))
     return block_diag(*blocks)

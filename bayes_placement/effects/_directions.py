@@ -1,0 +1,84 @@
+"""Directions in which effects at a place act: they point somewhere, and the structure moves so."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import numpy as np
+
+from .._sites import is_unknown
+from .._types import InputError, shown
+
+_ACROSS = 1e-9  # of the length of a direction, below which a component of it is rounding
+
+
+def check_direction(effect: str, direction: Sequence[Any] | None, axes: Sequence[int]) -> None:
+    """Refuse a direction that points nowhere, or across every motion of the structure.
+
+    What is a distribution, or computed, is not known yet and passes.
+
+    Parameters
+    ----------
+    effect
+        Name of the effect, for the error.
+    direction
+        Its direction; None for every one in which the structure moves.
+    axes
+        Axes along which the structure moves, 1 to 3 for x to z.
+
+    Raises
+    ------
+    InputError
+        If it is none along which the structure moves.
+    """
+    if direction is None:
+        return
+    along = _unit(axes[0])
+    values = [0.0 if _is_open(component) else component for component in direction]
+    if len(values) != 3 or not all(_is_finite(value) for value in values):
+        raise InputError(
+            f'Effect "{effect}": direction={_text(direction)} was given; three finite numbers '
+            f"along x, y and z are needed, since no force follows from others: direction={along}."
+        )
+    is_open = [_is_open(component) for component in direction]
+    vector = np.array([float(value) for value in values])
+    length = np.linalg.norm(vector)
+    if not any(is_open) and not 0 < length < np.inf:
+        raise InputError(
+            f'Effect "{effect}": direction={_text(direction)} was given; a vector of a length '
+            f"above zero is needed, since it tells where the force points: direction={along}."
+        )
+    moved = [axis - 1 for axis in axes]
+    is_felt = any(is_open[axis] or abs(vector[axis]) > _ACROSS * length for axis in moved)
+    if not is_felt:
+        motions = " and ".join("xyz"[axis] for axis in moved)
+        raise InputError(
+            f'Effect "{effect}": direction={_text(direction)} was given; a direction with a '
+            f"component along {motions} is needed, since the structure moves along {motions} only "
+            f"and does not feel others: direction={along}."
+        )
+
+
+def _is_open(component: Any) -> bool:
+    """Tell whether a component is not a number yet."""
+    return is_unknown(component) or isinstance(component, jax.core.Tracer)
+
+
+def _is_finite(value: Any) -> bool:
+    number = np.asarray(value)
+    return number.dtype.kind in "iuf" and number.ndim == 0 and bool(np.isfinite(number))
+
+
+def _unit(axis: int) -> str:
+    """Write the unit vector along an axis."""
+    return str(tuple(float(number == axis) for number in (1, 2, 3)))
+
+
+def _text(direction: Sequence[Any]) -> str:
+    words = [
+        f"{float(component):g}"
+        if not _is_open(component) and _is_finite(component)
+        else shown(component)
+        for component in direction
+    ]
+    return f"({', '.join(words)})"
