@@ -73,10 +73,10 @@ class Law(eqx.Module):
         numerator, denominator = self.fraction(omega)
         return jnp.broadcast_to(jnp.asarray(numerator / denominator), omega.shape)
 
-    def __or__(self, other: "Law") -> "Parallel":
+    def __or__(self, other: Any) -> "Parallel":
         return Parallel((*_parts(self, Parallel), *_parts(other, Parallel)))
 
-    def __sub__(self, other: "Law") -> "Series":
+    def __sub__(self, other: Any) -> "Series":
         return Series((*_parts(self, Series), *_parts(other, Series)))
 
     def __rmul__(self, strength: Parameter) -> "Scaled":

@@ -13,6 +13,7 @@ from scipy import sparse
 import bayes_placement as bp
 from bayes_placement import effects, finite_elements
 from bayes_placement._sites import unknowns
+from bayes_placement._types import InputError
 from bayes_placement.effects.member_preload import buckling_load
 from bayes_placement.effects.scales import Scales
 from tests.effects import models_in_space
@@ -304,3 +305,57 @@ def test_the_unit_of_springs_is_that_of_what_was_held():
 def test_a_support_without_a_structure_states_every_unit():
     alone = effects.soft_support("foot", dist.LogUniform(1e-9, 1e-3))
     assert [unknown.unit for unknown in unknowns(alone)] == ["rad/(N m), m/N or m2/N"]
+
+
+# ------------------------------------------------------------------ ports other than a point
+
+
+def held(name, rows, stiffness):
+    """Receptance of the channels with dynamic stiffnesses [row, line] on rows of the model."""
+    model = scene(name)
+    channels = model.channels()
+    bare = exact(model, model.matrices, np.vstack([channels, rows]))
+    return attached(bare, len(channels), stiffness), bare[: len(channels), : len(channels)]
+
+
+def test_a_strut_between_two_members_acts_along_its_line():
+    model = scene("frame")
+    ends = np.array(model.seats[0][0]), np.array(model.seats[2][0])
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    row = model.reading(ends[0], along) - model.reading(ends[1], along)
+    law = effects.Spring(4e4) | effects.Dashpot(20.0)
+    stiffness = 4e4 + 20j * 2 * np.pi * model.frequency
+    expected, without = held("frame", row[None], stiffness[None])
+    strut = effects.strut(tuple(ends[0]), tuple(ends[1]), law)
+    close(response("frame", [strut]), expected, without, 1e-3)
+
+
+def test_an_inertia_turns_with_its_foot():
+    model, foot = scene("plate"), np.array([0.04, 0.0, 0.0])
+    across = np.array([0.0, 0.0, 1.0])
+    row = (
+        model.reading(model.place + foot / 2, across)
+        - model.reading(model.place - foot / 2, across)
+    ) / 0.04
+    stiffness = -0.003 * (2 * np.pi * model.frequency) ** 2
+    expected, without = held("plate", row[None], stiffness[None])
+    inertia = effects.rotary_inertia(tuple(model.place), 0.003, footprint=tuple(foot))
+    close(response("plate", [inertia]), expected, without)
+
+
+def test_a_patch_is_heavier_all_over():
+    model, edges = scene("plate"), (0.12, 0.1, 0.0)
+    node, weight = np.polynomial.legendre.leggauss(9)
+    offsets = [(x * edges[0] / 2, y * edges[1] / 2, 0.0) for x in node for y in node]
+    rows = np.array([model.reading(model.place + at, (0.0, 0.0, 1.0)) for at in offsets])
+    shares = np.outer(weight, weight).ravel() / 4
+    stiffness = -0.4 * shares[:, None] * (2 * np.pi * model.frequency) ** 2
+    expected, without = held("plate", rows, stiffness)
+    patch = effects.segment_mass(tuple(model.place), edges, 0.4)
+    close(response("plate", [patch]), expected, without)
+
+
+def test_a_rotation_in_space_needs_a_footprint():
+    inertia = effects.rotary_inertia(tuple(scene("plate").place), 0.003)
+    with pytest.raises(InputError, match="without a footprint; the vector between the edges"):
+        scene("plate").structure() + inertia
