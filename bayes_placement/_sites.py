@@ -23,6 +23,7 @@ from numpyro.distributions import (
 from numpyro.distributions.transforms import AffineTransform
 
 from ._compiled import compiled
+from ._ranges import Range
 from ._types import InputError, check_kind
 
 Tree = TypeVar("Tree")
@@ -76,6 +77,8 @@ class Unknown(NamedTuple):
         Its path through the tree, for people, files and NumPyro: `sensor.s1.position.x`.
     path
         Words of its path within the field, none where it is all of it: `("x",)`.
+    within
+        Between what numbers it can be; None where its field states nothing.
     """
 
     owner: Owner
@@ -85,6 +88,7 @@ class Unknown(NamedTuple):
     unit: str
     name: str
     path: tuple[str, ...] = ()
+    within: Range | None = None
 
     @property
     def component(self) -> str:
@@ -107,7 +111,7 @@ class Leaf(NamedTuple):
 
     Parameters
     ----------
-    owner, field, name, unit
+    owner, field, name, unit, within
         As of an `Unknown`.
     value
         The number or the distribution.
@@ -118,6 +122,7 @@ class Leaf(NamedTuple):
     name: str
     unit: str
     value: Any
+    within: Range | None = None
 
 
 class _Steps(NamedTuple):
@@ -125,9 +130,10 @@ class _Steps(NamedTuple):
 
     owner: Owner = Owner("")
     awaits_name: bool = False
-    within: tuple[str, ...] = ()
+    path: tuple[str, ...] = ()
     role: Role = Role.PARAMETER
     unit: str = ""
+    within: Range | None = None
 
     def step(self, node: Any, key: Any) -> "_Steps":
         """Take one more step, from a node of the tree by a key."""
@@ -136,10 +142,12 @@ class _Steps(NamedTuple):
         if self.awaits_name and isinstance(key, DictKey):
             return self._replace(owner=Owner(self.owner.kind, word), awaits_name=False)
         unit = stated_unit(metadata, node, self.unit)
+        within = metadata.get("within") if "unit" in metadata else self.within
         if "role" in metadata:
             return _Steps(Owner(word), awaits_name=True, role=metadata["role"], unit=unit)
         role = metadata.get("role_of_field", self.role)
-        return self._replace(within=(*self.within, word), awaits_name=False, role=role, unit=unit)
+        path = (*self.path, word)
+        return self._replace(path=path, awaits_name=False, role=role, unit=unit, within=within)
 
 
 def is_unknown(leaf: Any) -> bool:
@@ -153,12 +161,14 @@ def is_finite(distribution: Any) -> bool:
     return support is not None and support.is_discrete and distribution.has_enumerate_support
 
 
-def unit(word: str | Callable[[Any], str], role: Role | None = None) -> dict[str, Any]:
-    """Metadata of a field of a tree whose value carries a unit, and a role unlike its owner's.
+def unit(
+    word: str | Callable[[Any], str], role: Role | None = None, *, within: Range | None = None
+) -> dict[str, Any]:
+    """Metadata of a field whose value carries a unit, maybe a range and a role of its own.
 
     A unit that depends on other fields is a function of the object.
     """
-    return {"unit": word} | ({} if role is None else {"role_of_field": role})
+    return {"unit": word, "within": within} | ({} if role is None else {"role_of_field": role})
 
 
 def stated_unit(metadata: Mapping[str, Any], owner: Any, default: str = "") -> str:
@@ -170,23 +180,6 @@ def stated_unit(metadata: Mapping[str, Any], owner: Any, default: str = "") -> s
 def owners(role: Role) -> dict[str, Any]:
     """Metadata of a field whose value owns unknowns of a role; of a dictionary, each entry does."""
     return {"role": role}
-
-
-def checked_name(kind: str, name: str) -> str:
-    """Return a name that can be a word of the name of an unknown.
-
-    Raises
-    ------
-    InputError
-        If it is empty or contains a dot.
-    """
-    if not isinstance(name, str) or not name or "." in name:
-        better = str(name).replace(".", "_") if isinstance(name, str) and name else "s1"
-        raise InputError(
-            f"{kind} {name!r} was given; a name without a dot is needed, since dots separate the "
-            f'words in names of unknowns (sensor.s1.position): "{better}".'
-        )
-    return name
 
 
 def realise(tree: Tree, where: Callable[[Unknown], bool] = lambda unknown: True) -> Tree:
@@ -357,13 +350,15 @@ _kept_descriptions = functools.lru_cache(maxsize=512)(_new_descriptions)
 
 def _unknown(of: _Description, leaf: Distribution) -> Unknown:
     steps = of.steps
-    field, *path = steps.within or ("",)
-    return Unknown(steps.owner, field, steps.role, leaf, steps.unit, of.name, tuple(path))
+    field, *path = steps.path or ("",)
+    known = (steps.owner, field, steps.role, leaf, steps.unit, of.name)
+    return Unknown(*known, tuple(path), steps.within)
 
 
 def _leaf(of: _Description, leaf: Any) -> Leaf:
     steps = of.steps
-    return Leaf(steps.owner, (steps.within or ("",))[0], of.name, steps.unit, leaf)
+    field = (steps.path or ("",))[0]
+    return Leaf(steps.owner, field, of.name, steps.unit, leaf, steps.within)
 
 
 def _steps(tree: Any, path: tuple[Any, ...]) -> _Steps:

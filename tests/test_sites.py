@@ -10,6 +10,7 @@ import pytest
 from numpyro import handlers
 
 from bayes_placement import _sites
+from bayes_placement.positions.channel import checked_name
 
 
 class Leaf(eqx.Module):
@@ -66,11 +67,11 @@ def test_an_owner_within_an_owner_is_the_nearer_one():
 
 
 def test_names_can_be_a_word_of_a_name():
-    assert _sites.checked_name("Sensor", "s1+x") == "s1+x"
+    assert checked_name("Sensor", "s1+x") == "s1+x"
     with pytest.raises(ValueError, match=r'Sensor \'s.1\' was given.*dot.*"s_1"'):
-        _sites.checked_name("Sensor", "s.1")
+        checked_name("Sensor", "s.1")
     with pytest.raises(ValueError, match="Sensor '' was given; a name"):
-        _sites.checked_name("Sensor", "")
+        checked_name("Sensor", "")
 
 
 def test_realise_samples_each_unknown_once_in_order():

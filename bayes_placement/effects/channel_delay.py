@@ -6,6 +6,7 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 
+from .._ranges import DELAY
 from .._sites import unit
 from .._types import Parameter
 from .effect import Omega
@@ -42,7 +43,7 @@ class ChannelDelay(OnTransducer):
     changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("delay", 0.0)
     transducer: Number
-    delay: Parameter = eqx.field(metadata=unit("s"))
+    delay: Parameter = eqx.field(metadata=unit("s", within=DELAY))
     side: str = eqx.field(static=True, default="", kw_only=True)
     direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="channel_delay", kw_only=True)

@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
+from .._ranges import POSITIVE, SIGNED_LOSS_FACTOR
 from .._sites import unit
 from .._types import Parameter
 from ..modes.modes import Modes
@@ -43,8 +44,8 @@ class DampingLayer(AtPlace, OnPorts):
     tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("loss_factor", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
-    extent: Parameter = eqx.field(metadata=unit("m"))
-    loss_factor: Parameter = eqx.field(metadata=unit("1"))
+    extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
+    loss_factor: Parameter = eqx.field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
     name: str = eqx.field(static=True, default="damping_layer", kw_only=True)
 
     def on(self, modes: Modes) -> "DampingLayer":

@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
+from .._ranges import NOT_NEGATIVE
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Mass
@@ -48,7 +49,7 @@ class EccentricMass(AtPlace, OnPorts):
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     mass: Parameter = eqx.field(metadata=unit("kg"))
-    radius_of_gyration: Parameter = eqx.field(metadata=unit("m"))
+    radius_of_gyration: Parameter = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     offset: Parameter = eqx.field(metadata=unit("m"), default=0.0)
     name: str = eqx.field(static=True, default="eccentric_mass", kw_only=True)
 

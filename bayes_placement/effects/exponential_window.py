@@ -6,6 +6,7 @@ from typing import ClassVar
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
+from .._ranges import NOT_NEGATIVE
 from .._sites import unit
 from .._types import Parameter
 from .effect import Omega
@@ -34,7 +35,7 @@ class ExponentialWindow(InstrumentEffect):
 
     changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("rate", 0.0)
-    rate: Parameter = eqx.field(metadata=unit("1/s"))
+    rate: Parameter = eqx.field(metadata=unit("1/s", within=NOT_NEGATIVE))
     name: str = eqx.field(static=True, default="exponential_window", kw_only=True)
 
     def laplace(self, omega: Omega) -> Omega:

@@ -6,6 +6,7 @@ from typing import ClassVar
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
+from .._ranges import NOT_NEGATIVE
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Spring
@@ -41,7 +42,7 @@ class Foundation(OverExtent):
     tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
-    extent: Extent = eqx.field(metadata=unit("m"))
+    extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="foundation", kw_only=True)

@@ -7,6 +7,7 @@ from typing import ClassVar
 import equinox as eqx
 from numpyro.distributions import LogUniform, Uniform
 
+from .._ranges import ORDER, POSITIVE
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Springpot
@@ -43,8 +44,8 @@ class FractionalMount(NetworkAttachment):
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    order: Parameter = eqx.field(metadata=unit("1"))
-    frequency: Parameter = eqx.field(metadata=unit("Hz"))
+    order: Parameter = eqx.field(metadata=unit("1", within=ORDER))
+    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="fractional_mount", kw_only=True)
 

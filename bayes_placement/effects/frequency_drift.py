@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import equinox as eqx
 
+from .._ranges import RELATIVE
 from .._sites import unit
 from .._types import Parameter, Receptance
 from .effect import Omega
@@ -42,7 +43,7 @@ class FrequencyDrift(OnTransducer):
     changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("drift", 0.0)
     transducer: Number
-    drift: Parameter = eqx.field(metadata=unit("1"))
+    drift: Parameter = eqx.field(metadata=unit("1", within=RELATIVE))
     side: str = eqx.field(static=True, default="", kw_only=True)
     direction: Number | None = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="frequency_drift", kw_only=True)

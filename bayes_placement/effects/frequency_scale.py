@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import equinox as eqx
 
+from .._ranges import RATE
 from .._sites import unit
 from .._types import Parameter
 from .effect import Omega
@@ -37,7 +38,7 @@ class FrequencyScale(InstrumentEffect):
     changes_modes: ClassVar[bool] = False
     tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("rate_error", 0.0)
-    rate_error: Parameter = eqx.field(metadata=unit("1"))
+    rate_error: Parameter = eqx.field(metadata=unit("1", within=RATE))
     name: str = eqx.field(static=True, default="frequency_scale", kw_only=True)
 
     def laplace(self, omega: Omega) -> Omega:

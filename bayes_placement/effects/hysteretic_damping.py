@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 from numpyro.distributions import LogUniform
 
+from .._ranges import SIGNED_LOSS_FACTOR
 from .._sites import unit
 from .._types import Parameter
 from .effect import Modulus, Omega
@@ -33,7 +34,7 @@ class HystereticDamping(Modulus):
     """
 
     absent: ClassVar[tuple[str, float]] = ("share", 0.0)
-    loss_factor: Parameter = eqx.field(metadata=unit("1"))
+    loss_factor: Parameter = eqx.field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     name: str = eqx.field(static=True, default="hysteretic_damping", kw_only=True)
 

@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform, Uniform
 
+from .._ranges import POSITIVE, SHARE_LOST
 from .._sites import unit
 from .._types import InputError, Parameter
 from ..modes.beams.uniform_line import UniformLine
@@ -49,8 +50,8 @@ class LocalStiffnessLoss(Hinged):
     absent: ClassVar[tuple[str, float]] = ("loss", 0.0)
     place_fields: ClassVar[tuple[str, ...]] = ("at",)
     at: Place = eqx.field(metadata=unit("m"))
-    extent: Parameter = eqx.field(metadata=unit("m"))
-    loss: Parameter = eqx.field(metadata=unit("1"))
+    extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
+    loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
     name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
 
     def on(self, modes: Modes) -> "LocalStiffnessLoss":

@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
+from .._ranges import POSITIVE
 from .._sites import unit
 from .._types import InputError, Parameter
 from .effect import Omega
@@ -47,7 +48,7 @@ class LowPass(OnTransducer):
     tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("frequency", math.inf)
     transducer: Number | None
-    frequency: Parameter = eqx.field(metadata=unit("Hz"))
+    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
     order: int = eqx.field(static=True, default=1)
     side: str = eqx.field(static=True, default="", kw_only=True)
     direction: Number | None = eqx.field(default=None, kw_only=True)

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 from numpyro.distributions import LogUniform, Uniform
 
+from .._ranges import ANGLE, NOT_NEGATIVE, POSITIVE
 from .._sites import unit
 from .._types import InputError, Parameter, Receptance
 from .effect import Omega
@@ -64,9 +65,9 @@ class MainsHum(OnTransducer):
     absent: ClassVar[tuple[str, float]] = ("share", 0.0)
     transducer: Number
     share: Parameter = eqx.field(metadata=unit("1"))
-    phase: Parameter = eqx.field(metadata=unit("rad"), default=0.0)
-    frequency: Parameter = eqx.field(metadata=unit("Hz"), default=50.0)
-    width: Parameter = eqx.field(metadata=unit("Hz"), default=0.5)
+    phase: Parameter = eqx.field(metadata=unit("rad", within=ANGLE), default=0.0)
+    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE), default=50.0)
+    width: Parameter = eqx.field(metadata=unit("Hz", within=NOT_NEGATIVE), default=0.5)
     quantity: str = eqx.field(static=True, default="acceleration", kw_only=True)
     side: str = eqx.field(static=True, default="", kw_only=True)
     direction: Number | None = eqx.field(default=None, kw_only=True)

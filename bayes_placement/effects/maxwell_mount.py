@@ -6,6 +6,7 @@ from typing import ClassVar
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
+from .._ranges import POSITIVE
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Dashpot, Law, Spring
@@ -40,7 +41,7 @@ class MaxwellMount(NetworkAttachment):
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    relaxation_time: Parameter = eqx.field(metadata=unit("s"))
+    relaxation_time: Parameter = eqx.field(metadata=unit("s", within=POSITIVE))
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="maxwell_mount", kw_only=True)
 

@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
+from .._ranges import POSITIVE, SHARE_OF_CRITICAL
 from .._sites import unit
 from .._types import Parameter
 from ..modes.modes import Modes
@@ -41,8 +42,8 @@ class MountResonance(InstrumentEffect):
 
     absent: ClassVar[tuple[str, float]] = ("frequency", math.inf)
     sensor: Number
-    frequency: Parameter = eqx.field(metadata=unit("Hz"))
-    damping_ratio: Parameter = eqx.field(metadata=unit("1"))
+    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
+    damping_ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_CRITICAL))
     name: str = eqx.field(static=True, default="mount_resonance", kw_only=True)
 
     def numbered(self, instruments: Instruments) -> "MountResonance":

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import equinox as eqx
 
+from .._ranges import NOT_NEGATIVE
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Law
@@ -39,7 +40,7 @@ class Over(OverExtent):
     tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("strength", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
-    extent: Extent = eqx.field(metadata=unit("m"))
+    extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     law: Law
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     direction: Direction = eqx.field(default=None, kw_only=True)

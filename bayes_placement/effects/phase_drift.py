@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import Uniform
 
+from .._ranges import ANGLE, POSITIVE
 from .._sites import unit
 from .._types import Parameter
 from .effect import Omega
@@ -52,8 +53,8 @@ class PhaseDrift(OnTransducer):
     tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("phase", 0.0)
     transducer: Number
-    phase: Parameter = eqx.field(metadata=unit("rad"))
-    reference: Parameter = eqx.field(metadata=unit("Hz"))
+    phase: Parameter = eqx.field(metadata=unit("rad", within=ANGLE))
+    reference: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
     exponent: Parameter = eqx.field(metadata=unit("1"), default=0.0)
     side: str = eqx.field(static=True, default="", kw_only=True)
     direction: Number | None = eqx.field(default=None, kw_only=True)

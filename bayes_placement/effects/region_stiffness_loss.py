@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Int
 from numpyro.distributions import LogUniform
 
+from .._ranges import SHARE_LOST
 from .._sites import unit
 from .._types import Parameter
 from ..modes.finite_elements.nodal_modes import nodal_of
@@ -46,7 +47,7 @@ class RegionStiffnessLoss(Hinged):
 
     absent: ClassVar[tuple[str, float]] = ("loss", 0.0)
     region: str | int | Int[Array | np.ndarray, ""]
-    loss: Parameter = eqx.field(metadata=unit("1"))
+    loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
     name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
 
     def on(self, modes: Modes) -> "RegionStiffnessLoss":

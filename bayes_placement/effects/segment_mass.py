@@ -6,6 +6,7 @@ from typing import ClassVar
 import equinox as eqx
 from numpyro.distributions import LogUniform
 
+from .._ranges import NOT_NEGATIVE
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Mass
@@ -38,7 +39,7 @@ class SegmentMass(OverExtent):
     tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
-    extent: Extent = eqx.field(metadata=unit("m"))
+    extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     mass: Parameter = eqx.field(metadata=unit("kg"))
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="segment_mass", kw_only=True)

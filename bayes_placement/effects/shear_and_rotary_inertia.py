@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
+from .._ranges import POSITIVE
 from .._sites import unit
 from .._types import Parameter
 from ..modes.beams.beams import UniformBeam
@@ -41,7 +42,7 @@ class ShearAndRotaryInertia(GlobalChange):
     """
 
     absent: ClassVar[tuple[str, float]] = ("share", 0.0)
-    modulus_ratio: Parameter = eqx.field(metadata=unit("1"), default=3.12)
+    modulus_ratio: Parameter = eqx.field(metadata=unit("1", within=POSITIVE), default=3.12)
     share: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     name: str = eqx.field(static=True, default="shear_and_rotary_inertia", kw_only=True)
 

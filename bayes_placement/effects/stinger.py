@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
+from .._ranges import POSITIVE, SHARE_OF_CRITICAL
 from .._sites import unit
 from .._types import Parameter
 from .effect import Omega, Stiffness
@@ -42,8 +43,8 @@ class Stinger(InstrumentEffect):
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
     loads: ClassVar[tuple[str, ...]] = ("actuator",)
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    frequency: Parameter = eqx.field(metadata=unit("Hz"))
-    damping_ratio: Parameter = eqx.field(metadata=unit("1"))
+    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
+    damping_ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_CRITICAL))
     name: str = eqx.field(static=True, default="stinger", kw_only=True)
 
     def load(self, side: str, number: int, omega: Omega) -> Stiffness:

@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import Distribution
 
+from .._ranges import DELAY
 from .._sites import unit
 from .._types import Parameter
 from .effect import Omega
@@ -33,7 +34,7 @@ class TimeDelay(InstrumentEffect):
 
     changes_modes: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("delay", 0.0)
-    delay: Parameter = eqx.field(metadata=unit("s"))
+    delay: Parameter = eqx.field(metadata=unit("s", within=DELAY))
     name: str = eqx.field(static=True, default="time_delay", kw_only=True)
 
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:

@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from numpyro.distributions import LogUniform
 
+from .._ranges import POSITIVE, SHARE_OF_CRITICAL
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Dashpot, Law, Mass, Spring
@@ -43,8 +44,8 @@ class TunedAbsorber(NetworkAttachment):
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     mass: Parameter = eqx.field(metadata=unit("kg"))
-    frequency: Parameter = eqx.field(metadata=unit("Hz"))
-    damping_ratio: Parameter = eqx.field(metadata=unit("1"))
+    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))
+    damping_ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_CRITICAL))
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="tuned_absorber", kw_only=True)
 

@@ -8,6 +8,7 @@ import equinox as eqx
 from jaxtyping import Array, Complex
 from numpyro.distributions import LogUniform
 
+from .._ranges import POSITIVE
 from .._sites import unit
 from .._types import Parameter
 from .effect import Modulus, Omega
@@ -35,7 +36,7 @@ class ViscoelasticModulus(Modulus):
 
     absent: ClassVar[tuple[str, float]] = ("relaxing", 0.0)
     relaxing: Parameter = eqx.field(metadata=unit("1"))
-    relaxation_time: Parameter = eqx.field(metadata=unit("s"))
+    relaxation_time: Parameter = eqx.field(metadata=unit("s", within=POSITIVE))
     name: str = eqx.field(static=True, default="viscoelastic_modulus", kw_only=True)
 
     def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:

@@ -1,6 +1,6 @@
 """Numbers and priors of an experiment: finite, possible, and with a density."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -16,6 +16,7 @@ from numpyro.distributions import (
 )
 
 from .._compiled import compiled
+from .._ranges import POSITIVE, Range
 from .._sites import (
     Leaf,
     Unknown,
@@ -31,65 +32,6 @@ from ..positions.at import position_on
 from ..positions.bounds import Bounds
 
 _DRAWS = 16
-
-
-class _Range(NamedTuple):
-    """Between what numbers a quantity can be, and what is meant where it is not."""
-
-    least: float
-    most: float
-    reason: str
-
-
-_POSITIVE = _Range(0.0, np.inf, "it must be above zero")
-_NOT_NEGATIVE = _Range(0.0, np.inf, "it must not be negative")
-_SHARE_OF_CRITICAL = _Range(
-    0.0, 1.0, "a damping ratio is a share of critical damping between 0 and 1, not percent: 0.05"
-)
-_SHARE_OF_STIFFNESS = "a loss factor is a share between 0 and 1 of the stiffness, not percent: 0.05"
-_LOSS_FACTOR = _Range(0.0, 1.0, _SHARE_OF_STIFFNESS)
-_SIGNED_LOSS_FACTOR = _Range(-1.0, 1.0, _SHARE_OF_STIFFNESS)
-_SHARE_OF_AMPLITUDE = _Range(0.0, 1.0, "a ratio of noise is a share of the amplitude: 0.05 for 5 %")
-_SHARE_LOST = _Range(-np.inf, 1.0, "no more than all is lost, a share and not percent: 0.2")
-_RELATIVE = _Range(-0.9, 1.0, "a drift is a relative change, not percent: 0.05")
-_RATE = _Range(-0.9, 1.0, "an error of a sampling rate is a relative one, not percent: 0.05")
-_DELAY = _Range(-1.0, 1.0, "a delay is in seconds, not ms: 1e-3")
-_ANGLE = _Range(-np.pi, np.pi, "angles are in rad, not degrees: numpy.deg2rad(5.0)")
-_RANGES = {
-    ("modes", "length"): _POSITIVE,
-    ("modes", "area"): _POSITIVE,
-    ("modes", "second_moment"): _POSITIVE,
-    ("modes", "radius_of_gyration"): _POSITIVE,
-    ("modes", "youngs_modulus"): _POSITIVE,
-    ("modes", "density"): _POSITIVE,
-    ("modes", "modal_mass"): _POSITIVE,
-    ("damping", "ratio"): _SHARE_OF_CRITICAL,
-    ("damping", "loss_factor"): _LOSS_FACTOR,
-    ("effects", "frequency"): _POSITIVE,
-    ("effects", "damping_ratio"): _SHARE_OF_CRITICAL,
-    ("effects", "loss_factor"): _SIGNED_LOSS_FACTOR,
-    ("effects", "loss"): _SHARE_LOST,
-    ("effects", "extent"): _POSITIVE,
-    ("effects", "relaxation_time"): _POSITIVE,
-    ("effects", "modulus_ratio"): _POSITIVE,
-    ("instrument_effects", "frequency"): _POSITIVE,
-    ("instrument_effects", "damping_ratio"): _SHARE_OF_CRITICAL,
-    ("instrument_effects", "delay"): _DELAY,
-    ("instrument_effects", "drift"): _RELATIVE,
-    ("instrument_effects", "phase"): _ANGLE,
-    ("instrument_effects", "reference"): _POSITIVE,
-    ("instrument_effects", "width"): _NOT_NEGATIVE,
-    ("instrument_effects", "rate_error"): _RATE,
-    ("instrument_effects", "rate"): _NOT_NEGATIVE,
-    ("noise", "sigma"): _POSITIVE,
-    ("noise", "factor"): _POSITIVE,
-    ("noise", "ratio"): _SHARE_OF_AMPLITUDE,
-    ("sensor", "angles"): _ANGLE,
-    ("actuator", "angles"): _ANGLE,
-    ("sensor", "delay"): _DELAY,
-    ("actuator", "delay"): _DELAY,
-}
-"""Ranges by the owner of a number and its field; strengths of effects have both signs."""
 
 
 def check_values(tree: Any) -> None:
@@ -122,7 +64,7 @@ def fixed(tree: Any, values: Any) -> Any:
         value = values.get(unknown.name)
         if value is None or isinstance(value, jax.core.Tracer):
             continue
-        leaf = Leaf(unknown.owner, unknown.field, unknown.name, unknown.unit, value)
+        leaf = Leaf(unknown.owner, unknown.field, unknown.name, unknown.unit, value, unknown.within)
         if is_unknown(value):
             _check_prior(leaf, value)
             continue
@@ -145,10 +87,6 @@ def _check_position(unknown: Unknown, value: Any, bounds: Bounds) -> None:
         position_on(value, bounds, f'{unknown.owner.kind.capitalize()} "{unknown.owner.name}"')
 
 
-def _range(leaf: Leaf) -> _Range | None:
-    return _RANGES.get((leaf.owner.kind, leaf.field))
-
-
 def _check_number(leaf: Leaf, value: Any) -> None:
     numbers = np.asarray(value)
     if numbers.dtype.kind not in "iuf":
@@ -161,11 +99,11 @@ def _check_number(leaf: Leaf, value: Any) -> None:
             f"{leaf.name}={shown(value)} was given; a finite number [{leaf.unit}] is needed, since "
             f"no response follows from another: {leaf.field}=1.0, or a distribution."
         )
-    allowed = _range(leaf)
+    allowed = leaf.within
     if allowed is None:
         return
     inside = (numbers >= allowed.least) & (numbers <= allowed.most)
-    if not np.all(inside) or (allowed is _POSITIVE and not np.all(numbers)):
+    if not np.all(inside) or (allowed is POSITIVE and not np.all(numbers)):
         raise _outside(leaf, f"{numbers.flat[0]:g}", allowed)
 
 
@@ -178,7 +116,7 @@ def _check_prior(leaf: Leaf, prior: Distribution) -> None:
             "draws lie is needed, since every posterior begins with it: its bounds must rise and "
             "be finite, its width must be above zero: numpyro.distributions.Uniform(0.02, 0.06)."
         )
-    allowed = _range(leaf)
+    allowed = leaf.within
     if allowed is None:
         return
     low, high = reach(prior)
@@ -186,7 +124,7 @@ def _check_prior(leaf: Leaf, prior: Distribution) -> None:
         raise _outside(leaf, f"{described(prior)}, from {low:.3g} to {high:.3g},", allowed)
 
 
-def _outside(leaf: Leaf, words: str, allowed: _Range) -> InputError:
+def _outside(leaf: Leaf, words: str, allowed: Range) -> InputError:
     unit = "" if leaf.unit == "1" else f" [{leaf.unit}]"
     between = f"it must be between {allowed.least:.4g} and {allowed.most:.4g}{unit}: "
     is_open = np.isinf(allowed.most) or np.isinf(allowed.least)

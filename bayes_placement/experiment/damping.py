@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float, Inexact
 from numpyro.distributions import Delta, Distribution, constraints
 
+from .._ranges import LOSS_FACTOR, SHARE_OF_CRITICAL
 from .._sites import is_unknown, unit
 from .._types import InputError, Parameter, check_annotated, shown
 from ..effects.effect import Omega
@@ -87,7 +88,9 @@ class Modal(Damping):
     0.04
     """
 
-    ratio: tuple[Parameter, ...] | Parameter = eqx.field(metadata=unit("1"))
+    ratio: tuple[Parameter, ...] | Parameter = eqx.field(
+        metadata=unit("1", within=SHARE_OF_CRITICAL)
+    )
 
     def __init__(self, ratio: list[Parameter] | tuple[Parameter, ...] | Parameter):
         if isinstance(ratio, tuple) and len(ratio) == 2 and all(map(_is_number, ratio)):
@@ -201,7 +204,7 @@ class Structural(Damping):
     0.02j
     """
 
-    loss_factor: Parameter = eqx.field(metadata=unit("1"))
+    loss_factor: Parameter = eqx.field(metadata=unit("1", within=LOSS_FACTOR))
 
     def __check_init__(self) -> None:
         """Refuse a structure without damping."""

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array
 from numpyro.distributions import Distribution, MultivariateNormal, Normal
 
+from .._ranges import POSITIVE, SHARE_OF_AMPLITUDE
 from .._sites import is_unknown, unit
 from .._types import InputError, Parameter, Response
 from ..positions.reprs import with_short_repr
@@ -113,7 +114,7 @@ class Gaussian(Noise):
     """
 
     reads_coherence: ClassVar[bool] = False
-    sigma: Parameter = eqx.field(metadata=unit("unit of z"))
+    sigma: Parameter = eqx.field(metadata=unit("unit of z", within=POSITIVE))
 
     def __init__(self, sigma: Parameter):
         self.sigma = positive("noise.Gaussian(sigma)", "standard deviation", sigma)
@@ -156,7 +157,7 @@ class Covariance(Noise):
 
     reads_coherence: ClassVar[bool] = False
     matrix: Parameter = eqx.field(metadata=unit("(unit of z)^2"))
-    factor: Parameter = eqx.field(metadata=unit("1"))
+    factor: Parameter = eqx.field(metadata=unit("1", within=POSITIVE))
 
     def __init__(self, matrix: Parameter, factor: Parameter = 1.0):
         self.matrix = positive_definite(matrix)
@@ -204,7 +205,7 @@ class FromCoherence(Noise):
     """
 
     reads_coherence: ClassVar[bool] = True
-    factor: Parameter = eqx.field(metadata=unit("1"))
+    factor: Parameter = eqx.field(metadata=unit("1", within=POSITIVE))
 
     def __init__(self, factor: Parameter = 1.0):
         self.factor = positive("noise.FromCoherence(factor)", "factor", factor)
@@ -247,7 +248,7 @@ class FromVariance(Noise):
 
     reads_coherence: ClassVar[bool] = False
     reads_variance: ClassVar[bool] = True
-    factor: Parameter = eqx.field(metadata=unit("1"))
+    factor: Parameter = eqx.field(metadata=unit("1", within=POSITIVE))
 
     def __init__(self, factor: Parameter = 1.0):
         self.factor = positive("noise.FromVariance(factor)", "factor", factor)
@@ -306,7 +307,7 @@ class Relative(Noise):
     """
 
     reads_amplitude: ClassVar[bool] = True
-    ratio: Parameter = eqx.field(metadata=unit("1"))
+    ratio: Parameter = eqx.field(metadata=unit("1", within=SHARE_OF_AMPLITUDE))
     floor: Parameter = eqx.field(metadata=unit("unit of the FRF"))
     coherence: Parameter | None = eqx.field(metadata=unit("1"))
 

@@ -8,7 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
-from .._sites import Role, checked_name, owners
+from .._sites import Role, owners
 from .._types import InputError, check_annotated, check_kind
 from ..effects.effect import (
     CubicAttachment,
@@ -22,7 +22,7 @@ from ..effects.effect import (
 )
 from ..modes.hinges import with_compliance
 from ..modes.modes import Modes
-from ..positions.channel import check_storable
+from ..positions.channel import check_storable, checked_name
 from ..positions.reprs import noun_html
 from ._value_checks import check_values
 from .damping import Damping

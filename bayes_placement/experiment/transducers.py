@@ -12,14 +12,15 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact
 from numpy.typing import ArrayLike
 
-from .._sites import Role, checked_name, described, is_unknown, unit, unknowns
+from .._ranges import ANGLE, DELAY
+from .._sites import Role, described, is_unknown, unit, unknowns
 from .._types import InputError, Parameter, Shapes, check_annotated, check_kind
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.scalars import check_scalar
 from ..positions.at import At, RecordedPosition, as_place, position_on
 from ..positions.bounds import in_space, position_text
-from ..positions.channel import check_storable, checked
+from ..positions.channel import check_storable, checked, checked_name
 from ..positions.places import Place, Position, coordinates, mean
 from ..positions.reprs import noun_html
 from ..positions.tolerances import Tolerance
@@ -75,12 +76,12 @@ class Transducer(eqx.Module):
     kind: eqx.AbstractClassVar[str]
     name: str = eqx.field(static=True)
     position: Position | Tolerance = eqx.field(metadata=unit("m"))
-    angles: tuple[Parameter, ...] | None = eqx.field(metadata=unit("rad"))
+    angles: tuple[Parameter, ...] | None = eqx.field(metadata=unit("rad", within=ANGLE))
     directions: tuple[int, ...] = eqx.field(static=True)
     recorded: Recorded = eqx.field(static=True)
     tolerance: Tolerance | None
     gain: Parameter | None = eqx.field(metadata=unit("1", Role.RECORDING))
-    delay: Parameter | None = eqx.field(metadata=unit("s", Role.RECORDING))
+    delay: Parameter | None = eqx.field(metadata=unit("s", Role.RECORDING, within=DELAY))
 
     def __init__(
         self,

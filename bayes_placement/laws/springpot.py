@@ -5,6 +5,7 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 
+from .._ranges import ORDER, POSITIVE
 from .._sites import unit
 from .._types import Parameter
 from .law import Element, Omega, Stiffness
@@ -33,8 +34,8 @@ class Springpot(Element):
 
     letter: ClassVar[str] = "p"
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
-    order: Parameter = eqx.field(metadata=unit("1"))
-    frequency: Parameter = eqx.field(metadata=unit("Hz"), default=1.0)
+    order: Parameter = eqx.field(metadata=unit("1", within=ORDER))
+    frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE), default=1.0)
 
     def stiffness_at(self, omega: Omega) -> Stiffness:
         """Dynamic stiffness k (i omega / omega_0)^order [N/m]."""

@@ -153,3 +153,20 @@ def check_storable(kind: str, name: str) -> None:
             f"{kind} {name!r} was given; a name without a slash is needed, since slashes separate "
             f'groups in the files of results: "{name.replace("/", "_")}".'
         )
+
+
+def checked_name(kind: str, name: str) -> str:
+    """Return a name that can be a word of the name of an unknown.
+
+    Raises
+    ------
+    InputError
+        If it is empty or contains a dot.
+    """
+    if not isinstance(name, str) or not name or "." in name:
+        better = str(name).replace(".", "_") if isinstance(name, str) and name else "s1"
+        raise InputError(
+            f"{kind} {name!r} was given; a name without a dot is needed, since dots separate the "
+            f'words in names of unknowns (sensor.s1.position): "{better}".'
+        )
+    return name

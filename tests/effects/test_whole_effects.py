@@ -1,5 +1,8 @@
 """Effects are checked and placed before they act, whichever way they come to a structure."""
 
+from typing import Any, ClassVar
+
+import equinox as eqx
 import jax
 import numpy as np
 import numpyro.distributions as dist
@@ -7,6 +10,8 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects
+from bayes_placement._ranges import POSITIVE
+from bayes_placement._sites import unit
 from bayes_placement.positions.tolerances import Segment
 
 BAR = {"length": 1.0, "area": 1e-3, "youngs_modulus": 1e9, "density": 9000.0}
@@ -109,3 +114,27 @@ def test_directions_partly_along_the_motions_stay(direction):
     for kind in DIRECTED:
         placed = structure(directed(kind, direction)).effects[kind]
         assert (placed.direction or ())[1:] == (direction or ())[1:]  # the first may be unknown
+
+
+class Lamp(effects.Attachment):
+    """An attachment of a user with a field that has a range of its own."""
+
+    absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
+    at: Any = eqx.field(metadata=unit("m"))
+    mass: Any = eqx.field(metadata=unit("kg", within=POSITIVE))
+    name: str = eqx.field(static=True, default="lamp", kw_only=True)
+
+    def dynamic_stiffness(self, omega):
+        return -(omega**2) * self.mass
+
+    @classmethod
+    def suggest(cls, scales):
+        return []
+
+
+def test_a_field_states_its_own_range():
+    with refused(r"effects.lamp.mass=-1 was given; it must be above zero \[kg\]"):
+        structure(Lamp(0.5, -1.0))
+    with refused(r"effects.lamp.mass=Uniform\(-1, 1\), from -1 to 1, was given; it must be above"):
+        structure(Lamp(0.5, dist.Uniform(-1.0, 1.0)))
+    assert structure(Lamp(0.5, 1.0)).effects["lamp"].mass == 1.0

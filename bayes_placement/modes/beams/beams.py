@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..._ranges import POSITIVE
 from ..._sites import is_unknown, unit
 from ..._types import InputError, Parameter, arguments_checked, check_count, finite_number
 from ..scalars import check_scalar
@@ -28,10 +29,10 @@ class UniformBar(UniformLine):
     (('fixed', 'fixed'), (0.0, 1.0), array([166.7, 333.3]))
     """
 
-    length: Parameter = eqx.field(metadata=unit("m"))
-    area: Parameter = eqx.field(metadata=unit("m2"))
-    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
-    density: Parameter = eqx.field(metadata=unit("kg/m3"))
+    length: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
+    area: Parameter = eqx.field(metadata=unit("m2", within=POSITIVE))
+    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa", within=POSITIVE))
+    density: Parameter = eqx.field(metadata=unit("kg/m3", within=POSITIVE))
     wave_numbers: tuple[float, ...] = eqx.field(static=True)
     ends: tuple[str, str] = eqx.field(static=True)
     rigid_body_modes: int = eqx.field(static=True, repr=False)
@@ -77,12 +78,12 @@ class UniformBeam(UniformLine):
     (('fixed', 'free'), 0, (0.0, 1.0))
     """
 
-    length: Parameter = eqx.field(metadata=unit("m"))
-    area: Parameter = eqx.field(metadata=unit("m2"))
-    radius_of_gyration: Parameter | None = eqx.field(metadata=unit("m"))
-    second_moment: Parameter | None = eqx.field(metadata=unit("m4"))
-    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
-    density: Parameter = eqx.field(metadata=unit("kg/m3"))
+    length: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
+    area: Parameter = eqx.field(metadata=unit("m2", within=POSITIVE))
+    radius_of_gyration: Parameter | None = eqx.field(metadata=unit("m", within=POSITIVE))
+    second_moment: Parameter | None = eqx.field(metadata=unit("m4", within=POSITIVE))
+    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa", within=POSITIVE))
+    density: Parameter = eqx.field(metadata=unit("kg/m3", within=POSITIVE))
     wave_numbers: tuple[float, ...] = eqx.field(static=True)
     coefficients: tuple[tuple[float, ...], ...] = eqx.field(static=True, repr=False)
     ends: tuple[str, str] = eqx.field(static=True)

@@ -8,8 +8,9 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import csc_array
 
-from ..._sites import checked_name, is_unknown
+from ..._sites import is_unknown
 from ..._types import InputError, Parameter, arguments_checked, check_positive
+from ...positions.channel import checked_name
 from ...positions.tolerances import Tolerance
 from ...positions.vectors import CartesianComponents, triple
 from . import _part_factors

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact
 
 from ..._compiled import of_jax
+from ..._ranges import POSITIVE
 from ..._sites import is_unknown, unit
 from ..._types import InputError, Parameter, arguments_checked, check_positive
 from ...positions.places import Place, mean
@@ -43,8 +44,8 @@ class NodalModes(Modes):
     shape: Inexact[Array, "row mode"]
     eigenvalues: Float[np.ndarray, "mode"] = eqx.field(repr=False)
     flexibility: Float[Array, "row row"] | None = eqx.field(repr=False)
-    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa"))
-    density: Parameter = eqx.field(metadata=unit("kg/m3"))
+    youngs_modulus: Parameter = eqx.field(metadata=unit("Pa", within=POSITIVE))
+    density: Parameter = eqx.field(metadata=unit("kg/m3", within=POSITIVE))
     regions: NamedMatrices
     cell_masses: Float[np.ndarray, "cell mode mode"] = eqx.field(repr=False)
     members: NamedMatrices
@@ -157,7 +158,7 @@ class UnknownModes(DerivedNodalModes):
 
     nodal: NodalModes
     frequency: tuple[Parameter, ...] = eqx.field(metadata=unit("Hz"))
-    modal_mass: tuple[Parameter, ...] = eqx.field(metadata=unit("kg"))
+    modal_mass: tuple[Parameter, ...] = eqx.field(metadata=unit("kg", within=POSITIVE))
     axes: tuple[int, ...] = eqx.field(static=True, repr=False)
     rigid_body_modes: int = eqx.field(static=True, repr=False)
 
