@@ -40,7 +40,11 @@ def closed_at_last(
     denominator: Inexact[Array, "*#frequency"] | float = 1.0,
 ) -> Closed:
     """Receptance between all points but the last, a port with a stiffness N / D [N/m]."""
-    share = numerator * reciprocal(denominator + numerator * matrix[-1, -1])
+    resisting = denominator + numerator * matrix[-1, -1]
+    if isinstance(denominator, float):
+        share = numerator * reciprocal(resisting)
+    else:  # what is cheap XLA computes again for each element of the matrix; a division is not
+        share = numerator / resisting
     return matrix[:-1, :-1] - matrix[:-1, -1, None] * share * matrix[-1, None, :-1]
 
 
