@@ -1,5 +1,7 @@
 """What may hang on a port: networks of springs, dashpots and masses."""
 
+from .canonical import canonical
+from .catalogue import classes, law_of, networks
 from .dashpot import Dashpot
 from .law import Law, Parallel, Scaled, Series
 from .lossy_spring import LossySpring
@@ -17,4 +19,8 @@ __all__ = [
     "Series",
     "Spring",
     "Springpot",
+    "canonical",
+    "classes",
+    "law_of",
+    "networks",
 ]
