@@ -112,14 +112,10 @@ class Group(Law):
     sign: eqx.AbstractClassVar[str]
 
     def __check_init__(self) -> None:
-        strange = [part for part in self.parts if not isinstance(part, Law)]
-        if strange or len(self.parts) < 2:
-            given = shown(strange[0]) if strange else f"{len(self.parts)} of them"
-            raise InputError(
-                f"{given} was given as a part of {type(self).__name__}; two laws or more are "
-                "needed, since a network is made of elements: "
-                "effects.Spring(1e4) | effects.Dashpot(10.0)."
-            )
+        for part in self.parts:
+            _parts(part, Group)
+        if len(self.parts) < 2:
+            raise _no_network(f"{len(self.parts)} of them")
 
     def fraction(self, omega: Omega) -> Fraction:
         """Fractions of all parts, two at a time."""
@@ -226,8 +222,23 @@ class Scaled(Law):
 
 
 def _parts(law: Any, kind: type[Group]) -> tuple[Any, ...]:
-    """Parts of a group of a kind, which joins a greater one of it; else the law itself."""
+    """Parts of a group of a kind, which joins a greater one of it; else the law itself.
+
+    Raises
+    ------
+    InputError
+        If it is no law.
+    """
+    if not isinstance(law, Law):
+        raise _no_network(shown(law))
     return law.parts if isinstance(law, kind) else (law,)
+
+
+def _no_network(given: str) -> InputError:
+    return InputError(
+        f"{given} was given as a part of a network; two laws or more are needed, since a network "
+        "is made of elements: effects.Spring(1e4) | effects.Dashpot(10.0)."
+    )
 
 
 def _times(numerator: Any, denominator: Any) -> Any:
