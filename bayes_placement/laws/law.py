@@ -113,7 +113,7 @@ class Group(Law):
 
     def __check_init__(self) -> None:
         for part in self.parts:
-            _parts(part, Group)
+            _parts(part, Series)
         if len(self.parts) < 2:
             raise _no_network(f"{len(self.parts)} of them")
 
