@@ -300,12 +300,19 @@ class Modulus(StructureEffect):
 class GlobalChange(StructureEffect):
     """An effect all along the structure proper: it changes the modes themselves.
 
+    Attributes
+    ----------
+    changes_size
+        Whether it makes another bar or beam, on which all other changes then act.
+
     Examples
     --------
     >>> kinds = bp.effects.EFFECTS.items()
     >>> [name for name, kind in kinds if issubclass(kind, bp.effects.GlobalChange)]
-    ['axial_preload', 'shear_and_rotary_inertia']
+    ['axial_preload', 'shear_and_rotary_inertia', 'dimension_error']
     """
+
+    changes_size: ClassVar[bool] = False
 
     @abc.abstractmethod
     def changed(self, modes: Modes) -> Modes:

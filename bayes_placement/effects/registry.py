@@ -48,3 +48,4 @@ from .phase_drift import phase_drift
 from .cross_axis import cross_axis
 from .frequency_scale import frequency_scale
 from .mains_hum import mains_hum
+from .dimension_error import dimension_error

@@ -128,7 +128,8 @@ class Structure(eqx.Module):
     def proper_modes(self) -> Modes:
         """Modes of the structure proper, without attachments."""
         modes = self.modes.solved()
-        for change in self.of_kind(GlobalChange):
+        changes = self.of_kind(GlobalChange)
+        for change in sorted(changes, key=lambda change: not change.changes_size):
             modes = change.changed(modes)
         hinges = [hinge for effect in self.of_kind(Hinged) for hinge in effect.hinges(modes)]
         return with_compliance(modes, hinges) if hinges else modes

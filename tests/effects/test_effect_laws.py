@@ -326,6 +326,8 @@ def test_the_order_of_adding_is_of_no_consequence(names):
 
 @in_groups
 def test_seen_from_the_other_end_nothing_changes(names):
+    # Places count from the left end: a line that is longer at its right end has no such mirror.
+    names = tuple(name for name in names if name != "dimension_error")
     ends = {"left": "right", "right": "left"}
     mirrored = [
         dataclasses.replace(effect, end=ends[effect.end]) if "end" in effect.__dict__ else effect

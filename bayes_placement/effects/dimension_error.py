@@ -1,0 +1,120 @@
+"""A dimension of a uniform bar or beam that is not as drawn."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+
+from .._sites import unit
+from .._types import InputError, Parameter
+from ..modes.beams.beams import UniformBar, UniformBeam
+from ..modes.beams.uniform_line import UniformLine
+from ..modes.modes import Modes
+from .effect import GlobalChange
+from .instruments import Instruments
+from .scales import Scales
+from .signed import log_uniform_of_either_sign
+
+LEAST, GREATEST = 1e-4, 0.15
+"""Relative errors [1]: the least that matters, and the greatest of a default prior."""
+
+OF_BAR = {"length": {"length": 1}, "section": {"area": 1}}
+OF_BEAM_WITH_RADIUS = OF_BAR | {"thickness": {"area": 1, "radius_of_gyration": 1}}
+OF_BEAM_WITH_MOMENT = {
+    "length": {"length": 1},
+    "section": {"area": 1, "second_moment": 1},
+    "thickness": {"area": 1, "second_moment": 3},
+}
+"""Power of 1 + error with which quantities of a line grow, by dimension."""
+
+
+class DimensionError(GlobalChange):
+    """A relative error of one dimension of a uniform bar or beam.
+
+    Its length; the thickness of a beam in the plane of bending, with which the area grows as
+    1 + error and the second moment as its cube; or the section: the area, at the same radius of
+    gyration. All other effects act on the line of the true dimension.
+
+    Sensors, actuators and effects stay where they are, in metres from the left end. Where these
+    lie beyond the end of a shorter line its closed-form shapes go on.
+
+    Parameters
+    ----------
+    error
+        True dimension over that as drawn, minus 1 [1].
+    dimension
+        `length`, `section`, or `thickness` of a beam.
+
+    Examples
+    --------
+    >>> longer = structure + bp.effects.dimension_error(0.02, dimension="length")
+    >>> ratio = longer.proper_modes().natural_frequency / structure.modes.natural_frequency
+    >>> np.asarray(ratio[:2]).round(4)
+    array([0.9804, 0.9804])
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    changes_size: ClassVar[bool] = True
+    absent: ClassVar[tuple[str, float]] = ("error", 0.0)
+    error: Parameter = eqx.field(metadata=unit("1"))
+    dimension: str = eqx.field(static=True, default="length", kw_only=True)
+    name: str = eqx.field(static=True, default="dimension_error", kw_only=True)
+
+    def on(self, modes: Modes) -> "DimensionError":
+        """Return the effect as it is, on a bar or beam that has this dimension.
+
+        Raises
+        ------
+        InputError
+            If the structure is none, or has no such dimension.
+        """
+        if not isinstance(modes, UniformLine):
+            raise InputError(
+                f'Effect "{self.name}" was added to {type(modes).__name__}; a uniform bar or beam '
+                "is needed, since other modes do not tell how they change with a dimension. Make "
+                "its density or youngs_modulus unknown instead, or use beams.bar or beams.beam."
+            )
+        possible = powers(modes)
+        if self.dimension not in possible:
+            raise InputError(
+                f'Effect "{self.name}": dimension={self.dimension!r} was given; one of '
+                f"{', '.join(possible)} is needed, since {type(modes).__name__} has no other: "
+                'effects.dimension_error(0.01, dimension="length").'
+            )
+        return self
+
+    def changed(self, modes: Modes) -> Modes:
+        """Modes of the bar or beam of the true dimension."""
+        factor = 1 + self.error
+        grown = powers(modes)[self.dimension]
+
+        def quantities(line: Any) -> list[Any]:  # Equinox asks for markers as well
+            return [getattr(line, name) for name in grown]
+
+        values = [
+            value * factor**power
+            for value, power in zip(quantities(modes), grown.values(), strict=True)
+        ]
+        return eqx.tree_at(quantities, modes, values)
+
+    def setting(self, modes: Modes, instruments: Instruments) -> str:
+        """Which dimension."""
+        return self.dimension
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["DimensionError"]:
+        """Each dimension, up to 15 % to either side, log-uniform from 0.01 % on."""
+        prior = log_uniform_of_either_sign(LEAST, -GREATEST, GREATEST)
+        return [cls(prior, dimension=dimension) for dimension in powers(scales.modes)]
+
+
+def powers(modes: Modes) -> Mapping[str, Mapping[str, int]]:
+    """Dimensions of a bar or beam, and how its quantities grow with each; none of other modes."""
+    if isinstance(modes, UniformBar):
+        return OF_BAR
+    if isinstance(modes, UniformBeam):
+        return OF_BEAM_WITH_RADIUS if modes.second_moment is None else OF_BEAM_WITH_MOMENT
+    return {}
+
+
+dimension_error = DimensionError

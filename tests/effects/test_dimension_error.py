@@ -1,0 +1,117 @@
+"""A bar or beam of another dimension, against closed forms and against one that is made so."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from bayes_placement import Structure, beams, damping, effects
+from bayes_placement._types import InputError
+from bayes_placement.experiment.frf import receptance
+from bayes_placement.modes.points import Points
+from tests.effects.models_in_space import plate
+
+BAR = {"length": 0.8, "area": 2e-4, "youngs_modulus": 7e10, "density": 2700.0}
+MOMENT = {"second_moment": 6e-10}
+RADIUS = {"radius_of_gyration": 3e-6**0.5}
+LINES = {
+    "bar": (beams.bar, BAR),
+    "beam": (beams.beam, BAR | MOMENT),
+    "radius": (beams.beam, BAR | RADIUS),
+}
+OMEGA = jnp.array([70.0, 410.0, 1900.0])
+ERROR = 0.07
+
+
+def structure(kind, *additions, **changes):
+    make, sizes = LINES[kind]
+    line = Structure(make(12, **sizes | changes, ends="fixed-free"), damping=damping.Modal(0.02))
+    for effect in additions:
+        line = line + effect
+    return line
+
+
+def frf(base):
+    sides = [Points(jnp.array([x]), np.ones((1, 1))) for x in (0.31, 0.67)]
+    return np.asarray(jax.jit(lambda: receptance(base, *sides, OMEGA))())
+
+
+def natural(base):
+    return np.asarray(jax.jit(lambda: base.proper_modes().angular_frequency())())
+
+
+def wrong(dimension, error=ERROR):
+    return effects.dimension_error(error, dimension=dimension)
+
+
+POWERS = [
+    ("bar", "length", -1),
+    ("beam", "length", -2),
+    ("radius", "length", -2),
+    ("beam", "thickness", 1),
+    ("radius", "thickness", 1),
+    ("bar", "section", 0),
+    ("beam", "section", 0),
+    ("radius", "section", 0),
+]
+
+
+@pytest.mark.parametrize(("kind", "dimension", "power"), POWERS)
+@pytest.mark.parametrize("error", [ERROR, -0.11])
+def test_natural_frequencies_grow_as_a_power_of_the_dimension(kind, dimension, power, error):
+    expected = natural(structure(kind)) * (1 + error) ** power
+    changed = natural(structure(kind, wrong(dimension, error)))
+    np.testing.assert_allclose(changed, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", LINES)
+def test_a_larger_section_divides_the_receptance(kind):
+    changed = frf(structure(kind, wrong("section")))
+    np.testing.assert_allclose(changed, frf(structure(kind)) / (1 + ERROR), rtol=1e-10)
+
+
+def made(kind, dimension):
+    """Sizes of a line that is made with the other dimension."""
+    factor = 1 + ERROR
+    if dimension == "length":
+        return {"length": BAR["length"] * factor}
+    if kind == "beam":
+        return {
+            "area": BAR["area"] * factor,
+            "second_moment": MOMENT["second_moment"] * factor**3,
+        }
+    return {
+        "area": BAR["area"] * factor,
+        "radius_of_gyration": RADIUS["radius_of_gyration"] * factor,
+    }
+
+
+@pytest.mark.parametrize(("kind", "dimension"), [row[:2] for row in POWERS[:5]])
+def test_it_is_the_line_that_is_made_so(kind, dimension):
+    changed, other = structure(kind, wrong(dimension)), structure(kind, **made(kind, dimension))
+    np.testing.assert_allclose(frf(changed), frf(other), rtol=1e-10)
+    np.testing.assert_allclose(changed.proper_modes().bounds(), other.modes.bounds())
+
+
+@pytest.mark.parametrize(
+    "additions",
+    [
+        [effects.axial_preload(40.0), effects.shear_and_rotary_inertia(3.1)],
+        [effects.compliant_support(1e-4), effects.local_stiffness_loss(0.4, 0.02, 0.5)],
+        [effects.point_mass(0.5, 0.1), effects.rotational_spring(0.8, 50.0)],
+    ],
+)
+def test_other_effects_act_on_the_true_line(additions):
+    changed = structure("beam", *additions, wrong("length"))
+    other = structure("beam", *additions, **made("beam", "length"))
+    np.testing.assert_allclose(frf(changed), frf(other), rtol=1e-8)
+
+
+def test_structures_without_the_dimension_are_refused():
+    with pytest.raises(InputError, match=r"one of length, section is needed, since UniformBar"):
+        structure("bar", wrong("thickness"))
+    with pytest.raises(InputError, match=r"dimension='width' was given; one of length, section, t"):
+        structure("beam", wrong("width"))
+    model = Structure(plate().modes, damping=damping.Modal(0.02))
+    with pytest.raises(InputError, match=r"a uniform bar or beam is.*density or youngs_modulus"):
+        model + wrong("length")
