@@ -5,6 +5,7 @@ from typing import Any, ClassVar
 
 import equinox as eqx
 
+from .._ranges import SIZE
 from .._sites import unit
 from .._types import InputError, Parameter
 from ..modes.beams.beams import UniformBar, UniformBeam
@@ -56,7 +57,7 @@ class DimensionError(GlobalChange):
     tried_by_default: ClassVar[bool] = False
     changes_size: ClassVar[bool] = True
     absent: ClassVar[tuple[str, float]] = ("error", 0.0)
-    error: Parameter = eqx.field(metadata=unit("1"))
+    error: Parameter = eqx.field(metadata=unit("1", within=SIZE))
     dimension: str = eqx.field(static=True, default="length", kw_only=True)
     name: str = eqx.field(static=True, default="dimension_error", kw_only=True)
 
