@@ -1,5 +1,6 @@
 """A bar or beam of another dimension, against closed forms and against one that is made so."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,6 +21,7 @@ LINES = {
     "radius": (beams.beam, BAR | RADIUS),
 }
 OMEGA = jnp.array([70.0, 410.0, 1900.0])
+SIDES = [Points(jnp.array([x]), np.ones((1, 1))) for x in (0.31, 0.67)]
 ERROR = 0.07
 
 
@@ -32,8 +34,7 @@ def structure(kind, *additions, **changes):
 
 
 def frf(base):
-    sides = [Points(jnp.array([x]), np.ones((1, 1))) for x in (0.31, 0.67)]
-    return np.asarray(jax.jit(lambda: receptance(base, *sides, OMEGA))())
+    return np.asarray(jax.jit(lambda: receptance(base, *SIDES, OMEGA))())
 
 
 def natural(base):
@@ -115,3 +116,30 @@ def test_structures_without_the_dimension_are_refused():
     model = Structure(plate().modes, damping=damping.Modal(0.02))
     with pytest.raises(InputError, match=r"a uniform bar or beam is.*density or youngs_modulus"):
         model + wrong("length")
+
+
+def sized(base, sizes):
+    """The structure with sizes that are inputs of a program."""
+    return eqx.tree_at(
+        lambda tree: [getattr(tree.modes, name) for name in sizes], base, [*sizes.values()]
+    )
+
+
+@pytest.mark.parametrize(("kind", "dimension"), [row[:2] for row in POWERS])
+def test_no_error_is_the_identity_bit_for_bit(kind, dimension):
+    # Known to be zero, the sizes are the same numbers.
+    plain = frf(structure(kind))
+    np.testing.assert_array_equal(frf(structure(kind, wrong(dimension, 0.0))), plain)
+    # As an input, it makes them inputs, by which a compiler divides in another way than by
+    # constants: bit for bit is what has them as inputs without it.
+    sizes = LINES[kind][1]
+
+    def read(base, sizes):
+        return receptance(sized(base, sizes), *SIDES, OMEGA)
+
+    def with_error(error, sizes):
+        return read(structure(kind, wrong(dimension, error)), sizes)
+
+    seen = np.asarray(jax.jit(with_error)(0.0, sizes))
+    np.testing.assert_array_equal(seen, jax.jit(lambda sizes: read(structure(kind), sizes))(sizes))
+    np.testing.assert_allclose(seen, plain, rtol=1e-11)
