@@ -143,3 +143,9 @@ def test_no_error_is_the_identity_bit_for_bit(kind, dimension):
     seen = np.asarray(jax.jit(with_error)(0.0, sizes))
     np.testing.assert_array_equal(seen, jax.jit(lambda sizes: read(structure(kind), sizes))(sizes))
     np.testing.assert_allclose(seen, plain, rtol=1e-11)
+
+
+def test_an_error_in_percent_is_refused():
+    bar = beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9000.0)
+    with pytest.raises(InputError, match=r"error=5 was given; .* not percent: 0\.05"):
+        Structure(bar, damping=damping.Modal(0.01)) + effects.dimension_error(5.0)
