@@ -41,7 +41,7 @@ class EccentricMass(AtPlace, OnPorts):
     Examples
     --------
     >>> body = bp.effects.eccentric_mass(0.4, mass=0.2, radius_of_gyration=0.03, offset=0.02)
-    >>> (beam + body).effects["eccentric_mass"].offset
+    >>> body.offset
     0.02
     """
 

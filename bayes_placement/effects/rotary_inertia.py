@@ -32,7 +32,7 @@ class RotaryInertia(OnRotation):
     Examples
     --------
     >>> wheel = bp.effects.rotary_inertia(at=0.4, inertia=dist.LogUniform(1e-6, 1e-3))
-    >>> (beam + wheel).effects["rotary_inertia"].name
+    >>> wheel.name
     'rotary_inertia'
     """
 

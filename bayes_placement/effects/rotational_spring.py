@@ -31,7 +31,7 @@ class RotationalSpring(OnRotation):
     Examples
     --------
     >>> hold = bp.effects.rotational_spring(at=0.4, stiffness=dist.LogUniform(0.1, 1e3))
-    >>> (beam + hold).effects["rotational_spring"].name
+    >>> hold.name
     'rotational_spring'
     """
 
