@@ -9,7 +9,7 @@ from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import is_line, rotation
 from ..positions.places import coordinates
-from .effect import Direction, NetworkAttachment, placed
+from .effect import Direction, NetworkAttachment
 from .scales import Scales
 
 Footprint: TypeAlias = tuple[Any, Any, Any] | None
@@ -37,7 +37,7 @@ class OnRotation(NetworkAttachment):
             If it does not rotate, or there is no footprint in space.
         """
         check_rotation(self.footprint, self.direction, modes)
-        return placed(self, modes)
+        return NetworkAttachment.on(self, modes)
 
     def points(self, modes: Modes) -> Points:
         """The slope of a beam, or the difference over the footprint."""

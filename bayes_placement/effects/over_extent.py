@@ -10,7 +10,7 @@ from ..modes.points import Points
 from ..modes.ports import over
 from ..positions.bounds import in_space
 from ..positions.places import coordinates
-from .effect import NetworkAttachment, placed
+from .effect import NetworkAttachment
 
 
 class OverExtent(NetworkAttachment):
@@ -34,7 +34,7 @@ class OverExtent(NetworkAttachment):
             If the extent has not as many edges as the structure has coordinates.
         """
         check_extent(self.name, self.extent, modes)
-        return placed(self, modes)
+        return NetworkAttachment.on(self, modes)
 
     def points(self, modes: Modes) -> Points:
         """Ports all over the extent, on each of which all of the law acts."""

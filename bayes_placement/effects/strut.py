@@ -54,7 +54,7 @@ class Strut(NetworkAttachment):
 
     def on(self, modes: Modes) -> "Strut":
         """Return the effect with both ends placed on a structure."""
-        return placed(placed(self, modes), modes, "to")
+        return placed(NetworkAttachment.on(self, modes), modes, "to")
 
     def points(self, modes: Modes) -> Points:
         """The displacement of one end less that of the other."""

@@ -14,7 +14,6 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
 from ..effects.effect import (
-    Attachment,
     Effect,
     GlobalChange,
     Modulus,
@@ -182,9 +181,9 @@ def _with_stiffness(known: Experiment) -> Experiment:
     """Laws on ports at each line, and the errors of the shapes there under the new names."""
     structure, omega = known.structure, _omega(known)
     modulus, modes = structure.stiffness_factor(omega), structure.modes
-    # Where a change of the modes also moves ends and sections, only places stay what they are.
-    kind: Any = Attachment if structure.of_kind(GlobalChange) else OnPorts
-    chosen = structure.of_kind(kind)
+    # Ports at ends and sections are those of the true size, which is not known before the modes.
+    resized = any(change.changes_size for change in structure.of_kind(GlobalChange))
+    chosen = [] if resized else structure.of_kind(OnPorts)
     laws = [(item, law) for item in chosen for law in item.port_laws(modes, modulus, omega)]
     by_line = [
         AppliedLaw(law.points, *_of_lines(law, omega), name=f"applied.{number}")

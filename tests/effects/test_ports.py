@@ -243,6 +243,16 @@ def resonances(base, near, place=0.31):
 
 
 REFUSED = {
+    "a segment along nothing": (
+        lambda: beams.beam(3, **BEAM),
+        effects.segment_mass(0.4, 0.1, 1.0, direction=(0.0, 0.0, 0.0)),
+        "direction=.* was given; a vector of a length above zero is needed",
+    ),
+    "a strut across all motions": (
+        lambda: beams.beam(3, **BEAM),
+        effects.strut(0.2, 0.4, Spring(1.0), direction=(1.0, 0.0, 0.0)),
+        "a direction with a component along z is needed",
+    ),
     "a bar turns": (
         lambda: beams.bar(3, length=1.0, area=1e-3, youngs_modulus=1e9, density=9e3),
         effects.rotary_inertia(0.4, 1e-4),
