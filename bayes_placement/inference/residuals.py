@@ -215,6 +215,12 @@ class Problem:
         parts = [points[:, everything.places[name]] for name in self.coordinates.places]
         return np.concatenate(parts, axis=1)
 
+    def with_laws(
+        self, points: Float[np.ndarray, "point unknown"], laws: Any
+    ) -> Float[np.ndarray, "point law datum"]:
+        """Residuals of the experiment, other laws on its last ports, see `ResidualsOfState`."""
+        return self._parts[0].with_laws(points, laws)
+
     def prepare(self) -> None:
         """Compile the residuals, unless that is done. Any thread may."""
         for part in self._parts:

@@ -9,12 +9,14 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Complex, Float
 
 from .._compiled import Bound, compiled
 from .._sites import Unknown
+from ..experiment.applied import AppliedLaw
 from ..experiment.experiment import Experiment
 from ..experiment.noise import Data
+from .at_once import at_once
 from .batches import Form, batch
 from .coordinates import Coordinates
 from .different_rows import different_rows
@@ -92,6 +94,46 @@ class ResidualsOfState:
 
     def _of_batch(self, points: Any, logarithmic: Any) -> tuple[Array, Array]:
         return self._residuals(self._batch(points).numbers, logarithmic)
+
+    def with_laws(
+        self,
+        points: Float[np.ndarray, "point unknown"],
+        laws: Complex[np.ndarray, "point law pair frequency"],
+    ) -> Float[np.ndarray, "point law datum"]:
+        """Residuals at points with other laws on the last ports of the structure.
+
+        Parameters
+        ----------
+        points
+            Points in the coordinates of the problem.
+        laws
+            For each point some laws, numerator and denominator at each line.
+        """
+        mine, count = points[:, self.columns], laws.shape[1]
+        residual = np.empty((len(points), count, self.size))
+
+        def of(begin: int) -> None:
+            rows = np.minimum(np.arange(begin, begin + BATCH), len(points) - 1)
+            numbers = self._batch(mine[rows]).numbers
+            for law in range(count):
+                for leaf, part in zip(self._law_leaves, (0, 1), strict=True):
+                    numbers[leaf] = laws[rows, law, part]
+                values = np.asarray(self._residuals(numbers, False)[0])
+                residual[begin : begin + BATCH, law] = values[: len(points) - begin]
+
+        begins = range(0, len(points), BATCH)
+        of(begins[0])  # alone, since two threads would both compile
+        at_once(of, begins[1:])
+        return residual
+
+    @functools.cached_property
+    def _law_leaves(self) -> tuple[int, int]:
+        """Places of the last law's numerator and denominator among the numbers of a batch."""
+        form = self._batch.outcome(np.zeros((BATCH, len(self.columns)))).form
+        leaves = jax.tree.unflatten(form.structure, range(len(form.sources)))
+        last = [law for law in leaves.structure.effects.values() if isinstance(law, AppliedLaw)][-1]
+        inputs = [leaf for leaf, source in enumerate(form.sources) if source is None]
+        return inputs.index(last.numerator), inputs.index(last.denominator)
 
     def prepare(self) -> None:
         """Compile them, unless that is done. Any thread may."""

@@ -1,0 +1,184 @@
+"""What the data ask of a law at ports, all else fitted as far as residuals are linear in it.
+
+Half the sum of squares and the prior are then a quadratic form of t alone, whatever the number of
+channels: I / 2 |t|^2 + Re(p* t), less what the other unknowns take up.
+"""
+
+import functools
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from ...inference.engines.least_squares import NormalEquations
+from ...laws.rows import NUMBERS, Rows
+from ._free_law import AtPort, FreeLaw, Lines, Points, half_squares, products
+
+NETWORK, PLACE = NUMBERS, NUMBERS + 1
+"""Coordinates of a row that are the number of its network and that of its place, and are held."""
+
+OF_ROW = NUMBERS + 2
+
+LARGEST = np.array([5.0] * NUMBERS + [np.inf] * 2)
+"""Largest coordinates of a row."""
+
+
+class Asked(NamedTuple):
+    """Quadratic form of the cost in t, for each of some places.
+
+    Parameters
+    ----------
+    information, pull, receptance
+        Of t at each line.
+    absorbed
+        Whitened change of the pull on the other unknowns with t.
+    given
+        The same pull without a law.
+    constant
+        Cost without a law, before the other unknowns are fitted.
+    log_volume
+        Logarithm of the volume that the data leave to the other unknowns.
+    """
+
+    information: Float[np.ndarray, "place frequency"]
+    pull: Lines
+    receptance: Lines
+    absorbed: Complex[np.ndarray, "place unknown frequency"]
+    given: Float[np.ndarray, "place unknown"]
+    constant: Float[np.ndarray, "place"]
+    log_volume: Float[np.ndarray, "place"]
+
+    @classmethod
+    def at(cls, free: FreeLaw, points: Points, lines: Any) -> "Asked":
+        """Read it at points, each at a place of its own, at some lines that stand for all.
+
+        Parameters
+        ----------
+        free
+            The problem with a law that may be any.
+        points
+            Fits with the law free at each line.
+        lines
+            Numbers of the lines.
+        """
+        whole = free.at(points)
+        strength = whole.best()
+        slopes = free.slopes(points, strength, 1 - whole.receptance * strength)
+        each = np.sqrt(strength.shape[1] / len(lines))  # each line counts for several
+        at = AtPort(
+            each * whole.free[..., lines], each * whole.slope[..., lines], whole.receptance[:, lines]
+        )
+        slopes = each * slopes[..., lines]
+        pulls, squares = products(slopes, at.free)
+        prior = points.copy()
+        prior[:, free.held] = 0.0
+        root = np.linalg.cholesky(squares + np.eye(points.shape[1]))
+        crossed = np.einsum("pucf,pcf->puf", np.conj(slopes), at.slope)
+        return cls(
+            at.information(),
+            at.pull(),
+            at.receptance,
+            np.linalg.solve(root.astype(complex), crossed),
+            np.linalg.solve(root, (pulls + prior)[..., None])[..., 0],
+            half_squares(at.free) + half_squares(points),
+            -np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1),
+        )
+
+
+class LawsAsked:
+    """What a descent over the numbers of many laws makes small, each at a place.
+
+    Parameters
+    ----------
+    asked
+        What the data ask at each place.
+    rows
+        The networks.
+    omega
+        Angular frequencies [rad/s].
+    is_cut
+        Whether laws are inserted.
+    """
+
+    def __init__(self, asked: Asked, rows: Rows, omega: Any, is_cut: bool):
+        self.asked, self.rows, self.omega, self.is_cut = asked, rows, omega, is_cut
+
+    def cost(self, points: Points) -> np.ndarray:
+        """Minus log posterior density of rows."""
+        place, strength, _ = self._strength(points)
+        return self._cost(points, place, strength)[1]
+
+    def normal_equations(self, points: Points) -> NormalEquations:
+        """Normal equations of rows."""
+        place, strength, along = self._strength(points)
+        left, cost = self._cost(points, place, strength)
+        information = self.asked.information[place]
+        taken = np.real(np.einsum("ruf,rxf->rxu", self.asked.absorbed[place], along))
+        conjugate = np.conj(along)
+        squares = np.real((along * information[:, None]) @ conjugate.transpose(0, 2, 1))
+        pull = self.asked.pull[place] + information * strength
+        gradient = np.real(conjugate @ pull[..., None])[..., 0]
+        gradient += points[:, :NUMBERS] - np.einsum("rxu,ru->rx", taken, left)
+        curvature = squares - taken @ taken.transpose(0, 2, 1)
+        return held_last(NormalEquations(cost, gradient, curvature, 2 * cost))
+
+    def costs_of_draws(self, which: Any, count: int, place: int) -> np.ndarray:
+        """Cost of draws of the numbers of networks at one place [network, draw].
+
+        Dynamic stiffness is the same at all places, and computed once.
+        """
+        stiffness = self._drawn(tuple(which), count)
+        asked = self.asked
+        strength, _ = closed(stiffness, asked.receptance[place], self.is_cut)
+        taken = np.real(strength @ asked.absorbed[place].T)
+        of_law = 0.5 * (np.abs(strength) ** 2 @ asked.information[place])
+        of_law += np.real(strength @ np.conj(asked.pull[place]))
+        cost = asked.constant[place] + of_law - half_squares(asked.given[place] + taken)
+        prior = half_squares(draws(count))
+        return np.nan_to_num(cost.reshape(len(which), count) + prior, nan=np.inf)
+
+    @functools.lru_cache(maxsize=2)  # noqa: B019  of one objective, which lives as long
+    def _drawn(self, which: Any, count: int) -> Any:
+        numbers = np.tile(draws(count), (len(which), 1))
+        rows = np.repeat(np.array(which), count)
+        return self.rows.dynamic_stiffness(rows, numbers, self.omega)[0]
+
+    def _strength(self, points: Points) -> tuple[Any, Lines, Any]:
+        which, place = points[:, NETWORK].astype(int), points[:, PLACE].astype(int)
+        stiffness, slopes = self.rows.dynamic_stiffness(which, points[:, :NUMBERS], self.omega)
+        strength, softened = closed(stiffness, self.asked.receptance[place], self.is_cut)
+        return place, strength, slopes * softened[:, None]
+
+    def _cost(self, points: Points, place: Any, strength: Lines) -> tuple[np.ndarray, np.ndarray]:
+        """What pulls on the other unknowns, whitened, and the cost."""
+        asked = self.asked
+        taken = np.real(np.einsum("ruf,rf->ru", asked.absorbed[place], strength))
+        left = asked.given[place] + taken
+        of_law = 0.5 * asked.information[place] * np.abs(strength) ** 2
+        of_law += np.real(np.conj(asked.pull[place]) * strength)
+        prior = half_squares(points[:, :NUMBERS])
+        return left, asked.constant[place] + of_law.sum(axis=1) - half_squares(left) + prior
+
+
+def draws(count: int) -> Points:
+    """Standard normal numbers of laws."""
+    return np.random.default_rng(0).standard_normal((count, NUMBERS))
+
+
+def closed(stiffness: Any, receptance: Any, is_cut: bool) -> tuple[Any, Any]:
+    """t of a law, and its slope along the dynamic stiffness."""
+    if is_cut:  # less the compliance on less the stiffness against opening
+        opened = 1 / (stiffness - receptance)
+        return -opened, opened**2
+    softened = 1 / (1 + receptance * stiffness)
+    return stiffness * softened, softened**2
+
+
+def held_last(normal: NormalEquations) -> NormalEquations:
+    """Normal equations with the two numbers of a row, which are held."""
+    rows, own = normal.gradient.shape
+    gradient = np.zeros((rows, own + 2))
+    gradient[:, :own] = normal.gradient
+    curvature = np.broadcast_to(np.eye(own + 2), (rows, own + 2, own + 2)).copy()
+    curvature[:, :own, :own] += normal.curvature
+    return normal._replace(gradient=gradient, curvature=curvature)

@@ -1,0 +1,173 @@
+"""A law that is free at each line: what any law at a port could do, whatever it is.
+
+On one port residuals are r + a t at each line, with one complex number t = Z / (1 + h Z), the
+receptance h of the port, and a = h_op h_pi over the deviation of the noise. So t follows from least
+squares at each line, and all else is fitted with it left out (variable projection, Golub and
+Pereyra, SIAM J. Numer. Anal. 10 (1973) 413, doi:10.1137/0710036).
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from ...inference.engines.least_squares import STEP, NormalEquations
+from ...inference.residuals import Problem
+
+Points = Float[np.ndarray, "point unknown"]
+"""Coordinates of a problem."""
+
+Lines = Complex[np.ndarray, "point frequency"]
+"""A complex number at each line."""
+
+Channels = Complex[np.ndarray, "point channel frequency"]
+"""A complex number at each line of each channel."""
+
+Along = Complex[np.ndarray, "point direction channel frequency"]
+"""Slopes of complex residuals."""
+
+SOFT = 1e-2
+"""Size of h Z of the law by which a is read."""
+
+
+class AtPort(NamedTuple):
+    """What a law of one number at each line does, at points.
+
+    Parameters
+    ----------
+    free
+        Residuals r without it.
+    slope
+        Their change a with t.
+    receptance
+        Receptance h of the port; of a cut less the dynamic stiffness against opening it.
+    """
+
+    free: Channels
+    slope: Channels
+    receptance: Lines
+
+    def information(self) -> Float[np.ndarray, "point frequency"]:
+        """Inverse of the variance of the real part of t, and of the imaginary part."""
+        return np.sum(np.abs(self.slope) ** 2, axis=1)
+
+    def pull(self) -> Lines:
+        """Gradient of half the sum of squares along t, at no law."""
+        return np.sum(np.conj(self.slope) * self.free, axis=1)
+
+    def best(self) -> Lines:
+        """The t of least squares at each line; zero where the data do not see the port."""
+        return -over(self.pull(), self.information())
+
+    def left(self, strength: Lines) -> Channels:
+        """Residuals with a law."""
+        return self.free + self.slope * strength[:, None]
+
+
+class FreeLaw:
+    """An experiment with an effect on one port whose law may be any.
+
+    Parameters
+    ----------
+    problem
+        The problem with the effect, whose port is the last one of its structure.
+    held
+        Coordinates that descents do not change.
+    """
+
+    def __init__(self, problem: Problem, held: Sequence[int] = ()):
+        self.problem, self.held = problem, list(held)
+        self._lines = problem.data.z.shape[-1]
+        self._soft = self._calibrated(np.zeros((1, problem.dimension)))
+
+    def at(self, points: Points) -> AtPort:
+        """What a law does, read from none, a soft one and a pole, which holds the port."""
+        laws = [(0.0, 1.0), (self._soft, 1.0), (1.0, 0.0)]
+        shape = (len(points), len(laws), 2, self._lines)
+        filled = np.broadcast_to(np.array(laws, complex)[..., None], shape)
+        residual = self._complex(self.problem.with_laws(points, filled))
+        free = residual[:, 0]
+        # a z / (1 + h z), and a / h of the pole.
+        by_soft, by_pole = residual[:, 1] - free, residual[:, 2] - free
+        slope = over(by_soft * by_pole, (by_pole - by_soft) * self._soft)
+        moved = np.sum(np.abs(by_pole) ** 2, axis=1)
+        receptance = over(np.sum(np.conj(by_pole) * slope, axis=1), moved)
+        return AtPort(free, slope, receptance)
+
+    def size(self) -> float:
+        """Median of 1 / |h| over the lines, at the medians of all priors."""
+        return SOFT ** -1 * self._soft
+
+    def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Along:
+        """Slopes of the residuals along all unknowns, the law held; zero along what is held."""
+        groups = self.problem.squares.column_groups
+        directions = groups.directions()
+        steps = np.concatenate([np.zeros((1, points.shape[1])), STEP * directions])
+        around = (points[:, None] + steps).reshape(-1, points.shape[1])
+        law = np.repeat(np.stack([numerator, denominator], axis=1), len(steps), axis=0)
+        residual = self.problem.with_laws(around, law[:, None])[:, 0]
+        residual = residual.reshape(len(points), len(steps), -1)
+        slopes = groups.slopes((residual[:, 1:] - residual[:, :1]) / STEP)
+        slopes[:, self.held] = 0.0
+        return self._complex(slopes)
+
+    def _complex(self, residual: np.ndarray) -> Any:
+        """Complex residuals [..., channel, frequency] from those of both parts."""
+        parts = residual.reshape(*residual.shape[:-1], -1, 2, self._lines)
+        return parts[..., 0, :] + 1j * parts[..., 1, :]
+
+    def _calibrated(self, point: Points) -> float:
+        """A law so soft that h Z is about `SOFT`."""
+        self._soft = 1.0
+        for _ in range(3):  # rounding is great where the first is far too soft or too hard
+            size = float(np.median(np.abs(self.at(point).receptance)))
+            self._soft = SOFT / size if size > 0 else self._soft
+        return self._soft
+
+
+class AnyLaw:
+    """What a descent over all unknowns makes small, the law free at each line."""
+
+    def __init__(self, free: FreeLaw):
+        self.free = free
+
+    def cost(self, points: Points) -> np.ndarray:
+        """Minus log posterior density."""
+        at = self.free.at(points)
+        return half_squares(at.left(at.best())) + half_squares(points)
+
+    def normal_equations(self, points: Points) -> NormalEquations:
+        """Normal equations, the law left out at each line."""
+        at = self.free.at(points)
+        strength = at.best()
+        slopes = self.free.slopes(points, strength, 1 - at.receptance * strength)
+        pull = np.einsum("pcf,pucf->puf", np.conj(at.slope), slopes)
+        share = over(pull, at.information()[:, None])
+        projected = slopes - at.slope[:, None] * share[:, :, None]
+        left = at.left(strength)
+        gradient, curvature = products(projected, left)
+        gradient[:, self.free.held] = 0.0
+        gradient += np.where(np.isin(np.arange(points.shape[1]), self.free.held), 0.0, points)
+        squares = 2 * half_squares(left)
+        cost = 0.5 * squares + half_squares(points)
+        return NormalEquations(cost, gradient, curvature + np.eye(points.shape[1]), squares)
+
+
+def products(slopes: Along, residual: Channels) -> tuple[np.ndarray, np.ndarray]:
+    """Products of slopes with complex residuals, and with each other."""
+    flat = slopes.reshape(*slopes.shape[:2], -1)
+    conjugate = np.conj(flat)
+    pulls = np.real(conjugate @ residual.reshape(len(residual), -1, 1))[..., 0]
+    return pulls, np.real(flat @ conjugate.transpose(0, 2, 1))
+
+
+def half_squares(values: np.ndarray) -> np.ndarray:
+    """Half the sum of squares of each point."""
+    return 0.5 * np.sum(np.abs(values) ** 2, axis=tuple(range(1, values.ndim)))
+
+
+def over(numerator: Any, denominator: Any) -> Any:
+    """Quotient, zero where the denominator is."""
+    is_zero = denominator == 0
+    return np.where(is_zero, 0.0, numerator / np.where(is_zero, 1.0, denominator))

@@ -1,0 +1,82 @@
+"""Laws fitted together with their place and all other unknowns: nothing is linearised.
+
+Every network of one kind of port is fitted with one compiled response, since its law comes in as
+numbers at the lines.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ...inference.engines.least_squares import NormalEquations
+from ...laws.rows import NUMBERS, Rows
+from ._asked import closed
+from ._free_law import FreeLaw, Points, half_squares, products
+
+
+class LawsInFull:
+    """What a descent over the unknowns of the problem and the numbers of laws makes small.
+
+    The coordinates of the problem come first, then those of a row, then the number of its network.
+
+    Parameters
+    ----------
+    free
+        The experiment with a port; nothing is held.
+    rows
+        The networks.
+    omega
+        Angular frequencies [rad/s].
+    is_cut
+        Whether laws are inserted.
+    """
+
+    def __init__(self, free: FreeLaw, rows: Rows, omega: Any, is_cut: bool):
+        self.free, self.rows, self.omega, self.is_cut = free, rows, omega, is_cut
+
+    @property
+    def largest(self) -> np.ndarray:
+        """Largest coordinates."""
+        return np.array([5.0] * (self.free.problem.dimension + NUMBERS) + [np.inf])
+
+    def cost(self, points: Points) -> np.ndarray:
+        """Minus log posterior density."""
+        of_problem, of_law, which = self._parts(points)
+        stiffness, _ = self.rows.dynamic_stiffness(which, of_law, self.omega)
+        laws = np.stack(self._law(stiffness), axis=1)[:, None]
+        residual = self.free.problem.with_laws(of_problem, laws)[:, 0]
+        return half_squares(residual) + half_squares(of_problem) + half_squares(of_law)
+
+    def normal_equations(self, points: Points) -> NormalEquations:
+        """Normal equations."""
+        of_problem, of_law, which = self._parts(points)
+        stiffness, along = self.rows.dynamic_stiffness(which, of_law, self.omega)
+        at = self.free.at(of_problem)
+        strength, softened = closed(stiffness, at.receptance, self.is_cut)
+        left = at.left(strength)
+        of_numbers = at.slope[:, None] * (along * softened[:, None])[:, :, None]
+        of_others = self.free.slopes(of_problem, *self._law(stiffness))
+        gradient, curvature = products(np.concatenate([of_others, of_numbers], axis=1), left)
+        inner = points[:, :-1]
+        squares = 2 * half_squares(left)
+        cost = 0.5 * squares + half_squares(inner)
+        return _held(NormalEquations(cost, gradient + inner, curvature, squares))
+
+    def _parts(self, points: Points) -> tuple[Points, Points, Any]:
+        size = self.free.problem.dimension
+        which = points[:, -1].astype(int)
+        return points[:, :size], points[:, size:-1], which
+
+    def _law(self, stiffness: Any) -> tuple[Any, Any]:
+        """Numerator and denominator at the lines."""
+        ones = np.ones_like(stiffness)
+        return (-ones, stiffness) if self.is_cut else (stiffness, ones)
+
+
+def _held(normal: NormalEquations) -> NormalEquations:
+    """Normal equations with the number of the network, which is held, and the prior."""
+    rows, own = normal.gradient.shape
+    gradient = np.concatenate([normal.gradient, np.zeros((rows, 1))], axis=1)
+    curvature = np.broadcast_to(np.eye(own + 1), (rows, own + 1, own + 1)).copy()
+    curvature[:, :own, :own] += normal.curvature
+    return normal._replace(gradient=gradient, curvature=curvature)

@@ -1,0 +1,149 @@
+"""Kinds of ports at which something may act on a structure, and places to try."""
+
+import dataclasses
+import itertools
+import json
+from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.special import ndtri
+
+from ...effects.attached import attached
+from ...effects.inserted import inserted
+from ...effects.on_rotation import bending_scale
+from ...effects.scales import Scales
+from ...effects.strut import strut
+from ...experiment.experiment import Experiment
+from ...laws import Law, Spring
+from ...laws.catalogue import classes, is_grounded, leaves, networks
+from ...laws.law import Tree
+from ...modes.ports import is_line
+from ...inference.residuals import Problem
+from ..missing._hypotheses import fields_of
+
+PLACES = {1: 25, 2: 9, 3: 5}
+"""Places along each coordinate of a port that has so many."""
+
+MOST_PIECES = 3
+"""Most pieces of a structure between which struts are looked for."""
+
+NAME = "~reach"
+"""Name of the effect while its law is free: the last one in order."""
+
+
+class Port(NamedTuple):
+    """A kind of port on a piece of a structure.
+
+    Parameters
+    ----------
+    acts_on
+        `displacement`, `rotation`, `cut` or `relative`.
+    effect
+        What acts there, with a prior of its place and any law.
+    """
+
+    acts_on: str
+    effect: Any
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether laws are inserted."""
+        return self.acts_on == "cut"
+
+    def with_law(self, law: Law, name: str) -> Any:
+        """Return the effect with a law and a name."""
+        return dataclasses.replace(self.effect, law=law, name=name)
+
+    def trees(self) -> list[Tree]:
+        """Networks that may act there, one of each class; a mass moves against the ground."""
+        return _attached_trees() if self.acts_on in ("displacement", "rotation") else _inner_trees()
+
+
+def ports_of(experiment: Experiment) -> list[Port]:
+    """Kinds of ports that a structure has, on each of its pieces."""
+    scales, law = Scales(experiment), Spring(1.0)
+    ports = [
+        Port("displacement", attached(at, law, direction=direction, name=NAME))
+        for at, direction in scales.places_and_directions()
+    ]
+    ports += [Port("relative", effect) for effect in _struts(scales, law)]
+    line: Any = scales.nominal_modes
+    if not is_line(line):
+        return ports
+    (at,) = scales.places()
+    if bending_scale(scales) is not None:
+        ports.append(Port("rotation", attached(at, law, motion="rotation", name=NAME)))
+        ports.append(Port("cut", inserted(at, law, name=NAME)))
+    else:
+        ports.append(Port("cut", inserted(at, law, motion="displacement", name=NAME)))
+    return ports
+
+
+def _struts(scales: Scales, law: Law) -> list[Any]:
+    places = scales.places()
+    if len(places) > MOST_PIECES:
+        return []
+    pairs = itertools.combinations_with_replacement(places, 2)
+    return [strut(one, other, law, name=NAME) for one, other in pairs]
+
+
+def place_columns(port: Port, problem: Problem) -> list[int]:
+    """Coordinates of the problem that are coordinates of the place."""
+    fields = fields_of(port.effect, problem)
+    names = [name for name, word in fields.items() if word in port.effect.place_fields]
+    return [column for name in names for column in _columns(problem, name)]
+
+
+def grid(port: Port, count: int) -> np.ndarray:
+    """Standard normal coordinates of places to try, in the middle of cells of equal probability."""
+    each = PLACES.get(count, 3)
+    middles = (np.arange(each) + 0.5) / each
+    shares = np.array(list(itertools.product(middles, repeat=count)))
+    ends = [getattr(port.effect, field) for field in port.effect.place_fields]
+    if len(ends) == 2 and count == 2 and _are_alike(*ends):
+        shares = shares[shares[:, 0] < shares[:, 1]]  # a strut has no first end
+    return ndtri(shares)
+
+
+def _are_alike(one: Any, other: Any) -> bool:
+    return one is other or repr(one) == repr(other)
+
+
+def _columns(problem: Problem, name: str) -> Iterator[int]:
+    place = problem.coordinates.places[name]
+    yield from range(place.start, place.stop)
+
+
+@cache
+def _attached_trees() -> list[Tree]:
+    plain = [members[0] for members in classes([t for t in networks("kcm", 3) if is_grounded(t)])]
+    return [*plain, *_of_two("kcmp", "p"), "h", ["-", "h", "m"], ["|", "h", "m"]]
+
+
+@cache
+def _inner_trees() -> list[Tree]:
+    plain = [members[0] for members in classes(networks("kc", 3))]
+    return [*plain, *_of_two("kcp", "p"), "h"]
+
+
+def _of_two(letters: str, wanted: str) -> list[Tree]:
+    """Networks of at most two elements, one of a letter."""
+    return [tree for tree in networks(letters, 2) if leaves(tree).count(wanted) == 1]
+
+
+def elements(tree: Tree) -> int:
+    """Number of elements of a network."""
+    return len(leaves(tree))
+
+
+def words(tree: Tree) -> str:
+    """A network as text, to be told from others."""
+    return json.dumps(tree)
+
+
+def largest(trees: Sequence[Tree]) -> list[int]:
+    """Numbers of the networks of most elements, without springpots: these can be what others are."""
+    most = max(map(elements, trees))
+    return [n for n, tree in enumerate(trees) if elements(tree) == most]

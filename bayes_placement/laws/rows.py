@@ -1,0 +1,174 @@
+"""Networks of at most three elements as rows of arrays: many laws evaluated at once.
+
+A row is (first o second) o third, each o in parallel or in series; an element that is not there
+changes nothing. All irreducible networks of at most three elements have this form.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+from numpyro.distributions import LogNormal, Uniform
+from scipy.special import ndtr
+
+from .catalogue import ELEMENTS, GROUPS
+from .law import Law, Tree
+
+ELEMENTS_OF_ROW = 3
+"""Most elements of a network."""
+
+NUMBERS = 2 * ELEMENTS_OF_ROW
+"""Coordinates of a row: the size of each element, then the order or loss factor of each."""
+
+DECADES, LOSS, DECADES_OF_LOSS = 2.0, 0.1, 1.0
+"""Priors: deviation of the logarithm of a size in decades, median and deviation of a loss factor."""
+
+POWERS = {"k": 0, "c": 1, "m": 2, "h": 0, "p": 0}
+"""Power of i omega in the dynamic stiffness of an element; that of a springpot is unknown."""
+
+Points = Float[np.ndarray, "row coordinate"]
+"""Standard normal coordinates of the numbers of each row."""
+
+Which = Int[np.ndarray, "row"]
+"""Number of the network of each row."""
+
+Stiffness = Complex[np.ndarray, "row frequency"]
+"""Dynamic stiffness of each row at each line."""
+
+Slopes = Complex[np.ndarray, "row coordinate frequency"]
+"""Its slopes along the coordinates."""
+
+
+class Rows:
+    """Networks as arrays, with priors about one size.
+
+    Parameters
+    ----------
+    trees
+        Networks of at most three elements.
+    size
+        Median of the dynamic stiffness of an element in the middle of the band [N/m].
+    middle
+        Angular frequency in the middle of the band [rad/s].
+    """
+
+    def __init__(self, trees: Sequence[Tree], size: float, middle: float):
+        self.trees = list(trees)
+        self.size, self.middle = size, middle
+        forms = [_form(tree) for tree in trees]
+        self._series = np.array([[sign == "-" for sign in signs] for signs, _ in forms])
+        letters = np.array([row for _, row in forms]).reshape(-1, ELEMENTS_OF_ROW)
+        self._present, self._pot, self._lossy = letters != "", letters == "p", letters == "h"
+        self._power = np.array([[float(POWERS.get(e, 0)) for e in row] for row in letters])
+
+    def dynamic_stiffness(
+        self, which: Which, points: Points, omega: Float[np.ndarray, "frequency"]
+    ) -> tuple[Stiffness, Slopes]:
+        """Dynamic stiffness of rows, and its slopes along their coordinates.
+
+        Parameters
+        ----------
+        which
+            Network of each row.
+        points
+            Coordinates of each row.
+        omega
+            Angular frequencies [rad/s].
+        """
+        elements, along_size, along_other = self._elements(which, points, omega)
+        series, present = self._series[which], self._present[which]
+        pair, of_first, of_second = _joined(*elements[:, :2].swapaxes(0, 1), series[:, 0], present[:, 1])
+        whole, of_pair, of_third = _joined(pair, elements[:, 2], series[:, 1], present[:, 2])
+        of_each = np.stack([of_pair * of_first, of_pair * of_second, of_third], axis=1)
+        of_each = of_each * present[..., None]
+        return whole, np.concatenate([of_each * along_size, of_each * along_other], axis=1)
+
+    def _elements(self, which: Which, points: Points, omega: Any) -> tuple[Any, Any, Any]:
+        """Dynamic stiffness of each element, and its slopes along its size and its other number."""
+        size, other = points[:, :ELEMENTS_OF_ROW], points[:, ELEMENTS_OF_ROW:]
+        pot, lossy = self._pot[which][..., None], self._lossy[which][..., None]
+        logarithm = np.log(1j * omega / self.middle)
+        order = np.where(self._pot[which], ndtr(other), self._power[which])[..., None]
+        step = DECADES * np.log(10.0)
+        elastic = (self.size * np.exp(step * size))[..., None] * np.exp(order * logarithm)
+        step_of_loss = DECADES_OF_LOSS * np.log(10.0)
+        loss = (LOSS * np.exp(step_of_loss * other))[..., None]
+        density = (np.exp(-0.5 * other**2) / np.sqrt(2 * np.pi))[..., None]
+        along_other = elastic * np.where(pot, logarithm * density, lossy * (1j * step_of_loss) * loss)
+        elements = elastic * np.where(lossy, 1 + 1j * loss, 1.0)
+        return elements, step * elements, along_other
+
+    def law(self, number: int, point: Float[np.ndarray, "coordinate"]) -> Law:
+        """Law of a network at coordinates, its numbers plain."""
+        sizes = self.size * 10 ** (DECADES * point[:ELEMENTS_OF_ROW])
+        others = point[ELEMENTS_OF_ROW:]
+        loss = LOSS * 10 ** (DECADES_OF_LOSS * others)
+        return self._law(number, sizes, ndtr(others), loss)
+
+    def prior(self, number: int) -> Law:
+        """Law of a network whose numbers are distributions."""
+        step = DECADES * float(np.log(10.0))
+        sizes = [LogNormal(float(np.log(self.size)), step)] * ELEMENTS_OF_ROW
+        loss = LogNormal(float(np.log(LOSS)), DECADES_OF_LOSS * float(np.log(10.0)))
+        return self._law(number, sizes, [Uniform(0.0, 1.0)] * 3, [loss] * ELEMENTS_OF_ROW)
+
+    def _law(self, number: int, sizes: Any, orders: Any, losses: Any) -> Law:
+        signs, letters = _form(self.trees[number])
+        law: Law | None = None
+        for sign, letter, *numbers in zip(("|", *signs), letters, sizes, orders, losses, strict=True):
+            if letter:
+                element = self._element(letter, *numbers)
+                law = element if law is None else GROUPS[sign]((law, element))
+        assert law is not None
+        return law
+
+    def _element(self, letter: str, size: Any, order: Any, loss: Any) -> Law:
+        kind = ELEMENTS[letter][0]
+        if letter == "p":
+            return kind(size, order, self.middle / (2 * np.pi))
+        if letter == "h":
+            return kind(size, loss)
+        return kind(_shared_out(size, self.middle ** POWERS[letter]))
+
+
+def coordinates_of_numbers(tree: Tree) -> list[int]:
+    """Coordinates of a row in the order of the numbers of its law."""
+    _, letters = _form(tree)
+    columns = []
+    for place, letter in enumerate(letters):
+        columns += [place] if letter else []
+        columns += [ELEMENTS_OF_ROW + place] if letter in ("p", "h") else []
+    return columns
+
+
+def _shared_out(size: Any, by: float) -> Any:
+    """A size, or its distribution, over a number."""
+    return LogNormal(size.loc - np.log(by), size.scale) if isinstance(size, LogNormal) else size / by
+
+
+def _joined(one: Any, other: Any, series: Any, present: Any) -> tuple[Any, Any, Any]:
+    """Dynamic stiffness of two parts, and its slopes along those of each; of one if alone."""
+    total = one + other
+    safe = np.where(total == 0, 1.0, total)
+    is_series, is_there = series[:, None], present[:, None]
+    value = np.where(is_series, one * other / safe, total)
+    of_one = np.where(is_series, (other / safe) ** 2, 1.0)
+    of_other = np.where(is_series, (one / safe) ** 2, 1.0)
+    return (
+        np.where(is_there, value, one),
+        np.where(is_there, of_one, 1.0),
+        np.where(is_there, of_other, 0.0),
+    )
+
+
+def _form(tree: Tree) -> tuple[tuple[str, str], list[str]]:
+    """Both signs and three letters of a network; empty letters where it has fewer elements."""
+    if isinstance(tree, str):
+        return ("|", "|"), [tree, "", ""]
+    sign, *parts = tree
+    groups = [part for part in parts if not isinstance(part, str)]
+    letters = [part for part in parts if isinstance(part, str)]
+    if groups:
+        return (groups[0][0], sign), [*groups[0][1:], *letters]
+    return (sign, sign), [*letters, ""][:ELEMENTS_OF_ROW]
