@@ -68,6 +68,8 @@ class Effect(eqx.Module):
         Whether natural frequencies, damping ratios or real shapes show it.
     tried_by_default
         Whether a library in which no kinds are named has it; by its name it is in any.
+    may_repeat
+        Whether several of the kind can be missing, at other places or about other sensors.
     name
         Name in an experiment. Its default is the kind of the effect: models of the same physics
         for different structures share a kind.
@@ -82,6 +84,7 @@ class Effect(eqx.Module):
     place_fields: ClassVar[tuple[str, ...]] = ()
     changes_modes: ClassVar[bool] = True
     tried_by_default: ClassVar[bool] = True
+    may_repeat: ClassVar[bool] = True
     name: eqx.AbstractVar[str]
 
     @classmethod
@@ -273,6 +276,8 @@ class CubicAttachment(AtPlace):
     ['cubic_stiffness']
     """
 
+    may_repeat: ClassVar[bool] = False  # their describing functions would depend on each other
+
     @abc.abstractmethod
     def hardening(self) -> Float[Array, ""]:
         """Growth of the equivalent stiffness with the amplitude squared [N/m^3]."""
@@ -287,6 +292,8 @@ class Modulus(StructureEffect):
     >>> [name for name, kind in kinds if issubclass(kind, bp.effects.Modulus)]
     ['hysteretic_damping', 'viscoelastic_modulus']
     """
+
+    may_repeat: ClassVar[bool] = False
 
     @abc.abstractmethod
     def relative_modulus(self, omega: Omega) -> Complex[Array, "frequency"]:
@@ -312,6 +319,7 @@ class GlobalChange(StructureEffect):
     ['axial_preload', 'shear_and_rotary_inertia', 'dimension_error']
     """
 
+    may_repeat: ClassVar[bool] = False
     changes_size: ClassVar[bool] = False
 
     @abc.abstractmethod

@@ -24,6 +24,7 @@ from ._fitted_candidates import extended
 from ._hypotheses import Hypothesis, finite, null_hypothesis, rival_among, with_errors
 from ._kept_fits import kept_with_sizes
 from ._posterior_odds import Comparison, passes, wants_more_effects
+from ._repeated import may_be_added, named_alike
 from ._scan import best_places
 from ._scanned_candidates import ScannedCandidate, Tick, fitted, promising, scanned
 from ._screen import worth_fitting
@@ -129,8 +130,10 @@ def refitted_effects(
         Most effects that are new since the baseline.
     """
     fits: dict[tuple[str, ...], Hypothesis] = {}
-    for partner in (comparison.hypotheses[0], comparison.best()):
-        new_effects = [effect for effect in partner.effects if kind_of(effect) not in between.kinds]
+    for found in (comparison.hypotheses[0], comparison.best()):
+        partner = named_alike(found, between)
+        known = {effect.name for effect in between.effects}
+        new_effects = [effect for effect in partner.effects if effect.name not in known]
         effects = (*between.effects, *new_effects)
         kinds = tuple(kind_of(effect) for effect in effects)
         if between.effects and len(effects) <= most_effects and kinds not in fits:
@@ -154,10 +157,15 @@ def _from_both(
 
 
 def _next_best(comparison: Comparison, branch: Hypothesis) -> list[Effect]:
-    """The single effects of greatest odds that a hypothesis does not have."""
-    singles = [h for h in comparison.distinct() if len(h.effects) == 1]
-    candidates = [h.effects[0] for h in singles if h.kinds[0] not in branch.kinds]
-    return candidates[: NARROW.kinds]
+    """The single effects of greatest odds of other kinds, and one more of a kind that it has."""
+    best = comparison.distinct()[0]
+    singles = sorted(comparison.hypotheses, key=comparison.log_odds, reverse=True)
+    candidates: dict[str, Effect] = {}
+    for single in singles:
+        if len(single.effects) == 1 and may_be_added(*single.effects, single.problem, branch, best):
+            candidates.setdefault(single.kinds[0], single.effects[0])
+    others = [kind for kind in candidates if kind not in branch.kinds][: NARROW.kinds]
+    return [candidates[kind] for kind in candidates if kind in (*others, *branch.kinds)]
 
 
 def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:

@@ -1,12 +1,13 @@
 """Candidates of an experiment, checked before any fit."""
 
 import dataclasses
+import re
 from collections.abc import Collection
 from typing import Any
 
 from ..._types import InputError, check_kind
 from ...effects.effect import Effect
-from ...effects.library import Library, library
+from ...effects.library import Library, kind_of, library
 from ...experiment.experiment import Experiment
 from ...inference.residuals_of_state import coordinates_of
 
@@ -64,8 +65,10 @@ def numbered(effect: Effect, names: Collection[str]) -> Effect:
     """Return an effect under a name that is free: point_mass, else point_mass_2 and so on."""
     if effect.name not in names:
         return effect
-    number = next(n for n in range(2, len(names) + 3) if f"{effect.name}_{n}" not in names)
-    return renamed(effect, f"{effect.name}_{number}")
+    kind = kind_of(effect)
+    stem = kind if re.fullmatch(rf"{re.escape(kind)}_\d+", effect.name) else effect.name
+    number = next(n for n in range(2, len(names) + 3) if f"{stem}_{n}" not in names)
+    return renamed(effect, f"{stem}_{number}")
 
 
 def renamed(effect: Effect, name: str) -> Effect:

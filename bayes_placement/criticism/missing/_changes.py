@@ -13,10 +13,12 @@ from ...effects.library import kind_of
 from ...inference.engines.empirical_bayes import SOFTENING
 from ...inference.residuals import Problem
 from ...inference.residuals_of_state import State, name_in_state
+from ._candidates import renamed
 from ._estimates import ParameterEstimate
 from ._hypotheses import Hypothesis
 from ._kept_fits import kept_with_sizes
 from ._posterior_odds import STRONG, Comparison
+from ._repeated import with_swapped_names
 from .fitted_model import FittedModel
 
 NEW, CHANGED, UNCHANGED = "new", "changed", "unchanged"
@@ -48,8 +50,18 @@ class FoundEffect(NamedTuple):
         return kind_of(self.effect)
 
     def is_comparable(self, other: "FoundEffect") -> bool:
-        """Whether both are the same candidate, about the same part or sensor."""
-        return self.setting == other.setting and bool(eqx.tree_equal(self.effect, other.effect))
+        """Whether both are the same candidate, about the same part or sensor.
+
+        Their names may differ where there are several of the kind.
+        """
+        mine = renamed(self.effect, other.effect.name)
+        return self.setting == other.setting and bool(eqx.tree_equal(mine, other.effect))
+
+    def named_as(self, other: "FoundEffect") -> "FoundEffect":
+        """Return it under the name of another one, with which it swaps names."""
+        name = other.effect.name
+        hypothesis = with_swapped_names(self.hypothesis, self.effect.name, name)
+        return self._replace(effect=renamed(self.effect, name), hypothesis=hypothesis)
 
 
 def found_effects(hypothesis: Hypothesis, model: FittedModel) -> tuple[FoundEffect, ...]:
@@ -59,7 +71,7 @@ def found_effects(hypothesis: Hypothesis, model: FittedModel) -> tuple[FoundEffe
         FoundEffect(
             effect,
             effect.setting(experiment.structure.modes, experiment.instruments),
-            {item.word: item for item in model.parameters.values() if item.effect == effect.name},
+            model.estimates_of(effect.name),
             hypothesis,
         )
         for effect in hypothesis.effects
@@ -73,6 +85,7 @@ def change(earlier: FoundEffect, later: FoundEffect) -> str:
     both states, once with one of another size at the same place, once with two effects. It is
     unchanged unless the evidence for something else is strong.
     """
+    earlier = earlier.named_as(later)
     unknowns = _of_effects(earlier.hypothesis)
     mine = {name for name, unknown in unknowns.items() if _is_of(unknown, earlier.effect)}
     size = {name for name in mine if _is_size(unknowns[name], earlier.effect)}

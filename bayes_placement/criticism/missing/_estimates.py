@@ -63,14 +63,18 @@ class ParameterEstimate(NamedTuple):
         deviation = scale.spread(self.standard_deviation, self.mean)
         return f"{mean} ± {deviation} {scale.name}".rstrip()
 
+    def in_short(self) -> str:
+        """Mean in the unit of people, with as many digits as are known."""
+        scale = self._scale()
+        return f"{scale.number(self.mean, self.standard_deviation)} {scale.name}".rstrip()
+
     def with_interval(self) -> str:
         """Mean and 95 % interval, in the unit of people."""
         if not np.isfinite([self.low_95, self.high_95]).all():
             return str(self)
         scale, deviation = self._scale(), self.standard_deviation
         ends = (scale.number(end, deviation) for end in (self.low_95, self.high_95))
-        mean = f"{scale.number(self.mean, deviation)} {scale.name}".rstrip()
-        return f"{mean} (95 %: {' to '.join(ends)})"
+        return f"{self.in_short()} (95 %: {' to '.join(ends)})"
 
     def _scale(self) -> ReadableUnit:
         return readable(self.unit, self.field, abs(self.mean))

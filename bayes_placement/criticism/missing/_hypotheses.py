@@ -1,6 +1,8 @@
 """An experiment with none, one or several effects that may be missing, each fitted."""
 
 import functools
+import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -63,6 +65,20 @@ class Hypothesis:
     def kinds(self) -> tuple[str, ...]:
         """Kinds of its effects, sorted."""
         return tuple(sorted(kind_of(effect) for effect in self.effects))
+
+    @functools.cached_property
+    def log_orders(self) -> float:
+        """Log of the number of orders of its effects in which each has another of the same kind."""
+        return math.fsum(math.lgamma(count + 1) for count in Counter(self.kinds).values())
+
+    @property
+    def log_evidence(self) -> float:
+        """Log evidence of its kinds, no order of effects of one kind being another hypothesis.
+
+        Places and strengths of m effects of one kind are independent in the prior, so that the
+        posterior density has m! modes, one for each order, all alike. Laplace's method sees one.
+        """
+        return self.fit.log_evidence + self.log_orders
 
     @functools.cached_property
     def is_noise_known(self) -> bool:

@@ -63,11 +63,14 @@ class Comparison(NamedTuple):
 
     def _log_odds_as_stated(self, hypothesis: Hypothesis) -> float:
         """The same, the error being as stated."""
-        log_evidence = hypothesis.fit.log_evidence + gain_with_outliers(hypothesis)
+        log_evidence = hypothesis.log_evidence + gain_with_outliers(hypothesis)
         return log_evidence + self.log_prior(hypothesis)
 
     def log_prior(self, hypothesis: Hypothesis) -> float:
-        """Log prior probability, halved by each further effect; all kinds are equally probable."""
+        """Log prior probability, halved by each further effect; all kinds are equally probable.
+
+        So are all collections of as many kinds, those with a kind more than once among them.
+        """
         count = len(hypothesis.effects)
         steps = (count + 1) * np.log(PRIOR_OF_FURTHER_EFFECT)
         kinds = count * np.log(max(1, len(self.variants)))
@@ -85,7 +88,7 @@ class Comparison(NamedTuple):
         return best
 
     def distinct(self) -> list[Hypothesis]:
-        """The best variant of each set of kinds, in descending order of odds."""
+        """The best variant of each collection of kinds, in descending order of odds."""
         best: dict[tuple[str, ...], Hypothesis] = {}
         for hypothesis in sorted(self.hypotheses, key=self.log_odds, reverse=True):
             best.setdefault(hypothesis.kinds, hypothesis)
@@ -96,7 +99,10 @@ class Comparison(NamedTuple):
         return next(hypothesis for hypothesis in self.distinct() if hypothesis.kinds == kinds)
 
     def probabilities(self) -> dict[str, float]:
-        """Posterior probability of each kind, of nothing missing and of none of these."""
+        """Posterior probability of each kind, of nothing missing and of none of these.
+
+        Of a kind that some hypothesis has twice, that of at least two is named `point_mass_2`.
+        """
         log_odds = np.array([self._log_odds_as_stated(h) for h in self.hypotheses])
         stated = log_odds + np.log1p(-PRIOR_OF_NONE)
         gains = np.array([_gain_of_larger_error(hypothesis) for hypothesis in self.hypotheses])
@@ -104,11 +110,22 @@ class Comparison(NamedTuple):
         total = logsumexp(np.concatenate([stated, larger]))
         shares = list(zip(np.exp(stated - total), self.hypotheses, strict=True))
         kinds = {
-            kind: float(sum(share for share, hypothesis in shares if kind in hypothesis.kinds))
-            for kind in self.variants
+            numbered_kind(kind, count): float(
+                sum(share for share, hypothesis in shares if hypothesis.kinds.count(kind) >= count)
+            )
+            for kind, count in self._counted_kinds()
         }
         nothing = sum(share for share, hypothesis in shares if not hypothesis.effects)
         return kinds | {NOTHING: float(nothing), NONE: float(np.exp(logsumexp(larger) - total))}
+
+    def _counted_kinds(self) -> list[tuple[str, int]]:
+        """Every kind once, then those that a hypothesis has more than once, with each number."""
+        counts = {kind: 1 for kind in self.variants}
+        most = Counter(counts)
+        for hypothesis in self.hypotheses:
+            most |= Counter(hypothesis.kinds)
+        several = [(kind, n) for kind in counts for n in range(2, most[kind] + 1)]
+        return [*counts.items(), *several]
 
     def confounded(self) -> list[tuple[str, str]]:
         """Pairs of kinds that can replace each other in the best hypothesis.
@@ -118,14 +135,18 @@ class Comparison(NamedTuple):
         """
         best, pairs = self.best(), []
         for hypothesis in self.distinct():
-            replaced = set(best.kinds) - set(hypothesis.kinds)
-            replacing = set(hypothesis.kinds) - set(best.kinds)
-            same_size = len(best.effects) == len(hypothesis.effects)
+            replaced = Counter(best.kinds) - Counter(hypothesis.kinds)
+            replacing = Counter(hypothesis.kinds) - Counter(best.kinds)
             close = (2 if passes(best, LEVEL) and passes(hypothesis, LEVEL) else 1) * STRONG
             similar_odds = self.log_odds(best) - self.log_odds(hypothesis) < close
-            if len(replaced) == len(replacing) == 1 and same_size and similar_odds:
+            if replaced.total() == replacing.total() == 1 and similar_odds:
                 pairs.append((next(iter(replaced)), next(iter(replacing))))
         return pairs
+
+
+def numbered_kind(kind: str, count: int) -> str:
+    """Name of a kind of which there are at least so many: point_mass, point_mass_2 and so on."""
+    return kind if count == 1 else f"{kind}_{count}"
 
 
 def passes(hypothesis: Hypothesis, level: float) -> bool:
@@ -196,7 +217,7 @@ def _gain_of_larger_error(hypothesis: Hypothesis) -> float:
 
 
 def steps_to(comparison: Comparison, best: Hypothesis) -> list[tuple[str, ...]]:
-    """Sets of kinds from none to the best hypothesis, each with the largest odds of its size.
+    """Kinds from none to those of the best hypothesis, each time with the largest odds.
 
     Only fitted hypotheses are steps; where none is left, the last step adds all remaining kinds.
     """

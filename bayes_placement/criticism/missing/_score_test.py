@@ -1,6 +1,7 @@
 """Rao's score test of every candidate at its weakest, along all its places and settings.
 
-What the model can absorb is projected out.
+What the model can absorb is projected out. A vector of strengths is tested component by component,
+and the p-value is corrected for their number as for that of places.
 """
 
 import functools
@@ -38,6 +39,13 @@ COLUMNS = ["kind", "variant", "setting", "at", "x", "y", "z", "score", "p_value"
 ABSORBED = 1e-4
 """Share of the squares of its change that is left where the model does the same by itself."""
 
+STEP = 0.1
+"""Step of a component of a vector of strengths [standard deviations of its prior]. That is large
+against rounding; the size of a change does not count in a score."""
+
+ROUNDING = float(np.sqrt(np.finfo(float).eps))
+"""Change [standard deviations of the noise, over all data] below which it may be rounding alone."""
+
 TRIALS = 2000
 """Draws of what chance does, for the correction for having looked in many places."""
 
@@ -48,7 +56,8 @@ class _Signatures(NamedTuple):
     Parameters
     ----------
     points
-        Places and settings of the effect to which it is sensitive [place, unknown].
+        Places and settings of the effect to which it is sensitive [place, unknown]; of a vector of
+        strengths each as often as there are components.
     score
         The score at each.
     correlation
@@ -88,12 +97,13 @@ def suspicion(null: Hypothesis, candidates: Sequence[ScannedCandidate]) -> pd.Da
     Returns
     -------
     DataFrame
-        One row for each place and setting: `kind`, `variant` (number), `setting` (words for what
-        of the structure or which sensor it is about), `at` [m] (place on a line or shift of a
-        sensor; NaN where there is none), `x`, `y`, `z` [m] (place of the effect, or of the sensor,
-        support, member or region that it is about; NaN where not known, and for y and z on a
-        line), `score` (standard normal if nothing is missing), and `p_value` of the candidate,
-        corrected for all its places and settings.
+        One row for each place and setting, and each component of a vector of strengths: `kind`,
+        `variant` (number), `setting` (words for what of the structure or which sensor it is
+        about), `at` [m] (place on a line or shift of a sensor; NaN where there is none), `x`, `y`,
+        `z` [m] (place of the effect, or of the sensor, support, member or region that it is about;
+        NaN where not known, and for y and z on a line), `score` (standard normal if nothing is
+        missing), and `p_value` of the candidate, corrected for all its places, settings and
+        components.
     """
     known = [candidate.scores for candidate in candidates if candidate.scores is not None]
     frames = known if len(known) == len(candidates) else scores(null, candidates)
@@ -189,14 +199,13 @@ def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signa
     points = weak_points(problem, effect, most)
     columns = other_places(problem, list(fields_of(effect, problem)))
     points[:, columns] = candidate.scan.points[0, columns]
-    change, _ = problem.squares.residuals(points)
-    change -= model.residual  # in place, as it is large
+    points, change = changes(problem, effect, points, model.residual)
     information = model.information(change)
     # Residuals of a fit have the covariance of the projection: it is not applied to them again.
     size = np.sqrt(np.maximum(np.diag(information), 0.0))
     largest = np.max(size, where=np.isfinite(size), initial=0.0)
     absorbed = size**2 <= ABSORBED * np.einsum("pn,pn->p", change, change)
-    is_sensitive = (size > 1e-9 * largest) & np.isfinite(size) & ~absorbed
+    is_sensitive = (size > max(1e-9 * largest, ROUNDING)) & np.isfinite(size) & ~absorbed
     scale = size[is_sensitive]
     return _Signatures(
         points[is_sensitive],
@@ -205,24 +214,71 @@ def _signatures(model: _Model, candidate: ScannedCandidate, most: int) -> _Signa
     )
 
 
+def changes(
+    problem: Problem, effect: Effect, points: np.ndarray, residual: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what an effect at its weakest changes, by points.
+
+    Of a vector of strengths each component is changed by itself: at its weakest, which may be zero,
+    all of them together may change nothing but the rounding.
+
+    Parameters
+    ----------
+    problem
+        The problem with the effect.
+    effect
+        The effect.
+    points
+        Points at which it is weak [place, unknown].
+    residual
+        Residual without it [datum].
+
+    Returns
+    -------
+    tuple
+        Points [change, unknown], those of a vector as often as it has components; and the changes
+        [change, datum].
+    """
+    after, _ = problem.squares.residuals(points)
+    components = _components(problem, effect)
+    if len(components) < 2:
+        after -= residual  # in place, as it is large
+        return points, after
+    steps = STEP * np.eye(problem.dimension)[components]
+    change, _ = problem.squares.residuals((points[:, None] + steps).reshape(-1, problem.dimension))
+    change -= np.repeat(after, len(components), axis=0)
+    return np.repeat(points, len(components), axis=0), change
+
+
+def _components(problem: Problem, effect: Effect) -> np.ndarray:
+    """Places of the strength of an effect among the coordinates."""
+    places = problem.coordinates.places
+    strengths = [
+        np.arange(places[name].start, places[name].stop)
+        for name, word in fields_of(effect, problem).items()
+        if word == effect.absent[0]
+    ]
+    return np.concatenate([np.zeros(0, dtype=int), *strengths])
+
+
 def weak_points(problem: Problem, effect: Effect, most: int) -> np.ndarray:
     """Coordinates of an effect at its weakest, along its places and settings; of all else zero."""
     columns, fields = [], fields_of(effect, problem)
     coordinates = sum(field in effect.place_fields for field in fields.values())
     for name, word in fields.items():
         place = problem.coordinates.places[name]
-        if place.stop - place.start > 1:
-            axis = np.zeros(1)
-        elif word == effect.absent[0] and word not in effect.place_fields:
+        if word == effect.absent[0] and word not in effect.place_fields:
             axis = np.array([weakest(effect, problem, name)])
+        elif place.stop - place.start > 1:
+            axis = np.zeros(1)
         else:
             count = PLACES.get(coordinates, 5) if word in effect.place_fields else SETTINGS
             axis = ndtri((np.arange(count) + 0.5) / count)
-        columns.append((place.start, axis))
+        columns.append((place, axis))
     grids = np.meshgrid(*(axis for _, axis in columns), indexing="ij") if columns else []
     points = np.zeros((grids[0].size if grids else 1, problem.dimension))
     for (place, _), grid in zip(columns, grids, strict=True):
-        points[:, place] = grid.ravel()
+        points[:, place] = grid.reshape(-1, 1)
     if len(points) > most:
         points = points[np.random.default_rng(0).choice(len(points), most, replace=False)]
     return points

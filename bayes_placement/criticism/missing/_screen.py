@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import logsumexp
 
+from ...effects.effect import Effect
 from ...inference.engines.empirical_bayes import SHORT
 from ...inference.engines.sizes_of_errors import LinearModel
 from ...inference.residuals import Problem
@@ -12,7 +13,7 @@ from ._compiled_ahead import compiled_ahead
 from ._hypotheses import Hypothesis, fields_of
 from ._posterior_odds import Comparison
 from ._scan import other_places
-from ._score_test import weak_points
+from ._score_test import ROUNDING, changes, weak_points
 
 POINTS = 200
 """Greatest number of places and settings of an effect."""
@@ -94,7 +95,7 @@ class _ErroneousModel:
     def log_evidence_gained(self, hypothesis: Hypothesis, problem: Problem) -> float:
         """Log of the mean likelihood ratio over places and settings, at the best strengths."""
         points = self._points(hypothesis, problem)
-        change = problem.squares.residuals(points)[0] - self.residual
+        change = self._changes(problem, hypothesis.effects[0], points)
         change = change[np.all(np.isfinite(change), axis=1)]
         # At the best fit the slope of the cost along all that is refitted is zero.
         pull = -change @ self.residual
@@ -102,12 +103,28 @@ class _ErroneousModel:
         stiffness = np.einsum("bn,bn->b", change, change) - np.einsum(
             "bi,bi->b", absorbed, np.linalg.solve(self.curvature, absorbed.T).T
         )
-        is_sensitive = stiffness > 0
+        is_sensitive = stiffness > ROUNDING**2
         if not is_sensitive.any():
             return -np.inf
         gain = 0.5 * pull[is_sensitive] ** 2 / stiffness[is_sensitive]
         best = change[is_sensitive][np.argmax(gain)]
         return float(logsumexp(gain) - np.log(len(points)) + self._gained_by_other_sizes(best))
+
+    def _changes(self, problem: Problem, effect: Effect, points: np.ndarray) -> np.ndarray:
+        """What an effect changes at points; a vector of strengths along its best direction."""
+        _, change = changes(problem, effect, points, self.residual)
+        if len(change) == len(points):
+            return change
+        return np.stack([self._best_direction(part) for part in np.split(change, len(points))])
+
+    def _best_direction(self, change: np.ndarray) -> np.ndarray:
+        """The sum of changes [component, datum] that explains most once all else is refitted."""
+        if not np.isfinite(change).all():
+            return np.full(change.shape[1], np.nan)
+        absorbed = change @ self.slopes.T
+        stiffness = change @ change.T - absorbed @ np.linalg.solve(self.curvature, absorbed.T)
+        strengths, *_ = np.linalg.lstsq(stiffness, -change @ self.residual, rcond=ROUNDING)
+        return np.asarray(strengths @ change)
 
     def _gained_by_other_sizes(self, change: np.ndarray) -> float:
         """Log evidence gained once errors have the sizes that suit them together with an effect.

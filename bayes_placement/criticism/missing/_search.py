@@ -1,5 +1,7 @@
 """Search for the hypotheses worth comparing: single effects first, then one more at a time.
 
+A kind may occur several times: where the best hypothesis has it, one more of it is tried as well.
+
 The search is not greedy: several hypotheses are extended, each effect of the best one is removed
 again and replaced, and each effect of the best few is looked for once more beside the others.
 """
@@ -15,6 +17,7 @@ from ...effects.library import kind_of
 from ._fitted_candidates import best_variants, extended, relocated
 from ._hypotheses import Hypothesis, logarithmic_jacobian
 from ._posterior_odds import Comparison
+from ._repeated import may_be_added
 from ._scanned_candidates import ScannedCandidate, Tick
 from ._screening_lines import sample
 
@@ -84,8 +87,9 @@ def _subsets_of_best(comparison: Comparison, depth: int, most: int) -> list[Hypo
     }
     subsets = []
     for hypothesis in comparison.distinct():
-        is_part = len(hypothesis.effects) == depth and set(hypothesis.kinds) <= set(best.kinds)
-        extensions = sum(set(hypothesis.kinds) <= set(kinds) for kinds in tried)
+        kinds = Counter(hypothesis.kinds)
+        is_part = len(hypothesis.effects) == depth and kinds <= Counter(best.kinds)
+        extensions = sum(kinds <= Counter(further) for further in tried)
         if is_part and extensions < most:
             subsets.append(hypothesis)
     return subsets
@@ -94,18 +98,23 @@ def _subsets_of_best(comparison: Comparison, depth: int, most: int) -> list[Hypo
 def _pairs(
     comparison: Comparison, branches: Sequence[Hypothesis], most: int
 ) -> list[tuple[Hypothesis, Effect]]:
-    """Hypotheses to extend and the effects to extend them by, each set of kinds once."""
-    null = comparison.of(())
+    """Hypotheses to extend and the effects to extend them by, each collection of kinds once.
+
+    A further effect of a kind of the best hypothesis is tried where it promises as much as the
+    effects of other kinds, and takes the place of none of them.
+    """
+    null, best = comparison.of(()), comparison.distinct()[0]
     tried = {hypothesis.kinds for hypothesis in comparison.hypotheses}
     pairs = []
     for branch in branches:
-        kinds: list[str] = []
+        count = 0
         for candidate in _by_promise(branch, null, comparison.candidates):
             kind = kind_of(candidate.effect)
             extension = tuple(sorted((*branch.kinds, kind)))
-            is_new = kind not in branch.kinds and extension not in tried
-            if is_new and len(kinds) < most:
-                kinds.append(kind)
+            if count == most or extension in tried:
+                continue
+            if may_be_added(candidate.effect, candidate.problem, branch, best):
+                count += kind not in branch.kinds
                 tried.add(extension)
                 pairs.append((branch, candidate.effect))
     return pairs

@@ -118,6 +118,25 @@ class FittedModel:
             if estimate.effect == self.added
         }
 
+    def estimates_of(self, name: str) -> dict[str, ParameterEstimate]:
+        """Unknowns of one of its effects, by their words within it."""
+        return {item.word: item for item in self.parameters.values() if item.effect == name}
+
+    def in_short(self, effect: Effect) -> str:
+        """Say how large one of its effects is, and where: `mass 0.4 kg at 370 mm`."""
+        setting, remark = self.about.get(effect.name, ("", ""))
+        estimates = self.estimates_of(effect.name)
+        words = {word: f"{word} {estimate.in_short()}" for word, estimate in estimates.items()}
+        sizes = [words[word] for word in words if not _is_place(effect, estimates[word])]
+        places = [words[word] for word in words if _is_place(effect, estimates[word])]
+        what = ", ".join(filter(None, [setting, *sizes, remark]))
+        return " ".join(filter(None, [what, ", ".join(places)])) or "present"
+
+    def place_of(self, effect: Effect) -> list[float]:
+        """Estimates of the place of one of its effects."""
+        estimates = self.estimates_of(effect.name).values()
+        return [estimate.mean for estimate in estimates if _is_place(effect, estimate)]
+
     def to_json(self) -> dict[str, Any]:
         """Return it as numbers and words for a file; None for numbers that are not finite."""
         return {
@@ -191,7 +210,7 @@ def fitted_model(
         parameters=parameters,
         chi2_per_datum=hypothesis.chi2_per_datum,
         p_value=p_value(hypothesis),
-        log_evidence=float((posterior or hypothesis.fit).log_evidence),
+        log_evidence=float((posterior or hypothesis.fit).log_evidence + hypothesis.log_orders),
         log_evidence_error=None if posterior is None else posterior.log_evidence_error,
         held_out=held_out(hypothesis) if in_full else float("nan"),
         kind="" if effect is None else kind_of(effect),
@@ -223,6 +242,10 @@ def _of_effect(
         for estimate in parameters.values()
         if estimate.effect == name
     }
+
+
+def _is_place(effect: Effect, estimate: ParameterEstimate) -> bool:
+    return estimate.field in effect.place_fields
 
 
 def number_or_blank(value: float, form: str) -> str:

@@ -265,7 +265,9 @@ def _steps(comparison: Comparison, best: Hypothesis, sampled: Sampled) -> tuple[
     steps = [fitted_model(hypotheses[0], sampled)]
     for before, after in itertools.pairwise(hypotheses):
         new = Counter(after.kinds) - Counter(before.kinds)
-        added = next(effect.name for effect in after.effects if kind_of(effect) in new)
+        known = {effect.name for effect in before.effects}
+        names = (effect.name for effect in after.effects if kind_of(effect) in new)
+        added = next(name for name in names if name not in known)
         steps.append(fitted_model(after, sampled, added))
     return tuple(steps)
 
@@ -275,7 +277,7 @@ def _compared(comparison: Comparison) -> pd.DataFrame:
         {
             "effects": " + ".join(hypothesis.kinds) or "none",
             "chi2_per_datum": hypothesis.chi2_per_datum,
-            "log_evidence": hypothesis.fit.log_evidence,
+            "log_evidence": hypothesis.log_evidence,
             "log_odds": comparison.log_odds(hypothesis),
         }
         for hypothesis in comparison.distinct()

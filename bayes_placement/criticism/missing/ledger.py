@@ -1,6 +1,6 @@
 """Record of an improvement: the error that falls step by step, in words and JSON."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..._files import write_json
+from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import OF_WHAT
 from ...inference.alternative_explanation import Alternative
@@ -16,11 +17,14 @@ from ...inference.units import percent
 from ...positions.reprs import notebook_html
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
-from ._posterior_odds import NONE, NOTHING
+from ._posterior_odds import NONE, NOTHING, numbered_kind
 from .fitted_model import FittedModel, number_or_blank
 
 DOUBTED = 0.5
 """Probability of none of the candidates above which the stated noise is in doubt."""
+
+TIMES = {2: "twice", 3: "three times"}
+"""How often a kind is missing, in words."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -32,9 +36,10 @@ class Ledger:
     steps
         The model as it was given, then with one more effect each time.
     verdict
-        Kinds of the effects that are missing.
+        Kinds of the effects that are missing; a kind of which several are is there several times.
     probabilities
-        Posterior probability of each kind, of `nothing_missing` and of `none_of_these`.
+        Posterior probability of each kind, of `nothing_missing` and of `none_of_these`. Where two
+        of a kind were tried, that of at least two is named `point_mass_2`, and so on.
     confounded
         Pairs of kinds that these data do not distinguish.
     unexplained
@@ -147,12 +152,13 @@ class Ledger:
 
     def _claims(self) -> str:
         """Say which effects are missing, and which are only the best of several."""
-        claimed = [kind for kind in self.verdict if self._is_claimed(kind)]
-        unclaimed = [kind for kind in self.verdict if kind not in claimed]
+        claimed = [kind for kind in self._kinds if self._is_claimed(kind)]
+        unclaimed = [kind for kind in self._kinds if kind not in claimed]
         missing = " and ".join(map(self._with_odds, claimed))
         reducing = " and ".join(map(self._with_odds, unclaimed))
         parts = [f"Missing: {missing}"] if claimed else []
-        verb = "reduces" if len(unclaimed) == 1 else "reduce"
+        is_one = sum(map(self.verdict.count, unclaimed)) == 1
+        verb = "reduces" if is_one else "reduce"
         return "; ".join(parts + ([f"{reducing} also {verb} the misfit"] if unclaimed else []))
 
     def _sentence_of_two_states(self, last: FittedModel) -> str:
@@ -161,7 +167,7 @@ class Ledger:
         alone = alone_in_words(self.baseline)
         if not self.verdict:
             return f"Nothing is claimed to be new since the baseline was measured. {alone}"
-        new = " and ".join(self._with_odds(kind) for kind in self.verdict)
+        new = " and ".join(map(self._with_odds, self._kinds))
         remark = " Something else is new as well." if self.unexplained else ""
         falls = _fall(self.steps[0], last, " of both states")
         return f"New since the baseline: {new}; {falls}.{remark} {alone}"
@@ -212,16 +218,41 @@ class Ledger:
         last = self.steps[-1]
         if last.noise_needed is not None and not last.model_error:
             return not self.unexplained
-        return bool(last.model_error) or self.probabilities[kind] >= DOUBTED
+        return bool(last.model_error) or self._probability(kind) >= DOUBTED
+
+    @property
+    def _kinds(self) -> list[str]:
+        """Kinds of the verdict, each once."""
+        return list(dict.fromkeys(self.verdict))
+
+    def _probability(self, kind: str) -> float:
+        """Probability that as many of a kind are missing as the verdict has, or more."""
+        return self.probabilities[numbered_kind(kind, self.verdict.count(kind))]
 
     def _with_odds(self, kind: str) -> str:
-        """Name an effect: which part it is about, and its probability where the noise is right."""
-        settings = [*self._settings(kind)]
+        """Name an effect: which part it is about, and its probability where the noise is right.
+
+        Of several of a kind, how large each is and where.
+        """
+        count = self.verdict.count(kind)
+        name = kind if count == 1 else f"{kind} {TIMES.get(count, f'{count} times')}"
+        settings = [*self._settings(kind)] if count == 1 else [self._each(kind)]
         if self.probabilities[NONE] <= DOUBTED:
-            settings.append(f"probability {self.probabilities[kind]:.3g}")
+            settings.append(f"probability {self._probability(kind):.3g}")
         elif not self._is_claimed(kind):
             settings.append("the best of the candidates")
-        return f"{kind} ({', '.join(settings)})" if settings else kind
+        return f"{name} ({('; ' if count > 1 else ', ').join(settings)})" if settings else name
+
+    def _each(self, kind: str) -> str:
+        """Say of each effect of a kind how large it is and where, in the order of the places."""
+        last = self.steps[-1]
+        effects = [
+            effect
+            for effect in self.experiment.effects
+            if effect.name in last.effects and kind_of(effect) == kind
+        ]
+        ordered = sorted(effects, key=last.place_of)
+        return " and ".join(map(last.in_short, ordered))
 
     def _settings(self, kind: str) -> Iterator[str]:
         """Which part an effect is about in the last model, and what its estimates mean.
@@ -244,7 +275,7 @@ class Ledger:
                 "but no effect is claimed, since the model as given passes its check. More "
                 "averages or lines would decide."
             )
-        sentences += [confounded_sentence(*pair) for pair in self.confounded]
+        sentences += [confounded_sentence(*pair, self.verdict) for pair in self.confounded]
         if self.probabilities[NONE] > DOUBTED and self.steps[-1].noise_needed is None:
             sentences.append(
                 "None of the candidates explains the data within the stated noise (probability "
@@ -318,9 +349,11 @@ def _model_error_columns(step: FittedModel, exact: bool) -> dict[str, str]:
     return chi2 | {kind: percent(size.mean) for kind, size in step.model_error.items()}
 
 
-def confounded_sentence(kind: str, other: str) -> str:
-    """Say that the data do not distinguish two effects."""
-    return f"These data do not distinguish {kind} from {other}: either of them explains the data."
+def confounded_sentence(kind: str, other: str, verdict: Sequence[str] = ()) -> str:
+    """Say that the data do not distinguish two effects, of which the first is in the verdict."""
+    one = f"one {kind} of {verdict.count(kind)}" if verdict.count(kind) > 1 else kind
+    another = f"one more {other}" if other in verdict else other
+    return f"These data do not distinguish {one} from {another}: either of them explains the data."
 
 
 __all__ = ["NONE", "NOTHING", "FittedModel", "Ledger", "confounded_sentence"]

@@ -69,9 +69,13 @@ class Course(NamedTuple):
 
     def title(self) -> str:
         """Kind, setting and place; the place of the last state, where damage is mostly largest."""
+        which = self.which(ParameterEstimate.with_interval)
+        return " ".join(filter(None, [self.kind, which]))
+
+    def which(self, form: Callable[[ParameterEstimate], str] = str) -> str:
+        """Setting and place of the last state."""
         last = [*self.in_state.values()][-1]
-        place = last.place(ParameterEstimate.with_interval)
-        return " ".join(filter(None, [self.kind, self.last.setting, place]))
+        return " ".join(filter(None, [self.last.setting, last.place(form)]))
 
     def cell(self, label: str) -> str:
         """Its size in a state with 95 % intervals, and what became of it; empty without it."""
@@ -145,17 +149,24 @@ class LedgerOfStates:
 
     def _news(self, label: str, before: str) -> str:
         """Say what is new in a state since the one before."""
-        parts = [part for course in self.courses if (part := _news_of(course, label))]
+        news = [_news_of(course, label, self._name_of(course)) for course in self.courses]
+        parts = [part for part in news if part]
         gone = [
-            course.kind
+            self._name_of(course)
             for course in self.courses
             if before in course.in_state and label not in course.in_state
         ]
-        parts += [f"{kind} is no longer claimed" for kind in gone]
+        parts += [f"{name} is no longer claimed" for name in gone]
         remark = " Something else is new as well." if self.ledgers[label].unexplained else ""
         if not parts:
             return f'nothing is claimed to be new since "{before}".{remark}'
         return f'since "{before}" {"; ".join(parts)}.{remark}'
+
+    def _name_of(self, course: Course) -> str:
+        """Kind of an effect, and which one it is where several are of the kind."""
+        several = sum(other.kind == course.kind for other in self.courses) > 1
+        which = course.which()
+        return f"{course.kind} ({which})" if several and which else course.kind
 
     def to_json(self) -> dict[str, Any]:
         """Return it as numbers and words for a file."""
@@ -228,15 +239,15 @@ def _last(course: Mapping[str, EffectInState]) -> FoundEffect:
     return [*course.values()][-1].found
 
 
-def _news_of(course: Course, label: str) -> str:
-    """Say what became of one effect in a state; empty where nothing did."""
+def _news_of(course: Course, label: str, name: str) -> str:
+    """Say what became of one effect of a name in a state; empty where nothing did."""
     here = course.in_state.get(label)
     if here is None or here.change == UNCHANGED:
         return ""
     if here.change == CHANGED:
         earlier = [*course.in_state]
         was = course.in_state[earlier[earlier.index(label) - 1]]
-        return f"{course.kind} is another: {here.size()} (it was {was.size()})"
+        return f"{name} is another: {here.size()} (it was {was.size()})"
     words = [here.found.setting, here.place(), here.size()]
     return f"{course.kind} is new ({', '.join(filter(None, words))})"
 
