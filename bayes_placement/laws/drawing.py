@@ -8,13 +8,13 @@ from typing import NamedTuple
 from .law import Law, Parallel, Scaled, Series
 from .symbols import Number, Owned, numbers
 
-CORE, HALF = 36, 12
+CORE, HALF = 36.0, 12.0
 """Width and half of the height of an element without its lines [px]."""
 
-PITCH, GAP, STUB, PADDING = 64, 8, 8, 10
+PITCH, GAP, STUB, PADDING = 64.0, 10.0, 8.0, 10.0
 """Least width with lines, space between branches, lines at nodes, space around a factor [px]."""
 
-FONT, LINE, LETTER = 11, 13, 6.2
+FONT, LINE, LETTER = 11.0, 13.0, 6.8
 """Height of letters and of lines, width of a letter [px]."""
 
 TEXT = 'fill="currentColor" stroke="none" text-anchor="middle"'
@@ -50,7 +50,7 @@ class End(NamedTuple):
         return End(self.x + x, self.y + y, self.is_mass)
 
 
-class Block(NamedTuple):
+class Piece(NamedTuple):
     """Part of a drawing, whose left end is the origin.
 
     Parameters
@@ -91,21 +91,21 @@ def drawing(law: Law) -> str:
     >>> drawing(bp.effects.Spring(1e4)).count("<path")
     2
     """
-    return _svg(_grounded(_block(law, iter(numbers(law)))), repr(law))
+    return _svg(_grounded(_piece(law, iter(numbers(law)))), repr(law))
 
 
-def _block(law: Law, owned: Iterator[Owned]) -> Block:
+def _piece(law: Law, owned: Iterator[Owned]) -> Piece:
     if isinstance(law, Series):
-        return _chain([_block(part, owned) for part in law.parts])
+        return _chain([_piece(part, owned) for part in law.parts])
     if isinstance(law, Parallel):
-        return _stack([_block(part, owned) for part in law.parts])
+        return _stack([_piece(part, owned) for part in law.parts])
     owner, held = next(owned)
     if isinstance(owner, Scaled):
-        return _framed(_block(owner.law, owned), held)
+        return _framed(_piece(owner.law, owned), held)
     return _element(type(owner).__name__, owner.letter, held)
 
 
-def _element(kind: str, letter: str, held: Sequence[Number]) -> Block:
+def _element(kind: str, letter: str, held: Sequence[Number]) -> Piece:
     """Element between two lines, a mass at the end of one, with its values below."""
     width = max(PITCH, _text_width(held) + LETTER)
     start, is_mass = (width - CORE) / 2, letter == "m"
@@ -113,81 +113,81 @@ def _element(kind: str, letter: str, held: Sequence[Number]) -> Block:
     marks = f"{_path(f'M0 0H{start:g}{GLYPHS[letter]}{line}')}{_text(held, width / 2, HALF)}"
     end = End(start + CORE, 0, is_mass) if is_mass else End(width, 0)
     named = f"<g><title>{kind}</title>{marks}</g>"
-    return Block(named, width, HALF, HALF + LINE * len(held) + 3, (end,), is_mass)
+    return Piece(named, width, HALF, HALF + LINE * len(held) + 3, (end,), is_mass)
 
 
-def _chain(blocks: Sequence[Block]) -> Block:
-    """Blocks one after the other, those with masses last."""
-    *first, last = sorted(blocks, key=lambda block: block.is_heavy)
+def _chain(pieces: Sequence[Piece]) -> Piece:
+    """Pieces one after the other, those with masses last."""
+    *first, last = sorted(pieces, key=lambda piece: piece.is_heavy)
     row = [*map(_joined, first), last]
-    at = [*accumulate((block.width for block in row), initial=0.0)]
-    return Block(
-        "".join(_moved(block, x, 0) for block, x in zip(row, at[:-1], strict=True)),
+    at = [*accumulate((piece.width for piece in row), initial=0.0)]
+    return Piece(
+        "".join(_moved(piece, x, 0.0) for piece, x in zip(row, at[:-1], strict=True)),
         at[-1],
-        max(block.above for block in row),
-        max(block.below for block in row),
-        tuple(end.moved(at[-2], 0) for end in last.ends),
-        any(block.is_heavy for block in row),
+        max(piece.above for piece in row),
+        max(piece.below for piece in row),
+        tuple(end.moved(at[-2], 0.0) for end in last.ends),
+        any(piece.is_heavy for piece in row),
     )
 
 
-def _stack(blocks: Sequence[Block]) -> Block:
-    """Blocks below each other, whose left ends are one node."""
-    steps = (upper.below + GAP + lower.above for upper, lower in pairwise(blocks))
+def _stack(pieces: Sequence[Piece]) -> Piece:
+    """Pieces below each other, whose left ends are one node."""
+    steps = (upper.below + GAP + lower.above for upper, lower in pairwise(pieces))
     down = [*accumulate(steps, initial=0.0)]
-    rows = [(block, y - down[-1] / 2) for block, y in zip(blocks, down, strict=True)]
-    node = _path(f"M0 0H{STUB}{_bar(STUB, [y for _, y in rows])}")
-    return Block(
-        node + "".join(_moved(block, STUB, y) for block, y in rows),
-        STUB + max(block.width for block in blocks),
-        down[-1] / 2 + blocks[0].above,
-        down[-1] / 2 + blocks[-1].below,
-        tuple(end.moved(STUB, y) for block, y in rows for end in block.ends),
-        any(block.is_heavy for block in blocks),
+    rows = [(piece, y - down[-1] / 2) for piece, y in zip(pieces, down, strict=True)]
+    node = _path(f"M0 0H{STUB:g}{_bar(STUB, [y for _, y in rows])}")
+    return Piece(
+        node + "".join(_moved(piece, STUB, y) for piece, y in rows),
+        STUB + max(piece.width for piece in pieces),
+        down[-1] / 2 + pieces[0].above,
+        down[-1] / 2 + pieces[-1].below,
+        tuple(end.moved(STUB, y) for piece, y in rows for end in piece.ends),
+        any(piece.is_heavy for piece in pieces),
     )
 
 
-def _framed(block: Block, held: Sequence[Number]) -> Block:
-    """Block in a broken frame, with the factor on it below."""
-    block = block if block.is_heavy else _joined(block)
-    width = max(block.width, _text_width(held)) + 2 * PADDING
-    above, below = block.above + PADDING / 2, block.below + PADDING / 2
+def _framed(piece: Piece, held: Sequence[Number]) -> Piece:
+    """Piece in a broken frame, with the factor on it below."""
+    piece = piece if piece.is_heavy else _joined(piece)
+    width = max(piece.width, _text_width(held)) + 2 * PADDING
+    above, below = piece.above + PADDING / 2, piece.below + PADDING / 2
     frame = (
         f'<rect x="{PADDING / 2:g}" y="{-above:g}" width="{width - PADDING:g}" '
         f'height="{above + below:g}" rx="4" stroke-width="1" stroke-dasharray="4 3"/>'
     )
-    lines = f"{_path(f'M0 0H{PADDING}')}{frame}{_text(held, width / 2, below)}"
-    return block._replace(
-        marks=f"<g><title>Scaled</title>{lines}</g>{_moved(block, PADDING, 0)}",
+    lines = f"{_path(f'M0 0H{PADDING:g}')}{frame}{_text(held, width / 2, below)}"
+    return piece._replace(
+        marks=f"<g><title>Scaled</title>{lines}</g>{_moved(piece, PADDING, 0.0)}",
         width=width,
         above=above,
         below=below + LINE * len(held) + 3,
-        ends=tuple(end.moved(PADDING, 0) for end in block.ends),
+        ends=tuple(end.moved(PADDING, 0.0) for end in piece.ends),
     )
 
 
-def _joined(block: Block) -> Block:
-    """Block whose right ends are one node."""
-    if len(block.ends) == 1:
-        lines, width = _lines(block.ends, block.width), block.width
+def _joined(piece: Piece) -> Piece:
+    """Piece whose right ends are one node."""
+    if len(piece.ends) == 1:
+        lines, width = _lines(piece.ends, piece.width), piece.width
     else:
-        bar = _bar(block.width, [end.y for end in block.ends])
-        width = block.width + STUB
-        lines = f"{_lines(block.ends, block.width)}{bar}M{block.width:g} 0H{width:g}"
-    return block._replace(marks=block.marks + _path(lines), width=width, ends=(End(width, 0),))
+        bar = _bar(piece.width, [end.y for end in piece.ends])
+        width = piece.width + STUB
+        lines = f"{_lines(piece.ends, piece.width)}{bar}M{piece.width:g} 0H{width:g}"
+    return piece._replace(marks=piece.marks + _path(lines), width=width, ends=(End(width, 0),))
 
 
-def _grounded(block: Block) -> Block:
-    """Block whose right ends stand on the ground, but for its masses."""
-    standing = [end for end in block.ends if not end.is_mass]
-    walls = "".join(f"M{block.width:g} {end.y:g}{GROUND}" for end in standing)
-    marks = block.marks + (_path(_lines(standing, block.width) + walls) if standing else "")
-    return block._replace(marks=marks, width=block.width + STUB)
+def _grounded(piece: Piece) -> Piece:
+    """Piece whose right ends stand on the ground, but for its masses."""
+    standing = [end for end in piece.ends if not end.is_mass]
+    walls = "".join(f"M{piece.width:g} {end.y:g}{GROUND}" for end in standing)
+    marks = piece.marks + (_path(_lines(standing, piece.width) + walls) if standing else "")
+    return piece._replace(marks=marks, width=piece.width + STUB)
 
 
 def _lines(ends: Sequence[End], x: float) -> str:
     """Path of lines from the right ends to a place."""
-    return "".join(f"M{end.x:g} {end.y:g}H{x:g}" for end in ends)
+    return "".join(f"M{end.x:g} {end.y:g}H{x:g}" for end in ends if end.x < x)
 
 
 def _bar(x: float, heights: Sequence[float]) -> str:
@@ -199,8 +199,8 @@ def _path(steps: str) -> str:
     return f'<path d="{steps}"/>' if steps else ""
 
 
-def _moved(block: Block, x: float, y: float) -> str:
-    return f'<g transform="translate({x:g} {y:g})">{block.marks}</g>'
+def _moved(piece: Piece, x: float, y: float) -> str:
+    return f'<g transform="translate({x:g} {y:g})">{piece.marks}</g>'
 
 
 def _text(held: Sequence[Number], x: float, y: float) -> str:
@@ -222,15 +222,15 @@ def _text_width(held: Sequence[Number]) -> float:
     return max(len(_label(number)) for number in held) * LETTER
 
 
-def _svg(block: Block, words: str) -> str:
+def _svg(piece: Piece, words: str) -> str:
     """SVG with the port; widths in points are taken by browsers and by reports alike."""
     margin = 8
-    width, height = block.width + 2 * margin, block.above + block.below + 2 * margin
+    width, height = piece.width + 2 * margin, piece.above + piece.below + 2 * margin
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(words)}" '
-        f'viewBox="{-margin} {-block.above - margin:g} {width:g} {height:g}" '
+        f'viewBox="{-margin} {-piece.above - margin:g} {width:g} {height:g}" '
         f'width="{width * POINTS:g}pt" height="{height * POINTS:g}pt" '
-        f'style="max-width:100%" font-family="sans-serif" font-size="{FONT}">'
+        f'style="max-width:100%;height:auto" font-family="sans-serif" font-size="{FONT:g}">'
         '<g fill="none" stroke="currentColor" stroke-width="1.5"><circle cx="-3" cy="0" r="3"/>'
-        f"{block.marks}</g></svg>"
+        f"{piece.marks}</g></svg>"
     )

@@ -29,6 +29,11 @@ Tree: TypeAlias = str | list[Any]
 ONE = 1.0
 """Denominator of an element."""
 
+FLOATING = (
+    "Two parts of a chain have masses, of which one alone can move against the ground: a line "
+    "leaves the mass of the other; what moves against another part is an inerter."
+)
+
 
 class Law(eqx.Module):
     """A network of elements: what hangs on a port, by its dynamic stiffness N / D.
@@ -97,9 +102,11 @@ class Law(eqx.Module):
         return rf"$\displaystyle Z = {formula(self)}$"
 
     def _repr_html_(self) -> str:
+        from .catalogue import is_grounded
         from .symbols import table
 
-        return notebook_html(repr(self), table(self), drawing=self.drawing())
+        sentences = [] if is_grounded(self.tree()) else [FLOATING]
+        return notebook_html(repr(self), table(self), sentences, self.drawing())
 
     def __or__(self, other: Any) -> "Parallel":
         return Parallel((*_parts(self, Parallel), *_parts(other, Parallel)))

@@ -11,7 +11,7 @@ from .._sites import stated_unit
 from ..positions.reprs import in_words
 from .law import Element, Group, Law, Scaled
 
-GREEK = {"alpha": "α", "eta": "η", "lambda": "λ"}
+GREEK = {"alpha": "α", "eta": "η", "lambda": "λ"}  # noqa: RUF001
 """Letters of symbols that are written as words."""
 
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
@@ -22,8 +22,8 @@ class Number(NamedTuple):
 
     Parameters
     ----------
-    letter, index
-        Its symbol; the index is empty where the letter occurs once.
+    letter, numeral
+        Its symbol; the numeral is empty where the letter occurs once.
     field
         Its name in the element.
     value, unit
@@ -31,7 +31,7 @@ class Number(NamedTuple):
     """
 
     letter: str
-    index: str
+    numeral: str
     field: str
     value: str
     unit: str
@@ -40,13 +40,13 @@ class Number(NamedTuple):
     def latex(self) -> str:
         r"""Symbol in a formula: `\alpha_2`."""
         letter = rf"\{self.letter}" if self.letter in GREEK else self.letter
-        index = f"{{{self.index}}}" if len(self.index) > 1 else self.index
-        return f"{letter}_{index}" if index else letter
+        numeral = f"{{{self.numeral}}}" if len(self.numeral) > 1 else self.numeral
+        return f"{letter}_{numeral}" if numeral else letter
 
     @property
     def symbol(self) -> str:
         """Symbol in a text: α₂."""
-        return GREEK.get(self.letter, self.letter) + self.index.translate(SUBSCRIPTS)
+        return GREEK.get(self.letter, self.letter) + self.numeral.translate(SUBSCRIPTS)
 
 
 Owned: TypeAlias = tuple[Element | Scaled, list[Number]]
@@ -103,11 +103,11 @@ def _owners(law: Law) -> Iterator[Element | Scaled]:
 def _of_owner(
     owner: Element | Scaled, occurring: "Counter[str]", so_far: "Counter[str]"
 ) -> Iterator[Number]:
-    """Numbers of an element; of letters that occur more than once the index goes on."""
+    """Numbers of an element; letters that occur more than once are numbered."""
     fields = [field for field in dataclasses.fields(owner) if "unit" in field.metadata]
     for letter, field in zip(owner.symbols, fields, strict=True):
         so_far[letter] += 1
-        index = str(so_far[letter]) if occurring[letter] > 1 else ""
+        numeral = str(so_far[letter]) if occurring[letter] > 1 else ""
         unit = stated_unit(field.metadata, owner)
         value = in_words(getattr(owner, field.name))
-        yield Number(letter, index, field.name, value, "" if unit == "1" else unit)
+        yield Number(letter, numeral, field.name, value, "" if unit == "1" else unit)
