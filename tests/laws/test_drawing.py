@@ -147,17 +147,24 @@ def test_a_long_prior_is_cut_below_its_element_and_whole_in_the_table():
 
 
 def test_words_that_look_like_tags_are_escaped():
+    kind = type("A<b&c", (dist.Uniform,), {})
+    law = Spring(2.0) - Mass(kind(0.0, 1.0))
+    assert labels(drawn(law))[1] == "m = A<b&c(0, 1) kg"
+    assert "A<b&c(0, 1)" in drawn(law).get("aria-label")
+    ElementTree.fromstring(law._repr_html_())
+
+
+def test_a_number_that_is_traced_is_no_trouble():
     said = []
 
     def traced(mass):
         law = Spring(2.0) - Mass(mass)
-        said.extend([law.drawing(), law._repr_html_()])
+        said.extend([*labels(drawn(law)), law._repr_html_()])
         return mass
 
     jax.jit(traced)(1.0)
-    for text in said:
-        ElementTree.fromstring(text)
-    assert "m = traced number kg" in said[0]
+    assert said[1] == "m = traced number kg"
+    ElementTree.fromstring(said[2])
 
 
 def test_a_report_takes_a_drawing_at_its_size(tmp_path):
