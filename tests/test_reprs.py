@@ -1,7 +1,9 @@
 """Every noun and result has a short repr, and says itself in HTML in a notebook."""
 
 import html.parser
+from xml.etree import ElementTree
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +16,7 @@ from bayes_placement.design.effective_independence import EffectiveIndependence
 from bayes_placement.design.place import Placement
 from bayes_placement.experiment.data_checks.check_data import DataChecks
 from bayes_placement.experiment.data_checks.record import Fault
+from bayes_placement.laws import Law
 from bayes_placement.positions.reprs import notebook_html, noun_html
 from models import bar
 from tests import public_calls
@@ -91,17 +94,29 @@ SENTENCES = {"Estimate", "Misfit", "ModelComparison"}
 """Results whose line is a sentence of what was found, which may be longer than that of a noun."""
 
 
+def is_typed(law):
+    """Whether what is printed of a law can be typed, and is that law."""
+    typed = eval(repr(law), {**vars(dist), **vars(bp.effects)})
+    return eqx.tree_equal(*(jax.tree.map(float, one) for one in (typed, law)))
+
+
+def is_well_formed(text):
+    try:
+        ElementTree.fromstring(text)
+    except ElementTree.ParseError:
+        return False
+    return text.startswith("<div>")
+
+
 def offences(made):
-    """What is wrong with the repr and the HTML of a noun or result."""
+    """What is wrong with the repr and the HTML of a noun or result; laws are typed as algebra."""
     text, kind = repr(made), type(made).__name__
-    if "\n" in text or " object at 0x" in text or not text.startswith(kind):
+    begins = is_typed(made) if isinstance(made, Law) else text.startswith(kind)
+    if "\n" in text or " object at 0x" in text or not begins:
         yield text
     if len(text) > (250 if kind in SENTENCES else 200):
         yield f"{len(text)} characters: {text}"
-    parser = Tags()
-    parser.feed(made._repr_html_())
-    parser.close()
-    if parser.open or not made._repr_html_().startswith("<div>"):
+    if not is_well_formed(made._repr_html_()):
         yield made._repr_html_()
 
 
@@ -187,6 +202,26 @@ LINES = {
 def test_a_line_names_the_class_and_what_differs_from_defaults(line):
     assert repr(LINES[line]) == line
     assert not [*offences(LINES[line])]
+
+
+SPRING, MASS = bp.effects.Spring(1e4), bp.effects.Mass(dist.Uniform(0.0, 0.5))
+NETWORKS = [
+    SPRING,
+    SPRING | bp.effects.Dashpot(dist.LogUniform(1.0, 1e3)),
+    (SPRING | bp.effects.Dashpot(2.0)) - MASS,
+    0.5 * (bp.effects.Springpot(1e4, 0.3, 50.0) - MASS),
+    dist.Uniform(0.0, 1.0) * bp.effects.LossySpring(1e4, 0.2) | MASS,
+]
+
+
+@pytest.mark.parametrize("law", NETWORKS, ids=repr)
+def test_a_network_is_shown_as_it_is_typed_and_drawn(law):
+    assert not [*offences(law)]
+    parser = Tags()
+    parser.feed(law._repr_html_())
+    parser.close()
+    assert parser.open == []
+    assert {"svg", "path", "text", "table"} <= parser.seen
 
 
 def test_what_results_hold_is_short():

@@ -24,6 +24,8 @@ class Dashpot(Element):
     """
 
     letter: ClassVar[str] = "c"
+    symbols: ClassVar[tuple[str, ...]] = ("c",)
+    formula: ClassVar[str] = r"i\omega {0}"
     viscosity: Parameter = eqx.field(metadata=unit("N s/m"))
 
     def stiffness_at(self, omega: Omega) -> Stiffness:

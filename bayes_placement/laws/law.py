@@ -12,6 +12,7 @@ from jaxtyping import Array, Inexact
 from .._sites import described, is_unknown, unit
 from .._types import InputError, Parameter, check_annotated, shown
 from ..modes.scalars import check_scalar
+from ..positions.reprs import notebook_html
 
 Omega: TypeAlias = Inexact[Array, "frequency"]
 """Angular frequencies [rad/s], complex off the axis: s = i omega."""
@@ -27,6 +28,11 @@ Tree: TypeAlias = str | list[Any]
 
 ONE = 1.0
 """Denominator of an element."""
+
+FLOATING = (
+    "Two parts of a chain have masses, of which one alone can move against the ground: a line "
+    "leaves the mass of the other; what moves against another part is an inerter."
+)
 
 
 class Law(eqx.Module):
@@ -73,6 +79,35 @@ class Law(eqx.Module):
         numerator, denominator = self.fraction(omega)
         return jnp.broadcast_to(jnp.asarray(numerator / denominator), omega.shape)
 
+    def drawing(self) -> str:
+        """SVG of the network from the port, a small circle, to the ground and to its masses.
+
+        Each element has its values below it. The ground stands for the other end where the law is
+        that of a strut or of a cut. The order of a chain is of no consequence, so that masses are
+        drawn at its end.
+
+        Examples
+        --------
+        >>> law = bp.effects.Spring(2e4) - bp.effects.Mass(0.3)
+        >>> "m = 0.3 kg" in law.drawing()
+        True
+        """
+        from .drawing import drawing
+
+        return drawing(self)
+
+    def _repr_latex_(self) -> str:
+        from .formula import formula
+
+        return rf"$\displaystyle Z = {formula(self)}$"
+
+    def _repr_html_(self) -> str:
+        from .catalogue import is_grounded
+        from .symbols import table
+
+        sentences = [] if is_grounded(self.tree()) else [FLOATING]
+        return notebook_html(repr(self), table(self), sentences, self.drawing())
+
     def __or__(self, other: Any) -> "Parallel":
         return Parallel((*_parts(self, Parallel), *_parts(other, Parallel)))
 
@@ -87,6 +122,8 @@ class Element(Law):
     """One spring, dashpot or mass: its dynamic stiffness is a number times a power of s."""
 
     letter: eqx.AbstractClassVar[str]
+    symbols: eqx.AbstractClassVar[tuple[str, ...]]
+    formula: eqx.AbstractClassVar[str]
 
     def fraction(self, omega: Omega) -> Fraction:
         """Return its dynamic stiffness over one."""
@@ -204,6 +241,7 @@ class Scaled(Law):
     0.5 * (Spring(10000.0) - Mass(0.1))
     """
 
+    symbols: ClassVar[tuple[str, ...]] = ("lambda",)
     law: Law
     strength: Parameter = eqx.field(metadata=unit("1"))
 

@@ -27,6 +27,8 @@ class LossySpring(Element):
     """
 
     letter: ClassVar[str] = "h"
+    symbols: ClassVar[tuple[str, ...]] = ("k", "eta")
+    formula: ClassVar[str] = r"{0} (1 + i {1})"
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     loss_factor: Parameter = eqx.field(metadata=unit("1"))
 

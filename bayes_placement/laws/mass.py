@@ -24,6 +24,8 @@ class Mass(Element):
     """
 
     letter: ClassVar[str] = "m"
+    symbols: ClassVar[tuple[str, ...]] = ("m",)
+    formula: ClassVar[str] = r"-\omega^2 {0}"
     mass: Parameter = eqx.field(metadata=unit("kg"))
 
     def stiffness_at(self, omega: Omega) -> Stiffness:

@@ -25,6 +25,8 @@ class Spring(Element):
     """
 
     letter: ClassVar[str] = "k"
+    symbols: ClassVar[tuple[str, ...]] = ("k",)
+    formula: ClassVar[str] = r"{0}"
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
 
     def stiffness_at(self, omega: Omega) -> Stiffness:

@@ -33,6 +33,8 @@ class Springpot(Element):
     """
 
     letter: ClassVar[str] = "p"
+    symbols: ClassVar[tuple[str, ...]] = ("k", "alpha", "f")
+    formula: ClassVar[str] = r"{0} \left(\frac{{i\omega}}{{2\pi {2}}}\right)^{{{1}}}"
     stiffness: Parameter = eqx.field(metadata=unit("N/m"))
     order: Parameter = eqx.field(metadata=unit("1", within=ORDER))
     frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE), default=1.0)

@@ -59,7 +59,9 @@ def noun_html(noun: Any) -> str:
     return notebook_html(repr(noun), prior_frame(priors) if priors else _field_frame(noun))
 
 
-def notebook_html(title: str, table: pd.DataFrame, sentences: Sequence[str] = ()) -> str:
+def notebook_html(
+    title: str, table: pd.DataFrame, sentences: Sequence[str] = (), drawing: str = ""
+) -> str:
     """Return HTML that a notebook shows in the place of `repr`.
 
     Parameters
@@ -70,12 +72,14 @@ def notebook_html(title: str, table: pd.DataFrame, sentences: Sequence[str] = ()
         What is shown below.
     sentences
         Sentences below the table.
+    drawing
+        SVG above the table.
     """
     rows = table.rename_axis(columns=None).reset_index() if table.index.name else table
     shown = rows.to_html(index=False, border=0, na_rep="") if len(rows) else ""
     further = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
     list_items = f"<ul>{further}</ul>" if further else ""
-    return f"<div><p><b>{escape(title)}</b></p>{shown}{list_items}</div>"
+    return f"<div><p><b>{escape(title)}</b></p>{drawing}{shown}{list_items}</div>"
 
 
 def prior_frame(priors: Sequence[Unknown]) -> pd.DataFrame:
@@ -145,16 +149,16 @@ def _is_default(field: _Field) -> bool:
         return value is None or (isinstance(value, str | tuple | list | Mapping) and not value)
     if isinstance(value, _PLAIN) and isinstance(default, _PLAIN):
         return value == default
-    return _in_words(value) == _in_words(default)
+    return in_words(value) == in_words(default)
 
 
 def _field_frame(noun: Any) -> pd.DataFrame:
-    rows = [(field.name, _in_words(field.value), field.unit) for field in _fields(noun)]
+    rows = [(field.name, in_words(field.value), field.unit) for field in _fields(noun)]
     return pd.DataFrame(rows, columns=["field", "value", "unit"])
 
 
 def _with_unit(field: _Field) -> str:
-    words = _in_words(field.value)
+    words = in_words(field.value)
     words = words if len(words) <= LONGEST_VALUE else f"{words[: LONGEST_VALUE - 3]}..."
     bare = field.value is None or isinstance(field.value, str) or _is_noun(field.value)
     if bare or not field.unit:
@@ -168,8 +172,8 @@ def _is_noun(value: Any) -> bool:
     return dataclasses.is_dataclass(value) or named_tuple
 
 
-def _in_words(value: Any) -> str:
-    """Write what a field holds."""
+def in_words(value: Any) -> str:
+    """Write what a field holds: a number with four digits, a prior by its name and arguments."""
     if isinstance(value, Distribution):
         return described(value)
     if isinstance(value, str | Path):
@@ -195,24 +199,24 @@ def _array_in_words(value: Any) -> str:
         return f"{type(value).__name__} of {sizes}"
     if value.ndim > 1 or value.dtype.kind not in "biuf":
         return f"array of {sizes}" if sizes else str(value)
-    return _in_words(np.asarray(value).tolist())
+    return in_words(np.asarray(value).tolist())
 
 
 def _list_in_words(entries: Sequence[Any]) -> str:
     opening, closing = "()" if isinstance(entries, tuple) else "[]"
     if len(entries) <= MOST_ENTRIES:
         comma = "," if len(entries) == 1 and isinstance(entries, tuple) else ""
-        return f"{opening}{', '.join(map(_in_words, entries))}{comma}{closing}"
+        return f"{opening}{', '.join(map(in_words, entries))}{comma}{closing}"
     if all(isinstance(entry, int | float) for entry in entries):
         return f"{len(entries)} values from {min(entries):.4g} to {max(entries):.4g}"
-    first, last = _in_words(entries[0]), _in_words(entries[-1])
+    first, last = in_words(entries[0]), in_words(entries[-1])
     return f"{opening}{first}, ..., {last}{closing} of {len(entries)}"
 
 
 def _mapping_in_words(entries: Mapping[Any, Any]) -> str:
     if len(entries) > MOST_ENTRIES:
         return f"{{{', '.join(map(repr, [*entries][:2]))}, ...}} of {len(entries)}"
-    pairs = (f"{key!r}: {_in_words(value)}" for key, value in entries.items())
+    pairs = (f"{key!r}: {in_words(value)}" for key, value in entries.items())
     return f"{{{', '.join(pairs)}}}"
 
 

@@ -1,0 +1,113 @@
+"""Symbols of the numbers of a network, and their values in words."""
+
+import dataclasses
+from collections import Counter
+from collections.abc import Iterator
+from typing import NamedTuple, TypeAlias
+
+import pandas as pd
+
+from .._sites import stated_unit
+from ..positions.reprs import in_words
+from .law import Element, Group, Law, Scaled
+
+GREEK = {"alpha": "α", "eta": "η", "lambda": "λ"}  # noqa: RUF001
+"""Letters of symbols that are written as words."""
+
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+
+class Number(NamedTuple):
+    """A number of an element, or the strength of a law.
+
+    Parameters
+    ----------
+    letter, numeral
+        Its symbol; the numeral is empty where the letter occurs once.
+    field
+        Its name in the element.
+    value, unit
+        Its value or prior in words, and the unit; that of a pure number is empty.
+    """
+
+    letter: str
+    numeral: str
+    field: str
+    value: str
+    unit: str
+
+    @property
+    def latex(self) -> str:
+        r"""Symbol in a formula: `\alpha_2`."""
+        letter = rf"\{self.letter}" if self.letter in GREEK else self.letter
+        numeral = f"{{{self.numeral}}}" if len(self.numeral) > 1 else self.numeral
+        return f"{letter}_{numeral}" if numeral else letter
+
+    @property
+    def symbol(self) -> str:
+        """Symbol in a text: α₂."""
+        return GREEK.get(self.letter, self.letter) + self.numeral.translate(SUBSCRIPTS)
+
+
+Owned: TypeAlias = tuple[Element | Scaled, list[Number]]
+"""An element or a factor on a law, and its numbers."""
+
+
+def numbers(law: Law) -> list[Owned]:
+    """Numbers of a network in its order, a factor before what it multiplies.
+
+    Parameters
+    ----------
+    law
+        The network.
+
+    Examples
+    --------
+    >>> from bayes_placement.laws.symbols import numbers
+    >>> law = bp.effects.Spring(1e4) | bp.effects.Spring(2e4) - bp.effects.Mass(0.1)
+    >>> [number.symbol for _, held in numbers(law) for number in held]
+    ['k₁', 'k₂', 'm']
+    """
+    owners = [*_owners(law)]
+    occurring = Counter(letter for owner in owners for letter in owner.symbols)
+    so_far: Counter[str] = Counter()
+    return [(owner, [*_of_owner(owner, occurring, so_far)]) for owner in owners]
+
+
+def table(law: Law) -> pd.DataFrame:
+    """Symbol, element, field, value and unit of each number of a network.
+
+    Parameters
+    ----------
+    law
+        The network.
+    """
+    rows = [
+        (number.symbol, type(owner).__name__, number.field, number.value, number.unit)
+        for owner, held in numbers(law)
+        for number in held
+    ]
+    return pd.DataFrame(rows, columns=["symbol", "element", "field", "value", "unit"])
+
+
+def _owners(law: Law) -> Iterator[Element | Scaled]:
+    if isinstance(law, Element | Scaled):
+        yield law
+    if isinstance(law, Scaled):
+        yield from _owners(law.law)
+    if isinstance(law, Group):
+        for part in law.parts:
+            yield from _owners(part)
+
+
+def _of_owner(
+    owner: Element | Scaled, occurring: "Counter[str]", so_far: "Counter[str]"
+) -> Iterator[Number]:
+    """Numbers of an element; letters that occur more than once are numbered."""
+    fields = [field for field in dataclasses.fields(owner) if "unit" in field.metadata]
+    for letter, field in zip(owner.symbols, fields, strict=True):
+        so_far[letter] += 1
+        numeral = str(so_far[letter]) if occurring[letter] > 1 else ""
+        unit = stated_unit(field.metadata, owner)
+        value = in_words(getattr(owner, field.name))
+        yield Number(letter, numeral, field.name, value, "" if unit == "1" else unit)
