@@ -8,6 +8,7 @@ import equinox as eqx
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Law
+from ..laws.canonical import in_words
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import MOTIONS, rotation
@@ -52,6 +53,17 @@ class Attached(NetworkAttachment):
     footprint: Footprint = eqx.field(default=None, kw_only=True)
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="attached", kw_only=True)
+
+    @property
+    def kind(self) -> str:
+        """Name of its kind, which is that of the network."""
+        motion = "" if self.motion == "displacement" else f" to {self.motion}"
+        return f"attached{motion}: {in_words(self.law.tree())}"
+
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return self.motion
 
     def on(self, modes: Modes) -> "Attached":
         """Return the effect placed on a structure that has this motion."""

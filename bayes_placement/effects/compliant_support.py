@@ -69,6 +69,11 @@ class CompliantSupport(Hinged):
             )
         return self
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "cut"
+
     def hinges(self, modes: Modes) -> list[Hinge]:
         """One hinge between the structure and its support."""
         line = underlying_line(modes)

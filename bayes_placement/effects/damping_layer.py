@@ -41,12 +41,16 @@ class DampingLayer(AtPlace, OnPorts):
     0.2
     """
 
-    tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("loss_factor", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))
     loss_factor: Parameter = eqx.field(metadata=unit("1", within=SIGNED_LOSS_FACTOR))
     name: str = eqx.field(static=True, default="damping_layer", kw_only=True)
+
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "region"
 
     def on(self, modes: Modes) -> "DampingLayer":
         """Return the effect placed on a uniform bar or beam.

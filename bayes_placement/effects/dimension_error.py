@@ -54,7 +54,6 @@ class DimensionError(GlobalChange):
     array([0.9804, 0.9804])
     """
 
-    tried_by_default: ClassVar[bool] = False
     changes_size: ClassVar[bool] = True
     absent: ClassVar[tuple[str, float]] = ("error", 0.0)
     error: Parameter = eqx.field(metadata=unit("1", within=SIZE))

@@ -45,13 +45,17 @@ class EccentricMass(AtPlace, OnPorts):
     0.02
     """
 
-    tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     mass: Parameter = eqx.field(metadata=unit("kg"))
     radius_of_gyration: Parameter = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))
     offset: Parameter = eqx.field(metadata=unit("m"), default=0.0)
     name: str = eqx.field(static=True, default="eccentric_mass", kw_only=True)
+
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "body"
 
     def port_laws(self, modes: Modes, modulus: Stiffness, omega: Omega) -> Sequence[PortLaw]:
         """The mass at its centre, and the inertia on the slope."""

@@ -87,6 +87,18 @@ class Effect(eqx.Module):
     may_repeat: ClassVar[bool] = True
     name: eqx.AbstractVar[str]
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on: `displacement`, `rotation`, `body`, `relative`, `region`, `cut`,
+        `channel`, `all_channels` or `structure`.
+        """
+        return "structure"
+
+    @property
+    def kind(self) -> str:
+        """Name of its kind, whatever its name in an experiment."""
+        return type(self).name  # type: ignore[return-value]
+
     @classmethod
     @abc.abstractmethod
     def suggest(cls, scales: Scales) -> Sequence["Effect"]:
@@ -167,6 +179,11 @@ class AtPlace(StructureEffect):
     def direction(self) -> Direction:
         """Direction in which it acts; None for every one in which the structure moves."""
         return None
+
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "displacement"
 
     def on(self: SelfAtPlace, modes: Modes) -> SelfAtPlace:
         """Return the effect placed on a structure, a tolerance region as the uniform prior.

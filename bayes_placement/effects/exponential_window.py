@@ -38,6 +38,11 @@ class ExponentialWindow(InstrumentEffect):
     rate: Parameter = eqx.field(metadata=unit("1/s", within=NOT_NEGATIVE))
     name: str = eqx.field(static=True, default="exponential_window", kw_only=True)
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "all_channels"
+
     def laplace(self, omega: Omega) -> Omega:
         """Return s / i = omega - i / tau."""
         return omega - 1j * self.rate

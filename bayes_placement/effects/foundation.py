@@ -39,7 +39,6 @@ class Foundation(OverExtent):
     'structure.effects.foundation.stiffness'
     """
 
-    tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("stiffness", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))

@@ -36,10 +36,14 @@ class FrequencyScale(InstrumentEffect):
     """
 
     changes_modes: ClassVar[bool] = False
-    tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("rate_error", 0.0)
     rate_error: Parameter = eqx.field(metadata=unit("1", within=RATE))
     name: str = eqx.field(static=True, default="frequency_scale", kw_only=True)
+
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "all_channels"
 
     def laplace(self, omega: Omega) -> Omega:
         """Return the true angular frequency [rad/s]."""

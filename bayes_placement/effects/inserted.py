@@ -8,6 +8,7 @@ import equinox as eqx
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Law
+from ..laws.canonical import in_words
 from ..modes.modes import Modes
 from ..modes.ports import MOTIONS, cut
 from ..modes.underlying import required_line
@@ -52,6 +53,16 @@ class Inserted(AtPlace, OnPorts):
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     motion: str = eqx.field(static=True, default="rotation", kw_only=True)
     name: str = eqx.field(static=True, default="inserted", kw_only=True)
+
+    @property
+    def kind(self) -> str:
+        """Name of its kind, which is that of the network."""
+        return f"inserted: {in_words(self.law.tree())}"
+
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "cut"
 
     def on(self, modes: Modes) -> "Inserted":
         """Return the effect placed on a uniform bar or beam, cut or not.

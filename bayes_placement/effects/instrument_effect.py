@@ -43,6 +43,11 @@ class InstrumentEffect(Effect):
 
     loads: ClassVar[tuple[str, ...]] = ()
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "channel"
+
     def numbered(self: Self, instruments: Instruments) -> Self:
         """Return the effect with its transducers by their number.
 

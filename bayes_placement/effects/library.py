@@ -34,6 +34,8 @@ class Library(Generic[Tested]):
         The experiment.
     effects
         Candidates with priors; variants of one kind have the same name.
+    networks
+        Whether networks of springs, dashpots and masses that are in no list are tried as well.
 
     Examples
     --------
@@ -43,6 +45,7 @@ class Library(Generic[Tested]):
 
     experiment: Tested
     effects: tuple[Effect, ...]
+    networks: bool = False
 
     @property
     def kinds(self) -> list[str]:
@@ -65,7 +68,8 @@ def library(
         The experiment; default priors are scaled to its structure.
     kinds
         Names of the effects to be tried; by default all that can act on it and are
-        `tried_by_default`. Others are tried where they are named. `compliant_support` means every
+        `tried_by_default`, and networks that are in no list. Others are tried where they are
+        named. `compliant_support` means every
         model of a support that is softer than assumed, `soft_support` those of finite element
         models alone.
     further
@@ -93,7 +97,7 @@ def library(
         if kind.changes_modes or not scales.modes_alone
         for candidate in kind.suggest(scales)
     ]
-    return Library(experiment, (*suggested, *declared))
+    return Library(experiment, (*suggested, *declared), networks=kinds is None)
 
 
 def _by_default() -> list[type[Effect]]:
@@ -103,7 +107,7 @@ def _by_default() -> list[type[Effect]]:
 
 def kind_of(effect: Effect | type[Effect]) -> str:
     """Name of the kind of an effect, whatever its name in an experiment."""
-    return (effect if isinstance(effect, type) else type(effect)).name  # type: ignore[return-value]
+    return effect.name if isinstance(effect, type) else effect.kind  # type: ignore[return-value]
 
 
 def _chosen(kinds: Iterable[Kind]) -> list[type[Effect]]:

@@ -54,6 +54,11 @@ class LocalStiffnessLoss(Hinged):
     loss: Parameter = eqx.field(metadata=unit("1", within=SHARE_LOST))
     name: str = eqx.field(static=True, default="local_stiffness_loss", kw_only=True)
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "cut"
+
     def on(self, modes: Modes) -> "LocalStiffnessLoss":
         """Return the effect placed on a bar or beam, a segment as the uniform prior over it.
 

@@ -45,7 +45,6 @@ class LowPass(OnTransducer):
     ['low_pass']
     """
 
-    tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("frequency", math.inf)
     transducer: Number | None
     frequency: Parameter = eqx.field(metadata=unit("Hz", within=POSITIVE))

@@ -28,6 +28,11 @@ class OnRotation(NetworkAttachment):
 
     footprint: eqx.AbstractVar[Footprint]
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "rotation"
+
     def on(self, modes: Modes) -> "OnRotation":
         """Return the effect placed on a structure that rotates.
 

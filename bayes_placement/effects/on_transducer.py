@@ -43,6 +43,11 @@ class OnTransducer(InstrumentEffect):
     side: eqx.AbstractVar[str]
     direction: eqx.AbstractVar[Number | None]
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "all_channels" if self.transducer is None else "channel"
+
     def numbered(self: Self, instruments: Instruments) -> Self:
         """Return the effect with its transducer by number, and the direction as an array.
 

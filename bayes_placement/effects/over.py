@@ -9,6 +9,7 @@ from .._ranges import NOT_NEGATIVE
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Law
+from ..laws.canonical import in_words
 from .effect import Direction, Place
 from .over_extent import Extent, OverExtent
 from .scales import Scales
@@ -45,6 +46,11 @@ class Over(OverExtent):
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="over", kw_only=True)
+
+    @property
+    def kind(self) -> str:
+        """Name of its kind, which is that of the network."""
+        return f"over: {in_words(self.law.tree())}"
 
     def network(self) -> Law:
         """Return the law, scaled."""

@@ -25,6 +25,11 @@ class OverExtent(NetworkAttachment):
 
     extent: eqx.AbstractVar[Any]
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "region"
+
     def on(self, modes: Modes) -> "OverExtent":
         """Return the effect with its middle placed on a structure.
 

@@ -64,6 +64,11 @@ class RegionStiffnessLoss(Hinged):
         number = underlying_nodal_modes(modes).regions.number(self.region, "The region")
         return type(self)(np.asarray(number), self.loss, name=self.name)
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "region"
+
     def hinges(self, modes: Modes) -> list[WeakenedRegion]:
         """The region, as a part of the model that becomes softer."""
         return [WeakenedRegion(self.region, self.loss)]  # type: ignore[arg-type]

@@ -36,7 +36,6 @@ class SegmentMass(OverExtent):
     'structure.effects.segment_mass.mass'
     """
 
-    tried_by_default: ClassVar[bool] = False
     absent: ClassVar[tuple[str, float]] = ("mass", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     extent: Extent = eqx.field(metadata=unit("m", within=NOT_NEGATIVE))

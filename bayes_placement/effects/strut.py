@@ -10,6 +10,7 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Law, Spring
+from ..laws.canonical import in_words
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import difference
@@ -51,6 +52,16 @@ class Strut(NetworkAttachment):
     strength: Parameter = eqx.field(metadata=unit("1"), default=1.0)
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="strut", kw_only=True)
+
+    @property
+    def kind(self) -> str:
+        """Name of its kind, which is that of the network."""
+        return f"strut: {in_words(self.law.tree())}"
+
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "relative"
 
     def on(self, modes: Modes) -> "Strut":
         """Return the effect with both ends placed on a structure."""

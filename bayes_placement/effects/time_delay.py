@@ -37,6 +37,11 @@ class TimeDelay(InstrumentEffect):
     delay: Parameter = eqx.field(metadata=unit("s", within=DELAY))
     name: str = eqx.field(static=True, default="time_delay", kw_only=True)
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, as a result says it."""
+        return "all_channels"
+
     def channel_factor(self, omega: Omega, instruments: Instruments) -> Factor:
         """Return exp(-i omega tau)."""
         return jnp.exp(-1j * omega * self.delay)[None, None]

@@ -126,10 +126,15 @@ def applied(known: Experiment) -> Experiment:
     known
         An experiment whose unknowns have values, but for the output error.
     """
-    elsewhere = {"laplace", "evaluated"}
-    if known.observe.is_modal or any(_hooks(effect) & elsewhere for effect in _acting(known)):
+    if known.observe.is_modal or needs_other_lines(known):
         return known
     return _with_modulus(_with_stiffness(_with_factor(_with_instruments_moved(known))))
+
+
+def needs_other_lines(experiment: Experiment) -> bool:
+    """Whether an effect needs the response at other frequencies than the lines."""
+    elsewhere = {"laplace", "evaluated"}
+    return any(_hooks(effect) & elsewhere for effect in _acting(experiment))
 
 
 def _acting(experiment: Experiment) -> list[InstrumentEffect]:

@@ -54,3 +54,22 @@ def _merged(parts: Sequence[Tree]) -> list[Tree]:
     """Parts, of elements that merge one of each letter."""
     others = [part for part in parts if not (isinstance(part, str) and part in MERGING)]
     return [*sorted({part for part in parts if isinstance(part, str)} & MERGING), *others]
+
+
+WORDS = {"k": "spring", "c": "dashpot", "m": "mass", "p": "springpot", "h": "lossy spring"}
+"""Elements in words."""
+
+
+def in_words(tree: Tree) -> str:
+    """Network in words, as it is typed.
+
+    Examples
+    --------
+    >>> in_words(["-", ["|", "c", "k"], "m"])
+    '(dashpot | spring) - mass'
+    """
+    if isinstance(tree, str):
+        return WORDS[tree]
+    sign, *parts = tree
+    words = (f"({in_words(part)})" if isinstance(part, list) else in_words(part) for part in parts)
+    return f" {sign} ".join(words)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Progress
-from ...effects.effect import Effect
+from ...effects.library import Library
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal, ModalErrors
 from ...experiment.noise import Data
@@ -25,6 +25,7 @@ from ._hypotheses import (
     problem_with_errors,
     rival_among,
 )
+from ._networks import with_one_more_network
 from ._posterior_odds import (
     STRONG,
     Comparison,
@@ -49,7 +50,7 @@ class Question(NamedTuple):
         The experiment without model error.
     data
         Measured outputs.
-    effects
+    tried
         The candidates.
     errors
         The model error; None where the model is exact.
@@ -65,7 +66,7 @@ class Question(NamedTuple):
 
     experiment: Experiment
     data: Data
-    effects: Sequence[Effect]
+    tried: Library[Experiment]
     errors: ModalErrors | None
     declared: bool
     level: float
@@ -77,7 +78,7 @@ class Question(NamedTuple):
         cls,
         experiment: Experiment,
         data: Data,
-        effects: Sequence[Effect],
+        tried: Library[Experiment],
         rival: Modal | None,
         **settings: Any,
     ) -> "Question":
@@ -86,7 +87,7 @@ class Question(NamedTuple):
         errors = experiment.model_error
         if not declared and rival is not None:
             errors = experiment.with_model_error(rival).model_error
-        content = experiment.with_errors(None), data, effects, errors
+        content = experiment.with_errors(None), data, tried, errors
         return cls(*content, declared, fits=shared_fits(*content), **settings)
 
 
@@ -205,7 +206,7 @@ def _answered_by_two_states(
     before = fitted_baseline(earlier, question.errors)
     later = State(experiment, question.data)
     unchanged, comparison = compared_with_baseline(
-        later, earlier, before, question.effects, question.level, question.most_effects, tick
+        later, earlier, before, question.tried.effects, question.level, question.most_effects, tick
     )
     if between is not None:
         refitted = refitted_effects(comparison, between, question.most_effects)
@@ -273,6 +274,8 @@ def _deepened(
         if greatest_odds_expected(comparison, depth, further_effects) < rival:
             break
         comparison = one_more_effect(comparison, depth, tick, breadth)
+        if question.tried.networks and wants_more_effects(comparison, depth, question.level):
+            comparison = with_one_more_network(comparison, depth, tick)
     return comparison
 
 

@@ -31,7 +31,7 @@ def check_experiment(experiment: Any, verb: str) -> None:
 
 def candidates_of(
     experiment: Experiment, candidates: Library[Experiment] | None
-) -> tuple[Effect, ...]:
+) -> Library[Experiment]:
     """Effects to be tried, each of which can be added to the experiment and fitted.
 
     Raises
@@ -49,7 +49,8 @@ def candidates_of(
             "a library of effects is needed, since each comes with its priors",
             'candidates=effects.library(experiment, ["point_mass"])',
         )
-    effects = (library(experiment) if candidates is None else candidates).effects
+    tried = library(experiment) if candidates is None else candidates
+    effects = tried.effects
     if not effects:
         raise InputError(
             "No candidate was given, so nothing can be compared. Give some: "
@@ -58,7 +59,7 @@ def candidates_of(
     names = {effect.name for effect in experiment.effects}
     for effect in effects:
         coordinates_of(experiment + numbered(effect, names))
-    return effects
+    return tried
 
 
 def numbered(effect: Effect, names: Collection[str]) -> Effect:

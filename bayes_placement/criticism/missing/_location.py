@@ -18,7 +18,11 @@ from ...positions.vectors import PointsInSpace, Recorded, triple
 
 
 def locations(
-    effect: Effect, experiment: Experiment, values: Mapping[str, np.ndarray], count: int
+    effect: Effect,
+    experiment: Experiment,
+    values: Mapping[str, np.ndarray],
+    count: int,
+    field: str = "",
 ) -> PointsInSpace:
     """Where an effect is [m] at each of several points.
 
@@ -32,12 +36,17 @@ def locations(
         Values of its unknowns at the points, by name.
     count
         Number of points.
+    field
+        Name of its second place; the first by default.
     """
-    at = effect.location(experiment.structure.modes, experiment.instruments)
+    at: Any = effect.location(experiment.structure.modes, experiment.instruments)
+    if field:
+        at = getattr(effect, field)
+    word = field or "".join(effect.place_fields[:1])
     coordinates = {
         unknown.component: values[unknown.name]
         for unknown in experiment.unknowns_of(effect)
-        if unknown.field in effect.place_fields and unknown.name in values
+        if unknown.field == word and unknown.name in values
     }
     points = np.full((count, 3), np.nan)
     if isinstance(at, Place):

@@ -1,7 +1,8 @@
 """Posterior odds of hypotheses on missing effects, and probabilities of each kind of effect."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -39,15 +40,24 @@ class Comparison(NamedTuple):
         Number of variants of each kind.
     candidates
         Scan of each candidate alone.
+    networks
+        Log prior probability of each network that is in no list, within its kind of port.
     """
 
     hypotheses: list[Hypothesis]
     variants: dict[str, int]
     candidates: Sequence[ScannedCandidate] = ()
+    networks: Mapping[str, float] = MappingProxyType({})
 
-    def with_hypotheses(self, hypotheses: Sequence[Hypothesis]) -> "Comparison":
-        """Return the comparison with further hypotheses."""
-        return self._replace(hypotheses=[*self.hypotheses, *hypotheses])
+    def with_hypotheses(
+        self,
+        hypotheses: Sequence[Hypothesis],
+        networks: Mapping[str, float] = MappingProxyType({}),
+    ) -> "Comparison":
+        """Return the comparison with further hypotheses, and the priors of their networks."""
+        return self._replace(
+            hypotheses=[*self.hypotheses, *hypotheses], networks={**self.networks, **networks}
+        )
 
     def log_odds(self, hypothesis: Hypothesis) -> float:
         """Log evidence plus log prior probability of its effects.
@@ -75,7 +85,8 @@ class Comparison(NamedTuple):
         steps = (count + 1) * np.log(PRIOR_OF_FURTHER_EFFECT)
         kinds = count * np.log(max(1, len(self.variants)))
         variants = sum(np.log(max(1, self.variants.get(kind, 1))) for kind in hypothesis.kinds)
-        return float(steps - kinds - variants)
+        networks = sum(self.networks.get(kind, 0.0) for kind in hypothesis.kinds)
+        return float(steps - kinds - variants + networks)
 
     def best(self) -> Hypothesis:
         """Hypothesis of the largest odds, less effects without strong evidence."""
@@ -120,7 +131,7 @@ class Comparison(NamedTuple):
 
     def _counted_kinds(self) -> list[tuple[str, int]]:
         """Every kind once, then those that a hypothesis has more than once, with each number."""
-        counts = {kind: 1 for kind in self.variants}
+        counts = {kind: 1 for kind in (*self.variants, *self.networks)}
         most = Counter(counts)
         for hypothesis in self.hypotheses:
             most |= Counter(hypothesis.kinds)

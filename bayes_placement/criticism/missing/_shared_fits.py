@@ -4,20 +4,20 @@ Those of the last question stay. They are taken only for the same experiment, da
 model error, leaf by leaf and class by class, so that they are what would be fitted again.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 import jax
 import numpy as np
 
 from ..._processes import import_in_helpers
-from ...effects.effect import Effect
+from ...effects.library import Library
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
 from ...inference.engines.empirical_bayes import Rival
 from ._fitted_with_errors import fitted_with_errors_at_once
 from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis
+from ._networks import with_networks
 from ._posterior_odds import Comparison
 from ._scanned_candidates import Tick
 from ._search import single_effects
@@ -32,7 +32,7 @@ class SharedFits:
         The experiment without model error.
     data
         Measured outputs.
-    effects
+    tried
         The candidates.
     errors
         The model error; None where the model is exact.
@@ -42,20 +42,21 @@ class SharedFits:
         self,
         experiment: Experiment,
         data: Data,
-        effects: Sequence[Effect],
+        tried: Library[Experiment],
         errors: ModalErrors | None,
     ):
-        self.content = (experiment, data, tuple(effects), errors)
+        self.content = (experiment, data, tried.effects, tried.networks, errors)
         self._singles: Comparison | None = None
         self._with_errors: dict[tuple[Hypothesis, Rival], Hypothesis] = {}
 
     def singles(self, tick: Tick) -> Comparison:
         """The model as given, first, and every candidate alone."""
-        experiment, data, effects, _ = self.content
+        experiment, data, effects, networks, _ = self.content
         if self._singles is None:
             import_in_helpers(__package__)
             null = null_hypothesis(experiment, data)
-            self._singles = single_effects(null, effects, tick)
+            singles = single_effects(null, effects, tick)
+            self._singles = with_networks(singles, null, tick) if networks else singles
         return self._singles
 
     def with_errors(self, *exact: Hypothesis) -> list[Hypothesis]:

@@ -77,10 +77,11 @@ def explain(
     """
     check_experiment(experiment, "explain")
     data = experiment.data(measurement)
-    effects = candidates_of(experiment, candidates)
-    question = Question.of(experiment, data, effects, model_error, level=LEVEL)
+    tried = candidates_of(experiment, candidates)
+    question = Question.of(experiment, data, tried, model_error, level=LEVEL)
+    count = 2 * len(tried.effects) + 2
     with fits_kept_in(store):
-        answer = answered(question, ticks(progress, 2 * len(effects) + 2, (0.0, 0.9)), baseline)
+        answer = answered(question, ticks(progress, count, (0.0, 0.9)), baseline)
     null, comparison, before = answer
     shown = comparison.distinct()
     sampled = sampled_finalists(comparison, shown)

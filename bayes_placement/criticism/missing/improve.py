@@ -19,7 +19,6 @@ from ..._types import (
     check_positive,
     no_progress,
 )
-from ...effects.effect import Effect
 from ...effects.library import Library, kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.model_error import Modal
@@ -29,6 +28,7 @@ from ._alternatives import alternatives
 from ._answers import Question, answered, ticks
 from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions
+from ._claims import claims
 from ._changes import FoundEffect, found_effects
 from ._hypotheses import Hypothesis
 from ._kept_fits import fits_kept_in
@@ -155,7 +155,7 @@ class _Search(NamedTuple):
     """What is searched for in any measurement of an experiment; fields as of `improve`."""
 
     experiment: Experiment
-    effects: Sequence[Effect]
+    tried: Library[Experiment]
     model_error: Modal | None
     level: float
     most_effects: int
@@ -175,12 +175,12 @@ class _Search(NamedTuple):
         question = Question.of(
             self.experiment,
             self.experiment.data(measurement),
-            self.effects,
+            self.tried,
             self.model_error,
             level=self.level,
             most_effects=self.most_effects,
         )
-        tick = ticks(progress, 2 * len(self.effects) + 20, (0.02, 0.9))
+        tick = ticks(progress, 2 * len(self.tried.effects) + 20, (0.02, 0.9))
         answer = answered(question, tick, baseline, between)
         null, comparison, before = answer
         best = answer.best(self.level)
@@ -203,6 +203,7 @@ class _Search(NamedTuple):
             cautions=cautions(best, sampled.get(id(best))),
             baseline=None if before is None else fitted_model(before, {}),
             record=record(self.experiment, [measurement, baseline]),
+            effects=claims(comparison, best, steps[-1]),
         )
         return _Improved(ledger, best, found_effects(best, steps[-1]))
 

@@ -18,6 +18,7 @@ from ...positions.reprs import notebook_html
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
 from ._posterior_odds import NONE, NOTHING, numbered_kind
+from ._claims import SCHEMA
 from .fitted_model import FittedModel, number_or_blank
 
 DOUBTED = 0.5
@@ -60,6 +61,9 @@ class Ledger:
         The model as given, fitted to the earlier state alone; None where there is only one state.
     record
         Where it comes from: versions, date, seed, hashes of experiment and measurement, units.
+    effects
+        An entry for each effect that is claimed: what it acts on and where, its law, and what else
+        explains the data as well.
 
     Examples
     --------
@@ -82,10 +86,13 @@ class Ledger:
     cautions: tuple[str, ...] = ()
     baseline: FittedModel | None = None
     record: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    effects: tuple[Mapping[str, Any], ...] = field(default=(), repr=False)
 
     def to_json(self) -> dict[str, Any]:
         """Return the ledger as numbers and words for a file."""
         return {
+            "schema": SCHEMA,
+            "effects": [dict(effect) for effect in self.effects],
             "steps": [step.to_json() for step in self.steps],
             "verdict": list(self.verdict),
             "probabilities": {

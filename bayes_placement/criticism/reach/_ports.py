@@ -11,17 +11,20 @@ import numpy as np
 from scipy.special import ndtri
 
 from ...effects.attached import attached
+from ...effects.effect import GlobalChange
 from ...effects.inserted import inserted
 from ...effects.on_rotation import bending_scale
 from ...effects.scales import Scales
 from ...effects.strut import strut
+from ...experiment.applied import needs_other_lines
 from ...experiment.experiment import Experiment
+from ...experiment.observe import Complex
 from ...laws import Law, Spring
 from ...laws.catalogue import classes, is_grounded, leaves, networks
 from ...laws.law import Tree
 from ...modes.ports import is_line
 from ...inference.residuals import Problem
-from ..missing._hypotheses import fields_of
+from ..missing._hypotheses import Hypothesis, fields_of
 
 PLACES = {1: 25, 2: 9, 3: 5}
 """Places along each coordinate of a port that has so many."""
@@ -56,6 +59,10 @@ class Port(NamedTuple):
         """Return the effect with a law and a name."""
         return dataclasses.replace(self.effect, law=law, name=name)
 
+    def name(self) -> str:
+        """Name of an effect on it."""
+        return type(self.effect).name  # type: ignore[no-any-return]
+
     def trees(self) -> list[Tree]:
         """Networks that may act there, one of each class; a mass moves against the ground."""
         return _attached_trees() if self.acts_on in ("displacement", "rotation") else _inner_trees()
@@ -79,6 +86,26 @@ def ports_of(experiment: Experiment) -> list[Port]:
     else:
         ports.append(Port("cut", inserted(at, law, motion="displacement", name=NAME)))
     return ports
+
+
+def can_be_reached(base: Hypothesis) -> bool:
+    """Whether laws can be read from what was measured: complex FRFs of one state and force level.
+
+    Parameters
+    ----------
+    base
+        The model, fitted.
+    """
+    problem = base.problem
+    experiment = problem.experiment
+    is_plain = isinstance(experiment.observe, Complex) and experiment.force_levels is None
+    return is_plain and len(problem.states) == 1 and not base.has_errors and _is_applied(experiment)
+
+
+def _is_applied(experiment: Experiment) -> bool:
+    """Whether laws come in as numbers at the lines."""
+    resized = any(change.changes_size for change in experiment.structure.of_kind(GlobalChange))
+    return not resized and not needs_other_lines(experiment)
 
 
 def _struts(scales: Scales, law: Law) -> list[Any]:

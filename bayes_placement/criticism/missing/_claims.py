@@ -1,0 +1,155 @@
+"""What is claimed to be missing, one entry an effect: where, by which law, and what else fits."""
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import jax
+import numpy as np
+
+from ..._sites import is_unknown
+from ...effects.damping_layer import damping_layer
+from ...effects.effect import AtPlace, Effect, NetworkAttachment
+from ...effects.inserted import inserted
+from ...effects.library import EFFECTS, kind_of
+from ...effects.over_extent import OverExtent
+from ...effects.strut import strut
+from ...laws.canonical import canonical
+from ...laws.law import Law
+from ._estimates import ParameterEstimate, estimates, laplace, number_or_none
+from ._hypotheses import Hypothesis
+from ._location import locations
+from ._posterior_odds import Comparison
+from .fitted_model import FittedModel
+
+SCHEMA = 1
+"""Version of the form of entries."""
+
+LEAST = 0.01
+"""Least share of the probability of an entry that another explanation must have."""
+
+SIDES = [2.5, 97.5]
+"""Ends of a 95 % interval [%]."""
+
+
+def claims(comparison: Comparison, best: Hypothesis, model: FittedModel) -> tuple[Any, ...]:
+    """Return an entry for each effect of the best hypothesis, ready for a file.
+
+    Parameters
+    ----------
+    comparison
+        All hypotheses.
+    best
+        The one that is claimed.
+    model
+        The same, laid out for the record.
+    """
+    shares = _shares(comparison)
+    return tuple(
+        _entry(effect, best, model.parameters, shares[best.kinds])
+        | {"equivalent": _equivalent(comparison, best, effect, shares)}
+        for effect in best.effects
+    )
+
+
+def _shares(comparison: Comparison) -> dict[tuple[str, ...], float]:
+    """Share of each collection of kinds among all of as many effects, of the odds as they are."""
+    shares: dict[tuple[str, ...], float] = {}
+    odds = np.array([comparison.log_odds(h) for h in comparison.hypotheses])
+    each = np.exp(odds - np.logaddexp.reduce(odds))
+    for hypothesis, share in zip(comparison.hypotheses, each, strict=True):
+        shares[hypothesis.kinds] = shares.get(hypothesis.kinds, 0.0) + float(share)
+    return shares
+
+
+def _equivalent(
+    comparison: Comparison, best: Hypothesis, effect: Effect, shares: Mapping[Any, float]
+) -> list[Any]:
+    """Entries of what may stand in the place of an effect, all other kinds being the same."""
+    entries = []
+    for hypothesis in comparison.distinct():
+        replaced = Counter(best.kinds) - Counter(hypothesis.kinds)
+        new = Counter(hypothesis.kinds) - Counter(best.kinds)
+        is_alike = len(hypothesis.effects) == len(best.effects)
+        share = shares[hypothesis.kinds]
+        if is_alike and [*replaced] == [kind_of(effect)] and share > LEAST * shares[best.kinds]:
+            other = next(each for each in hypothesis.effects if kind_of(each) in new)
+            entries.append(_entry(other, hypothesis, estimates(hypothesis, None), share))
+    return entries
+
+
+def _entry(
+    effect: Effect,
+    hypothesis: Hypothesis,
+    parameters: Mapping[str, ParameterEstimate],
+    probability: float,
+) -> dict[str, Any]:
+    experiment = hypothesis.problem.experiment
+    placed = next(each for each in experiment.effects if each.name == effect.name)
+    numbers = {item.word: item for item in parameters.values() if item.effect == effect.name}
+    places = _places(placed, hypothesis)
+    law = _law(effect.name, hypothesis)
+    return {
+        "name": kind_of(effect) if kind_of(effect) in EFFECTS else "network",
+        "kind": kind_of(effect),
+        "acts_on": placed.acts_on,
+        "on": placed.setting(experiment.structure.modes, experiment.instruments),
+        "direction": _direction(placed),
+        "place_m": [np.mean(draws, axis=0).tolist() for draws in places],
+        "place_95_m": [np.percentile(draws, SIDES, axis=0).T.tolist() for draws in places],
+        "law": None if law is None else repr(law),
+        "law_tree": None if law is None else canonical(law.tree()),
+        "parameters": {word: item.to_json() for word, item in numbers.items()},
+        "probability": number_or_none(probability),
+    }
+
+
+def _places(effect: Effect, hypothesis: Hypothesis) -> list[np.ndarray]:
+    """Draws of each place of an effect [draw, coordinate]; of a part its two ends or corners."""
+    if not isinstance(effect, AtPlace):
+        return []
+    problem = hypothesis.problem
+    values = problem.coordinates.named(laplace(hypothesis))
+    count = len(next(iter(values.values())))
+    at = locations(effect, problem.experiment, values, count)
+    if isinstance(effect, strut):
+        ends = [at, locations(effect, problem.experiment, values, count, "to")]
+    elif isinstance(effect, OverExtent | damping_layer):
+        half = 0.5 * _extent(effect, hypothesis, values, count)
+        ends = [at - half, at + half]
+    else:
+        ends = [at]
+    return [end[:, np.isfinite(end).all(axis=0)] for end in ends]
+
+
+def _extent(effect: Any, hypothesis: Hypothesis, values: Mapping[str, Any], count: int) -> Any:
+    """Draws of the edges of a part [draw, 3]; of a part of a line its length comes first."""
+    edges = effect.extent if isinstance(effect.extent, tuple) else (effect.extent, 0.0, 0.0)
+    unknowns = hypothesis.problem.experiment.unknowns_of(effect)
+    drawn = iter(values[unknown.name] for unknown in unknowns if unknown.field == "extent")
+    columns = [next(drawn) if is_unknown(edge) else np.full(count, float(edge)) for edge in edges]
+    return np.stack(columns, axis=-1)
+
+
+def _direction(effect: Effect) -> list[float] | None:
+    """Direction in which it acts; None for every one in which the structure moves."""
+    direction = effect.direction if isinstance(effect, AtPlace) else None
+    is_known = direction is not None and not any(map(is_unknown, direction))
+    return [float(part) for part in direction] if is_known and direction else None
+
+
+def _law(name: str, hypothesis: Hypothesis) -> Law | None:
+    """Law of an effect with the means of its numbers, rounded as they are read; None without."""
+    problem = hypothesis.problem
+    drawn = problem.coordinates.named(laplace(hypothesis))
+    means = {name: np.mean(values, axis=0) for name, values in drawn.items()}
+    known = problem.experiment.fix(means)
+    effect = next(each for each in known.effects if each.name == name)
+    if isinstance(effect, inserted):
+        law = effect.law
+    elif isinstance(effect, NetworkAttachment):
+        law = effect.network()
+    else:
+        return None
+    rounded: Law = jax.tree.map(lambda number: float(f"{float(number):.4g}"), law)
+    return rounded

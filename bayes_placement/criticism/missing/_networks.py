@@ -1,0 +1,133 @@
+"""Hypotheses with one more effect that is in no list: a network at a port, place before law."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...effects.effect import Effect
+from ...effects.library import kind_of
+from ...inference.chi2 import LEVEL
+from ...inference.engines.levenberg_marquardt import best_fit, minimise
+from ...inference.residuals import Problem
+from ...laws.catalogue import leaves
+from ...laws.law import Tree
+from ...laws.rows import coordinates_of_numbers
+from ..reach._at_port import NamedLaw, laws_with_names, reach_of_port
+from ..reach._ports import Port, can_be_reached, place_columns, ports_of
+from ._candidates import numbered
+from ._hypotheses import Hypothesis, fields_of, finite
+from ._posterior_odds import STRONG, Comparison, passes
+from ._scanned_candidates import Tick
+
+FITTED = 4
+"""Networks, at most, that are fitted as effects of the experiment."""
+
+LISTED: Sequence[Tree] = ("m", "k", "c", ["-", "m", ["|", "c", "k"]])
+"""Networks on a displacement that are effects of the library in which all are tried."""
+
+WITHIN = 2 * STRONG
+"""Log odds behind the best network from which on others are left out."""
+
+def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Comparison:
+    """Add the networks of the greatest odds at ports of a hypothesis, each fitted.
+
+    None where it passes its check, or where there is no complex FRF at which a law is read.
+
+    Parameters
+    ----------
+    comparison
+        Hypotheses.
+    base
+        One of them, to which a network is added.
+    tick
+        Called once for each kind of port.
+    """
+    if passes(base, LEVEL) or not can_be_reached(base):
+        return comparison
+    ports = ports_of(base.problem.experiment)
+    pieces = Counter(port.acts_on for port in ports)
+    found = []
+    for port in ports:
+        named = laws_with_names(reach_of_port(base, port))
+        found += [(law, _log_prior(law, pieces[port.acts_on])) for law in named]
+        tick()
+    found = [(law, prior) for law, prior in found if _is_told(law, [other for other, _ in found])]
+    odds = np.array([law.fit.log_evidence + prior for law, prior in found])
+    order = [n for n in np.argsort(-odds) if odds[n] > np.max(odds) - WITHIN][:FITTED]
+    hypotheses = [_as_hypothesis(base, found[n][0]) for n in order]
+    kinds = [kind_of(hypothesis.effects[-1]) for hypothesis in hypotheses]
+    priors = {kind: found[n][1] for kind, n in zip(kinds, order, strict=True)}
+    return comparison.with_hypotheses(finite(hypotheses), priors)
+
+
+def _is_told(law: NamedLaw, others: Sequence[NamedLaw]) -> bool:
+    """Whether a network is told by itself.
+
+    One that is an effect of the library is told as that; and one that fits no better than another
+    of fewer elements at the same kind of port is that one, its further elements being compatible
+    with none.
+    """
+    is_listed = law.port.acts_on == "displacement" and law.tree in LISTED
+    return not is_listed and not any(
+        other.port is law.port
+        and len(leaves(other.tree)) < len(leaves(law.tree))
+        and other.fit.squares < law.fit.squares + 2 * STRONG
+        for other in others
+    )
+
+
+def with_one_more_network(comparison: Comparison, depth: int, tick: Tick) -> Comparison:
+    """Add a network to the best hypothesis of so many effects."""
+    best = next(h for h in comparison.distinct() if len(h.effects) == depth)
+    return with_networks(comparison, best, tick)
+
+
+def _log_prior(law: NamedLaw, pieces: int) -> float:
+    """Log prior probability of a network within its kind of port."""
+    return log_prior_of_network(law.tree, law.port.trees()) - math.log(pieces)
+
+
+def log_prior_of_network(tree: Tree, trees: Sequence[Tree]) -> float:
+    """Each further element halves the probability; networks of as many share it.
+
+    Parameters
+    ----------
+    tree
+        The network.
+    trees
+        All that are tried there, one of each class.
+    """
+    count = len(leaves(tree))
+    alike = sum(len(leaves(other)) == count for other in trees)
+    return -count * math.log(2.0) - math.log(alike)
+
+
+def _as_hypothesis(base: Hypothesis, law: NamedLaw) -> Hypothesis:
+    """The network as an effect of the experiment, fitted from where it was found."""
+    names = {effect.name for effect in base.problem.experiment.effects}
+    effect = law.port.with_law(law.prior, law.port.name())
+    effect = numbered(effect, names)
+    problem = base.problem.with_effect(effect)
+    start = _start(base, law, effect, problem)
+    ends, normal = minimise(problem.squares.objective(), start[None], steps=20, count=problem.count)
+    return Hypothesis(
+        (*base.effects, effect), problem, best_fit(ends, normal, problem.count), near=start[None]
+    )
+
+
+def _start(base: Hypothesis, law: NamedLaw, effect: Any, problem: Problem) -> np.ndarray:
+    """Where it was found, in the coordinates of the problem."""
+    found = base.problem.with_effect(law.port.effect)
+    start = np.zeros(problem.dimension)
+    for name, place in found.coordinates.places.items():
+        if name in problem.coordinates.places:
+            start[problem.coordinates.places[name]] = law.point[place]
+    placed = Port(law.port.acts_on, effect)
+    start[place_columns(placed, problem)] = law.point[place_columns(law.port, found)]
+    numbers = [name for name, word in fields_of(effect, problem).items() if word == "law"]
+    for name, column in zip(numbers, coordinates_of_numbers(law.tree), strict=True):
+        start[problem.coordinates.places[name]] = law.numbers[column]
+    return start
