@@ -89,8 +89,10 @@ class Effect(eqx.Module):
 
     @property
     def acts_on(self) -> str:
-        """What it acts on: `displacement`, `rotation`, `body`, `relative`, `region`, `cut`,
-        `channel`, `all_channels` or `structure`.
+        """What it acts on, as a result says it.
+
+        `displacement`, `rotation`, `body`, `relative`, `region`, `cut`, `channel`, `all_channels`
+        or `structure`.
         """
         return "structure"
 

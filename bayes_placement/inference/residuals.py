@@ -227,6 +227,26 @@ class Problem:
             part.prepare()
 
 
+def point_in_problem(
+    before: Problem, point: np.ndarray, problem: Problem, onto: np.ndarray | None = None
+) -> np.ndarray:
+    """Coordinates of a point, for a problem with further effects; what is new as in `onto`, or 0.
+
+    By their names: effects are in the order of theirs, and so is what their attachments add to a
+    model error.
+    """
+    transferred = np.zeros(problem.dimension) if onto is None else onto.copy()
+    for name, place in before.coordinates.places.items():
+        if name in problem.coordinates.places:
+            transferred[problem.coordinates.places[name]] = point[place]
+    return transferred
+
+
+def fields_of(effect: Effect, problem: Problem) -> dict[str, str]:
+    """Field of an effect that each of its unknowns belongs to, by the name of the unknown."""
+    return {unknown.name: unknown.field for unknown in problem.experiment.unknowns_of(effect)}
+
+
 def _from_content(content: Any, settings: Mapping[str, Any]) -> Problem:
     experiment, data, sizes, baseline, further = content
     return Problem(experiment, data, sizes=sizes, baseline=baseline, further=further, **settings)

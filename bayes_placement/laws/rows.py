@@ -22,7 +22,7 @@ NUMBERS = 2 * ELEMENTS_OF_ROW
 """Coordinates of a row: the size of each element, then the order or loss factor of each."""
 
 DECADES, LOSS, DECADES_OF_LOSS = 2.0, 0.1, 1.0
-"""Priors: deviation of the logarithm of a size in decades, median and deviation of a loss factor."""
+"""Priors: deviation of the logarithm of a size in decades; median and deviation of a loss."""
 
 POWERS = {"k": 0, "c": 1, "m": 2, "h": 0, "p": 0}
 """Power of i omega in the dynamic stiffness of an element; that of a springpot is unknown."""
@@ -78,8 +78,9 @@ class Rows:
         """
         elements, along_size, along_other = self._elements(which, points, omega)
         series, present = self._series[which], self._present[which]
-        pair, of_first, of_second = _joined(*elements[:, :2].swapaxes(0, 1), series[:, 0], present[:, 1])
-        whole, of_pair, of_third = _joined(pair, elements[:, 2], series[:, 1], present[:, 2])
+        first, second, third = elements.swapaxes(0, 1)
+        pair, of_first, of_second = _joined(first, second, series[:, 0], present[:, 1])
+        whole, of_pair, of_third = _joined(pair, third, series[:, 1], present[:, 2])
         of_each = np.stack([of_pair * of_first, of_pair * of_second, of_third], axis=1)
         of_each = of_each * present[..., None]
         return whole, np.concatenate([of_each * along_size, of_each * along_other], axis=1)
@@ -95,7 +96,9 @@ class Rows:
         step_of_loss = DECADES_OF_LOSS * np.log(10.0)
         loss = (LOSS * np.exp(step_of_loss * other))[..., None]
         density = (np.exp(-0.5 * other**2) / np.sqrt(2 * np.pi))[..., None]
-        along_other = elastic * np.where(pot, logarithm * density, lossy * (1j * step_of_loss) * loss)
+        along_other = elastic * np.where(
+            pot, logarithm * density, lossy * (1j * step_of_loss) * loss
+        )
         elements = elastic * np.where(lossy, 1 + 1j * loss, 1.0)
         return elements, step * elements, along_other
 
@@ -116,7 +119,9 @@ class Rows:
     def _law(self, number: int, sizes: Any, orders: Any, losses: Any) -> Law:
         signs, letters = _form(self.trees[number])
         law: Law | None = None
-        for sign, letter, *numbers in zip(("|", *signs), letters, sizes, orders, losses, strict=True):
+        for sign, letter, *numbers in zip(
+            ("|", *signs), letters, sizes, orders, losses, strict=True
+        ):
             if letter:
                 element = self._element(letter, *numbers)
                 law = element if law is None else GROUPS[sign]((law, element))
@@ -144,7 +149,9 @@ def coordinates_of_numbers(tree: Tree) -> list[int]:
 
 def _shared_out(size: Any, by: float) -> Any:
     """A size, or its distribution, over a number."""
-    return LogNormal(size.loc - np.log(by), size.scale) if isinstance(size, LogNormal) else size / by
+    return (
+        LogNormal(size.loc - np.log(by), size.scale) if isinstance(size, LogNormal) else size / by
+    )
 
 
 def _joined(one: Any, other: Any, series: Any, present: Any) -> tuple[Any, Any, Any]:

@@ -17,10 +17,10 @@ from ...experiment.noise import Data
 from ...inference.engines.empirical_bayes import SOFTENING, Rival
 from ...inference.engines.least_squares import Jacobian
 from ...inference.engines.levenberg_marquardt import Fit
-from ...inference.residuals import Problem
+from ...inference.residuals import Problem, point_in_problem
 from ._kept_fits import NO_RIVAL, kept_with_sizes
 from ._outliers import Mixture, mixture
-from ._scan import fit_alone, point_in_problem
+from ._scan import fit_alone
 from ._screening_lines import at_screening_lines
 
 
@@ -100,11 +100,6 @@ class Hypothesis:
     def chi2_per_datum(self) -> float:
         """Mean square of the residuals over their variance."""
         return self.fit.squares / self.problem.count
-
-
-def fields_of(effect: Effect, problem: Problem) -> dict[str, str]:
-    """Field of an effect that each of its unknowns belongs to, by the name of the unknown."""
-    return {unknown.name: unknown.field for unknown in problem.experiment.unknowns_of(effect)}
 
 
 @functools.lru_cache(maxsize=4)  # of the hypotheses that are extended

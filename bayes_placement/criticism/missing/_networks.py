@@ -7,18 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.chi2 import LEVEL
 from ...inference.engines.levenberg_marquardt import best_fit, minimise
-from ...inference.residuals import Problem
+from ...inference.residuals import Problem, fields_of
 from ...laws.catalogue import leaves
 from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
 from ..reach._at_port import NamedLaw, laws_with_names, reach_of_port
 from ..reach._ports import Port, can_be_reached, place_columns, ports_of
 from ._candidates import numbered
-from ._hypotheses import Hypothesis, fields_of, finite
+from ._hypotheses import Hypothesis, finite
 from ._posterior_odds import STRONG, Comparison, passes
 from ._scanned_candidates import Tick
 
@@ -30,6 +29,7 @@ LISTED: Sequence[Tree] = ("m", "k", "c", ["-", "m", ["|", "c", "k"]])
 
 WITHIN = 2 * STRONG
 """Log odds behind the best network from which on others are left out."""
+
 
 def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Comparison:
     """Add the networks of the greatest odds at ports of a hypothesis, each fitted.
@@ -45,13 +45,13 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
     tick
         Called once for each kind of port.
     """
-    if passes(base, LEVEL) or not can_be_reached(base):
+    if passes(base, LEVEL) or base.has_errors or not can_be_reached(base.problem):
         return comparison
     ports = ports_of(base.problem.experiment)
     pieces = Counter(port.acts_on for port in ports)
     found = []
     for port in ports:
-        named = laws_with_names(reach_of_port(base, port))
+        named = laws_with_names(reach_of_port(base.problem, base.fit.point, port))
         found += [(law, _log_prior(law, pieces[port.acts_on])) for law in named]
         tick()
     found = [(law, prior) for law, prior in found if _is_told(law, [other for other, _ in found])]

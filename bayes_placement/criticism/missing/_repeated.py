@@ -13,9 +13,9 @@ from ..._sites import Unknown, is_unknown
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
-from ...inference.residuals import Problem
+from ...inference.residuals import Problem, fields_of
 from ._candidates import renamed
-from ._hypotheses import Hypothesis, fields_of
+from ._hypotheses import Hypothesis
 
 
 def may_be_added(effect: Effect, problem: Problem, branch: Hypothesis, best: Hypothesis) -> bool:

@@ -154,21 +154,6 @@ def _scanned(problem: Problem, points: np.ndarray, slopes: np.ndarray) -> Scan:
     return best._replace(residual=sample(best.residual).astype(np.float32))
 
 
-def point_in_problem(
-    before: Problem, point: np.ndarray, problem: Problem, onto: np.ndarray | None = None
-) -> np.ndarray:
-    """Coordinates of a point, for a problem with further effects; what is new as in `onto`, or 0.
-
-    By their names: effects are in the order of theirs, and so is what their attachments add to a
-    model error.
-    """
-    transferred = np.zeros(problem.dimension) if onto is None else onto.copy()
-    for name, place in before.coordinates.places.items():
-        if name in problem.coordinates.places:
-            transferred[problem.coordinates.places[name]] = point[place]
-    return transferred
-
-
 def other_places(problem: Problem, names: list[str]) -> np.ndarray:
     """Places of the unknowns that are not among those named."""
     slices = [problem.coordinates.places[name] for name in names]

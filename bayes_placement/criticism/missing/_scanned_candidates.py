@@ -12,10 +12,10 @@ import pandas as pd
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.empirical_bayes import SOFTENING, Rival
-from ...inference.residuals import Problem
+from ...inference.residuals import Problem, fields_of
 from ._candidates import numbered
 from ._compiled_ahead import compiled_ahead
-from ._hypotheses import Hypothesis, fields_of, logarithmic_jacobian, softening
+from ._hypotheses import Hypothesis, logarithmic_jacobian, softening
 from ._kept_fits import NO_RIVAL, is_stored, kept_with_sizes, stored_or_computed
 from ._scan import ANY_SCAN, LEAST, MOST, Scan, best_places, fit_grown, scan
 from ._screening_lines import at_screening_lines

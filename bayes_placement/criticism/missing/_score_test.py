@@ -18,8 +18,8 @@ from ..._sites import Role
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.engines.least_squares import Jacobian
-from ...inference.residuals import Problem
-from ._hypotheses import Hypothesis, fields_of
+from ...inference.residuals import Problem, fields_of
+from ._hypotheses import Hypothesis
 from ._kept_fits import stored_or_computed
 from ._location import locations
 from ._scan import other_places

@@ -8,9 +8,9 @@ from scipy.special import logsumexp
 from ...effects.effect import Effect
 from ...inference.engines.empirical_bayes import SHORT
 from ...inference.engines.sizes_of_errors import LinearModel
-from ...inference.residuals import Problem
+from ...inference.residuals import Problem, fields_of
 from ._compiled_ahead import compiled_ahead
-from ._hypotheses import Hypothesis, fields_of
+from ._hypotheses import Hypothesis
 from ._posterior_odds import Comparison
 from ._scan import other_places
 from ._score_test import ROUNDING, changes, weak_points

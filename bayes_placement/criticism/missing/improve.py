@@ -3,7 +3,7 @@
 import itertools
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, overload
 
@@ -28,8 +28,8 @@ from ._alternatives import alternatives
 from ._answers import Question, answered, ticks
 from ._candidates import candidates_of, check_experiment
 from ._cautions import cautions
-from ._claims import claims
 from ._changes import FoundEffect, found_effects
+from ._claims import claims
 from ._hypotheses import Hypothesis
 from ._kept_fits import fits_kept_in
 from ._posterior_odds import Comparison, p_value, steps_to

@@ -15,10 +15,10 @@ from ...experiment.model_error import OF_WHAT
 from ...inference.alternative_explanation import Alternative
 from ...inference.units import percent
 from ...positions.reprs import notebook_html
+from ._claims import SCHEMA
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
 from ._posterior_odds import NONE, NOTHING, numbered_kind
-from ._claims import SCHEMA
 from .fitted_model import FittedModel, number_or_blank
 
 DOUBTED = 0.5

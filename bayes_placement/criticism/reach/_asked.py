@@ -66,7 +66,9 @@ class Asked(NamedTuple):
         slopes = free.slopes(points, strength, 1 - whole.receptance * strength)
         each = np.sqrt(strength.shape[1] / len(lines))  # each line counts for several
         at = AtPort(
-            each * whole.free[..., lines], each * whole.slope[..., lines], whole.receptance[:, lines]
+            each * whole.free[..., lines],
+            each * whole.slope[..., lines],
+            whole.receptance[:, lines],
         )
         slopes = each * slopes[..., lines]
         pulls, squares = products(slopes, at.free)
@@ -166,7 +168,7 @@ def draws(count: int) -> Points:
 
 
 def closed(stiffness: Any, receptance: Any, is_cut: bool) -> tuple[Any, Any]:
-    """t of a law, and its slope along the dynamic stiffness."""
+    """T of a law, and its slope along the dynamic stiffness."""
     if is_cut:  # less the compliance on less the stiffness against opening
         opened = 1 / (stiffness - receptance)
         return -opened, opened**2

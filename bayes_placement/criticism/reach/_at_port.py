@@ -7,9 +7,9 @@ from jaxtyping import Float
 
 from ...experiment.resized import evenly_spread
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise
+from ...inference.residuals import Problem, point_in_problem
 from ...laws.law import Law, Tree
 from ...laws.rows import NUMBERS, Rows
-from ..missing._hypotheses import Hypothesis
 from ._asked import LARGEST, NETWORK, OF_ROW, PLACE, Asked, LawsAsked, draws
 from ._free_law import AnyLaw, FreeLaw, Points
 from ._laws_in_full import LawsInFull
@@ -27,6 +27,10 @@ BEST_PLACES = 3
 
 BEST_LAWS = 6
 """Laws of a kind of port that are fitted in full, with their places and all other unknowns."""
+
+
+Point = Float[np.ndarray, "unknown"]
+"""Coordinates of a problem."""
 
 
 class NamedLaw(NamedTuple):
@@ -87,20 +91,23 @@ class ReachOfPort(NamedTuple):
         return _rows(self.port, self.free)
 
 
-def reach_of_port(base: Hypothesis, port: Port) -> ReachOfPort:
+def reach_of_port(base: Problem, point: Point, port: Port) -> ReachOfPort:
     """Fit all else at each place with a free law, then laws of a few numbers there.
 
     Parameters
     ----------
     base
-        The model as given, fitted.
+        The problem of the model.
+    point
+        Its fit.
     port
         The kind of port.
     """
-    problem = base.problem.with_effect(port.effect)
+    problem = base.with_effect(port.effect)
     columns = place_columns(port, problem)
     free = FreeLaw(problem, columns)
-    ends, squares = _with_free_law(base, free, grid(port, len(columns)))
+    start = point_in_problem(base, point, problem)
+    ends, squares = _with_free_law(start, free, grid(port, len(columns)))
     rows = _rows(port, free)
     which = np.array(largest(rows.trees))
     objective = _objective(free, ends, rows, port, MOST_LINES)
@@ -158,9 +165,9 @@ def _in_full(reach: ReachOfPort, rows: Rows, starts: Any) -> list[NamedLaw]:
     return named
 
 
-def _with_free_law(base: Hypothesis, free: FreeLaw, places: Any) -> tuple[Points, Any]:
+def _with_free_law(start: Point, free: FreeLaw, places: Any) -> tuple[Points, Any]:
     """All else fitted at each place, from the fit without a law and from the medians of priors."""
-    fitted = np.repeat(base.point_in(free.problem)[None], len(places), axis=0)
+    fitted = np.repeat(start[None], len(places), axis=0)
     starts = np.concatenate([fitted, np.zeros_like(fitted)])
     starts[:, free.held] = np.concatenate([places, places])
     ends, normal = minimise(AnyLaw(free), starts, steps=12)

@@ -97,7 +97,7 @@ class FreeLaw:
 
     def size(self) -> float:
         """Median of 1 / |h| over the lines, at the medians of all priors."""
-        return SOFT ** -1 * self._soft
+        return SOFT**-1 * self._soft
 
     def slopes(self, points: Points, numerator: Lines, denominator: Lines) -> Along:
         """Slopes of the residuals along all unknowns, the law held; zero along what is held."""
@@ -168,6 +168,7 @@ def half_squares(values: np.ndarray) -> np.ndarray:
 
 
 def over(numerator: Any, denominator: Any) -> Any:
-    """Quotient, zero where the denominator is."""
-    is_zero = denominator == 0
-    return np.where(is_zero, 0.0, numerator / np.where(is_zero, 1.0, denominator))
+    """Quotient; zero where the denominator is, and where a port cannot move."""
+    is_known = (denominator != 0) & np.isfinite(denominator) & np.isfinite(numerator)
+    safe = np.where(is_known, denominator, 1.0)
+    return np.where(is_known, np.where(is_known, numerator, 0.0) / safe, 0.0)

@@ -2,9 +2,7 @@
 
 import dataclasses
 import itertools
-import json
 from collections.abc import Iterator, Sequence
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,12 +17,11 @@ from ...effects.strut import strut
 from ...experiment.applied import needs_other_lines
 from ...experiment.experiment import Experiment
 from ...experiment.observe import Complex
+from ...inference.residuals import Problem, fields_of
 from ...laws import Law, Spring
-from ...laws.catalogue import classes, is_grounded, leaves, networks
+from ...laws.catalogue import leaves, networks
 from ...laws.law import Tree
 from ...modes.ports import is_line
-from ...inference.residuals import Problem
-from ..missing._hypotheses import Hypothesis, fields_of
 
 PLACES = {1: 25, 2: 9, 3: 5}
 """Places along each coordinate of a port that has so many."""
@@ -34,6 +31,35 @@ MOST_PIECES = 3
 
 NAME = "~reach"
 """Name of the effect while its law is free: the last one in order."""
+
+
+PLAIN: Sequence[Tree] = (
+    "k",
+    "c",
+    "m",
+    ["|", "c", "k"],
+    ["|", "k", "m"],
+    ["|", "c", "m"],
+    ["-", "c", "k"],
+    ["-", "k", "m"],
+    ["-", "c", "m"],
+    ["|", "k", ["-", "c", "k"]],
+    ["|", "c", ["-", "c", "k"]],
+    ["|", "m", ["-", "c", "k"]],
+    ["|", "k", ["-", "k", "m"]],
+    ["|", "c", ["-", "k", "m"]],
+    ["|", "m", ["-", "k", "m"]],
+    ["|", "k", ["-", "c", "m"]],
+    ["|", "c", ["-", "c", "m"]],
+    ["|", "m", ["-", "c", "m"]],
+    ["|", "c", "k", "m"],
+    ["-", "m", ["|", "c", "k"]],
+    ["-", "c", ["|", "k", "m"]],
+    ["-", "k", ["|", "c", "m"]],
+    ["-", "c", "k", "m"],
+)
+"""Networks of at most three springs, dashpots and masses that can be built, one of each of the 23
+classes: what `classes` finds of them, which takes seconds."""
 
 
 class Port(NamedTuple):
@@ -63,9 +89,9 @@ class Port(NamedTuple):
         """Name of an effect on it."""
         return type(self.effect).name  # type: ignore[no-any-return]
 
-    def trees(self) -> list[Tree]:
+    def trees(self) -> Sequence[Tree]:
         """Networks that may act there, one of each class; a mass moves against the ground."""
-        return _attached_trees() if self.acts_on in ("displacement", "rotation") else _inner_trees()
+        return ATTACHED if self.acts_on in ("displacement", "rotation") else INNER
 
 
 def ports_of(experiment: Experiment) -> list[Port]:
@@ -88,18 +114,18 @@ def ports_of(experiment: Experiment) -> list[Port]:
     return ports
 
 
-def can_be_reached(base: Hypothesis) -> bool:
+def can_be_reached(problem: Problem) -> bool:
     """Whether laws can be read from what was measured: complex FRFs of one state and force level.
 
     Parameters
     ----------
-    base
-        The model, fitted.
+    problem
+        The problem of the model, exact.
     """
-    problem = base.problem
     experiment = problem.experiment
     is_plain = isinstance(experiment.observe, Complex) and experiment.force_levels is None
-    return is_plain and len(problem.states) == 1 and not base.has_errors and _is_applied(experiment)
+    is_exact = experiment.model_error is None
+    return is_plain and is_exact and len(problem.states) == 1 and _is_applied(experiment)
 
 
 def _is_applied(experiment: Experiment) -> bool:
@@ -143,34 +169,19 @@ def _columns(problem: Problem, name: str) -> Iterator[int]:
     yield from range(place.start, place.stop)
 
 
-@cache
-def _attached_trees() -> list[Tree]:
-    plain = [members[0] for members in classes([t for t in networks("kcm", 3) if is_grounded(t)])]
-    return [*plain, *_of_two("kcmp", "p"), "h", ["-", "h", "m"], ["|", "h", "m"]]
-
-
-@cache
-def _inner_trees() -> list[Tree]:
-    plain = [members[0] for members in classes(networks("kc", 3))]
-    return [*plain, *_of_two("kcp", "p"), "h"]
-
-
 def _of_two(letters: str, wanted: str) -> list[Tree]:
     """Networks of at most two elements, one of a letter."""
     return [tree for tree in networks(letters, 2) if leaves(tree).count(wanted) == 1]
 
 
-def elements(tree: Tree) -> int:
-    """Number of elements of a network."""
-    return len(leaves(tree))
-
-
-def words(tree: Tree) -> str:
-    """A network as text, to be told from others."""
-    return json.dumps(tree)
-
-
 def largest(trees: Sequence[Tree]) -> list[int]:
-    """Numbers of the networks of most elements, without springpots: these can be what others are."""
-    most = max(map(elements, trees))
-    return [n for n, tree in enumerate(trees) if elements(tree) == most]
+    """Numbers of the networks of most elements: with small or large ones these are the others."""
+    sizes = [len(leaves(tree)) for tree in trees]
+    return [number for number, size in enumerate(sizes) if size == max(sizes)]
+
+
+ATTACHED = (*PLAIN, *_of_two("kcmp", "p"), "h", ["-", "h", "m"], ["|", "h", "m"])
+"""Networks that are tried between a port and the ground."""
+
+INNER = (*(t for t in PLAIN if "m" not in leaves(t)), *_of_two("kcp", "p"), "h")
+"""Networks that are tried between two sides or places: a mass there would be an inerter."""
