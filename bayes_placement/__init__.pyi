@@ -8,7 +8,7 @@ from . import (
 )
 from .criticism.check import check
 from .criticism.compare import compare
-from .criticism.missing import explain, improve
+from .criticism.missing import explain, improve, reach
 from .design import information, information_map, place
 from .experiment import (
     Actuator,
@@ -62,6 +62,7 @@ __all__ = [
     "place",
     "plots",
     "positions",
+    "reach",
     "report",
     "simulate",
     "time_records",

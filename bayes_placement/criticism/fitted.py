@@ -15,7 +15,7 @@ from ..inference.bands import amplitude
 from ..inference.estimates import from_scalars
 from ..inference.results import outputs
 from ..positions.vectors import Recorded
-from .missing._location import effect_locations
+from .locations import effect_locations
 from .missing.ledger import Ledger
 
 

@@ -8,7 +8,6 @@ import equinox as eqx
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Law
-from ..laws.canonical import in_words
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import MOTIONS, rotation
@@ -58,7 +57,7 @@ class Attached(NetworkAttachment):
     def kind(self) -> str:
         """Name of its kind, which is that of the network."""
         motion = "" if self.motion == "displacement" else f" to {self.motion}"
-        return f"attached{motion}: {in_words(self.law.tree())}"
+        return f"attached{motion}: {self.law.in_words()}"
 
     @property
     def acts_on(self) -> str:

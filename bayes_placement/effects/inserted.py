@@ -8,7 +8,6 @@ import equinox as eqx
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Law
-from ..laws.canonical import in_words
 from ..modes.modes import Modes
 from ..modes.ports import MOTIONS, cut
 from ..modes.underlying import required_line
@@ -57,7 +56,7 @@ class Inserted(AtPlace, OnPorts):
     @property
     def kind(self) -> str:
         """Name of its kind, which is that of the network."""
-        return f"inserted: {in_words(self.law.tree())}"
+        return f"inserted: {self.law.in_words()}"
 
     @property
     def acts_on(self) -> str:

@@ -9,7 +9,6 @@ from .._ranges import NOT_NEGATIVE
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Law
-from ..laws.canonical import in_words
 from .effect import Direction, Place
 from .over_extent import Extent, OverExtent
 from .scales import Scales
@@ -50,7 +49,7 @@ class Over(OverExtent):
     @property
     def kind(self) -> str:
         """Name of its kind, which is that of the network."""
-        return f"over: {in_words(self.law.tree())}"
+        return f"over: {self.law.in_words()}"
 
     def network(self) -> Law:
         """Return the law, scaled."""

@@ -10,7 +10,6 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from ..laws import Law, Spring
-from ..laws.canonical import in_words
 from ..modes.modes import Modes
 from ..modes.points import Points
 from ..modes.ports import difference
@@ -56,7 +55,7 @@ class Strut(NetworkAttachment):
     @property
     def kind(self) -> str:
         """Name of its kind, which is that of the network."""
-        return f"strut: {in_words(self.law.tree())}"
+        return f"strut: {self.law.in_words()}"
 
     @property
     def acts_on(self) -> str:

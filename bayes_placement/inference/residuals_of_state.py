@@ -130,8 +130,9 @@ class ResidualsOfState:
     def _law_leaves(self) -> tuple[int, int]:
         """Places of the last law's numerator and denominator among the numbers of a batch."""
         form = self._batch.outcome(np.zeros((BATCH, len(self.columns)))).form
-        leaves = jax.tree.unflatten(form.structure, range(len(form.sources)))
-        last = [law for law in leaves.structure.effects.values() if isinstance(law, AppliedLaw)][-1]
+        leaves: Any = jax.tree.unflatten(form.structure, range(len(form.sources)))
+        effects = leaves.structure.effects.values()
+        last: Any = [effect for effect in effects if isinstance(effect, AppliedLaw)][-1]
         inputs = [leaf for leaf, source in enumerate(form.sources) if source is None]
         return inputs.index(last.numerator), inputs.index(last.denominator)
 

@@ -79,6 +79,18 @@ class Law(eqx.Module):
         numerator, denominator = self.fraction(omega)
         return jnp.broadcast_to(jnp.asarray(numerator / denominator), omega.shape)
 
+    def in_words(self) -> str:
+        """The network in words, without its numbers.
+
+        Examples
+        --------
+        >>> (bp.effects.Spring(2e4) - bp.effects.Mass(0.3)).in_words()
+        'mass - spring'
+        """
+        from .canonical import canonical, in_words
+
+        return in_words(canonical(self.tree()))
+
     def drawing(self) -> str:
         """SVG of the network from the port, a small circle, to the ground and to its masses.
 

@@ -107,7 +107,7 @@ class Rows:
         sizes = self.size * 10 ** (DECADES * point[:ELEMENTS_OF_ROW])
         others = point[ELEMENTS_OF_ROW:]
         loss = LOSS * 10 ** (DECADES_OF_LOSS * others)
-        return self._law(number, sizes, ndtr(others), loss)
+        return self._law(number, *(each.tolist() for each in (sizes, ndtr(others), loss)))
 
     def prior(self, number: int) -> Law:
         """Law of a network whose numbers are distributions."""

@@ -14,7 +14,7 @@ from ...experiment.transducers import Transducer
 from ...inference.alternative_explanation import JointDraws
 from ...positions.places import coordinates
 from ...positions.vectors import unit_vector
-from ..missing._location import locations
+from ..locations import locations
 
 DRAWS = 400
 """Draws of a position that are kept."""

@@ -2,5 +2,6 @@
 
 from .explain import explain
 from .improve import improve
+from .reach import reach
 
-__all__ = ["explain", "improve"]
+__all__ = ["explain", "improve", "reach"]

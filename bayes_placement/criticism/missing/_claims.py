@@ -16,9 +16,9 @@ from ...effects.over_extent import OverExtent
 from ...effects.strut import strut
 from ...laws.canonical import canonical
 from ...laws.law import Law
+from ..locations import locations
 from ._estimates import ParameterEstimate, estimates, laplace, number_or_none
 from ._hypotheses import Hypothesis
-from ._location import locations
 from ._posterior_odds import Comparison
 from .fitted_model import FittedModel
 

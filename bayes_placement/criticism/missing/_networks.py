@@ -1,7 +1,5 @@
 """Hypotheses with one more effect that is in no list: a network at a port, place before law."""
 
-import math
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,8 +12,8 @@ from ...inference.residuals import Problem, fields_of
 from ...laws.catalogue import leaves
 from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
-from ..reach._at_port import NamedLaw, laws_with_names, reach_of_port
-from ..reach._ports import Port, can_be_reached, place_columns, ports_of
+from ..reach._named_laws import NamedLaw, reached_ports
+from ..reach._ports import Port, can_be_reached, place_columns
 from ._candidates import numbered
 from ._hypotheses import Hypothesis, finite
 from ._posterior_odds import STRONG, Comparison, passes
@@ -47,19 +45,13 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
     """
     if passes(base, LEVEL) or base.has_errors or not can_be_reached(base.problem):
         return comparison
-    ports = ports_of(base.problem.experiment)
-    pieces = Counter(port.acts_on for port in ports)
-    found = []
-    for port in ports:
-        named = laws_with_names(reach_of_port(base.problem, base.fit.point, port))
-        found += [(law, _log_prior(law, pieces[port.acts_on])) for law in named]
-        tick()
-    found = [(law, prior) for law, prior in found if _is_told(law, [other for other, _ in found])]
-    odds = np.array([law.fit.log_evidence + prior for law, prior in found])
+    _, found = reached_ports(base.problem, base.fit.point, tick)
+    told = [law for law in found if _is_told(law, found)]
+    odds = np.array([law.fit.log_evidence + law.log_prior for law in told])
     order = [n for n in np.argsort(-odds) if odds[n] > np.max(odds) - WITHIN][:FITTED]
-    hypotheses = [_as_hypothesis(base, found[n][0]) for n in order]
+    hypotheses = [_as_hypothesis(base, told[n]) for n in order]
     kinds = [kind_of(hypothesis.effects[-1]) for hypothesis in hypotheses]
-    priors = {kind: found[n][1] for kind, n in zip(kinds, order, strict=True)}
+    priors = {kind: told[n].log_prior for kind, n in zip(kinds, order, strict=True)}
     return comparison.with_hypotheses(finite(hypotheses), priors)
 
 
@@ -83,26 +75,6 @@ def with_one_more_network(comparison: Comparison, depth: int, tick: Tick) -> Com
     """Add a network to the best hypothesis of so many effects."""
     best = next(h for h in comparison.distinct() if len(h.effects) == depth)
     return with_networks(comparison, best, tick)
-
-
-def _log_prior(law: NamedLaw, pieces: int) -> float:
-    """Log prior probability of a network within its kind of port."""
-    return log_prior_of_network(law.tree, law.port.trees()) - math.log(pieces)
-
-
-def log_prior_of_network(tree: Tree, trees: Sequence[Tree]) -> float:
-    """Each further element halves the probability; networks of as many share it.
-
-    Parameters
-    ----------
-    tree
-        The network.
-    trees
-        All that are tried there, one of each class.
-    """
-    count = len(leaves(tree))
-    alike = sum(len(leaves(other)) == count for other in trees)
-    return -count * math.log(2.0) - math.log(alike)
 
 
 def _as_hypothesis(base: Hypothesis, law: NamedLaw) -> Hypothesis:

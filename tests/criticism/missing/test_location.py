@@ -8,7 +8,7 @@ from skfem import Basis, ElementQuadBFS
 
 import bayes_placement as bp
 from bayes_placement import effects, finite_elements, positions
-from bayes_placement.criticism.missing._location import effect_locations, locations
+from bayes_placement.criticism.locations import effect_locations, locations
 from bayes_placement.modes.finite_elements import interpolation, modes_from_shapes, soft_supports
 from bayes_placement.positions import places
 from tests.small_models import Plate

@@ -9,12 +9,12 @@ from typing import Any
 import jax
 import numpy as np
 
-from ..._compiled import compiled
-from ..._sites import is_unknown, substitute
-from ...effects.effect import Effect
-from ...experiment.experiment import Experiment
-from ...positions.places import Place, Straight, mean
-from ...positions.vectors import PointsInSpace, Recorded, triple
+from .._compiled import compiled
+from .._sites import is_unknown, substitute
+from ..effects.effect import Effect
+from ..experiment.experiment import Experiment
+from ..positions.places import Place, Straight, mean
+from ..positions.vectors import PointsInSpace, Recorded, triple
 
 
 def locations(

@@ -1,0 +1,64 @@
+"""Where something that is missing may act, whatever it is: the place before the law."""
+
+from threadpoolctl import threadpool_limits
+
+from ..._processes import tidied_seldom
+from ..._types import InputError, Progress, arguments_checked, no_progress
+from ...experiment.experiment import Experiment, Measurements
+from ..reach._named_laws import reached_ports
+from ..reach._ports import can_be_reached, ports_of
+from ..reach.reach import Reach, reach_of
+from ._answers import ticks
+from ._candidates import check_experiment
+from ._hypotheses import null_hypothesis
+
+
+@arguments_checked
+@tidied_seldom()
+@threadpool_limits.wrap(limits=1)  # small products: BLAS threads would only wait for each other
+def reach(
+    experiment: Experiment, measurement: Measurements, *, progress: Progress = no_progress
+) -> Reach:
+    """Say where something missing may act, whatever it is: no list of effects is used.
+
+    The response of a structure with any law on one port is linear in one complex number at each
+    line. So a law that is free at each line is fitted at every place, all unknowns of the model
+    with it: that is what any law there could remove. Passive networks of three elements are fitted
+    to what it asks for: these decide, since a free law explains much from anywhere.
+
+    Parameters
+    ----------
+    experiment
+        The model as given, with its priors.
+    measurement
+        Measured complex FRFs, of one state.
+    progress
+        Called with the share of the work done.
+
+    Returns
+    -------
+    Reach
+        The share of the misfit that can be explained at each place of each kind of port.
+
+    Raises
+    ------
+    InputError
+        If no law can be read: of amplitudes or modal parameters, at several force levels, or where
+        an effect of the model needs other lines than the measured ones.
+
+    Examples
+    --------
+    >>> print(bp.reach(experiment, surprise).words()[0][:31])
+    displacement at 400 mm: mass re
+    """
+    check_experiment(experiment, "reach")
+    null = null_hypothesis(experiment.with_errors(None), experiment.data(measurement))
+    if not can_be_reached(null.problem):
+        raise InputError(
+            f"{experiment.observe!r} was given; complex FRFs at one force level are needed, and no "
+            "effect that changes the record or the size of the structure, since a law is read from "
+            "the phase at each line: observe=bp.observe.Complex()."
+        )
+    tick = ticks(progress, len(ports_of(null.problem.experiment)), (0.0, 1.0))
+    reached = reached_ports(null.problem, null.fit.point, tick)
+    return reach_of(null.problem, null.fit.squares, *reached)

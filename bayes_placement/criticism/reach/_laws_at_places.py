@@ -1,0 +1,49 @@
+"""Laws fitted at many places at once, from draws of their priors."""
+
+from typing import Any
+
+import numpy as np
+
+from ...inference.engines.levenberg_marquardt import minimise
+from ...laws.rows import NUMBERS
+from ._asked import LARGEST, NETWORK, OF_ROW, PLACE, LawsAsked, draws
+from ._free_law import Points
+
+DRAWS = 64
+"""Draws of the numbers of each law from its prior."""
+
+
+def laws_at_places(objective: LawsAsked, which: Any, places: int, starts: int) -> Any:
+    """Laws fitted at each place [place, start, coordinate], their costs and log evidence.
+
+    Parameters
+    ----------
+    objective
+        What is made small.
+    which
+        Numbers of the networks.
+    places
+        Number of places.
+    starts
+        Draws of the prior that are followed at each place, those that fit best: so many of each
+        network; or of all networks together, where it is negative.
+    """
+    points = np.stack([_starts(objective, which, place, starts) for place in range(places)])
+    ends, normal = minimise(objective, points.reshape(-1, OF_ROW), steps=15, largest=LARGEST)
+    curved = np.linalg.slogdet(normal.curvature)[1]
+    evidence = -normal.cost - 0.5 * curved + objective.asked.log_volume[ends[:, PLACE].astype(int)]
+    evidence = np.nan_to_num(evidence, nan=-np.inf)
+    shape = points.shape[:2]
+    return ends.reshape(points.shape), normal.cost.reshape(shape), evidence.reshape(shape)
+
+
+def _starts(objective: LawsAsked, which: Any, place: int, starts: int) -> Points:
+    costs = objective.costs_of_draws(which, DRAWS, place)
+    rows = np.zeros((*costs.shape, OF_ROW))
+    rows[..., :NUMBERS] = draws(DRAWS)
+    rows[..., NETWORK], rows[..., PLACE] = which[:, None], place
+    if starts < 0:
+        rows, costs = rows.reshape(1, -1, OF_ROW), costs.reshape(1, -1)
+    best = np.argsort(costs, axis=1)[:, : abs(starts), None]
+    chosen: Points = np.take_along_axis(rows, best, axis=1).reshape(-1, OF_ROW)
+    return chosen

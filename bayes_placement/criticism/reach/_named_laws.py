@@ -1,0 +1,150 @@
+"""Every network at the best places of a kind of port; the best of them fitted in full."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise
+from ...inference.residuals import Problem
+from ...laws.catalogue import leaves
+from ...laws.law import Law, Tree
+from ...laws.rows import NUMBERS, Rows
+from ._asked import NETWORK, OF_ROW, PLACE
+from ._at_port import Point, ReachOfPort, asked_of_laws, omega_of, reach_of_port
+from ._free_law import FreeLaw
+from ._laws_at_places import laws_at_places
+from ._laws_in_full import LawsInFull
+from ._ports import Port, ports_of
+
+MOST_LINES = 400
+"""Lines at which all networks are fitted: these are starts only."""
+
+STARTS = 2
+"""Draws of each network that are followed at each place."""
+
+BEST_PLACES = 3
+"""Places of a kind of port at which every network is fitted."""
+
+BEST_LAWS = 6
+"""Laws of a kind of port that are fitted in full, with their places and all other unknowns."""
+
+
+class NamedLaw(NamedTuple):
+    """A network at a port, fitted in full.
+
+    Parameters
+    ----------
+    port
+        The kind of port.
+    tree
+        The network.
+    law
+        The network with its numbers.
+    prior
+        The network with priors of its numbers.
+    point
+        Coordinates of the problem, the place among them.
+    numbers
+        Coordinates of the numbers of the law.
+    fit
+        Its fit: mode, squares, evidence.
+    log_prior
+        Log prior probability of the network, and of the piece, within its kind of port.
+    """
+
+    port: Port
+    tree: Tree
+    law: Law
+    prior: Law
+    point: Float[np.ndarray, "unknown"]
+    numbers: Float[np.ndarray, "number"]
+    fit: Fit
+    log_prior: float
+
+
+def reached_ports(
+    problem: Problem, point: Point, tick: Callable[[], None]
+) -> tuple[list[ReachOfPort], list[NamedLaw]]:
+    """What laws can do at every kind of port of a structure, and the best of them.
+
+    Parameters
+    ----------
+    problem
+        The problem of the model.
+    point
+        Its fit.
+    tick
+        Called once for each kind of port.
+    """
+    ports = ports_of(problem.experiment)
+    pieces = Counter(port.acts_on for port in ports)
+    reached: list[ReachOfPort] = []
+    named: list[NamedLaw] = []
+    for port in ports:
+        reached.append(reach_of_port(problem, point, port))
+        named += laws_with_names(reached[-1], pieces[port.acts_on])
+        tick()
+    return reached, named
+
+
+def log_prior(tree: Tree, trees: Sequence[Tree]) -> float:
+    """Log prior of a network: each further element halves it, networks of as many share it.
+
+    Parameters
+    ----------
+    tree
+        The network.
+    trees
+        All that are tried there, one of each class.
+    """
+    count = len(leaves(tree))
+    alike = sum(len(leaves(other)) == count for other in trees)
+    return -count * math.log(2.0) - math.log(alike)
+
+
+def laws_with_names(reach: ReachOfPort, pieces: int) -> list[NamedLaw]:
+    """Every network at the best few places; the best of them in full, with their places.
+
+    Parameters
+    ----------
+    reach
+        What laws can do at each place.
+    pieces
+        Number of ports of this kind.
+    """
+    port, free, rows = reach.port, reach.free, reach.rows()
+    chosen = np.argsort(-reach.log_evidence)[:BEST_PLACES]
+    points = reach.points[chosen]
+    objective = asked_of_laws(free, points, rows, port, MOST_LINES)
+    fits, _, evidence = laws_at_places(objective, np.arange(len(rows.trees)), len(chosen), STARTS)
+    fits = fits.reshape(-1, OF_ROW)
+    best: dict[int, Any] = {}  # of each network
+    for row in fits[np.argsort(-evidence.ravel())]:
+        best.setdefault(int(row[NETWORK]), row)
+    starts = [
+        np.concatenate([points[int(row[PLACE])], row[:NUMBERS], [row[NETWORK]]])
+        for row in [*best.values()][:BEST_LAWS]
+    ]
+    return _in_full(reach, rows, np.array(starts), pieces)
+
+
+def _in_full(reach: ReachOfPort, rows: Rows, starts: Any, pieces: int) -> list[NamedLaw]:
+    free = FreeLaw(reach.free.problem)
+    objective = LawsInFull(free, rows, omega_of(free), reach.port.is_cut)
+    ends, normal = minimise(objective, starts, steps=25, largest=objective.largest)
+    named = []
+    for row in range(len(ends)):
+        here = type(normal)(*(values[row : row + 1] for values in normal))
+        inner = here._replace(gradient=here.gradient[:, :-1], curvature=here.curvature[:, :-1, :-1])
+        fit = best_fit(ends[row : row + 1, :-1], inner, free.problem.count)
+        network, size = int(ends[row, -1]), free.problem.dimension
+        numbers = ends[row, size:-1]
+        law = rows.law(network, numbers)
+        laws = rows.trees[network], law, rows.prior(network)
+        prior = log_prior(rows.trees[network], rows.trees) - np.log(pieces)
+        named.append(NamedLaw(reach.port, *laws, ends[row, :size], numbers, fit, float(prior)))
+    return named

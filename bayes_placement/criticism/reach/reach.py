@@ -1,0 +1,210 @@
+"""What laws at each place of a structure could remove of a misfit, and the best of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.special import logsumexp
+
+from ..._types import InputError
+from ...inference.residuals import Problem
+from ...positions.reprs import notebook_html
+from ..locations import locations
+from ._at_port import ReachOfPort, omega_of
+from ._free_law import FreeLaw, Points, over
+from ._named_laws import NamedLaw
+from ._ports import Port
+
+PLACES = ("x", "y", "z", "to_x", "to_y", "to_z")
+"""Columns of places [m]: where a law acts, and the other end of a strut."""
+
+
+@dataclass(frozen=True, repr=False)
+class Reach:
+    """What laws at each place could remove of the misfit of a model.
+
+    Parameters
+    ----------
+    curves
+        A row for each kind of port and place: `acts_on` (`displacement`, `rotation`, `cut` or
+        `relative`), `setting` in words, `x`, `y`, `z` [m] and the other end of a strut `to_x`,
+        `to_y`, `to_z` [m], NaN where there is none; and two shares of the misfit above noise [1]:
+        what `any_law` there could remove, and what a passive one of `few_numbers` does.
+    laws
+        A row for the best laws, fitted in full with their places: `acts_on`, `setting` and place as
+        above, the `law`, `few_numbers` [1], `chi2_per_datum`, and `probability` [1] among them.
+    chi2_per_datum
+        Of the model as given.
+    ports
+        The kinds of ports.
+
+    Examples
+    --------
+    >>> found = bp.reach(experiment, surprise)
+    >>> best = found.laws.iloc[0]
+    >>> best["acts_on"], best["law"].tree(), round(best["x"], 2)
+    ('displacement', 'm', 0.4)
+    """
+
+    curves: pd.DataFrame
+    laws: pd.DataFrame
+    chi2_per_datum: float
+    ports: Sequence[ReachOfPort] = field(repr=False)
+
+    def kinds(self) -> pd.DataFrame:
+        """Best law of each kind of port, and the probability of the kind; the greatest first."""
+        shares = self.laws.groupby("acts_on")["probability"].sum()
+        best = self.laws.drop_duplicates("acts_on").set_index("acts_on")
+        any_law = self.curves.groupby("acts_on")["any_law"].max()
+        table = best.assign(probability=shares, any_law=any_law)
+        return table.sort_values("probability", ascending=False)
+
+    def law_as_measured(self, acts_on: str = "") -> pd.DataFrame:
+        """Dynamic stiffness that the best place of a kind of port asks for, line by line.
+
+        All else is at its fit with a law that is free at each line, at the place of the curves
+        where a law of few numbers explains most.
+
+        Parameters
+        ----------
+        acts_on
+            Kind of port; by default the most probable one.
+
+        Returns
+        -------
+        DataFrame
+            A row for each line: `frequency` [Hz], `real` and `imaginary` part [N/m], of a rotation
+            [N m/rad], and the standard `deviation` of each of them.
+
+        Raises
+        ------
+        InputError
+            If the structure has no such port.
+        """
+        row = self._best_place(acts_on or str(self.laws["acts_on"].iloc[0]))
+        reached = self.ports[int(row["port"])]
+        at = reached.free.at(reached.points[int(row["place"])][None])
+        strength, receptance = at.best()[0], at.receptance[0]
+        stiffness, slope = _opened(strength, receptance, reached.port.is_cut)
+        deviation = 1 / np.sqrt(np.maximum(at.information()[0], np.finfo(float).tiny))
+        frequency = omega_of(reached.free) / (2 * np.pi)
+        parts = {"real": stiffness.real, "imaginary": stiffness.imag}
+        return pd.DataFrame(
+            {"frequency": frequency} | parts | {"deviation": deviation * np.abs(slope)}
+        )
+
+    def words(self) -> list[str]:
+        """Where something may act, kind by kind, and how much it would explain."""
+        return [
+            f"{acts_on}{_at(row)}: {row['law'].in_words()} removes {row['few_numbers']:.0%} of the "
+            f"misfit (probability {row['probability']:.2g}), any law up to {row['any_law']:.0%}."
+            for acts_on, row in self.kinds().iterrows()
+        ]
+
+    def _best_place(self, acts_on: str) -> Any:
+        curve = self.curves[self.curves["acts_on"] == acts_on]
+        if curve.empty:
+            kinds = ", ".join(dict.fromkeys(self.curves["acts_on"]))
+            raise InputError(
+                f"acts_on={acts_on!r} was given; a kind of port that the structure has is needed, "
+                f"one of {kinds}, since a law is read at its port: reach.law_as_measured()."
+            )
+        return curve.loc[curve["few_numbers"].idxmax()]
+
+    def __repr__(self) -> str:
+        return f"Reach: chi2 per datum {self.chi2_per_datum:.3g}; {self.words()[0]}"
+
+    def _repr_html_(self) -> str:
+        return notebook_html(repr(self), self.kinds(), self.words()[1:])
+
+
+def reach_of(
+    problem: Problem, squares: float, ports: Sequence[ReachOfPort], laws: Sequence[NamedLaw]
+) -> Reach:
+    """Lay out what laws at ports can do.
+
+    Parameters
+    ----------
+    problem
+        The problem of the model.
+    squares
+        Sum of squares of its fit.
+    ports
+        What laws can do at each kind of port.
+    laws
+        The best of them, fitted in full.
+    """
+    curves = pd.concat([_curve(port, number, squares) for number, port in enumerate(ports)])
+    of_port = {id(reached.port): reached for reached in ports}
+    rows = [_law(law, of_port[id(law.port)], squares) for law in laws]
+    table = pd.DataFrame(rows).sort_values("log_odds", ascending=False)
+    odds = table.pop("log_odds")
+    table["probability"] = np.exp(odds - logsumexp(odds))
+    chi2 = squares / problem.count
+    return Reach(curves.reset_index(drop=True), table.reset_index(drop=True), chi2, tuple(ports))
+
+
+def _curve(reached: ReachOfPort, number: int, squares: float) -> pd.DataFrame:
+    """Rows of one kind of port on one piece."""
+    lines = reached.free.problem.data.z.shape[-1]
+    # A free law takes two numbers at each line, whatever they explain.
+    by_any = _share(reached.squares + 2 * lines, squares, reached.free)
+    by_few = _share(reached.squares_of_law, squares, reached.free)
+    where = _where(reached.port, reached.free, reached.points)
+    places = np.arange(len(reached.points))
+    return where.assign(any_law=by_any, few_numbers=by_few, port=number, place=places)
+
+
+def _law(law: NamedLaw, reached: ReachOfPort, squares: float) -> dict[str, Any]:
+    """Row of a law that was fitted in full."""
+    where = _where(law.port, reached.free, law.point[None]).iloc[0].to_dict()
+    return {str(name): value for name, value in where.items()} | {
+        "law": law.law,
+        "few_numbers": float(_share(law.fit.squares, squares, reached.free)),
+        "chi2_per_datum": law.fit.squares / reached.free.problem.count,
+        "log_odds": law.fit.log_evidence + law.log_prior,
+    }
+
+
+def _share(left: Any, squares: float, free: FreeLaw) -> Any:
+    """Share of the misfit above noise that is removed."""
+    above = max(squares - free.problem.count, np.finfo(float).tiny)
+    return np.clip((squares - left) / above, 0.0, 1.0)
+
+
+def _where(port: Port, free: FreeLaw, points: Points) -> pd.DataFrame:
+    """Kind, setting and places of a port at points."""
+    experiment = free.problem.experiment
+    effect: Any = next(each for each in experiment.effects if each.name == port.effect.name)
+    values = free.problem.coordinates.named(points)
+    ends = [
+        locations(effect, experiment, values, len(points), field) for field in effect.place_fields
+    ]
+    unused = [np.full((len(points), 3), np.nan)] * (2 - len(ends))
+    setting = effect.setting(experiment.structure.modes, experiment.instruments)
+    table = pd.DataFrame(np.concatenate([*ends, *unused], axis=1), columns=list(PLACES))
+    table.insert(0, "setting", setting)
+    table.insert(0, "acts_on", port.acts_on)
+    return table
+
+
+def _opened(strength: Any, receptance: Any, is_cut: bool) -> tuple[Any, Any]:
+    """Dynamic stiffness of a law from t, and its slope along t."""
+    ones = np.ones_like(strength)
+    if is_cut:
+        return receptance - over(ones, strength), over(ones, strength**2)
+    soft = 1 - receptance * strength
+    return over(strength, soft), over(ones, soft**2)
+
+
+def _at(row: Any) -> str:
+    """Place of a row in words."""
+    ends = [[row[name] for name in PLACES[:3]], [row[name] for name in PLACES[3:]]]
+    texts = [
+        ", ".join(f"{1e3 * coordinate:.0f}" for coordinate in end if np.isfinite(coordinate))
+        for end in ends
+    ]
+    pairs = zip(("at", "to"), texts, strict=True)
+    return "".join(f" {word} {text} mm" for word, text in pairs if text)
