@@ -2,7 +2,7 @@
 
 import abc
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
 import equinox as eqx
@@ -295,6 +295,11 @@ class AmplitudeAttachment(AtPlace):
     def threshold(self) -> Float[Array, ""]:
         """Amplitude up to which the dynamic stiffness is constant [m]."""
         return jnp.zeros(())
+
+
+def can_act_together(effects: Iterable[Effect]) -> bool:
+    """Tell whether a structure can have all of some effects: one of those of amplitude at most."""
+    return sum(isinstance(effect, AmplitudeAttachment) for effect in effects) <= 1
 
 
 class Modulus(StructureEffect):

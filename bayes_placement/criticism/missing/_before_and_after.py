@@ -4,13 +4,13 @@ All that is unknown is shared, model error included: what the model does not kno
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..._types import InputError
-from ...effects.effect import Effect
+from ...effects.effect import Effect, can_act_together
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.measurement import Measurement
@@ -130,7 +130,7 @@ def refitted_effects(
     """
     fits: dict[tuple[str, ...], Hypothesis] = {}
     for partner in (comparison.hypotheses[0], comparison.best()):
-        new_effects = [effect for effect in partner.effects if kind_of(effect) not in between.kinds]
+        new_effects = _beside(between, partner.effects)
         effects = (*between.effects, *new_effects)
         kinds = tuple(kind_of(effect) for effect in effects)
         if between.effects and len(effects) <= most_effects and kinds not in fits:
@@ -156,8 +156,17 @@ def _from_both(
 def _next_best(comparison: Comparison, branch: Hypothesis) -> list[Effect]:
     """The single effects of greatest odds that a hypothesis does not have."""
     singles = [h for h in comparison.distinct() if len(h.effects) == 1]
-    candidates = [h.effects[0] for h in singles if h.kinds[0] not in branch.kinds]
-    return candidates[: NARROW.kinds]
+    return _beside(branch, [h.effects[0] for h in singles])[: NARROW.kinds]
+
+
+def _beside(hypothesis: Hypothesis, effects: Iterable[Effect]) -> list[Effect]:
+    """Effects of other kinds than those of a hypothesis, which can act together with them."""
+    return [
+        effect
+        for effect in effects
+        if kind_of(effect) not in hypothesis.kinds
+        and can_act_together((*hypothesis.effects, effect))
+    ]
 
 
 def _over_both(later: State, earlier: State, before: Hypothesis) -> Hypothesis:

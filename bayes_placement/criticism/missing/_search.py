@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...effects.effect import Effect
+from ...effects.effect import Effect, can_act_together
 from ...effects.library import kind_of
 from ._fitted_candidates import best_variants, extended, relocated
 from ._hypotheses import Hypothesis, logarithmic_jacobian
@@ -104,7 +104,8 @@ def _pairs(
             kind = kind_of(candidate.effect)
             extension = tuple(sorted((*branch.kinds, kind)))
             is_new = kind not in branch.kinds and extension not in tried
-            if is_new and len(kinds) < most:
+            is_possible = can_act_together((*branch.effects, candidate.effect))
+            if is_new and is_possible and len(kinds) < most:
                 kinds.append(kind)
                 tried.add(extension)
                 pairs.append((branch, candidate.effect))
