@@ -12,9 +12,9 @@ from .scales import Axis, Scales
 def limited_share(
     limit: Float[Array, ""], amplitude: Float[Array, "*shape"]
 ) -> Float[Array, "*shape"]:
-    """Limit over an amplitude, and one where the amplitude is less [1]."""
+    """Limit over an amplitude, and one where the amplitude is less; zero without a limit [1]."""
     is_beyond = amplitude > limit
-    return jnp.where(is_beyond, limit / jnp.where(is_beyond, amplitude, 1.0), 1.0)
+    return jnp.where(is_beyond, limit / jnp.where(is_beyond, amplitude, 1.0), jnp.sign(limit))
 
 
 def circle_segment(cosine: Float[Array, "*shape"]) -> Float[Array, "*shape"]:

@@ -4,6 +4,7 @@ Friction and gaps are compared with their force along a cycle, roots with scans 
 the response with integrated equations of motion.
 """
 
+import inspect
 import types
 
 import jax
@@ -38,7 +39,7 @@ def stiffness_of(law, amplitude, omega=1.0):
 
 
 def first_harmonic(force, amplitude):
-    """Complex stiffness of the first harmonic of a force along a cycle of cos(t), by its samples."""
+    """Complex stiffness of the first harmonic of a force along a cycle of cos(t)."""
     return 2 * np.fft.fft(force)[1] / force.size / amplitude
 
 
@@ -59,11 +60,11 @@ def cycles(amplitude, count=2, samples=20_000):
 def test_friction_has_the_first_harmonic_of_its_cycle(over_threshold):
     amplitude = over_threshold * FORCE / STIFFNESS
     path, samples = cycles(amplitude)
-    force = rubbing(path)[samples:]
-    expected = first_harmonic(force, amplitude)
+    force = rubbing(path)
+    expected = first_harmonic(force[samples:], amplitude)
     seen = stiffness_of(FRICTION, [amplitude])[0]
     np.testing.assert_allclose(seen, expected, atol=1e-6 * STIFFNESS)
-    lost = np.sum(force * np.diff(path[samples - 1 :]))
+    lost = np.trapezoid(force[samples - 1 :], path[samples - 1 :])
     slipped = max(amplitude - FORCE / STIFFNESS, 0.0)
     np.testing.assert_allclose(lost, 4 * FORCE * slipped, atol=1e-6 * FORCE * amplitude)
     np.testing.assert_allclose(stiffness_of(FRICTION, [amplitude], -1.0)[0], np.conj(seen))
@@ -80,7 +81,7 @@ def test_a_stiff_contact_is_plain_coulomb_friction():
 @pytest.mark.parametrize("over_clearance", [0.3, 1.0, 1.001, 1.4, 5.0, 900.0])
 def test_a_gap_has_the_first_harmonic_of_its_force(over_clearance):
     amplitude = over_clearance * CLEARANCE
-    path, samples = cycles(amplitude, count=1)
+    path, _ = cycles(amplitude, count=1)
     force = STIFFNESS * np.sign(path) * np.maximum(np.abs(path) - CLEARANCE, 0.0)
     expected = first_harmonic(force, amplitude)
     np.testing.assert_allclose(stiffness_of(GAP, [amplitude])[0], expected, atol=1e-8 * STIFFNESS)
@@ -146,7 +147,7 @@ def test_of_the_roots_of_a_cubic_it_is_the_least():
     assert several > 100
 
 
-@pytest.mark.parametrize("law", [CUBIC, GAP], ids=["cubic", "gap"])
+@pytest.mark.parametrize("law", [CUBIC, effects.gap(AT, 4e6, CLEARANCE)], ids=["cubic", "gap"])
 def test_it_jumps_where_the_least_two_roots_meet(law):
     """A crest of a |1 + h Z(a)|: below it the least root is before, above it far beyond."""
     receptance = ports(200)[0]
@@ -191,7 +192,7 @@ def test_derivatives_are_those_of_finite_differences_either_way(name):
     def response(scales):
         scaled = [number * scale for number, scale in zip(numbers, scales[3:], strict=True)]
         receptance = 4e-6 * jax.lax.complex(scales[0], -0.3 * scales[1])
-        return 1e6 * response_of(kind, scaled, receptance, 5.0 * scales[2])
+        return 1e6 * response_of(kind, scaled, receptance, 20.0 * scales[2])
 
     ones = jnp.ones(3 + len(numbers))
     forward, reverse = jax.jacfwd(response)(ones), jax.jacrev(response)(ones)
@@ -288,14 +289,14 @@ def test_friction_sticks_along_its_direction_and_slips_under_large_forces():
     spring = effects.ground_spring(scene.place, 1e4, direction=along)
 
     def response(additions, force):
-        levels = np.full(len(scene.frequency), force)
+        levels = jnp.full(len(scene.frequency), force)
         return np.asarray(jax.jit(lambda: scene.response(additions, force=levels))())
 
     free, held = response([], 1.0), response([spring], 1.0)
     size = np.abs(held).max()
     np.testing.assert_allclose(response([rubbing], 1e-6), held, atol=1e-12 * size)
     np.testing.assert_allclose(response([rubbing], 1e7), free, atol=1e-4 * np.abs(free).max())
-    assert np.abs(held - free).max() > 0.1 * size
+    assert np.abs(held - free).max() > 0.05 * size
     everywhere = effects.gap(scene.place, 1e4, 1e-5)
     with pytest.raises(ValueError, match=r'"gap" was given without a direction; one is needed'):
         response([everywhere], 1.0)
@@ -345,5 +346,5 @@ def test_no_search_puts_two_of_them_on_a_structure(monkeypatch):
     comparison = types.SimpleNamespace(
         of=lambda kinds: None, hypotheses=[alone], candidates=candidates
     )
-    pairs = _search._pairs(comparison, [alone], 5)
+    pairs = inspect.unwrap(_search._pairs)(comparison, [alone], 5)  # types of stand-ins differ
     assert [effect.name for _, effect in pairs] == ["point_mass"]
