@@ -2,8 +2,8 @@
 
 from ..laws import Dashpot, LossySpring, Mass, Spring, Springpot
 from .effect import (
+    AmplitudeAttachment,
     Attachment,
-    CubicAttachment,
     Effect,
     GlobalChange,
     Hinged,
@@ -19,8 +19,8 @@ from .scales import Scales
 
 __all__ = [
     "EFFECTS",
+    "AmplitudeAttachment",
     "Attachment",
-    "CubicAttachment",
     "Dashpot",
     "Effect",
     "GlobalChange",

@@ -4,17 +4,17 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 import equinox as eqx
-import jax.numpy as jnp
 from jaxtyping import Array, Float
 from numpyro.distributions import LogUniform
 
 from .._sites import unit
 from .._types import Parameter
-from .effect import CubicAttachment, Direction, Place
+from ._describing_functions import tried_places
+from .effect import AmplitudeAttachment, Direction, Omega, Place
 from .scales import Scales
 
 
-class CubicStiffness(CubicAttachment):
+class CubicStiffness(AmplitudeAttachment):
     """A cubic spring between one place and the ground, by its describing function.
 
     Under a harmonic displacement of amplitude u the force k_3 u^3 has the first harmonic
@@ -29,7 +29,7 @@ class CubicStiffness(CubicAttachment):
     stiffness
         Force per cube of displacement [N/m^3].
     direction
-        Direction in which it acts, three numbers; None for every one in which the structure moves.
+        Direction in which it acts, three numbers; None where the structure moves along one only.
 
     Examples
     --------
@@ -45,18 +45,18 @@ class CubicStiffness(CubicAttachment):
     direction: Direction = eqx.field(default=None, kw_only=True)
     name: str = eqx.field(static=True, default="cubic_stiffness", kw_only=True)
 
-    def hardening(self) -> Float[Array, ""]:
-        """Equivalent stiffness per amplitude squared, 3/4 k_3 [N/m^3]."""
-        return 0.75 * jnp.asarray(self.stiffness)
+    def equivalent_stiffness(
+        self, amplitude: Float[Array, "actuator frequency"], omega: Omega
+    ) -> Float[Array, "actuator frequency"]:
+        """3/4 k_3 a^2 at the amplitude a [N/m]."""
+        return 0.75 * self.stiffness * amplitude**2
 
     @classmethod
     def suggest(cls, scales: Scales) -> Sequence["CubicStiffness"]:
         """A spring that matters at the amplitudes of this experiment; none without them."""
-        if scales.displacement is None:
-            return []
-        middle = scales.stiffness / scales.displacement**2
+        displacement, places = tried_places(scales)
+        middle = scales.stiffness / displacement**2
         stiffness = LogUniform(1e-4 * middle, 1e4 * middle)
-        places = scales.places_and_directions()
         return [cls(place, stiffness, direction=direction) for place, direction in places]
 
 

@@ -49,3 +49,5 @@ from .cross_axis import cross_axis
 from .frequency_scale import frequency_scale
 from .mains_hum import mains_hum
 from .dimension_error import dimension_error
+from .coulomb_friction import coulomb_friction
+from .gap import gap

@@ -10,16 +10,15 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
 from .._types import InputError, Receptance
-from ..effects.effect import CubicAttachment, Omega, OnPorts
+from ..effects.effect import AmplitudeAttachment, Omega, OnPorts
 from ..effects.port_law import PortLaw
 from ..modes.eigenpairs import with_coupling
 from ..modes.modes import Modes
 from ..modes.points import Points, joined
 from ..modes.uneven_pieces import Excess, with_uneven_pieces
+from .amplitudes import attached
 from .closure import closed, reciprocal
 from .structure import Structure
-
-NEWTON_STEPS = 60
 
 Matrix = Complex[Array, "response reference frequency"]
 """Receptance [m/N] between response and reference points."""
@@ -51,7 +50,7 @@ def receptance(
     ports
         Further linear attachments, those of the instruments.
     force
-        Amplitude [N] of the force at each frequency; only cubic attachments need it.
+        Amplitude [N] of the force at each frequency, for attachments that depend on amplitudes.
     mode_error
         By what natural frequencies and damping differ; None where they are exact.
 
@@ -63,14 +62,14 @@ def receptance(
     Raises
     ------
     InputError
-        If an attachment depends on the amplitude and no force is known.
+        If an attachment depends on the amplitude and no force is known, or several do.
     """
     modes = structure.proper_modes()
     if mode_error is not None:
         modes = mode_error.uneven(modes)
-    attached = [*linear_laws(structure, modes, omega, mode_error), *ports]
-    cubic = structure.cubic_attachments
-    at_ports = [spring.points(modes) for spring in cubic] + [port.points for port in attached]
+    linear = [*linear_laws(structure, modes, omega, mode_error), *ports]
+    nonlinear = [_single(found, modes)] if (found := structure.amplitude_attachments) else []
+    at_ports = [item.points(modes) for item in nonlinear] + [port.points for port in linear]
     response, reference = ShapesAtPoints.of(sensors, modes), ShapesAtPoints.of(actuators, modes)
     matrix = elastic(structure, modes, response, reference, omega, mode_error)
     if not at_ports:
@@ -81,11 +80,11 @@ def receptance(
     sides = response.joined(inner), reference.joined(inner)
     with_ports = elastic(structure, modes, *sides, omega, mode_error)
     matrix = with_ports.at[: matrix.shape[0], : matrix.shape[1]].set(matrix)
-    for law in reversed(attached):
+    for law in reversed(linear):
         matrix = closed(matrix, law)
-    if not cubic:
-        return matrix
-    return attached_cubic(matrix, _single(cubic).hardening(), _known(force))
+    for item in nonlinear:
+        matrix = attached(matrix, item, omega, _known(force, item))
+    return matrix
 
 
 def linear_laws(
@@ -266,86 +265,38 @@ def _coupled(
     return with_coupling(matrix, coupling, response * growth, reference)
 
 
-def attached_cubic(
-    matrix: Matrix, hardening: Float[Array, ""], force: Float[Array, "frequency"]
-) -> Complex[Array, "response-1 reference-1 frequency"]:
-    """Receptance between all points but the last, a port to which a cubic spring is attached.
+def _single(attachments: Sequence[AmplitudeAttachment], modes: Modes) -> AmplitudeAttachment:
+    """Return the only attachment whose stiffness depends on the amplitude, along one direction.
 
-    Each actuator drives alone. The equivalent stiffness k follows from the amplitude |u| and this
-    from k: a fixed point.
-
-    Parameters
-    ----------
-    matrix
-        Receptance between sensors, actuators and the port.
-    hardening
-        Growth of the equivalent stiffness with the amplitude squared [N/m^3].
-    force
-        Amplitude of the force [N].
+    Raises
+    ------
+    InputError
+        If there are several, or it acts along several directions.
     """
-    driving_point, driven = matrix[-1, -1], matrix[-1, :-1]
-    square = amplitude_squared(hardening * driving_point, jnp.abs(driven * force) ** 2)
-    stiffness = hardening * square
-    share = stiffness * reciprocal(1 + stiffness * driving_point)
-    return matrix[:-1, :-1] - matrix[:-1, -1, None] * share * driven
-
-
-def amplitude_squared(
-    product: Complex[Array, "frequency"], free: Float[Array, "actuator frequency"]
-) -> Float[Array, "actuator frequency"]:
-    r"""Least root x of x |1 + r x|^2 = b, the square of the amplitude on a cubic spring [m^2].
-
-    Parameters
-    ----------
-    product
-        r, hardening times receptance at the spring [1/m^2].
-    free
-        b, square of the amplitude without the spring [m^2].
-    """
-    slope, curve = 2 * jnp.real(product), jnp.abs(product) ** 2
-
-    def newton(x: Array, b: Array) -> Array:
-        value = ((curve * x + slope) * x + 1) * x - b
-        return x - value / ((3 * curve * x + 2 * slope) * x + 1)
-
-    start = jax.lax.stop_gradient(_start(slope, curve, free))
-    fixed = jax.lax.fori_loop(0, NEWTON_STEPS, lambda _, x: newton(x, free), start)
-    # One more step from a constant carries the derivative of the fixed point, exactly.
-    return newton(jax.lax.stop_gradient(fixed), free)
-
-
-def _start(slope: Array, curve: Array, b: Array) -> Array:
-    """A start from which Newton's steps stay on one side of the least root.
-
-    The curve rises from -b at 0. Where it bends down first, up to a summit, the root is before the
-    summit if that is positive: begin at 0. In all other cases the root lies where the curve bends
-    up: begin beyond it.
-    """
-    tiny = jnp.finfo(float).tiny
-    root = jnp.sqrt(jnp.maximum(slope**2 - 3 * curve, 0.0))
-    summit = jnp.where(slope < 0, -1 / jnp.minimum(slope - root, -tiny), 0.0)
-    height = ((curve * summit + slope) * summit + 1) * summit - b
-    before = (slope < 0) & (slope**2 > 3 * curve) & (height >= 0)
-    bending = jnp.maximum(-slope, 0.0) / jnp.maximum(curve, tiny)
-    beyond = jnp.where(slope < 0, 2 * bending + jnp.cbrt(b / jnp.maximum(curve, tiny)), b)
-    return jnp.where(before, 0.0, beyond)
-
-
-def _single(cubic: Sequence[CubicAttachment]) -> CubicAttachment:
-    if len(cubic) > 1:
-        names = " and ".join(attachment.name for attachment in cubic)
+    last = attachments[-1]
+    if len(attachments) > 1:
+        names = " and ".join(attachment.name for attachment in attachments)
         raise InputError(
-            f"The structure has {len(cubic)} cubic attachments, {names}; at most one is possible, "
-            "since their describing functions depend on each other. Keep one of them: "
-            f'experiment.without("{cubic[-1].name}").'
+            f"The structure has {len(attachments)} attachments that depend on the amplitude, "
+            f"{names}; at most one is possible, since their describing functions depend on each "
+            f'other. Keep one of them: experiment.without("{last.name}").'
         )
-    return cubic[0]
+    if last.points(modes).count > 1:
+        raise InputError(
+            f'Effect "{last.name}" was given without a direction; one is needed, since its '
+            "stiffness depends on the amplitude, which is that along one direction: "
+            "direction=(0.0, 0.0, 1.0)."
+        )
+    return last
 
 
-def _known(force: Float[Array, "frequency"] | None) -> Float[Array, "frequency"]:
+def _known(
+    force: Float[Array, "frequency"] | None, attachment: AmplitudeAttachment
+) -> Float[Array, "frequency"]:
     if force is None:
         raise InputError(
-            "The structure has a cubic stiffness, but no force is known; its amplitude is needed, "
-            "since the response depends on it: Experiment(..., force_levels=[0.1, 1.0])."
+            f'The structure has the effect "{attachment.name}", but no force is known; its '
+            "amplitude is needed, since the response depends on it: "
+            "Experiment(..., force_levels=[0.1, 1.0])."
         )
     return force

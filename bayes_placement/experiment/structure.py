@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Inexact
 from .._sites import Role, owners
 from .._types import InputError, check_annotated, check_kind
 from ..effects.effect import (
-    CubicAttachment,
+    AmplitudeAttachment,
     Effect,
     GlobalChange,
     Hinged,
@@ -168,9 +168,9 @@ class Structure(eqx.Module):
         return {name: count for name, count in counts.items() if count}
 
     @property
-    def cubic_attachments(self) -> list[CubicAttachment]:
+    def amplitude_attachments(self) -> list[AmplitudeAttachment]:
         """Attachments whose stiffness depends on the amplitude."""
-        return self.of_kind(CubicAttachment)
+        return self.of_kind(AmplitudeAttachment)
 
 
 def is_dict(leaf: Any) -> bool:

@@ -248,13 +248,13 @@ def test_effects_on_what_the_experiment_has_not_are_refused():
         effects.library(base, ["rust"])
 
 
-def test_a_cubic_spring_needs_to_know_the_force():
+def test_what_depends_on_the_amplitude_needs_the_force_and_is_alone():
     sprung = experiment() + effects.cubic_stiffness(0.5, 1e8)
     with refused(r"no force is known; .*: Experiment\(..., force_levels="):
         jax.eval_shape(lambda: sprung.nominal().receptance())
     two = experiment(force_levels=[1.0]) + effects.cubic_stiffness(0.5, 1e8)
-    two = two + effects.cubic_stiffness(0.7, 1e8, name="other")
-    with refused(r"2 cubic attachments, cubic_stiffness and other; at most one is"):
+    two = two + effects.gap(0.7, 1e8, 1e-6, name="other")
+    with refused(r"2 attachments that depend on the .*, cubic_stiffness and other; at most one is"):
         jax.eval_shape(lambda: two.nominal().receptance())
 
 

@@ -21,6 +21,8 @@ DIRECTED = {
     "ground_dashpot": (10.0,),
     "tuned_absorber": (0.1, 100.0, 0.1),
     "cubic_stiffness": (1e8,),
+    "coulomb_friction": (10.0, 1e6),
+    "gap": (1e6, 1e-5),
 }
 
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..._types import InputError
-from ...effects.effect import Effect
+from ...effects.effect import Effect, can_act_together
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.measurement import Measurement
@@ -135,6 +135,8 @@ def refitted_effects(
         known = {effect.name for effect in between.effects}
         new_effects = [effect for effect in partner.effects if effect.name not in known]
         effects = (*between.effects, *new_effects)
+        if not can_act_together(effects):
+            continue
         kinds = tuple(kind_of(effect) for effect in effects)
         if between.effects and len(effects) <= most_effects and kinds not in fits:
             fits[kinds] = _from_both(comparison.hypotheses[0], partner, between, effects)

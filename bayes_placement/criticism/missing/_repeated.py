@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from ..._sites import Unknown, is_unknown
-from ...effects.effect import Effect
+from ...effects.effect import Effect, can_act_together
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...inference.residuals import Problem, fields_of
@@ -21,7 +21,7 @@ from ._hypotheses import Hypothesis
 def may_be_added(effect: Effect, problem: Problem, branch: Hypothesis, best: Hypothesis) -> bool:
     """Whether an effect is one more beside those of a hypothesis.
 
-    It is of another kind; or the best hypothesis has the kind, it may be there more than once, and
+    It can act together with them. It is of another kind; or the best hypothesis has the kind, it may be there more than once, and
     this one is elsewhere or about something else: two delays of one channel are one.
 
     Parameters
@@ -36,6 +36,8 @@ def may_be_added(effect: Effect, problem: Problem, branch: Hypothesis, best: Hyp
         The hypothesis of the greatest odds.
     """
     kind = kind_of(effect)
+    if not can_act_together((*branch.effects, effect)):
+        return False
     if kind not in branch.kinds:
         return True
     if not effect.may_repeat or kind not in best.kinds:

@@ -23,7 +23,7 @@ def factorise(experiment: Experiment) -> bool:
         return False
     if experiment.model_error is not None:
         return False
-    if structure.attachments or structure.cubic_attachments or _recording(experiment):
+    if structure.attachments or structure.amplitude_attachments or _recording(experiment):
         return False
     moduli = [Owner("effects", modulus.name) for modulus in structure.of_kind(Modulus)]
     owners = [unknown.owner for unknown in experiment.unknowns if not unknown.is_of_transducer]

@@ -1,0 +1,85 @@
+"""Dry friction between one place of the structure and the ground."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float
+from numpyro.distributions import LogUniform
+
+from .._ranges import NOT_NEGATIVE, POSITIVE
+from .._sites import unit
+from .._types import Parameter
+from ._describing_functions import circle_segment, limited_share, tried_places
+from .effect import AmplitudeAttachment, Direction, Omega, Place
+from .scales import Scales
+
+
+class CoulombFriction(AmplitudeAttachment):
+    """A contact that slips at a force, in series with its stiffness: Jenkins' element.
+
+    It sticks up to the amplitude F / k. Beyond, its describing function is k r' + i k r'' with
+    s = F / (k a), r' = (theta - sin(theta) cos(theta)) / pi, cos(theta) = 1 - 2 s and
+    r'' = 4 s (1 - s) / pi: a cycle loses 4 F (a - F / k) (Krack and Gross, Harmonic Balance for
+    Nonlinear Vibration Problems, doi:10.1007/978-3-030-14023-6). Without a force nothing is left
+    of it. The experiment must say how hard it is driven: `Experiment(force_levels=...)`.
+
+    Parameters
+    ----------
+    at
+        Where it holds the structure [m].
+    force
+        Force F at which it slips [N].
+    stiffness
+        Stiffness k of the contact while it sticks [N/m].
+    direction
+        Direction in which it acts, three numbers; None where the structure moves along one only.
+
+    Examples
+    --------
+    >>> driven = bp.Experiment(structure, **setup, force_levels=[1.0, 10.0])
+    >>> rubbing = driven + bp.effects.coulomb_friction(at=0.4, force=0.5, stiffness=1e6)
+    >>> float(rubbing.structure.effects["coulomb_friction"].threshold())  # m
+    5e-07
+    """
+
+    tried_by_default: ClassVar[bool] = False
+    changes_modes: ClassVar[bool] = False
+    # The force and not the stiffness: weak friction loses energy, a weak contact is a spring.
+    absent: ClassVar[tuple[str, float]] = ("force", 0.0)
+    at: Place = eqx.field(metadata=unit("m"))
+    force: Parameter = eqx.field(metadata=unit("N", within=NOT_NEGATIVE))
+    stiffness: Parameter = eqx.field(metadata=unit("N/m", within=POSITIVE))
+    direction: Direction = eqx.field(default=None, kw_only=True)
+    name: str = eqx.field(static=True, default="coulomb_friction", kw_only=True)
+
+    def equivalent_stiffness(
+        self, amplitude: Float[Array, "actuator frequency"], omega: Omega
+    ) -> Complex[Array, "actuator frequency"]:
+        """That of the contact, less the more it slips [N/m]; conjugate at negative frequencies."""
+        share = limited_share(self.threshold(), amplitude)
+        lost = 4 * share * (1 - share) / jnp.pi * jnp.sign(omega)
+        return self.stiffness * (circle_segment(1 - 2 * share) + 1j * lost)
+
+    def threshold(self) -> Float[Array, ""]:
+        """Amplitude at which it slips [m]."""
+        return jnp.asarray(self.force / self.stiffness)
+
+    @classmethod
+    def suggest(cls, scales: Scales) -> Sequence["CoulombFriction"]:
+        """Forces that matter at the amplitudes of this experiment; none if these are not known."""
+        displacement, places = tried_places(scales)
+        greatest = scales.stiffness * displacement
+        return [
+            cls(
+                place,
+                LogUniform(1e-4 * greatest, greatest),
+                LogUniform(1e-2 * scales.stiffness, 1e2 * scales.stiffness),
+                direction=direction,
+            )
+            for place, direction in places
+        ]
+
+
+coulomb_friction = CoulombFriction
