@@ -10,10 +10,10 @@ import pytest
 from scipy.integrate import trapezoid
 
 from bayes_placement import effects, plots
-from bayes_placement.criticism.missing import _search
+from bayes_placement.criticism.missing import _changes, _search
 from bayes_placement.criticism.missing._before_and_after import _next_best
 from bayes_placement.criticism.missing._candidates import numbered, renamed
-from bayes_placement.criticism.missing._changes import FoundEffect
+from bayes_placement.criticism.missing._changes import NEW, UNCHANGED, FoundEffect
 from bayes_placement.criticism.missing._hypotheses import Hypothesis, null_hypothesis
 from bayes_placement.criticism.missing._posterior_odds import steps_to
 from bayes_placement.criticism.missing._repeated import (
@@ -274,3 +274,22 @@ def test_effects_are_followed_whatever_their_numbers():
     second = first._replace(effect=renamed(first.effect, "point_mass_2"))
     assert first.is_comparable(second)
     assert not first.is_comparable(second._replace(effect=effects.point_mass(0.4, 0.1)))
+
+
+def test_an_effect_is_compared_with_the_nearest_of_its_kind_alone(found, monkeypatch):
+    """What is one mass in both states might else be either of two in each."""
+    best = found.best()
+    swapped = with_swapped_names(best, "point_mass", "point_mass_2")
+    earlier = FoundEffect(best.effects[0], "", {}, best)
+    same, other = (
+        FoundEffect(effect, "", {}, swapped)
+        for effect in sorted(swapped.effects, key=lambda e: e.name == earlier.effect.name)
+    )
+    asked = []
+    monkeypatch.setattr(_changes, "_log_odds", lambda *states: asked.append(states) or 0.0)
+    assert _changes.change(earlier, other) == NEW
+    assert not asked
+    assert _changes.change(earlier, same) == UNCHANGED
+    (renamed_earlier, *_), *_ = asked
+    assert renamed_earlier.effect.name == same.effect.name == "point_mass_2"
+    assert places_of(renamed_earlier.hypothesis) == places_of(swapped)

@@ -1,4 +1,4 @@
-"""Masses on the bar of the README, measured on finite elements that this package did not compute."""
+"""Masses on the bar of the README, measured by finite elements apart from this package."""
 
 import numpy as np
 import numpyro.distributions as dist
@@ -6,6 +6,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement import effects, improve
+from bayes_placement.criticism.fitted import effect_places
 from tests.simulator.fine_elements import Line
 from tests.simulator.hidden_structures import Instrument, accelerance, record
 
@@ -67,7 +68,7 @@ def test_as_many_masses_are_claimed_as_are_hidden(masses):
     assert ledger.verdict == ("point_mass",) * len(masses)
     assert ledger.steps[-1].chi2_per_datum == pytest.approx(1.0, abs=0.15)
     assert not ledger.unexplained
-    located = bp.criticism.fitted.effect_places(ledger)
+    located = effect_places(ledger)
     found = sorted((at, name) for name, at in located.items())
     for (at, name), (place, mass) in zip(found, masses, strict=True):
         assert at == pytest.approx(place, abs=1e-3)
