@@ -17,6 +17,7 @@ from ..criticism.fitted import effect_places
 from ..criticism.missing.fitted_model import FittedModel
 from ..criticism.missing.ledger import Ledger
 from ..criticism.missing.ranking import Ranking
+from ..effects.library import kind_of
 from ..experiment.experiment import Experiment
 from ..inference.chi2 import LEVEL
 from ..positions.vectors import Recorded
@@ -100,7 +101,7 @@ def suspicion(
         Experiment whose structure and instruments are drawn below the map of a structure in
         space; that of a ledger by default.
     places
-        Places to mark [m], by kinds of effects: numbers on a line, three coordinates in space;
+        Places to mark [m], by kinds or names of effects: numbers on a line, three in space;
         those where a ledger found its effects by default.
     axes
         Axes to draw in, the maps and then the bars; None for a new figure.
@@ -111,15 +112,18 @@ def suspicion(
     'effect [kind]'
     """
     claimed: tuple[str, ...] = ()
+    kind_by_name: Mapping[str, str] = {}
     if isinstance(result, Ledger):
         experiment = result.experiment if experiment is None else experiment
         places = effect_places(result) if places is None else places
         claimed = result.verdict
+        kind_by_name = {effect.name: kind_of(effect) for effect in result.experiment.effects}
     table = result.suspicion.assign(size=result.suspicion["score"].abs())
     table["claimed"] = table["kind"].isin(claimed)
     greatest = table.groupby("kind")[["claimed", "size"]].max()
     kinds = list(greatest.sort_values(["claimed", "size"]).index)
-    marked = {kind: place for kind, place in (places or {}).items() if kind in kinds}
+    of_names = [(kind_by_name.get(name, name), place) for name, place in (places or {}).items()]
+    marked = [(kind, place) for kind, place in of_names if kind in kinds]
     if "z" in table and table["z"].notna().any():
         return _in_space(table, kinds, marked, experiment, axes)
     return _on_a_line(table, kinds, marked, axes)
@@ -128,7 +132,7 @@ def suspicion(
 def _in_space(
     table: pd.DataFrame,
     kinds: list[str],
-    places: Mapping[str, Any],
+    places: Sequence[tuple[str, Any]],
     experiment: Experiment | None,
     axes: Any,
 ) -> Figure:
@@ -147,8 +151,8 @@ def _in_space(
             structure_plots.draw_structure(panel, view, experiment)
         rows = located[located["kind"] == kind]
         structure_plots.draw_scores(panel, view, rows, label)
-        if kind in places:
-            structure_plots.mark_place(panel, view, places[kind])
+        for place in (place for marked, place in places if marked == kind):
+            structure_plots.mark_place(panel, view, place)
         structure_plots.name_axes(panel, view)
         panel.set_title(f"suspicion of{chr(10) if are_narrow else ' '}{kind}")
     _draw_greatest(bars, table, kinds)
@@ -167,15 +171,15 @@ def _with_setting(table: pd.DataFrame, kind: str, *, on_one_line: bool) -> str:
 
 
 def _on_a_line(
-    table: pd.DataFrame, kinds: list[str], places: Mapping[str, Any], axes: Any
+    table: pd.DataFrame, kinds: list[str], places: Sequence[tuple[str, Any]], axes: Any
 ) -> Figure:
     layout = panels(1, 2, axes, size=(PANEL[0], _height(kinds)))
     strips, bars = layout.axes[0]
     _draw_strips(strips, table, kinds)
     _draw_greatest(bars, table, kinds)
     if places:
-        rows = [kinds.index(kind) for kind in places]
-        strips.plot(list(places.values()), rows, **STAR, label="place as fitted")
+        rows, at = zip(*((kinds.index(kind), place) for kind, place in places), strict=True)
+        strips.plot(at, rows, **STAR, label="place as fitted")
     for panel in (strips, bars):
         panel.set_ylim(-0.5, len(kinds) - 0.5)
     strips.set_yticks(range(len(kinds)), kinds)

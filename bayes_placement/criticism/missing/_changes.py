@@ -18,7 +18,7 @@ from ._estimates import ParameterEstimate
 from ._hypotheses import Hypothesis
 from ._kept_fits import kept_with_sizes
 from ._posterior_odds import STRONG, Comparison
-from ._repeated import with_swapped_names
+from ._repeated import nearest, with_swapped_names
 from .fitted_model import FittedModel
 
 NEW, CHANGED, UNCHANGED = "new", "changed", "unchanged"
@@ -84,7 +84,12 @@ def change(earlier: FoundEffect, later: FoundEffect) -> str:
     Both states and the baseline are fitted at once, all else being shared: once with one effect in
     both states, once with one of another size at the same place, once with two effects. It is
     unchanged unless the evidence for something else is strong.
+
+    Of several of a kind only those nearest to each other are compared: what is one effect in both
+    states might else be any of them.
     """
+    if not (_is_nearest(earlier, later) and _is_nearest(later, earlier)):
+        return NEW
     earlier = earlier.named_as(later)
     unknowns = _of_effects(earlier.hypothesis)
     mine = {name for name, unknown in unknowns.items() if _is_of(unknown, earlier.effect)}
@@ -95,6 +100,12 @@ def change(earlier: FoundEffect, later: FoundEffect) -> str:
     if unchanged > max(changed, elsewhere) - STRONG:
         return UNCHANGED
     return CHANGED if changed > elsewhere - STRONG else NEW
+
+
+def _is_nearest(found: FoundEffect, other: FoundEffect) -> bool:
+    """Whether an effect is the one of its hypothesis that is nearest to another one."""
+    alike = nearest(found.hypothesis, other.hypothesis, other.effect)
+    return alike is not None and alike.name == found.effect.name
 
 
 def _of_effects(hypothesis: Hypothesis) -> dict[str, Unknown]:

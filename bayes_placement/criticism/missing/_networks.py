@@ -47,6 +47,8 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
         return comparison
     _, found = reached_ports(base.problem, base.fit.point, tick)
     told = [law for law in found if _is_told(law, found)]
+    if not told:
+        return comparison
     odds = np.array([law.fit.log_evidence + law.log_prior for law in told])
     order = [n for n in np.argsort(-odds) if odds[n] > np.max(odds) - WITHIN][:FITTED]
     hypotheses = [_as_hypothesis(base, told[n]) for n in order]

@@ -1,7 +1,7 @@
 """Effects of a kind that a hypothesis has more than once: which may be, and under which names."""
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -120,17 +120,32 @@ def named_alike(hypothesis: Hypothesis, known: Hypothesis) -> Hypothesis:
     """
     done: set[str] = set()
     for effect in known.effects:
-        alike = [
-            each
-            for each in hypothesis.effects
-            if kind_of(each) == kind_of(effect) and each.name not in done
-        ]
-        if alike:
-            distances = [_distance(hypothesis, each, known, effect) for each in alike]
-            nearest = alike[int(np.argmin(distances))]
-            hypothesis = with_swapped_names(hypothesis, nearest.name, effect.name)
+        found = nearest(hypothesis, known, effect, done)
+        if found is not None:
+            hypothesis = with_swapped_names(hypothesis, found.name, effect.name)
             done.add(effect.name)
     return hypothesis
+
+
+def nearest(
+    hypothesis: Hypothesis, other: Hypothesis, effect: Effect, taken: Collection[str] = ()
+) -> Effect | None:
+    """Return the effect of a hypothesis that is most like that of another one, if of its kind.
+
+    Parameters
+    ----------
+    hypothesis
+        The hypothesis.
+    other
+        The other one.
+    effect
+        Its effect.
+    taken
+        Names of effects that are left out.
+    """
+    alike = [each for each in hypothesis.effects if kind_of(each) == kind_of(effect)]
+    free = [each for each in alike if each.name not in taken]
+    return min(free, key=lambda each: _distance(hypothesis, each, other, effect), default=None)
 
 
 def _distance(first: Hypothesis, effect: Effect, second: Hypothesis, other: Effect) -> float:

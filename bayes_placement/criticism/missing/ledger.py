@@ -258,8 +258,8 @@ class Ledger:
             for effect in self.experiment.effects
             if effect.name in last.effects and kind_of(effect) == kind
         ]
-        ordered = sorted(effects, key=last.place_of)
-        return " and ".join(map(last.in_short, ordered))
+        *words, word = map(last.in_short, sorted(effects, key=last.place_of))
+        return f"{', '.join(words)} and {word}"
 
     def _settings(self, kind: str) -> Iterator[str]:
         """Which part an effect is about in the last model, and what its estimates mean.

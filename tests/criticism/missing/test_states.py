@@ -1,5 +1,6 @@
 """Several states of one structure: a mass that grows is one effect, with its size in each state."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -113,6 +114,36 @@ def test_two_effects_that_are_new_at_once_are_found_in_their_places():
     mass = {name.split(".")[-1]: value for name, value in ledger.steps[-1].parameters.items()}
     assert mass["at"].low < 0.313 < mass["at"].high
     assert mass["mass"].low < 0.05 < mass["mass"].high
+
+
+@pytest.mark.long
+def test_each_of_two_masses_is_followed_through_the_states():
+    """The first grows once the second is there; their numbers mean nothing."""
+    first, second, grown = (
+        effects.point_mass(at, mass, name=name)
+        for at, mass, name in ((0.72, 0.1, "a"), (0.313, 0.15, "b"), (0.72, 0.2, "a"))
+    )
+    states = {
+        "bare": measured(imperfect(1), 2),
+        "first": measured(imperfect(1, first), 3),
+        "second": measured(imperfect(1, first, second), 4),
+        "grown": measured(imperfect(1, grown, second), 5),
+    }
+    library = effects.library(experiment(), ["point_mass"])
+    added = dataclasses.replace(library, effects=library.effects[:1])
+    ledger = improve(experiment(), states, candidates=added, most_effects=2)
+    changes = [
+        {label: state.change for label, state in course.in_state.items()}
+        for course in ledger.courses
+    ]
+    assert changes == [
+        {"first": NEW, "second": UNCHANGED, "grown": CHANGED},
+        {"second": NEW, "grown": UNCHANGED},
+    ]
+    places = [course.last.estimates["at"] for course in ledger.courses]
+    assert places[0].low < 0.72 < places[0].high and places[1].low < 0.313 < places[1].high
+    assert ledger.ledgers["second"].verdict == ("point_mass", "point_mass")
+    assert 'since "second" point_mass (at 71' in str(ledger)
 
 
 def claimed_effect(kind="point_mass", *arguments):

@@ -60,7 +60,7 @@ class Negligible(effects.residual_modes):
     name: str = "negligible"
 
     def added(self, omega):
-        return 1e-17 * effects.residual_modes(self.flexibility).added(omega)
+        return 1e-13 * effects.residual_modes(self.flexibility).added(omega)
 
 
 @pytest.mark.parametrize("strength", [VECTOR, dist.Normal(0.0, 1e-8)])
