@@ -21,8 +21,9 @@ from ._hypotheses import Hypothesis
 def may_be_added(effect: Effect, problem: Problem, branch: Hypothesis, best: Hypothesis) -> bool:
     """Whether an effect is one more beside those of a hypothesis.
 
-    It can act together with them. It is of another kind; or the best hypothesis has the kind, it may be there more than once, and
-    this one is elsewhere or about something else: two delays of one channel are one.
+    It can act together with them. It is of another kind; or the best hypothesis has the kind, it
+    may be there more than once, and this one is elsewhere or about something else: two delays of
+    one channel are one.
 
     Parameters
     ----------

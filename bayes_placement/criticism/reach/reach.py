@@ -111,8 +111,7 @@ class Reach:
                 f"acts_on={acts_on!r} was given; a kind of port that the structure has is needed, "
                 f"one of {kinds}, since a law is read at its port: reach.law_as_measured()."
             )
-        best: int = curve["few_numbers"].to_numpy().argmax()
-        return curve.iloc[best]
+        return curve.iloc[int(np.argmax(curve["few_numbers"].to_numpy()))]
 
     def __repr__(self) -> str:
         return f"Reach: chi2 per datum {self.chi2_per_datum:.3g}; {self.words()[0]}"
