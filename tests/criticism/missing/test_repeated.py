@@ -293,3 +293,15 @@ def test_an_effect_is_compared_with_the_nearest_of_its_kind_alone(found, monkeyp
     (renamed_earlier, *_), *_ = asked
     assert renamed_earlier.effect.name == same.effect.name == "point_mass_2"
     assert places_of(renamed_earlier.hypothesis) == places_of(swapped)
+
+
+def test_in_words_one_of_two_is_not_both(ledger):
+    doubted = dataclasses.replace(ledger, confounded=(("point_mass", "gain_error"),))
+    assert any("one point_mass of 2 from gain_error" in line for line in doubted.words())
+
+
+def test_parts_of_the_best_have_no_kind_more_often_than_it_has():
+    part, other = (hypothesis([kind, kind], 0.0) for kind in ("point_mass", "gain_error"))
+    best = hypothesis(["point_mass", "point_mass", "gain_error"], 900.0)
+    pool = comparison(hypothesis([], -90.0), part, other, best)
+    assert _search._subsets_of_best(pool, 2, 5) == [part]
