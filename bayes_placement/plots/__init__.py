@@ -1,6 +1,6 @@
 """Figures of results; one file for each kind of result."""
 
-from . import ledger, measurement, misfit, modes, placement, posterior, report, structure
+from . import ledger, measurement, misfit, modes, placement, posterior, reach, report, structure
 from .structure import experiment
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "modes",
     "placement",
     "posterior",
+    "reach",
     "report",
     "structure",
 ]
