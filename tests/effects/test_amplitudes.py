@@ -278,7 +278,7 @@ RUBBING = effects.coulomb_friction(AT, 4.0, 4e3)
     ids=["gap", "friction"],
 )
 def test_the_response_is_the_first_harmonic_of_a_time_history(law, contact, ratios):
-    """Within 0.5 %: the other harmonics of the force, which it leaves out, act on the motion too."""
+    """Within 0.5 %: other harmonics of the force, which it leaves out, act on the motion too."""
     for ratio in ratios:
         omega = ratio * np.sqrt(SPRING / MASS)
         free = 1 / (SPRING - MASS * omega**2 + 1j * omega * DASHPOT)
