@@ -22,7 +22,7 @@ CLOSE = 1e-14
 """Relative change of an amplitude below which it is known."""
 
 STEPS = 30
-"""Most of Newton's steps, or halvings, between two nodes: enough where two roots are about to meet."""
+"""Most steps or halvings between two nodes: enough where two roots are about to meet."""
 
 NEAREST = 1e-6
 """Least distance of a node from the threshold of a law, over the threshold [1]."""
