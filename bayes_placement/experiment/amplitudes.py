@@ -18,8 +18,11 @@ from .closure import reciprocal
 NODES = 32
 """Steps of the scan: the force at which an amplitude jumps is exact to 1e-4 of it."""
 
+CLOSE = 1e-14
+"""Relative change of an amplitude below which it is known."""
+
 STEPS = 30
-"""Newton's steps, or halvings, between two nodes: enough where two roots are about to meet."""
+"""Most steps or halvings between two nodes: enough where two roots are about to meet."""
 
 NEAREST = 1e-6
 """Least distance of a node from the threshold of a law, over the threshold [1]."""
@@ -32,6 +35,9 @@ Amplitude: TypeAlias = Float[Array, "actuator frequency"]
 
 Excess: TypeAlias = Callable[[Array], Array]
 """Logarithm of the square of a |1 + h Z(a)| / |u|, by that of a / |u|."""
+
+Steps: TypeAlias = tuple[Array, Array, Array, Array, Array]
+"""Steps taken, the ends of a bracket, the point and the one before."""
 
 Ends: TypeAlias = tuple[Array, Array]
 """Value and slope at one end of a step."""
@@ -153,16 +159,19 @@ def _least_bracket(excess: Excess, threshold: Array, low: Array, high: Array) ->
     def at(distance: Array) -> Array:
         return jnp.log(threshold + jnp.exp(distance))
 
-    def advanced(number: Array, state: tuple[_Bracket, Ends]) -> tuple[_Bracket, Ends]:
-        bracket, before = state
+    def goes_on(state: tuple[Array, _Bracket, Ends]) -> Array:
+        return (state[0] <= NODES) & ~jnp.all(state[1].found)
+
+    def advanced(state: tuple[Array, _Bracket, Ends]) -> tuple[Array, _Bracket, Ends]:
+        number, bracket, before = state
         node = start + number * step
         ends = _with_slope(lambda distance: excess(at(distance)), node)
         crest = at(node - step * _back_to_crest(before, ends, step))
-        return bracket.up_to(crest, excess(crest)).up_to(at(node), ends[0]), ends
+        return number + 1, bracket.up_to(crest, excess(crest)).up_to(at(node), ends[0]), ends
 
     begun = _Bracket(jnp.log(low), first, excess(first) >= 0)
     nothing = jnp.zeros_like(low), jnp.zeros_like(low)
-    return jax.lax.fori_loop(0, NODES + 1, advanced, (begun, nothing))[0]
+    return jax.lax.while_loop(goes_on, advanced, (jnp.zeros((), int), begun, nothing))[1]
 
 
 def _back_to_crest(before: Ends, after: Ends, step: Array) -> Array:
@@ -181,16 +190,20 @@ def _back_to_crest(before: Ends, after: Ends, step: Array) -> Array:
 def _refined(excess: Excess, bracket: _Bracket) -> Array:
     """Root between two nodes, by Newton's steps and by halving where these leave the bracket."""
 
-    def closer(_: Array, state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        low, high, point = state
+    def goes_on(state: Steps) -> Array:
+        return (state[0] < STEPS) & jnp.any(jnp.abs(state[3] - state[4]) > CLOSE)
+
+    def closer(state: Steps) -> Steps:
+        number, low, high, point, _ = state
         value, slope = _with_slope(excess, point)
         low, high = jnp.where(value < 0, point, low), jnp.where(value < 0, high, point)
         newton = point - value / slope
         is_inside = (newton >= low) & (newton <= high)
-        return low, high, jnp.where(is_inside, newton, (low + high) / 2)
+        return number + 1, low, high, jnp.where(is_inside, newton, (low + high) / 2), point
 
-    start = bracket.low, bracket.high, (bracket.low + bracket.high) / 2
-    return jax.lax.fori_loop(0, STEPS, closer, start)[2]
+    middle = (bracket.low + bracket.high) / 2
+    begun = jnp.zeros((), int), bracket.low, bracket.high, middle, jnp.full_like(middle, jnp.inf)
+    return jax.lax.while_loop(goes_on, closer, begun)[3]
 
 
 def _with_slope(function: Excess, point: Array) -> Ends:
