@@ -386,6 +386,12 @@ def ledger():
 
 
 @functools.cache
+def reached():
+    """What laws along a bar could remove."""
+    return bp.reach(known_sensor(), known_sensor().nominal_measurement())
+
+
+@functools.cache
 def folder():
     """A folder of files."""
     path = Path(tempfile.mkdtemp())
@@ -1162,6 +1168,10 @@ def calls_of_verbs():
         "check": Call(
             bp.check, {"posterior": thing(posterior()), "level": level, "bands": count(3)}
         ),
+        "reach": Call(
+            bp.reach,
+            {name: missing[name] for name in ("experiment", "measurement", *progress)},
+        ),
         "explain": Call(bp.explain, missing),
         "improve": Call(bp.improve, missing | {"level": level, "most_effects": count(1, "zero")}),
         "compare": Call(
@@ -1736,6 +1746,18 @@ def calls_of_plots():
                 "places": mapping({"mass": 0.4}, "nothing", "unknown"),
                 **AXES,
             },
+        ),
+        "plots.reach.curves": Call(
+            plots.reach.curves,
+            {
+                "reach": thing(reached()),
+                "experiment": thing(known_sensor(), "nothing"),
+                **AXES,
+            },
+        ),
+        "plots.reach.law": Call(
+            plots.reach.law,
+            {"reach": thing(reached()), "acts_on": of(str, "displacement", word="slope"), **AXES},
         ),
         "plots.ledger.probabilities": Call(
             plots.ledger.probabilities, {"result": thing(ledger()), **AX}

@@ -1,8 +1,8 @@
 """Physical effects that a structure or its instruments may have, one a file."""
 
 from ..laws import Dashpot, LossySpring, Mass, Spring, Springpot
+from .amplitude_attachment import AmplitudeAttachment
 from .effect import (
-    AmplitudeAttachment,
     Attachment,
     Effect,
     GlobalChange,

@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .effect import AmplitudeAttachment
+from .amplitude_attachment import AmplitudeAttachment
 from .scales import Axis, Scales
 
 

@@ -10,7 +10,8 @@ from numpyro.distributions import LogUniform
 from .._sites import unit
 from .._types import Parameter
 from ._describing_functions import tried_places
-from .effect import AmplitudeAttachment, Direction, Omega, Place
+from .amplitude_attachment import AmplitudeAttachment
+from .effect import Direction, Omega, Place
 from .scales import Scales
 
 

@@ -12,7 +12,8 @@ from .._ranges import NOT_NEGATIVE
 from .._sites import unit
 from .._types import Parameter
 from ._describing_functions import circle_segment, limited_share, tried_places
-from .effect import AmplitudeAttachment, Direction, Omega, Place
+from .amplitude_attachment import AmplitudeAttachment
+from .effect import Direction, Omega, Place
 from .scales import Scales
 
 

@@ -12,7 +12,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Complex, Float, Inexact
 
-from ..effects.effect import AmplitudeAttachment, Omega
+from ..effects.amplitude_attachment import AmplitudeAttachment
+from ..effects.effect import Omega
 from .closure import reciprocal
 
 NODES = 32

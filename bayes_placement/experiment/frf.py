@@ -10,7 +10,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Inexact
 
 from .._types import InputError, Receptance
-from ..effects.effect import AmplitudeAttachment, Omega, OnPorts
+from ..effects.amplitude_attachment import AmplitudeAttachment
+from ..effects.effect import Omega, OnPorts
 from ..effects.port_law import PortLaw
 from ..modes.eigenpairs import with_coupling
 from ..modes.modes import Modes

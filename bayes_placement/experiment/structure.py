@@ -10,8 +10,8 @@ from jaxtyping import Array, Float, Inexact
 
 from .._sites import Role, owners
 from .._types import InputError, check_annotated, check_kind
+from ..effects.amplitude_attachment import AmplitudeAttachment
 from ..effects.effect import (
-    AmplitudeAttachment,
     Effect,
     GlobalChange,
     Hinged,

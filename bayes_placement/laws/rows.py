@@ -40,7 +40,7 @@ Slopes = Complex[np.ndarray, "row coordinate frequency"]
 """Its slopes along the coordinates."""
 
 
-class Rows:
+class NetworkRows:
     """Networks as arrays, with priors about one size.
 
     Parameters

@@ -19,7 +19,7 @@ from ._instruments import thinness
 HEIGHT = 2.4
 """Height of a panel of one kind of port [inch]."""
 
-SHARE = "share of the misfit removed [%]"
+SHARE = "misfit removed [%]"
 
 NORMAL_95 = 1.96
 """Standard deviations between which 95 % of a normal distribution lie."""
@@ -144,5 +144,5 @@ def _in_space(panel: Axes, curve: pd.DataFrame, best: Any, experiment: Experimen
     if experiment is not None:
         structure_plots.draw_structure(panel, view, experiment)
     structure_plots.draw_scores(panel, view, rows, SHARE)
-    structure_plots.mark_place(panel, view, tuple(float(best[name]) for name in "xyz"))
+    structure_plots.mark_place(panel, view, (best["x"], best["y"], best["z"]))
     structure_plots.name_axes(panel, view)

@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..._types import InputError
-from ...effects.effect import Effect, can_act_together
+from ...effects.amplitude_attachment import can_act_together
+from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment, Measurements
 from ...experiment.measurement import Measurement

@@ -10,7 +10,8 @@ import jax
 import numpy as np
 
 from ..._sites import Unknown, is_unknown
-from ...effects.effect import Effect, can_act_together
+from ...effects.amplitude_attachment import can_act_together
+from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...experiment.experiment import Experiment
 from ...inference.residuals import Problem, fields_of

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from ...inference.engines.least_squares import NormalEquations
-from ...laws.rows import NUMBERS, Rows
+from ...laws.rows import NUMBERS, NetworkRows
 from ._free_law import AtPort, FreeLaw, Lines, Points, half_squares, products
 
 NETWORK, PLACE = NUMBERS, NUMBERS + 1
@@ -102,7 +102,7 @@ class LawsAsked:
         Whether laws are inserted.
     """
 
-    def __init__(self, asked: Asked, rows: Rows, omega: Any, is_cut: bool):
+    def __init__(self, asked: Asked, rows: NetworkRows, omega: Any, is_cut: bool):
         self.asked, self.rows, self.omega, self.is_cut = asked, rows, omega, is_cut
 
     def cost(self, points: Points) -> np.ndarray:

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from ...experiment.resized import evenly_spread
 from ...inference.engines.levenberg_marquardt import minimise
 from ...inference.residuals import Problem, point_in_problem
-from ...laws.rows import Rows
+from ...laws.rows import NetworkRows
 from ._asked import Asked, LawsAsked
 from ._free_law import AnyLaw, FreeLaw, Points
 from ._laws_at_places import laws_at_places
@@ -51,7 +51,7 @@ class ReachOfPort(NamedTuple):
     squares_of_law: Float[np.ndarray, "place"]
     log_evidence: Float[np.ndarray, "place"]
 
-    def rows(self) -> Rows:
+    def rows(self) -> NetworkRows:
         """The networks of the kind of port."""
         return rows_of(self.port, self.free)
 
@@ -94,17 +94,19 @@ def _with_free_law(start: Point, free: FreeLaw, places: Any) -> tuple[Points, An
     return ends[chosen], normal.squares[chosen]
 
 
-def asked_of_laws(free: FreeLaw, points: Points, rows: Rows, port: Port, most: int) -> LawsAsked:
+def asked_of_laws(
+    free: FreeLaw, points: Points, rows: NetworkRows, port: Port, most: int
+) -> LawsAsked:
     """Laws at places, at no more lines than are needed to choose among them."""
     omega = omega_of(free)
     lines = evenly_spread(omega.size, most) if omega.size > most else np.arange(omega.size)
     return LawsAsked(Asked.at(free, points, lines), rows, omega[lines], port.is_cut)
 
 
-def rows_of(port: Port, free: FreeLaw) -> Rows:
+def rows_of(port: Port, free: FreeLaw) -> NetworkRows:
     omega = omega_of(free)
     size = 1 / free.size() if port.is_cut else free.size()
-    return Rows(port.trees(), size, float(np.sqrt(omega[0] * omega[-1])))
+    return NetworkRows(port.trees(), size, float(np.sqrt(omega[0] * omega[-1])))
 
 
 def omega_of(free: FreeLaw) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...inference.engines.least_squares import NormalEquations
-from ...laws.rows import NUMBERS, Rows
+from ...laws.rows import NUMBERS, NetworkRows
 from ._asked import closed
 from ._free_law import FreeLaw, Points, half_squares, products
 
@@ -31,7 +31,7 @@ class LawsInFull:
         Whether laws are inserted.
     """
 
-    def __init__(self, free: FreeLaw, rows: Rows, omega: Any, is_cut: bool):
+    def __init__(self, free: FreeLaw, rows: NetworkRows, omega: Any, is_cut: bool):
         self.free, self.rows, self.omega, self.is_cut = free, rows, omega, is_cut
 
     @property

@@ -12,7 +12,7 @@ from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise
 from ...inference.residuals import Problem
 from ...laws.catalogue import leaves
 from ...laws.law import Law, Tree
-from ...laws.rows import NUMBERS, Rows
+from ...laws.rows import NUMBERS, NetworkRows
 from ._asked import NETWORK, OF_ROW, PLACE
 from ._at_port import Point, ReachOfPort, asked_of_laws, omega_of, reach_of_port
 from ._free_law import FreeLaw
@@ -132,7 +132,7 @@ def laws_with_names(reach: ReachOfPort, pieces: int) -> list[NamedLaw]:
     return _in_full(reach, rows, np.array(starts), pieces)
 
 
-def _in_full(reach: ReachOfPort, rows: Rows, starts: Any, pieces: int) -> list[NamedLaw]:
+def _in_full(reach: ReachOfPort, rows: NetworkRows, starts: Any, pieces: int) -> list[NamedLaw]:
     free = FreeLaw(reach.free.problem)
     objective = LawsInFull(free, rows, omega_of(free), reach.port.is_cut)
     ends, normal = minimise(objective, starts, steps=25, largest=objective.largest)

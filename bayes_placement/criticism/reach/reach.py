@@ -147,7 +147,7 @@ def reach_of(
 
 
 def _curve(reached: ReachOfPort, number: int, squares: float) -> pd.DataFrame:
-    """Rows of one kind of port on one piece."""
+    """NetworkRows of one kind of port on one piece."""
     lines = reached.free.problem.data.z.shape[-1]
     # A free law takes two numbers at each line, whatever they explain.
     by_any = _share(reached.squares + 2 * lines, squares, reached.free)
