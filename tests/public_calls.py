@@ -1757,7 +1757,7 @@ def calls_of_plots():
         ),
         "plots.reach.law": Call(
             plots.reach.law,
-            {"reach": thing(reached()), "acts_on": of(str, "displacement", word="slope"), **AXES},
+            {"reach": thing(reached()), "acts_on": word("displacement", slope="slope"), **AXES},
         ),
         "plots.ledger.probabilities": Call(
             plots.ledger.probabilities, {"result": thing(ledger()), **AX}

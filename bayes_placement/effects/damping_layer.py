@@ -41,6 +41,7 @@ class DampingLayer(AtPlace, OnPorts):
     0.2
     """
 
+    tried_last: ClassVar[bool] = True
     absent: ClassVar[tuple[str, float]] = ("loss_factor", 0.0)
     at: Place = eqx.field(metadata=unit("m"))
     extent: Parameter = eqx.field(metadata=unit("m", within=POSITIVE))

@@ -68,6 +68,8 @@ class Effect(eqx.Module):
         Whether natural frequencies, damping ratios or real shapes show it.
     tried_by_default
         Whether a library in which no kinds are named has it; by its name it is in any.
+    tried_last
+        Whether it is tried only where no other effect explains the data, as it takes long.
     may_repeat
         Whether several of the kind can be missing, at other places or about other sensors.
     name
@@ -84,6 +86,7 @@ class Effect(eqx.Module):
     place_fields: ClassVar[tuple[str, ...]] = ()
     changes_modes: ClassVar[bool] = True
     tried_by_default: ClassVar[bool] = True
+    tried_last: ClassVar[bool] = False
     may_repeat: ClassVar[bool] = True
     name: eqx.AbstractVar[str]
 

@@ -1,6 +1,6 @@
 """What is attached all over a segment of a line, or a box of a structure in space."""
 
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import equinox as eqx
 
@@ -23,6 +23,7 @@ class OverExtent(NetworkAttachment):
     ['segment_mass', 'foundation', 'over']
     """
 
+    tried_last: ClassVar[bool] = True
     extent: eqx.AbstractVar[Any]
 
     @property

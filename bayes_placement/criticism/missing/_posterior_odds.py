@@ -59,6 +59,14 @@ class Comparison(NamedTuple):
             hypotheses=[*self.hypotheses, *hypotheses], networks={**self.networks, **networks}
         )
 
+    def joined(self, others: "Comparison") -> "Comparison":
+        """Return the comparison with those of other candidates on the same model."""
+        return self._replace(
+            hypotheses=[*self.hypotheses, *others.hypotheses[1:]],
+            variants=self.variants | others.variants,
+            candidates=[*self.candidates, *others.candidates],
+        )
+
     def log_odds(self, hypothesis: Hypothesis) -> float:
         """Log evidence plus log prior probability of its effects.
 

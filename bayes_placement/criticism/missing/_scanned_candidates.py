@@ -76,9 +76,11 @@ def with_free_names(pairs: Sequence[Pair]) -> list[Pair]:
 
 def points_of_scans(effects: Iterable[Effect]) -> dict[str, int]:
     """Greatest number of points of a scan by kind: its variants share them, as their prior."""
+    tried = list(effects)
+    long = {kind_of(effect) for effect in tried if effect.tried_last}
     return {
-        kind: max(MOST // count, LEAST)
-        for kind, count in Counter(kind_of(effect) for effect in effects).items()
+        kind: LEAST if kind in long else max(MOST // count, LEAST)
+        for kind, count in Counter(map(kind_of, tried)).items()
     }
 
 

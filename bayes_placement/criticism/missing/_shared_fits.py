@@ -14,11 +14,12 @@ from ...effects.library import Library
 from ...experiment.experiment import Experiment
 from ...experiment.model_error import ModalErrors
 from ...experiment.noise import Data
+from ...inference.chi2 import LEVEL
 from ...inference.engines.empirical_bayes import Rival
 from ._fitted_with_errors import fitted_with_errors_at_once
 from ._hypotheses import NO_RIVAL, Hypothesis, null_hypothesis
 from ._networks import with_networks
-from ._posterior_odds import Comparison
+from ._posterior_odds import Comparison, explains
 from ._scanned_candidates import Tick
 from ._search import single_effects
 
@@ -55,8 +56,13 @@ class SharedFits:
         if self._singles is None:
             import_in_helpers(__package__)
             null = null_hypothesis(experiment, data)
-            singles = single_effects(null, effects, tick)
-            self._singles = with_networks(singles, null, tick) if networks else singles
+            last = [effect for effect in effects if effect.tried_last]
+            first = [effect for effect in effects if not effect.tried_last]
+            singles = single_effects(null, first, tick)
+            singles = with_networks(singles, null, tick) if networks else singles
+            if last and not (first and explains(singles.best(), LEVEL)):
+                singles = singles.joined(single_effects(null, last, tick))
+            self._singles = singles
         return self._singles
 
     def with_errors(self, *exact: Hypothesis) -> list[Hypothesis]:
