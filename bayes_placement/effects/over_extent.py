@@ -1,5 +1,6 @@
 """What is attached all over a segment of a line, or a box of a structure in space."""
 
+import dataclasses
 from typing import Any, ClassVar, TypeAlias
 
 import equinox as eqx
@@ -40,7 +41,7 @@ class OverExtent(NetworkAttachment):
             If the extent has not as many edges as the structure has coordinates.
         """
         check_extent(self.name, self.extent, modes)
-        return NetworkAttachment.on(self, modes)
+        return NetworkAttachment.on(without_flat_edges(self), modes)
 
     def points(self, modes: Modes) -> Points:
         """Ports all over the extent, on each of which all of the law acts."""
@@ -49,6 +50,15 @@ class OverExtent(NetworkAttachment):
     def uncertain_ports(self, modes: Modes) -> int:
         """None: errors of shapes are errors at one place."""
         return 0
+
+
+def without_flat_edges(effect: "OverExtent") -> "OverExtent":
+    """Return the effect with None for edges of zero: a number is known too late to leave it out."""
+    extent = effect.extent
+    if not isinstance(extent, tuple | list):
+        return effect
+    edges = tuple(None if isinstance(edge, int | float) and edge == 0 else edge for edge in extent)
+    return dataclasses.replace(effect, extent=edges)
 
 
 def check_extent(name: str, extent: Any, modes: Modes) -> None:
@@ -69,5 +79,7 @@ def check_extent(name: str, extent: Any, modes: Modes) -> None:
         )
 
 
-Extent: TypeAlias = Parameter | tuple[Parameter, Parameter, Parameter]
-"""Length [m] on a line; edges of a box along x, y and z in space [m]."""
+Edge: TypeAlias = Parameter | None
+
+Extent: TypeAlias = Parameter | tuple[Edge, Edge, Edge]
+"""Length [m] on a line; edges of a box along x, y and z in space [m], None for no edge."""

@@ -159,7 +159,7 @@ class Scales:
         """
         low, high = (np.atleast_1d(end) for end in self.nominal_modes.bounds())
         sizes = [float(size) for size in high - low]
-        edges = tuple(LogUniform(0.02 * size, size) if size else 0.0 for size in sizes)
+        edges = tuple(LogUniform(0.02 * size, size) if size else None for size in sizes)
         places = self.places()
         if len(sizes) == 1:
             return [(place, edges[0]) for place in places]

@@ -161,7 +161,7 @@ def over(middle: Coordinates, extent: Any, direction: Any, modes: Modes) -> Exte
     middle
         Middle of the segment or box [m].
     extent
-        Its length [m]; in space its three edges [m], of which some may be zero.
+        Its length [m]; in space its three edges [m], None for those that it does not have.
     direction
         Direction in which something acts; None for each in which the structure moves.
     modes
@@ -194,8 +194,8 @@ def _segment(middle: Any, extent: Any, modes: Modes) -> tuple[Any, Means, Float[
 
 
 def _box(middle: Any, extent: Any) -> tuple[Any, Means, Float[Array, ""]]:
-    """Nodes in a box, and weights of the means over it; an edge of zero has one node."""
-    flat = [isinstance(edge, int | float) and edge == 0 for edge in extent]
+    """Nodes in a box, and weights of the means over it; an edge of None has one node."""
+    flat = [edge is None for edge in extent]
     point = np.zeros(1), np.ones((1, 1))
     edges = [point if zero else _means(POLYNOMIALS_OF_EDGE, NODES_OF_EDGE) for zero in flat]
     nodes = [node for node, _ in edges]
@@ -203,7 +203,7 @@ def _box(middle: Any, extent: Any) -> tuple[Any, Means, Float[Array, ""]]:
     for _, of_edge in edges:
         means = np.kron(means, of_edge)
     offsets = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, 3) / 2
-    sizes = jnp.stack([jnp.asarray(edge, float) for edge in extent])
+    sizes = jnp.stack([jnp.asarray(0.0 if edge is None else edge, float) for edge in extent])
     return middle + offsets * sizes, means, jnp.ones(())
 
 

@@ -127,7 +127,9 @@ def _extent(effect: Any, hypothesis: Hypothesis, values: Mapping[str, Any], coun
     edges = effect.extent if isinstance(effect.extent, tuple) else (effect.extent, 0.0, 0.0)
     unknowns = hypothesis.problem.experiment.unknowns_of(effect)
     drawn = iter(values[unknown.name] for unknown in unknowns if unknown.field == "extent")
-    columns = [next(drawn) if is_unknown(edge) else np.full(count, float(edge)) for edge in edges]
+    columns = [
+        next(drawn) if is_unknown(edge) else np.full(count, float(edge or 0.0)) for edge in edges
+    ]
     return np.stack(columns, axis=-1)
 
 
