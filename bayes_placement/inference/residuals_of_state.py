@@ -107,7 +107,8 @@ class ResidualsOfState:
         points
             Points in the coordinates of the problem.
         laws
-            For each point some laws, numerator and denominator at each line.
+            For each point some laws, numerator and denominator at each line over those of the law
+            that the ports have: of a law of one, these say how it acts there.
         """
         mine, count = points[:, self.columns], laws.shape[1]
         residual = np.empty((len(points), count, self.size))
@@ -115,9 +116,10 @@ class ResidualsOfState:
         def of(begin: int) -> None:
             rows = np.minimum(np.arange(begin, begin + BATCH), len(points) - 1)
             numbers = self._batch(mine[rows]).numbers
+            units = [numbers[leaf] for leaf in self._law_leaves]
             for law in range(count):
-                for leaf, part in zip(self._law_leaves, (0, 1), strict=True):
-                    numbers[leaf] = laws[rows, law, part]
+                for part, (leaf, unit) in enumerate(zip(self._law_leaves, units, strict=True)):
+                    numbers[leaf] = laws[rows, law, part] * unit
                 values = np.asarray(self._residuals(numbers, False)[0])
                 residual[begin : begin + BATCH, law] = values[: len(points) - begin]
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -98,7 +99,7 @@ def law(
     magnitude, phase = layout.axes.flat
     frequency = measured["frequency"].to_numpy()
     stiffness = measured["real"].to_numpy() + 1j * measured["imaginary"].to_numpy()
-    fitted = np.asarray(best.dynamic_stiffness(2 * np.pi * frequency))
+    fitted = np.asarray(best.dynamic_stiffness(jnp.asarray(2 * np.pi * frequency)))
     relative = measured["deviation"].to_numpy() / np.maximum(np.abs(stiffness), 1e-300)
     is_known = NORMAL_95 * relative < 1.0  # beyond, not even the sign is known
     dots = {"fmt": ".", "color": DATA, "ecolor": FAINT, "label": "as measured, with 95 % interval"}

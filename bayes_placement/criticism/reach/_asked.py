@@ -168,10 +168,10 @@ def draws(count: int) -> Points:
 
 
 def closed(stiffness: Any, receptance: Any, is_cut: bool) -> tuple[Any, Any]:
-    """T of a law, and its slope along the dynamic stiffness."""
-    if is_cut:  # less the compliance on less the stiffness against opening
-        opened = 1 / (stiffness - receptance)
-        return -opened, opened**2
+    """Strength t of a law, and its slope along the stiffness; one inserted is a compliance."""
+    if is_cut:
+        opened = 1 / (stiffness + receptance)
+        return opened, -(opened**2)
     softened = 1 / (1 + receptance * stiffness)
     return stiffness * softened, softened**2
 

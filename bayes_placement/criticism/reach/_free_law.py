@@ -41,7 +41,7 @@ class AtPort(NamedTuple):
     slope
         Their change a with t.
     receptance
-        Receptance h of the port; of a cut less the dynamic stiffness against opening it.
+        Receptance h of the port; of a cut the dynamic stiffness against opening it.
     """
 
     free: Channels

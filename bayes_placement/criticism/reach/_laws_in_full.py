@@ -62,7 +62,7 @@ class LawsInFull:
         cost = 0.5 * squares + half_squares(inner)
         return _held(NormalEquations(cost, gradient + inner, curvature, squares))
 
-    def _parts(self, points: Points) -> tuple[Points, Points, Any]:
+    def _parts(self, points: Points) -> tuple[Any, Any, Any]:
         size = self.free.problem.dimension
         which = points[:, -1].astype(int)
         return points[:, :size], points[:, size:-1], which
@@ -70,7 +70,7 @@ class LawsInFull:
     def _law(self, stiffness: Any) -> tuple[Any, Any]:
         """Numerator and denominator at the lines."""
         ones = np.ones_like(stiffness)
-        return (-ones, stiffness) if self.is_cut else (stiffness, ones)
+        return (ones, stiffness) if self.is_cut else (stiffness, ones)
 
 
 def _held(normal: NormalEquations) -> NormalEquations:

@@ -194,7 +194,7 @@ def _opened(strength: Any, receptance: Any, is_cut: bool) -> tuple[Any, Any]:
     """Dynamic stiffness of a law from t, and its slope along t."""
     ones = np.ones_like(strength)
     if is_cut:
-        return receptance - over(ones, strength), over(ones, strength**2)
+        return over(ones, strength) - receptance, over(ones, strength**2)
     soft = 1 - receptance * strength
     return over(strength, soft), over(ones, soft**2)
 

@@ -1,0 +1,71 @@
+"""A cantilever with any law at a place, measured by a mesh that this package did not make."""
+
+import numpy as np
+import numpyro.distributions as dist
+
+import bayes_placement as bp
+from tests.simulator import fine_beams
+from tests.simulator.hidden_structures import record
+
+LINES = np.geomspace(8.0, 900.0, 90)
+LOSS = 0.01
+SENSORS = {"s1": (0.13, 0.1325), "s2": (0.35, 0.345), "s3": (0.45, 0.4525)}
+"""Recorded and true place [m]."""
+DRIVEN = (0.22, 0.225)
+AT = 0.28
+
+
+def experiment(observe=None):
+    modes = bp.beams.beam(
+        12,
+        length=fine_beams.LENGTH,
+        area=fine_beams.AREA,
+        second_moment=fine_beams.MOMENT,
+        youngs_modulus=dist.Uniform(0.94 * fine_beams.STIFFNESS, 1.06 * fine_beams.STIFFNESS),
+        density=fine_beams.DENSITY,
+        ends="fixed-free",
+    )
+    return bp.Experiment(
+        bp.Structure(modes, damping=bp.damping.Structural(LOSS)),
+        sensors=[
+            bp.Sensor(name, at=bp.positions.Segment(recorded, within=0.01))
+            for name, (recorded, _) in SENSORS.items()
+        ],
+        actuators=[bp.Actuator("a1", at=bp.positions.Segment(DRIVEN[0], within=0.01))],
+        frequency=LINES,
+        observe=observe or bp.observe.Complex("acceleration"),
+        noise=bp.noise.FromCoherence(),
+    )
+
+
+def measured(law=None, slope=False, seed=0):
+    """FRFs with a law [N/m] on the deflection, or on the slope [N m/rad], noise of 1 %."""
+    omega = 2 * np.pi * LINES
+    stiffness, _ = fine_beams.matrices()
+    port = fine_beams.row(AT, slope=slope)
+
+    def added(w):
+        hidden = 0.0 if law is None else law(w) * np.outer(port, port)
+        return 1j * LOSS * stiffness + hidden
+
+    places = [true for _, true in SENSORS.values()] + [DRIVEN[1]]
+    exact = fine_beams.receptance(places, omega, added)[:-1, -1:] * -(omega**2)
+    taken = record(exact, LINES, np.random.default_rng(seed))
+    setup = experiment()
+    return bp.Measurement.from_arrays(
+        taken.frf,
+        LINES,
+        sensors=setup.sensor_channels,
+        actuators=setup.actuator_channels,
+        quantity="accelerance",
+        coherence=taken.coherence,
+        averages=taken.averages,
+    )
+
+
+def maxwell(omega, stiffness=4e3, viscosity=6.0):
+    return 1 / (1 / stiffness + 1 / (1j * omega * viscosity))
+
+
+def spring_on_slope(omega, stiffness=40.0):
+    return stiffness + 0j * omega

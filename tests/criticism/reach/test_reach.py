@@ -1,0 +1,81 @@
+"""Where a law acts that is in no list, and which: data of a mesh apart from this package."""
+
+import functools
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import bayes_placement as bp
+from bayes_placement._types import InputError
+from tests.criticism.reach.cantilever import (
+    AT,
+    LINES,
+    experiment,
+    maxwell,
+    measured,
+    spring_on_slope,
+)
+
+
+@functools.cache
+def reached(law, slope):
+    return bp.reach(experiment(), measured(law, slope))
+
+
+HIDDEN = [
+    (maxwell, False, "displacement", ["-", "c", "k"]),
+    (spring_on_slope, True, "rotation", "k"),
+]
+
+
+@pytest.mark.parametrize(("law", "slope", "acts_on", "tree"), HIDDEN)
+def test_the_place_the_kind_of_port_and_the_law_are_found(law, slope, acts_on, tree):
+    found = reached(law, slope)
+    best = found.laws.iloc[0]
+    assert found.chi2_per_datum > 10
+    assert (best["acts_on"], best["law"].tree()) == (acts_on, tree)
+    assert best["x"] == pytest.approx(AT, abs=5e-3)
+    assert best["chi2_per_datum"] == pytest.approx(1.0, abs=0.25)
+    assert found.kinds()["probability"].sum() == pytest.approx(1.0)
+    assert found.kinds().index[0] == acts_on
+    omega = 2 * np.pi * LINES
+    assert np.allclose(best["law"].dynamic_stiffness(jnp.asarray(omega)), law(omega), rtol=0.1)
+
+
+@pytest.mark.parametrize(("law", "slope", "acts_on", "tree"), HIDDEN)
+def test_the_law_as_measured_is_that_which_acts(law, slope, acts_on, tree):
+    table = reached(law, slope).law_as_measured(acts_on)
+    true = law(2 * np.pi * table["frequency"].to_numpy())
+    for part, of_law in (("real", true.real), ("imaginary", true.imag)):
+        apart = np.abs(table[part] - of_law) / table["deviation"]
+        # The place of the curve is up to half of a cell away: half of the lines are enough.
+        assert np.median(apart) < 2.0
+
+
+def test_no_law_removes_more_than_any_law():
+    curves = reached(maxwell, False).curves
+    assert curves["any_law"].between(0, 1).all()
+    assert (curves["few_numbers"] <= curves["any_law"] + 0.02).all()
+    # A free law explains much from anywhere; one of few numbers tells the place.
+    along = curves[curves["acts_on"] == "displacement"]
+    spread = along["few_numbers"].max() - along["few_numbers"].min()
+    assert spread > 0.1 and along["any_law"].max() > 0.99
+
+
+def test_reach_is_told_in_words():
+    found = reached(maxwell, False)
+    assert found.words()[0].startswith("displacement at 2")
+    assert "dashpot - spring removes 100%" in found.words()[0]
+    assert repr(found).startswith("Reach: chi2 per datum")
+
+
+def test_a_kind_of_port_that_is_not_there_is_refused():
+    with pytest.raises(InputError, match="one of displacement, relative, rotation, cut"):
+        reached(maxwell, False).law_as_measured("torsion")
+
+
+def test_amplitudes_are_refused():
+    setup = experiment(bp.observe.LogAmplitude("acceleration"))
+    with pytest.raises(InputError, match="complex FRFs"):
+        bp.reach(setup, measured(maxwell))
