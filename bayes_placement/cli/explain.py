@@ -6,6 +6,7 @@ from ..plots import ledger as plots
 from ._findings import FINDINGS, of_result
 from ._inputs import Inputs
 from ._missing_effects import Request
+from ._reach import show_reach, write_reach
 from ._run import Run
 
 
@@ -15,6 +16,7 @@ def run(request: Request) -> int:
     ranking = request.search("explain", explain, inputs)
     verdict, *further = ranking.words()
     inputs.screen.verdict(verdict)
+    show_reach(ranking.reach, inputs)
     inputs.screen.table(ranking.table(), "effect")
     inputs.screen.list(further)
     _write(ranking, inputs, inputs.run)
@@ -27,6 +29,7 @@ def _write(ranking: Ranking, inputs: Inputs, run: Run) -> None:
     run.table("explanation.csv", table)
     run.report("explanation.txt", table, ranking.words())
     run.table("suspicion.csv", ranking.suspicion, index=False)
+    write_reach(ranking.reach, inputs, run)
     figures = {
         "suspicion.png": plots.suspicion(ranking, experiment=inputs.experiment),
         "probabilities.png": plots.probabilities(ranking),

@@ -16,6 +16,7 @@ from ..plots import modes as mode_plots
 from ._findings import FINDINGS, of_models, of_result
 from ._inputs import Inputs, infer_posterior, named_method
 from ._missing_effects import Request
+from ._reach import show_reach, write_reach
 from ._run import Run, numbered
 from ._save import CompletedModel
 
@@ -42,6 +43,7 @@ def _run_one(request: Request, inputs: Inputs) -> int:
     verdict, *further = ledger.words()
     screen.verdict(verdict)
     screen.table(ledger.table(), "added")
+    show_reach(ledger.reach, inputs)
     screen.list(further)
     _write(ledger, inputs, inputs.run)
     if request.save is not None:
@@ -98,6 +100,7 @@ def _write(ledger: Ledger, inputs: Inputs, run: Run) -> None:
     run.text("ledger.txt", str(ledger))
     run.table("compared.csv", ledger.compared, index=False)
     run.table("suspicion.csv", ledger.suspicion, index=False)
+    write_reach(ledger.reach, inputs, run)
     figures = {
         "error_falls.png": plots.error_falls(ledger),
         "suspicion.png": plots.suspicion(ledger, experiment=inputs.experiment),

@@ -72,8 +72,8 @@ def curves(
 @arguments_checked
 def law(
     reach: Reach,
-    acts_on: str = "",
     *,
+    acts_on: str | None = None,
     axes: Sequence[Axes] | np.ndarray | None = None,
 ) -> Figure:
     """Draw the dynamic stiffness that the data ask for at a port, and the best law through it.

@@ -9,12 +9,13 @@ import pytest
 from matplotlib.figure import Figure
 
 import bayes_placement as bp
+from tests import public_calls
 from tests.plots import test_ledger as ledgers
 from tests.plots import test_misfit as misfits
 from tests.plots import test_placement as maps
 from tests.plots import test_posterior as posteriors
 
-posterior, misfit = bp.plots.posterior, bp.plots.misfit
+posterior, misfit, reach = bp.plots.posterior, bp.plots.misfit, bp.plots.reach
 ledger, placement, structure = bp.plots.ledger, bp.plots.placement, bp.plots.structure
 
 ONE_PANEL = {
@@ -36,6 +37,8 @@ PANELS = {
     posterior.methods: (1, lambda: ({"one": posteriors.result()},)),
     misfit.residual_map: (2, lambda: (misfits.misfit(levels=2),)),
     misfit.discrepancy: (2, lambda: (misfits.misfit(),)),
+    reach.curves: (3, lambda: (public_calls.reached(),)),
+    reach.law: (2, lambda: (public_calls.reached(),)),
     ledger.suspicion: (2, lambda: (ledgers.ranking(),)),
     ledger.before_and_after: (4, lambda: (ledgers.fits(),)),
     placement.information: (3, lambda: (maps.hill("s1", "a1", "s2"),)),
@@ -84,7 +87,7 @@ def test_too_many_axes_are_refused(function):
 
 
 def test_all_figure_functions_are_called_alike():
-    rooms = (posterior, misfit, ledger, placement, structure)
+    rooms = (posterior, misfit, ledger, placement, structure, reach)
     returning = {
         function
         for room in rooms

@@ -14,6 +14,7 @@ from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
 from ..reach._named_laws import NamedLaw, reached_ports
 from ..reach._ports import Port, can_be_reached, place_columns
+from ..reach.reach import reach_of
 from ._candidates import numbered
 from ._hypotheses import Hypothesis, finite
 from ._posterior_odds import STRONG, Comparison, passes
@@ -45,7 +46,10 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
     """
     if passes(base, LEVEL) or base.has_errors or not can_be_reached(base.problem):
         return comparison
-    _, found = reached_ports(base.problem, base.fit.point, tick)
+    ports, found = reached_ports(base.problem, base.fit.point, tick)
+    if not base.effects:
+        reach = reach_of(base.problem, base.fit.squares, ports, found)
+        comparison = comparison._replace(reach=reach)
     told = [law for law in found if _is_told(law, found)]
     if not told:
         return comparison

@@ -10,6 +10,7 @@ from scipy.special import logsumexp
 from scipy.stats import chi2
 
 from ...inference.chi2 import LEVEL
+from ..reach.reach import Reach
 from ._hypotheses import Hypothesis
 from ._scanned_candidates import ScannedCandidate
 from ._unknown_noise import gain_with_outliers, p_value_of_outliers, scatter
@@ -42,12 +43,15 @@ class Comparison(NamedTuple):
         Scan of each candidate alone.
     networks
         Log prior probability of each network that is in no list, within its kind of port.
+    reach
+        What laws at each place could remove; None where that was not looked for.
     """
 
     hypotheses: list[Hypothesis]
     variants: dict[str, int]
     candidates: Sequence[ScannedCandidate] = ()
     networks: Mapping[str, float] = MappingProxyType({})
+    reach: Reach | None = None
 
     def with_hypotheses(
         self,

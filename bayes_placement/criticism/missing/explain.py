@@ -99,4 +99,5 @@ def explain(
         claimed=answer.best(LEVEL).kinds,
         baseline=None if before is None else fitted_model(before, {}),
         record=record(experiment, [measurement, baseline]),
+        reach=comparison.reach,
     )

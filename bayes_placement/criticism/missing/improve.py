@@ -204,6 +204,7 @@ class _Search(NamedTuple):
             baseline=None if before is None else fitted_model(before, {}),
             record=record(self.experiment, [measurement, baseline]),
             effects=claims(comparison, best, steps[-1]),
+            reach=comparison.reach,
         )
         return _Improved(ledger, best, found_effects(best, steps[-1]))
 

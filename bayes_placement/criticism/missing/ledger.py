@@ -15,6 +15,7 @@ from ...experiment.model_error import OF_WHAT
 from ...inference.alternative_explanation import Alternative
 from ...inference.units import percent
 from ...positions.reprs import notebook_html
+from ..reach.reach import Reach
 from ._claims import SCHEMA
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
@@ -64,6 +65,8 @@ class Ledger:
     effects
         An entry for each effect that is claimed: what it acts on and where, its law, and what else
         explains the data as well.
+    reach
+        What laws at each place could remove of the misfit; see `explain`.
 
     Examples
     --------
@@ -87,12 +90,14 @@ class Ledger:
     baseline: FittedModel | None = None
     record: Mapping[str, Any] = field(default_factory=dict, repr=False)
     effects: tuple[Mapping[str, Any], ...] = field(default=(), repr=False)
+    reach: Reach | None = field(default=None, repr=False)
 
     def to_json(self) -> dict[str, Any]:
         """Return the ledger as numbers and words for a file."""
         return {
             "schema": SCHEMA,
             "effects": [dict(effect) for effect in self.effects],
+            "reach": None if self.reach is None else self.reach.to_json(),
             "steps": [step.to_json() for step in self.steps],
             "verdict": list(self.verdict),
             "probabilities": {

@@ -11,6 +11,7 @@ from ..._files import write_json
 from ...inference.alternative_explanation import Alternative
 from ...inference.chi2 import LEVEL
 from ...positions.reprs import notebook_html
+from ..reach.reach import Reach
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
 from ._posterior_odds import NONE, NOTHING
@@ -52,6 +53,9 @@ class Ranking:
         Effects are then what is new since.
     record
         Where it comes from: versions, date, seed, hashes of experiment and measurement, units.
+    reach
+        What laws at each place could remove of the misfit; None where the model as given passes its
+        check, or no law can be read.
 
     Examples
     --------
@@ -68,10 +72,12 @@ class Ranking:
     claimed: tuple[str, ...] = ()
     baseline: FittedModel | None = None
     record: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    reach: Reach | None = field(default=None, repr=False)
 
     def to_json(self) -> dict[str, Any]:
         """Return the ranking as numbers and words for a file."""
         return {
+            "reach": None if self.reach is None else self.reach.to_json(),
             "explanations": [step.to_json() for step in self.steps],
             "claimed": list(self.claimed),
             "probabilities": {

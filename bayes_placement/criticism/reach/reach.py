@@ -95,6 +95,30 @@ class Reach:
             {"frequency": frequency} | parts | {"deviation": deviation * np.abs(slope)}
         )
 
+    def to_json(self) -> list[dict[str, Any]]:
+        """Return both curves over places for each kind of port, and its best law, for a file."""
+        return [
+            {
+                "acts_on": acts_on,
+                "best": {
+                    "place_m": _numbers(row),
+                    "law": repr(row["law"]),
+                    "law_tree": row["law"].tree(),
+                    "probability": float(row["probability"]),
+                    "chi2_per_datum": float(row["chi2_per_datum"]),
+                },
+                "curve": [
+                    {
+                        "place_m": _numbers(place),
+                        "any_law": float(place["any_law"]),
+                        "few_numbers": float(place["few_numbers"]),
+                    }
+                    for _, place in self.curves[self.curves["acts_on"] == acts_on].iterrows()
+                ],
+            }
+            for acts_on, row in self.kinds().iterrows()
+        ]
+
     def words(self) -> list[str]:
         """Where something may act, kind by kind, and how much it would explain."""
         return [
@@ -169,9 +193,9 @@ def _law(law: NamedLaw, reached: ReachOfPort, squares: float) -> dict[str, Any]:
 
 
 def _share(left: Any, squares: float, free: FreeLaw) -> Any:
-    """Share of the misfit above noise that is removed."""
-    above = max(squares - free.problem.count, np.finfo(float).tiny)
-    return np.clip((squares - left) / above, 0.0, 1.0)
+    """Share of the misfit above noise that is removed; zero where there is none."""
+    above = squares - free.problem.count
+    return np.clip((squares - left) / above, 0.0, 1.0) if above > 0 else 0.0 * left
 
 
 def _where(port: Port, free: FreeLaw, points: Points) -> pd.DataFrame:
@@ -197,6 +221,13 @@ def _opened(strength: Any, receptance: Any, is_cut: bool) -> tuple[Any, Any]:
         return over(ones, strength) - receptance, over(ones, strength**2)
     soft = 1 - receptance * strength
     return over(strength, soft), over(ones, soft**2)
+
+
+def _numbers(row: Any) -> list[list[float]]:
+    """Places of a row, each a list of coordinates [m]."""
+    ends = [[float(row[name]) for name in names] for names in (PLACES[:3], PLACES[3:])]
+    known = [[number for number in end if np.isfinite(number)] for end in ends]
+    return [end for end in known if end]
 
 
 def _at(row: Any) -> str:

@@ -1,0 +1,26 @@
+"""Where something missing may act: sentences, tables and figures of `explain` and `improve`."""
+
+from ..criticism.reach.reach import Reach
+from ..plots import reach as plots
+from ._inputs import Inputs
+from ._run import Run
+
+
+def show_reach(reach: Reach | None, inputs: Inputs) -> None:
+    """Say which kind of port explains how much, whatever the law; nothing where none was read."""
+    if reach is not None:
+        inputs.screen.text("What a single law at one place could do:")
+        inputs.screen.list(reach.words())
+
+
+def write_reach(reach: Reach | None, inputs: Inputs, run: Run) -> None:
+    """Write both curves, the law as measured, and the figures of both."""
+    if reach is None:
+        return
+    run.table("reach.csv", reach.curves, index=False)
+    run.table("law.csv", reach.law_as_measured(), index=False)
+    figures = {
+        "reach.png": plots.curves(reach, experiment=inputs.experiment),
+        "law.png": plots.law(reach),
+    }
+    run.figures(figures)
