@@ -163,6 +163,11 @@ def rival_among(hypotheses: Sequence[Hypothesis]) -> Rival:
     return NO_RIVAL if best is None else best.as_rival
 
 
+def takes_long(hypothesis: Hypothesis) -> bool:
+    """Whether it has an effect that takes long to evaluate."""
+    return any(effect.tried_last for effect in hypothesis.effects)
+
+
 def finite(hypotheses: Iterable[Hypothesis]) -> list[Hypothesis]:
     """Those with a finite density."""
     return [hypothesis for hypothesis in hypotheses if np.isfinite(hypothesis.fit.log_evidence)]

@@ -16,7 +16,7 @@ from ..reach._named_laws import NamedLaw, reached_ports
 from ..reach._ports import Port, can_be_reached, place_columns
 from ..reach.reach import reach_of
 from ._candidates import numbered
-from ._hypotheses import Hypothesis, finite
+from ._hypotheses import Hypothesis, finite, takes_long
 from ._posterior_odds import STRONG, Comparison, passes
 from ._scanned_candidates import Tick
 
@@ -78,9 +78,9 @@ def _is_told(law: NamedLaw, others: Sequence[NamedLaw]) -> bool:
 
 
 def with_one_more_network(comparison: Comparison, depth: int, tick: Tick) -> Comparison:
-    """Add a network to the best hypothesis of so many effects."""
-    best = next(h for h in comparison.distinct() if len(h.effects) == depth)
-    return with_networks(comparison, best, tick)
+    """Add a network to the best hypothesis of so many effects, none of which takes long."""
+    ranked = [h for h in comparison.distinct() if len(h.effects) == depth and not takes_long(h)]
+    return with_networks(comparison, ranked[0], tick) if ranked else comparison
 
 
 def _as_hypothesis(base: Hypothesis, law: NamedLaw) -> Hypothesis:

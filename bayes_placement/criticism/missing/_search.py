@@ -15,7 +15,7 @@ import numpy as np
 from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ._fitted_candidates import best_variants, extended, relocated
-from ._hypotheses import Hypothesis, logarithmic_jacobian
+from ._hypotheses import Hypothesis, logarithmic_jacobian, takes_long
 from ._posterior_odds import Comparison
 from ._repeated import may_be_added
 from ._scanned_candidates import ScannedCandidate, Tick
@@ -60,7 +60,7 @@ def one_more_effect(
     Then those of the best are replaced, and those of the best few looked for at other places: an
     effect that was fitted first, alone, may have drawn the second to a wrong one.
     """
-    best = [hypothesis for hypothesis in comparison.distinct() if len(hypothesis.effects) == depth]
+    best = _branches(comparison, depth)
     deeper = comparison.with_hypotheses(
         extended(_pairs(comparison, best[: breadth.branches], breadth.kinds), tick)
     )
@@ -73,6 +73,12 @@ def one_more_effect(
     few = best[: breadth.relocated]
     moved = dict(zip(few, relocated(few, null, tick), strict=True))
     return deeper._replace(hypotheses=[moved.get(known, known) for known in deeper.hypotheses])
+
+
+def _branches(comparison: Comparison, depth: int) -> list[Hypothesis]:
+    """Hypotheses of so many effects; with one that takes long only where it is the best."""
+    first, *others = (each for each in comparison.distinct() if len(each.effects) == depth)
+    return [first, *(each for each in others if not takes_long(each))]
 
 
 def _subsets_of_best(comparison: Comparison, depth: int, most: int) -> list[Hypothesis]:
@@ -113,10 +119,11 @@ def _pairs(
             extension = tuple(sorted((*branch.kinds, kind)))
             if count == most or extension in tried:
                 continue
-            if may_be_added(candidate.effect, candidate.problem, branch, best):
+            effect, problem = candidate.effect, candidate.problem
+            if not effect.tried_last and may_be_added(effect, problem, branch, best):
                 count += kind not in branch.kinds
                 tried.add(extension)
-                pairs.append((branch, candidate.effect))
+                pairs.append((branch, effect))
     return pairs
 
 
