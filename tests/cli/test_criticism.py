@@ -224,6 +224,9 @@ def test_improve_writes_the_ledger(hidden):
     folder, output = hidden
     ledger = json.loads((folder / "improve" / "ledger.json").read_text())
     assert set(ledger) == {
+        "schema",
+        "effects",
+        "reach",
         "steps",
         "verdict",
         "probabilities",
@@ -239,6 +242,12 @@ def test_improve_writes_the_ledger(hidden):
         assert {"added", "parameters", "chi2_per_datum", "log_evidence"} <= set(step)
     assert first["chi2_per_datum"] > 3 > 1.3 > last["chi2_per_datum"]
     assert ledger["verdict"] == ["point_mass"]
+    (claim,) = ledger["effects"]
+    assert (claim["name"], claim["acts_on"], claim["law_tree"]) == (
+        "point_mass",
+        "displacement",
+        "m",
+    )
     assert ledger["probabilities"].keys() == {
         "point_mass",
         "time_delay",

@@ -351,11 +351,15 @@ def test_they_are_tried_by_name_where_forces_are_known_and_none_is_there():
 
 def test_no_search_puts_two_of_them_on_a_structure(monkeypatch):
     mass = effects.point_mass(AT, 0.1)
-    candidates = [types.SimpleNamespace(effect=effect) for effect in (GAP, CUBIC, mass, FRICTION)]
+    kinds = (GAP, CUBIC, mass, FRICTION)
+    candidates = [types.SimpleNamespace(effect=effect, problem=None) for effect in kinds]
     monkeypatch.setattr(_search, "_by_promise", lambda branch, null, candidates: candidates)
     alone = types.SimpleNamespace(kinds=("gap",), effects=(GAP,))
     comparison = types.SimpleNamespace(
-        of=lambda kinds: None, hypotheses=[alone], candidates=candidates
+        of=lambda kinds: None,
+        distinct=lambda: [alone],
+        hypotheses=[alone],
+        candidates=candidates,
     )
     pairs = inspect.unwrap(_search._pairs)(comparison, [alone], 5)  # types of stand-ins differ
     assert [effect.name for _, effect in pairs] == ["point_mass"]

@@ -77,17 +77,24 @@ def test_what_explain_fits_is_not_fitted_again(with_mass, candidates, monkeypatc
 
 
 def test_another_question_is_fitted_anew(candidates, monkeypatch):
-    asked = experiment(), experiment().data(measured(MASS, seed=1)), candidates.effects, None
+    asked = experiment(), experiment().data(measured(MASS, seed=1)), candidates, None
     fits = _shared_fits.shared_fits(*asked)
     assert _shared_fits.shared_fits(*asked) is fits
     again = experiment(), experiment().data(measured(MASS, seed=1)), asked[2], None
     assert _shared_fits.shared_fits(*again) is fits
     heavier = dataclasses.replace(candidates.effects[0], mass=0.1)
+    fewer, other, further = (
+        dataclasses.replace(candidates, **changes)
+        for changes in (
+            {"effects": candidates.effects[:1]},
+            {"effects": (heavier, *candidates.effects[1:])},
+            {"networks": True},
+        )
+    )
     others = [
-        (experiment(), experiment().data(measured(MASS, seed=2)), candidates.effects, None),
-        (experiment(), asked[1], candidates.effects[:1], None),
-        (experiment(), asked[1], (heavier, *candidates.effects[1:]), None),
-        (experiment().fix({"structure.damping.ratio": 0.04}), asked[1], candidates.effects, None),
+        (experiment(), experiment().data(measured(MASS, seed=2)), candidates, None),
+        *((experiment(), asked[1], library, None) for library in (fewer, other, further)),
+        (experiment().fix({"structure.damping.ratio": 0.04}), asked[1], candidates, None),
     ]
     for other in others:
         first = _shared_fits.shared_fits(*asked)
@@ -200,6 +207,9 @@ def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
     with_both.write(tmp_path / "ledger.json")
     read = json.loads((tmp_path / "ledger.json").read_text())
     assert set(read) == {
+        "schema",
+        "effects",
+        "reach",
         "steps",
         "verdict",
         "probabilities",
@@ -210,6 +220,7 @@ def test_the_ledger_file_says_what_the_ledger_says(with_both, tmp_path):
         "record",
     }
     assert read["verdict"] == list(with_both.verdict)
+    assert {effect["name"] for effect in read["effects"]} == set(with_both.verdict)
     assert read["steps"][0]["added"] is None
     assert read["steps"][-1]["chi2_per_datum"] == with_both.steps[-1].chi2_per_datum
     error = read["steps"][-1]["parameters"]["instrument_effects.gain_error.error"]

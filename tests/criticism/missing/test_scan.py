@@ -6,7 +6,7 @@ import pytest
 
 import bayes_placement as bp
 from bayes_placement.criticism.missing import _scan
-from bayes_placement.inference.residuals import Problem
+from bayes_placement.inference.residuals import Problem, point_in_problem
 from tests.criticism.small import experiment, measured
 
 COUNTS = {"structure.effects.point_mass.at": 9, "structure.effects.point_mass.mass": 5}
@@ -55,8 +55,6 @@ def test_a_point_is_transferred_by_names():
         before = Problem(imperfect + first, data)
         problem = before.with_effect(second)
         point = np.random.default_rng(0).normal(size=before.dimension)
-        transferred = problem.coordinates.named(
-            _scan.point_in_problem(before, point, problem)[None]
-        )
+        transferred = problem.coordinates.named(point_in_problem(before, point, problem)[None])
         for name, values in before.coordinates.named(point[None]).items():
             np.testing.assert_allclose(transferred[name], values, rtol=1e-9)

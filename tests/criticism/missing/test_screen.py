@@ -24,7 +24,7 @@ def screened(*hidden, seed=1):
     errors = experiment().with_model_error(bp.model_error.Modal(**SIZES)).model_error
     data = experiment().data(measured(imperfect(seed, *hidden), seed + 1))
     library = effects.library(experiment(), ["point_mass", "gain_error", "time_delay"])
-    candidates = candidates_of(experiment(), library)
+    candidates = candidates_of(experiment(), library).effects
     exact = single_effects(null_hypothesis(experiment(), data), candidates, lambda: None)
     return with_errors(exact.hypotheses[0], errors), exact
 
