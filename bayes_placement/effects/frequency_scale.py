@@ -20,8 +20,7 @@ class FrequencyScale(InstrumentEffect):
     As of signals sampled at fs (1 + rate_error) where fs is believed. Force and motion have the
     right amplitude, so that an accelerance is that of the true frequency, by its square; delays and
     filters act at the true frequency too. Signals at a wrong rate are those of another scale of
-    time: Oppenheim and Schafer, Discrete-Time Signal Processing (2010), ch. 4. It is tried where it
-    is named.
+    time: Oppenheim and Schafer, Discrete-Time Signal Processing (2010), ch. 4.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ class LowPass(OnTransducer):
 
     Its transmission is 1 / (1 + i r), or 1 / (1 - r^2 + sqrt(2) i r), with r = f / frequency.
     FRFs of a sensor are multiplied by it, those of a force divided. McConnell and Varoto, Vibration
-    Testing (2008), ch. 5. It is tried where it is named.
+    Testing (2008), ch. 5..
 
     Parameters
     ----------
