@@ -122,7 +122,7 @@ class LawsAsked:
         gradient = np.real(conjugate @ pull[..., None])[..., 0]
         gradient += points[:, :NUMBERS] - np.einsum("rxu,ru->rx", taken, left)
         curvature = squares - taken @ taken.transpose(0, 2, 1)
-        return held_last(NormalEquations(cost, gradient, curvature, 2 * cost))
+        return held_last(NormalEquations(cost, gradient, curvature, 2 * cost), 2)
 
     def costs_of_draws(self, which: Any, count: int, place: int) -> np.ndarray:
         """Cost of draws of the numbers of networks at one place [network, draw].
@@ -176,11 +176,11 @@ def closed(stiffness: Any, receptance: Any, is_cut: bool) -> tuple[Any, Any]:
     return stiffness * softened, softened**2
 
 
-def held_last(normal: NormalEquations) -> NormalEquations:
-    """Normal equations with the two numbers of a row, which are held."""
+def held_last(normal: NormalEquations, count: int) -> NormalEquations:
+    """Normal equations with the prior, and with so many numbers at the end, which are held."""
     rows, own = normal.gradient.shape
-    gradient = np.zeros((rows, own + 2))
-    gradient[:, :own] = normal.gradient
-    curvature = np.broadcast_to(np.eye(own + 2), (rows, own + 2, own + 2)).copy()
+    gradient = np.concatenate([normal.gradient, np.zeros((rows, count))], axis=1)
+    curvature = np.zeros((rows, own + count, own + count))
+    curvature[:] = np.eye(own + count)
     curvature[:, :own, :own] += normal.curvature
     return normal._replace(gradient=gradient, curvature=curvature)

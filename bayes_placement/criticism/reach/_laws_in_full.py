@@ -10,7 +10,7 @@ import numpy as np
 
 from ...inference.engines.least_squares import NormalEquations
 from ...laws.rows import NUMBERS, NetworkRows
-from ._asked import closed
+from ._asked import closed, held_last
 from ._free_law import FreeLaw, Points, half_squares, products
 
 
@@ -60,7 +60,7 @@ class LawsInFull:
         inner = points[:, :-1]
         squares = 2 * half_squares(left)
         cost = 0.5 * squares + half_squares(inner)
-        return _held(NormalEquations(cost, gradient + inner, curvature, squares))
+        return held_last(NormalEquations(cost, gradient + inner, curvature, squares), 1)
 
     def _parts(self, points: Points) -> tuple[Any, Any, Any]:
         size = self.free.problem.dimension
@@ -71,12 +71,3 @@ class LawsInFull:
         """Numerator and denominator at the lines."""
         ones = np.ones_like(stiffness)
         return (ones, stiffness) if self.is_cut else (stiffness, ones)
-
-
-def _held(normal: NormalEquations) -> NormalEquations:
-    """Normal equations with the number of the network, which is held, and the prior."""
-    rows, own = normal.gradient.shape
-    gradient = np.concatenate([normal.gradient, np.zeros((rows, 1))], axis=1)
-    curvature = np.broadcast_to(np.eye(own + 1), (rows, own + 1, own + 1)).copy()
-    curvature[:, :own, :own] += normal.curvature
-    return normal._replace(gradient=gradient, curvature=curvature)
