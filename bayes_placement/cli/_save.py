@@ -5,13 +5,13 @@ The completed model is the model with the effects that it lacked.
 
 import os
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from .._files import write_atomically
 from .._types import UsageError
 from ..criticism.missing.ledger import Ledger
 from ..effects.effect import Effect
-from ..effects.library import kind_of
+from ..effects.library import EFFECTS, kind_of
 from ..experiment.experiment import Experiment
 from ..io._modal_files import holds_modal_parameters
 from ..io.case._completed import write_completed
@@ -42,6 +42,17 @@ IMPORT = "from bayes_placement.experiment.resized import observing_modes\n"
 ADDED = """\
 {variable} = bp.effects.library(original, [{kind!r}]).effects[{number}]
 experiment = experiment + dataclasses.replace({variable}, name={name!r})
+"""
+
+
+ADDED_NETWORK = """\
+{variable} = bp.effects.{function}({places}, {law}{options})
+experiment = experiment + {variable}
+"""
+
+OF_NETWORKS = """from numpyro.distributions import LogNormal, Uniform
+
+from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring, Springpot
 """
 
 
@@ -81,13 +92,14 @@ class CompletedModel(NamedTuple):
         is_modal = self.data is not None and holds_modal_parameters(self.data)
         reader = "modal_parameters.read" if is_modal else "read_measurement"
         data = f"bp.io.{reader}(HERE / {self._from_here(self.data)!r})" if self.data else ""
+        of_networks = OF_NETWORKS if any(map(_is_network, added)) else ""
         return HEAD.format(
             model=self.model.name,
             effects=", ".join(effect.name for effect in added) or "none is claimed",
             reader="case" if self.model.is_dir() else "model",
             path=self._from_here(self.model),
             measurement=data or "study.measurement",
-            imports=IMPORT if is_modal else "",
+            imports=(IMPORT if is_modal else "") + of_networks,
             original=OF_MODES if is_modal else "study.experiment",
             model_error=(".with_model_error(bp.model_error.Modal())" if self.model_error else ""),
         )
@@ -126,10 +138,34 @@ def completed_model(
 
 
 def _addition(experiment: Experiment, effect: Effect, number: int) -> str:
-    """Lines that add an effect: which of the default candidates it is."""
+    """Lines that add an effect: which of the default candidates it is, or a network as typed."""
+    if _is_network(effect):
+        return _network(experiment, effect, number)
     return ADDED.format(
         variable=f"effect_{number}",
         kind=kind_of(effect),
         number=candidate_place(experiment, effect),
         name=effect.name,
+    )
+
+
+def _is_network(effect: Effect) -> bool:
+    """Whether an effect is a law of its own at a port, and none of the library."""
+    return kind_of(effect) not in EFFECTS
+
+
+def _network(experiment: Experiment, effect: Any, number: int) -> str:
+    """Lines that add a network, on the piece of the structure where it is."""
+    pieces = [repr(piece) for piece in experiment.structure.modes.anywhere()]
+    ends = [repr(getattr(effect, field)) for field in effect.place_fields]
+    numbers = [pieces.index(end) if end in pieces else 0 for end in ends]
+    settings = {"motion": getattr(effect, "motion", None), "direction": effect.direction}
+    stated = {name: value for name, value in settings.items() if value is not None}
+    options = {**stated, "name": effect.name}
+    return ADDED_NETWORK.format(
+        variable=f"effect_{number}",
+        function=type(effect).name,
+        places=", ".join(f"original.structure.modes.anywhere()[{piece}]" for piece in numbers),
+        law=repr(effect.law),
+        options="".join(f", {name}={value!r}" for name, value in options.items()),
     )

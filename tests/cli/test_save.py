@@ -1,10 +1,16 @@
 """`improve --save`: the completed model is a model file that explains the data."""
 
+import inspect
+import types
+
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
+from bayes_placement import effects
 from bayes_placement._compiled import compiled
+from bayes_placement.cli._save import CompletedModel
 from bayes_placement.experiment.content_hash import content_hash
 from tests.cli.test_criticism import HIDDEN, MEASUREMENT, MODEL, run, written
 from tests.io.case.test_folder import measured
@@ -30,6 +36,24 @@ def test_the_completed_model_is_read_and_explains_the_data(tmp_path):
     assert misfit.passed
     known = bp.io.model.read(model).measurement
     assert content_hash(known) == content_hash(study.measurement)
+
+
+def test_a_network_is_written_as_it_is_typed(tmp_path):
+    original = bp.io.model.read(written(tmp_path, MODEL)).experiment
+    law = effects.Spring(dist.LogNormal(9.0, 4.6)) - effects.Springpot(
+        dist.LogNormal(8.0, 4.6), dist.Uniform(0.0, 1.0), 50.0
+    )
+    (place,) = original.structure.modes.anywhere()
+    pad = effects.attached(place, law, name="attached")
+    ledger = types.SimpleNamespace(experiment=original + pad)
+    saved = CompletedModel(tmp_path / "completed.py", tmp_path / "study.py", None, False)
+    inspect.unwrap(CompletedModel.write)(saved, original, ledger)
+    (tmp_path / "completed.py").write_text(
+        (tmp_path / "completed.py").read_text().replace("study.measurement", "None")
+    )
+    (again,) = bp.io.model.read(tmp_path / "completed.py").experiment.effects
+    assert (again.name, again.kind) == ("attached", "attached: spring - springpot")
+    assert repr(again.law) == repr(law) and (again.at.low, again.at.high) == (place.low, place.high)
 
 
 @pytest.mark.parametrize("name", ["study.py", "completed.txt"])
