@@ -1757,7 +1757,11 @@ def calls_of_plots():
         ),
         "plots.reach.law": Call(
             plots.reach.law,
-            {"reach": thing(reached()), "acts_on": word("displacement", slope="slope"), **AXES},
+            {
+                "reach": thing(reached()),
+                "acts_on": word("displacement", "nothing", slope="slope"),
+                **AXES,
+            },
         ),
         "plots.ledger.probabilities": Call(
             plots.ledger.probabilities, {"result": thing(ledger()), **AX}

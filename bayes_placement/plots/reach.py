@@ -92,7 +92,7 @@ def law(
     >>> bp.plots.reach.law(bp.reach(experiment, surprise)).axes[1].get_ylabel()
     'phase [degrees]'
     """
-    kind = acts_on or str(reach.laws["acts_on"].iloc[0])
+    kind = str(reach.laws["acts_on"].iloc[0]) if acts_on is None else acts_on
     measured = reach.law_as_measured(kind)
     best = reach.laws[reach.laws["acts_on"] == kind].iloc[0]["law"]
     layout = panels(2, 1, axes, size=(PANEL[0], HEIGHT))

@@ -9,10 +9,9 @@ from ...effects.library import kind_of
 from ...inference.chi2 import LEVEL
 from ...inference.engines.levenberg_marquardt import best_fit, minimise
 from ...inference.residuals import Problem, fields_of
-from ...laws.catalogue import leaves
 from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
-from ..reach._named_laws import NamedLaw, reached_ports
+from ..reach._named_laws import NamedLaw, reached_ports, simplest
 from ..reach._ports import Port, can_be_reached, place_columns
 from ..reach.reach import reach_of
 from ._candidates import numbered
@@ -50,7 +49,7 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
     if not base.effects:
         reach = reach_of(base.problem, base.fit.squares, ports, found)
         comparison = comparison._replace(reach=reach)
-    told = [law for law in found if _is_told(law, found)]
+    told = [law for law in simplest(found) if not _is_listed(law)]
     if not told:
         return comparison
     odds = np.array([law.fit.log_evidence + law.log_prior for law in told])
@@ -61,20 +60,9 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
     return comparison.with_hypotheses(finite(hypotheses), priors)
 
 
-def _is_told(law: NamedLaw, others: Sequence[NamedLaw]) -> bool:
-    """Whether a network is told by itself.
-
-    One that is an effect of the library is told as that; and one that fits no better than another
-    of fewer elements at the same kind of port is that one, its further elements being compatible
-    with none.
-    """
-    is_listed = law.port.acts_on == "displacement" and law.tree in LISTED
-    return not is_listed and not any(
-        other.port is law.port
-        and len(leaves(other.tree)) < len(leaves(law.tree))
-        and other.fit.squares < law.fit.squares + 2 * STRONG
-        for other in others
-    )
+def _is_listed(law: NamedLaw) -> bool:
+    """Whether a network is an effect of the library, as which it is told."""
+    return law.port.acts_on == "displacement" and law.tree in LISTED
 
 
 def with_one_more_network(comparison: Comparison, depth: int, tick: Tick) -> Comparison:

@@ -48,8 +48,8 @@ def reach(
 
     Examples
     --------
-    >>> print(bp.reach(experiment, surprise).words()[0][:31])
-    displacement at 400 mm: mass re
+    >>> print(bp.reach(experiment, surprise).words()[0][:17])
+    displacement at 4
     """
     check_experiment(experiment, "reach")
     null = null_hypothesis(experiment.with_errors(None), experiment.data(measurement))

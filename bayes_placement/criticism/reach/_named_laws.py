@@ -29,6 +29,9 @@ STARTS = 2
 BEST_PLACES = 3
 """Places of a kind of port at which every network is fitted."""
 
+STRONG = 2 * math.log(20.0)
+"""Squares by which a network must fit better than a simpler one: strong evidence."""
+
 BEST_LAWS = 6
 """Laws of a kind of port that are fitted in full, with their places and all other unknowns."""
 
@@ -89,6 +92,28 @@ def reached_ports(
         named += laws_with_names(reached[-1], pieces[port.acts_on])
         tick()
     return reached, named
+
+
+def simplest(laws: Sequence[NamedLaw]) -> list[NamedLaw]:
+    """Laws without those that fit no better than one of fewer elements at their kind of port.
+
+    The further elements are compatible with none.
+
+    Parameters
+    ----------
+    laws
+        Laws, fitted in full.
+    """
+    return [
+        law
+        for law in laws
+        if not any(
+            other.port is law.port
+            and len(leaves(other.tree)) < len(leaves(law.tree))
+            and other.fit.squares < law.fit.squares + STRONG
+            for other in laws
+        )
+    ]
 
 
 def log_prior(tree: Tree, trees: Sequence[Tree]) -> float:

@@ -14,7 +14,7 @@ from ...positions.reprs import notebook_html
 from ..locations import locations
 from ._at_port import ReachOfPort, omega_of
 from ._free_law import FreeLaw, Points, over
-from ._named_laws import NamedLaw
+from ._named_laws import NamedLaw, simplest
 from ._ports import Port
 
 PLACES = ("x", "y", "z", "to_x", "to_y", "to_z")
@@ -43,9 +43,8 @@ class Reach:
     Examples
     --------
     >>> found = bp.reach(experiment, surprise)
-    >>> best = found.laws.iloc[0]
-    >>> best["acts_on"], best["law"].tree(), round(best["x"], 2)
-    ('displacement', 'm', 0.4)
+    >>> found.kinds().index[0], round(float(found.laws["x"].iloc[0]), 2)
+    ('displacement', 0.4)
     """
 
     curves: pd.DataFrame
@@ -57,11 +56,14 @@ class Reach:
         """Best law of each kind of port, and the probability of the kind; the greatest first."""
         shares = self.laws.groupby("acts_on")["probability"].sum()
         best = self.laws.drop_duplicates("acts_on").set_index("acts_on")
-        any_law = self.curves.groupby("acts_on")["any_law"].max()
-        table = best.assign(probability=shares, any_law=any_law)
+        table = best.assign(
+            probability=shares, any_law=self.curves.groupby("acts_on")["any_law"].max()
+        )
+        # Curves are of places on a grid, the best law of a place of its own.
+        table["any_law"] = table[["any_law", "few_numbers"]].max(axis=1)
         return table.sort_values("probability", ascending=False)
 
-    def law_as_measured(self, acts_on: str = "") -> pd.DataFrame:
+    def law_as_measured(self, acts_on: str | None = None) -> pd.DataFrame:
         """Dynamic stiffness that the best place of a kind of port asks for, line by line.
 
         All else is at its fit with a law that is free at each line, at the place of the curves
@@ -83,7 +85,8 @@ class Reach:
         InputError
             If the structure has no such port.
         """
-        row = self._best_place(acts_on or str(self.laws["acts_on"].iloc[0]))
+        kind = str(self.laws["acts_on"].iloc[0]) if acts_on is None else acts_on
+        row = self._best_place(kind)
         reached = self.ports[int(row["port"])]
         at = reached.free.at(reached.points[int(row["place"])][None])
         strength, receptance = at.best()[0], at.receptance[0]
@@ -162,7 +165,7 @@ def reach_of(
     """
     curves = pd.concat([_curve(port, number, squares) for number, port in enumerate(ports)])
     of_port = {id(reached.port): reached for reached in ports}
-    rows = [_law(law, of_port[id(law.port)], squares) for law in laws]
+    rows = [_law(law, of_port[id(law.port)], squares) for law in simplest(laws)]
     table = pd.DataFrame(rows).sort_values("log_odds", ascending=False)
     odds = table.pop("log_odds")
     table["probability"] = np.exp(odds - logsumexp(odds))

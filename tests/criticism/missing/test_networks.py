@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing._networks import _is_told
-from bayes_placement.criticism.reach._named_laws import NamedLaw, log_prior
+from bayes_placement.criticism.missing._networks import _is_listed
+from bayes_placement.criticism.reach._named_laws import NamedLaw, log_prior, simplest
 from bayes_placement.criticism.reach._ports import ATTACHED, Port
 from tests.criticism.reach.cantilever import AT, experiment, maxwell, measured
 
@@ -63,10 +63,15 @@ def named(port, tree, squares):
         ("p", 100.0, True),
         (["|", "k", "p"], 99.0, False),  # no better than the springpot alone
         (["|", "k", "p"], 80.0, True),
-        ("m", 100.0, False),  # a point mass is in the list
     ],
 )
 def test_a_network_that_is_a_simpler_one_is_not_told(tree, squares, is_told):
-    port = Port("displacement", None)
-    other = named(port, "p", 100.0)
-    assert _is_told(named(port, tree, squares), [other]) == is_told
+    port, elsewhere = Port("displacement", None), Port("rotation", None)
+    law = named(port, tree, squares)
+    others = [named(port, "p", 100.0), named(elsewhere, "k", 10.0)]
+    assert (law in simplest([law, *others])) == is_told
+
+
+def test_a_network_of_the_library_is_told_as_its_effect():
+    assert _is_listed(named(Port("displacement", None), "m", 100.0))
+    assert not _is_listed(named(Port("rotation", None), "m", 100.0))
