@@ -116,6 +116,7 @@ def test_two_effects_that_are_new_at_once_are_found_in_their_places():
     assert mass["mass"].low < 0.05 < mass["mass"].high
 
 
+@pytest.mark.long
 @pytest.mark.longest
 def test_each_of_two_masses_is_followed_through_the_states():
     """The first grows once the second is there; their numbers mean nothing."""
