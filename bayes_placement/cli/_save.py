@@ -50,7 +50,7 @@ ADDED_NETWORK = """\
 experiment = experiment + {variable}
 """
 
-OF_NETWORKS = """from numpyro.distributions import LogNormal, Uniform
+OF_NETWORKS = """from numpyro.distributions import LogNormal, LogUniform, Uniform
 
 from bayes_placement.effects import Dashpot, LossySpring, Mass, Spring, Springpot
 """

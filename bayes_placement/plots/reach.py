@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
 
 from .._types import arguments_checked
 from ..criticism.reach.reach import Reach
@@ -106,14 +107,16 @@ def law(
     size = np.abs(stiffness[is_known])
     spread = NORMAL_95 * relative[is_known]
     magnitude.errorbar(frequency[is_known], size, yerr=spread * size, **dots)
-    angle = np.degrees(np.angle(stiffness[is_known]))
+    of_law = np.degrees(np.angle(fitted[is_known]))
+    apart = np.degrees(np.angle(stiffness[is_known] / fitted[is_known]))
+    angle = of_law + apart  # half a turn from the law at most
     phase.errorbar(frequency[is_known], angle, yerr=np.degrees(np.arcsin(spread)), **dots)
     magnitude.plot(frequency, np.abs(fitted), color=AFTER, label=best.in_words())
     phase.plot(frequency, np.degrees(np.angle(fitted)), color=AFTER)
     unit = "N m/rad" if kind == "rotation" else "N/m"
     magnitude.set(xscale="log", yscale="log", ylabel=f"dynamic stiffness [{unit}]")
-    phase.set(xscale="log", xlabel="frequency [Hz]", ylabel="phase [degrees]", ylim=(-190, 190))
-    phase.set_yticks([-180, -90, 0, 90, 180])
+    phase.set(xscale="log", xlabel="frequency [Hz]", ylabel="phase [degrees]")
+    phase.yaxis.set_major_locator(MultipleLocator(90))
     return layout.with_legend()
 
 

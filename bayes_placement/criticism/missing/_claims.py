@@ -53,7 +53,7 @@ def claims(comparison: Comparison, best: Hypothesis, model: FittedModel) -> tupl
 
 
 def _shares(comparison: Comparison) -> dict[tuple[str, ...], float]:
-    """Share of each collection of kinds among all of as many effects, of the odds as they are."""
+    """Share of each collection of kinds among all hypotheses, by their odds."""
     shares: dict[tuple[str, ...], float] = {}
     odds = np.array([comparison.log_odds(h) for h in comparison.hypotheses])
     each = np.exp(odds - np.logaddexp.reduce(odds))

@@ -20,7 +20,6 @@ MOST_LINES = 128
 FOLLOWED = 8
 """Draws of laws that are followed at each place."""
 
-
 Point = Float[np.ndarray, "unknown"]
 """Coordinates of a problem."""
 

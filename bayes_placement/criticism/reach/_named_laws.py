@@ -29,7 +29,7 @@ STARTS = 2
 BEST_PLACES = 3
 """Places of a kind of port at which every network is fitted."""
 
-STRONG = 2 * math.log(20.0)
+STRONG = 2 * math.log(20.0)  # a sum of squares is twice a log likelihood
 """Squares by which a network must fit better than a simpler one: strong evidence."""
 
 BEST_LAWS = 6
