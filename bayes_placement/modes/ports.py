@@ -19,7 +19,7 @@ Coordinates = Float[Array, "*coordinate"]
 POLYNOMIALS, POLYNOMIALS_OF_EDGE = 16, 5
 """Legendre polynomials over a segment, and over an edge of a box: a half-wave needs about two."""
 
-NODES, NODES_OF_EDGE = 192, 10
+NODES, NODES_OF_EDGE = 128, 7
 """Gauss nodes, many since the flexibility of a bar has a kink where two places meet."""
 
 MOTIONS = ("displacement", "rotation")

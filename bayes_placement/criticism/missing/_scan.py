@@ -10,7 +10,7 @@ from scipy.stats import norm
 from ...inference.engines.levenberg_marquardt import Fit, best_fit, minimise, sobol_starts
 from ...inference.residuals import Problem
 from ._kept_fits import ANY_FIT, stored_or_computed
-from ._screening_lines import at_screening_lines, sample
+from ._screening_lines import at_lines_of_descents, at_screening_lines, sample
 
 MOST, LEAST = 1600, 400
 """Greatest number of points of a grid for all variants of a kind, and least for each."""
@@ -22,6 +22,9 @@ together: residuals of all would be gigabytes."""
 FOLLOWED, FINISHED, COPIES = 8, 3, 2
 """Starts that are followed along logarithmic residuals, those followed to the end, and of these
 the most that met: the others may lead to a mirror image."""
+
+ABOUT_AS_GOOD = 0.05
+"""Cost per datum above the least at some of the lines, up to which a descent goes on at all."""
 
 NEAR = 0.5
 """Gain of log density of a step below which a start is near enough to be followed to the end."""
@@ -163,16 +166,20 @@ def other_places(problem: Problem, names: list[str]) -> np.ndarray:
 
 def _followed(problem: Problem, starts: np.ndarray) -> Fit:
     """Best of the descents from all starts: at some of many lines first, at all lines then."""
-    screened = at_screening_lines(problem)
+    screened = at_lines_of_descents(problem)
     if screened is not problem:
-        starts, _ = minimise(screened.squares.objective(), starts, steps=40, count=problem.count)
+        starts, normal = minimise(
+            screened.squares.objective(), starts, steps=40, count=problem.count
+        )
+        behind = normal.cost - np.nanmin(normal.cost, initial=np.inf)
+        starts = starts[~(behind > ABOUT_AS_GOOD * problem.count)]
     ends, final = minimise(problem.squares.objective(), starts, steps=40, count=problem.count)
     return best_fit(ends, final, problem.count)
 
 
 def _near(problem: Problem, points: np.ndarray) -> np.ndarray:
     """The best ends of descents along logarithmic residuals."""
-    objective = at_screening_lines(problem).squares.objective(logarithmic=True)
+    objective = at_lines_of_descents(problem).squares.objective(logarithmic=True)
     ends, normal = minimise(objective, points, steps=10, gain=NEAR)
     best = ends[np.argsort(np.nan_to_num(normal.cost, nan=np.inf), kind="stable")]
     copies: Counter[bytes] = Counter()

@@ -22,14 +22,27 @@ from ...inference.residuals_of_state import State
 MOST_DATA = 16_384
 """Data at which effects are screened, where there are twice as many or more."""
 
+FEWEST_LINES = 48
+"""Lines of the descents after a scan where an effect takes long to evaluate."""
+
 SAMPLE = 2000
 """Most data whose residuals are kept: they only say which effects are tried together."""
 
 
-@functools.lru_cache(maxsize=8)  # those that are scanned and compiled ahead
 def at_screening_lines(problem: Problem) -> "Problem | Thinned":
     """Return the problem at as many lines as screening needs, or itself where these are all."""
-    step = problem.count // MOST_DATA
+    return _at_one_of(problem, problem.count // MOST_DATA)
+
+
+def at_lines_of_descents(problem: Problem) -> "Problem | Thinned":
+    """Return the problem at fewer lines where it takes long, as descents at all lines follow."""
+    if not any(effect.tried_last for effect in problem.experiment.effects):
+        return at_screening_lines(problem)
+    return _at_one_of(problem, max(_lines(state).size for state in problem.states) // FEWEST_LINES)
+
+
+@functools.lru_cache(maxsize=8)  # those that are scanned and compiled ahead
+def _at_one_of(problem: Problem, step: int) -> "Problem | Thinned":
     return problem if step < 2 else Thinned(problem, step)
 
 

@@ -33,13 +33,13 @@ def points_of(problem, count=8):
 def test_few_data_are_not_thinned(problem, monkeypatch):
     assert at_screening_lines(problem) is problem
     monkeypatch.setattr(_screening_lines, "MOST_DATA", problem.count // 2 + 1)
-    at_screening_lines.cache_clear()
+    _screening_lines._at_one_of.cache_clear()
     assert at_screening_lines(problem) is problem
     monkeypatch.setattr(_screening_lines, "MOST_DATA", problem.count // 2)
-    at_screening_lines.cache_clear()
+    _screening_lines._at_one_of.cache_clear()
     thinned = at_screening_lines(problem)
     assert len(thinned.squares.residuals(points_of(problem))[0][0]) == problem.count // 2
-    at_screening_lines.cache_clear()
+    _screening_lines._at_one_of.cache_clear()
 
 
 def test_one_line_of_one_is_the_whole_problem(problem):
@@ -113,7 +113,7 @@ def test_a_fit_begins_at_some_lines_and_ends_at_all(problem, monkeypatch):
     starts = points_of(problem, 3)
     whole = _scan._followed(problem, starts)
     of_sample, _ = minimise(Thinned(problem, 4).squares.objective(), starts, steps=40)
-    monkeypatch.setattr(_scan, "at_screening_lines", lambda problem: Thinned(problem, 4))
+    monkeypatch.setattr(_scan, "at_lines_of_descents", lambda problem: Thinned(problem, 4))
     begun = _scan._followed(problem, starts)
     assert abs(begun.cost - whole.cost) < 0.01
     deviations = np.sqrt(np.diag(whole.gaussian.covariance))
