@@ -119,7 +119,7 @@ def relocated(hypotheses: Sequence[Hypothesis], null: Hypothesis, tick: Tick) ->
     best = list(hypotheses)
     for effects in zip(*(hypothesis.effects for hypothesis in hypotheses), strict=True):
         pairs = [
-            (_without(hypothesis, effect.name, null), effect)
+            (without(hypothesis, effect.name, null), effect)
             for hypothesis, effect in zip(best, effects, strict=True)
         ]
         points = {kind_of(effect): MOST for effect in effects}
@@ -135,8 +135,18 @@ def _log_evidence(hypothesis: Hypothesis) -> float:
     return hypothesis.fit.log_evidence
 
 
-def _without(hypothesis: Hypothesis, name: str, null: Hypothesis) -> Hypothesis:
-    """A hypothesis less one of its effects, all else where it is."""
+def without(hypothesis: Hypothesis, name: str, null: Hypothesis) -> Hypothesis:
+    """Return a hypothesis less one of its effects, all else where it is.
+
+    Parameters
+    ----------
+    hypothesis
+        The hypothesis.
+    name
+        Name of the effect.
+    null
+        The hypothesis without effects.
+    """
     others = tuple(effect for effect in hypothesis.effects if effect.name != name)
     problem = functools.reduce(Problem.with_effect, others, null.problem)
     fit = hypothesis.fit._replace(point=hypothesis.point_in(problem))

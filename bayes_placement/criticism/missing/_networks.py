@@ -1,20 +1,25 @@
 """Hypotheses with one more effect that is in no list: a network at a port, place before law."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from ...effects.effect import NetworkAttachment
 from ...effects.library import kind_of
 from ...inference.chi2 import LEVEL
 from ...inference.engines.levenberg_marquardt import best_fit, minimise
 from ...inference.residuals import Problem, fields_of
+from ...laws.canonical import canonical
+from ...laws.catalogue import leaves, without_one_element
 from ...laws.law import Tree
 from ...laws.rows import coordinates_of_numbers
-from ..reach._named_laws import NamedLaw, reached_ports, simplest
-from ..reach._ports import Port, can_be_reached, place_columns
+from ..reach._named_laws import NamedLaw, log_prior, reached_ports, simplest
+from ..reach._ports import Port, can_be_reached, place_columns, trees_at
 from ..reach.reach import reach_of
 from ._candidates import numbered
+from ._fitted_candidates import extended, without
 from ._hypotheses import Hypothesis, finite, takes_long
 from ._posterior_odds import STRONG, Comparison, passes
 from ._scanned_candidates import Tick
@@ -69,6 +74,59 @@ def with_one_more_network(comparison: Comparison, depth: int, tick: Tick) -> Com
     """Add a network to the best hypothesis of so many effects, none of which takes long."""
     ranked = [h for h in comparison.distinct() if len(h.effects) == depth and not takes_long(h)]
     return with_networks(comparison, ranked[0], tick) if ranked else comparison
+
+
+def with_simpler_laws(comparison: Comparison, tick: Tick) -> Comparison:
+    """Try fewer elements in the place of each network of the best hypothesis of several effects.
+
+    Beside the others a network may do no more than a part of it: alone, it took up a little of what
+    they do.
+
+    Parameters
+    ----------
+    comparison
+        Hypotheses.
+    tick
+        Called once for each law that is tried.
+    """
+    best, null = comparison.best(), comparison.of(())
+    networks = [effect for effect in best.effects if kind_of(effect) in comparison.networks]
+    if len(best.effects) < 2 or not networks:
+        return comparison
+    pairs, priors = [], {}
+    for effect in networks:
+        rest = without(best, effect.name, null)
+        parts = _parts_of(effect)
+        priors |= {kind_of(part): _prior_of_part(part, effect, comparison) for part in parts}
+        pairs += [(rest, each) for each in (*_listed_parts(effect, comparison), *parts)]
+    return comparison.with_hypotheses(extended(pairs, tick), priors)
+
+
+def _parts_of(effect: Any) -> list[Any]:
+    """Networks of an element less in the place of that of an effect, but for those of the list."""
+    listed = LISTED if effect.acts_on == "displacement" else ()
+    fewer = without_one_element(effect.law)
+    return [replace(effect, law=law) for law in fewer if canonical(law.tree()) not in listed]
+
+
+def _listed_parts(effect: Any, comparison: Comparison) -> list[Any]:
+    """Effects of the library on the same kind of port, of fewer elements."""
+    count = len(leaves(effect.law.tree()))
+    return [
+        other
+        for other in (candidate.effect for candidate in comparison.candidates)
+        if isinstance(other, NetworkAttachment)
+        and other.acts_on == effect.acts_on
+        and len(leaves(other.network().tree())) < count
+    ]
+
+
+def _prior_of_part(part: Any, whole: Any, comparison: Comparison) -> float:
+    """Log prior of a network of fewer elements on the same port as another one."""
+    of_part, of_whole = (
+        log_prior(effect.law.tree(), trees_at(effect.acts_on)) for effect in (part, whole)
+    )
+    return comparison.networks[kind_of(whole)] + of_part - of_whole
 
 
 def _as_hypothesis(base: Hypothesis, law: NamedLaw) -> Hypothesis:

@@ -91,7 +91,12 @@ class Port(NamedTuple):
 
     def trees(self) -> Sequence[Tree]:
         """Networks that may act there, one of each class; a mass moves against the ground."""
-        return ATTACHED if self.acts_on in ("displacement", "rotation") else INNER
+        return trees_at(self.acts_on)
+
+
+def trees_at(acts_on: str) -> Sequence[Tree]:
+    """Networks that may act on a kind of port; a mass moves against the ground."""
+    return ATTACHED if acts_on in ("displacement", "rotation") else INNER
 
 
 def ports_of(experiment: Experiment) -> list[Port]:
