@@ -1,12 +1,12 @@
 """Hypotheses with one more effect that is in no list: a network at a port, place before law."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ...effects.effect import NetworkAttachment
+from ...effects.effect import Effect
 from ...effects.library import kind_of
 from ...inference.chi2 import LEVEL
 from ...inference.engines.levenberg_marquardt import best_fit, minimise
@@ -22,13 +22,18 @@ from ._candidates import numbered
 from ._fitted_candidates import extended, without
 from ._hypotheses import Hypothesis, finite, takes_long
 from ._posterior_odds import STRONG, Comparison, passes
-from ._scanned_candidates import Tick
+from ._scanned_candidates import Pair, Tick
 
 FITTED = 4
 """Networks, at most, that are fitted as effects of the experiment."""
 
-LISTED: Sequence[Tree] = ("m", "k", "c", ["-", "m", ["|", "c", "k"]])
-"""Networks on a displacement that are effects of the library in which all are tried."""
+LISTED: Mapping[str, Tree] = {
+    "point_mass": "m",
+    "ground_spring": "k",
+    "ground_dashpot": "c",
+    "tuned_absorber": ["-", "m", ["|", "c", "k"]],
+}
+"""Effects of the library that are networks on a displacement."""
 
 WITHIN = 2 * STRONG
 """Log odds behind the best network from which on others are left out."""
@@ -67,7 +72,7 @@ def with_networks(comparison: Comparison, base: Hypothesis, tick: Tick) -> Compa
 
 def _is_listed(law: NamedLaw) -> bool:
     """Whether a network is an effect of the library, as which it is told."""
-    return law.port.acts_on == "displacement" and law.tree in LISTED
+    return law.port.acts_on == "displacement" and law.tree in LISTED.values()
 
 
 def with_one_more_network(comparison: Comparison, depth: int, tick: Tick) -> Comparison:
@@ -93,7 +98,8 @@ def with_simpler_laws(comparison: Comparison, tick: Tick) -> Comparison:
     networks = [effect for effect in best.effects if kind_of(effect) in comparison.networks]
     if len(best.effects) < 2 or not networks:
         return comparison
-    pairs, priors = [], {}
+    pairs: list[Pair] = []
+    priors: dict[str, float] = {}
     for effect in networks:
         rest = without(best, effect.name, null)
         parts = _parts_of(effect)
@@ -104,21 +110,17 @@ def with_simpler_laws(comparison: Comparison, tick: Tick) -> Comparison:
 
 def _parts_of(effect: Any) -> list[Any]:
     """Networks of an element less in the place of that of an effect, but for those of the list."""
-    listed = LISTED if effect.acts_on == "displacement" else ()
+    listed = LISTED.values() if effect.acts_on == "displacement" else ()
     fewer = without_one_element(effect.law)
     return [replace(effect, law=law) for law in fewer if canonical(law.tree()) not in listed]
 
 
-def _listed_parts(effect: Any, comparison: Comparison) -> list[Any]:
-    """Effects of the library on the same kind of port, of fewer elements."""
-    count = len(leaves(effect.law.tree()))
-    return [
-        other
-        for other in (candidate.effect for candidate in comparison.candidates)
-        if isinstance(other, NetworkAttachment)
-        and other.acts_on == effect.acts_on
-        and len(leaves(other.network().tree())) < count
-    ]
+def _listed_parts(effect: Any, comparison: Comparison) -> list[Effect]:
+    """Effects of the library of fewer elements, where a network acts on a displacement."""
+    count = len(leaves(effect.law.tree())) if effect.acts_on == "displacement" else 0
+    fewer = {kind for kind, tree in LISTED.items() if len(leaves(tree)) < count}
+    tried = (candidate.effect for candidate in comparison.candidates)
+    return [effect for effect in tried if kind_of(effect) in fewer]
 
 
 def _prior_of_part(part: Any, whole: Any, comparison: Comparison) -> float:

@@ -3,12 +3,18 @@
 import json
 
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing._networks import _is_listed
+from bayes_placement.criticism.missing._fitted_candidates import extended
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._networks import _is_listed, with_simpler_laws
+from bayes_placement.criticism.missing._posterior_odds import p_value
+from bayes_placement.criticism.missing._search import single_effects
 from bayes_placement.criticism.reach._named_laws import NamedLaw, log_prior, simplest
 from bayes_placement.criticism.reach._ports import ATTACHED, Port
+from bayes_placement.laws import Dashpot, Mass
 from tests.criticism.reach.cantilever import AT, experiment, maxwell, measured
 
 
@@ -75,3 +81,26 @@ def test_a_network_that_is_a_simpler_one_is_not_told(tree, squares, is_told):
 def test_a_network_of_the_library_is_told_as_its_effect():
     assert _is_listed(named(Port("displacement", None), "m", 100.0))
     assert not _is_listed(named(Port("rotation", None), "m", 100.0))
+
+
+@pytest.mark.long
+def test_beside_a_second_effect_a_network_gives_way_to_a_part_of_it():
+    """Alone, a mass on two others by a dashpot took up a little of what the second mass does."""
+    setup = experiment()
+    masses = [(0.45, lambda w: -0.05 * w**2)]
+    data = setup.data(measured(lambda w: -0.08 * w**2, others=masses))
+    chosen = library().effects
+    mass = next(effect for effect in chosen if effect.name == "point_mass")
+    size = mass.mass
+    law = Mass(size) | (Dashpot(dist.LogUniform(1.0, 1e4)) - Mass(size))
+    null = null_hypothesis(setup, data)
+    singles = single_effects(null, chosen, lambda: None)
+    (first,) = extended([(null, bp.effects.attached(mass.at, law))], lambda: None)
+    (both,) = extended([(first, mass)], lambda: None)
+    with_network = singles.with_hypotheses([both], {first.kinds[0]: -3.0})
+    assert with_network.best().kinds == both.kinds
+    simpler = with_simpler_laws(with_network, lambda: None)
+    assert simpler.best().kinds == ("point_mass", "point_mass")
+    assert p_value(simpler.best()) > 0.01
+    tried = {kind for hypothesis in simpler.hypotheses for kind in hypothesis.kinds}
+    assert {"attached: dashpot | mass", "attached: dashpot - mass"} <= tried

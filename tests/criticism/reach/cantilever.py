@@ -38,14 +38,20 @@ def experiment(observe=None):
     )
 
 
-def measured(law=None, slope=False, seed=0):
-    """FRFs with a law [N/m] on the deflection, or on the slope [N m/rad], noise of 1 %."""
+def measured(law=None, slope=False, seed=0, others=()):
+    """FRFs with a law [N/m] on the deflection, or on the slope [N m/rad], noise of 1 %.
+
+    Others are laws on the deflection at places of their own.
+    """
     omega = 2 * np.pi * LINES
     stiffness, _ = fine_beams.matrices()
     port = fine_beams.row(AT, slope=slope)
 
     def added(w):
         hidden = 0.0 if law is None else law(w) * np.outer(port, port)
+        for place, other in others:
+            row = fine_beams.row(place)
+            hidden = hidden + other(w) * np.outer(row, row)
         return 1j * LOSS * stiffness + hidden
 
     places = [true for _, true in SENSORS.values()] + [DRIVEN[1]]
