@@ -82,10 +82,7 @@ class NoiseNeeded:
 def over_scatter(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple[float, float]:
     """Residuals over the scatter of neighbouring lines, and the p-value of a correct model.
 
-    The mean square of second differences over that of the residuals themselves is von Neumann's
-    ratio (1941, doi:10.1214/aoms/1177731677): 1 for independent errors, and less the smoother a
-    misfit is. Its variance is 1.889 over the number of data of equal size that would have the same
-    fourth moment. NaN where that is less than 16.
+    NaN for too few lines, see `neumann`.
 
     Parameters
     ----------
@@ -93,6 +90,18 @@ def over_scatter(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple
         Residuals over the deviation of the noise, real and imaginary parts as rows of their own.
     present
         Where something was measured.
+    """
+    ratio, certainty = neumann(residual, present)
+    return float(ratio**-0.5), float(norm.cdf((ratio - 1) * certainty))
+
+
+def neumann(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple[float, float]:
+    """Von Neumann's ratio and the inverse of its deviation, of a correct model; see `over_scatter`.
+
+    The mean square of second differences over that of the residuals themselves is von Neumann's
+    ratio (1941, doi:10.1214/aoms/1177731677): 1 for independent errors, and less the smoother a
+    misfit is. Its variance is 1.889 over the number of data of equal size that would have the same
+    fourth moment. NaN where that is less than 16.
     """
     if residual.shape[-1] < SECOND_DIFFERENCE.size:
         return float("nan"), float("nan")
@@ -106,8 +115,7 @@ def over_scatter(residual: Rows, present: Bool[np.ndarray, "row line"]) -> tuple
     count = 3 * squares**2 / float(np.sum(middle**4))
     if count < FEWEST:
         return float("nan"), float("nan")
-    score = (scatter / squares - 1) * np.sqrt(count / VARIANCE_OF_RATIO)
-    return float(np.sqrt(squares / scatter)), float(norm.cdf(score))
+    return scatter / squares, float(np.sqrt(count / VARIANCE_OF_RATIO))
 
 
 def relative_size(deviation: Any, measured: Any, part: int | None) -> float:

@@ -53,7 +53,7 @@ def groupings(data: Residuals, bands: int) -> dict[str, Grouping]:
     shape = (sensors, actuators, lines)
     sensor, actuator, line = np.indices(shape)
     names = {side: data.template[side].values for side in ("sensor", "actuator")}
-    band, edges = _modes(data.frequency) if data.is_modal else _bands(data.frequency, bands)
+    band, edges = _modes(data.frequency) if data.is_modal else bands_of(data.frequency, bands)
     groupings = {
         "overall": Grouping((), {}, np.zeros(shape, int), ()),
         "sensor": Grouping(("sensor",), {"sensor": names["sensor"]}, sensor, (sensors,)),
@@ -95,7 +95,7 @@ def _check(posterior: xr.DataTree) -> None:
         )
 
 
-def _bands(frequency: np.ndarray, bands: int) -> tuple[np.ndarray, dict[str, Any]]:
+def bands_of(frequency: np.ndarray, bands: int) -> tuple[np.ndarray, dict[str, Any]]:
     """Band of each line; all bands have as many lines."""
     distinct = np.unique(frequency)
     blocks = np.array_split(distinct, max(1, min(bands, distinct.size // LINES_OF_BAND)))

@@ -31,8 +31,9 @@ def cautions(hypothesis: Hypothesis, sampled: SampledPosterior | None) -> tuple[
     sampled
         Draws of its posterior; None where it was not sampled.
     """
-    draws = laplace(hypothesis) if sampled is None else sampled.points
-    return *_piled_up(hypothesis, draws), *cautions_of_fit(hypothesis)
+    draws = None if sampled is None else sampled.points
+    edges = (sentence(*edge, EDGE) for edge in piled_up(hypothesis, draws))
+    return *edges, *cautions_of_fit(hypothesis)
 
 
 def cautions_of_fit(hypothesis: Hypothesis) -> tuple[str, ...]:
@@ -45,8 +46,17 @@ def cautions_of_fit(hypothesis: Hypothesis) -> tuple[str, ...]:
     )
 
 
-def _piled_up(hypothesis: Hypothesis, draws: np.ndarray) -> Iterator[str]:
-    """Unknowns of which much of the posterior lies at an edge of the prior."""
+def piled_up(hypothesis: Hypothesis, points: np.ndarray | None) -> Iterator[tuple[str, str, float]]:
+    """Unknowns of which much of the posterior lies at an edge of the prior, the side and the share.
+
+    Parameters
+    ----------
+    hypothesis
+        The hypothesis.
+    points
+        Draws of its posterior [draw, unknown]; None for those of Laplace's Gaussian.
+    """
+    draws = laplace(hypothesis) if points is None else points
     limit = -float(ndtri(EDGE))
     problem = hypothesis.problem
     for unknown in problem.at_fixed_sizes.unknowns:
@@ -60,7 +70,7 @@ def _piled_up(hypothesis: Hypothesis, draws: np.ndarray) -> Iterator[str]:
                 ("upper", float(np.mean(drawn > limit))),
             ):
                 if share >= PILED * EDGE:
-                    yield sentence(name, side, share, EDGE)
+                    yield name, side, share
 
 
 def _sizes_at_bounds(hypothesis: Hypothesis) -> Iterator[str]:

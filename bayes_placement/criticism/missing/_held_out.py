@@ -8,6 +8,7 @@ import functools
 from collections.abc import Iterator
 
 import numpy as np
+from jaxtyping import Float
 
 from ...experiment.noise import Covariance
 from ...inference.engines.least_squares import SquaresAndPrior
@@ -21,7 +22,6 @@ BANDS = 4
 STEPS = 6
 
 
-@functools.lru_cache(maxsize=32)  # asked for by the search and by the ledger
 def held_out(hypothesis: Hypothesis) -> float:
     """Mean log density of held-out data, in nats a real datum, in units of their deviation.
 
@@ -29,6 +29,24 @@ def held_out(hypothesis: Hypothesis) -> float:
     other data. It is comparable between models of the same data and the same noise. NaN where
     nothing can be held out: one sensor and one line.
     """
+    scores = _scores(hypothesis)
+    return float(np.mean(scores)) if scores.size else float("nan")
+
+
+def gain_held_out(hypothesis: Hypothesis, other: Hypothesis) -> tuple[float, float]:
+    """Gain of `held_out` over that of another hypothesis, and its standard error over the folds.
+
+    NaN where there are no two folds.
+    """
+    gains = _scores(hypothesis) - _scores(other)
+    if gains.size < 2:
+        return float("nan"), float("nan")
+    return float(np.mean(gains)), float(np.std(gains, ddof=1) / np.sqrt(gains.size))
+
+
+@functools.lru_cache(maxsize=32)  # asked for by the search and by the ledger
+def _scores(hypothesis: Hypothesis) -> Float[np.ndarray, "fold"]:
+    """Mean log density of a datum of each fold, of which something is left to fit to."""
     problem = hypothesis.problem
     measured = np.asarray(problem.data.measured).ravel()
     folds = [problem.of_experiment(fold & measured) for fold in _folds(problem)]
@@ -39,7 +57,7 @@ def held_out(hypothesis: Hypothesis) -> float:
         for fold in folds
         if fold.any() and (problem.of_experiment(measured) & ~fold).any()
     ]
-    return float(np.mean(scores)) if scores else float("nan")
+    return np.array(scores)
 
 
 def _folds(problem: Problem) -> Iterator[np.ndarray]:

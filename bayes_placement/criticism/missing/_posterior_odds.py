@@ -13,7 +13,12 @@ from ...inference.chi2 import LEVEL
 from ..reach.reach import Reach
 from ._hypotheses import Hypothesis
 from ._scanned_candidates import ScannedCandidate
-from ._unknown_noise import gain_with_outliers, p_value_of_outliers, scatter
+from ._unknown_noise import (
+    gain_of_smooth_misfit,
+    gain_with_outliers,
+    p_value_of_outliers,
+    scatter,
+)
 
 NOTHING, NONE = "nothing_missing", "none_of_these"
 
@@ -128,7 +133,7 @@ class Comparison(NamedTuple):
         """
         log_odds = np.array([self._log_odds_as_stated(h) for h in self.hypotheses])
         stated = log_odds + np.log1p(-PRIOR_OF_NONE)
-        gains = np.array([_gain_of_larger_error(hypothesis) for hypothesis in self.hypotheses])
+        gains = np.array([_gain_of_none(hypothesis) for hypothesis in self.hypotheses])
         larger = log_odds + gains + np.log(PRIOR_OF_NONE)
         total = logsumexp(np.concatenate([stated, larger]))
         shares = list(zip(np.exp(stated - total), self.hypotheses, strict=True))
@@ -237,6 +242,17 @@ def _gain_of_larger_error(hypothesis: Hypothesis) -> float:
     gain = 0.5 * squares * (1 - 1 / factor) - 0.5 * free * np.log(factor)
     width = np.sqrt(np.pi / free) * (1.0 if factor > 1 else 0.5)
     return float(gain + np.log(width / np.log(LARGEST_FACTOR)))
+
+
+def _gain_of_none(hypothesis: Hypothesis) -> float:
+    """Gain of log evidence where something is missing that no candidate is.
+
+    A stated noise may be too small by a factor. One that is not stated takes up the misfit by
+    itself, which then is larger than the scatter of neighbouring lines.
+    """
+    if hypothesis.is_noise_known:
+        return _gain_of_larger_error(hypothesis)
+    return gain_of_smooth_misfit(hypothesis, LARGEST_FACTOR)
 
 
 def steps_to(comparison: Comparison, best: Hypothesis) -> list[tuple[str, ...]]:

@@ -9,7 +9,7 @@ from ..._sites import Role
 from ..._types import Response
 from ...experiment.experiment import Experiment
 from ...experiment.noise import Data
-from ..noise_needed import NoiseNeeded, over_scatter, relative_size
+from ..noise_needed import NoiseNeeded, Rows, neumann, over_scatter, relative_size
 from ._hypotheses import Hypothesis
 from ._outliers import OUTLIERS
 
@@ -22,11 +22,33 @@ def scatter(hypothesis: Hypothesis) -> tuple[float, float]:
 
     With an earlier state, those of the later one, which come first.
     """
+    return over_scatter(*_rows(hypothesis))
+
+
+def gain_of_smooth_misfit(hypothesis: Hypothesis, largest: float) -> float:
+    """Gain of log evidence where the residuals may be a factor s larger than the noise.
+
+    What is left of a misfit is smooth: it multiplies von Neumann's ratio by 1 / s^2. The ratio is
+    normal, log s uniform between 0 and the log of the largest factor, as with known noise: Laplace's
+    method about s^2 = 1 / ratio; where this is below 1, about s = 1 with the half above it. Zero
+    where the ratio tells nothing.
+    """
+    ratio, certainty = neumann(*_rows(hypothesis))
+    if np.isnan(ratio):
+        return 0.0
+    below = min(ratio, 1.0)
+    width = np.sqrt(2 * np.pi) / (2 * below * certainty) * (1.0 if ratio < 1 else 0.5)
+    share = min(float(width / np.log(largest)), 1.0)
+    return float(0.5 * ((1 - below) * certainty) ** 2 + np.log(share))
+
+
+def _rows(hypothesis: Hypothesis) -> tuple[Rows, np.ndarray]:
+    """Residuals of the experiment along sorted lines, and which of them were measured."""
     problem = hypothesis.problem
     lines = np.argsort(np.asarray(problem.experiment.frequency))
     present = np.asarray(problem.data.measured)
     rows = hypothesis.residual[: present.size].reshape(-1, lines.size)[:, lines]
-    return over_scatter(rows, present.reshape(-1, lines.size)[:, lines])
+    return rows, present.reshape(-1, lines.size)[:, lines]
 
 
 def gain_with_outliers(hypothesis: Hypothesis) -> float:

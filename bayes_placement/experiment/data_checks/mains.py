@@ -50,10 +50,12 @@ class _Hum(NamedTuple):
 
 def can_check(record: Record) -> bool:
     """Tell whether there are lines enough, closer than the multiples by far."""
-    lines = record.frequency
-    if lines.size < FEWEST_LINES:
-        return False
-    return bool(_width(lines) <= FARTHEST * MAINS[0])
+    return record.frequency.size >= FEWEST_LINES and can_have_hum(record.frequency)
+
+
+def can_have_hum(lines: Lines) -> bool:
+    """Tell whether lines are closer to each other than the multiples by far."""
+    return bool(lines.size > 1 and _width(lines) <= FARTHEST * MAINS[0])
 
 
 def check(record: Record) -> Iterator[Fault]:
@@ -70,7 +72,7 @@ def check(record: Record) -> Iterator[Fault]:
         squared = _squared_deviation(record.frf[pair], record.frequency)
         limit = _greatest(record.frequency.size * len(pairs))
         for mains in MAINS:
-            hum = _at_multiples(squared, limit, record.frequency, mains)
+            hum = at_multiples(squared, limit, record.frequency, mains)
             if hum is not None:
                 found.setdefault(pair.sensor, []).append(hum._replace(actuator=pair.actuator))
     for sensor, hums in found.items():
@@ -119,8 +121,20 @@ def _scale(off: Lines, line: int) -> float:
     return max(float(np.nanmedian(nearby**2)) / np.log(2), np.finfo(float).tiny)
 
 
-def _at_multiples(squared: Lines, limit: float, lines: Lines, mains: float) -> _Hum | None:
-    """Lines that stand out at multiples; None of fewer than two, or where chance explains them."""
+def at_multiples(squared: Lines, limit: float, lines: Lines, mains: float) -> _Hum | None:
+    """Lines that stand out at multiples; None of fewer than two, or where chance explains them.
+
+    Parameters
+    ----------
+    squared
+        How far each line stands out; NaN where that cannot be judged.
+    limit
+        From where on it does.
+    lines
+        Frequencies [Hz].
+    mains
+        Frequency of the mains [Hz].
+    """
     judged = np.isfinite(squared)
     close = np.asarray(close_to_multiples(lines, mains, _width(lines))) & judged
     out = judged & (np.nan_to_num(squared) > limit)

@@ -1,0 +1,161 @@
+"""How what is claimed stands: its doubts, where the model fails, and what was nearest."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ndtr
+
+from ...effects.effect import Effect
+from ...inference.chi2 import LEVEL
+from ..check._edges import EDGE
+from ._cautions import piled_up
+from ._held_out import gain_held_out
+from ._hypotheses import Hypothesis
+from ._posterior_odds import Comparison, p_value
+from ._where_it_fails import where_it_fails
+from .fitted_model import FittedModel, Sampled, fitted_model
+
+
+class Doubt(NamedTuple):
+    """Why a claim may be wrong although no candidate explains the data better.
+
+    Parameters
+    ----------
+    words
+        The reason, after "but".
+    p_value
+        Probability of as much reason for doubt where the claim is right.
+    """
+
+    words: str
+    p_value: float
+
+    @property
+    def probability(self) -> float:
+        """Probability that the claim is right, even odds before.
+
+        -e p log p is the least Bayes factor of a p-value: Sellke, Bayarri and Berger, American
+        Statistician 55 (2001), doi:10.1198/000313001300339950.
+        """
+        p = float(np.clip(self.p_value, np.finfo(float).tiny, np.exp(-1.0)))
+        factor = -np.e * p * np.log(p)
+        return float(factor / (1 + factor))
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a verdict stands.
+
+    Parameters
+    ----------
+    p_when_exact
+        P-value of the model as given without model error; NaN with an earlier state.
+    doubts
+        Doubts of each effect of the best hypothesis, by its name.
+    where
+        Where the best model fails, or where that does not, the exact one; empty where neither does.
+    nearest
+        The best candidate, where none is claimed and there is any.
+    """
+
+    p_when_exact: float = float("nan")
+    doubts: Mapping[str, tuple[Doubt, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    where: str = ""
+    nearest: FittedModel | None = None
+
+    @property
+    def exact_fails(self) -> bool:
+        """Whether the model as given, without model error, fails its check."""
+        return self.p_when_exact < LEVEL
+
+    def probability_of(self, name: str, share: float, none: float) -> float:
+        """Probability of an effect.
+
+        It is no more probable than what makes it doubtful: the product would count a misfit twice.
+
+        Parameters
+        ----------
+        name
+            Name of the effect.
+        share
+            Its probability among the candidates.
+        none
+            Probability of none of them.
+        """
+        limits = [doubt.probability for doubt in self.doubts.get(name, ())]
+        return share * min([1 - none, *limits])
+
+
+def standing(
+    comparison: Comparison,
+    way: Sequence[Hypothesis],
+    exact: Hypothesis | None,
+    sampled: Sampled,
+    level: float = LEVEL,
+) -> Standing:
+    """Say how the last hypothesis of a way stands.
+
+    Parameters
+    ----------
+    comparison
+        All hypotheses.
+    way
+        From the model as given to what is claimed, with one more effect each time.
+    exact
+        The model as given without model error; None with an earlier state.
+    sampled
+        Hypotheses that were sampled.
+    level
+        Probability that a correct model fails its check.
+    """
+    best = way[-1]
+    p_when_exact = float("nan") if exact is None else p_value(exact)
+    failing = [each for each in (best, exact) if each is not None and p_value(each) < level]
+    return Standing(
+        p_when_exact=p_when_exact,
+        doubts={effect.name: tuple(_doubts(effect, way, sampled, level)) for effect in best.effects},
+        where=where_it_fails(failing[0]) if failing and not _is_claim(best, failing[0]) else "",
+        nearest=None if best.effects else _nearest(comparison, sampled),
+    )
+
+
+def _is_claim(best: Hypothesis, failing: Hypothesis) -> bool:
+    """Whether an effect explains what fails without it."""
+    return bool(best.effects) and failing is not best
+
+
+def _nearest(comparison: Comparison, sampled: Sampled) -> FittedModel | None:
+    """The best candidate, laid out; None without one."""
+    tried = [hypothesis for hypothesis in comparison.distinct() if hypothesis.effects]
+    return fitted_model(tried[0], sampled, in_full=False) if tried else None
+
+
+def _doubts(
+    effect: Effect, way: Sequence[Hypothesis], sampled: Sampled, level: float
+) -> Iterator[Doubt]:
+    best = way[-1]
+    posterior = sampled.get(id(best))
+    for field_, side, share in piled_up(best, None if posterior is None else posterior.points):
+        if field_ in _sizes(effect, best):
+            # By Markov's inequality a right prior leaves so much at an edge as seldom.
+            yield Doubt(f"its size sits at the {side} edge of its prior", EDGE / share)
+    number = next(n for n, each in enumerate(way) if effect.name in _names(each))
+    gain, error = gain_held_out(way[number], way[max(0, number - 1)])
+    if gain < 0 and error > 0:
+        yield Doubt("held-out data are predicted worse with it", float(ndtr(gain / error)))
+    if p_value(best) < level:
+        yield Doubt("the model still fails its check", p_value(best))
+
+
+def _names(hypothesis: Hypothesis) -> set[str]:
+    return {effect.name for effect in hypothesis.effects}
+
+
+def _sizes(effect: Effect, hypothesis: Hypothesis) -> set[str]:
+    """Names of the unknowns that say how large an effect is: its strength, or those of its law."""
+    unknowns = hypothesis.problem.experiment.unknowns_of(effect)
+    fields = {effect.absent[0], "law"}
+    return {unknown.name for unknown in unknowns if unknown.field in fields}
