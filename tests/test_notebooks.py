@@ -140,9 +140,9 @@ def test_the_bar_draws_its_figures(tiny):
 @pytest.mark.long
 def test_the_hidden_effect_is_found_and_the_error_falls(tiny):
     text = printed(tiny["hidden_effect"])
-    assert "The model fails: chi2 per datum is" in text
-    assert "Missing is point_mass, with probability" in text
-    assert re.search(r"Missing: point_mass .* chi2 per datum falls from \S+ to 1\b", text)
+    assert "The model fails: reduced chi-square is" in text
+    assert "Missing is point_mass, 0." in text
+    assert re.search(r"Missing: point_mass .* reduced chi-square falls from \S+ to 1\b", text)
     ratios = [float(ratio) for ratio in re.findall(r"damping\.ratio ([\d.]+) ±", text)]
     assert ratios[-1] == pytest.approx(3.0, rel=0.01)  # percent
     assert abs(ratios[0] - 3.0) > 0.3  # compensates for the clamp, as the text says
@@ -163,7 +163,7 @@ def test_the_hidden_effect_draws_its_figures(tiny):
 def test_the_arm_finds_its_clamp_and_how_the_sensors_were_rolled(tiny):
     text = printed(tiny["structure_in_space"])
     assert re.search(
-        r"Missing: point_mass .* chi2 per datum falls from \S+ to (0\.\d|1\.[01])", text
+        r"Missing: point_mass .* reduced chi-square falls from \S+ to (0\.\d|1\.[01])", text
     )
     number = r"(-?[\d.e+-]+)"
     pattern = rf"(\S+) +true {number} +without clamp {number} .* with clamp {number} ± {number}"

@@ -113,7 +113,8 @@ def print_text(console: Console, text: object) -> None:
 
 
 NOTES = {
-    "chi2 per datum": "chi2 per datum: squared misfit over that of the noise; a right model has 1.",
+    "chi2 per datum": "chi2 per datum: reduced chi-square, the squared misfit over that of the "
+    "noise; a right model has 1.",
     "log evidence": "log evidence: greater is better; a difference of 3 is a factor of 20 in odds.",
     "log evidence gained": "log evidence gained: over the model as given; greater is better, and 3 "
     "more is a factor of 20 in odds.",
@@ -123,7 +124,7 @@ NOTES = {
     "information [nat]": "nat: unit of information; 0.69 nat, a bit, halves what is possible.",
     "p of whiteness": "p of whiteness: small where residuals of neighbouring lines are alike.",
     "predictive p": "predictive p: share of data simulated by the model with a larger misfit.",
-    "exact chi2": "exact chi2: chi2 per datum without the model error.",
+    "exact chi2": "exact chi2: reduced chi-square without the model error.",
 }
 """What columns of tables mean, by their heading."""
 

@@ -87,7 +87,7 @@ def misfit_sentence(result: xr.DataTree) -> str:
     if not statistics["p_value"] < LEVEL:
         return ""
     return (
-        f"The model fails: chi2 per datum is {chi2_in_words(statistics)} "
+        f"The model fails: reduced chi-square is {chi2_in_words(statistics)} "
         f"({p_in_words(statistics['p_value'])}). The intervals of a model that fails do not mean "
         "what they say: bp.check(result) says where it fails."
     )

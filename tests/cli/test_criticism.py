@@ -185,7 +185,7 @@ def test_check_says_where_the_model_fails(hidden):
     assert all(kind.kind in "if" for kind in table.dtypes)  # numbers, none of them as words
     text = (folder / "check" / "misfit.txt").read_text()
     for where in (output["check"], text):
-        assert "The model fails: chi2 per datum is" in where
+        assert "The model fails: reduced chi-square is" in where
 
 
 def test_explain_names_the_effect_and_its_probability(hidden):
@@ -194,7 +194,7 @@ def test_explain_names_the_effect_and_its_probability(hidden):
     assert table.index[0] == "point_mass"
     assert table.loc["point_mass", "probability"] > 0.99
     for where in (output["explain"], (folder / "explain" / "explanation.txt").read_text()):
-        assert "Missing is point_mass, with probability" in where
+        assert "Missing is point_mass, 0." in where
 
 
 def test_the_suspicion_is_written_place_by_place(hidden):
@@ -258,7 +258,7 @@ def test_improve_writes_the_ledger(hidden):
     low, high = last["parameters"]["structure.effects.point_mass.at"]["interval_99"]
     assert low < 0.42 < high
     for where in (output["improve"], (folder / "improve" / "ledger.txt").read_text()):
-        assert "Missing: point_mass (probability" in where
+        assert "Missing: point_mass, 0." in where
 
 
 def test_improve_of_a_right_model_claims_nothing(tmp_path):

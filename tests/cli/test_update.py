@@ -165,7 +165,7 @@ def test_a_model_that_does_not_explain_the_data_is_told_with_what_to_do_next(tmp
     done = run(model, "--engine", "map", "--quiet", "--out", tmp_path / "out")
     assert done.exit_code == 0, (done.output, done.exception)
     (said, _) = done.output.splitlines()
-    assert said.startswith("The model fails: chi2 per datum is ")
+    assert said.startswith("The model fails: reduced chi-square is ")
     assert "is expected of a correct model (p " in said
     assert "The intervals of a model that fails do not mean what they say" in said
     for command in ("check", "improve"):

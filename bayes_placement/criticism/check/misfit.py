@@ -173,14 +173,16 @@ class Misfit:
 
     def _model_error_words(self) -> list[str]:
         without = self.chi2_without_errors
-        chi2 = [f"Without these errors chi2 per datum is {without:.3g}."]
+        chi2 = [f"Without these errors the reduced chi-square is {without:.3g}."]
         return _model_error.sentences(self.model_error) + (chi2 if np.isfinite(without) else [])
 
     def _worst_words(self, kind: str) -> str:
         worst, table = self.worst(kind), self.groups[kind]
         failing = int((table["corrected"] < self.level).sum())
         groups = self._word(kind) + "s"
-        misfit = f"chi2 per datum is {chi2_in_words(worst)}" if self.noise_known else _CORRELATED
+        misfit = (
+            f"reduced chi-square is {chi2_in_words(worst)}" if self.noise_known else _CORRELATED
+        )
         return (
             f"{failing} of {table['data'].size} {groups} {'fail' if failing > 1 else 'fails'}, "
             f"{'most of all ' if failing > 1 else ''}{_name(worst, kind)}: {misfit} "

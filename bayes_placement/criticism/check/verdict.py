@@ -72,7 +72,7 @@ class Verdict(NamedTuple):
             )
         low = self.p_value > 1 - self.level / 2
         chi2, p = chi2_in_words(self.overall), p_in_words(self.p_value)
-        return f"The model {verdict}: chi2 per datum is {chi2} ({p})." + (
+        return f"The model {verdict}: reduced chi-square is {chi2} ({p})." + (
             " It is smaller than the noise allows: the stated noise is too large." if low else ""
         )
 

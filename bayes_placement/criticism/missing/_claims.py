@@ -20,6 +20,7 @@ from ..locations import locations
 from ._estimates import ParameterEstimate, estimates, laplace, number_or_none
 from ._hypotheses import Hypothesis
 from ._posterior_odds import Comparison
+from ._standing import Standing
 from .fitted_model import FittedModel
 
 SCHEMA = 1
@@ -32,7 +33,9 @@ SIDES = [2.5, 97.5]
 """Ends of a 95 % interval [%]."""
 
 
-def claims(comparison: Comparison, best: Hypothesis, model: FittedModel) -> tuple[Any, ...]:
+def claims(
+    comparison: Comparison, best: Hypothesis, model: FittedModel, stands: Standing, none: float
+) -> tuple[Any, ...]:
     """Return an entry for each effect of the best hypothesis, ready for a file.
 
     Parameters
@@ -43,13 +46,20 @@ def claims(comparison: Comparison, best: Hypothesis, model: FittedModel) -> tupl
         The one that is claimed.
     model
         The same, laid out for the record.
+    stands
+        How the claims stand.
+    none
+        Probability of none of the candidates.
     """
     shares = _shares(comparison)
-    return tuple(
-        _entry(effect, best, model.parameters, shares[best.kinds])
-        | {"equivalent": _equivalent(comparison, best, effect, shares)}
-        for effect in best.effects
-    )
+    entries = []
+    for effect in best.effects:
+        right = stands.probability_of_any(effect.name, none)
+        entry = _entry(effect, best, model.parameters, shares[best.kinds], right)
+        doubts = [doubt.words for doubt in stands.doubts.get(effect.name, ())]
+        others = _equivalent(comparison, best, effect, shares, right)
+        entries.append(entry | {"doubts": doubts, "equivalent": others})
+    return tuple(entries)
 
 
 def _shares(comparison: Comparison) -> dict[tuple[str, ...], float]:
@@ -63,7 +73,11 @@ def _shares(comparison: Comparison) -> dict[tuple[str, ...], float]:
 
 
 def _equivalent(
-    comparison: Comparison, best: Hypothesis, effect: Effect, shares: Mapping[Any, float]
+    comparison: Comparison,
+    best: Hypothesis,
+    effect: Effect,
+    shares: Mapping[Any, float],
+    right: float,
 ) -> list[Any]:
     """Entries of what may stand in the place of an effect, all other kinds being the same."""
     entries = []
@@ -74,7 +88,7 @@ def _equivalent(
         share = shares[hypothesis.kinds]
         if is_alike and [*replaced] == [kind_of(effect)] and share > LEAST * shares[best.kinds]:
             other = next(each for each in hypothesis.effects if kind_of(each) in new)
-            entries.append(_entry(other, hypothesis, estimates(hypothesis, None), share))
+            entries.append(_entry(other, hypothesis, estimates(hypothesis, None), share, right))
     return entries
 
 
@@ -82,8 +96,10 @@ def _entry(
     effect: Effect,
     hypothesis: Hypothesis,
     parameters: Mapping[str, ParameterEstimate],
-    probability: float,
+    share: float,
+    right: float,
 ) -> dict[str, Any]:
+    """Lay out an effect with its share among the candidates, one of which is right as probably."""
     experiment = hypothesis.problem.experiment
     placed = next(each for each in experiment.effects if each.name == effect.name)
     numbers = {item.word: item for item in parameters.values() if item.effect == effect.name}
@@ -100,7 +116,8 @@ def _entry(
         "law": None if law is None else repr(law),
         "law_tree": None if law is None else canonical(law.tree()),
         "parameters": {word: item.to_json() for word, item in numbers.items()},
-        "probability": number_or_none(probability),
+        "probability": number_or_none(share * right),
+        "probability_among_candidates": number_or_none(share),
     }
 
 

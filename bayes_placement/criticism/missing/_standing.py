@@ -18,6 +18,9 @@ from ._posterior_odds import Comparison, p_value
 from ._where_it_fails import where_it_fails
 from .fitted_model import FittedModel, Sampled, fitted_model
 
+FAILS = "the model still fails its check"
+"""A doubt that a verdict says by itself."""
+
 
 class Doubt(NamedTuple):
     """Why a claim may be wrong although no candidate explains the data better.
@@ -41,7 +44,7 @@ class Doubt(NamedTuple):
         Statistician 55 (2001), doi:10.1198/000313001300339950.
         """
         p = float(np.clip(self.p_value, np.finfo(float).tiny, np.exp(-1.0)))
-        factor = -np.e * p * np.log(p)
+        factor = -np.exp(1.0) * p * np.log(p)
         return float(factor / (1 + factor))
 
 
@@ -51,8 +54,8 @@ class Standing:
 
     Parameters
     ----------
-    p_when_exact
-        P-value of the model as given without model error; NaN with an earlier state.
+    exact_fails
+        Whether the model as given, without model error, fails its check; not with an earlier state.
     doubts
         Doubts of each effect of the best hypothesis, by its name.
     where
@@ -61,32 +64,30 @@ class Standing:
         The best candidate, where none is claimed and there is any.
     """
 
-    p_when_exact: float = float("nan")
+    exact_fails: bool = False
     doubts: Mapping[str, tuple[Doubt, ...]] = field(default_factory=lambda: MappingProxyType({}))
     where: str = ""
     nearest: FittedModel | None = None
 
-    @property
-    def exact_fails(self) -> bool:
-        """Whether the model as given, without model error, fails its check."""
-        return self.p_when_exact < LEVEL
+    def doubts_of(self, names: Sequence[str]) -> list[str]:
+        """Doubts of effects of these names in words, each once, but that the check fails."""
+        doubts = (doubt.words for name in names for doubt in self.doubts.get(name, ()))
+        return [words for words in dict.fromkeys(doubts) if words != FAILS]
 
-    def probability_of(self, name: str, share: float, none: float) -> float:
-        """Probability of an effect.
+    def probability_of_any(self, name: str, none: float) -> float:
+        """Probability that any of the candidates for an effect is right.
 
-        It is no more probable than what makes it doubtful: the product would count a misfit twice.
+        The least of all limits: their product would count a misfit twice.
 
         Parameters
         ----------
         name
             Name of the effect.
-        share
-            Its probability among the candidates.
         none
-            Probability of none of them.
+            Probability of none of the candidates.
         """
         limits = [doubt.probability for doubt in self.doubts.get(name, ())]
-        return share * min([1 - none, *limits])
+        return min([1 - none, *limits])
 
 
 def standing(
@@ -112,11 +113,10 @@ def standing(
         Probability that a correct model fails its check.
     """
     best = way[-1]
-    p_when_exact = float("nan") if exact is None else p_value(exact)
     failing = [each for each in (best, exact) if each is not None and p_value(each) < level]
     return Standing(
-        p_when_exact=p_when_exact,
-        doubts={effect.name: tuple(_doubts(effect, way, sampled, level)) for effect in best.effects},
+        exact_fails=exact is not None and p_value(exact) < level,
+        doubts={each.name: tuple(_doubts(each, way, sampled, level)) for each in best.effects},
         where=where_it_fails(failing[0]) if failing and not _is_claim(best, failing[0]) else "",
         nearest=None if best.effects else _nearest(comparison, sampled),
     )
@@ -138,8 +138,8 @@ def _doubts(
 ) -> Iterator[Doubt]:
     best = way[-1]
     posterior = sampled.get(id(best))
-    for field_, side, share in piled_up(best, None if posterior is None else posterior.points):
-        if field_ in _sizes(effect, best):
+    for name, side, share in piled_up(best, None if posterior is None else posterior.points):
+        if name.partition("[")[0] in _sizes(effect, best):
             # By Markov's inequality a right prior leaves so much at an edge as seldom.
             yield Doubt(f"its size sits at the {side} edge of its prior", EDGE / share)
     number = next(n for n, each in enumerate(way) if effect.name in _names(each))
@@ -147,7 +147,7 @@ def _doubts(
     if gain < 0 and error > 0:
         yield Doubt("held-out data are predicted worse with it", float(ndtr(gain / error)))
     if p_value(best) < level:
-        yield Doubt("the model still fails its check", p_value(best))
+        yield Doubt(FAILS, p_value(best))
 
 
 def _names(hypothesis: Hypothesis) -> set[str]:

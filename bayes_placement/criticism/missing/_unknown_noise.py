@@ -29,9 +29,9 @@ def gain_of_smooth_misfit(hypothesis: Hypothesis, largest: float) -> float:
     """Gain of log evidence where the residuals may be a factor s larger than the noise.
 
     What is left of a misfit is smooth: it multiplies von Neumann's ratio by 1 / s^2. The ratio is
-    normal, log s uniform between 0 and the log of the largest factor, as with known noise: Laplace's
-    method about s^2 = 1 / ratio; where this is below 1, about s = 1 with the half above it. Zero
-    where the ratio tells nothing.
+    normal, log s uniform between 0 and the log of the largest factor, as with known noise; by
+    Laplace's method about s^2 = 1 / ratio; where this is below 1, about s = 1 with the half above
+    it. Zero where the ratio tells nothing.
     """
     ratio, certainty = neumann(*_rows(hypothesis))
     if np.isnan(ratio):

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.stats import f as f_distribution
 
-from ...experiment.data_checks.mains import at_multiples, can_have_hum
 from ...effects.mains_hum import MAINS
+from ...experiment.data_checks.mains import at_multiples, can_have_hum
 from ...inference.chi2 import LEVEL
 from ..check._residuals import bands_of
 from ._hypotheses import Hypothesis

@@ -16,6 +16,7 @@ from ._answers import Question, answered, ticks
 from ._candidates import candidates_of, check_experiment
 from ._kept_fits import fits_kept_in
 from ._score_test import suspicion
+from ._standing import standing
 from .fitted_model import fitted_model, sampled_finalists
 from .ranking import Ranking
 
@@ -89,6 +90,9 @@ def explain(
     steps = tuple(
         fitted_model(hypothesis, sampled, in_full=id(hypothesis) in leading) for hypothesis in shown
     )
+    best = answer.best(LEVEL)
+    way = [comparison.of(()), best] if best.effects else [best]
+    exact = null if before is None else None
     progress(1.0)
     return Ranking(
         steps=steps,
@@ -96,8 +100,9 @@ def explain(
         confounded=tuple(comparison.confounded()),
         suspicion=suspicion(null, comparison.candidates),
         alternatives=alternatives(comparison, shown, sampled),
-        claimed=answer.best(LEVEL).kinds,
+        claimed=best.kinds,
         baseline=None if before is None else fitted_model(before, {}),
         record=record(experiment, [measurement, baseline]),
         reach=comparison.reach,
+        standing=standing(comparison, way, exact, sampled),
     )

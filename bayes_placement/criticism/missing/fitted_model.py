@@ -22,6 +22,9 @@ from ._unknown_noise import noise_needed
 FINALISTS = 3
 """Hypotheses, at most, whose evidence is computed by sampling."""
 
+TIMES = {2: "twice", 3: "three times"}
+"""How often a kind is missing, in words."""
+
 Sampled = Mapping[int, SampledPosterior]
 """Hypotheses that were sampled, by identity."""
 
@@ -123,14 +126,36 @@ class FittedModel:
         return {item.word: item for item in self.parameters.values() if item.effect == name}
 
     def in_short(self, effect: Effect) -> str:
-        """Say how large one of its effects is, and where: `mass 0.4 kg at 370 mm`."""
+        """Say how large one of its effects is, and where: `0.4 kg at 370 mm`."""
         setting, remark = self.about.get(effect.name, ("", ""))
         estimates = self.estimates_of(effect.name)
-        words = {word: f"{word} {estimate.in_short()}" for word, estimate in estimates.items()}
-        sizes = [words[word] for word in words if not _is_place(effect, estimates[word])]
-        places = [words[word] for word in words if _is_place(effect, estimates[word])]
-        what = ", ".join(filter(None, [setting, *sizes, remark]))
-        return " ".join(filter(None, [what, ", ".join(places)])) or "present"
+        sizes = {word: item for word, item in estimates.items() if not _is_place(effect, item)}
+        places = {word: item for word, item in estimates.items() if _is_place(effect, item)}
+        is_told = len(sizes) == 1 and kind_of(effect).endswith(next(iter(sizes)))
+        named = {word: "" if is_told else word.rpartition(".")[2] for word in sizes}
+        named |= {word: word.replace(".", " ") for word in places}
+        words = {n: f"{named[n]} {item.in_short()}".strip() for n, item in estimates.items()}
+        what = ", ".join(filter(None, [setting, *(words[word] for word in sizes), remark]))
+        return " ".join(filter(None, [what, ", ".join(words[word] for word in places)]))
+
+    @property
+    def kinds(self) -> list[str]:
+        """Kinds of its effects, each once."""
+        present = () if self.experiment is None else self.experiment.effects
+        return list(dict.fromkeys(kind_of(each) for each in present if each.name in self.effects))
+
+    def of_kind(self, kind: str) -> list[Effect]:
+        """Effects of a kind that were added, in the order of their places."""
+        present = () if self.experiment is None else self.experiment.effects
+        alike = [each for each in present if each.name in self.effects and kind_of(each) == kind]
+        return sorted(alike, key=self.place_of)
+
+    def in_words(self, kind: str) -> str:
+        """Name the effects of a kind, how large each is and where."""
+        alike = self.of_kind(kind)
+        name = kind if len(alike) < 2 else f"{kind} {TIMES.get(len(alike), f'{len(alike)} times')}"
+        *each, last = [*filter(None, map(self.in_short, alike))] or [""]
+        return ", ".join(filter(None, [name, " and ".join(filter(None, [", ".join(each), last]))]))
 
     def place_of(self, effect: Effect) -> list[float]:
         """Estimates of the place of one of its effects."""

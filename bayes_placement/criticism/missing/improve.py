@@ -3,7 +3,7 @@
 import itertools
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, overload
 
@@ -32,8 +32,9 @@ from ._changes import FoundEffect, found_effects
 from ._claims import claims
 from ._hypotheses import Hypothesis
 from ._kept_fits import fits_kept_in
-from ._posterior_odds import Comparison, p_value, steps_to
+from ._posterior_odds import NONE, Comparison, p_value, steps_to
 from ._score_test import suspicion
+from ._standing import standing
 from .fitted_model import FittedModel, Sampled, fitted_model, sampled_finalists
 from .ledger import Ledger
 from .states import LedgerOfStates, courses_of
@@ -187,12 +188,16 @@ class _Search(NamedTuple):
         progress(0.9)
         sampled = sampled_finalists(comparison, [best])
         progress(0.97)
-        steps = _steps(comparison, best, sampled)
+        way = _way(comparison, best)
+        steps = _steps(way, sampled)
+        exact = null if before is None else None
+        stands = standing(comparison, way, exact, sampled, self.level)
+        probabilities = comparison.probabilities()
         progress(1.0)
         ledger = Ledger(
             steps=steps,
             verdict=best.kinds,
-            probabilities=comparison.probabilities(),
+            probabilities=probabilities,
             confounded=tuple(comparison.confounded()),
             unexplained=p_value(best) < self.level,
             seconds=time.perf_counter() - began,
@@ -203,8 +208,9 @@ class _Search(NamedTuple):
             cautions=cautions(best, sampled.get(id(best))),
             baseline=None if before is None else fitted_model(before, {}),
             record=record(self.experiment, [measurement, baseline]),
-            effects=claims(comparison, best, steps[-1]),
+            effects=claims(comparison, best, steps[-1], stands, probabilities[NONE]),
             reach=comparison.reach,
+            standing=stands,
         )
         return _Improved(ledger, best, found_effects(best, steps[-1]))
 
@@ -260,12 +266,17 @@ def _check_states(states: Mapping[str, Any], baseline: Any) -> None:
         )
 
 
-def _steps(comparison: Comparison, best: Hypothesis, sampled: Sampled) -> tuple[FittedModel, ...]:
+def _way(comparison: Comparison, best: Hypothesis) -> list[Hypothesis]:
     """The way from the model as given to the best hypothesis, one effect a step."""
-    way = steps_to(comparison, best)
-    hypotheses = [comparison.of(kinds) for kinds in way[:-1]] + [best] if best.effects else [best]
-    steps = [fitted_model(hypotheses[0], sampled)]
-    for before, after in itertools.pairwise(hypotheses):
+    if not best.effects:
+        return [best]
+    return [comparison.of(kinds) for kinds in steps_to(comparison, best)[:-1]] + [best]
+
+
+def _steps(way: Sequence[Hypothesis], sampled: Sampled) -> tuple[FittedModel, ...]:
+    """The same, laid out for the record."""
+    steps = [fitted_model(way[0], sampled)]
+    for before, after in itertools.pairwise(way):
         new = Counter(after.kinds) - Counter(before.kinds)
         known = {effect.name for effect in before.effects}
         names = (effect.name for effect in after.effects if kind_of(effect) in new)

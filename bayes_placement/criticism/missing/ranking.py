@@ -1,7 +1,7 @@
 """Which effect a model may lack: every kind of candidate with its probability."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +15,20 @@ from ..reach.reach import Reach
 from ._estimates import number_or_none
 from ._narrow_text import gained, narrow
 from ._posterior_odds import NONE, NOTHING
-from .fitted_model import FittedModel, number_or_blank
-from .ledger import (
+from ._standing import Standing
+from ._verdict_in_words import (
     DOUBTED,
+    LEFT,
+    UNEXPLAINED,
     alone_in_words,
-    confounded_sentence,
-    misfit_columns,
+    exact_fails,
+    fall,
+    misfit_in_words,
     sizes_in_words,
+    what_is_known,
 )
+from .fitted_model import FittedModel, number_or_blank
+from .ledger import confounded_sentence, misfit_columns
 
 
 @dataclass(frozen=True, repr=False)
@@ -56,12 +62,14 @@ class Ranking:
     reach
         What laws at each place could remove of the misfit; None where the model as given passes its
         check, or no law can be read.
+    standing
+        What makes the claim doubtful, and where the model fails.
 
     Examples
     --------
     >>> ranking = bp.explain(experiment, surprise, candidates=library, model_error=None)
-    >>> ranking
-    Ranking: Missing is point_mass, with probability 0.998.
+    >>> ranking.words()[0].split(";")[0]
+    'Missing is point_mass, 0.4992 kg at 401.5 mm (probability 0.998)'
     """
 
     steps: tuple[FittedModel, ...]
@@ -73,6 +81,7 @@ class Ranking:
     baseline: FittedModel | None = None
     record: Mapping[str, Any] = field(default_factory=dict, repr=False)
     reach: Reach | None = field(default=None, repr=False)
+    standing: Standing = field(default_factory=Standing, repr=False)
 
     def to_json(self) -> dict[str, Any]:
         """Return the ranking as numbers and words for a file."""
@@ -91,10 +100,14 @@ class Ranking:
         """Write the ranking as JSON, atomically."""
         write_json(path, self.to_json())
 
+    @property
+    def _as_given(self) -> FittedModel:
+        return next((step for step in self.steps if not step.kind), self.steps[0])
+
     def table(self) -> pd.DataFrame:
         """One row for each kind, the most probable first."""
         p_values = self.suspicion.groupby("kind")["p_value"].min().to_dict()
-        as_given = next((step for step in self.steps if not step.kind), self.steps[0])
+        as_given = self._as_given
         rows = [
             {
                 "effect": step.kind or NOTHING,
@@ -124,27 +137,50 @@ class Ranking:
         return [sentence for sentence in sentences if sentence]
 
     def _verdict(self, best: FittedModel) -> str:
-        """Name an effect where the evidence is strong, and else the best of several."""
+        """Name an effect where the evidence is strong, and else say how the model fails."""
         likely = max(self.probabilities, key=lambda kind: self.probabilities[kind])
         share = self.probabilities[likely]
+        falls = fall(self._as_given, best)
         if best.kind and best.kind in self.claimed and (best.model_error or best.noise_needed):
-            more = " Something else is missing too." if self._is_misfit_left(likely, best) else ""
-            return (
-                f"Missing is {best.kind}, which explains the data better than a larger error.{more}"
-            )
+            left = f" {LEFT}" if self._is_misfit_left(likely, best) else ""
+            named = f"{best.in_words(best.kind)}{self._but(best)}"
+            better = "which explains the data better than a larger error"
+            return f"Missing is {named}, {better}; {falls}.{left}"
         if likely not in (NOTHING, NONE) and share >= DOUBTED:
             if likely in self.claimed:
-                return f"Missing is {likely}, with probability {share:.3g}."
+                but = self._but(best, f"probability {share:.3g}")
+                left = f" {LEFT}" if best.p_value < LEVEL else ""
+                return f"Missing is {best.in_words(likely)}{but}; {falls}.{left}"
             return f"The evidence favours {likely} (probability {share:.3g}), but not clearly."
+        also = f" {best.in_words(best.kind)} also reduces the misfit." if best.kind else ""
+        if self.standing.exact_fails:
+            return self._failure(likely, best)
         if likely == NOTHING and share >= DOUBTED:
             return f"Nothing is missing, with probability {share:.3g}."
-        also = f" {best.kind} also reduces the misfit." if best.kind else ""
-        if likely == NONE and not best.noise_needed:
-            return (
-                "Something is missing, but none of the candidates explains the data within the "
-                f"stated noise (probability {share:.3g}).{also} improve tries two effects at once."
-            )
         return f"No effect is clearly missing.{also}"
+
+    def _but(self, best: FittedModel, odds: str = "") -> str:
+        """Probability of an effect, and what makes it doubtful, in brackets."""
+        doubts = " and ".join(self.standing.doubts_of(best.effects))
+        is_doubtful = odds and (doubts or best.p_value < LEVEL)
+        among = f"{odds} among the candidates" if is_doubtful else odds
+        words = ", but ".join(filter(None, [among, doubts]))
+        return f" ({words})" if words else ""
+
+    def _failure(self, likely: str, best: FittedModel) -> str:
+        """Say how the model fails, and what was nearest."""
+        as_given = self._as_given
+        if as_given.model_error:
+            also = "" if best.kind else " A model error explains the data better than any effect."
+            return f"{exact_fails(as_given)} No effect is clearly missing.{also}"
+        odds = f" (probability {self.probabilities[NONE]:.3g})" if likely == NONE else ""
+        fails = f"The model fails ({misfit_in_words(as_given)}); {UNEXPLAINED}{odds}."
+        known = what_is_known(as_given, self._with_nearest(), self.reach)
+        return " ".join([fails, *known, "improve tries two effects at once."])
+
+    def _with_nearest(self) -> Standing:
+        nearest = next((step for step in self.steps if step.kind), None)
+        return replace(self.standing, nearest=nearest)
 
     def _is_misfit_left(self, likely: str, best: FittedModel) -> bool:
         """Whether the best one does not explain all: no candidate does, or it fails its check."""
@@ -154,9 +190,9 @@ class Ranking:
         """Name an effect that is new in the later of two states, where the evidence is strong."""
         if best.kind and best.kind in self.claimed:
             share = self.probabilities[best.kind]
-            odds = f", with probability {share:.3g}" if share >= DOUBTED else ""
+            odds = self._but(best, f"probability {share:.3g}" if share >= DOUBTED else "")
             more = " Something else is new as well." if best.p_value < LEVEL else ""
-            return f"New since the baseline is {best.kind}{odds}.{more}"
+            return f"New since the baseline is {best.in_words(best.kind)}{odds}.{more}"
         share = self.probabilities[NOTHING]
         if share >= DOUBTED:
             return f"Nothing is new since the baseline was measured, with probability {share:.3g}."

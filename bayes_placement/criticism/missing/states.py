@@ -12,7 +12,8 @@ from ...positions.reprs import notebook_html
 from ._changes import CHANGED, NEW, UNCHANGED, FoundEffect, change
 from ._estimates import ParameterEstimate
 from ._narrow_text import narrow_by_column
-from .ledger import Ledger, alone_in_words, misfit_columns
+from ._verdict_in_words import alone_in_words
+from .ledger import Ledger, misfit_columns
 
 
 class EffectInState(NamedTuple):

@@ -141,7 +141,7 @@ class Reach:
         return curve.iloc[int(np.argmax(curve["few_numbers"].to_numpy()))]
 
     def __repr__(self) -> str:
-        return f"Reach: chi2 per datum {self.chi2_per_datum:.3g}; {self.words()[0]}"
+        return f"Reach: reduced chi-square {self.chi2_per_datum:.3g}; {self.words()[0]}"
 
     def _repr_html_(self) -> str:
         return notebook_html(repr(self), self.kinds(), self.words()[1:])

@@ -134,7 +134,7 @@ def unknown_noise(correct_model):
 def test_a_correct_model_passes_and_a_wrong_one_does_not(right, wrong):
     assert right.passed
     assert right.words() == [right.words()[0]]
-    assert right.words()[0].startswith("The model explains the data: chi2 per datum is ")
+    assert right.words()[0].startswith("The model explains the data: reduced chi-square is ")
     assert not wrong.passed
     assert wrong.p_value < 1e-8
 
@@ -145,7 +145,7 @@ def test_where_it_fails_is_named(wrong):
     assert band["low"] <= 300 <= band["high"]
     assert wrong.worst("channel")["sensor"] == "s2"
     words = wrong.words()
-    assert words[0].startswith("The model fails: chi2 per datum is ")
+    assert words[0].startswith("The model fails: reduced chi-square is ")
     assert any(line.startswith("1 of 3 sensors fails, s2: ") for line in words)
     assert any("smooth discrepancy" in line and "sensor s2" in line for line in words)
 

@@ -226,8 +226,8 @@ def test_the_ledger_names_both_masses_and_their_places(ledger):
     assert [step.added for step in ledger.steps] == [None, "point_mass", "point_mass_2"]
     assert ledger.probabilities["point_mass_2"] > 0.99
     assert re.match(
-        r"Missing: point_mass twice \(mass 0\.3[45]\d* kg at 31\d\.?\d* mm and mass 0\.2[45]\d* kg "
-        r"at 7[12]\d\.?\d* mm; probability [\d.]+\); chi2 per datum falls from ",
+        r"Missing: point_mass twice, 0\.3[45]\d* kg at 31\d\.?\d* mm and 0\.2[45]\d* kg "
+        r"at 7[12]\d\.?\d* mm \(probability [\d.]+\); reduced chi-square falls from ",
         ledger.sentence(),
     )
     assert ledger.compared["effects"].tolist() == ["point_mass + point_mass", "point_mass", "none"]

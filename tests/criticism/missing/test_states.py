@@ -56,7 +56,7 @@ def test_the_ledger_of_states_prints_one_line_with_all_sizes(ledger):
     assert table.index[0].startswith("point_mass at 31")
     assert all(cell.startswith("mass ") for cell in table.iloc[0])
     text = str(ledger)
-    assert '"bare" is the baseline. The baseline alone has chi2 per datum' in text
+    assert '"bare" is the baseline. The baseline alone has a reduced chi-square' in text
     assert '"10 nuts": since "bare" point_mass is new (at 31' in text
     assert '"again": nothing is claimed to be new since "10 nuts".' in text
     assert 'since "again" point_mass is another: mass 0.1' in text

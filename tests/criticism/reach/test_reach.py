@@ -67,7 +67,7 @@ def test_reach_is_told_in_words():
     found = reached(maxwell, False)
     assert found.words()[0].startswith("displacement at 2")
     assert "dashpot - spring removes 100%" in found.words()[0]
-    assert repr(found).startswith("Reach: chi2 per datum")
+    assert repr(found).startswith("Reach: reduced chi-square")
 
 
 def test_a_kind_of_port_that_is_not_there_is_refused():

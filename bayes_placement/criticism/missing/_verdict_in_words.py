@@ -1,0 +1,232 @@
+"""The verdict of a ledger in words: what is missing, how large and where; or how it fails."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...experiment.model_error import OF_WHAT
+from ...inference.units import percent
+from ..reach.reach import Reach
+from ._posterior_odds import NONE, numbered_kind
+from ._standing import Standing
+from .fitted_model import FittedModel
+
+if TYPE_CHECKING:
+    from .ledger import Ledger
+
+DOUBTED = 0.5
+"""Probability of none of the candidates above which the stated noise is in doubt."""
+
+UNEXPLAINED = "no single cause that we know explains it"
+
+LEFT = "The model still fails its check: something else is missing as well."
+"""What is said where an effect does not explain all."""
+
+
+def verdict_in_words(ledger: Ledger) -> str:
+    """Say the verdict, the answer first."""
+    if ledger.baseline is not None:
+        return _of_two_states(ledger)
+    sentences = _of_claims(ledger) if ledger.verdict else _of_nothing(ledger)
+    return " ".join(filter(None, sentences))
+
+
+def _of_claims(ledger: Ledger) -> list[str]:
+    """What is missing, or reduces the misfit, how far that falls, and where something is left."""
+    first, last = ledger.steps[0], ledger.steps[-1]
+    left = [LEFT, ledger.standing.where] if ledger.unexplained else []
+    if not last.model_error:
+        return [f"{_named(ledger)}; {fall(first, last)}.", *left]
+    return [
+        f"{_named(ledger)}, which explains the data better than a larger model error.",
+        _fall_with_errors(first, last),
+        sizes_in_words(last, first),
+        *left,
+    ]
+
+
+def _of_nothing(ledger: Ledger) -> list[str]:
+    """Whether the model passes its check, or how it fails and what was nearest."""
+    last, stands = ledger.steps[-1], ledger.standing
+    if last.model_error:
+        return _of_errors_alone(ledger)
+    if ledger.unexplained:
+        words = f"The model fails ({misfit_in_words(last)}); {UNEXPLAINED}."
+        return [words, *what_is_known(last, stands, ledger.reach)]
+    if last.noise_needed is not None:
+        return [
+            "Nothing is claimed to be missing. The noise is not known, so that the reduced "
+            f"chi-square decides nothing; the model needs noise of {last.noise_needed}."
+        ]
+    if np.isnan(last.p_value):
+        return ["Whether the model explains the data cannot be decided: as many unknowns as data."]
+    return [
+        "Nothing is claimed to be missing: the model as given passes its check "
+        f"({misfit_in_words(last)}, p = {last.p_value:.2g})."
+    ]
+
+
+def _of_errors_alone(ledger: Ledger) -> list[str]:
+    """Where a model error is the rival of every effect, and none is claimed beside it."""
+    last, stands = ledger.steps[-1], ledger.standing
+    why = f"Nothing is claimed to be missing: {_why_not(ledger)}. {sizes_in_words(last)}"
+    exact = [exact_fails(last), why] if stands.exact_fails else [why]
+    fails = ["The model still fails its check."] if ledger.unexplained else []
+    return [*exact, *fails, *(what_is_known(last, stands, None) if stands.exact_fails else [])]
+
+
+def exact_fails(step: FittedModel) -> str:
+    """Say that the model fails where it is taken for exact."""
+    chi2 = step.chi2_when_exact
+    is_told = np.isfinite(chi2) and step.noise_needed is None
+    return f"The exact model fails{f' (reduced chi-square {chi2:.3g})' if is_told else ''}."
+
+
+def what_is_known(step: FittedModel, stands: Standing, reach: Reach | None) -> list[str]:
+    """What laws at any place could do, what was nearest, and where the model fails."""
+    laws = [] if reach is None else [f"By reach, {reach.words()[0]}"]
+    nearest = stands.nearest
+    near = [] if nearest is None else [f"Nearest was {_near(nearest, step)}."]
+    return [*laws, *near, *([stands.where] if stands.where else [])]
+
+
+def _near(nearest: FittedModel, step: FittedModel) -> str:
+    return f"{' and '.join(map(nearest.in_words, nearest.kinds))}: {fall(step, nearest)}"
+
+
+def _why_not(ledger: Ledger) -> str:
+    """Say why nothing is claimed where a model error is allowed."""
+    if ledger.confounded:
+        return (
+            "besides a model error, more than one effect also reduces the misfit, and these "
+            "data do not tell which"
+        )
+    best = ledger.compared["effects"].iloc[0]
+    if best == "none":
+        return "a model error explains the data better than any candidate"
+    return (
+        f"{best} also reduces the misfit, but leaves more of it to the model error than it "
+        "explains, or predicts held-out data no better"
+    )
+
+
+def none_in_words(share: float, step: FittedModel) -> list[str]:
+    """Say that no candidate explains the data, where that is more probable than not."""
+    if share <= DOUBTED:
+        return []
+    if step.noise_needed is None:
+        return [
+            "None of the candidates explains the data within the stated noise (probability "
+            f"{share:.2g}): add an effect of your own, or check the noise."
+        ]
+    return [
+        "None of the candidates explains what is smooth along the lines, and thus no noise "
+        f"(probability {share:.2g}): add an effect of your own."
+    ]
+
+
+def _of_two_states(ledger: Ledger) -> str:
+    """Say what is new in the later of two states."""
+    assert ledger.baseline is not None
+    alone = alone_in_words(ledger.baseline)
+    if not ledger.verdict:
+        fails = " The model still fails its check." if ledger.unexplained else ""
+        return f"Nothing is claimed to be new since the baseline was measured.{fails} {alone}"
+    new = " and ".join(_with_odds(ledger, kind) for kind in _kinds(ledger))
+    remark = " Something else is new as well." if ledger.unexplained else ""
+    falls = fall(ledger.steps[0], ledger.steps[-1], " of both states")
+    return f"New since the baseline: {new}; {falls}.{remark} {alone}"
+
+
+def _named(ledger: Ledger) -> str:
+    """Say which effects are missing, and which are only the best of several."""
+    kinds = _kinds(ledger)
+    claimed = [kind for kind in kinds if _is_claimed(ledger, kind)]
+    unclaimed = [kind for kind in kinds if kind not in claimed]
+    missing, reducing = (
+        " and ".join(_with_odds(ledger, kind) for kind in some) for some in (claimed, unclaimed)
+    )
+    parts = [f"Missing: {missing}"] if claimed else []
+    is_one = sum(map(ledger.verdict.count, unclaimed)) == 1
+    verb = "reduces" if is_one else "reduce"
+    return "; ".join(parts + ([f"{reducing} also {verb} the misfit"] if unclaimed else []))
+
+
+def _is_claimed(ledger: Ledger, kind: str) -> bool:
+    """Whether an effect is more than the best of several.
+
+    Where a model error is allowed it is: held-out data confirm it, and a larger model error is
+    among the rivals already. Where the noise is not known, it is if the residuals scatter as
+    noise does.
+    """
+    last = ledger.steps[-1]
+    if last.noise_needed is not None and not last.model_error:
+        return not ledger.unexplained
+    return bool(last.model_error) or _probability(ledger, kind) >= DOUBTED
+
+
+def _kinds(ledger: Ledger) -> list[str]:
+    """Kinds of the verdict, each once."""
+    return list(dict.fromkeys(ledger.verdict))
+
+
+def _probability(ledger: Ledger, kind: str) -> float:
+    """Probability that as many of a kind are missing as the verdict has, or more."""
+    return ledger.probabilities[numbered_kind(kind, ledger.verdict.count(kind))]
+
+
+def _with_odds(ledger: Ledger, kind: str) -> str:
+    """Name an effect, how large it is and where, its probability, and what makes that doubtful."""
+    last = ledger.steps[-1]
+    names = [effect.name for effect in last.of_kind(kind)]
+    doubts = " and ".join(ledger.standing.doubts_of(names))
+    if ledger.probabilities[NONE] <= DOUBTED:
+        among = " among the candidates" if doubts or ledger.unexplained else ""
+        odds = f"probability {_probability(ledger, kind):.3g}{among}"
+    else:
+        odds = "" if _is_claimed(ledger, kind) else "the best of the candidates"
+    odds = ", but ".join(filter(None, [odds, doubts]))
+    return f"{last.in_words(kind)} ({odds})" if odds else last.in_words(kind)
+
+
+def _fall_with_errors(first: FittedModel, last: FittedModel) -> str:
+    """Say how the misfit of the exact models falls, or the noise that is needed."""
+    before, after = first.chi2_when_exact, last.chi2_when_exact
+    if last.noise_needed is not None:
+        return f"{fall(first, last).capitalize()}."
+    if not (np.isfinite(before) and np.isfinite(after)):
+        return ""
+    return f"Without model error the reduced chi-square falls from {before:.3g} to {after:.3g}."
+
+
+def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
+    """Say how much model error a model needs, and how much it needed before."""
+    parts = []
+    for kind, size in step.model_error.items():
+        was = "" if before is None else f" (before: {percent(before.model_error[kind].mean)})"
+        parts.append(f"{OF_WHAT[kind]} by {percent(size.mean)}{was}")
+    return f"The model needs to err: {', '.join(parts)}."
+
+
+def alone_in_words(baseline: FittedModel) -> str:
+    """Say how well the model explains the earlier state alone."""
+    needs = "needs" if baseline.noise_needed is not None else "has a"
+    errors = f" {sizes_in_words(baseline)}" if baseline.model_error else ""
+    return f"The baseline alone {needs} {misfit_in_words(baseline, 'noise of ')}.{errors}"
+
+
+def misfit_in_words(step: FittedModel, needs: str = "it needs noise of ") -> str:
+    """Say how large the misfit is: chi2, or where the noise is not known, what noise is needed."""
+    if step.noise_needed is None:
+        return f"reduced chi-square {step.chi2_per_datum:.3g}"
+    return f"{needs}{step.noise_needed}"
+
+
+def fall(first: FittedModel, last: FittedModel, of: str = "") -> str:
+    """Say how the misfit falls: chi2, or where the noise is not known, the noise that is needed."""
+    if last.noise_needed is None:
+        before, after = first.chi2_per_datum, last.chi2_per_datum
+        return f"reduced chi-square{of} falls from {before:.3g} to {after:.3g}"
+    return f"the noise that the model needs is {last.noise_needed} (before: {first.noise_needed})"
