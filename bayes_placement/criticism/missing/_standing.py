@@ -1,7 +1,7 @@
 """How what is claimed stands: its doubts, where the model fails, and what was nearest."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from ._cautions import piled_up
 from ._held_out import gain_held_out
 from ._hypotheses import Hypothesis
 from ._posterior_odds import Comparison, p_value
+from ._unknown_noise import noise_needed
 from ._where_it_fails import where_it_fails
 from .fitted_model import FittedModel, Sampled, fitted_model
 
@@ -129,8 +130,10 @@ def _is_claim(best: Hypothesis, failing: Hypothesis) -> bool:
 
 def _nearest(comparison: Comparison, sampled: Sampled) -> FittedModel | None:
     """The best candidate, laid out; None without one."""
-    tried = [hypothesis for hypothesis in comparison.distinct() if hypothesis.effects]
-    return fitted_model(tried[0], sampled, in_full=False) if tried else None
+    best = next((each for each in comparison.distinct() if each.effects), None)
+    if best is None:
+        return None
+    return replace(fitted_model(best, sampled, in_full=False), noise_needed=noise_needed(best))
 
 
 def _doubts(

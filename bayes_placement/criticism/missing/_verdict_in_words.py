@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,9 +37,13 @@ def verdict_in_words(ledger: Ledger) -> str:
 def _of_claims(ledger: Ledger) -> list[str]:
     """What is missing, or reduces the misfit, how far that falls, and where something is left."""
     first, last = ledger.steps[0], ledger.steps[-1]
-    left = [LEFT, ledger.standing.where] if ledger.unexplained else []
+    where = ledger.standing.where
+    left = [LEFT, where] if ledger.unexplained else []
     if not last.model_error:
-        return [f"{_named(ledger)}; {fall(first, last)}.", *left]
+        falls = f"{_named(ledger)}; {fall(first, last)}."
+        if ledger.unexplained and not _claimed(ledger):
+            return [fails_in_words(first), reach_in_words(ledger.reach), falls, where]
+        return [falls, *left]
     return [
         f"{_named(ledger)}, which explains the data better than a larger model error.",
         _fall_with_errors(first, last),
@@ -53,8 +58,7 @@ def _of_nothing(ledger: Ledger) -> list[str]:
     if last.model_error:
         return _of_errors_alone(ledger)
     if ledger.unexplained:
-        words = f"The model fails ({misfit_in_words(last)}); {UNEXPLAINED}."
-        return [words, *what_is_known(last, stands, ledger.reach)]
+        return [fails_in_words(last), *what_is_known(last, stands, ledger.reach)]
     if last.noise_needed is not None:
         return [
             "Nothing is claimed to be missing. The noise is not known, so that the reduced "
@@ -72,9 +76,16 @@ def _of_errors_alone(ledger: Ledger) -> list[str]:
     """Where a model error is the rival of every effect, and none is claimed beside it."""
     last, stands = ledger.steps[-1], ledger.standing
     why = f"Nothing is claimed to be missing: {_why_not(ledger)}. {sizes_in_words(last)}"
-    exact = [exact_fails(last), why] if stands.exact_fails else [why]
     fails = ["The model still fails its check."] if ledger.unexplained else []
-    return [*exact, *fails, *(what_is_known(last, stands, None) if stands.exact_fails else [])]
+    if not stands.exact_fails:
+        return [why, *fails]
+    near = what_is_known(last, replace(stands, where=""), ledger.reach)
+    return [exact_fails(last), stands.where, why, *fails, *near]
+
+
+def fails_in_words(step: FittedModel, odds: str = "") -> str:
+    """Say that the model fails and that nothing explains it."""
+    return f"The model fails ({misfit_in_words(step)}); {UNEXPLAINED}{odds}."
 
 
 def exact_fails(step: FittedModel) -> str:
@@ -86,14 +97,21 @@ def exact_fails(step: FittedModel) -> str:
 
 def what_is_known(step: FittedModel, stands: Standing, reach: Reach | None) -> list[str]:
     """What laws at any place could do, what was nearest, and where the model fails."""
-    laws = [] if reach is None else [f"By reach, {reach.words()[0]}"]
-    nearest = stands.nearest
-    near = [] if nearest is None else [f"Nearest was {_near(nearest, step)}."]
-    return [*laws, *near, *([stands.where] if stands.where else [])]
+    near = "" if stands.nearest is None else _near(step, stands.nearest)
+    return [*filter(None, [reach_in_words(reach), near, stands.where])]
 
 
-def _near(nearest: FittedModel, step: FittedModel) -> str:
-    return f"{' and '.join(map(nearest.in_words, nearest.kinds))}: {fall(step, nearest)}"
+def reach_in_words(reach: Reach | None) -> str:
+    """What the best law at any place could do; nothing where that was not looked for."""
+    return "" if reach is None else f"Reach: {reach.words()[0]}"
+
+
+def _near(step: FittedModel, nearest: FittedModel) -> str:
+    words = f"Nearest was {' and '.join(map(nearest.in_words, nearest.kinds))}"
+    if step.model_error:
+        exact = _fall_with_errors(step, nearest)
+        return f"{words}. {exact}".rstrip()
+    return f"{words}: {fall(step, nearest)}."
 
 
 def _why_not(ledger: Ledger) -> str:
@@ -142,9 +160,8 @@ def _of_two_states(ledger: Ledger) -> str:
 
 def _named(ledger: Ledger) -> str:
     """Say which effects are missing, and which are only the best of several."""
-    kinds = _kinds(ledger)
-    claimed = [kind for kind in kinds if _is_claimed(ledger, kind)]
-    unclaimed = [kind for kind in kinds if kind not in claimed]
+    claimed = _claimed(ledger)
+    unclaimed = [kind for kind in _kinds(ledger) if kind not in claimed]
     missing, reducing = (
         " and ".join(_with_odds(ledger, kind) for kind in some) for some in (claimed, unclaimed)
     )
@@ -170,6 +187,10 @@ def _is_claimed(ledger: Ledger, kind: str) -> bool:
 def _kinds(ledger: Ledger) -> list[str]:
     """Kinds of the verdict, each once."""
     return list(dict.fromkeys(ledger.verdict))
+
+
+def _claimed(ledger: Ledger) -> list[str]:
+    return [kind for kind in _kinds(ledger) if _is_claimed(ledger, kind)]
 
 
 def _probability(ledger: Ledger, kind: str) -> float:

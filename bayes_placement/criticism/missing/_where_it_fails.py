@@ -1,9 +1,9 @@
 """Where a fitted hypothesis fails: its worst sensor and band, and single lines that stand out."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy.stats import f as f_distribution
 
 from ...effects.mains_hum import MAINS
@@ -36,14 +36,8 @@ def where_it_fails(hypothesis: Hypothesis) -> str:
     order = np.argsort(frequency)
     sensors = [channel.label for channel in experiment.sensor_channels]
     squares, count = (array[:, order] for array in _by_sensor(hypothesis, len(sensors)))
-    worst = int(np.argmax(_excess(squares.sum(axis=1), count.sum(axis=1))))
     band, names = bands_of(frequency[order], BANDS)
-    of_band = [(squares[worst, band == n].sum(), count[worst, band == n].sum()) for n in set(band)]
-    worst_band = int(np.argmax([_excess(*sums) for sums in of_band]))
-    where = [
-        *([f"at sensor {sensors[worst]}"] if len(sensors) > 1 else []),
-        *([f"from {names['band'][worst_band]}"] if len(of_band) > 1 else []),
-    ]
+    where = _worst(squares, count, sensors, band, names["band"])
     lines = [*_lines_in_words(squares, count, frequency[order], sensors)]
     return " ".join(
         [
@@ -51,6 +45,23 @@ def where_it_fails(hypothesis: Hypothesis) -> str:
             *([f"Single lines stand out: {'; '.join(lines)}."] if lines else []),
         ]
     )
+
+
+def _worst(
+    squares: BySensor,
+    count: BySensor,
+    sensors: Sequence[str],
+    band: Int[np.ndarray, "frequency"],
+    names: Sequence[str],
+) -> list[str]:
+    """The worst sensor, and its worst band, where there are several."""
+    sensor = int(np.argmax(_excess(squares.sum(axis=1), count.sum(axis=1))))
+    sums = (np.bincount(band, array[sensor]) for array in (squares, count))
+    worst_band = names[int(np.argmax(_excess(*sums)))]
+    return [
+        *([f"at sensor {sensors[sensor]}"] if len(sensors) > 1 else []),
+        *([f"from {worst_band}"] if len(names) > 1 else []),
+    ]
 
 
 def _by_sensor(hypothesis: Hypothesis, sensors: int) -> tuple[BySensor, BySensor]:

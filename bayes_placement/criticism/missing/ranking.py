@@ -19,11 +19,10 @@ from ._standing import Standing
 from ._verdict_in_words import (
     DOUBTED,
     LEFT,
-    UNEXPLAINED,
     alone_in_words,
     exact_fails,
+    fails_in_words,
     fall,
-    misfit_in_words,
     sizes_in_words,
     what_is_known,
 )
@@ -172,9 +171,10 @@ class Ranking:
         as_given = self._as_given
         if as_given.model_error:
             also = "" if best.kind else " A model error explains the data better than any effect."
-            return f"{exact_fails(as_given)} No effect is clearly missing.{also}"
+            where = f" {self.standing.where}" if self.standing.where else ""
+            return f"{exact_fails(as_given)}{where} No effect is clearly missing.{also}"
         odds = f" (probability {self.probabilities[NONE]:.3g})" if likely == NONE else ""
-        fails = f"The model fails ({misfit_in_words(as_given)}); {UNEXPLAINED}{odds}."
+        fails = fails_in_words(as_given, odds)
         known = what_is_known(as_given, self._with_nearest(), self.reach)
         return " ".join([fails, *known, "improve tries two effects at once."])
 

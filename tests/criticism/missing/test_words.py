@@ -1,0 +1,204 @@
+"""What a verdict says: the answer first, how the model fails, and nothing that misleads."""
+
+import dataclasses
+import re
+
+import numpy as np
+import numpyro.distributions as dist
+import pytest
+from scipy.integrate import trapezoid
+from scipy.stats import norm
+
+import bayes_placement as bp
+from bayes_placement import effects
+from bayes_placement.criticism.missing import _standing, _unknown_noise
+from bayes_placement.criticism.missing._hypotheses import null_hypothesis
+from bayes_placement.criticism.missing._posterior_odds import (
+    LARGEST_FACTOR,
+    NONE,
+    PRIOR_OF_NONE,
+    Comparison,
+)
+from bayes_placement.criticism.missing._standing import Doubt, Standing
+from bayes_placement.criticism.missing._unknown_noise import gain_of_smooth_misfit
+from bayes_placement.criticism.missing._where_it_fails import where_it_fails
+from tests.criticism import small
+from tests.criticism.missing.test_outliers import of_unknown_noise
+from tests.criticism.missing.test_posterior_odds import hypothesis
+from tests.criticism.small import GAIN, MASS, TRUTH, experiment, measured, without_coherence
+
+FAILS = r"The model fails \(reduced chi-square \d+\); no single cause that we know explains it"
+NEAR = r"time_delay, -?[\d.]+ µs"
+WHERE = r"It fails most at sensor s[12]\+x, from [\d.]+ to [\d.]+ Hz\."
+
+
+@pytest.fixture(scope="module")
+def delays():
+    return effects.library(experiment(), ["time_delay"])
+
+
+def searched(candidates, **settings):
+    asked = experiment(), measured(MASS, seed=4)
+    return bp.improve(*asked, candidates=candidates, most_effects=1, **settings)
+
+
+def explained(candidates, **settings):
+    return bp.explain(experiment(), measured(MASS, seed=4), candidates=candidates, **settings)
+
+
+def test_a_model_that_fails_says_so_first_then_what_was_nearest_and_where(delays):
+    sentence = searched(delays, model_error=None).sentence()
+    best = rf"{NEAR} \(the best of the candidates\) also reduces the misfit; reduced chi-square "
+    assert re.fullmatch(rf"{FAILS}\. {best}falls from \d+ to \d+\. {WHERE}", sentence)
+    ranking = explained(delays, model_error=None)
+    nearest = rf"Nearest was {NEAR}: reduced chi-square falls from \d+ to \d+\."
+    assert re.match(rf"{FAILS} \(probability 1\)\. {nearest} {WHERE}", ranking.words()[0])
+
+
+def test_where_a_model_error_explains_all_the_exact_model_fails_first(delays):
+    exact = r"The exact model fails \(reduced chi-square \d+\)\."
+    sentence = searched(delays).sentence()
+    assert re.match(rf"{exact} {WHERE} Nothing is claimed to be missing: a model error", sentence)
+    nearest = rf"Nearest was {NEAR}\. Without model error the reduced chi-square falls from \d+ to"
+    assert re.search(nearest, sentence)
+    said = explained(delays).words()[0]
+    assert re.match(rf"{exact} {WHERE} No effect is clearly missing\.", said)
+
+
+def test_reach_is_told_before_what_was_nearest(delays):
+    ledger = searched(dataclasses.replace(delays, networks=True), model_error=None)
+    nothing = dataclasses.replace(ledger, verdict=(), unexplained=True, steps=ledger.steps[:1])
+    reach = r"Reach: displacement at 31\d mm: mass removes 100% of the misfit"
+    assert re.match(rf"{FAILS}\. {reach}", nothing.sentence())
+
+
+LIBRARY = effects.library(experiment(), ["point_mass"])
+
+
+@pytest.fixture(scope="module")
+def too_light():
+    """A mass whose prior ends below the true one."""
+    mass = effects.point_mass(dist.Uniform(0.0, 1.0), dist.Uniform(0.0, 0.34))
+    return dataclasses.replace(LIBRARY, effects=(mass,))
+
+
+def test_a_size_at_the_edge_of_its_prior_is_never_certain(too_light):
+    ledger = searched(too_light, model_error=None)
+    assert ledger.verdict == ("point_mass",)
+    edge = "among the candidates, but its size sits at the upper edge of its prior"
+    words = rf"Missing: point_mass, 0\.33\d+ kg at 31\S+ mm \(probability \S+ {edge}\); reduced"
+    assert re.match(words, ledger.sentence())
+    (claim,) = ledger.to_json()["effects"]
+    assert claim["probability"] < 0.5 < 0.99 < claim["probability_among_candidates"]
+    assert claim["doubts"] == ["its size sits at the upper edge of its prior"]
+    assert edge in explained(too_light, model_error=None).words()[0]
+
+
+def test_a_claim_without_doubt_is_as_probable_as_any_candidate_is():
+    ledger = searched(LIBRARY, model_error=None)
+    (claim,) = ledger.to_json()["effects"]
+    assert claim["doubts"] == []
+    right = 1 - ledger.probabilities[NONE]
+    assert claim["probability"] == pytest.approx(claim["probability_among_candidates"] * right)
+    assert "among the candidates" not in ledger.sentence()
+
+
+def test_what_predicts_held_out_data_worse_is_never_certain(monkeypatch):
+    monkeypatch.setattr(_standing, "gain_held_out", lambda *_: (-0.2, 0.1))
+    ledger = searched(LIBRARY, model_error=None)
+    (claim,) = ledger.to_json()["effects"]
+    assert claim["doubts"] == ["held-out data are predicted worse with it"]
+    assert claim["probability"] < 0.25
+    assert "among the candidates, but held-out data are predicted worse" in ledger.sentence()
+
+
+def test_what_leaves_the_check_failing_is_never_certain():
+    asked = experiment(), measured(MASS, GAIN, seed=2)
+    ledger = bp.improve(*asked, candidates=LIBRARY, model_error=None, most_effects=1)
+    assert ledger.unexplained and ledger.verdict == ("point_mass",)
+    (claim,) = ledger.to_json()["effects"]
+    assert claim["probability"] < 0.5
+    assert claim["doubts"] == ["the model still fails its check"]
+    assert "Missing" not in ledger.sentence()
+    assert re.match(FAILS, ledger.sentence())
+
+
+def test_an_instrument_effect_is_named_with_its_channel_and_size():
+    library = effects.library(experiment(), ["gain_error"])
+    asked = experiment(), measured(GAIN, seed=2)
+    sentence = bp.improve(*asked, candidates=library, model_error=None).sentence()
+    assert re.match(r"Missing: gain_error, sensor s2\+?x?, -[56]\.\d+ % \(probability ", sentence)
+
+
+@pytest.mark.parametrize(("p_value", "probability"), [(0.05, 0.289), (0.01, 0.111), (0.5, 0.5)])
+def test_a_p_value_is_a_probability_by_the_table_of_sellke_bayarri_and_berger(p_value, probability):
+    assert Doubt("", p_value).probability == pytest.approx(probability, abs=5e-4)
+
+
+def test_of_several_doubts_the_greatest_counts():
+    stands = Standing(doubts={"mass": (Doubt("a", 0.05), Doubt("b", 0.01))})
+    assert stands.probability_of_any("mass", 0.3) == Doubt("b", 0.01).probability
+    assert stands.probability_of_any("mass", 0.95) == pytest.approx(0.05)
+    assert stands.probability_of_any("other", 0.3) == 0.7
+
+
+@pytest.mark.parametrize(("hidden", "is_one"), [((), False), ((MASS,), True)])
+def test_unknown_noise_that_is_smooth_belongs_to_none_of_these(hidden, is_one):
+    bar = of_unknown_noise()
+    null = null_hypothesis(bar, bar.data(without_coherence(measured(*hidden, seed=4))))
+    share = Comparison([null], {"point_mass": 1}).probabilities()[NONE]
+    assert share > 0.99 if is_one else share < PRIOR_OF_NONE / 10
+
+
+@pytest.mark.parametrize(("ratio", "certainty"), [(0.3, 12.0), (0.7, 20.0), (0.9, 40.0), (1.1, 9)])
+def test_the_gain_of_a_smooth_misfit_is_that_of_its_integral(monkeypatch, ratio, certainty):
+    monkeypatch.setattr(_unknown_noise, "_rows", lambda _: ())
+    monkeypatch.setattr(_unknown_noise, "neumann", lambda *_: (ratio, certainty))
+    log_factor = np.linspace(0.0, np.log(LARGEST_FACTOR), 200_001)
+    density = norm.pdf((ratio - np.exp(-2 * log_factor)) * certainty)
+    density /= norm.pdf((ratio - 1) * certainty)
+    exact = np.log(trapezoid(density, log_factor) / np.log(LARGEST_FACTOR))
+    # Of a ratio above 1 the tail is shorter than half of the Gaussian.
+    tolerance = 0.3 if ratio < 1 else 0.9
+    assert gain_of_smooth_misfit(hypothesis([], 0.0), LARGEST_FACTOR) == pytest.approx(
+        exact, abs=tolerance
+    )
+
+
+@pytest.fixture(scope="module")
+def of_close_lines():
+    """The bar of which all is known, at lines 2 Hz apart, and its measurement."""
+    known = experiment().fix(TRUTH)
+    bar = bp.Experiment(
+        known.structure,
+        sensors=[*known.sensor.values()],
+        actuators=[*known.actuator.values()],
+        frequency=np.arange(20.0, 320.0, 2.0),
+        observe=known.observe,
+        noise=known.noise,
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(small, "LINES", np.asarray(bar.frequency))
+        return bar, small.recorded(bar, seed=3)
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ((50, 100, 150), "Single lines stand out: s2+x at 50, 100, 150 Hz: mains."),
+        ((90, 212), "Single lines stand out: s2+x at 90, 212 Hz."),
+    ],
+)
+def test_lines_that_stand_out_are_named(of_close_lines, lines, words):
+    bar, measurement = of_close_lines
+    frf = np.array(measurement.frf)
+    frf[1, 0, np.isin(bar.frequency, lines)] *= 1.2
+    wrong = dataclasses.replace(measurement, frf=frf)
+    said = where_it_fails(null_hypothesis(bar, bar.data(wrong)))
+    assert said.endswith(words)
+    assert said.startswith("It fails most at sensor s2+x, from ")
+
+
+def test_no_line_of_noise_stands_out(of_close_lines):
+    bar, measurement = of_close_lines
+    assert "Single lines" not in where_it_fails(null_hypothesis(bar, bar.data(measurement)))
