@@ -102,7 +102,7 @@ def test_a_second_effect_of_one_kind_is_numbered():
     assert ledger.steps[-1].added == "point_mass_2"
     place = ledger.steps[-1].parameters["structure.effects.point_mass_2.at"]
     assert place.low < MASS.at < place.high
-    assert "point_mass (probability" in ledger.sentence()
+    assert "Missing: point_mass, 0.3" in ledger.sentence()
 
 
 @pytest.mark.parametrize("verb", [explain, improve])

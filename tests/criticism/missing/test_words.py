@@ -68,7 +68,7 @@ def test_where_a_model_error_explains_all_the_exact_model_fails_first(delays):
 def test_reach_is_told_before_what_was_nearest(delays):
     ledger = searched(dataclasses.replace(delays, networks=True), model_error=None)
     nothing = dataclasses.replace(ledger, verdict=(), unexplained=True, steps=ledger.steps[:1])
-    reach = r"Reach: displacement at 31\d mm: mass removes 100% of the misfit"
+    reach = r"Reach: displacement at 31\d mm: spring - mass removes 100% of the misfit"
     assert re.match(rf"{FAILS}\. {reach}", nothing.sentence())
 
 
