@@ -16,7 +16,7 @@ from ...inference.engines.empirical_bayes import Rival
 from ...inference.residuals_of_state import State
 from ._before_and_after import compared_with_baseline, fitted_baseline, refitted_effects, state_of
 from ._compiled_ahead import compiled_ahead
-from ._held_out import held_out
+from ._held_out import gain_held_out
 from ._hypotheses import (
     Hypothesis,
     finite,
@@ -237,8 +237,12 @@ def _stands_out(comparison: Comparison, best: Hypothesis) -> bool:
 
 
 def _predicts_better(comparison: Comparison, best: Hypothesis) -> bool:
-    """Whether a hypothesis predicts held-out data better than the best one of fewer effects."""
-    return held_out(best) > held_out(_with_fewer(comparison, best))
+    """Whether a hypothesis predicts held-out lines better than the best one of fewer effects.
+
+    By more than twice the standard error: a gain of one block alone may be of its errors.
+    """
+    gain, error = gain_held_out(best, _with_fewer(comparison, best))
+    return gain > 2 * error
 
 
 def _with_fewer(comparison: Comparison, best: Hypothesis) -> Hypothesis:

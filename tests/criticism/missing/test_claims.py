@@ -16,11 +16,15 @@ def erroneous(kinds, evidence, chi2):
     return dataclasses.replace(exact, has_errors=True, chi2_when_exact=chi2)
 
 
-def claimed(monkeypatch, chi2, *, held_out=1.0, baseline=None):
+def claimed(monkeypatch, chi2, *, held_out=1.0, error=0.1, baseline=None):
     """Kinds that are claimed of a mass of plain evidence, chi2 of the exact model being 100."""
     none, mass = erroneous([], 0.0, 100.0), erroneous(["point_mass"], 30.0, chi2)
     scores = {id(none): 0.0, id(mass): held_out}
-    monkeypatch.setattr(_answers, "held_out", lambda hypothesis: scores[id(hypothesis)])
+
+    def gain(one, other):
+        return scores[id(one)] - scores[id(other)], error
+
+    monkeypatch.setattr(_answers, "gain_held_out", gain)
     return Answer(none, comparison(none, mass), baseline).best(LEVEL).kinds
 
 
@@ -43,5 +47,7 @@ def test_what_is_new_since_a_baseline_may_be_small(monkeypatch):
     assert claimed(monkeypatch, 90.0, baseline=before) == ("point_mass",)
 
 
-def test_an_effect_predicts_held_out_data_better(monkeypatch):
+def test_an_effect_predicts_held_out_data_better_by_two_standard_errors(monkeypatch):
     assert claimed(monkeypatch, 30.0, held_out=-1.0) == ()
+    assert claimed(monkeypatch, 30.0, held_out=1.0, error=0.6) == ()
+    assert claimed(monkeypatch, 30.0, held_out=1.0, error=0.4) == ("point_mass",)

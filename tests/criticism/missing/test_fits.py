@@ -1,8 +1,6 @@
 """Fits of an experiment: the truth, an unknown noise level, and held-out data."""
 
 import dataclasses
-from types import SimpleNamespace
-from unittest.mock import Mock
 
 import equinox as eqx
 import jax
@@ -11,9 +9,15 @@ import numpy as np
 import numpyro.distributions as dist
 import pytest
 from scipy.optimize import minimize
+from scipy.stats import multivariate_normal
 
 import bayes_placement as bp
-from bayes_placement.criticism.missing._held_out import _folds, held_out
+from bayes_placement.criticism.missing._held_out import (
+    _blocks,
+    _evidence_ratio,
+    gain_held_out,
+    held_out,
+)
 from bayes_placement.criticism.missing._hypotheses import null_hypothesis
 from bayes_placement.inference.in_batches import BATCH
 from bayes_placement.inference.residuals import Problem
@@ -89,16 +93,33 @@ def test_unknown_noise_of_what_is_held_out_is_told_by_the_rest(null):
     assert held_out(hypothesis) == pytest.approx(held_out(null), abs=0.03)
 
 
-def test_hits_of_a_roved_hammer_are_held_out_one_at_a_time():
-    shape = (1, 4, 2, 20)
-    problem = Mock(spec=Problem, data=SimpleNamespace(z=np.zeros(shape)))
-    hits = [fold.reshape(shape) for fold in _folds(problem)][:-4]
-    assert len(hits) == 4
-    for number, mask in enumerate(hits):
-        assert mask[:, number].all() and not np.delete(mask, number, axis=1).any()
+def test_a_right_effect_predicts_lines_better_and_one_that_is_not_there_does_not():
+    """By twice the standard error over the blocks, and by none."""
+    bar = experiment()
+    mass = bp.effects.point_mass(dist.Uniform(0.1, 0.9), dist.LogUniform(1e-3, 0.5))
+    for hidden, is_right in (((MASS,), True), ((), False)):
+        data = bar.data(measured(*hidden, seed=1))
+        gain, error = gain_held_out(null_hypothesis(bar + mass, data), null_hypothesis(bar, data))
+        assert (gain > 2 * error) == is_right
 
 
-def test_a_band_is_held_out_at_every_force_level():
+def test_a_held_out_block_is_predicted_as_by_closed_form():
+    """Of a linear model with known noise: the density of the block given all other lines."""
+    null = null_hypothesis(experiment(), experiment().data(measured()))
+    problem = null.problem
+    block = next(iter(_blocks(problem)))
+    residual, spread, slopes, _ = problem.squares.jacobian(null.fit.point[None])
+    residual, slope = residual[0], slopes[0].T
+    # About its mode the model is linear: r(x) = r + S (x - m), x standard normal.
+    covariance = np.eye(len(residual)) + slope @ slope.T
+    mean = residual - slope @ null.fit.point
+    log_all = multivariate_normal(cov=covariance).logpdf(mean)
+    rest = multivariate_normal(cov=covariance[np.ix_(~block, ~block)]).logpdf(mean[~block])
+    expected = (log_all - rest) / block.sum() - spread[0] / problem.count
+    assert _evidence_ratio(null, block) == pytest.approx(expected, abs=0.02)
+
+
+def test_a_block_of_lines_is_held_out_at_every_force_level():
     alone = experiment()
     levels = [1.0, 3.0, 9.0]
     driven = bp.Experiment(
@@ -112,13 +133,13 @@ def test_a_band_is_held_out_at_every_force_level():
     )
     runs = [dataclasses.replace(measured(), force_level=level) for level in levels]
     data = driven.data(runs)
-    sensors, *bands = np.split([*_folds(Problem(driven, data))], [2, 3, 4, 5])
-    for mask in (fold.reshape(data.z.shape) for fold in np.concatenate(bands)):
+    masks = [block.reshape(data.z.shape) for block in _blocks(Problem(driven, data))]
+    assert len(masks) == 10
+    np.testing.assert_array_equal(np.sum(masks, axis=0), np.ones(data.z.shape))
+    for mask in masks:
         lines = mask.all(axis=(0, 1, 2, 3))  # at both sensors, every level, in both parts
-        assert lines.sum() == alone.frequency.size / 4
+        assert np.ptp(np.flatnonzero(lines)) + 1 == lines.sum() == alone.frequency.size / 10
         np.testing.assert_array_equal(mask, np.broadcast_to(lines, mask.shape))
-    for number, mask in enumerate(fold.reshape(data.z.shape) for fold in sensors):
-        assert mask[number].all() and not np.delete(mask, number, axis=0).any()
 
 
 @pytest.mark.parametrize("logarithmic", [False, True])
