@@ -132,7 +132,9 @@ class FittedModel:
         sizes = {word: item for word, item in estimates.items() if not _is_place(effect, item)}
         places = {word: item for word, item in estimates.items() if _is_place(effect, item)}
         is_told = len(sizes) == 1 and kind_of(effect).endswith(next(iter(sizes)))
-        named = {word: "" if is_told else word.rpartition(".")[2] for word in sizes}
+        named = {
+            word: "" if is_told else word.rpartition(".")[2].replace("_", " ") for word in sizes
+        }
         named |= {word: word.replace(".", " ") for word in places}
         words = {n: f"{named[n]} {item.in_short()}".strip() for n, item in estimates.items()}
         what = ", ".join(filter(None, [setting, *(words[word] for word in sizes), remark]))

@@ -48,7 +48,7 @@ class Ledger:
     experiment
         The experiment with the effects that were added.
     compared
-        Every hypothesis that was fitted: its effects, chi2 per datum, log evidence, log odds.
+        Every hypothesis that was fitted: its effects, reduced chi-square, log evidence, log odds.
     suspicion
         Score test of every candidate on the model as given; see `explain`.
     alternatives

@@ -26,8 +26,8 @@ _TABLES = {
     "misfit.csv": (
         ERROR,
         "Misfit by group",
-        "Misfit of all data and of every sensor, actuator and band: chi2 per datum of a correct "
-        "model is as expected, give or take the spread.",
+        "Misfit of all data and of every sensor, actuator and band: the reduced chi-square of a "
+        "correct model is as expected, give or take the spread.",
         ("error",),
     ),
     "compared.csv": (
@@ -96,7 +96,7 @@ def tables(saved: Saved) -> Iterator[Item]:
 def _of_misfit(saved: Saved) -> str:
     """Say what the misfit of each step is held against."""
     if _is_noise_known(saved.ledger["steps"]):
-        return "chi2 per datum of a correct model is 1"
+        return "the reduced chi-square of a correct model is 1"
     return (
         "the noise is not known and inferred with all else; p is the probability that a right "
         "model leaves residuals so far above the scatter of neighbouring lines"
