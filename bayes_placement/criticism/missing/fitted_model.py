@@ -128,17 +128,15 @@ class FittedModel:
     def in_short(self, effect: Effect) -> str:
         """Say how large one of its effects is, and where: `0.4 kg at 370 mm`."""
         setting, remark = self.about.get(effect.name, ("", ""))
-        estimates = self.estimates_of(effect.name)
-        sizes = {word: item for word, item in estimates.items() if not _is_place(effect, item)}
-        places = {word: item for word, item in estimates.items() if _is_place(effect, item)}
-        is_told = len(sizes) == 1 and kind_of(effect).endswith(next(iter(sizes)))
-        named = {
-            word: "" if is_told else word.rpartition(".")[2].replace("_", " ") for word in sizes
-        }
-        named |= {word: word.replace(".", " ") for word in places}
-        words = {n: f"{named[n]} {item.in_short()}".strip() for n, item in estimates.items()}
-        what = ", ".join(filter(None, [setting, *(words[word] for word in sizes), remark]))
-        return " ".join(filter(None, [what, ", ".join(words[word] for word in places)]))
+        estimates = self.estimates_of(effect.name).items()
+        sizes = {word: item.in_short() for word, item in estimates if not _is_place(effect, item)}
+        places = [
+            f"{word.replace('.', ' ')} {item.in_short()}"
+            for word, item in estimates
+            if _is_place(effect, item)
+        ]
+        what = [setting, *_named_sizes(kind_of(effect), sizes), remark]
+        return " ".join(filter(None, [", ".join(filter(None, what)), ", ".join(places)]))
 
     @property
     def kinds(self) -> list[str]:
@@ -273,6 +271,14 @@ def _of_effect(
 
 def _is_place(effect: Effect, estimate: ParameterEstimate) -> bool:
     return estimate.field in effect.place_fields
+
+
+def _named_sizes(kind: str, sizes: Mapping[str, str]) -> list[str]:
+    """Name each size, unless the kind does so: `0.4 kg` of a point_mass."""
+    if len(sizes) == 1 and kind.endswith(next(iter(sizes))):
+        return list(sizes.values())
+    names = (word.rpartition(".")[2].replace("_", " ") for word in sizes)
+    return [f"{name} {size}" for name, size in zip(names, sizes.values(), strict=True)]
 
 
 def number_or_blank(value: float, form: str) -> str:
