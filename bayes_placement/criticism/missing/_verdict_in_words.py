@@ -233,16 +233,20 @@ def sizes_in_words(step: FittedModel, before: FittedModel | None = None) -> str:
 
 def alone_in_words(baseline: FittedModel) -> str:
     """Say how well the model explains the earlier state alone."""
-    needs = "needs" if baseline.noise_needed is not None else "has a"
+    needed = (
+        f"has a reduced chi-square of {baseline.chi2_per_datum:.3g}"
+        if baseline.noise_needed is None
+        else f"needs noise of {baseline.noise_needed}"
+    )
     errors = f" {sizes_in_words(baseline)}" if baseline.model_error else ""
-    return f"The baseline alone {needs} {misfit_in_words(baseline, 'noise of ')}.{errors}"
+    return f"The baseline alone {needed}.{errors}"
 
 
-def misfit_in_words(step: FittedModel, needs: str = "it needs noise of ") -> str:
+def misfit_in_words(step: FittedModel) -> str:
     """Say how large the misfit is: chi2, or where the noise is not known, what noise is needed."""
     if step.noise_needed is None:
         return f"reduced chi-square {step.chi2_per_datum:.3g}"
-    return f"{needs}{step.noise_needed}"
+    return f"it needs noise of {step.noise_needed}"
 
 
 def fall(first: FittedModel, last: FittedModel, of: str = "") -> str:
