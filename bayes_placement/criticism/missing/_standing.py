@@ -147,7 +147,7 @@ def _doubts(
             yield Doubt(f"its size sits at the {side} edge of its prior", EDGE / share)
     number = next(n for n, each in enumerate(way) if effect.name in _names(each))
     gain, error = gain_held_out(way[number], way[max(0, number - 1)])
-    if gain < 0 and error > 0:
+    if gain < -2 * error < 0:
         yield Doubt("held-out data are predicted worse with it", float(ndtr(gain / error)))
     if p_value(best) < level:
         yield Doubt(FAILS, p_value(best))
